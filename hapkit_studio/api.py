@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +16,25 @@ from hapkit_studio.dynamics.hand import Hand, Prescribed, hand_named
 from hapkit_studio.environments.base import Conditions, Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, health, rows
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Parameter
 
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.0, 86_400.0)
 SPEED = Parameter("max_speed", "Largest speed", "m/s", 3.0, 0.0, 1e6)
 # a row takes 256 bytes
 MOST_SAMPLES = 10_000_000
+# of a run: its name in a file, its column in the rows
+_COLUMNS = {
+    "position": ("position_m", rows.POSITION),
+    "velocity": ("velocity_m_per_s", rows.VELOCITY),
+    "true_position": ("true_position_m", rows.TRUE_POSITION),
+    "true_velocity": ("true_velocity_m_per_s", rows.TRUE_VELOCITY),
+    "force": ("force_asked_N", rows.ASKED),
+    "applied_force": ("force_applied_N", rows.APPLIED),
+    "hand_force": ("hand_force_N", rows.HAND_FORCE),
+    "energy": ("energy_J", rows.ENERGY),
+    "flags": ("flags", rows.FLAGS),
+}
 
 
 @dataclass(frozen=True)
@@ -54,18 +66,8 @@ class Run:
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return every column by its name with its unit."""
-        named = {
-            "time_s": self.time,
-            "position_m": self.position,
-            "velocity_m_per_s": self.velocity,
-            "true_position_m": self.true_position,
-            "true_velocity_m_per_s": self.true_velocity,
-            "force_asked_N": self.force,
-            "force_applied_N": self.applied_force,
-            "hand_force_N": self.hand_force,
-            "energy_J": self.energy,
-            "flags": self.flags,
-        }
+        named = {"time_s": self.time}
+        named |= {header: getattr(self, name) for name, (header, _) in _COLUMNS.items()}
         if self.hand_target is not None:
             named["hand_target_m"] = self.hand_target
         return {**named, **{name: self.state[:, i] for i, name in enumerate(self.state_names)}}
@@ -138,9 +140,18 @@ def simulate(
         settings["hand_grip"] = {key: float(getattr(moving, key)) for key in ("mass", "damping", "stiffness")}
     speed = float(np.abs(out[:, rows.TRUE_VELOCITY]).max())
     conditions = Conditions(1.0 / loop.rate, device.quantum, device.viscous, speed)
-    warnings = tuple(chosen.warnings(values, conditions))
-    run = _as_run(out, chosen, loop.rate, fault, warnings, settings)
-    return replace(run, hand_target=out[:, rows.HAND_TARGET].copy()) if own else run
+    columns = {name: np.ascontiguousarray(out[:, column]) for name, (_, column) in _COLUMNS.items()}
+    columns["flags"] = columns["flags"].astype(int)
+    return Run(
+        time=np.arange(count) / loop.rate,
+        **columns,
+        state=np.ascontiguousarray(out[:, rows.STATE : rows.STATE + len(chosen.state_names)]),
+        state_names=chosen.state_names,
+        faults=(fault.text,) if fault else (),
+        warnings=tuple(chosen.warnings(values, conditions)),
+        settings=settings,
+        hand_target=out[:, rows.HAND_TARGET].copy() if own else None,
+    )
 
 
 def _count(seconds: float, rate: float) -> int:
@@ -157,34 +168,3 @@ def _hand(hand: str | Hand | Prescribed | None) -> Hand | Prescribed | None:
     if isinstance(hand, str):
         return hand_named(hand)
     raise ParameterError(f"hand takes a script's name, a Hand, a Prescribed motion or None, not {hand!r}.")
-
-
-def _as_run(
-    out: np.ndarray,
-    chosen: Environment,
-    rate: float,
-    fault: health.Fault | None,
-    warnings: tuple[str, ...],
-    settings: dict,
-) -> Run:
-    def column(index: int) -> np.ndarray:
-        return np.ascontiguousarray(out[:, index])
-
-    names = chosen.state_names
-    return Run(
-        time=np.arange(len(out)) / rate,
-        position=column(rows.POSITION),
-        velocity=column(rows.VELOCITY),
-        true_position=column(rows.TRUE_POSITION),
-        true_velocity=column(rows.TRUE_VELOCITY),
-        force=column(rows.ASKED),
-        applied_force=column(rows.APPLIED),
-        hand_force=column(rows.HAND_FORCE),
-        energy=column(rows.ENERGY),
-        flags=column(rows.FLAGS).astype(int),
-        state=np.ascontiguousarray(out[:, rows.STATE : rows.STATE + len(names)]),
-        state_names=names,
-        faults=(fault.text,) if fault else (),
-        warnings=warnings,
-        settings=settings,
-    )

@@ -61,7 +61,8 @@ def parser() -> argparse.ArgumentParser:
         taking = made.add_parser(command.name, help=words.replace("%", "%%"), description=whole)
         taking.add_argument("--json", action="store_true", help="print one JSON object")
         taking.set_defaults(command=command.run)
-        command.options(taking)
+        for names, how in command.options:
+            taking.add_argument(*names, **how)
     return top
 
 

@@ -1,6 +1,11 @@
 """Numbers and units as a person reads them: a true minus, commas between thousands, no exponent."""
 
 import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
 
 MINUS = "\N{MINUS SIGN}"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -49,3 +54,16 @@ def on_screen(value: float, unit: str, digits: int = 4) -> str:
 def json_number(value: float) -> float | None:
     """Return a value as JSON has it: None where it is not finite."""
     return float(value) if math.isfinite(value) else None
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON has it: records as objects, arrays as lists, what is not finite as None."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
+    if isinstance(value, Mapping):
+        return {key: plain(one) for key, one in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return plain(value.tolist())
+    if isinstance(value, list | tuple):
+        return [plain(one) for one in value]
+    return json_number(value) if isinstance(value, float) else value

@@ -36,15 +36,6 @@ def test_has_seconds_times_rate_samples_at_their_times(seconds, rate, count):
     assert run.state.shape == (count, 0)
 
 
-def test_first_row_is_the_initial_state():
-    start = hs.SimulatedHapkit(initial_position=0.0123, initial_velocity=-0.4)
-    run = hs.simulate("spring", device=start, seconds=0.01)
-    assert (run.true_position[0], run.true_velocity[0]) == (0.0123, -0.4)
-    assert run.velocity[0] == 0.0
-    assert run.energy[0] == 0.0
-    assert run.force[0] == pytest.approx(-80.0 * run.position[0], rel=1e-14)
-
-
 @pytest.mark.parametrize("quantum", [20.7e-6, 1e-3, 0.0])
 def test_position_is_the_count_below(quantum):
     run = hs.simulate("spring", hand="shake", device=hs.SimulatedHapkit(quantum=quantum), seconds=1.0)
@@ -70,12 +61,6 @@ def test_applied_force_is_the_asked_one_clamped(limit):
     assert np.array_equal(run.applied_force, np.clip(run.force, -limit, limit))
     assert np.array_equal(run.flags == rows.CLAMPED, np.abs(run.force) > limit)
     assert (run.flags != 0).any() == math.isfinite(limit)
-
-
-def test_starts_at_full_parameters_without_a_ramp():
-    run = hs.simulate("spring", device=device(initial_position=0.01), seconds=0.01)
-    assert run.applied_force[0] == pytest.approx(-0.8, rel=1e-13)
-    assert not run.flags.any()
 
 
 # --- the same again
@@ -125,11 +110,14 @@ def test_saved_run_reads_back(tmp_path):
         assert table[:, names.index(name)] == pytest.approx(column, rel=1e-8, abs=1e-15)
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+@pytest.mark.parametrize("ending", ["png", "svg"])
 def test_plotted_run_is_a_picture(tmp_path, ending):
     path = tmp_path / f"run.{ending}"
-    hs.simulate("wall", hand="press", seconds=0.5).plot(path)
-    starts = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+    run = hs.simulate("wall", hand="press", seconds=0.5)
+    run.plot(path)
+    with pytest.raises(ParameterError, match=r"A picture is one of .*png.*, not 'xyz'"):
+        run.plot(tmp_path / "run.xyz")
+    starts = {"png": b"\x89PNG", "svg": b"<?xml"}
     assert path.read_bytes().startswith(starts[ending])
     assert path.stat().st_size > 5000
 
@@ -141,58 +129,29 @@ REFUSED = [
     ((None,), {}, "There is no environment None"),
     (("wall", {"stifness": 1.0}), {}, "Wall has no parameter 'stifness'; it has: stiffness, damping"),
     (("wall", {"stiffness": 5000.1}), {}, "Stiffness goes from 0 to 5000 N/m, not 5000.1."),
-    (("wall", {"stiffness": -1}), {}, "Stiffness goes from 0 to 5000 N/m, not -1."),
-    (("wall", {"stiffness": math.nan}), {}, "Stiffness goes from 0 to 5000 N/m, not nan."),
-    (("wall", {"stiffness": math.inf}), {}, "not inf."),
-    (("wall", {"stiffness": "stiff"}), {}, "Stiffness takes a number in N/m, not 'stiff'."),
-    (("wall", {"stiffness": None}), {}, "Stiffness takes a number in N/m, not None."),
     (("wall", {"side": "up"}), {}, "Side is one of right, left, not 'up'."),
-    (("wall", {"side": 2}), {}, "Side is one of right, left, not 2."),
-    (("wall", {"side": 0.5}), {}, "Side is one of right, left, not 0.5."),
-    (("wall", {"side": True}), {}, "Side is one of right, left, not True."),
     (("wall", [("stiffness", 1.0)]), {}, "Wall takes its parameters by name"),
-    (("wall", 400.0), {}, "Wall takes its parameters by name"),
-    (("wall", "stiffness"), {}, "Wall takes its parameters by name"),
     (("wall",), {"hand": "push"}, "The hand is one of press, tap, stroke"),
-    (("wall",), {"hand": 5}, "hand takes a script's name, a Hand"),
     (("wall",), {"hand": math.sin}, "hand takes a script's name, a Hand"),
-    (("wall",), {"hand": Hand(0, 0, 9, lambda t: math.nan)}, "at 0 s it is not."),
     (("wall",), {"hand": Hand(0, 0, 9, lambda t: math.inf if t > 0.0105 else 0.0)}, "at 0.011 s it is not."),
     (("wall",), {"hand": Hand(0, 0, 9, lambda t: "far")}, "one number of m at every time"),
     (("wall",), {"hand": Hand(0, 0, 9, lambda t: (t, t))}, "one number of m at every time"),
-    (("wall",), {"hand": Hand(0, 0, 9, 0.01)}, "a function of time in s, not 0.01"),
-    (("wall",), {"hand": Prescribed(lambda t: math.nan)}, "finite number of m"),
     (("wall",), {"hand": Prescribed("left")}, "a function of time in s, not 'left'"),
     (("wall",), {"device": "simulated"}, "device takes a SimulatedHapkit or None, not 'simulated'"),
     (("wall",), {"rate": 0.0}, "The rate goes from 1 to 1e+06 Hz, not 0."),
-    (("wall",), {"rate": math.nan}, "The rate goes from 1"),
     (("wall",), {"rate": "fast"}, "The rate takes a number in Hz, not 'fast'."),
-    (("wall",), {"rate": None}, "The rate takes a number in Hz, not None."),
     (("wall",), {"delay": -1e-3}, "The delay goes from 0 to 10 s, not -0.001."),
-    (("wall",), {"delay": math.inf}, "The delay goes from 0 to 10 s"),
-    (("wall",), {"seconds": 0.0}, "A run has 1 to 10000000 samples, not 0: 0 s at 1000 Hz."),
-    (("wall",), {"seconds": 0.0004}, "not 0: 0.0004 s at 1000 Hz."),
-    (("wall",), {"seconds": -1.0}, "Seconds goes from 0"),
+    (("wall",), {"seconds": 0.0004}, "A run has 1 to 10000000 samples, not 0: 0.0004 s at 1000 Hz."),
     (("wall",), {"seconds": 86_400.0}, "not 86400000: 86400 s at 1000 Hz."),
     (("wall",), {"seconds": math.nan}, "Seconds goes from 0"),
-    (
-        ("wall",),
-        {"estimator": "magic"},
-        "The velocity estimator is one of difference, iir, butterworth, foaw, kalman, not 'magic'.",
-    ),
+    (("wall",), {"estimator": "magic"}, "one of difference, iir, butterworth, foaw, kalman, not 'magic'."),
     (("wall",), {"estimator": ("iir", {"cutoff": -5.0})}, "Cutoff goes from 1 to 2000 Hz, not -5."),
     (("wall",), {"estimator": ("iir", {"corner": 5.0})}, "has no parameter 'corner'; it has: cutoff"),
-    (("wall",), {"estimator": ("iir",)}, "a name or (name, {option: value})"),
     (("wall",), {"estimator": ("iir", 20.0)}, "a name or (name, {option: value})"),
-    (("wall",), {"estimator": 5}, "a name or (name, {option: value})"),
-    (("wall",), {"estimator": None}, "a name or (name, {option: value})"),
-    (
-        ("wall",),
-        {"estimator": (["iir"], {})},
-        "one of difference, iir, butterworth, foaw, kalman, not ['iir'].",
-    ),
+    (("wall",), {"estimator": (["iir"], {})}, "one of difference, iir, butterworth, foaw, kalman, not"),
     (("wall",), {"max_speed": math.nan}, "Largest speed goes from 0"),
-    (("wall",), {"max_speed": "fast"}, "Largest speed takes a number in m/s"),
+    (("wall",), {"seed": 1.5}, "seed takes a whole number"),
+    (("wall",), {"seed": True}, "seed takes a whole number"),
 ]
 
 
@@ -202,27 +161,6 @@ def test_refuses_what_no_run_can_be(args, more, words):
         hs.simulate(*args, **more)
     assert words in str(error.value)
     assert "\n" not in str(error.value)
-
-
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"mass": "light"}, "The hand's mass takes a number in kg, not 'light'."),
-        ({"stiffness": None}, "The hand's stiffness takes a number in N/m, not None."),
-        ({"release": "soon"}, "The hand lets go at 0 s or later, not 'soon' s."),
-        ({"release": math.nan}, "The hand lets go at 0 s or later, not nan s."),
-    ],
-)
-def test_refuses_what_no_hand_can_be(given, words):
-    with pytest.raises(ParameterError) as error:
-        Hand(**given)
-    assert str(error.value) == words
-
-
-def test_a_picture_has_a_known_ending(tmp_path):
-    run = hs.simulate("wall", seconds=0.1)
-    with pytest.raises(ParameterError, match=r"A picture is one of .*png.*, not 'xyz'"):
-        run.plot(tmp_path / "run.xyz")
 
 
 def test_takes_numbers_of_numpy_and_text():
@@ -239,9 +177,3 @@ def test_public_names_are_all_there():
         assert getattr(hs, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nonsense'"):
         hs.nonsense  # noqa: B018
-
-
-@pytest.mark.parametrize("seed", ["a", 1.5, None, True])
-def test_a_seed_is_a_whole_number(seed):
-    with pytest.raises(ParameterError, match="seed takes a whole number"):
-        hs.simulate("free", seed=seed, seconds=0.01)

@@ -77,18 +77,6 @@ def test_run_agrees_with_the_file_it_writes(capsys, tmp_path):
     assert found["energy_given"] == pytest.approx(table["energy_J"][-1])
 
 
-def test_run_says_what_it_wrote(capsys, tmp_path):
-    csv = tmp_path / "run.csv"
-    _, out, _ = run(capsys, "run", "free", "--seconds", "0.1", "--csv", str(csv))
-    assert f"wrote {csv}" in out.splitlines()
-
-
-def test_numbers_in_any_notation(capsys):
-    for number in ("400", "4e2", "+400.0", " 400"):
-        found = as_json(capsys, "run", "wall", "-p", f"stiffness={number}", "--seconds", "0.01")
-        assert found["parameters"]["stiffness"] == 400.0
-
-
 # --- lists
 
 
@@ -100,18 +88,6 @@ def test_environments_as_json(capsys):
     stiffness, side = wall["parameters"][0], wall["parameters"][3]
     assert (stiffness["unit"], stiffness["range"], stiffness["default"]) == ("N/m", [0.0, 5000.0], 250.0)
     assert (side["key"], side["range"], side["default"]) == ("side", ["right", "left"], "right")
-
-
-def test_environments_for_a_person(capsys):
-    code, out, _ = run(capsys, "environments")
-    assert code == 0
-    for e in environments.discover().values():
-        assert any(line.startswith(e.key) and e.summary in line for line in out.splitlines())
-        for p in e.parameters:
-            assert p.key in out
-            assert p.text(p.default) in out
-    assert "[0 to 5000 N/m]" in out
-    assert "[right | left]" in out
 
 
 def test_devices(capsys):
@@ -141,60 +117,34 @@ def test_loop_test_measures_the_loop(capsys):
     assert found["lost_rows"] == 0
 
 
-def test_loop_test_for_a_person(capsys):
-    code, out, err = run(capsys, "loop-test", "--seconds", "0.1")
-    assert (code, err) == (0, "")
-    for word in ("samples", "µs", "p99.9", "missed"):
-        assert word in out
-
-
 # --- what is wrong, in one line
 
 WRONG = [
-    ("loop-test --seconds 0", "Seconds goes from 0.1 to 86400 s, not 0."),
     ("--bogus", "unrecognized arguments: --bogus"),
     ("--size 10", "a size is written 1280x720, not '10'"),
     ("run wal", "There is no environment 'wal'; there are: free, spring, wall"),
     ("run", "environment"),
     ("run wall -p stiffness=6000", "Stiffness goes from 0 to 5000 N/m, not 6000."),
-    ("run wall -p stiffness=-1", "Stiffness goes from 0 to 5000 N/m, not -1."),
-    ("run wall -p stiffness=nan", "Stiffness goes from 0 to 5000 N/m, not nan."),
     ("run wall -p stiffness=1e999", "not inf."),
-    ("run wall -p stiffness=hard", "Stiffness takes a number in N/m, not 'hard'."),
-    ("run wall -p stifness=400", "Wall has no parameter 'stifness'; it has: stiffness"),
-    ("run wall -p side=up", "Side is one of right, left, not 'up'."),
     ("run wall -p side=7", "Side is one of right, left, not 7.0."),
     ("run wall -p stiffness", "A parameter is given as KEY=VALUE, e.g. stiffness=400, not 'stiffness'."),
     ("run wall -p =400", "KEY=VALUE"),
     ("run wall -p stiffness=", "KEY=VALUE"),
     ("run wall -p", "expected one argument"),
-    ("run wall --hand push", "The hand is one of press, tap"),
-    ("run wall --rate 0", "The rate goes from 1 to 1e+06 Hz, not 0."),
     ("run wall --rate fast", "invalid float value: 'fast'"),
     ("run wall --delay -1", "The delay goes from 0 to 10 s, not -1."),
-    ("run wall --seconds 0", "A run has 1 to 10000000 samples, not 0"),
-    ("run wall --seconds nan", "Seconds goes from 0 to 86400 s, not nan."),
     ("run wall --seconds 86400 --rate 1e6", "A run has 1 to 10000000 samples"),
-    (
-        "run wall --estimator magic",
-        "The velocity estimator is one of difference, iir, butterworth, foaw, kalman, not 'magic'.",
-    ),
-    ("run wall --estimator iir:cutoff=-5", "Cutoff goes from 1 to 2000 Hz, not -5."),
     ("run wall --estimator iir:cutoff=low", "The estimator's cutoff takes a number, not 'low'."),
-    ("run wall --estimator iir:corner=5", "has no parameter 'corner'"),
     ("run wall --estimator iir:", "An option is given as KEY=VALUE, e.g. cutoff=20, not ''."),
     ("run wall --estimator difference:cutoff=5", "has no parameter 'cutoff'"),
     ("run wall --seed odd", "invalid int value: 'odd'"),
     ("run wall --csv /no-such-folder/run.csv", "--csv: there is no folder /no-such-folder."),
-    ("run wall --plot /no-such-folder/run.png", "--plot: there is no folder /no-such-folder."),
     ("run wall --csv .", "--csv takes the path of a file, not '.'"),
     ("run wall --plot run.xyz", "A picture is one of"),
-    ("run wall --colour red", "unrecognized arguments: --colour red"),
     ("devices --rate 5", "unrecognized arguments"),
     ("loop-test unplugged", "There is no device 'unplugged'; there are: simulated"),
     ("loop-test --rate 20", "Rate goes from 100 to 10000 Hz, not 20."),
-    ("loop-test --rate nan", "Rate goes from 100 to 10000 Hz, not nan."),
-    ("loop-test --seconds -1", "Seconds goes from 0.1 to 86400 s, not -1."),
+    ("loop-test --seconds 0", "Seconds goes from 0.1 to 86400 s, not 0."),
     ("dance", "invalid choice: 'dance'"),
 ]
 
@@ -209,15 +159,6 @@ def test_says_what_is_wrong_in_one_line(capsys, tmp_path, monkeypatch, words, sa
     assert err.startswith("hapkit-studio")
     assert says in err
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_fault_is_told(capsys):
-    """A command that measured an unstable loop says so, and does not fail."""
-    code, out, err = run(
-        capsys, "run", "spring", "-p", "stiffness=2000", "--delay", "0.02", "--hand", "pluck"
-    )
-    assert (code, err) == (0, "")
-    assert "clamped in" in out
 
 
 def test_an_interrupt_ends_without_a_traceback(capsys, monkeypatch):
@@ -256,16 +197,6 @@ def test_without_a_display_runs_the_demo_and_writes_a_picture(tmp_path):
     assert "wrote hapkit-studio-demo.png" in done.stdout
     assert [path.name for path in tmp_path.iterdir()] == ["hapkit-studio-demo.png"]
     assert (tmp_path / "hapkit-studio-demo.png").read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")
-def test_without_a_display_and_nowhere_to_write_says_so(tmp_path):
-    (tmp_path / "hapkit-studio-demo.png").mkdir()
-    done = program(tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    assert "Is a directory" in done.stderr
 
 
 def test_program_gives_the_exit_code_and_no_traceback(tmp_path):

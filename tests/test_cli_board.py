@@ -1,12 +1,10 @@
 """Computer or board on the command line."""
 
 import json
-import os
 import threading
 import time
 from dataclasses import replace
 from functools import partial
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,14 +12,12 @@ import pytest
 from hapkit_studio.commands import live_run
 from hapkit_studio.devices import DeviceEntry, flash
 from hapkit_studio.devices.hapkit import HapkitBoard, probe
-from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard, built
 from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.haptics.health import Fault, LinkCounts
+from hapkit_studio.haptics.health import Fault
 from hapkit_studio.protocol.framing import encode
-from tests.devices.fake_board import FakeBoard
-from tests.devices.fake_kit import FakeKit
+from tests.devices.fake_board import FakeBoard, FakeKit
 from tests.devices.slow_line import SlowLine
 from tests.lateness import ATTEMPTS
 from tests.test_cli import as_json, run
@@ -82,20 +78,6 @@ def test_a_file_that_cannot_be_written_is_said_before_the_run(capsys, tmp_path, 
         code, out, err = run(capsys, *begin, option, str(path))
         assert (code, out) == (2, "")
         assert said in err
-
-
-@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may write anywhere")
-def test_says_where_it_may_not_write(capsys, tmp_path):
-    tmp_path.chmod(0o500)
-    code, _, err = run(capsys, "run", "wall", "--csv", str(tmp_path / "run.csv"))
-    assert (code, err.count("\n")) == (2, 1)
-    assert "you may not write" in err
-
-
-def test_a_picture_is_where_it_is_said_to_be(capsys, tmp_path):
-    found = as_json(capsys, "run", "wall", "--seconds", "0.1", "--plot", str(tmp_path / "x"))
-    assert found["written"] == [str(tmp_path / "x.png")]
-    assert (tmp_path / "x.png").is_file()
 
 
 class Gone:
@@ -176,14 +158,6 @@ def test_old_firmware_names_the_command_that_updates_it(capsys):
         assert f"Update firmware. Run `hapkit-studio flash {board.path}`." in words
 
 
-def test_run_on_the_simulated_device(capsys):
-    found = as_json(capsys, "run", "spring", "--device", "simulated", "--hand", "press", "--seconds", "0.5")
-    assert found["render"] == "computer"
-    assert found["samples"] > 100
-    assert found["board"]["delay_us"] is None
-    assert found["peak_force"] > 0.0
-
-
 def test_a_fault_ends_a_run_with_a_code_of_its_own(capsys, monkeypatch):
     words = ("run", "wall", "--device", "simulated", "--seconds", "0.2")
     assert run(capsys, *words)[0] == 0
@@ -200,63 +174,6 @@ def test_a_fault_ends_a_run_with_a_code_of_its_own(capsys, monkeypatch):
     code, out, err = run(capsys, *words)
     assert (code, err) == (2, "")
     assert fault.text in out
-
-
-@pytest.mark.parametrize(
-    ("rate", "wish", "said"),
-    [
-        (1000.0, 4000.0, ["The board renders at 1,000 Hz, not at 4,000 Hz"]),
-        (1000.0, 1000.0, []),
-        (None, 1000.0, []),
-        (4000.0, None, []),
-    ],
-)
-def test_a_slower_rate_than_was_wished_is_said(rate, wish, said):
-    found = {"board": {"rate_Hz": rate}, "link": {"without_force_s": 0.0}}
-    lines = live_run.remarks(Engine(SimulatedHapkit(), realtime=False), found, wish)
-    assert [line.split(":")[0] for line in lines] == said
-
-
-QUIET = LinkCounts(
-    lost_frames=0, crc_errors=0, board_errors=0, stale_forces=0, no_sample=0, away=0, held_up=0, cut=0
-)
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"no_sample": 2}, "The line brought no sample for 20 ms: 2 times."),
-        ({"away": 1}, "This computer was busy elsewhere for 20 ms."),
-        ({"held_up": 1}, "The law held the loop up for 20 ms."),
-        ({"cut": 3}, "The board switched its motor off, as forces came too late or not at all: 3 times."),
-    ],
-)
-def test_time_without_force_is_said_with_its_cause(change, said):
-    assert live_run.reasons(replace(QUIET, **change)) == [said]
-
-
-class Counted:
-    """What a run asks of an engine whose link did so."""
-
-    def __init__(self, device, **counts):
-        self.device, self.counts = device, counts
-
-    def health(self):
-        return SimpleNamespace(link=replace(QUIET, **self.counts))
-
-
-@pytest.mark.parametrize(
-    ("device", "counts", "why"),
-    [
-        (HapkitBoard("x"), {"away": 1}, "this computer was busy elsewhere"),
-        (HapkitBoard("x"), {"no_sample": 1}, "the line brought no more"),
-        (VirtualBoard(), {}, "this computer is too busy for the virtual board, which falls behind"),
-    ],
-)
-def test_too_few_samples_are_blamed_on_what_it_was(device, counts, why):
-    engine = Counted(device, **counts)
-    assert live_run.too_few(engine, 2.0, 1.82) == []
-    assert live_run.too_few(engine, 2.0, 1.0) == [f"Only 1.00 s of samples came in 2 s; {why}."]
 
 
 @pytest.mark.alone

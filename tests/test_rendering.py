@@ -1,6 +1,7 @@
 """What is rendered, against theory: motion, stability, the wall's energy, imposed motion, hands, energy."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ def device(**given):
 # --- motion, against matrix exponentials
 
 
-@pytest.mark.parametrize("late", [0.0, 0.001, 0.25, 0.5, 0.75, 0.999, 1.0, 1.5, 2.0, 7.3, 40.0])
+@pytest.mark.parametrize("late", [0.0, 0.001, 0.5, 0.999, 1.0, 7.3])
 def test_motion_is_exact_for_delays_of_any_fraction(late):
     """Spring and damper by the backward difference, medium hand on a moving target; to 1e-6."""
     stiffness, damping, mass, viscous = 30.0, 0.3, 0.06, 0.8
@@ -81,17 +82,6 @@ def test_friction_and_counts_leave_the_deflection_within_their_reach():
     assert np.ptp(run.true_position[-200:]) < QUANTUM
 
 
-@pytest.mark.parametrize(
-    ("viscous", "damping", "mass"), [(0.5, 4.0, 0.044), (0.2, 0.0, 0.1), (1.0, 1.0, 0.05)]
-)
-def test_damping_lets_speed_decay_at_its_rate(viscous, damping, mass):
-    """At 100 kHz v = v0 exp(-(b + damping) t / m), but for the half sample that the difference lags."""
-    start = device(mass=mass, damping=viscous, initial_velocity=0.3)
-    run = hs.simulate("damping", {"damping": damping}, device=start, rate=1e5, seconds=0.03)
-    decay = -np.polyfit(run.time[5:], np.log(run.true_velocity[5:]), 1)[0]
-    assert decay == pytest.approx((viscous + damping) / mass, rel=3e-3)
-
-
 def test_damping_at_any_rate_is_the_exact_map():
     """v1 = E v - g B (x - x_last)/T with E = exp(-bT/m) and the unit push's g = (1 - E)/b."""
     mass, viscous, damping, period = 0.044, 0.5, 4.0, 2e-3
@@ -110,17 +100,14 @@ def test_damping_at_any_rate_is_the_exact_map():
 # --- stability at the exact boundary
 
 LOOPS = [
-    (mass, viscous, rate, late, estimator, damping)
-    for mass, viscous, rate, late, estimator, damping in [
-        (0.05, 0.5, 1000.0, 0.0, "difference", 0.0),
-        (0.05, 0.5, 1000.0, 1.0, "difference", 1.0),
-        (0.03, 0.2, 1000.0, 0.5, "difference", 0.0),
-        (0.10, 1.0, 500.0, 0.3, "difference", 0.0),
-        (0.044, 0.5, 2000.0, 2.6, "difference", 0.0),
-        (0.044, 1.3, 250.0, 0.0, "difference", 0.5),
-        (0.05, 0.5, 1000.0, 0.0, "iir", 0.5),
-        (0.20, 2.0, 1000.0, 3.0, ("iir", {"cutoff": 60.0}), 2.0),
-    ]
+    (0.05, 0.5, 1000.0, 0.0, "difference", 0.0),
+    (0.05, 0.5, 1000.0, 1.0, "difference", 1.0),
+    (0.03, 0.2, 1000.0, 0.5, "difference", 0.0),
+    (0.10, 1.0, 500.0, 0.3, "difference", 0.0),
+    (0.044, 0.5, 2000.0, 2.6, "difference", 0.0),
+    (0.044, 1.3, 250.0, 0.0, "difference", 0.5),
+    (0.05, 0.5, 1000.0, 0.0, "iir", 0.5),
+    (0.20, 2.0, 1000.0, 3.0, ("iir", {"cutoff": 60.0}), 2.0),
 ]
 
 
@@ -240,13 +227,6 @@ def test_hand_force_is_its_spring_and_damper():
     assert run.hand_force == pytest.approx(want, rel=1e-9)
 
 
-def test_a_hand_lets_go():
-    run = hs.simulate("spring", hand="pluck", seconds=1.2)
-    held = run.time < 1.0
-    assert not run.hand_force[~held].any()
-    assert run.hand_force[held][-1] > 0.5
-
-
 def test_no_hand_is_a_released_one():
     start = hs.SimulatedHapkit(initial_position=0.02)
     runs = [hs.simulate("spring", hand=h, device=start) for h in (None, "released", Hand(release=0.0))]
@@ -255,14 +235,13 @@ def test_no_hand_is_a_released_one():
         assert np.array_equal(run.true_position, runs[0].true_position)
 
 
-@pytest.mark.parametrize("name", SCRIPTS)
-def test_a_named_hand_is_the_same_one_sample_by_sample(name):
+def test_a_named_hand_is_the_same_one_sample_by_sample():
     """A movement written for arrays and its own values one by one give the same run, bit for bit."""
-    hand = SCRIPTS[name]
-    one_by_one = Hand(hand.mass, hand.damping, hand.stiffness, lambda t: hand.target(t), hand.release)
-    first, second = (hs.simulate("wall", hand=h, seconds=3.0) for h in (name, one_by_one))
-    assert np.array_equal(first.true_position, second.true_position)
-    assert np.array_equal(first.hand_force, second.hand_force)
+    for name, hand in SCRIPTS.items():
+        one_by_one = replace(hand, vectorised=False)
+        first, second = (hs.simulate("wall", hand=h, seconds=3.0) for h in (name, one_by_one))
+        assert np.array_equal(first.true_position, second.true_position), name
+        assert np.array_equal(first.hand_force, second.hand_force), name
 
 
 # --- energy

@@ -1,6 +1,6 @@
 """Checks of arguments: single numbers, delays, and rows of numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -49,3 +49,11 @@ def _shown(value: object) -> str:
     """Write a value in one short line."""
     words = " ".join(repr(value).split())
     return words if len(words) <= 60 else words[:57] + "…"
+
+
+def bisected(holds: Callable[[float], bool], low: float, high: float, halvings: int) -> tuple[float, float]:
+    """Return the ends of where a condition stops to hold, halved so often; it holds at low, not at high."""
+    for _ in range(halvings):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return float(low), float(high)

@@ -38,10 +38,6 @@ class ClusterExecutor(Executor):
         """Send a call to the scheduler; return its future."""
         return self._inner.submit(fn, *args, **kwargs)
 
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Take no more calls; wait for those under way, or cancel them."""
-        self._inner.shutdown(wait=wait and not cancel_futures)
-
     @property
     def _max_workers(self) -> int:
         """Return the workers' threads, counted again after a second."""
@@ -59,7 +55,12 @@ def cluster(address: str, timeout: float = CONNECT_SECONDS) -> Iterator[Executor
 
     Every worker needs the same version of the studio.
     """
-    distributed = _distributed()
+    try:
+        import distributed
+    except ImportError:
+        raise ClusterError(
+            'A cluster needs Dask, which is not installed: pip install "hapkit-studio[cluster]".'
+        ) from None
     with _silent(), _connected(distributed, address, timeout) as client:
         _check_workers(client, address)
         yield ClusterExecutor(client, (distributed.scheduler.KilledWorker,))
@@ -93,16 +94,6 @@ def _connected(distributed: Any, address: str, timeout: float) -> Any:
             f"No Dask scheduler answers at {address}: start one with dask scheduler, and give its address as "
             "tcp://host:8786."
         ) from error
-
-
-def _distributed() -> Any:
-    try:
-        import distributed
-    except ImportError:
-        raise ClusterError(
-            'A cluster needs Dask, which is not installed: pip install "hapkit-studio[cluster]".'
-        ) from None
-    return distributed
 
 
 def _check_workers(client: Any, address: str) -> None:

@@ -8,25 +8,20 @@ Fingers hold a force to 0.3 N at best and know a length to 0.4 mm (Ho 1996); ene
 to and fro, restitution by 1, and a count is right or wrong.
 """
 
-import ast
 import math
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from pathlib import Path
 from statistics import fmean
 
 import numpy as np
 
-from hapkit_studio import environments
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings_writer import LoopSettings
-from hapkit_studio.workshop.own import OwnEnvironment
+from hapkit_studio.haptics.settings import LoopSettings
 
 MOST_CHANGE = 0.02
 # What the terms left out may change together: the smallest change of force that people feel.
@@ -278,76 +273,3 @@ def outcome_named(key: str, state_names: tuple[str, ...] = ()) -> Outcome:
         raise ParameterError(f"An outcome is one of {', '.join(known)}, not {key!r}.")
     column = rows.STATE + state_names.index(name)
     return Outcome(key, "", lambda table: float(table[-1, column]), lambda table: 1.0)
-
-
-_NAME = "ENVIRONMENT"
-_INDENT = " " * 4
-
-
-def file_of(environment: Environment) -> Path:
-    """Return the file that declares an environment; raise ParameterError where there is none."""
-    if isinstance(environment, OwnEnvironment):
-        return environment.source.path
-    inside = [name for name in sys.modules if name.startswith(environments.__name__ + ".")]
-    for name in (*inside, environment.force.function.__module__):
-        module = sys.modules.get(name)
-        declared = getattr(module, _NAME, None)
-        if getattr(declared, "force", None) is environment.force and getattr(module, "__file__", None):
-            return Path(str(module.__file__))  # type: ignore[union-attr]
-    raise ParameterError(f"{environment.title} has no file of its own to write into.")
-
-
-def with_needs(source: str, needs: Iterable[str]) -> str:
-    """Return a file's text with its ``needs=(…)``, replaced or new; raise ParameterError."""
-    call, text = _environment_call(source), f"needs={_tuple(needs)}"
-    lines = source.split("\n")
-    for keyword in call.keywords:
-        if keyword.arg == "needs":
-            first, last = keyword.lineno - 1, (keyword.end_lineno or 0) - 1
-            before, after = (
-                _line_head(lines[first], keyword.col_offset),
-                _line_tail(lines[last], keyword.end_col_offset),
-            )
-            return "\n".join([*lines[:first], before + text + after, *lines[last + 1 :]])
-    place = next((k.lineno for k in call.keywords if k.arg == "order"), call.end_lineno or 0) - 1
-    if place == call.lineno - 1:
-        end = (call.end_col_offset or 0) - 1
-        lines[place] = f"{_line_head(lines[place], end).rstrip(', ')}, {text}{_line_tail(lines[place], end)}"
-        return "\n".join(lines)
-    ending = "\r" if lines[place].endswith("\r") else ""
-    return "\n".join([*lines[:place], f"{_INDENT}{text},{ending}", *lines[place:]])
-
-
-def write_needs(environment: Environment, needs: Iterable[str]) -> bool:
-    """Write needs into an environment's file; return whether it changed. Raise ParameterError, OSError."""
-    path = file_of(environment)
-    before = path.read_bytes()
-    after = with_needs(before.decode(), needs).encode()
-    if after != before:
-        path.write_bytes(after)
-    return after != before
-
-
-def _line_head(line: str, end: int) -> str:
-    """Return a line up to a column, which Python's parser counts in bytes."""
-    return line.encode()[:end].decode()
-
-
-def _line_tail(line: str, start: int | None) -> str:
-    return line.encode()[start:].decode()
-
-
-def _environment_call(source: str) -> ast.Call:
-    for node in ast.parse(source).body:
-        if (
-            isinstance(node, ast.Assign)
-            and isinstance(node.value, ast.Call)
-            and any(isinstance(t, ast.Name) and t.id == _NAME for t in node.targets)
-        ):
-            return node.value
-    raise ParameterError(f"The file does not say {_NAME} = Environment(…).")
-
-
-def _tuple(needs: Iterable[str]) -> str:
-    words = [f'"{key}"' for key in needs]
-    return f"({words[0]},)" if len(words) == 1 else f"({', '.join(words)})"

@@ -8,7 +8,7 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.dynamics.hand import Grip, grip_named
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Parameter
 
 # What a device or loop can be, with room around anything that was ever built.

@@ -10,6 +10,7 @@ import os
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
@@ -65,9 +66,9 @@ def sweep(
     if chunk is not None:
         chunk = whole_number(chunk, "A chunk", 1)
     if executor is not None:
-        return _Sweep(task, cells, executor, progress, chunk).run()
+        return _swept(task, cells, executor, progress, chunk)
     with _own_threads(min(workers(), max(len(cells), 1))) as threads:
-        return _Sweep(task, cells, threads, progress, chunk).run()
+        return _swept(task, cells, threads, progress, chunk)
 
 
 @contextmanager
@@ -87,82 +88,49 @@ def timed(task: Task, cells: list) -> tuple[list, float]:
     return results, time.perf_counter() - begin
 
 
-class _Sweep:
-    """One sweep under way."""
+def _swept(task: Task, cells: Sequence, executor: Executor, progress: Progress, chunk: int | None) -> list:
+    """Send chunks, few at a time, and put what comes back in its place; a lost chunk is sent again."""
+    results: list = [None] * len(cells)
+    under_way: dict[Future, tuple[int, int]] = {}
+    losses: Counter[int] = Counter()
+    size, sent, done = 1, 0, 0
 
-    def __init__(
-        self, task: Task, cells: Sequence, executor: Executor, progress: Progress, chunk: int | None
-    ):
-        self._task, self._cells, self._executor = task, cells, executor
-        self._progress, self._chunk = progress, chunk
-        self._size = chunk or 1
-        self._results: list = [None] * len(cells)
-        self._at: dict[Future, tuple[int, int]] = {}
-        self._losses: dict[int, int] = {}
-        self._sent = self._done = 0
-
-    def run(self) -> list:
-        """Compute every cell."""
-        self._tell()
-        try:
-            while self._done < len(self._cells):
-                self._send()
-                self._collect()
-        except BaseException:
-            for future in self._at:
-                future.cancel()
-            raise
-        return self._results
-
-    def _tell(self) -> None:
-        self._progress(self._done, len(self._cells))
-
-    def _send(self) -> None:
-        """Submit chunks up to the bound; an executor that computes at once is collected from at once."""
-        worker_count = workers(self._executor)
-        while self._sent < len(self._cells) and len(self._at) < _AHEAD * worker_count:
-            left = len(self._cells) - self._sent
-            size = self._chunk or min(self._size, -(-left // (_AHEAD * worker_count)))
-            first, self._sent = self._sent, min(self._sent + size, len(self._cells))
-            if self._submit(first, self._sent).done():
-                return
-
-    def _submit(self, first: int, last: int) -> Future:
-        future = self._executor.submit(timed, self._task, list(self._cells[first:last]))
-        self._at[future] = first, last
+    def submit(first: int, last: int) -> Future:
+        future = executor.submit(timed, task, list(cells[first:last]))
+        under_way[future] = first, last
         return future
 
-    def _collect(self) -> None:
-        """Wait for a chunk, not longer than progress may stand still; put every finished one in place."""
-        finished, _ = wait(self._at, LOOK_SECONDS, FIRST_COMPLETED)
-        for future in finished:
-            first, last = self._at.pop(future)
-            if self._is_lost(future, first):
-                self._submit(first, last)
-                continue
-            if future.cancelled():
-                raise StudioError("The executor gave up a part of the work: it was shut down, or cut off.")
-            results, seconds = future.result()
-            if len(results) != last - first:
-                raise ValueError(f"The task gave {len(results)} results for {last - first} cells.")
-            self._results[first:last] = results
-            self._done += last - first
-            self._size = _next_size(last - first, seconds)
-        self._tell()
-
-    def _is_lost(self, future: Future, first: int) -> bool:
-        """Return whether a chunk was lost with its workers, and may be sent again."""
-        lost = getattr(self._executor, "lost", ())
-        if future.cancelled() or not isinstance(future.exception(), lost):
-            return False
-        self._losses[first] = self._losses.get(first, 0) + 1
-        return self._losses[first] <= _MOST_LOSSES
-
-
-def _next_size(size: int, seconds: float) -> int:
-    """Return how many cells take CHUNK_SECONDS, where the last chunk's took so long; grows step by step."""
-    share = CHUNK_SECONDS / seconds if seconds > 0.0 else _GROWTH
-    return max(int(size * min(share, _GROWTH)), 1)
+    progress(0, len(cells))
+    try:
+        while done < len(cells):
+            many = _AHEAD * workers(executor)
+            while sent < len(cells) and len(under_way) < many:
+                first = sent
+                sent = min(first + (chunk or min(size, -(-(len(cells) - first) // many))), len(cells))
+                if submit(first, sent).done():  # an executor that computes at once is collected from at once
+                    break
+            for future in wait(under_way, LOOK_SECONDS, FIRST_COMPLETED).done:
+                first, last = under_way.pop(future)
+                if future.cancelled():
+                    raise StudioError("The executor gave up a part of the work: it was shut down or cut off.")
+                if isinstance(future.exception(), getattr(executor, "lost", ())):
+                    losses[first] += 1
+                    if losses[first] <= _MOST_LOSSES:
+                        submit(first, last)
+                        continue
+                found, seconds = future.result()
+                if len(found) != last - first:
+                    raise ValueError(f"The task gave {len(found)} results for {last - first} cells.")
+                results[first:last] = found
+                done += last - first
+                growth = CHUNK_SECONDS / seconds if seconds > 0.0 else _GROWTH
+                size = max(int((last - first) * min(growth, _GROWTH)), 1)
+            progress(done, len(cells))
+    except BaseException:
+        for future in under_way:
+            future.cancel()
+        raise
+    return results
 
 
 _NICEST = 19

@@ -7,7 +7,7 @@ colours tokens of the palette.
 import math
 import os
 import platform
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -28,19 +28,15 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.accuracy import Accuracy, Point, Sheet
 
 
-_OTHERS = (
-    ("o", "velocity"),
-    ("s", "position"),
-    ("D", "asked"),
-    ("p", "energy"),
-    ("*", "ink"),
-    ("v", "hold"),
-    ("P", "lecture"),
-    ("^", "applied"),
-    ("X", "ok"),
-    ("o", "danger"),
+_OTHERS = tuple(
+    zip(
+        "osDp*vP^Xo",
+        ("velocity", "position", "asked", "energy", "ink", "hold", "lecture", "applied", "ok", "danger"),
+        strict=True,
+    )
 )
-_INTEGRATORS = {
+# Integrators and rates that look like what they are in the live plots; all others in the order above.
+_OWN = {
     "explicit_euler": ("^", "applied"),
     "lecture": ("P", "lecture"),
     "semi_implicit": ("o", "velocity"),
@@ -49,18 +45,15 @@ _INTEGRATORS = {
     "implicit_euler": ("v", "hold"),
     "trapezoid": ("p", "energy"),
     "exact": ("*", "ink"),
+    "prompt": ("o", "velocity"),
+    "late": ("v", "hold"),
 }
-_SERVO = {"prompt": ("o", "velocity"), "late": ("v", "hold")}
+_FAMILY = {key: n for family in (ESTIMATORS, MODELS) for n, key in enumerate(family)}
 
 
 def marker_and_color(method: str) -> tuple[str, str]:
     """Return the marker and the colour's token of a method."""
-    if method in _INTEGRATORS | _SERVO:
-        return (_INTEGRATORS | _SERVO)[method]
-    for family in (tuple(ESTIMATORS), tuple(MODELS)):
-        if method in family:
-            return _OTHERS[family.index(method) % len(_OTHERS)]
-    return _OTHERS[0]
+    return _OWN.get(method, _OTHERS[_FAMILY.get(method, 0) % len(_OTHERS)])
 
 
 # An error below this is none: no sensor shows it, and rounding made it.
@@ -109,34 +102,20 @@ class AccuracyAxes:
         axes.set_yscale("log")
         axes.set_xlim(self.left, self.right)
         axes.set_ylim(self.bottom, self.top)
-        self._across(axes)
-        self._up(axes)
+        subs = (1, 2, 5) if self.right / self.left < _NARROW else (1,)
+        across = [sub * 10.0**power for power in range(-2, 6) for sub in subs]
+        _ticks(axes.xaxis, across, self.left, self.right, _cost)
+        _ticks(axes.yaxis, self._errors(), self.bottom, self.top, self._tick)
         style_axes(axes, c, "computing time per simulated second (less is faster)", error)
 
-    def _across(self, axes: Any) -> None:
-        from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-
-        subs = (1, 2, 5) if self.right / self.left < _NARROW else (1,)
-        ticks = [sub * 10.0**power for power in range(-2, 6) for sub in subs]
-        axes.xaxis.set_major_locator(FixedLocator([t for t in ticks if self.left <= t <= self.right]))
-        axes.xaxis.set_minor_locator(NullLocator())
-        axes.xaxis.set_major_formatter(
-            FuncFormatter(lambda t, _: f"{t / 1e3:g} ms" if t > 999.0 else f"{t:g} µs")
-        )
-
-    def _up(self, axes: Any) -> None:
-        from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-
+    def _errors(self) -> list[float]:
+        """Return where the ticks of errors are, few of them where they go far."""
         floor = self._zero * 1.5 if self.has_zero else self.bottom
-        decades = math.log10(self.top / floor)
         every = 1 if self.top / self.bottom < _WIDE else 3
-        subs = (1, 2, 5) if decades < 2.5 else (1,)
+        subs = (1, 2, 5) if math.log10(self.top / floor) < 2.5 else (1,)
         powers = range(math.floor(math.log10(floor)), math.ceil(math.log10(self.top)) + 1)
         ticks = [sub * 10.0**power for power in powers if power % every == 0 for sub in subs]
-        ticks = [t for t in ticks if floor <= t <= self.top] + ([self._zero] if self.has_zero else [])
-        axes.yaxis.set_major_locator(FixedLocator(ticks))
-        axes.yaxis.set_minor_locator(NullLocator())
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda t, _: self._tick(t)))
+        return [t for t in ticks if t >= floor] + ([self._zero] if self.has_zero else [])
 
     def _tick(self, value: float) -> str:
         if self.has_zero and math.isclose(value, self._zero):
@@ -146,6 +125,19 @@ class AccuracyAxes:
         if 1e-3 <= value < 1e4 and (self.unit or value >= 1.0):
             return f"{value:g}"
         return f"$10^{{{round(math.log10(value))}}}$"
+
+
+def _cost(microseconds: float) -> str:
+    return f"{microseconds / 1e3:g} ms" if microseconds > 999.0 else f"{microseconds:g} µs"
+
+
+def _ticks(axis: Any, places: list[float], low: float, high: float, write: Callable[[float], str]) -> None:
+    """Put ticks at the places within the ends, and none between."""
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+    axis.set_major_locator(FixedLocator([place for place in places if low <= place <= high]))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda place, _: write(place)))
 
 
 _LARGE, _SMALL = (864, 634), (547, 504)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio.figures import new_figure
+from hapkit_studio.errors import ParameterError
 from hapkit_studio.palette import paler, table
 
 Colors = SimpleNamespace
@@ -171,3 +171,20 @@ def _beside(axes: Any, c: Colors, label: Label, frame: Any) -> Any:
         made.set_horizontalalignment("right")
         made.xyann = (-away, 0.0)
     return made
+
+
+def new_figure(path: str | Path, size: tuple[float, float]) -> Any:
+    """Return an empty figure of so many inches; raise ParameterError where path is no picture's."""
+    from matplotlib.figure import Figure
+
+    check_picture(path)
+    return Figure(figsize=size, layout="constrained")
+
+
+def check_picture(path: str | Path) -> None:
+    """Raise ParameterError where path is no picture's."""
+    from matplotlib.backend_bases import FigureCanvasBase
+
+    ending, known = Path(path).suffix[1:].lower(), FigureCanvasBase.get_supported_filetypes()
+    if ending and ending not in known:
+        raise ParameterError(f"A picture is one of {', '.join(known)}, not {ending!r}.")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.analysis.stability.axes import nice_top
+from hapkit_studio.analysis.stability.margin import nice_top
 from hapkit_studio.analysis.zwidth import HIGHEST
 from hapkit_studio.charts.style import DASH, TEXT, Colors, legend, save, style_axes, unbroken
 

@@ -2,35 +2,28 @@
 
 import argparse
 
-from hapkit_studio.commands.base import Command, Result, progress_line
+from hapkit_studio.analysis import accuracy as measure
+from hapkit_studio.analysis.accuracy import words
+from hapkit_studio.charts.accuracy import accuracy_figure
+from hapkit_studio.commands.base import PLOT, Command, Result, drawn, option, progress_line, with_files
 
 CHARTS = "integrators, velocity, servo, friction"
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``accuracy`` takes."""
-    command.add_argument("chart", nargs="*", metavar="CHART", help=f"of {CHARTS}; none: all")
-    command.add_argument("--scene", metavar="KEY", help="this scene alone")
-    command.add_argument("--plot", metavar="PATH", help="draw the charts")
+OPTIONS = (
+    option("chart", nargs="*", metavar="CHART", help=f"of {CHARTS}; none: all"),
+    option("--scene", metavar="KEY", help="this scene alone"),
+    PLOT,
+)
 
 
 def accuracy(options: argparse.Namespace) -> Result:
     """Measure error and cost of every method; draw the charts where asked."""
-    from hapkit_studio.analysis import accuracy as measure
-
     found = measure.compute(options.chart, options.scene, progress=progress_line("scene"))
-    written = []
-    if options.plot:
-        from hapkit_studio.charts.accuracy import accuracy_figure
-
-        accuracy_figure(found, options.plot)
-        written.append(str(options.plot))
-    return Result(_text(found, written), _as_json(found, written))
+    return with_files(_text(found), _as_json(found), drawn(options.plot, accuracy_figure, found))
 
 
-def _as_json(found, written: list[str]) -> dict:
-    from hapkit_studio.analysis.accuracy import words
-
+def _as_json(found: measure.Accuracy) -> dict:
     answers = [
         {
             "chart": sheet.chart,
@@ -45,10 +38,10 @@ def _as_json(found, written: list[str]) -> dict:
         }
         for sheet in found.sheets
     ]
-    return {"rows": found.rows(), "answers": answers, "seconds": found.seconds, "written": written}
+    return {"rows": found.rows(), "answers": answers, "seconds": found.seconds}
 
 
-def _text(found, written: list[str]) -> str:
+def _text(found: measure.Accuracy) -> str:
     parts = [_sheet(sheet) for sheet in found.sheets]
     right = sum(sheet.answer.right for sheet in found.sheets)
     count = sum(len(sheet.points) for sheet in found.sheets)
@@ -56,13 +49,11 @@ def _text(found, written: list[str]) -> str:
         f"{count} points in {found.seconds:.1f} s. Nothing beats what is marked *: the Pareto front. "
         f"The default is the cheapest within the tolerance in {right} of {len(found.sheets)} scenes."
     )
-    return "\n\n".join(parts) + "".join(f"\nwrote {path}" for path in written)
+    return "\n\n".join(parts)
 
 
-def _sheet(sheet) -> str:
+def _sheet(sheet: measure.Sheet) -> str:
     """Return a scene's table: a line a point, the default marked."""
-    from hapkit_studio.analysis.accuracy import words
-
     scene, answer = sheet.scene, sheet.answer
     lines = [f"{sheet.chart} · {scene.title}", words.sentence(sheet), words.verdict(sheet)]
     lines.append(f"Tolerance: {scene.reason}.")
@@ -75,10 +66,4 @@ def _sheet(sheet) -> str:
     return "\n".join(lines)
 
 
-COMMAND = Command(
-    "accuracy",
-    "chart every method's error against its computing time",
-    accuracy,
-    options,
-    order=60,
-)
+COMMAND = Command("accuracy", "chart every method's error against its computing time", accuracy, OPTIONS, 60)

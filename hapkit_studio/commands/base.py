@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hapkit_studio import environments, figures
+from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.charts.style import check_picture
 from hapkit_studio.dynamics.estimators import ESTIMATORS, Spec
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.environments.base import Environment
@@ -23,6 +24,20 @@ from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source
 QUIET_SECONDS = 1.0
 
 
+Option = tuple[tuple[str, ...], dict[str, Any]]
+
+
+def option(*names: str, **how: Any) -> Option:
+    """Return what ``ArgumentParser.add_argument`` takes."""
+    return names, how
+
+
+ENVIRONMENT = option("environment", help="an environment's key, or a Python file: my_env.py")
+TRUST = option("--trust", action="store_true", help="execute a file that you have read")
+PARAMETER = option("-p", "--parameter", action="append", default=[], metavar="KEY=VALUE")
+PLOT = option("--plot", metavar="PATH", help="write a picture")
+
+
 @dataclass(frozen=True)
 class Result:
     """A command's outcome: text for a person, one object for ``--json``; code: the exit code."""
@@ -32,18 +47,28 @@ class Result:
     code: int = 0
 
 
-def _nothing(command: argparse.ArgumentParser) -> None:
-    """Take no options but ``--json``."""
+def with_files(text: str, as_json: dict, written: Sequence[str], code: int = 0) -> Result:
+    """Return a result that also says which files were written."""
+    lines = [text, *(f"wrote {path}" for path in written)]
+    return Result("\n".join(lines), {**as_json, "written": list(written)}, code)
+
+
+def drawn(plot: str | None, draw: Callable[[Any, str], object], found: Any) -> list[str]:
+    """Draw what was found where a picture is asked for; return the files written."""
+    if not plot:
+        return []
+    draw(found, plot)
+    return [plot]
 
 
 @dataclass(frozen=True)
 class Command:
-    """One command; ``options`` declares what it takes besides ``--json``, ``run`` does it."""
+    """One command: what it takes besides ``--json``, and ``run``, which does it."""
 
     name: str
     help: str
     run: Callable[[argparse.Namespace], Result]
-    options: Callable[[argparse.ArgumentParser], None] = _nothing
+    options: Sequence[Option] = ()
     order: int = 100
 
 
@@ -107,15 +132,17 @@ SETTING = {
 }
 
 
-def setting_options(command: argparse.ArgumentParser) -> None:
-    """Declare what a Setting is made of; what is not given is None."""
-    usual = Setting()
-    for name, (unit, words) in SETTING.items():
-        shown = f"{words}; {getattr(usual, name):g}"
-        command.add_argument(f"--{name}", type=float, metavar=unit, help=shown)
-    command.add_argument("--estimator", metavar="NAME", help=ESTIMATOR_HELP)
-    command.add_argument("--hand", metavar="GRIP", help=", ".join(GRIPS))
-    command.add_argument("--controller", action="store_true", help="with the passivity controller")
+_USUAL = Setting()
+SETTING_OPTIONS = (
+    *(
+        option(f"--{name}", type=float, metavar=unit, help=f"{words}; {getattr(_USUAL, name):g}")
+        for name, (unit, words) in SETTING.items()
+    ),
+    option("--estimator", metavar="NAME", help=ESTIMATOR_HELP),
+    option("--hand", metavar="GRIP", help=", ".join(GRIPS)),
+    option("--controller", action="store_true", help="with the passivity controller"),
+)
+"""What a Setting is made of; what is not given is None."""
 
 
 def of_options(options: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
@@ -144,7 +171,7 @@ def check_outputs(options: argparse.Namespace) -> None:
             continue
         _check_path(given, f"--{name}")
         if name == "plot":
-            figures.check(given)
+            check_picture(given)
             setattr(options, name, given if Path(given).suffix else given + _PICTURE)
 
 

@@ -6,23 +6,22 @@ from pathlib import Path
 
 from hapkit_studio.analysis.failures import failures, named
 from hapkit_studio.analysis.failures.base import Failure, Shown, Try, as_json, show, try_json
-from hapkit_studio.commands.base import Command, Result, key_values, progress_line
+from hapkit_studio.charts.failures import failure_figure
+from hapkit_studio.commands.base import Command, Result, drawn, key_values, option, progress_line, with_files
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import on_screen
 
 _WIDTH = 100
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``break-it`` takes."""
-    command.add_argument(
-        "failure", nargs="?", metavar="KEY", help="one of the failures; none: a table of all"
-    )
-    command.add_argument(
+OPTIONS = (
+    option("failure", nargs="?", metavar="KEY", help="one of the failures; none: a table of all"),
+    option(
         "-p", dest="given", action="append", default=[], metavar="KEY=VALUE", help="an option of the failure"
-    )
-    command.add_argument("--at", type=float, metavar="VALUE", help="try the knob at this value as well, SI")
-    command.add_argument("--plot", metavar="PATH", help="draw it; without KEY one picture for each")
+    ),
+    option("--at", type=float, metavar="VALUE", help="try the knob at this value as well, SI"),
+    option("--plot", metavar="PATH", help="draw it; without KEY one picture for each"),
+)
 
 
 def run(options: argparse.Namespace) -> Result:
@@ -31,33 +30,22 @@ def run(options: argparse.Namespace) -> Result:
         raise ParameterError("Options and --at belong to one failure: name it, e.g. break-it sampled_spring.")
     chosen = [named(options.failure)] if options.failure else list(failures().values())
     given = key_values(options.given, "An option", "rate=1000")
-    results, written = [], []
+    results: list[Shown] = []
+    written: list[str] = []
     for failure in chosen:
         say = progress_line(f"{failure.key}")
         results.append(show(failure, given, chart=bool(options.plot), progress=say))
-        if options.plot:
-            path = options.plot if options.failure else _path_for(options.plot, failure)
-            _draw(results[-1], path)
-            written.append(path)
+        path = options.plot if options.failure or not options.plot else _path_for(options.plot, failure)
+        written += drawn(path, failure_figure, results[-1])
     tried = [Try(options.at, chosen[0].try_at(options.at, given))] if options.at is not None else []
     text = _details(results[0], tried) if options.failure else _table(results)
-    found = {
-        "failures": [as_json(r) for r in results],
-        "tried": [try_json(t) for t in tried],
-        "written": written,
-    }
-    return Result(text + "".join(f"\nwrote {path}" for path in written), found)
+    found = {"failures": [as_json(r) for r in results], "tried": [try_json(t) for t in tried]}
+    return with_files(text, found, written)
 
 
 def _path_for(path: str, failure: Failure) -> str:
     base = Path(path)
     return str(base.with_name(f"{base.stem}-{failure.key}{base.suffix}"))
-
-
-def _draw(shown: Shown, path: str) -> None:
-    from hapkit_studio.charts.failures import failure_figure
-
-    failure_figure(shown, path)
 
 
 def _verdict(one: Try) -> str:
@@ -95,4 +83,4 @@ def _details(shown: Shown, tried: list[Try]) -> str:
     return "\n".join(lines)
 
 
-COMMAND = Command("break-it", "where methods fail: inside and outside each limit", run, options, order=57)
+COMMAND = Command("break-it", "where methods fail: inside and outside each limit", run, OPTIONS, 57)

@@ -4,7 +4,7 @@ import argparse
 from dataclasses import replace
 from typing import Any
 
-from hapkit_studio.commands.base import Command, Result
+from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.commands.check_hapkit import board_named
 from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.errors import ParameterError
@@ -13,14 +13,14 @@ from hapkit_studio.protocol.messages import Board, MotorMap, Origin, Pins, Senso
 _NAMES = {"pins": Pins, "sensor": Sensor, "motor_map": MotorMap}
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``calibrate`` takes."""
-    keys = ", ".join(kit.key for kit in profiles.KITS)
-    command.add_argument("device", help="a device's key or a port")
-    command.add_argument("--kit", metavar="KEY", help=f"put a kit's usual numbers on the board: {keys}")
-    command.add_argument("--from", dest="file", metavar="TOML", help="put a calibration file on the board")
-    command.add_argument("--label", metavar="NAME", help="the kit's name, 12 letters at most")
-    command.add_argument("--write", action="store_true", help="write the calibration to a file, too")
+_KEYS = ", ".join(kit.key for kit in profiles.KITS)
+OPTIONS = (
+    option("device", help="a device's key or a port"),
+    option("--kit", metavar="KEY", help=f"put a kit's usual numbers on the board: {_KEYS}"),
+    option("--from", dest="file", metavar="TOML", help="put a calibration file on the board"),
+    option("--label", metavar="NAME", help="the kit's name, 12 letters at most"),
+    option("--write", action="store_true", help="write the calibration to a file, too"),
+)
 
 
 def run(options: argparse.Namespace) -> Result:
@@ -71,4 +71,4 @@ def _shown(board: Board) -> list[str]:
     return [k for k in calibration_file.SHOWN if k != "table" or board.motor_map == MotorMap.TABLE]
 
 
-COMMAND = Command("calibrate", "show a board's calibration, or put another on it", run, options, order=96)
+COMMAND = Command("calibrate", "show a board's calibration, or put another on it", run, OPTIONS, 96)

@@ -5,7 +5,7 @@ import sys
 from typing import Any
 
 from hapkit_studio import devices as device_list
-from hapkit_studio.commands.base import Command, Result
+from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.devices.board_runner import BoardRunner
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import ParameterError
@@ -15,9 +15,7 @@ DANGER = 1
 """Exit code where a check failed so that nothing may be rendered on this kit."""
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``check`` takes."""
-    command.add_argument("device", help="a device's key or a port; hands off, handle in the middle")
+OPTIONS = (option("device", help="a device's key or a port; hands off, handle in the middle"),)
 
 
 def board_named(key: str) -> Any:
@@ -53,4 +51,4 @@ def run(options: argparse.Namespace) -> Result:
     return Result("\n".join([*lines, report.words]), found, DANGER if report.dangerous else 0)
 
 
-COMMAND = Command("check", "test a connected Hapkit in half a minute, change nothing", run, options, order=95)
+COMMAND = Command("check", "test a connected Hapkit in half a minute, change nothing", run, OPTIONS, 95)

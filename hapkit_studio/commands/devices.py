@@ -3,15 +3,12 @@
 import argparse
 
 from hapkit_studio import devices as device_list
-from hapkit_studio.commands.base import Command, Result, progress_line
+from hapkit_studio.commands.base import Command, Result, option, progress_line
 from hapkit_studio.devices.hapkit import probe
 
-
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``devices`` takes."""
-    command.add_argument(
-        "--probe", action="store_true", help="open each, which restarts a board, and say who answers"
-    )
+OPTIONS = (
+    option("--probe", action="store_true", help="open each, which restarts a board, and say who answers"),
+)
 
 
 def devices(options: argparse.Namespace) -> Result:
@@ -30,4 +27,4 @@ def devices(options: argparse.Namespace) -> Result:
     return Result("\n".join(lines), {"devices": found})
 
 
-COMMAND = Command("devices", "list the devices that can be chosen now", devices, options, order=30)
+COMMAND = Command("devices", "list the devices that can be chosen now", devices, OPTIONS, 30)

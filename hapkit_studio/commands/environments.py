@@ -3,7 +3,7 @@
 import argparse
 
 from hapkit_studio import environments as library
-from hapkit_studio.commands.base import Command, Result
+from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.parameters import AnyParameter, Choice
 
@@ -11,9 +11,7 @@ _HEAD = "| key | environment | what it does | state | modelled for it |\n|---|--
 _COLUMNS = "| parameter | default | limits | what it is |\n|---|---|---|---|"
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``environments`` takes."""
-    command.add_argument("--markdown", action="store_true", help="as a page with pictures and explanations")
+OPTIONS = (option("--markdown", action="store_true", help="as a page with pictures and explanations"),)
 
 
 def environments(options: argparse.Namespace) -> Result:
@@ -67,6 +65,4 @@ def _parameter(p: AnyParameter) -> str:
     return f"| `{p.key}` | {p.text(p.default)} | {limits} | {p.help} |"
 
 
-COMMAND = Command(
-    "environments", "list the environments and their parameters", environments, options, order=20
-)
+COMMAND = Command("environments", "list the environments and their parameters", environments, OPTIONS, 20)

@@ -4,40 +4,37 @@ import argparse
 import math
 
 from hapkit_studio.analysis.stability import on_board
-from hapkit_studio.commands.base import Command, Result, environment_named, estimator_spec, key_values
+from hapkit_studio.commands import base
 from hapkit_studio.devices import profiles
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.dynamics.estimators import USUAL
+from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.board_plan import ESTIMATORS
 from hapkit_studio.protocol.messages import Origin
 from hapkit_studio.workshop import sketch
 from hapkit_studio.workshop.own import switched_off
 
-
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``export`` takes."""
-    command.add_argument("environment", help="an environment's key, or a Python file: my_env.py")
-    command.add_argument("--trust", action="store_true", help="execute a file that you have read")
-    command.add_argument("-p", "--parameter", action="append", default=[], metavar="KEY=VALUE")
-    command.add_argument(
-        "-o", "--output", metavar="PATH", help="wall.ino makes the folder wall with wall.ino"
-    )
-    command.add_argument("--force", action="store_true", help="write over a sketch that is there already")
-    kit = command.add_mutually_exclusive_group()
-    kit.add_argument("--kit", metavar="KEY", help=", ".join(kit.key for kit in profiles.KITS))
-    kit.add_argument("--port", metavar="PORT", help="take the kit's numbers from the board on this port")
-    command.add_argument("--rate", type=int, metavar="Hz", help=_numbers(sketch.RATES))
-    command.add_argument("--estimator", default=USUAL, metavar="NAME", help=", ".join(ESTIMATORS))
-    command.add_argument("--prints", type=int, default=10, metavar="1/s", help="lines on the serial monitor")
+OPTIONS = (
+    base.ENVIRONMENT,
+    base.TRUST,
+    base.PARAMETER,
+    base.option("-o", "--output", metavar="PATH", help="wall.ino makes the folder wall with wall.ino"),
+    base.option("--force", action="store_true", help="write over a sketch that is there already"),
+    base.option("--kit", metavar="KEY", help=", ".join(kit.key for kit in profiles.KITS)),
+    base.option("--port", metavar="PORT", help="take the kit's numbers from the board on this port"),
+    base.option("--rate", type=int, metavar="Hz", help=", ".join(map(str, sketch.RATES))),
+    base.option("--estimator", default=USUAL, metavar="NAME", help=", ".join(ESTIMATORS)),
+    base.option("--prints", type=int, default=10, metavar="1/s", help="lines on the serial monitor"),
+)
 
 
-def run(options: argparse.Namespace) -> Result:
+def run(options: argparse.Namespace) -> base.Result:
     """Write the sketch; raise ParameterError, LawError or DeviceError."""
-    found = environment_named(options.environment, options.trust)
-    values = found.values(key_values(options.parameter))
+    found = base.environment_named(options.environment, options.trust)
+    values = found.values(base.key_values(options.parameter))
     kit = _kit(options.kit, options.port)
     rate = sketch.usual_rate(found, values) if options.rate is None else options.rate
-    spec = estimator_spec(options.estimator)
+    spec = base.estimator_spec(options.estimator)
     sketch.check(rate, spec, options.prints)
     margin = on_board.sketch_margin(found, values, kit.board, rate, spec)
     limit = on_board.sketch_words(margin, rate)
@@ -54,15 +51,13 @@ def run(options: argparse.Namespace) -> Result:
     }
     lines = f"wrote {path}\nfor {whose}; open it in the Arduino IDE, board Arduino Uno, and upload"
     lines = "\n".join([lines, *filter(None, [limit]), *switched_off(found)])
-    return Result(lines, {"environment": found.key, **numbers})
-
-
-def _numbers(values: tuple[int, ...]) -> str:
-    return ", ".join(map(str, values))
+    return base.Result(lines, {"environment": found.key, **numbers})
 
 
 def _kit(key: str | None, port: str | None) -> sketch.Kit:
     """Return the kit of a key, of the board on a port, or the usual one."""
+    if key and port:
+        raise ParameterError("Name a kit or a port, not both.")
     if port is None:
         return sketch.Kit(profiles.named(key).board) if key else sketch.Kit()
     board = HapkitBoard(port)
@@ -74,4 +69,4 @@ def _kit(key: str | None, port: str | None) -> sketch.Kit:
     return sketch.Kit(profiles.of_settings(settings), settings.origin in (Origin.STORED, Origin.UNSAVED))
 
 
-COMMAND = Command("export", "write an environment as an Arduino sketch", run, options, order=36)
+COMMAND = base.Command("export", "write an environment as an Arduino sketch", run, OPTIONS, 36)

@@ -6,41 +6,37 @@ from collections.abc import Sequence
 from hapkit_studio import environments as library
 from hapkit_studio.analysis import fidelity as judge
 from hapkit_studio.charts.fidelity import fidelity_figure, outcome_word, percent
-from hapkit_studio.commands.base import Command, Result, environment_named, progress_line
+from hapkit_studio.commands.base import (
+    PLOT,
+    Command,
+    Result,
+    drawn,
+    environment_named,
+    option,
+    progress_line,
+    with_files,
+)
 from hapkit_studio.devices.simulated import TERMS
 
-
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``fidelity`` takes."""
-    command.add_argument("environment", nargs="*", metavar="ENV", help="keys or files; none: all")
-    command.add_argument("--trust", action="store_true", help="execute files that you have read")
-    command.add_argument("--plot", metavar="PATH", help="draw the table")
-    command.add_argument("--write", action="store_true", help="write what is needed into the scenes' files")
+OPTIONS = (
+    option("environment", nargs="*", metavar="ENV", help="keys or files; none: all"),
+    option("--trust", action="store_true", help="execute files that you have read"),
+    PLOT,
+)
 
 
 def fidelity(options: argparse.Namespace) -> Result:
-    """Judge which terms each scene needs; draw the table and write the needs where asked."""
+    """Judge which terms each scene needs; draw the table where asked."""
     scenes = [environment_named(wanted, options.trust) for wanted in options.environment]
     scenes = scenes or list(library.discover().values())
     results = []
     for number, scene in enumerate(scenes, 1):
         results.append(judge.compute(scene, progress_line(f"scene {number} of {len(scenes)}, {scene.key}")))
-    written = []
-    if options.plot:
-        fidelity_figure(results, options.plot)
-        written.append(str(options.plot))
-    if options.write:
-        written += _written(scenes, results)
-    return Result(_text(results, written), as_json(results, written))
+    return with_files(_text(results), as_json(results), drawn(options.plot, fidelity_figure, results))
 
 
-def _written(scenes: Sequence, results: Sequence[judge.Fidelity]) -> list[str]:
-    pairs = zip(scenes, results, strict=True)
-    return [str(judge.file_of(scene)) for scene, result in pairs if judge.write_needs(scene, result.needs)]
-
-
-def as_json(results: Sequence[judge.Fidelity], written: list[str]) -> dict:
-    """Return one object: a row a cell, what each scene needs, the files written."""
+def as_json(results: Sequence[judge.Fidelity]) -> dict:
+    """Return one object: a row a cell, what each scene needs."""
     rows = [
         {
             "scene": e.scene,
@@ -56,14 +52,14 @@ def as_json(results: Sequence[judge.Fidelity], written: list[str]) -> dict:
         for e in (*result.effects, result.together)
     ]
     rows = [{k: None if v != v else v for k, v in row.items()} for row in rows]
-    return {"rows": rows, "needs": {r.scene: list(r.needs) for r in results}, "written": written}
+    return {"rows": rows, "needs": {r.scene: list(r.needs) for r in results}}
 
 
-def _text(results: Sequence[judge.Fidelity], written: list[str]) -> str:
+def _text(results: Sequence[judge.Fidelity]) -> str:
     parts = [_details(result) for result in results]
     parts += [_table(results)] if len(results) > 1 else []
     parts += ["\n".join(_summary(result) for result in results)]
-    return "\n\n".join(parts) + "".join(f"\nwrote {path}" for path in written)
+    return "\n\n".join(parts)
 
 
 def _table(results: Sequence[judge.Fidelity]) -> str:
@@ -97,6 +93,6 @@ COMMAND = Command(
     "fidelity",
     "compute what a scene's simulated device must model, and what each term costs",
     fidelity,
-    options,
+    OPTIONS,
     order=40,
 )

@@ -4,7 +4,7 @@ import argparse
 import sys
 
 from hapkit_studio import devices
-from hapkit_studio.commands.base import Command, Result
+from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.devices import flash, serial_ports
 from hapkit_studio.devices.avrdude import CONNECTING, STARTING, VERIFYING, WRITING
 from hapkit_studio.errors import DeviceError
@@ -19,18 +19,11 @@ _BAR = 40
 _HALF = "Half of a firmware may be on the board: flash it again before you use it."
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``flash`` takes."""
-    command.add_argument(
-        "port", nargs="?", help="e.g. /dev/ttyUSB0 or COM3; the only one there is by default"
-    )
-    command.add_argument("--hex", metavar="PATH", help="another firmware than the one that ships")
-    avrdude_option(command)
-
-
-def avrdude_option(command: argparse.ArgumentParser) -> None:
-    """Declare the option that says where avrdude is."""
-    command.add_argument("--avrdude", metavar="PATH", help="where avrdude is, if it is not found by itself")
+OPTIONS = (
+    option("port", nargs="?", help="e.g. /dev/ttyUSB0 or COM3; the only one there is by default"),
+    option("--hex", metavar="PATH", help="another firmware than the one that ships"),
+    option("--avrdude", metavar="PATH", help="where avrdude is, if it is not found by itself"),
+)
 
 
 def run(options: argparse.Namespace) -> Result:
@@ -88,4 +81,4 @@ def _only_port() -> str:
     return kits[0].path
 
 
-COMMAND = Command("flash", "write the firmware to a board", run, options, order=35)
+COMMAND = Command("flash", "write the firmware to a board", run, OPTIONS, 35)

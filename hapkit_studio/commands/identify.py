@@ -3,27 +3,28 @@
 import argparse
 import math
 
-from hapkit_studio.commands.base import Command, Result
+from hapkit_studio.commands.base import PLOT, Command, Result, drawn, option, with_files
 from hapkit_studio.errors import ParameterError
 
 _HELP = "what was rendered, and what the handle is, from a recording, with 95 % intervals"
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``identify`` takes."""
-    command.add_argument("recording", metavar="CSV", help="a file written by: run … --csv run.csv")
-    command.add_argument("--from", dest="begin", type=float, metavar="s", help="where the piece begins")
-    command.add_argument("--to", dest="end", type=float, metavar="s", help="where the piece ends")
-    command.add_argument(
+OPTIONS = (
+    option("recording", metavar="CSV", help="a file written by: run … --csv run.csv"),
+    option("--from", dest="begin", type=float, metavar="s", help="where the piece begins"),
+    option("--to", dest="end", type=float, metavar="s", help="where the piece ends"),
+    option(
         "--terms", metavar="LIST", help="of the rendered force: stiffness,damping,friction; none: the scene's"
-    )
-    command.add_argument("--released", action="store_true", help="no hand holds the handle in this piece")
-    command.add_argument("--plot", metavar="PATH", help="draw force over position and velocity, with the fit")
+    ),
+    option("--released", action="store_true", help="no hand holds the handle in this piece"),
+    PLOT,
+)
 
 
 def run(options: argparse.Namespace) -> Result:
     """Identify the piece; draw it where asked."""
-    from hapkit_studio.analysis import identify as work
+    from hapkit_studio.analysis import identify as work  # takes seconds to import
+    from hapkit_studio.charts.identify import identify_figure
 
     for limit in (options.begin, options.end):
         if limit is not None and not math.isfinite(limit):
@@ -33,22 +34,16 @@ def run(options: argparse.Namespace) -> Result:
     found = work.identify(
         recording, begin=options.begin, end=options.end, terms=terms, released=options.released
     )
-    written = []
-    if options.plot:
-        from hapkit_studio.charts.identify import identify_figure
-
-        identify_figure(found, options.plot)
-        written.append(str(options.plot))
-    return Result(_text(found, written), {**found.as_json(), "written": written})
+    return with_files(_text(found), found.as_json(), drawn(options.plot, identify_figure, found))
 
 
-def _text(found, written: list[str]) -> str:
+def _text(found) -> str:
     lines = [f"The piece from {found.begin:.3g} s to {found.end:.3g} s:"]
     for part in (found.rendered, found.handle):
         lines.append("")
         lines.append("What was rendered" if part.key == "rendered" else _handle_title(part))
         lines += [f"  {line}" for line in found.sentences(part)]
-    return "\n".join(lines + [f"wrote {path}" for path in written])
+    return "\n".join(lines)
 
 
 def _handle_title(part) -> str:
@@ -57,4 +52,4 @@ def _handle_title(part) -> str:
     return "What the handle is, let go" if part.released else "What the handle is, the hand's mass with it"
 
 
-COMMAND = Command("identify", _HELP, run, options, order=70)
+COMMAND = Command("identify", _HELP, run, OPTIONS, 70)

@@ -6,7 +6,7 @@ import numpy as np
 
 from hapkit_studio import devices as device_list
 from hapkit_studio.commands import live_run
-from hapkit_studio.commands.base import Command, Result
+from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
@@ -15,13 +15,13 @@ from hapkit_studio.parameters import Parameter
 TEST_SECONDS = Parameter("seconds", "Seconds", "s", 5.0, 0.1, 86_400.0)
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``loop-test`` takes."""
-    command.add_argument("device", nargs="?", default="simulated", help="a device's key or a port")
-    command.add_argument("--rate", type=float, default=1000.0, metavar="Hz")
-    command.add_argument("--seconds", type=float, default=5.0, metavar="s")
-    command.add_argument("--environment", default="wall", metavar="KEY", help="what is rendered")
-    live_run.options(command)
+OPTIONS = (
+    option("device", nargs="?", default="simulated", help="a device's key or a port"),
+    option("--rate", type=float, default=1000.0, metavar="Hz"),
+    option("--seconds", type=float, default=5.0, metavar="s"),
+    option("--environment", default="wall", metavar="KEY", help="what is rendered"),
+    *live_run.OPTIONS,
+)
 
 
 def loop_test(options: argparse.Namespace) -> Result:
@@ -74,4 +74,4 @@ def loop_test(options: argparse.Namespace) -> Result:
     return Result(text, numbers)
 
 
-COMMAND = Command("loop-test", "run the real-time loop and measure it", loop_test, options, order=90)
+COMMAND = Command("loop-test", "run the real-time loop and measure it", loop_test, OPTIONS, 90)

@@ -7,15 +7,7 @@ import numpy as np
 
 from hapkit_studio import api
 from hapkit_studio import devices as device_list
-from hapkit_studio.commands import live_run
-from hapkit_studio.commands.base import (
-    ESTIMATOR_HELP,
-    Command,
-    Result,
-    environment_named,
-    estimator_spec,
-    key_values,
-)
+from hapkit_studio.commands import base, live_run
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
@@ -30,7 +22,7 @@ FAULT = 2
 
 def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
     """Return the run and what each way of rendering came to; raise a StudioError."""
-    chosen = environment_named(options.environment, options.trust)
+    chosen = base.environment_named(options.environment, options.trust)
     device = device_list.named(options.device)
     hand = hand_named(options.hand) if options.hand else None
     if hand is not None and not (getattr(device, "hand", False) or getattr(device, "simulated", False)):
@@ -39,8 +31,8 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
         )
     seconds = SECONDS.check(options.seconds)
     engine = Engine(device, chosen)
-    engine.set_environment(chosen, key_values(options.parameter))
-    engine.set_loop(delay=options.delay, estimator=estimator_spec(options.estimator))
+    engine.set_environment(chosen, base.key_values(options.parameter))
+    engine.set_loop(delay=options.delay, estimator=base.estimator_spec(options.estimator))
     if engine.device.simulated:
         engine.set_loop(rate=options.rate)
     reader = engine.reader()
@@ -58,7 +50,7 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
     run = _as_run(table, engine, options, found)
     got = float(run.time[-1])
     remarks += switched_off(chosen)
-    remarks += [] if live_run.is_gone(fault) else live_run.too_few(engine, played, got)
+    remarks += [] if live_run.is_gone(fault) else live_run.too_few(played, got)
     if played < seconds and fault is None:
         remarks.append(f"Ended after {played:.2f} s of {seconds:g} s by Ctrl-C.")
     faults = (live_run.fault_words(fault),) if fault else ()
@@ -101,26 +93,24 @@ def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, foun
     )
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``run`` takes."""
-    command.add_argument("environment", help="an environment's key, or a Python file: my_env.py")
-    command.add_argument("--trust", action="store_true", help="execute a file that you have read")
-    command.add_argument("-p", "--parameter", action="append", default=[], metavar="KEY=VALUE")
-    command.add_argument(
-        "--hand", metavar="SCRIPT", help="press, tap, stroke, …; without it the handle is free"
-    )
-    command.add_argument("--seconds", type=float, default=2.0, metavar="s")
-    command.add_argument("--rate", type=float, default=1000.0, metavar="Hz")
-    command.add_argument("--delay", type=float, default=0.0, metavar="s")
-    command.add_argument("--estimator", default="difference", metavar="NAME", help=ESTIMATOR_HELP)
-    command.add_argument("--seed", type=int, default=0)
-    command.add_argument("--device", metavar="KEY", help="render live on a device, by its key or its port")
-    live_run.options(command)
-    command.add_argument("--csv", metavar="PATH", help="write every sample")
-    command.add_argument("--plot", metavar="PATH", help="write a picture")
+OPTIONS = (
+    base.ENVIRONMENT,
+    base.TRUST,
+    base.PARAMETER,
+    base.option("--hand", metavar="SCRIPT", help="press, tap, stroke, …; without it the handle is free"),
+    base.option("--seconds", type=float, default=2.0, metavar="s"),
+    base.option("--rate", type=float, default=1000.0, metavar="Hz"),
+    base.option("--delay", type=float, default=0.0, metavar="s"),
+    base.option("--estimator", default="difference", metavar="NAME", help=base.ESTIMATOR_HELP),
+    base.option("--seed", type=int, default=0),
+    base.option("--device", metavar="KEY", help="render live on a device, by its key or its port"),
+    *live_run.OPTIONS,
+    base.option("--csv", metavar="PATH", help="write every sample"),
+    base.PLOT,
+)
 
 
-def run(options: argparse.Namespace) -> Result:
+def run(options: argparse.Namespace) -> base.Result:
     """Render an environment, by its key or its Python file; write CSV and picture where asked."""
     done, found = live(options) if options.device is not None else (_headless(options), {})
     if options.csv:
@@ -134,18 +124,18 @@ def _headless(options: argparse.Namespace) -> api.Run:
     if options.render != live_run.COMPUTER or options.board_rate is not None:
         raise ParameterError("--render board needs --device with a board: --device virtual-board, or a port.")
     return api.simulate(
-        environment_named(options.environment, options.trust),
-        key_values(options.parameter),
+        base.environment_named(options.environment, options.trust),
+        base.key_values(options.parameter),
         hand=options.hand,
         rate=options.rate,
         delay=options.delay,
-        estimator=estimator_spec(options.estimator),
+        estimator=base.estimator_spec(options.estimator),
         seconds=options.seconds,
         seed=options.seed,
     )
 
 
-def _of_run(done: api.Run, written: list[str], found: dict) -> Result:
+def _of_run(done: api.Run, written: list[str], found: dict) -> base.Result:
     clamped = int(np.count_nonzero(done.flags & rows.CLAMPED))
     numbers = {
         **done.settings,
@@ -160,7 +150,6 @@ def _of_run(done: api.Run, written: list[str], found: dict) -> Result:
         "clamped_samples": clamped,
         "faults": list(done.faults),
         "warnings": list(done.warnings),
-        "written": written,
         **found,
     }
     lines = [
@@ -172,15 +161,15 @@ def _of_run(done: api.Run, written: list[str], found: dict) -> Result:
         f"energy given to the hand {1e3 * numbers['energy_given']:.3f} mJ",
     ]
     lines += live_run.words(found) if found else []
-    lines += [*done.faults, *done.warnings] + [f"wrote {path}" for path in written]
-    return Result("\n".join(lines), numbers, FAULT if found and done.faults else 0)
+    lines += [*done.faults, *done.warnings]
+    return base.with_files("\n".join(lines), numbers, written, FAULT if found and done.faults else 0)
 
 
-def demo(path: str) -> Result:
+def demo(path: str) -> base.Result:
     """Render a hand pressing into the wall and write its picture."""
     done = api.simulate("wall", {"stiffness": 400.0, "damping": 2.0}, hand="press", seconds=3.0)
     done.plot(path)
     return _of_run(done, [path], {})
 
 
-COMMAND = Command("run", "render an environment, headless or on a device", run, options, order=10)
+COMMAND = base.Command("run", "render an environment, headless or on a device", run, OPTIONS, 10)

@@ -12,44 +12,37 @@ from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import RENDERED_DAMPING, WIDTH, Plane, plane
 from hapkit_studio.analysis.stability.margin import hand_words, sentence
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
-from hapkit_studio.commands.base import Command, Result, progress_line, setting_of, setting_options
+from hapkit_studio.charts.stability import stability_figure
+from hapkit_studio.commands import base
 from hapkit_studio.errors import ParameterError
 
 COLUMNS = 13
 SIDE = 100
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``stability`` takes."""
-    setting_options(command)
-    command.add_argument(
-        "-K", "--stiffness", type=float, default=300.0, metavar="N/m", help="what is rendered"
-    )
-    command.add_argument("-B", "--damping", type=float, default=0.0, metavar="N·s/m", help="what is rendered")
-    command.add_argument("--to", type=float, metavar="N·s/m", help="the largest damping shown")
-    command.add_argument("--measure", action="store_true", help="find the boundary by rendering, too")
-    command.add_argument("--map", action="store_true", help=f"render {SIDE} × {SIDE} cells of the plane")
-    command.add_argument("--real", action="store_true", help="measure with friction and sensor steps")
-    command.add_argument("--scheduler", metavar="ADDRESS", help="measure on a cluster: tcp://…")
-    command.add_argument("--plot", metavar="PATH", help="draw the map")
+OPTIONS = (
+    *base.SETTING_OPTIONS,
+    base.option("-K", "--stiffness", type=float, default=300.0, metavar="N/m", help="what is rendered"),
+    base.option("-B", "--damping", type=float, default=0.0, metavar="N·s/m", help="what is rendered"),
+    base.option("--to", type=float, metavar="N·s/m", help="the largest damping shown"),
+    base.option("--measure", action="store_true", help="find the boundary by rendering, too"),
+    base.option("--map", action="store_true", help=f"render {SIDE} × {SIDE} cells of the plane"),
+    base.option("--real", action="store_true", help="measure with friction and sensor steps"),
+    base.option("--scheduler", metavar="ADDRESS", help="measure on a cluster: tcp://…"),
+    base.PLOT,
+)
 
 
-def run(options: argparse.Namespace) -> Result:
+def run(options: argparse.Namespace) -> base.Result:
     """Judge a loop; measure where asked."""
     _check(options)
-    found = plane(setting_of(options), options.stiffness, options.damping, width=options.to)
+    found = plane(base.setting_of(options), options.stiffness, options.damping, width=options.to)
     begin = time.monotonic()
     with _executor(options.scheduler) as executor:
         found = _measured(options, found, executor)
     seconds = time.monotonic() - begin if found.points or found.cells else None
-    written = []
-    if options.plot:
-        from hapkit_studio.charts.stability import stability_figure
-
-        stability_figure(found, options.plot)
-        written.append(str(options.plot))
-    as_json = {**kb_plane.as_json(found), "measuring_seconds": seconds, "written": written}
-    return Result(_text(found, seconds) + "".join(f"\nwrote {path}" for path in written), as_json)
+    as_json = {**kb_plane.as_json(found), "measuring_seconds": seconds}
+    return base.with_files(_text(found, seconds), as_json, base.drawn(options.plot, stability_figure, found))
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -78,13 +71,13 @@ def _measured(options: argparse.Namespace, found: Plane, executor: Any) -> Plane
     if options.measure:
         damping = np.linspace(0.0, found.width, COLUMNS)
         points = measure_points(
-            loop, damping, real=options.real, executor=executor, progress=progress_line("columns")
+            loop, damping, real=options.real, executor=executor, progress=base.progress_line("columns")
         )
         found = replace(found, points=points)
     if options.map:
         across, up = (cell_centres(end, SIDE) for end in (found.width, found.top))
         cells = measure_cells(
-            loop, across, up, real=options.real, executor=executor, progress=progress_line("cells")
+            loop, across, up, real=options.real, executor=executor, progress=base.progress_line("cells")
         )
         found = replace(found, cells=cells)
     return found
@@ -153,6 +146,6 @@ def _cells(found: Plane) -> str:
     return f"{cells.classes.size} cells: {words}"
 
 
-COMMAND = Command(
-    "stability", "how stiff a loop may be: exact, passive, by rule and measured", run, options, 50
+COMMAND = base.Command(
+    "stability", "how stiff a loop may be: exact, passive, by rule and measured", run, OPTIONS, 50
 )

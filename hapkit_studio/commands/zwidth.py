@@ -17,19 +17,12 @@ from hapkit_studio.analysis.zwidth import (
 )
 from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
 from hapkit_studio.analysis.zwidth.result import Protocol, ZWidth, text
+from hapkit_studio.charts.style import new_figure
 from hapkit_studio.charts.zwidth import zwidth_figure
-from hapkit_studio.commands.base import (
-    Command,
-    Result,
-    of_options,
-    progress_line,
-    setting_of,
-    setting_options,
-)
+from hapkit_studio.commands import base
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.figures import new_figure
 from hapkit_studio.haptics.engine import Engine
 
 # What a setting and the command call the same; a board has its own.
@@ -37,45 +30,43 @@ _HANDLE = ("mass", "viscous", "coulomb", "quantum")
 _SHORT = {"virtual": "virtual-board"}
 
 
-def options(command: argparse.ArgumentParser) -> None:
-    """Declare what ``zwidth`` takes."""
-    numbers = (
-        ("speed", "m/s", f"at which the wall is hit; {SPEED.default:g}"),
-        ("push", "N", f"into the wall; {PUSH.default:g}"),
-        ("max-force", "N", f"the motor's limit; none, on a device {DEVICE_FORCE.default:g}"),
-    )
-    command.add_argument("--device", metavar="DEVICE", help="simulated, virtual, a port; without: simulation")
-    command.add_argument("--damping", metavar="B,B,…", help="virtual dampings in N·s/m, e.g. 0,1,2,5")
-    for name, unit, words in numbers:
-        command.add_argument(f"--{name}", type=float, metavar=unit, help=words)
-    setting_options(command)
-    command.add_argument("--plot", metavar="PATH", help="write a picture")
+OPTIONS = (
+    base.option("--device", metavar="DEVICE", help="simulated, virtual, a port; without: simulation"),
+    base.option("--damping", metavar="B,B,…", help="virtual dampings in N·s/m, e.g. 0,1,2,5"),
+    base.option("--speed", type=float, metavar="m/s", help=f"at which the wall is hit; {SPEED.default:g}"),
+    base.option("--push", type=float, metavar="N", help=f"into the wall; {PUSH.default:g}"),
+    base.option(
+        "--max-force",
+        type=float,
+        metavar="N",
+        help=f"the motor's limit; none, on a device {DEVICE_FORCE.default:g}",
+    ),
+    *base.SETTING_OPTIONS,
+    base.PLOT,
+)
 
 
-def run(options: argparse.Namespace) -> Result:
+def run(options: argparse.Namespace) -> base.Result:
     """Measure the Z-width; draw it where asked."""
     if options.plot:
         new_figure(options.plot, (1.0, 1.0))  # before a minute of pressing, not after
     result = _on_device(options) if options.device else _simulated(options)
-    written = []
-    if options.plot:
-        zwidth_figure(result, options.plot)
-        written.append(str(options.plot))
-    words = [text(result), *(f"wrote {path}" for path in written)]
-    return Result("\n".join(words), {**result.as_json(), "written": written})
+    return base.with_files(text(result), result.as_json(), base.drawn(options.plot, zwidth_figure, result))
 
 
 def _simulated(options: argparse.Namespace) -> ZWidth:
     force = math.inf if options.max_force is None else MAX_FORCE.check(options.max_force)
-    protocol = Protocol(**of_options(options, ("speed", "push")), max_force=force)
+    protocol = Protocol(**base.of_options(options, ("speed", "push")), max_force=force)
     levels = dampings(options.damping, SIMULATED_DAMPING)
-    return simulation.compute(setting_of(options), levels, protocol, progress=progress_line("damping"))
+    return simulation.compute(
+        base.setting_of(options), levels, protocol, progress=base.progress_line("damping")
+    )
 
 
 def _on_device(options: argparse.Namespace) -> ZWidth:
     """Measure on a device of its own; Ctrl+C, too, leaves it with a zero command."""
     hit = {"hit": options.speed} if options.speed is not None else {}
-    limits = TrialLimits(**of_options(options, ("max_force", "push")), **hit)
+    limits = TrialLimits(**base.of_options(options, ("max_force", "push")), **hit)
     levels = dampings(options.damping, DEVICE_DAMPING)
     device = _device(options)
     engine = Engine(device, "wall")
@@ -83,10 +74,10 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
         engine.set_grip(options.hand)
     engine.start()
     try:
-        loop = of_options(options, ("rate", "delay", "estimator"))
+        loop = base.of_options(options, ("rate", "delay", "estimator"))
         engine.set_loop(**loop, controller=options.controller)
         engine.set_model("everything")
-        watch = progress_line("trial")
+        watch = base.progress_line("trial")
         return on_device.measure(engine, levels, limits, progress=watch, say=_say)
     finally:
         engine.close()
@@ -94,7 +85,7 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
 
 def _device(options: argparse.Namespace) -> object:
     device = devices.named(_SHORT.get(options.device, options.device))
-    given = of_options(options, _HANDLE)
+    given = base.of_options(options, _HANDLE)
     if not isinstance(device, SimulatedHapkit):
         if given:
             raise ParameterError(f"{device.title} has its own {next(iter(given))}; leave the option out.")  # type: ignore[attr-defined]
@@ -118,4 +109,4 @@ def dampings(given: str | None, usual: tuple[float, ...]) -> tuple[float, ...]:
         raise ParameterError(f"Dampings are numbers in N·s/m as 0,1,2,5, not {given!r}.") from None
 
 
-COMMAND = Command("zwidth", "measure the stiffest wall at each virtual damping", run, options, order=60)
+COMMAND = base.Command("zwidth", "measure the stiffest wall at each virtual damping", run, OPTIONS, 60)

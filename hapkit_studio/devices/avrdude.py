@@ -1,5 +1,6 @@
 """avrdude: where it is on this computer, and what version 6 to 8 of it says, as progress and errors."""
 
+import glob
 import os
 import re
 import shutil
@@ -30,7 +31,7 @@ _FOLDERS = {
     "win32": (
         "$LOCALAPPDATA/Arduino15/packages/arduino/tools/avrdude/*/bin",
         "$PROGRAMFILES/Arduino/hardware/tools/avr/bin",
-        "$PROGRAMFILES(X86)/Arduino/hardware/tools/avr/bin",
+        "%PROGRAMFILES(X86)%/Arduino/hardware/tools/avr/bin",
     ),
 }
 """Of the Arduino IDE 2 (under the user's own folder) and 1; on macOS also Homebrew's, off a window's path."""
@@ -62,20 +63,14 @@ def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude
         if found is None:
             raise AvrdudeMissingError(f"{given} is no program. Give the path of avrdude itself.")
         return _of(Path(found))
-    on_path = shutil.which(NAME)
-    if on_path is not None:
-        return _of(Path(on_path))
-    for folder in _folders(system):
-        found = shutil.which(NAME, path=os.fspath(folder))
+    for folder in (None, *_folders(system)):  # the path comes first
+        found = shutil.which(NAME, path=folder)
         if found is not None:
             return _of(Path(found))
-    raise AvrdudeMissingError(explanation(system))
-
-
-def explanation(system: str = sys.platform) -> str:
-    """Return one line on what is missing and how to get it on this system."""
     remedy = _REMEDY.get(system, "Install avrdude")
-    return f"avrdude, which writes to the board, was not found. {remedy}; or say where it is with --avrdude."
+    raise AvrdudeMissingError(
+        f"avrdude, which writes to the board, was not found. {remedy}; or say where it is with --avrdude."
+    )
 
 
 def _of(program: Path) -> Avrdude:
@@ -84,21 +79,12 @@ def _of(program: Path) -> Avrdude:
     return Avrdude(program, beside if beside.is_file() else None)
 
 
-def _folders(system: str) -> Iterator[Path]:
+def _folders(system: str) -> Iterator[str]:
     """Yield the folders there are, of each pattern the newest version first."""
     for pattern in _FOLDERS.get(system, ()):
-        whole = Path(os.path.expandvars(os.path.expanduser(pattern)))
-        anchor = Path(whole.anchor)
-        if "*" in pattern:
-            yield from sorted(anchor.glob(os.fspath(whole.relative_to(anchor))), key=_version, reverse=True)
-        elif whole.is_dir():
-            yield whole
-
-
-def _version(folder: Path) -> list[tuple[int, ...]]:
-    """Return the numbers in a path, so that 6.10 is newer than 6.3."""
-    digits = "".join(c if c.isdigit() else " " for c in os.fspath(folder))
-    return [tuple(int(n) for n in digits.split())]
+        found = glob.glob(os.path.expandvars(os.path.expanduser(pattern)))
+        # by the numbers in a path: 6.10 is newer than 6.3
+        yield from sorted(found, key=lambda path: [int(n) for n in re.findall(r"\d+", path)], reverse=True)
 
 
 CONNECTING, WRITING, VERIFYING, STARTING = "connecting", "writing", "verifying", "starting"

@@ -1,5 +1,6 @@
 """Calibrations as text: a board's settings with their units, and TOML files in the person's own folder."""
 
+import json
 import os
 import re
 import tomllib
@@ -143,26 +144,17 @@ def _text(board: Board, notes: dict[str, str], written: str) -> str:
     lines += ["", "[board]"]
     for field in Board.layout():
         unit = f"{field.unit.replace('*', '·')}: " if field.unit else ""
-        words = _comment(board, field.name, field.help)
-        lines.append(f"{field.name} = {_value(getattr(board, field.name))}  # {unit}{words}")
+        chosen = field.name in ("pins", "sensor", "motor_map")
+        what = f"{setting_label(field.name)}: {setting_text(board, field.name)}" if chosen else field.help
+        lines.append(f"{field.name} = {_value(getattr(board, field.name))}  # {unit}{what}")
     return "\n".join(lines) + "\n"
 
 
-def _comment(board: Board, name: str, usual: str) -> str:
-    """Return what a number means; of a choice, what was chosen."""
-    return (
-        f"{setting_label(name)}: {setting_text(board, name)}"
-        if name in ("pins", "sensor", "motor_map")
-        else usual
-    )
-
-
 def _value(value: Any) -> str:
-    if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
-    if isinstance(value, tuple):
-        return "[" + ", ".join(str(int(v)) for v in value) + "]"
-    return str(np.float32(value)) if isinstance(value, float) else str(int(value))
+    """Return a value as TOML writes it; text and lists are JSON's."""
+    if isinstance(value, float):
+        return str(np.float32(value))
+    return json.dumps(int(value) if isinstance(value, int) else value)
 
 
 def setting_label(name: str) -> str:

@@ -16,7 +16,7 @@ from hapkit_studio.devices import avrdude, port_errors
 from hapkit_studio.devices.avrdude import CONNECTING, STARTING, Output, Progress, no_boot_loader, not_there
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.serial_ports import holder
-from hapkit_studio.errors import DeviceError, FlashError, ParameterError, PortBusyError, PortGoneError
+from hapkit_studio.errors import FlashError, ParameterError, PortBusyError, PortGoneError
 from hapkit_studio.protocol.messages import BAUD, Hello
 
 FLASH_BYTES = 32256
@@ -56,10 +56,6 @@ def read_image(path: str | Path) -> HexImage:
         ended = kind == _END
     if not memory or not ended:
         raise ParameterError(f"{path.name} is no whole .hex file. Export it again.")
-    return _fitting(path, memory)
-
-
-def _fitting(path: Path, memory: dict[int, int]) -> HexImage:
     size = max(memory) + 1
     if size > FLASH_BYTES:
         raise ParameterError(f"{path.name} takes {size:,} bytes; the chip has room for {FLASH_BYTES:,}.")
@@ -237,7 +233,10 @@ def _output(child: subprocess.Popen[bytes], port: str) -> Iterator[str]:
             chunk = chunks.get(timeout=_LOOK)
         except queue.Empty:
             if os.name == "posix" and not os.path.exists(port):
-                raise _went_away(port) from None
+                name = port_errors.port_name(port)
+                raise FlashError(
+                    f"{name} went away before the firmware was whole. Plug it in, then flash again."
+                ) from None
             if time.monotonic() - heard > SILENCE:
                 raise FlashError(f"avrdude has said nothing for {SILENCE:g} s. Flash again.") from None
             yield ""
@@ -254,8 +253,3 @@ def _pump(child: subprocess.Popen[bytes], chunks: "queue.SimpleQueue[bytes]") ->
         while chunk := os.read(pipe.fileno(), 4096):
             chunks.put(chunk)
     chunks.put(b"")
-
-
-def _went_away(port: str) -> DeviceError:
-    name = port_errors.port_name(port)
-    return FlashError(f"{name} went away before the firmware was whole. Plug it in, then flash again.")

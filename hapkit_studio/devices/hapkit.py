@@ -6,21 +6,41 @@ Every serial port is a device that can be chosen; ``probe`` asks who answers on 
 import contextlib
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 import serial
 
-from hapkit_studio.devices import DeviceEntry, DeviceKind, messaging, serial_ports
-from hapkit_studio.devices.low_latency import Latency, shorten_latency
-from hapkit_studio.devices.port_errors import gone, no_answer, settings_refused, unopened
-from hapkit_studio.devices.serial_ports import NOWHERE, Identity, Port, Role, at, port_name
+from hapkit_studio.devices import DeviceEntry, DeviceKind, serial_ports
+from hapkit_studio.devices.port_errors import (
+    gone,
+    impossible,
+    no_answer,
+    no_data,
+    not_a_hapkit,
+    settings_refused,
+    unopened,
+    wrong_version,
+)
+from hapkit_studio.devices.profiles import of_settings
+from hapkit_studio.devices.serial_ports import (
+    NOWHERE,
+    Identity,
+    Latency,
+    Role,
+    at,
+    port_name,
+    shorten_latency,
+)
 from hapkit_studio.errors import DeviceError
-from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
 from hapkit_studio.protocol.messages import (
     BAUD,
+    PROTOCOL_VERSION,
     Board,
     Force,
     Hello,
@@ -35,31 +55,6 @@ from hapkit_studio.protocol.messages import (
     Stream,
 )
 
-
-def _claim(line: Any) -> None:
-    """Let the system refuse whoever else opens the port, but root; where it cannot, nothing changes.
-
-    A serial monitor would take half of the frames and restart the board; pyserial's own lock is only heeded
-    by those who ask for it.
-    """
-    _set_exclusive(line, "TIOCEXCL")
-
-
-def _give_back(line: Any) -> None:
-    """Let others open the port again; a pseudo-terminal would remember it after the end."""
-    _set_exclusive(line, "TIOCNXCL")
-
-
-def _set_exclusive(line: Any, request: str) -> None:
-    if sys.platform == "win32":  # there a port has one owner anyway
-        return
-    import fcntl
-    import termios
-
-    with contextlib.suppress(OSError, AttributeError, ValueError, TypeError):
-        fcntl.ioctl(line.fileno(), getattr(termios, request))
-
-
 HANDSHAKE_TIME = 4.0
 """s to wait for Hello; opening the port resets a real board, whose boot loader takes up to 2 s."""
 
@@ -70,6 +65,32 @@ PACKET = 62
 """Bytes of data in one packet of an FTDI chip: a full one is sent without waiting for its latency timer."""
 
 WRITE_TIME = 1.0
+READ_TIME = 0.05
+"""s that one read of an open port waits at most."""
+HELLO_PERIOD = 0.2
+_SILENCE = 0.1
+_KEPT = 1000
+_ASKED: dict[type[Message], str] = {
+    SettingsRequest: "when asked for its settings",
+    Board: "when it was sent new settings",
+    Save: "when told to keep its settings",
+}
+_VERSION = slice(1, 3)
+_POSSIBLE: dict[str, tuple[float, float]] = {
+    "quantum": (1e-7, 2e-3),
+    "max_force": (0.0, 5.0),
+    "motor_constant": (1e-4, 0.2),
+    "handle_radius": (0.02, 0.3),
+    "pulley_radius": (0.001, 0.02),
+    "sector_radius": (0.02, 0.3),
+    "tick_us": (1e-3, 1e3),
+    "counts_per_flip": (4, 65_535),
+    "sample_rate": (1, 20_000),
+    "watchdog_ms": (1, 1_000),
+    "pwm_top": (1, 65_535),
+}
+"""What a Hapkit can say of itself, as the firmware holds it: forces are computed from these numbers."""
+
 
 Reply = TypeVar("Reply", bound=Message)
 
@@ -86,6 +107,8 @@ class HapkitBoard:
     simulated = False
     padding = 0
     """Bytes to which every frame of a stream is filled up: 0 or PACKET."""
+    patience = 0.0
+    """s that any answer may take: a board that is simulated goes as fast as the machine lets it."""
 
     def __init__(self, port: str | Path, title: str = "", identity: Identity = NOWHERE):
         self.port = os.fspath(port)
@@ -133,11 +156,13 @@ class HapkitBoard:
         """Open the port and learn who is there; raise the DeviceError that fits. Motor off, samples off."""
         self._find()
         self._serial = _open_port(self.port)
-        _claim(self._serial)
+        # A serial monitor would take half of the frames and restart the board; pyserial's own lock is only
+        # heeded by those who ask for it.
+        self._set_exclusive("TIOCEXCL")
         try:
             self.latency = shorten_latency(self._serial, self.port, self.identity)
             self.on_status("Starting board…")
-            self._hello = messaging.handshake(self._serial, self.port, handshake_time)
+            self._hello = self._shake_hands(handshake_time)
             self._serial.write(encode(Stream(0, 0)) + encode(Release()))
         except (serial.SerialException, OSError) as error:
             self._abandon()
@@ -145,6 +170,37 @@ class HapkitBoard:
         except BaseException:
             self._abandon()
             raise
+
+    def _shake_hands(self, seconds: float) -> Hello:
+        """Ask for Hello until it comes; raise the DeviceError that fits, or OSError."""
+        decoder = Decoder()
+        deadline, next_ask, heard = time.monotonic() + seconds, 0.0, b""
+        while (now := time.monotonic()) < deadline:
+            if now >= next_ask:
+                self._ask(HelloRequest())
+                next_ask = now + HELLO_PERIOD
+            data = self._arrived()
+            heard = (heard + data)[-_KEPT:]
+            for body in decoder.bodies(data):
+                if body[0] == Hello.ID and len(body) >= _VERSION.stop:
+                    return _checked(body, self.port)
+        raise not_a_hapkit(self.port, heard)
+
+    def _arrived(self) -> bytes:
+        """Return what has arrived, or does within READ_TIME."""
+        return self._serial.read(max(1, self._serial.in_waiting))
+
+    def _ask(self, message: Message) -> None:
+        """Send a message behind a delimiter, which ends whatever was half sent; a full line drops both."""
+        with contextlib.suppress(serial.SerialTimeoutException):
+            self._serial.write(DELIMITER + encode(message))
+
+    def _drain(self, seconds: float) -> None:
+        """Read until nothing has come for a while, at most for so many s: a stream may be on."""
+        quiet, end = time.monotonic() + _SILENCE, time.monotonic() + seconds
+        while (now := time.monotonic()) < min(quiet, end):
+            if self._arrived():
+                quiet = now + _SILENCE
 
     def _find(self) -> None:
         """Follow the board to the name it has now; without it, raise PortGoneError: another is not it."""
@@ -184,8 +240,16 @@ class HapkitBoard:
 
     def samples(self, silence: float = 1.0) -> Iterator[Sample]:
         """Yield what comes after start_stream; raise NoDataError after that many s of silence."""
-        with self._line() as line:
-            yield from messaging.samples(line, self.port, silence)
+        silence = max(silence, self.patience)
+        decoder, deadline = Decoder(), time.monotonic() + silence
+        with self._line():
+            while True:
+                for message in decoder.feed(self._arrived()):
+                    if isinstance(message, Sample):
+                        yield message
+                        deadline = time.monotonic() + silence
+                if time.monotonic() >= deadline:
+                    raise no_data(self.port, silence)
 
     def send_messages(self, *messages: Message) -> None:
         """Send messages that have no answer; raise PortGoneError."""
@@ -194,9 +258,23 @@ class HapkitBoard:
 
     # --- questions, while the samples are off
     def request(self, message: Message, reply: type[Reply], seconds: float = 1.0) -> Reply:
-        """Return the board's answer of that type; raise DeviceError."""
+        """Return the board's answer of that type, asking twice if it must be; raise DeviceError.
+
+        A second ask brings a second answer, which nobody may take for the next one's.
+        """
+        decoder, seconds = Decoder(), max(seconds, self.patience)
         with self._line() as line:
-            return messaging.request(line, self.port, message, reply, seconds)
+            line.reset_input_buffer()
+            for times in (1, 2):
+                self._ask(message)
+                deadline = time.monotonic() + seconds / 2
+                while time.monotonic() < deadline:
+                    for found in decoder.feed(self._arrived()):
+                        if isinstance(found, reply):
+                            if times == 2:
+                                self._drain(seconds)
+                            return found
+        raise no_answer(self.port, _ASKED.get(type(message), "a question"), seconds)
 
     def settings(self) -> Settings:
         """Return everything the board knows about its kit; raise DeviceError."""
@@ -204,8 +282,7 @@ class HapkitBoard:
 
     def configure(self, board: Board) -> Settings:
         """Put settings in force, not yet saved; raise ParameterError where the board refuses them."""
-        fields = {f.name: getattr(board, f.name) for f in Board.layout()}
-        answer = self.request(Board(**fields), Settings)
+        answer = self.request(of_settings(board), Settings)
         if answer.refused:
             raise settings_refused(self.port)
         self._hello = self.request(HelloRequest(), Hello)
@@ -228,9 +305,19 @@ class HapkitBoard:
             self.stop_stream()
         self._abandon()
 
+    def _set_exclusive(self, request: str) -> None:
+        """Let the system refuse whoever else opens the port, but root, or no longer, where it can."""
+        if sys.platform == "win32":  # there a port has one owner anyway
+            return
+        import fcntl
+        import termios
+
+        with contextlib.suppress(OSError, AttributeError, ValueError, TypeError):
+            fcntl.ioctl(self._serial.fileno(), getattr(termios, request))
+
     def _abandon(self) -> None:
         with contextlib.suppress(serial.SerialException, OSError):
-            _give_back(self._serial)
+            self._set_exclusive("TIOCNXCL")  # a pseudo-terminal would remember it after the end
             self._serial.close()
         self._serial = None
         self._hello = None
@@ -247,22 +334,35 @@ class HapkitBoard:
             raise gone(self.port) from error
 
 
+def _checked(body: bytes, port: str) -> Hello:
+    """Return the Hello in a body whose version and size are ours, and whose numbers a Hapkit can have."""
+    version = int.from_bytes(body[_VERSION], "little")
+    if version != PROTOCOL_VERSION:
+        raise wrong_version(version, PROTOCOL_VERSION)
+    try:
+        hello = Hello.unpack(body)
+    except ValueError as error:
+        raise not_a_hapkit(port, body) from error
+    words = {w.name: w for w in Hello.layout()}
+    for name, (low, high) in _POSSIBLE.items():
+        if not np.float32(low) <= (value := getattr(hello, name)) <= np.float32(high):
+            raise impossible(port, words[name].help, value, (low, high), words[name].unit)
+    return hello
+
+
 def _open_port(port: str) -> serial.Serial:
     try:
-        return serial.Serial(
-            port, BAUD, timeout=messaging.READ_TIME, write_timeout=WRITE_TIME, exclusive=True
-        )
+        return serial.Serial(port, BAUD, timeout=READ_TIME, write_timeout=WRITE_TIME, exclusive=True)
     except (serial.SerialException, OSError) as error:
         raise unopened(port, error) from error
 
 
 def entries() -> list[DeviceEntry]:
     """Return the ports that have hardware behind them: kits first, surely something else last."""
-    return [_entry(port) for port in serial_ports.ports()]
-
-
-def _entry(port: Port) -> DeviceEntry:
-    return DeviceEntry(port.path, port.title, partial(HapkitBoard, port.path, port.title, port.identity))
+    return [
+        DeviceEntry(p.path, p.title, partial(HapkitBoard, p.path, p.title, p.identity))
+        for p in serial_ports.ports()
+    ]
 
 
 def unlisted(key: str) -> HapkitBoard | None:

@@ -1,6 +1,9 @@
-"""The serial ports of this computer: the chip each shows, whether a Hapkit can be behind it, who holds it."""
+"""The serial ports of this computer: their chips, whether a Hapkit can be there, who holds them, how slow."""
 
+import contextlib
 import os
+import struct
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
@@ -150,24 +153,18 @@ def holder(port: str) -> str:
     Linux shows what one's own programs have open.
     """
     real, own = os.path.realpath(port), str(os.getpid())
-    for process in _processes():
-        if process.name != own and any(_leads_to(file, real) for file in _files(process)):
+    for process in _listed(PROCESSES):
+        other = process.name.isdigit() and process.name != own
+        if other and any(_leads_to(file, real) for file in _listed(process / "fd")):
             return _program_name(process)
     locked = _locked(port)
     return _program_name(locked) if locked is not None and locked.name != own else ""
 
 
-def _processes() -> list[Path]:
+def _listed(folder: Path) -> list[Path]:
+    """Return what is in a folder; nothing in one that is another user's."""
     try:
-        return [entry for entry in PROCESSES.iterdir() if entry.name.isdigit()]
-    except OSError:
-        return []
-
-
-def _files(process: Path) -> list[Path]:
-    """Return what a process has open; nothing for another user's."""
-    try:
-        return list((process / "fd").iterdir())
+        return list(folder.iterdir())
     except OSError:
         return []
 
@@ -203,3 +200,81 @@ def _program_name(process: Path) -> str:
     except OSError:
         name = "a program"
     return f"{name} (process {process.name})"
+
+
+# An FTDI chip sends a packet when 62 bytes are there or its latency timer ends: 16 ms unless told otherwise
+# (FTDI AN232B-04). It is asked down to 1 ms without root where the system allows.
+FTDI = 0x0403
+USUAL_TIMER, SHORT_TIMER = 0.016, 0.002
+"""s: of a chip that nobody told otherwise; up to here it is not worth a remedy."""
+
+TIMERS = Path("/sys/bus/usb-serial/devices")
+_IOSSDATALAT = 0x80085400
+_REGISTRY = r"SYSTEM\CurrentControlSet\Enum\FTDIBUS\VID_{0:04X}+PID_{1:04X}+{2}A\0000\Device Parameters"
+
+
+@dataclass(frozen=True)
+class Latency:
+    """What is known of a port's timer: seconds, None without one; known: read, not assumed."""
+
+    timer: float | None = None
+    known: bool = True
+    port: str = ""
+
+    @property
+    def long(self) -> bool:
+        """Tell whether it is worth a remedy."""
+        return self.timer is not None and self.timer > SHORT_TIMER
+
+    @property
+    def words(self) -> str:
+        """Return it in words, with the remedy where there is one; nothing without a timer."""
+        if self.timer is None:
+            return ""
+        said = f"USB latency timer {1e3 * self.timer:.0f} ms"
+        if not self.long:
+            return f"{said}."
+        remedy = {
+            "win32": "Set it to 1 ms in the Device Manager (port, Port Settings, Advanced)",
+            "darwin": "Set it to 1 ms with FTDI's own driver",
+        }.get(sys.platform, f"Run `echo 1 | sudo tee {TIMERS / Path(self.port).name / 'latency_timer'}`")
+        known = "" if self.known else ", as far as known"
+        return f"{said}{known}. {remedy}, fill frames to whole USB packets, or render on the board."
+
+
+def shorten_latency(line: Any, port: str, identity: Identity) -> Latency:
+    """Ask for the shortest latency of an open port; return what holds then. Never fails."""
+    with contextlib.suppress(Exception):  # each system and driver refuses in its own way, all harmless
+        line.set_low_latency_mode(True)
+    if sys.platform == "darwin":
+        _shorten_on_mac(line)
+    if identity.vendor != FTDI:
+        return Latency()
+    timer = _timer(port, identity)
+    return Latency(USUAL_TIMER, False, port) if timer is None else Latency(timer, True, port)
+
+
+def _timer(port: str, identity: Identity) -> float | None:
+    """Return the timer in s where the system shows it."""
+    try:
+        if sys.platform == "win32":
+            return 1e-3 * _registry_timer(identity)
+        return 1e-3 * int((TIMERS / Path(port).name / "latency_timer").read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def _registry_timer(identity: Identity) -> int:
+    import winreg
+
+    path = _REGISTRY.format(identity.vendor or 0, identity.product or 0, identity.serial)
+    with winreg.OpenKey(winreg.HKEY_LOCAL_MACHINE, path) as key:  # type: ignore[attr-defined,unused-ignore]
+        return int(winreg.QueryValueEx(key, "LatencyTimer")[0])  # type: ignore[attr-defined,unused-ignore]
+
+
+def _shorten_on_mac(line: Any) -> None:
+    """Set the receive latency of the driver in us (IOKit's IOSSDATALAT); it cannot be read back."""
+    import fcntl
+
+    with contextlib.suppress(OSError, AttributeError):
+        fcntl.ioctl(line.fileno(), _IOSSDATALAT, struct.pack("L", 1000))

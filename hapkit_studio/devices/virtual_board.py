@@ -7,7 +7,7 @@ import select
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,10 +17,8 @@ import numpy as np
 from hapkit_studio import resources
 from hapkit_studio.devices import DeviceEntry, DeviceKind
 from hapkit_studio.devices.hapkit import HapkitBoard
-from hapkit_studio.devices.messaging import Reply
 from hapkit_studio.dynamics.hand import Grip, grip_named
 from hapkit_studio.errors import DeviceError
-from hapkit_studio.protocol.messages import Message, Sample
 
 START_TIME = 10.0
 """s to wait for an answer; a loaded machine may take a while to start a program."""
@@ -152,6 +150,7 @@ class VirtualBoard(HapkitBoard):
     """
 
     hand = True
+    patience = PATIENCE
 
     def __init__(
         self,
@@ -186,14 +185,6 @@ class VirtualBoard(HapkitBoard):
         """Set the force to zero, end the board and keep its counters in ``summary``; never fails."""
         super().close()
         self.end()
-
-    def request(self, message: Message, reply: type[Reply], seconds: float = PATIENCE) -> Reply:
-        """Return the board's answer of that type; raise DeviceError."""
-        return super().request(message, reply, max(seconds, PATIENCE))
-
-    def samples(self, silence: float = PATIENCE) -> Iterator[Sample]:
-        """Yield what comes after start_stream; raise NoDataError after that many s of silence."""
-        return super().samples(max(silence, PATIENCE))
 
     # --- the program
     def start(self) -> None:

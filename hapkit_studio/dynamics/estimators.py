@@ -1,26 +1,220 @@
 """Velocity from sampled positions: one entry a method, designed in Python, stepped in compiled code.
 
-To add one: its coefficients in ``filter_design``, a code and a branch in ``filters.step``, an entry here.
+To add one: its design, a code and a branch in ``step``, an entry in the table. A design takes the rate in
+Hz, the sensor's quantum in m and its method's options, and returns float64[8]. A response takes these, the
+period in s and complex z, and returns velocity over position. A method's memory lasts from sample to sample.
+
+First-order adaptive windowing takes the longest line that fits the newest samples (Janabi-Sharifi, Hayward
+and Chen, IEEE Trans. Control Systems Technology 8(6), 2000, the best-fit variant): a line of least squares
+as long as no sample lies farther from it than the sensor's noise. It is long and smooth when slow, short and
+quick at an impact. Samples carry their age, so that a late one tilts no line.
 """
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from hapkit_studio.dynamics import filter_design, filters
-from hapkit_studio.dynamics.filters import COEFFICIENTS, MEMORY, reset, resume, step
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Parameter, check_number, resolve
-
-__all__ = ["COEFFICIENTS", "ESTIMATORS", "MEMORY", "Estimator", "Spec", "design", "estimate_velocity"]
-__all__ += ["parse", "reset", "resume", "step"]
 
 Spec = str | tuple[str, dict[str, float]]
 
 # What a person's loop starts with: the cheapest whose error stays small in every motion (``accuracy``).
 USUAL = "kalman"
+# An ideal sensor is expected to be as noisy as a Hapkit's: without noise there is nothing to weigh.
+USUAL_QUANTUM = 20.7e-6
+# The bilinear transform ends at half the rate.
+HIGHEST_SHARE = 0.45
+# Where the correction takes the whole surprise, as it does without any noise.
+_LARGEST_BETA = 3.0 - math.sqrt(3.0)
+_HALVINGS = 60
+
+MEMORY = 48
+COEFFICIENTS = 8
+DIFFERENCE, IIR, BUTTERWORTH, FOAW, KALMAN = range(5)
+_POSITION, _VELOCITY, _RAW, _OLDER_RAW, _OLDER, _ESTIMATE, _WINDOW = range(7)
+# adaptive windowing keeps behind these whether it has begun, then its samples, then their ages
+LONGEST = 16  # periods in its window
+_BEGUN, _SAMPLES, _AGES = 0, 1, 2 + LONGEST
+# A sample of a quantised motion often lies just at the tolerance: it does not fit, whatever rounding says.
+_TIE = 1.0 - 1e-9
+
+
+@internal
+def begin(memory: np.ndarray, position: float, velocity: float, period: float) -> None:
+    """Fill the window with a steady motion that has just arrived at `position`."""
+    memory[_BEGUN] = 1.0
+    for i in range(LONGEST + 1):
+        memory[_AGES + i] = i * period
+        memory[_SAMPLES + i] = position - i * period * velocity
+
+
+@internal
+def push(memory: np.ndarray, position: float, period: float) -> None:
+    """Take a new sample, `period` s after the last; the oldest one drops out."""
+    for i in range(LONGEST, 0, -1):
+        memory[_AGES + i] = memory[_AGES + i - 1] + period
+        memory[_SAMPLES + i] = memory[_SAMPLES + i - 1]
+    memory[_AGES] = 0.0
+    memory[_SAMPLES] = position
+
+
+@internal
+def _fits(memory, count, mean_age, mean, falling, tolerance):
+    """Return whether `count` samples lie on a line to within the tolerance."""
+    newest = memory[_SAMPLES]
+    for i in range(count):
+        line = mean + falling * (memory[_AGES + i] - mean_age)
+        if abs(memory[_SAMPLES + i] - newest - line) > _TIE * tolerance:
+            return False
+    return True
+
+
+@internal
+def slope(memory: np.ndarray, window: int, tolerance: float) -> float:
+    """Return the velocity of the longest line, over up to `window` periods, that fits all its samples."""
+    newest = memory[_SAMPLES]
+    ages, moved, squares, products = 0.0, 0.0, 0.0, 0.0
+    velocity = 0.0
+    for n in range(1, window + 1):
+        age, way = memory[_AGES + n], memory[_SAMPLES + n] - newest
+        ages += age
+        moved += way
+        squares += age * age
+        products += age * way
+        count = n + 1
+        falling = (count * products - ages * moved) / (count * squares - ages * ages)
+        if n > 1 and not _fits(memory, count, ages / count, moved / count, falling, tolerance):
+            break
+        velocity = -falling
+    return velocity
+
+
+@compiled
+def reset(memory: np.ndarray, position: float) -> None:
+    """Start as if the handle had rested at `position`."""
+    resume(memory, position, 0.0)
+
+
+@compiled
+def resume(memory: np.ndarray, position: float, velocity: float) -> None:
+    """Start as if the handle had come to `position` at a steady `velocity`: a new method makes no jump."""
+    memory[:] = 0.0
+    memory[_POSITION] = position
+    memory[_VELOCITY] = velocity
+    memory[_RAW] = velocity
+    memory[_OLDER_RAW] = velocity
+    memory[_OLDER] = velocity
+    memory[_ESTIMATE] = position
+
+
+@internal
+def _butterworth(coefs, memory, raw):
+    """Return the raw velocity through two poles; coefs are b0, a1, a2."""
+    before = memory[_VELOCITY]
+    velocity = coefs[0] * (raw + 2.0 * memory[_RAW] + memory[_OLDER_RAW])
+    velocity -= coefs[1] * before + coefs[2] * memory[_OLDER]
+    memory[_OLDER_RAW] = memory[_RAW]
+    memory[_RAW] = raw
+    memory[_OLDER] = before
+    return velocity
+
+
+@internal
+def _kalman(coefs, memory, position, period):
+    """Return the velocity after a constant-velocity guess is corrected; coefs are alpha, beta."""
+    velocity = memory[_VELOCITY]
+    guess = memory[_ESTIMATE] + period * velocity
+    surprise = position - guess
+    memory[_ESTIMATE] = guess + coefs[0] * surprise
+    return velocity + coefs[1] * surprise / period
+
+
+@compiled
+def step(code: int, coefs: np.ndarray, memory: np.ndarray, position: float, period: float) -> float:
+    """Take one measured position, `period` s after the last; return the velocity estimate in m/s."""
+    velocity = (position - memory[_POSITION]) / period
+    if code == IIR:
+        velocity = memory[_VELOCITY] + coefs[0] * (velocity - memory[_VELOCITY])
+    elif code == BUTTERWORTH:
+        velocity = _butterworth(coefs, memory, velocity)
+    elif code == KALMAN:
+        velocity = _kalman(coefs, memory, position, period)
+    elif code == FOAW:
+        window = memory[_WINDOW:]
+        if window[_BEGUN] == 0.0:
+            begin(window, memory[_POSITION], memory[_VELOCITY], period)
+        push(window, position, period)
+        velocity = slope(window, int(coefs[0]), coefs[1])
+    memory[_POSITION] = position
+    memory[_VELOCITY] = velocity
+    return velocity
+
+
+def _coefficients(*numbers: float) -> np.ndarray:
+    return np.array(numbers + (0.0,) * (COEFFICIENTS - len(numbers)))
+
+
+def difference(rate: float, quantum: float) -> np.ndarray:
+    return _coefficients()
+
+
+def difference_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.ndarray:
+    return (z - 1.0) / (period * z)
+
+
+def iir(rate: float, quantum: float, cutoff: float) -> np.ndarray:
+    """alpha = 1 - exp(-2 pi f_c T), the exact discrete pole of a first-order low-pass."""
+    return _coefficients(-math.expm1(-2.0 * math.pi * cutoff / rate))
+
+
+def iir_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.ndarray:
+    return coefs[0] * (z - 1.0) / (period * (z - (1.0 - coefs[0])))
+
+
+def butterworth(rate: float, quantum: float, cutoff: float) -> np.ndarray:
+    """b0, a1, a2 of the second-order low-pass by the bilinear transform, its corner kept in place."""
+    k = math.tan(math.pi * min(cutoff / rate, HIGHEST_SHARE))
+    whole = 1.0 + math.sqrt(2.0) * k + k * k
+    return _coefficients(
+        k * k / whole, 2.0 * (k * k - 1.0) / whole, (1.0 - math.sqrt(2.0) * k + k * k) / whole
+    )
+
+
+def butterworth_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.ndarray:
+    low_pass = coefs[0] * (z + 1.0) ** 2 / (z * z + coefs[1] * z + coefs[2])
+    return low_pass * difference_response(coefs, period, z)
+
+
+def foaw(rate: float, quantum: float, window: float, noise: float) -> np.ndarray:
+    return _coefficients(round(window), noise * (quantum or USUAL_QUANTUM))
+
+
+def kalman(rate: float, quantum: float, q: float) -> np.ndarray:
+    """Return alpha, beta of the steady filter: constant velocity, white acceleration q, noise quantum^2 / 12.
+
+    Its Riccati equation at rest says alpha^2 = beta (2 - alpha) - beta^2 / 6, and that beta^2 / (1 - alpha),
+    which rises with beta, is q T^3 / R.
+    """
+    noise = (quantum or USUAL_QUANTUM) ** 2 / 12.0
+    wanted = q / (rate**3 * noise)
+    low, high = 0.0, _LARGEST_BETA
+    for _ in range(_HALVINGS):
+        beta = 0.5 * (low + high)
+        low, high = (beta, high) if beta * beta < wanted * (1.0 - _alpha(beta)) else (low, beta)
+    return _coefficients(_alpha(high), high)
+
+
+def _alpha(beta: float) -> float:
+    return 0.5 * (math.sqrt(beta * (8.0 + beta / 3.0)) - beta)
+
+
+def kalman_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.ndarray:
+    alpha, beta = coefs[0], coefs[1]
+    return beta / period * z * (z - 1.0) / (z * z - (2.0 - alpha - beta) * z + 1.0 - alpha)
 
 
 @dataclass(frozen=True)
@@ -43,64 +237,26 @@ def _cutoff(default: float, help: str) -> Parameter:
     return Parameter("cutoff", "Cutoff", "Hz", default, 1.0, 2000.0, help, "f_c")
 
 
+_CORNER = _cutoff(35.5, "Corner of the first-order low-pass")
+_CORNERS = _cutoff(60.0, "Corner of the second-order low-pass, taken as 45 % of the rate at most")
+_LINE = Parameter("window", "Window", "", LONGEST, 2.0, LONGEST, "Periods in the longest line", "N")
+_NOISE = Parameter("noise", "Noise", "counts", 0.5, 0.1, 5.0, "How far a sample may lie off its line", "d")
+_AGILITY = Parameter(
+    "q", "Agility", "m²/s³", 1e-2, 1e-3, 1.0, "Density of the acceleration that it expects", "q"
+)
 _METHODS = (
-    Estimator(
-        "difference",
-        "Backward difference",
-        filters.DIFFERENCE,
-        (),
-        filter_design.difference,
-        filter_design.difference_response,
-    ),
-    Estimator(
-        "iir",
-        "Low-pass filtered difference",
-        filters.IIR,
-        (_cutoff(35.5, "Corner of the first-order low-pass"),),
-        filter_design.iir,
-        filter_design.iir_response,
-    ),
+    Estimator("difference", "Backward difference", DIFFERENCE, (), difference, difference_response),
+    Estimator("iir", "Low-pass filtered difference", IIR, (_CORNER,), iir, iir_response),
     Estimator(
         "butterworth",
         "Butterworth filtered difference",
-        filters.BUTTERWORTH,
-        (_cutoff(60.0, "Corner of the second-order low-pass, taken as 45 % of the rate at most"),),
-        filter_design.butterworth,
-        filter_design.butterworth_response,
+        BUTTERWORTH,
+        (_CORNERS,),
+        butterworth,
+        butterworth_response,
     ),
-    Estimator(
-        "foaw",
-        "First-order adaptive windowing",
-        filters.FOAW,
-        (
-            Parameter(
-                "window",
-                "Window",
-                "",
-                filters.LONGEST,
-                2.0,
-                filters.LONGEST,
-                "Periods in the longest line",
-                "N",
-            ),
-            Parameter(
-                "noise", "Noise", "counts", 0.5, 0.1, 5.0, "How far a sample may lie off its line", "d"
-            ),
-        ),
-        filter_design.foaw,
-    ),
-    Estimator(
-        "kalman",
-        "Steady Kalman filter",
-        filters.KALMAN,
-        (
-            Parameter(
-                "q", "Agility", "m²/s³", 1e-2, 1e-3, 1.0, "Density of the acceleration that it expects", "q"
-            ),
-        ),
-        filter_design.kalman,
-        filter_design.kalman_response,
-    ),
+    Estimator("foaw", "First-order adaptive windowing", FOAW, (_LINE, _NOISE), foaw),
+    Estimator("kalman", "Steady Kalman filter", KALMAN, (_AGILITY,), kalman, kalman_response),
 )
 ESTIMATORS: dict[str, Estimator] = {method.key: method for method in _METHODS}
 

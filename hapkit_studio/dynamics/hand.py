@@ -10,10 +10,6 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import check_number
 
 
-def _still(t):
-    return 0.0 * t
-
-
 @dataclass(frozen=True)
 class Hand:
     """A hand: force k (target - x) + b (target' - v), its mass added to the handle's.
@@ -25,7 +21,7 @@ class Hand:
     mass: float = 0.0
     damping: float = 0.0
     stiffness: float = 0.0
-    target: Callable[[float], float] = _still
+    target: Callable[[float], float] = lambda t: 0.0 * t
     release: float = math.inf
     summary: str = ""
     vectorised: bool = False
@@ -83,31 +79,15 @@ def _there_and_back(t, reach: float, speed: float):
     return reach * np.where(phase < 2.0, phase - 1.0, 3.0 - phase)
 
 
-def _press(t):
-    return 0.020 * _ramp(t, 0.1, 0.9)
-
-
 def _tap(t):
     """Every 0.8 s, 15 mm to the right and back at 0.1 m/s."""
     since = np.fmod(t, 0.8) - 0.1
     return np.minimum(np.maximum(0.0, 0.1 * since), np.maximum(0.0, 0.1 * (0.3 - since)))
 
 
-def _stroke(t):
-    return _there_and_back(t, 0.030, 0.05)
-
-
 def _sweep(t):
     """Out to the left end within 0.5 s, then across at 0.07 m/s and stay."""
     return -0.035 * _ramp(t, 0.0, 0.5) + np.clip(0.07 * (t - 0.6), 0.0, 0.070)
-
-
-def _hold(t):
-    return 0.010 * _ramp(t, 0.0, 0.3)
-
-
-def _pluck(t):
-    return 0.020 * _ramp(t, 0.1, 0.6)
 
 
 def _shake(t):
@@ -122,14 +102,6 @@ def _fur(t, speed: float):
     return _there_and_back(t + 2.0 * 0.030 / speed, 0.030, speed)
 
 
-def _pet(t):
-    return _fur(t, 0.05)
-
-
-def _rub(t):
-    return _fur(t, 0.20)
-
-
 def _script(
     target: Callable[[float], float], summary: str, grip: str = "medium", release: float = math.inf
 ) -> Hand:
@@ -138,15 +110,19 @@ def _script(
 
 
 SCRIPTS: dict[str, Hand] = {
-    "press": _script(_press, "Pushes slowly to 20 mm on the right and holds"),
+    "press": _script(lambda t: 0.020 * _ramp(t, 0.1, 0.9), "Pushes slowly to 20 mm on the right and holds"),
     "tap": _script(_tap, "Taps 15 mm to the right and off again at 0.1 m/s, every 0.8 s"),
-    "stroke": _script(_stroke, "Strokes 30 mm to both sides at 5 cm/s"),
+    "stroke": _script(lambda t: _there_and_back(t, 0.030, 0.05), "Strokes 30 mm to both sides at 5 cm/s"),
     "sweep": _script(_sweep, "Goes to the left end, then across at 7 cm/s"),
-    "hold": _script(_hold, "Goes to 10 mm on the right and keeps still", "firm"),
-    "pluck": _script(_pluck, "Pulls to 20 mm on the right and lets go after 1 s", release=1.0),
+    "hold": _script(
+        lambda t: 0.010 * _ramp(t, 0.0, 0.3), "Goes to 10 mm on the right and keeps still", "firm"
+    ),
+    "pluck": _script(
+        lambda t: 0.020 * _ramp(t, 0.1, 0.6), "Pulls to 20 mm on the right and lets go after 1 s", release=1.0
+    ),
     "shake": _script(_shake, "Shakes by 12 mm, from 0.5 Hz up to 6 Hz", "firm"),
-    "pet": _script(_pet, "Pets 60 mm there and back at 5 cm/s"),
-    "rub": _script(_rub, "Rubs 60 mm there and back at 20 cm/s", "firm"),
+    "pet": _script(lambda t: _fur(t, 0.05), "Pets 60 mm there and back at 5 cm/s"),
+    "rub": _script(lambda t: _fur(t, 0.20), "Rubs 60 mm there and back at 20 cm/s", "firm"),
     "released": Hand(release=0.0, summary="No hand: the handle is free"),
 }
 

@@ -3,12 +3,15 @@
 The last eleven arguments of every step are those of ``moving_mass``; now is the acceleration at (x, v).
 """
 
+import math
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+
 import numpy as np
 
-from hapkit_studio.dynamics.events import exact
 from hapkit_studio.dynamics.friction import projected
 from hapkit_studio.dynamics.jit import compiled
-from hapkit_studio.dynamics.moving_mass import FAR, acceleration, linear, place
+from hapkit_studio.dynamics.moving_mass import FAR, acceleration, exact, linear, place
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -162,22 +165,41 @@ def _integrate(method, h, m, b, k, f, x, v):
         )
 
 
-_HUGE = 1e12
+HUGE, TINY = 1e12, 1e-12
 _METHOD = Choice("method", "The method", INTEGRATORS)
-_NUMBERS = {
+_QUANTITIES = {
     p.key: p
     for p in (
-        Parameter("mass", "Mass", "kg", 1.0, 1e-12, _HUGE),
-        Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, _HUGE),
-        Parameter("stiffness", "Stiffness", "N/m", 0.0, 0.0, _HUGE),
-        Parameter("force", "Force", "N", 0.0, -_HUGE, _HUGE),
-        Parameter("x0", "x0", "m", 0.0, -_HUGE, _HUGE),
-        Parameter("v0", "v0", "m/s", 0.0, -_HUGE, _HUGE),
+        Parameter("mass", "Mass", "kg", 1.0, TINY, HUGE),
+        Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, HUGE),
+        Parameter("stiffness", "Stiffness", "N/m", 0.0, 0.0, HUGE),
+        Parameter("force", "Force", "N", 0.0, -HUGE, HUGE),
+        Parameter("x0", "x0", "m", 0.0, -HUGE, HUGE),
+        Parameter("v0", "v0", "m/s", 0.0, -HUGE, HUGE),
         Parameter("dt", "dt", "s", 1e-3, 1e-9, 1e3),
         Parameter("seconds", "Seconds", "s", 1.0, 0.0, 1e9),
+        # of a mass on a rubbing surface
+        Parameter("spring", "Spring", "N/m", 0.0, 0.0, HUGE),
+        Parameter("static", "Static friction", "N", 0.0, 0.0, HUGE),
+        Parameter("kinetic", "Kinetic friction", "N", 0.0, 0.0, HUGE),
+        Parameter("viscous", "Viscous friction", "N·s/m", 0.0, 0.0, HUGE),
+        Parameter("speed", "Speed", "m/s", 0.0, -HUGE, HUGE),
     )
 }
 _MOST_STEPS = 100_000_000
+
+
+def checked(given: Mapping[str, object]) -> dict[str, float]:
+    """Return a motion's quantities by name as numbers; raise ParameterError."""
+    return {key: _QUANTITIES[key].check(value) for key, value in given.items()}
+
+
+def count_rows(seconds: float, dt: float) -> int:
+    """Return how many rows a motion has, both ends included; raise ParameterError for too many."""
+    count = round(seconds / dt) + 1
+    if count > _MOST_STEPS:
+        raise ParameterError(f"A motion has up to {_MOST_STEPS:g} steps, not {seconds:g} s by {dt:g} s.")
+    return count
 
 
 def integrate(
@@ -197,13 +219,42 @@ def integrate(
     Row k is at t = k dt, row 0 the start; n = round(seconds / dt) + 1. What grows beyond all numbers ends as
     inf or nan. Raise ParameterError for what no such motion can have.
     """
-    given = {"mass": mass, "damping": damping, "stiffness": stiffness, "force": force}
-    given |= {"x0": x0, "v0": v0, "dt": dt, "seconds": seconds}
     number = _METHOD.check(method)
-    value = {key: p.check(given[key]) for key, p in _NUMBERS.items()}
-    count = round(value["seconds"] / value["dt"]) + 1
-    if count > _MOST_STEPS:
-        raise ParameterError(f"A motion has up to {_MOST_STEPS:g} steps, not {seconds:g} s by {dt:g} s.")
+    given = {"mass": mass, "damping": damping, "stiffness": stiffness, "force": force}
+    value = checked(given | {"x0": x0, "v0": v0, "dt": dt, "seconds": seconds})
+    count = count_rows(value["seconds"], value["dt"])
     x, v = np.full(count, value["x0"]), np.full(count, value["v0"])
-    _integrate(number, value["dt"], *(value[key] for key in ("mass", "damping", "stiffness", "force")), x, v)
+    _integrate(number, value["dt"], *(value[key] for key in given), x, v)
     return np.arange(count) * value["dt"], x, v
+
+
+@lru_cache(maxsize=64)
+def _rk4_limit(ratio: float) -> float:
+    """Return the first step at which the method amplifies an eigenvalue, its polynomial beyond 1."""
+    eigenvalues = np.roots([1.0, 2.0 * ratio, 1.0])
+    steps = np.geomspace(1e-4, 3.0, 12_000)
+    z = steps[:, None] * eigenvalues
+    grows = np.abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))).max(axis=1) > 1.0 + 1e-12
+    return float(steps[np.argmax(grows)])
+
+
+# Over the damping ratio r, in 1 / omega; the closed forms follow from the characteristic polynomials.
+_LIMITS: dict[str, Callable[[float], float]] = {
+    "explicit_euler": lambda r: 2.0 * r if r <= 1.0 else 2.0 / (r + math.sqrt(r * r - 1.0)),
+    # (1 + 2 r^2 - sqrt(1 + 4 r^4)) / r, written so that it keeps its digits for small r
+    "lecture": lambda r: 4.0 * r / (1.0 + 2.0 * r**2 + math.sqrt(1.0 + 4.0 * r**4)),
+    "semi_implicit": lambda r: 2.0 / (math.sqrt(1.0 + r * r) + r),
+    "verlet": lambda r: 2.0,
+    "rk4": _rk4_limit,
+}
+
+
+def longest_step(method: str, mass: float, damping: float, stiffness: float) -> float:
+    """Return the longest step in s at which a mass on a spring (> 0 N/m) and damper gains no energy.
+
+    inf for those of INTEGRATORS that have no such limit.
+    """
+    if method not in _LIMITS:
+        return math.inf
+    omega = math.sqrt(stiffness / mass)
+    return _LIMITS[method](damping / (2.0 * mass * omega)) / omega

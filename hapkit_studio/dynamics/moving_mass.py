@@ -4,13 +4,25 @@ m x'' = f - b x' - k x; while it touches the handle, also contact (touch - x), a
 other pad (speed - x'); behind +-reach the spring `wall`. `touch` is where the object stands when they just
 meet, side +1 says that the handle is on its left, -1 on its right, speed is the handle's. Every function
 takes these eleven numbers, or some of them, in this order after its own. All SI; written in the law language.
+
+``exact`` moves it without error: one linear piece after the other, each by its exact map, the moments between
+them located. A piece ends where the object meets or leaves the handle or a wall, where it is as fast as the
+handle (the contact's damper acts on the way in only), and where it turns.
 """
 
+import math
+
+from hapkit_studio.dynamics.friction import projected
 from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.paddle import transition
 
 # Where a handle or a wall stands that is not there.
 FAR = 1e100
 _FARTHEST, _FASTEST = 1.0, 1e4
+# Between two zeros of velocity, or of acceleration, lie at least pi / omega: a shorter piece has one at most.
+_PIECE_ANGLE = 3.0
+_POSITION, _VELOCITY, _ACCELERATION = 0.0, 1.0, 2.0
+_NONE, _TURN, _STOP, _MEET, _WALL = 0.0, 1.0, 2.0, 3.0, 4.0
 
 
 @compiled
@@ -74,3 +86,144 @@ def flown_apart(x, v):
     A method that adds energy takes it there; a scene then begins anew, without a force in between.
     """
     return 0.0 if abs(x) <= _FARTHEST and abs(v) <= _FASTEST else 1.0
+
+
+@compiled
+def moved(x, v, t, m, damping, stiffness, force):
+    """Return (x, v) after t seconds of m x'' = force - damping x' - stiffness x."""
+    a, b, c, d, g0, _, g1, _ = transition(m, damping, stiffness, t)
+    return a * x + b * v + g0 * force, c * x + d * v + g1 * force
+
+
+@compiled
+def measured(what, x, v, m, damping, stiffness, force):
+    """Return position, velocity or acceleration, and its rate."""
+    a = (force - damping * v - stiffness * x) / m
+    if what == _POSITION:
+        return x, v
+    if what == _VELOCITY:
+        return v, a
+    return a, -(damping * a + stiffness * v) / m
+
+
+@compiled
+def until(what, level, x, v, span, end, m, damping, stiffness, force):
+    """Return (t, x, v) where what is measured crosses level on its way to `end` after span seconds.
+
+    It crosses once. Newton's method inside a shrinking bracket; where the velocity turns is only a place to
+    part a piece, so it need not be known so well.
+    """
+    enough = (1e-6 if what == _ACCELERATION else 1e-15) * span
+    start, _ = measured(what, x, v, m, damping, stiffness, force)
+    if (start - level) * (end - level) >= 0.0:
+        return 0.0, x, v
+    low, high = 0.0, span
+    t = span * (level - start) / (end - start)
+    q, u = x, v
+    for _ in range(60):
+        q, u = moved(x, v, t, m, damping, stiffness, force)
+        value, slope = measured(what, q, u, m, damping, stiffness, force)
+        if (value - level) * (end - level) < 0.0:
+            low = t
+        else:
+            high = t
+        guess = t - (value - level) / slope if slope != 0.0 else high
+        if not low < guess < high:
+            guess = 0.5 * (low + high)
+        if abs(guess - t) <= enough:
+            break
+        t = guess
+    if what == _POSITION:
+        return t, level, u
+    if what == _VELOCITY:
+        return t, q, level
+    return t, q, u
+
+
+@compiled
+def first_event(touching, beyond, turned, x, v, span, friction, m, b, k, f, touch, side, speed, pad, reach):
+    """Return (t, x, v, event) at the end of a piece: after span, or at the first event before.
+
+    Each search shortens the piece for the next. Within a piece the velocity is 0 once at most. It may equal
+    the handle's twice, so where it comes near, by `swing` at most, the piece is parted where it turns.
+    """
+    event = _NONE
+    q, u = moved(x, v, span, m, b, k, f)
+    now, ahead = (f - b * v - k * x) / m, (f - b * u - k * q) / m
+    swing = span * (abs(now) + 0.5 * span * abs(b * now + k * v) / m)
+    damped = touching * pad > 0.0
+    if damped and turned == 0.0 and now * ahead < 0.0 and abs(v - speed) <= swing:
+        event = _TURN
+        span, q, u = until(_ACCELERATION, 0.0, x, v, span, ahead, m, b, k, f)
+    nearest = min(abs(x - touch), abs(abs(x) - reach))
+    if v * u < 0.0 and (friction > 0.0 or nearest <= (abs(v) + swing) * span):
+        event = _STOP
+        span, q, u = until(_VELOCITY, 0.0, x, v, span, u, m, b, k, f)
+    if damped and (v - speed) * (u - speed) < 0.0:
+        event = _STOP
+        span, q, u = until(_VELOCITY, speed, x, v, span, u, m, b, k, f)
+    depth = side * (touch - q)
+    if (touching > 0.0 and depth < 0.0) or (touching == 0.0 and depth > 0.0):
+        event = _MEET
+        span, q, u = until(_POSITION, touch, x, v, span, q, m, b, k, f)
+    if (beyond == 0.0 and abs(q) > reach) or beyond * q < abs(beyond) * reach:
+        event = _WALL
+        level = beyond * reach if beyond != 0.0 else math.copysign(reach, q)
+        span, q, u = until(_POSITION, level, x, v, span, q, m, b, k, f)
+    return span, q, u, event
+
+
+@compiled
+def approaching(v, side, speed, pull, friction):
+    """Return 1 where object and handle approach each other, 0 elsewhere; at equal speed by what pulls."""
+    rate = side * (speed - v)
+    if rate == 0.0:
+        rate = -side * (projected(pull, friction) if v == 0.0 else pull - math.copysign(friction, v))
+    return 1.0 if rate > 0.0 else 0.0
+
+
+@compiled
+def forces(touching, beyond, x, v, friction, b, k, f, touch, side, speed, contact, pad, reach, wall):
+    """Return (damping, stiffness, force) of the piece that begins here, and 1 if nothing moves, else 0."""
+    damping, stiffness, force = linear(
+        touching, 0.0, beyond, b, k, f, touch, speed, contact, pad, reach, wall
+    )
+    if touching * pad > 0.0:
+        closing = approaching(v, side, speed, force - damping * v - stiffness * x, friction)
+        damping, stiffness, force = linear(
+            touching, closing, beyond, b, k, f, touch, speed, contact, pad, reach, wall
+        )
+    pull = force - damping * v - stiffness * x
+    held = 1.0 if v == 0.0 and abs(pull) <= friction else 0.0
+    return damping, stiffness, force - math.copysign(friction, v if v != 0.0 else pull), held
+
+
+@compiled
+def exact(x, v, h, friction, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
+    """Return (x, v) after h seconds; where there is something to meet, after 64 pieces the object waits."""
+    if friction == 0.0 and contact == 0.0 and pad == 0.0 and wall == 0.0:
+        x, v = moved(x, v, h, m, b, k, f)
+        return x, v
+    touching, _, beyond = place(x, v, touch, side, speed, reach)
+    left, turned = h, 0.0
+    for _ in range(64):
+        b1, k1, f1, held = forces(
+            touching, beyond, x, v, friction, b, k, f, touch, side, speed, contact, pad, reach, wall
+        )
+        if held > 0.0:
+            return x, 0.0
+        span = left
+        if k1 > 0.0:
+            span = min(left, _PIECE_ANGLE * math.sqrt(m / k1))
+        span, x, v, event = first_event(
+            touching, beyond, turned, x, v, span, friction, m, b1, k1, f1, touch, side, speed, pad, reach
+        )
+        turned = 1.0 if event == _TURN else 0.0
+        if event == _MEET:
+            touching = 1.0 - touching
+        elif event == _WALL:
+            beyond = 0.0 if beyond != 0.0 else math.copysign(1.0, x)
+        left -= span
+        if left <= 0.0:
+            break
+    return x, v

@@ -11,22 +11,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from hapkit_studio.dynamics.friction import bristle, projected, sticking_tether, stribeck
+from hapkit_studio.dynamics.integrators import HUGE, TINY, checked, count_rows
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Parameter, resolve
 
-(
-    COULOMB,
-    SMOOTHED,
-    KARNOPP,
-    KARNOPP_BAND,
-    STRIBECK,
-    PROJECTION,
-    TETHER,
-    LUGRE,
-    DAHL,
-    HAYWARD_ARMSTRONG,
-) = range(10)
+COULOMB, SMOOTHED, KARNOPP, KARNOPP_BAND, STRIBECK = range(5)
+PROJECTION, TETHER, LUGRE, DAHL, HAYWARD_ARMSTRONG = range(5, 10)
 MEMORY = 4
 _ANCHOR, _BEND, _BEFORE, _STUCK = range(MEMORY)
 
@@ -137,58 +128,32 @@ def run(model, applied, mass, spring, viscous, static, kinetic, options, dt, mem
         x[n + 1] = x[n] + dt * v[n + 1]
 
 
-_HUGE = 1e12
-_TINY = 1e-12
-_MOST_STEPS = 100_000_000
-
-_NUMBERS = {
-    p.key: p
-    for p in (
-        Parameter("mass", "Mass", "kg", 1.0, _TINY, _HUGE),
-        Parameter("spring", "Spring", "N/m", 0.0, 0.0, _HUGE),
-        Parameter("static", "Static friction", "N", 0.0, 0.0, _HUGE),
-        Parameter("kinetic", "Kinetic friction", "N", 0.0, 0.0, _HUGE),
-        Parameter("viscous", "Viscous friction", "N·s/m", 0.0, 0.0, _HUGE),
-        Parameter("speed", "Speed", "m/s", 0.0, -_HUGE, _HUGE),
-        Parameter("dt", "dt", "s", 1e-3, 1e-9, 1e3),
-        Parameter("seconds", "Seconds", "s", 1.0, 0.0, 1e9),
-        Parameter("x0", "x0", "m", 0.0, -_HUGE, _HUGE),
-        Parameter("v0", "v0", "m/s", 0.0, -_HUGE, _HUGE),
-    )
-}
-
-
 def _speed(key: str, label: str, default: float) -> Parameter:
-    return Parameter(key, label, "m/s", default, _TINY, _HUGE)
+    return Parameter(key, label, "m/s", default, TINY, HUGE)
 
 
 def _stiffness(default: float) -> Parameter:
-    return Parameter("stiffness", "Stiffness", "N/m", default, _TINY, _HUGE)
+    return Parameter("stiffness", "Stiffness", "N/m", default, TINY, HUGE)
 
 
 def _damping(default: float) -> Parameter:
-    return Parameter("damping", "Damping", "N·s/m", default, 0.0, _HUGE)
+    return Parameter("damping", "Damping", "N·s/m", default, 0.0, HUGE)
 
 
-# What each model takes besides its levels, in the order of ``sliding``.
+def _stribeck(default: float) -> Parameter:
+    return _speed("stribeck_velocity", "Stribeck velocity", default)
+
+
+# What each model takes besides its levels, in the order of ``options``.
 MODELS: dict[str, tuple[int, tuple[Parameter, ...]]] = {
     "coulomb": (COULOMB, ()),
-    "smoothed": (
-        SMOOTHED,
-        (
-            _speed("smoothing", "Smoothing", 0.01),
-            _speed("stribeck_velocity", "Stribeck velocity", 0.03),
-        ),
-    ),
+    "smoothed": (SMOOTHED, (_speed("smoothing", "Smoothing", 0.01), _stribeck(0.03))),
     "karnopp": (KARNOPP, ()),
     "karnopp_band": (KARNOPP_BAND, (_speed("band", "Band", 0.005),)),
-    "stribeck": (STRIBECK, (_speed("stribeck_velocity", "Stribeck velocity", 0.02),)),
+    "stribeck": (STRIBECK, (_stribeck(0.02),)),
     "projection": (PROJECTION, ()),
     "tether": (TETHER, (_stiffness(2e4), _damping(20.0))),
-    "lugre": (
-        LUGRE,
-        (_stiffness(1e4), _damping(45.0), _speed("stribeck_velocity", "Stribeck velocity", 0.005)),
-    ),
+    "lugre": (LUGRE, (_stiffness(1e4), _damping(45.0), _stribeck(0.005))),
     "dahl": (DAHL, (_stiffness(1e4),)),
     "hayward_armstrong": (HAYWARD_ARMSTRONG, (_stiffness(5e3),)),
 }
@@ -199,7 +164,7 @@ def _checked(model: object, given: Mapping[str, object], options: Mapping[str, o
     if not isinstance(model, str) or model not in MODELS:
         raise ParameterError(f"The friction model is one of {', '.join(MODELS)}, not {model!r}.")
     code, declared = MODELS[model]
-    number = {key: _NUMBERS[key].check(value) for key, value in given.items()}
+    number = checked(given)
     if number["static"] < number["kinetic"]:
         raise ParameterError(
             f"Static friction is at least the kinetic one: {number['kinetic']:g} N or more, "
@@ -264,9 +229,7 @@ def stick_slip(
     """
     given = {"mass": mass, "static": static, "kinetic": kinetic, "viscous": viscous, "spring": spring}
     _, number, _ = _checked(model, given | {"speed": speed, "dt": dt, "seconds": seconds}, options)
-    count = round(number["seconds"] / number["dt"]) + 1
-    if count > _MOST_STEPS:
-        raise ParameterError(f"A motion has up to {_MOST_STEPS:g} steps, not {seconds:g} s by {dt:g} s.")
+    count = count_rows(number["seconds"], number["dt"])
     drawn = number["spring"] * number["speed"] * number["dt"] * np.arange(count)
     t, x, v = slide(model, drawn, **given, dt=dt, **options)
     return t, x, v, drawn - number["spring"] * x

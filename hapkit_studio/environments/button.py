@@ -98,24 +98,10 @@ ENVIRONMENT = Environment(
             "travel", "Travel", "m", 0.007, 0.002, 0.015, "The travel up to the hard stop", "s<sub>2</sub>"
         ),
         Parameter(
-            "stop_stiffness",
-            "Stop stiffness",
-            "N/m",
-            500.0,
-            0.0,
-            2000.0,
-            "Force per metre beyond the travel",
-            "K<sub>e</sub>",
+            "stop_stiffness", "Stop stiffness", "N/m", 500.0, 0.0, 2000.0, "Past the travel", "K<sub>e</sub>"
         ),
         Parameter(
-            "hysteresis",
-            "Hysteresis",
-            "N",
-            0.1,
-            0.0,
-            0.5,
-            "How much more the way in costs, and out less",
-            "h",
+            "hysteresis", "Hysteresis", "N", 0.1, 0.0, 0.5, "What the way in costs more, and out less", "h"
         ),
         Parameter("position", "Position", "m", 0.005, -0.04, 0.04, "Where the cap is", "x<sub>b</sub>"),
     ),

@@ -76,22 +76,13 @@ def purr(contentment, strength, frequency, breath, phase, dt):
     return contentment * strength * (1.0 + BREATH_STRENGTH * out) * math.sin(phase), phase
 
 
-@law(
-    state={
-        "anchor": 0.0,
-        "phase": 0.0,
-        "breath": 0.0,
-        "contentment": 0.0,
-        "swat": 0.0,
-        "sulk": 0.0,
-        "swats": 0.0,
-        "push": 0.0,
-        "last": 0.0,
-        "nearly": 0.0,
-        "pace": 0.0,
-        "started": 0.0,
-    }
-)
+STATE = (
+    "anchor", "phase", "breath", "contentment", "swat", "sulk", "swats", "push", "last", "nearly", "pace",
+    "started",
+)  # fmt: skip
+
+
+@law(state=dict.fromkeys(STATE, 0.0))
 def force(p, s, x, v, dt):
     if s.started == 0.0:
         s.started, s.anchor, s.last = 1.0, x, x
@@ -128,15 +119,7 @@ def over_position(p: Values, x: np.ndarray) -> np.ndarray:
 
 
 PARAMETERS = (
-    Parameter(
-        "fur_friction",
-        "Fur friction",
-        "N",
-        0.35,
-        0.0,
-        1.5,
-        "Where the fur slips with the nap, head (−40 mm) to tail (+40 mm); before, it bends, 200 N/m",
-    ),
+    Parameter("fur_friction", "Fur friction", "N", 0.35, 0.0, 1.5, "Where the fur slips, head to tail"),
     Parameter("nap_ratio", "Against : with", "", 1.8, 1.0, 3.0, "How many times harder it goes against it"),
     Parameter("fur_damping", "Damping", "N·s/m", 1.5, 0.0, 10.0, "Force per metre per second", "b"),
     Parameter("hair", "Tufts", "N", 0.06, 0.0, 0.3, "Ripple of the hair, one tuft every 3 mm"),
@@ -151,15 +134,7 @@ PARAMETERS = (
         "forgotten every 4 s",
         "F<sub>p</sub>",
     ),
-    Parameter(
-        "purr_frequency",
-        "Purr pitch",
-        "Hz",
-        26.3,
-        20.0,
-        30.0,
-        "1.2 Hz higher while it breathes out, 1.2 Hz lower while it breathes in",
-    ),
+    Parameter("purr_frequency", "Purr pitch", "Hz", 26.3, 20.0, 30.0, "±1.2 Hz as it breathes out and in"),
     Parameter("breathing_rate", "Breathing", "Hz", 0.4, 0.1, 1.0, "Breaths per second"),
     Choice(
         "temperament",

@@ -16,14 +16,7 @@ ENVIRONMENT = Environment(
     summary="Slower is easier",
     parameters=(
         Parameter(
-            "damping",
-            "Damping",
-            "N·s/m",
-            4.0,
-            0.0,
-            50.0,
-            "Force per metre per second, against the motion",
-            "b",
+            "damping", "Damping", "N·s/m", 4.0, 0.0, 50.0, "Force per metre per second, against motion", "b"
         ),
     ),
     force=force,

@@ -21,37 +21,16 @@ ENVIRONMENT = Environment(
     summary="Notches every 20 mm",
     parameters=(
         Parameter(
-            "stiffness",
-            "Stiffness",
-            "N/m",
-            400.0,
-            0.0,
-            2000.0,
-            "Force per metre away from the centre of a notch",
-            "k",
+            "stiffness", "Stiffness", "N/m", 400.0, 0.0, 2000.0, "Force per metre from a notch's centre", "k"
         ),
         Parameter(
             "damping", "Damping", "N·s/m", 2.0, 0.0, 50.0, "Force per metre per second inside a notch", "b"
         ),
         Parameter(
-            "pitch",
-            "Pitch",
-            "m",
-            0.02,
-            0.005,
-            0.04,
-            "From the centre of one notch to the next; the first is at 0",
-            "p",
+            "pitch", "Pitch", "m", 0.02, 0.005, 0.04, "From one centre to the next; the first is at 0", "p"
         ),
         Parameter(
-            "half_width",
-            "Half width",
-            "m",
-            0.003,
-            0.0005,
-            0.005,
-            "How far from its centre a notch reaches; above half the pitch the notches meet",
-            "w",
+            "half_width", "Half width", "m", 0.003, 0.0005, 0.005, "How far a notch reaches either way", "w"
         ),
     ),
     force=force,

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
+from hapkit_studio.dynamics.estimators import USUAL_QUANTUM
 from hapkit_studio.dynamics.friction import banded, bristle, sticking_tether, stribeck, tether
 from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, Values
 from hapkit_studio.laws import law
@@ -182,14 +182,7 @@ ENVIRONMENT = Environment(
         ),
         Parameter("kinetic_force", "Kinetic force", "N", 0.4, 0.0, 3.0, "Friction while sliding", "F_k"),
         Parameter(
-            "static_force",
-            "Static force",
-            "N",
-            0.6,
-            0.0,
-            3.0,
-            "The pull at which it breaks away; never below the kinetic force",
-            "F_s",
+            "static_force", "Static force", "N", 0.6, 0.0, 3.0, "The pull at which it breaks away", "F_s"
         ),
         Parameter("viscous", "Viscous", "N·s/m", 1.0, 0.0, 20.0, "Force per metre per second", "b"),
         Parameter(

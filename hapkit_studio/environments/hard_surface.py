@@ -102,24 +102,10 @@ ENVIRONMENT = Environment(
     summary="A tap that rings",
     parameters=(
         Parameter(
-            "stiffness",
-            "Stiffness",
-            "N/m",
-            250.0,
-            0.0,
-            5000.0,
-            "Force per metre of depth in the surface",
-            "k",
+            "stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0, "Force per metre inside the surface", "k"
         ),
         Parameter(
-            "damping",
-            "Damping",
-            "N·s/m",
-            0.0,
-            0.0,
-            50.0,
-            "Force per metre per second inside, on the way in",
-            "b",
+            "damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force per metre per second, on the way in", "b"
         ),
         Parameter("position", "Position", "m", 0.005, -0.04, 0.04, "Where the surface is", "x<sub>w</sub>"),
         Choice(
@@ -130,14 +116,7 @@ ENVIRONMENT = Environment(
             "Rubber, wood, aluminium: their own amplitude, decay and frequency. Custom: those below.",
         ),
         Parameter(
-            "amplitude",
-            "Amplitude",
-            "N·s/m",
-            15.0,
-            0.0,
-            100.0,
-            "How strongly it rings: force per speed of entry",
-            "A",
+            "amplitude", "Amplitude", "N·s/m", 15.0, 0.0, 100.0, "Force of ringing per speed of entry", "A"
         ),
         Parameter("decay", "Decay", "1/s", 60.0, 5.0, 300.0, "How fast the ringing dies out", "γ"),
         Parameter("frequency", "Frequency", "Hz", 50.0, 5.0, 400.0, "How fast it rings", "f"),

@@ -11,14 +11,9 @@ from hapkit_studio.environments.pushed import contact, growth, integrator
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
-STATE = {
-    "object": 0.0,
-    "object_velocity": 0.0,
-    "object_acceleration": 0.0,
-    "started": 0.0,
-    "handle": 0.0,
-    "handle_velocity": 0.0,
-}
+STATE = dict.fromkeys(
+    ("object", "object_velocity", "object_acceleration", "started", "handle", "handle_velocity"), 0.0
+)
 
 
 @law(state=STATE)
@@ -94,14 +89,7 @@ ENVIRONMENT = Environment(
         ),
         *contact("object"),
         Parameter(
-            "rest_position",
-            "Rest position",
-            "m",
-            0.01,
-            -0.04,
-            0.04,
-            "Where the spring is at rest",
-            "x<sub>eq</sub>",
+            "rest_position", "Rest position", "m", 0.01, -0.04, 0.04, "Of the spring", "x<sub>eq</sub>"
         ),
         integrator("object"),
     ),

@@ -16,15 +16,9 @@ RADIUS = 0.005
 # Where the walls' faces stop the puck's middle.
 REACH = 0.040 - RADIUS
 
-STATE = {
-    "object": 0.0,
-    "object_velocity": 0.0,
-    "object_acceleration": 0.0,
-    "side": 0.0,
-    "started": 0.0,
-    "handle": 0.0,
-    "handle_velocity": 0.0,
-}
+STATE = dict.fromkeys(
+    ("object", "object_velocity", "object_acceleration", "side", "started", "handle", "handle_velocity"), 0.0
+)
 
 
 def begin(x):
@@ -100,24 +94,10 @@ ENVIRONMENT = Environment(
         Parameter("mass", "Mass", "kg", 0.5, 0.05, 5.0, "Of the puck", "m"),
         *contact("puck"),
         Parameter(
-            "wall_stiffness",
-            "Wall stiffness",
-            "N/m",
-            500.0,
-            50.0,
-            5000.0,
-            "Force per metre that the puck is inside a wall",
-            "k<sub>w</sub>",
+            "wall_stiffness", "Wall stiffness", "N/m", 500.0, 50.0, 5000.0, "Of both walls", "k<sub>w</sub>"
         ),
         Parameter(
-            "friction",
-            "Friction",
-            "N",
-            0.0,
-            0.0,
-            3.0,
-            "Between puck and ground, the same at every speed",
-            "F<sub>c</sub>",
+            "friction", "Friction", "N", 0.0, 0.0, 3.0, "Dry, between puck and ground", "F<sub>c</sub>"
         ),
         integrator("puck"),
     ),

@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 
-from hapkit_studio.dynamics.integrators import INTEGRATORS
-from hapkit_studio.dynamics.step_limits import longest_step
+from hapkit_studio.dynamics.integrators import INTEGRATORS, longest_step
 from hapkit_studio.environments.base import Conditions, Values
 from hapkit_studio.parameters import Choice, Parameter
 

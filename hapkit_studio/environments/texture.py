@@ -5,7 +5,6 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from hapkit_studio.dynamics.grains import sandpaper
 from hapkit_studio.environments.base import Conditions, Environment, Values, no_terms
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
@@ -14,6 +13,34 @@ KINDS = ("bands", "grating", "sandpaper")
 BANDS, GRATING = 0, 1
 # the steepest slope of 16 u² (1 − u)², at u = (1 − 1/√3) / 2
 STEEPEST = 16.0 * math.sqrt(3.0) / 9.0
+# Sandpaper repeats after this many half wavelengths. Cubes of whole numbers below this prime are all
+# different modulo it, and small enough to be exact in single precision: the board draws the same grains.
+GRAINS = 251
+
+
+def wrapped(n):
+    """Return a whole number modulo the number of grains."""
+    return n - GRAINS * math.floor(n / GRAINS)
+
+
+def grain(n, seed):
+    """Return the height, 0 to 1, of grain n: each of 251 heights once, in an order that seems random."""
+    m = wrapped(n + 17.0 * seed)
+    m = wrapped(m * m * m) + seed + 1.0
+    m = wrapped(m)
+    return wrapped(m * m * m) / (GRAINS - 1.0)
+
+
+def sandpaper(u, amplitude, seed):
+    """Return the force of sandpaper at a place u counted in grains: minus the slope of its heights, scaled.
+
+    A seed >= 0 counts as far as it is whole.
+    """
+    n = math.floor(u)
+    u = u - n
+    seed = math.floor(seed)
+    bend = 4.0 * u * (1.0 - u)
+    return amplitude * (grain(n, seed) - grain(n + 1.0, seed)) * bend * bend
 
 
 @law
@@ -95,16 +122,7 @@ ENVIRONMENT = Environment(
         Parameter(
             "amplitude", "Amplitude", "N", 0.25, 0.0, 2.0, "The most that a ridge or a grain can push", "A"
         ),
-        Parameter(
-            "wavelength",
-            "Wavelength",
-            "m",
-            0.005,
-            0.0005,
-            0.02,
-            "From one ridge to the next; a band is half as wide, and so is a grain",
-            "λ",
-        ),
+        Parameter("wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "From one ridge to the next", "λ"),
         Parameter("seed", "Seed", "", 1.0, 0.0, 99.0, "Another whole number is another piece of sandpaper"),
     ),
     force=force,

@@ -16,6 +16,7 @@ from hapkit_studio.gui.header import fill_frames_menu, fill_menu
 from hapkit_studio.gui.live.time_plots import SPANS
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
@@ -89,7 +90,7 @@ _SESSION = (
         enabled=lambda w: w.studio.stopped,
     ),
     Action(
-        "session.clear_fault", "Clear fault", "Session", lambda w: w.clear_fault(),
+        "session.clear_fault", "Clear fault", "Session", lambda w: w.studio.clear_fault(),
         enabled=lambda w: w.studio.fault is not None,
     ),
     Action(
@@ -103,14 +104,14 @@ _SESSION = (
 def _theme(mode: str, words: str) -> Action:
     return Action(
         f"view.theme.{mode}", words, "View/Theme", lambda w: w.set_theme(mode),
-        checked=lambda w: w.theme_mode == mode,
+        checked=lambda _w: theme.mode == mode,
     )  # fmt: skip
 
 
 def _span(seconds: float) -> Action:
     return Action(
-        f"view.span.{seconds:g}", f"{seconds:g} s", "View/Time window", lambda w: w.set_span(seconds),
-        checked=lambda w: w.span == seconds,
+        f"view.span.{seconds:g}", f"{seconds:g} s", "View/Time window",
+        lambda w: w.centre.time.set_span(seconds), checked=lambda w: w.centre.time.span == seconds,
     )  # fmt: skip
 
 
@@ -202,7 +203,7 @@ _LAWS = (
         enabled=_has_law, checked=lambda w: w.editor.page.counting,
     ),
     Action(
-        "environment.close", "Close law", "Environment", lambda w: w.editor.unsaved_changes.close(), "Ctrl+W",
+        "environment.close", "Close law", "Environment", lambda w: w.editor.close(), "Ctrl+W",
         enabled=_has_law,
     ),
 )  # fmt: skip

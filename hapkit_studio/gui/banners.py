@@ -121,11 +121,6 @@ class BannerStack(QWidget):
         """Return the notice of a key, shown or waiting behind worse ones."""
         return self._notices.get(key)
 
-    @property
-    def room(self) -> int:
-        """Return the height the banners take."""
-        return HEIGHT * len(self.banners)
-
     def _worst(self) -> list[Notice]:
         return sorted(self._notices.values(), key=lambda notice: notice.rank)[:MOST]
 

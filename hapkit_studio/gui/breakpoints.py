@@ -11,25 +11,20 @@ CENTRE = 880
 GALLERY, RAIL, GALLERY_MOST = 228, 64, 320
 PANEL, PANEL_NARROW, PANEL_MOST = 300, 272, 440
 
-# 2. panel height: below the first the loop's rows have no sliders, below the second they fold into one line
-LOOP_SLIDERS, LOOP_ROWS = 890, 775
-RENDERING_ROWS = 262
-"""What the choice between computer and board takes in addition, where there is a board."""
-
-# 3. scene height, with this much free below the banners
+# 2. scene height, with this much free below the banners
 SCENE_LEAST, SCENE_LOW = 150, 180
 _FREE_FOR_SCENE, _FREE_FOR_LOW_SCENE = 680, 480
 # in a wide and high window the scene grows with its width, so that it keeps its proportions
 _FREE_FOR_TALL_SCENE, _USUAL_CENTRE, _MOST_GROWN = 880, 1100, 1.75
 
-# 4. header width: below the first its key caps go, below the second its icons, and its tabs stand closer
+# 3. header width: below the first its key caps go, below the second its icons, and its tabs stand closer
 KEY_CAPS, TABS_APART = 1300, 1180
 
-# 5. a centre narrower than this shows the force–position plot behind a switch; a law needs more beside it
+# 4. a centre narrower than this shows the force–position plot behind a switch; a law needs more beside it
 PLOTS_BESIDE, LAW_BESIDE = 720, 1240
 PHASE, _PHASE_SHARE, _PHASE_MOST = 348, 0.32, 680
 
-# 6. a window smaller than this has its panel in a drawer; above a narrow one banners take the whole width
+# 5. a window smaller than this has its panel in a drawer; above a narrow one banners take the whole width
 DRAWER_WIDTH, DRAWER_HEIGHT = 1280, 640
 BANNERS_BESIDE_PANEL = 1100
 

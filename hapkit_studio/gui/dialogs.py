@@ -6,24 +6,11 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence, QShowEvent
-from PySide6.QtWidgets import (
-    QDialog,
-    QFormLayout,
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QPushButton,
-    QScrollArea,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QDialog, QFormLayout, QGridLayout, QLabel, QPushButton, QScrollArea, QWidget
 
 from hapkit_studio.gui import banners, header
 from hapkit_studio.gui.actions import Action
-from hapkit_studio.gui.pages.measuring import PRIMARY, AnswerLine
-from hapkit_studio.gui.widgets.style import dress
-from hapkit_studio.gui.widgets.text import plain
-from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.gui.widgets.parts import AnswerLine, across, down, label, primary
 
 if TYPE_CHECKING:
     from hapkit_studio.haptics.priority import Priority
@@ -52,12 +39,7 @@ class TextDialog(QDialog):
         self.setModal(False)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self._replace_older()
-        self.column = QVBoxLayout(self)
-        self.column.setContentsMargins(20, 16, 20, 16)
-        self.column.setSpacing(12)
-        heading = plain(QLabel(title))
-        heading.setFont(theme.font("title"))
-        self.column.addWidget(heading)
+        self.column = down(label(title, "title", wrap=False), into=self, margins=(20, 16, 20, 16), gap=12)
 
     def _replace_older(self) -> None:
         parent = self.parent()
@@ -89,9 +71,7 @@ def keys_dialog(actions: tuple[Action, ...], parent: QWidget | None = None) -> T
     grid.setVerticalSpacing(4)
     for row, (words, keys) in enumerate([*lines, *HAND_KEYS]):
         grid.addWidget(QLabel(words), row, 0)
-        cap = QLabel(keys)
-        cap.setProperty("role", "axis")
-        grid.addWidget(cap, row, 1)
+        grid.addWidget(label(keys, "axis", wrap=False), row, 1)
     scroll = QScrollArea()
     scroll.setWidgetResizable(True)
     scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -107,11 +87,10 @@ def text_dialog(title: str, paragraphs: list[str], parent: QWidget | None = None
     """Return a dialog of paragraphs that can be selected and copied."""
     dialog = TextDialog(title, parent)
     for paragraph in paragraphs:
-        label = plain(QLabel(paragraph))
-        label.setWordWrap(True)
-        label.setMinimumWidth(460)
-        label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
-        dialog.column.addWidget(label)
+        words = label(paragraph)
+        words.setMinimumWidth(460)
+        words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        dialog.column.addWidget(words)
     dialog.finish()
     return dialog
 
@@ -134,8 +113,7 @@ class FormDialog(TextDialog):
     def __init__(self, title: str, about: str, parent: QWidget | None = None):
         super().__init__(title, parent)
         self.verdict = AnswerLine("")
-        words = plain(QLabel(about))
-        words.setWordWrap(True)
+        words = label(about)
         words.setMinimumWidth(_WIDTH)
         self.column.addWidget(words)
 
@@ -155,15 +133,10 @@ class FormDialog(TextDialog):
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.AllNonFixedFieldsGrow)
         form.setLabelAlignment(Qt.AlignmentFlag.AlignVCenter)
         for words, widget, behind in fields:
-            label = plain(QLabel(words))
-            label.setProperty("role", "axis")
-            label.setBuddy(widget)
+            name = label(words, "axis", wrap=False)
+            name.setBuddy(widget)
             widget.setAccessibleName(words)
-            row = QHBoxLayout()
-            row.addWidget(widget, 1)
-            if behind is not None:
-                row.addWidget(behind)
-            form.addRow(label, row)
+            form.addRow(name, across((widget, 1), *([behind] if behind else [])))
         self.column.addLayout(form)
 
     def add_verdict(self, lines: int) -> None:
@@ -172,15 +145,8 @@ class FormDialog(TextDialog):
         self.verdict.setMinimumHeight(_LINE * lines + 4)
         self.column.addWidget(self.verdict)
 
-    def add_buttons(self, primary: QPushButton, left: Sequence[QPushButton] = ()) -> None:
+    def add_buttons(self, main: QPushButton, left: Sequence[QPushButton] = ()) -> None:
         """Add the row of buttons, the one that does it and the closing one at the right."""
-        dress(primary, PRIMARY)
-        row = QHBoxLayout()
-        for button in left:
-            row.addWidget(button)
-        row.addStretch(1)
         self.leave = QPushButton("Close")
         self.leave.clicked.connect(self.close)
-        row.addWidget(primary)
-        row.addWidget(self.leave)
-        self.column.addLayout(row)
+        self.column.addLayout(across(*left, None, primary(main), self.leave))

@@ -2,15 +2,15 @@
 
 from pathlib import Path
 
-from PySide6.QtCore import QDir
-from PySide6.QtWidgets import QComboBox, QFileDialog, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QComboBox, QPushButton, QWidget
 
+from hapkit_studio.analysis.stability import on_board
 from hapkit_studio.devices import profiles
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.dialogs import FormDialog
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.parts import choose_file, label
 from hapkit_studio.haptics.board_plan import spec_on_board
 from hapkit_studio.protocol.messages import Origin
 from hapkit_studio.workshop import sketch
@@ -29,7 +29,7 @@ class ExportDialog(FormDialog):
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__("Export as sketch", _ABOUT, parent)
         self._studio = studio
-        self.what, self.velocity = plain(QLabel()), plain(QLabel())
+        self.what, self.velocity = label(), label()
         self.kits, self.rates, self.prints = QComboBox(), QComboBox(), QComboBox()
         self.save = QPushButton("Save…")
         self._fill()
@@ -57,15 +57,11 @@ class ExportDialog(FormDialog):
     def show_limit(self) -> None:
         """Say how stiff the sketch may be at its rate on its kit."""
         words, safe = self._limit()
-        if safe:
-            self.verdict.say(f"Not saved yet. {words}".rstrip())
-        else:
-            self.verdict.say(f"Not saved yet. {words}", "triangle", "warn")
+        look = () if safe else ("triangle", "warn")
+        self.verdict.say(f"Not saved yet. {words}".rstrip(), *look)
 
     def _limit(self) -> tuple[str, bool]:
         """Return limit and margin in words, and whether it is within."""
-        from hapkit_studio.analysis.stability import on_board  # late: keeps start-up fast
-
         studio = self._studio
         kit, spec = self.kits.currentData(), spec_on_board(studio.loop.spec)
         rate = self.rates.currentData() or sketch.usual_rate(studio.environment, studio.values)
@@ -93,9 +89,8 @@ class ExportDialog(FormDialog):
         except StudioError as error:
             self.verdict.say(str(error), "triangle", "danger")
         except OSError as error:
-            self.verdict.say(
-                f"{Path(wanted).name} cannot be written: {error.strerror}.", "triangle", "danger"
-            )
+            words = f"{Path(wanted).name} cannot be written: {error.strerror}."
+            self.verdict.say(words, "triangle", "danger")
         else:
             where = path.parent.parent
             words = f"Saved {path.parent.name}/{path.name} in {where}. Open it in the Arduino IDE and upload."
@@ -107,14 +102,8 @@ class ExportDialog(FormDialog):
 
     def ask(self) -> None:
         """Ask for the file beside the window: nothing waits for it."""
-        dialog = QFileDialog(self, "Save the sketch", QDir.homePath(), "Arduino sketch (*.ino)")
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setDefaultSuffix("ino")
-        dialog.selectFile(f"{self._studio.environment.key}.ino")
-        dialog.fileSelected.connect(self.write)
-        dialog.setModal(False)
-        dialog.finished.connect(dialog.deleteLater)
-        dialog.show()
+        name = f"{self._studio.environment.key}.ino"
+        choose_file(self, "Save the sketch", "Arduino sketch (*.ino)", self.write, save_as=name)
 
     # putting together
 

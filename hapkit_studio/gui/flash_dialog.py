@@ -4,7 +4,7 @@ from functools import partial
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import QComboBox, QFileDialog, QLabel, QProgressBar, QPushButton, QWidget
+from PySide6.QtWidgets import QComboBox, QLabel, QProgressBar, QPushButton, QWidget
 
 from hapkit_studio.devices import DeviceEntry, avrdude, flash, serial_ports
 from hapkit_studio.devices.avrdude import CONNECTING, VERIFYING, WRITING
@@ -14,6 +14,7 @@ from hapkit_studio.errors import AvrdudeMissingError, ParameterError
 from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.dialogs import FormDialog
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.parts import choose_file
 
 STAGES = (CONNECTING, WRITING, VERIFYING)
 _WORDS = ("Looking for the boot loader…", "Writing…", "Verifying…")
@@ -187,18 +188,10 @@ class FlashDialog(FormDialog):
 
     # putting together
 
-    def _ask_program(self) -> None:
-        dialog = QFileDialog(self, "Where is avrdude?")
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.fileSelected.connect(self.use)
-        dialog.setModal(False)
-        dialog.finished.connect(dialog.deleteLater)
-        dialog.show()
-
     def _join(self) -> None:
         self.write.clicked.connect(self.begin)
         self.again.clicked.connect(self.look)
-        self.choose.clicked.connect(self._ask_program)
+        self.choose.clicked.connect(lambda: choose_file(self, "Where is avrdude?", "", self.use))
         self.job.progressed.connect(self._follow)
         self.job.running_changed.connect(self._look_at_job)
         self.job.finished.connect(self._written)

@@ -1,4 +1,4 @@
-"""Which banners are shown: stopped, fault, device gone, delay unknown, above the stability limit, energy."""
+"""Which banners are shown: stopped, fault, device gone, delay unknown, energy."""
 
 import time
 from contextlib import suppress
@@ -13,8 +13,6 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.banners import BannerStack, Button, Notice
 from hapkit_studio.gui.device_link import LinkStatus
 from hapkit_studio.gui.live.live import Live
-from hapkit_studio.gui.panel.limits import Answer
-from hapkit_studio.gui.panel.stability_card import StabilityCard, margin_notice, sign_of
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.haptics import arrays, rows
@@ -40,28 +38,25 @@ _CANNOT = "The passivity controller damps as much as it may. Lower stiffness."
 
 
 class Notices(QObject):
-    """Watches studio, frames and stability, and puts banners up and takes them down.
+    """Watches studio and frames, and puts banners up and takes them down.
 
     ``flash``: the device in use is to be flashed.
     """
 
     flash = Signal()
 
-    def __init__(self, studio: Studio, live: Live, banners: BannerStack, stability: StabilityCard):
+    def __init__(self, studio: Studio, live: Live, banners: BannerStack):
         super().__init__()
         self._studio, self._banners = studio, banners
         self._heard, self._silent, self._stale = False, QElapsedTimer(), QElapsedTimer()
         self._silent.start()
         self._unmeasured = QElapsedTimer()
-        self._beyond: Answer | None = None
         studio.engine_changed.connect(self._listen)
         studio.stop_changed.connect(self.show_stop)
         studio.link_changed.connect(self.show_link)
         studio.engine_changed.connect(self.show_fault)
         live.frame.connect(self.on_row)
         live.health.connect(self.on_health)
-        stability.crossed.connect(self.show_limit)
-        studio.loop_changed.connect(lambda: self.show_limit(self._beyond))
 
     def show_stop(self) -> None:
         """Show or take down the E-stop's banner."""
@@ -181,16 +176,6 @@ class Notices(QObject):
 
     def _simulated(self) -> Button:
         return ("Use simulated Hapkit", self._studio.device.open_simulated)
-
-    def show_limit(self, answer: Answer | None) -> None:
-        """Show the limit with its numbers while the rendered impedance is beyond it."""
-        self._beyond = answer
-        if answer is None:
-            self._banners.set("limit", None)
-            return
-        title, text = margin_notice(answer)
-        icon, tone = sign_of(answer)
-        self._banners.set("limit", Notice("limit", _LIMIT, tone, icon, title, text, self._board_button()))
 
 
 def _copy_to_clipboard(line: str) -> None:

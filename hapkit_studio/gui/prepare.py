@@ -111,7 +111,7 @@ def compile_paddle(key: str) -> None:
 
     priority.probe()
     r, body = headless.Scene(named("free"), {}).prepare()
-    r.values[:] = r.block_values
+    r.values[:] = r.block.values
     simulated_loop.follow_settings(body, r)
     simulated_loop.write_truth(body, simulated_loop.measure(body), rows.new_ring(r.control, 2).rows[0])
     simulated.command(body.dev, body.queue, 0.0)
@@ -140,10 +140,10 @@ def compile_boards(*_keys: str) -> None:
     """Compile the loop on a serial port, by calling it with the quit word set and no port."""
     from hapkit_studio.haptics import arrays, block, health, link, rows, serial_loop
 
-    r = arrays.new_arrays(*block.new_block())
+    r = arrays.new_arrays(block.new_block())
     r.control[arrays.QUIT] = 1
     out, late = rows.new_ring(r.control, 2), health.new_histogram()
-    serial_loop.run(r, link.new_link(_QUANTUM), out, late, _NO_FILE, serial_loop.new_spec())
+    serial_loop.run(r, link.new_link(_QUANTUM), out, late, _NO_FILE)
 
 
 def compile_analysis(*_keys: str) -> None:

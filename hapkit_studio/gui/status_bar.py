@@ -117,7 +117,7 @@ class StatusBar(QWidget):
         self.priority.link.hide()
         self.clamp.show_words("No force", "circle")
         self.kept.show_words("")
-        self._give_way()
+        self._hide_least_important()
 
     def show_health(self, health, nominal: float | None = None, on_board: bool = False) -> None:
         """Show the loop's health; nominal: its rate in Hz as it should be, on_board: the board's own."""
@@ -134,7 +134,7 @@ class StatusBar(QWidget):
             self.priority.show_words(words, "triangle", "warn")
         self.priority.link.setVisible(not health.priority.realtime)
         self.priority.setToolTip(health.priority.how)
-        self._give_way()
+        self._hide_least_important()
 
     def show_clamp(self, clamped: bool, limit: float) -> None:
         """Show the clamp light; once lit it stays for half a second so that it can be read."""
@@ -149,7 +149,7 @@ class StatusBar(QWidget):
     def show_margin(self, words: str, sign: str, token: str) -> None:
         """Show the stability margin in a few words, with its icon, which may be none, and token."""
         self.margin.show_words(words, sign, token)
-        self._give_way()
+        self._hide_least_important()
 
     def show_kept(self, overrun: int, seconds: float, paused: bool) -> None:
         """Show how much is kept, and how many rows the window was too late for."""
@@ -160,9 +160,9 @@ class StatusBar(QWidget):
 
     def resizeEvent(self, event) -> None:
         super().resizeEvent(event)
-        self._give_way()
+        self._hide_least_important()
 
-    def _give_way(self) -> None:
+    def _hide_least_important(self) -> None:
         """Hide fields, least important first, until the rest fits whole."""
         order = (self.kept, self.missed, self.late, self.margin, self.rate)
         fields = self.findChildren(Field)

@@ -41,7 +41,6 @@ class Views(QObject):
             self._bar.setTabData(self._bar.addTab(tab.title), key)
         self._centre.add_page(self._editor.editor)
         self._bar.currentChanged.connect(self._follow)
-        centre.resized.connect(self.give_way)
         self._editor.shown.connect(self.show_law)
         self._editor.page.unsaved_changed.connect(self._mark)
 
@@ -91,11 +90,6 @@ class Views(QObject):
         if path is not None:
             self._editor.edit(path)
 
-    def give_way(self) -> None:
-        """Tell the page in sight the size of the centre."""
-        if self._shown is not None:
-            self._shown.set_room(self._centre.width(), self._centre.height())
-
     def end(self) -> None:
         """End what pages still do."""
         for page in self._pages.values():
@@ -116,7 +110,6 @@ class Views(QObject):
         else:
             self._centre.show_page(self._editor.editor if key == LAW else None, law=True)
         self._show_side(page.side if page else None)
-        self.give_way()
         if page is not None:
             page.set_shown(True)
 

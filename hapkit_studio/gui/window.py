@@ -76,7 +76,7 @@ class MainWindow(QMainWindow):
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
         self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)
-        self.notices = Notices(studio, self.live, self.banners, self.stability)
+        self.notices = Notices(studio, self.live, self.banners)
         self.passivity = Passivity(studio, self.live, self.banners)
         self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
@@ -90,23 +90,9 @@ class MainWindow(QMainWindow):
     # what the actions call
 
     @property
-    def span(self) -> float:
-        """Return the time window in s."""
-        return self.centre.time.span
-
-    @property
-    def theme_mode(self) -> str:
-        """Return the theme as chosen, which may be the system's."""
-        return theme.mode
-
-    @property
     def panel_open(self) -> bool:
         """Say whether the parameter panel is seen."""
         return self.body.panel_open
-
-    def set_span(self, seconds: float) -> None:
-        """Show the last seconds."""
-        self.centre.time.set_span(seconds)
 
     def fit_axes(self) -> None:
         """Narrow the axes of every plot to what is shown."""
@@ -127,10 +113,6 @@ class MainWindow(QMainWindow):
         self.single_keys = not self.single_keys
         self.settings.setValue("single_keys", self.single_keys)
         self.actions_by_key.set_single_keys(self.single_keys)
-
-    def clear_fault(self) -> None:
-        """Unlatch the fault."""
-        self.studio.clear_fault()
 
     def quit(self) -> None:
         """Close the window, or first ask what becomes of a law that is not saved."""
@@ -225,7 +207,7 @@ class MainWindow(QMainWindow):
         self.gallery.delete_pressed.connect(self.file_actions.delete)
         self.live.frame.connect(self.file_watcher.on_row)
         self.editor.shown.connect(lambda _on: self.actions_by_key.refresh())
-        self.centre.toolbar.span_chosen.connect(self.set_span)
+        self.centre.toolbar.span_chosen.connect(self.centre.time.set_span)
         self.centre.toolbar.fit_pressed.connect(self.fit_axes)
         self.stability.judged.connect(self.status.show_margin)
         self.stability.ask()

@@ -6,58 +6,27 @@ import numpy as np
 
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.haptics import block
+from hapkit_studio.haptics.block import Block
 from hapkit_studio.laws import native
 
-# --- real: the tick's own numbers
-GAIN = 0
-RAMP = 1
-BLEND = 2
-LAST_POSITION = 3
-ENERGY = 4
-APPLIED = 5
-HOLD = 6
-GOOD = 7
-STALE_TIMES = 8
-FAULT_VALUE = 11
-FAULT_POSITION = 12
-CLOCK = 13
-VELOCITY = 14
+# --- real: the tick's own numbers; of STALE_TIMES there are three
+GAIN, RAMP, BLEND, LAST_POSITION, ENERGY, APPLIED, HOLD, GOOD, STALE_TIMES = range(9)
+FAULT_VALUE, FAULT_POSITION, CLOCK, VELOCITY = range(11, 15)
 REAL = 16
 WATCH = 1344
 
-# --- word: the tick's own whole numbers
-SLOT = 0
-STARTED = 1
-TICK = 2
-STALE = 3
-CLEARED = 4
-FLAGS = 5
-GENERATION = 6
-ASKED = 7
-RENEW = 8
-LONG = 9  # samples in a row whose law took longer than a period
+# --- word: the tick's own whole numbers; LONG: samples in a row whose law took longer than a period
+SLOT, STARTED, TICK, STALE, CLEARED, FLAGS, GENERATION, ASKED, RENEW, LONG = range(10)
 SPARE = 10  # a fault's words, where the observer asks a law
 WORD = SPARE + native.FAULT_WORDS
 
 # --- control: shared with the window, one cache line each
-STRIDE = 8
-QUIT = 0 * STRIDE
-STOP = 1 * STRIDE
-CLEAR = 2 * STRIDE
-HEAD = 3 * STRIDE
-FAULT = 4 * STRIDE
-ACCEPTED = 5 * STRIDE
-MISSED = 6 * STRIDE
-STALE_COUNT = 7 * STRIDE
-LOST_FRAMES = 8 * STRIDE
-CRC_ERRORS = 9 * STRIDE
-DONE = 10 * STRIDE
-ZERO = 11 * STRIDE
-FLIP = 12 * STRIDE
-STALE_CAUSES = 13 * STRIDE  # how often each of CAUSES stopped the force
-STALE_FORCES = 14 * STRIDE  # those that the board refused as too old
-BOARD_ERRORS = 15 * STRIDE  # frames that the board could not read
-CONTROL = 16 * STRIDE
+CONTROL, STRIDE = 128, 8
+QUIT, STOP, CLEAR, HEAD, FAULT, ACCEPTED, MISSED, STALE_COUNT = range(0, 64, STRIDE)
+LOST_FRAMES, CRC_ERRORS, DONE, ZERO, FLIP = range(64, 104, STRIDE)
+STALE_CAUSES = 104  # how often each of CAUSES stopped the force
+STALE_FORCES = 112  # those that the board refused as too old
+BOARD_ERRORS = 120  # frames that the board could not read
 
 # a law's own codes, and the loop's between them
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL = native.NOT_A_NUMBER, native.LAW_INDEX, native.LAW_FUEL
@@ -87,21 +56,13 @@ class LoopArrays(NamedTuple):
     values: np.ndarray  # the block in force
     words: np.ndarray
     program: np.ndarray  # the law for the board, packed
-    draft_values: np.ndarray  # the block being read, perhaps torn
-    draft_words: np.ndarray
-    draft_program: np.ndarray
-    block_values: np.ndarray  # the block as the window writes it
-    block_words: np.ndarray
-    block_program: np.ndarray
+    draft: Block  # the block being read, perhaps torn
+    block: Block  # the block as the window writes it
     control: np.ndarray
 
 
-def new_arrays(
-    block_values: np.ndarray, block_words: np.ndarray, block_program: np.ndarray, energies: int = 1
-) -> LoopArrays:
+def new_arrays(shared: Block, energies: int = 1) -> LoopArrays:
     """Return arrays at rest that read their settings from the given block and keep so many energies."""
-    values, words, program = block.new_block()
-    draft_values, draft_words, draft_program = block.new_block()
     return LoopArrays(
         real=np.zeros(REAL),
         word=np.zeros(WORD, dtype=np.int64),
@@ -114,15 +75,9 @@ def new_arrays(
         fault=np.zeros(native.FAULT_WORDS, dtype=np.int64),
         watch=np.zeros(WATCH),
         energies=np.full((energies, 2), np.nan),
-        values=values,
-        words=words,
-        program=program,
-        draft_values=draft_values,
-        draft_words=draft_words,
-        draft_program=draft_program,
-        block_values=block_values,
-        block_words=block_words,
-        block_program=block_program,
+        **block.new_block()._asdict(),
+        draft=block.new_block(),
+        block=shared,
         control=np.zeros(CONTROL, dtype=np.int64),
     )
 

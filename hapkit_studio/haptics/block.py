@@ -4,52 +4,32 @@ A seqlock: the sequence word is odd while the writer is at work; the reader copi
 the word has moved simply tries at its next tick. The newest block wins.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled
-from hapkit_studio.haptics.fences import fence, load_acquire, store_release
+from hapkit_studio.haptics.clib import fence, load_acquire, store_release
 
+# --- values
 PARAMS = 0
 INITIAL_STATE = 32
 STATES = 16  # numbers that a law may keep
 COEFS = INITIAL_STATE + STATES
-PERIOD = 56
-DELAY = 57
-MAX_FORCE = 58
-MAX_SPEED = 59
-FADE = 60
-HAND_MASS = 61
-HAND_DAMPING = 62
-HAND_STIFFNESS = 63
-HAND_TARGET = 64
-VISCOUS = 65
-COULOMB = 66
-QUANTUM = 67
-DAMPER = 68
-BOARD_FIRST = 69  # the board's estimator: its coefficients
-BOARD_SECOND = 70
+PERIOD, DELAY, MAX_FORCE, MAX_SPEED, FADE = range(56, 61)
+HAND_MASS, HAND_DAMPING, HAND_STIFFNESS, HAND_TARGET = range(61, 65)
+VISCOUS, COULOMB, QUANTUM, DAMPER = range(65, 69)
+BOARD_FIRST, BOARD_SECOND = 69, 70  # the board's estimator: its coefficients
 VALUES = 71
 
-SEQUENCE = 0
-LAW = 1
-N_PARAMS = 2
-N_STATE = 3
-DISCRETE = 4
-ESTIMATOR = 5
-GENERATION = 6
-HAND_ON = 7
-STORED = 8  # the law that says what objects hold, 0 where there is none
+# --- words; STORED: the law that says what objects hold, 0 where there is none
+SEQUENCE, LAW, N_PARAMS, N_STATE, DISCRETE, ESTIMATOR, GENERATION, HAND_ON, STORED = range(9)
 # what the board is to render
 CODE_ID = 9  # all of its law, rate and estimator but constants, 0: the computer renders
 PROGRAM_ID = 10  # the law's bytes, constants included; equal where they are equal
 BOARD_LAW = 11  # the law that it is, by its address here
-BOARD_RATE = 12
-BOARD_ESTIMATOR = 13
-BOARD_STATES = 14
-BOARD_GIVEN = 15
-BOARD_SLOTS = 16
-BOARD_CODE = 17
-BOARD_CHECK = 18
+BOARD_RATE, BOARD_ESTIMATOR, BOARD_STATES, BOARD_GIVEN = range(12, 16)
+BOARD_SLOTS, BOARD_CODE, BOARD_CHECK = range(16, 19)
 BOARD_MOVING = 19  # constants that the board has room to move at a time
 WORDS = 20
 
@@ -62,65 +42,54 @@ TRUTH = -1
 TORN = -1
 
 
-def new_block() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return an empty block: float64 values, int64 words, the law for the board packed into int64 words."""
-    return np.zeros(VALUES), np.zeros(WORDS, dtype=np.int64), np.zeros(PROGRAM_WORDS, dtype=np.int64)
+class Block(NamedTuple):
+    """float64 values, int64 words, and the law for the board packed into int64 words."""
+
+    values: np.ndarray
+    words: np.ndarray
+    program: np.ndarray
+
+
+def new_block() -> Block:
+    """Return an empty block."""
+    return Block(
+        *(np.zeros(n, t) for n, t in ((VALUES, float), (WORDS, np.int64), (PROGRAM_WORDS, np.int64)))
+    )
 
 
 @compiled
-def copy(
-    values: np.ndarray,
-    words: np.ndarray,
-    program: np.ndarray,
-    to_values: np.ndarray,
-    to_words: np.ndarray,
-    to_program: np.ndarray,
-) -> None:
+def copy(source: Block, to: Block) -> None:
     """Copy a block's content, all but its sequence; the law for the board where it is another one."""
-    if to_words[PROGRAM_ID] != words[PROGRAM_ID]:
+    if to.words[PROGRAM_ID] != source.words[PROGRAM_ID]:
         for i in range(PROGRAM_WORDS):
-            to_program[i] = program[i]
+            to.program[i] = source.program[i]
     for i in range(VALUES):
-        to_values[i] = values[i]
+        to.values[i] = source.values[i]
     for i in range(LAW, WORDS):
-        to_words[i] = words[i]
+        to.words[i] = source.words[i]
 
 
 @compiled
-def publish(
-    values: np.ndarray,
-    words: np.ndarray,
-    program: np.ndarray,
-    new_values: np.ndarray,
-    new_words: np.ndarray,
-    new_program: np.ndarray,
-) -> None:
+def publish(block: Block, new: Block) -> None:
     """Replace the block's content."""
-    sequence = words[SEQUENCE]
-    store_release(words, SEQUENCE, sequence + 1)
+    sequence = block.words[SEQUENCE]
+    store_release(block.words, SEQUENCE, sequence + 1)
     fence()
-    copy(new_values, new_words, new_program, values, words, program)
+    copy(new, block)
     fence()
-    store_release(words, SEQUENCE, sequence + 2)
+    store_release(block.words, SEQUENCE, sequence + 2)
 
 
 @compiled
-def take(
-    values: np.ndarray,
-    words: np.ndarray,
-    program: np.ndarray,
-    copy_values: np.ndarray,
-    copy_words: np.ndarray,
-    copy_program: np.ndarray,
-) -> bool:
+def take(block: Block, to: Block) -> bool:
     """Copy the block; return whether it was whole. What a torn copy holds may not be used."""
-    sequence = load_acquire(words, SEQUENCE)
+    sequence = load_acquire(block.words, SEQUENCE)
     if sequence & 1:
         return False
-    copy(values, words, program, copy_values, copy_words, copy_program)
-    copy_words[SEQUENCE] = sequence
+    copy(block, to)
+    to.words[SEQUENCE] = sequence
     fence()
-    if load_acquire(words, SEQUENCE) == sequence:
+    if load_acquire(block.words, SEQUENCE) == sequence:
         return True
-    copy_words[PROGRAM_ID] = TORN
+    to.words[PROGRAM_ID] = TORN
     return False

@@ -1,7 +1,6 @@
 """What a board can render by itself, and how a law is to be rendered there."""
 
 import hashlib
-import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hapkit_studio.devices.hapkit import HapkitBoard
-from hapkit_studio.dynamics import estimators, filters
+from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import DeviceError, LawError, ParameterError
@@ -112,11 +111,6 @@ class BoardPlanner:
             self._answers[request.key] = found
         return found
 
-    def refusal(self, environment: Environment, values: Values) -> str:
-        """Return in one line why the board cannot render an environment; nothing where it can."""
-        found = self.plan(PlanRequest(environment, values))
-        return found if isinstance(found, str) else ""
-
     def require(self, request: PlanRequest) -> BoardPlan:
         """Return how the board is to render a request; raise ParameterError."""
         found = self.plan(request)
@@ -138,7 +132,10 @@ class BoardPlanner:
             if rate <= fastest(program):
                 return self._plan_at(request, program, rate)
             if rate == RATES[-1]:
-                return f"{title} {_too_slow(program)}"
+                return (
+                    f"{title} takes up to {program.most:,} cycles on the board: {int(fastest(program)):,} Hz "
+                    f"at most, and its slowest rate is {RATES[-1]} Hz."
+                )
             rate = next(r for r in RATES if r < rate)
 
     @property
@@ -205,36 +202,14 @@ def share(program: "Program", rate: float) -> float:
 
 
 def fastest(program: "Program") -> float:
-    """Return the highest rate in Hz at which a law leaves the processor room, and fits its period always."""
-    return min(fastest_as_a_rule(program), CLOCK / (program.most + REST_AT_MOST))
-
-
-def fastest_as_a_rule(program: "Program") -> float:
-    """Return the highest rate in Hz at which a law takes no more than its share of the processor."""
-    return (_SHARE * CLOCK - 1000 * FRAME) / (program.usual + REST)
+    """Return the highest rate in Hz at which a law takes its share at most, and fits its period always."""
+    as_a_rule = (_SHARE * CLOCK - 1000 * FRAME) / (program.usual + REST)
+    return min(as_a_rule, CLOCK / (program.most + REST_AT_MOST))
 
 
 def _first_rate(request: float | None) -> int:
     """Return the fastest rate in Hz that is not above a request."""
     return next(r for r in RATES if request is None or r <= max(request, RATES[-1]))
-
-
-def _too_slow(program: "Program") -> str:
-    """Say how long a law takes, and how fast it could be rendered."""
-    usual, worst = fastest_as_a_rule(program), CLOCK / (program.most + REST_AT_MOST)
-    cycles = (
-        f"about {_digits(program.usual, 3):,d}" if usual < worst else f"up to {_digits(program.most, 3):,d}"
-    )
-    hertz = _digits(min(usual, worst), 2)
-    return (
-        f"takes {cycles} cycles on the board: {hertz:,d} Hz at most, and its slowest rate is {RATES[-1]} Hz."
-    )
-
-
-def _digits(value: float, count: int) -> int:
-    """Return a number of 1 or more rounded down to so many digits."""
-    step = 10 ** max(math.floor(math.log10(value)) + 1 - count, 0)
-    return int(value // step * step)
 
 
 def planner_for(device: HapkitBoard) -> BoardPlanner | str:
@@ -247,7 +222,7 @@ def planner_for(device: HapkitBoard) -> BoardPlanner | str:
         return str(error)
 
 
-_REFUSED = {
+_REFUSED: dict[int, str] = {
     Refusal.TOO_LARGE: "has no room for this law",
     Refusal.TOO_SLOW: "has no time for this law at this rate",
 }
@@ -255,10 +230,9 @@ _REFUSED = {
 
 def refusal_text(why: int) -> str:
     """Return in one line why a board does not render the law that it was sent."""
-    known = why in list(Refusal)
-    reason = Refusal(why).name.lower().replace("_", " ") if known else f"reason {why}"
-    words = _REFUSED.get(Refusal(why), "") if known else ""
-    return f"The board {words or f'refuses this law ({reason})'}. The computer renders."
+    name = Refusal(why).name.lower().replace("_", " ") if why in list(Refusal) else f"reason {why}"
+    words = _REFUSED.get(why, f"refuses this law ({name})")
+    return f"The board {words}. The computer renders."
 
 
 def check_rate(request: float | None) -> None:
@@ -276,9 +250,9 @@ def spec_on_board(spec: Spec) -> Spec:
 def coefficients(spec: Spec, rate: float, quantum: float) -> tuple[int, float, float]:
     """Return estimator and coefficients as the board takes them, the second one in 1/s."""
     code, coefs = estimators.design(spec_on_board(spec), rate, quantum)
-    if code == filters.KALMAN:
+    if code == estimators.KALMAN:
         return int(Estimator.KALMAN), float(coefs[0]), float(coefs[1] * rate)
-    if code == filters.IIR:
+    if code == estimators.IIR:
         return int(Estimator.IIR), float(coefs[0]), 0.0
     return int(Estimator.DIFFERENCE), 0.0, 0.0
 

@@ -10,12 +10,12 @@ import numpy as np
 
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
-from hapkit_studio.haptics import arrays, block, link, rows, transitions
+from hapkit_studio.haptics import arrays, block, link, rows
 from hapkit_studio.haptics.arrays import LoopArrays
-from hapkit_studio.haptics.fences import store_release
+from hapkit_studio.haptics.clib import store_release
 from hapkit_studio.haptics.link import Link
 from hapkit_studio.haptics.rows import Ring
-from hapkit_studio.haptics.tick import latch, recover
+from hapkit_studio.haptics.tick import due, latch, recover, refresh
 from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.law_frames import PIECE, TUNED
 
@@ -34,9 +34,9 @@ def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
     note_who_renders(r, conn, sample)
     period = time_since_last(conn, sample)
     position = link.position_of(conn, sample[codec.COUNT])
-    if transitions.due(r):
+    if due(r):
         fault = r.control[arrays.FAULT]
-        transitions.refresh(r, position, period)
+        refresh(r, position, period)
         if fault != arrays.NO_FAULT and r.control[arrays.FAULT] == arrays.NO_FAULT:
             conn.numbers[link.EXCUSED] = now + link.REPEAT_AFTER + conn.numbers[link.ROUND_TRIP]
     if r.word[arrays.STALE]:
@@ -50,8 +50,6 @@ def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
     r.word[arrays.FLAGS] = int(row[rows.FLAGS])
     if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
         r.real[arrays.APPLIED] = row[rows.APPLIED]
-    store_release(r.control, arrays.LOST_FRAMES, conn.reader[codec.LOST_FRAMES])
-    store_release(r.control, arrays.CRC_ERRORS, conn.reader[codec.BAD_FRAMES])
 
 
 @internal
@@ -283,11 +281,11 @@ def put_zero_and_direction(conn: Link) -> None:
     body, n = conn.settings, conn.numbers
     sense = law_frames.signed(body, law_frames.AT_SENSE, 1)
     zero = law_frames.signed(body, law_frames.AT_ZERO, 4) + sense * int(n[link.ZERO])
-    law_frames.put_whole(body, law_frames.AT_ZERO, 4, zero)
+    law_frames.put_integer(body, law_frames.AT_ZERO, 4, zero)
     if n[link.SIGN] < 0.0:
         direction = law_frames.signed(body, law_frames.AT_DIRECTION, 1)
-        law_frames.put_whole(body, law_frames.AT_SENSE, 1, -sense)
-        law_frames.put_whole(body, law_frames.AT_DIRECTION, 1, -direction)
+        law_frames.put_integer(body, law_frames.AT_SENSE, 1, -sense)
+        law_frames.put_integer(body, law_frames.AT_DIRECTION, 1, -direction)
 
 
 @internal
@@ -489,9 +487,3 @@ def take_law_away(conn: Link, frame: np.ndarray) -> int:
     length = codec.encode_simple(frame, law_frames.LEAVE)
     length += codec.encode_simple(frame[length:], law_frames.LEAVE)
     return length + codec.encode_force(frame[length:], 0, 0, 0.0)
-
-
-@compiled
-def encode_hello_request(frame: np.ndarray) -> int:
-    """Encode HelloRequest; it does not feed the watchdog."""
-    return codec.encode_simple(frame, law_frames.HELLO_REQUEST)

@@ -1,17 +1,23 @@
-"""C functions that compiled code calls by their symbol, so that whatever calls them stays cacheable.
+"""What compiled code has beside numba's own: C functions by their symbol, ordered loads and stores.
 
 Compiled functions that hold a ctypes pointer carry an address and are never cached; a symbol is resolved
 each time the machine code is loaded. Addresses are integers, e.g. ``array.ctypes.data``.
+
+Ordered loads and stores are for what two threads share: without them LLVM hoists a flag out of a loop. Words
+are elements of one-dimensional int64 arrays. Interpreted, Python's own lock orders everything.
 """
 
 import ctypes
 import sys
 
 import llvmlite.binding as llvm
+import numpy as np
 from llvmlite import ir
 from numba import config, types
 from numba.core import cgutils
 from numba.extending import intrinsic
+
+from hapkit_studio.dynamics.jit import compiled
 
 _TO_CTYPES = {
     types.int32: ctypes.c_int32,
@@ -49,6 +55,7 @@ pthread_self = declare("pthread_self", _ADDRESS)
 pthread_mach_thread_np = declare("pthread_mach_thread_np", _uint, _ADDRESS)
 thread_policy_set = declare("thread_policy_set", _int, _uint, _int, _ADDRESS, _uint)
 
+# of kernel32
 QueryPerformanceCounter = declare("QueryPerformanceCounter", _int, _ADDRESS)
 QueryPerformanceFrequency = declare("QueryPerformanceFrequency", _int, _ADDRESS)
 CreateWaitableTimerExW = declare("CreateWaitableTimerExW", _ADDRESS, _ADDRESS, _ADDRESS, _uint, _uint)
@@ -58,17 +65,6 @@ CloseHandle = declare("CloseHandle", _int, _ADDRESS)
 GetCurrentThread = declare("GetCurrentThread", _ADDRESS)
 SetThreadPriority = declare("SetThreadPriority", _int, _ADDRESS, _int)
 
-_KERNEL32 = (
-    "QueryPerformanceCounter",
-    "QueryPerformanceFrequency",
-    "CreateWaitableTimerExW",
-    "SetWaitableTimer",
-    "WaitForSingleObject",
-    "CloseHandle",
-    "GetCurrentThread",
-    "SetThreadPriority",
-)
-
 
 def add_symbols(library, names) -> None:
     """Make a library's functions known to compiled code by name."""
@@ -77,7 +73,9 @@ def add_symbols(library, names) -> None:
 
 
 if sys.platform == "win32":
-    add_symbols(ctypes.windll.kernel32, _KERNEL32)  # type: ignore[attr-defined]
+    _names = "QueryPerformanceCounter QueryPerformanceFrequency CreateWaitableTimerExW SetWaitableTimer "
+    _names += "WaitForSingleObject CloseHandle GetCurrentThread SetThreadPriority"
+    add_symbols(ctypes.windll.kernel32, _names.split())  # type: ignore[attr-defined]
 
 _I64 = ir.IntType(64)
 
@@ -132,3 +130,65 @@ def last_error(typingctx):
         return builder.load(builder.call(function, []))
 
     return types.int32(), codegen
+
+
+def _word(context, builder, kind, array, index):
+    data = cgutils.create_struct_proxy(kind)(context, builder, array).data
+    return builder.gep(data, [index])
+
+
+@intrinsic
+def _load(typingctx, words, index):
+    def codegen(context, builder, signature, args):
+        pointer = _word(context, builder, signature.args[0], *args)
+        return builder.load_atomic(pointer, "acquire", 8)
+
+    return types.int64(words, types.int64), codegen
+
+
+@intrinsic
+def _store(typingctx, words, index, value):
+    def codegen(context, builder, signature, args):
+        pointer = _word(context, builder, signature.args[0], *args[:2])
+        builder.store_atomic(args[2], pointer, "release", 8)
+        return context.get_dummy_value()
+
+    return types.void(words, types.int64, types.int64), codegen
+
+
+@intrinsic
+def _fence(typingctx):
+    def codegen(context, builder, signature, args):
+        builder.fence("seq_cst")
+        return context.get_dummy_value()
+
+    return types.void(), codegen
+
+
+if config.DISABLE_JIT:
+
+    def load_acquire(words, index):
+        return words[index]
+
+    def store_release(words, index, value):
+        words[index] = value
+
+    def fence():
+        pass
+
+else:
+
+    @compiled
+    def load_acquire(words: np.ndarray, index: int) -> int:
+        """Return words[index]; nothing that follows is read before it."""
+        return _load(words, index)
+
+    @compiled
+    def store_release(words: np.ndarray, index: int, value: int) -> None:
+        """Set words[index]; everything written before is seen first."""
+        _store(words, index, value)
+
+    @compiled
+    def fence() -> None:
+        """Order everything before against everything after."""
+        _fence()

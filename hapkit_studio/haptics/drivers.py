@@ -1,7 +1,6 @@
 """What moves the loop: one driver a kind of device, all with the same tick."""
 
 import sys
-from typing import Protocol
 
 import numpy as np
 
@@ -12,11 +11,10 @@ from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import arrays, block, board_plan, link, serial_loop, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.board_plan import BoardPlan, BoardPlanner
-from hapkit_studio.haptics.fences import store_release
+from hapkit_studio.haptics.clib import store_release
 from hapkit_studio.haptics.health import silent
 from hapkit_studio.haptics.link import MeasuredDelay
 from hapkit_studio.haptics.rows import Ring, new_ring
-from hapkit_studio.haptics.serial_loop import PortableLoop, warm_up
 
 # After connecting, force stays zero that long while the delay of the line is measured.
 HOLD_SECONDS = 0.5
@@ -24,36 +22,39 @@ LATELY = 2000
 """Measured delays that count, a second or two of them."""
 
 
-class Driver(Protocol):
+class Driver:
     """Owns one connection; ``run`` keeps its thread until the control words say quit."""
 
-    hold_seconds: float
-    planner: BoardPlanner | None
-    """What the device can render by itself."""
-    no_planner: str
-    """Why that is nothing, in one line."""
-
-    @property
-    def rate(self) -> float | None:
-        """Return the rate in Hz that the device itself sets, None where the loop does."""
+    hold_seconds = 0.0
+    rate: float | None = None
+    """Hz that the device itself sets, None where the loop does."""
+    planner: BoardPlanner | None = None
+    """What the device can render by itself, and in one line why that is nothing."""
+    no_planner = ""
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         """Render until told to quit; whatever ends it, the last act is a zero command."""
+        raise NotImplementedError
 
     def delay(self, r: LoopArrays) -> float:
         """Return the measured delay in s from a sample to its force, of whoever renders."""
+        return float(r.values[block.DELAY])
 
     def measured(self, board: bool) -> MeasuredDelay | None:
         """Return the delay as measured lately where the board or the computer renders; None where unknown."""
+        return None
 
     def refusal(self, plan: BoardPlan) -> str:
         """Return in one line why the device has refused to render what it was sent, "" if it has not."""
+        return ""
 
     def on_board(self) -> bool:
         """Say whether the device renders by itself at this moment."""
+        return False
 
     def overruns(self) -> int:
         """Return how many ticks the device has skipped when it rendered by itself."""
+        return 0
 
     def move_hand(self, target: float | None, grip: str) -> None:
         """Move the hand on the handle, where the device has one."""
@@ -62,12 +63,9 @@ class Driver(Protocol):
         """Let go of the device."""
 
 
-class SimulatedDriver:
+class SimulatedDriver(Driver):
     """The embedded device: nothing to open, nothing to lose; its hand comes with the parameter block."""
 
-    hold_seconds = 0.0
-    rate = None
-    planner: BoardPlanner | None = None
     no_planner = "The simulated Hapkit has no board: the computer renders."
 
     def __init__(self, device: SimulatedHapkit):
@@ -76,29 +74,8 @@ class SimulatedDriver:
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         simulated_loop.run(r, self.body, out, late)
 
-    def delay(self, r: LoopArrays) -> float:
-        return float(r.values[block.DELAY])
 
-    def measured(self, board: bool) -> MeasuredDelay | None:
-        return None
-
-    def refusal(self, plan: BoardPlan) -> str:
-        return ""
-
-    def on_board(self) -> bool:
-        return False
-
-    def overruns(self) -> int:
-        return 0
-
-    def move_hand(self, target: float | None, grip: str) -> None:
-        pass
-
-    def close(self) -> None:
-        pass
-
-
-class SerialDriver:
+class SerialDriver(Driver):
     """A board at the end of a port, paced by its samples."""
 
     hold_seconds = HOLD_SECONDS
@@ -109,23 +86,21 @@ class SerialDriver:
         self.rate = device.rate
         self.conn = link.new_link(device.quantum, 1e-3 * device.hello.watchdog_ms)
         found = board_plan.planner_for(device)
-        self.planner: BoardPlanner | None = None if isinstance(found, str) else found
+        self.planner = None if isinstance(found, str) else found
         self.no_planner = found if isinstance(found, str) else ""
         if self.planner is not None and self.planner.settings is not None:
             board_plan.tell_link(self.conn, self.planner.settings, device.hello.pwm_top)
-        self._spec = serial_loop.new_spec()
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         if not r.control[arrays.QUIT]:
             self.device.start_stream()
-        serial_loop.run(r, self.conn, out, late, self.device.fileno(), self._spec)
-        self._complain()
-
-    def _complain(self) -> None:
-        """Raise DeviceError where the loop ended because the board fell silent."""
+        self._loop(r, out, late)
         if self.conn.numbers[link.QUIET] >= link.GONE_AFTER:
             words = silent(self.device.name, link.GONE_AFTER)
             raise DeviceError(f"{words} Force is zero. Looking again every second.")
+
+    def _loop(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
+        serial_loop.run(r, self.conn, out, late, self.device.fileno())
 
     def delay(self, r: LoopArrays) -> float:
         found = self.measured(self.on_board())
@@ -136,9 +111,8 @@ class SerialDriver:
 
     def refusal(self, plan: BoardPlan) -> str:
         words = self.conn.words
-        return (
-            board_plan.refusal_text(int(words[link.REFUSAL])) if words[link.REFUSED] == plan.code_id else ""
-        )
+        refused = words[link.REFUSED] == plan.code_id
+        return board_plan.refusal_text(int(words[link.REFUSAL])) if refused else ""
 
     def on_board(self) -> bool:
         return int(self.conn.words[link.HANDOVER]) == link.ON_BOARD
@@ -158,13 +132,11 @@ class SerialDriver:
 class PortableDriver(SerialDriver):
     """The same in a plain Python thread, for systems whose ports are no file descriptors."""
 
-    def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
+    def _loop(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         if r.control[arrays.QUIT]:
-            warm_up()
-            return
-        self.device.start_stream()
-        PortableLoop(self.conn, self.device.read, self.device.write).run(r, out, late)
-        self._complain()
+            serial_loop.warm_up()
+        else:
+            serial_loop.run_portable(r, self.conn, out, late, self.device.read, self.device.write)
 
 
 def compile_ahead(driver: Driver, r: LoopArrays, late: np.ndarray) -> None:

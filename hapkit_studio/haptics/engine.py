@@ -14,18 +14,17 @@ from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.haptics import arrays, block, board_plan, health, passivity, priority
-from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.board_plan import BackgroundPlanner, BoardPlan, BoardPlanner, PlanRequest
+from hapkit_studio.haptics.clib import load_acquire, store_release
 from hapkit_studio.haptics.drivers import Driver, SimulatedDriver, compile_ahead, driver_for
-from hapkit_studio.haptics.fences import load_acquire, store_release
 from hapkit_studio.haptics.health import Fault, Health, Watch
 from hapkit_studio.haptics.link import MeasuredDelay
 from hapkit_studio.haptics.priority import Priority
 from hapkit_studio.haptics.rows import RingReader, new_ring
-from hapkit_studio.haptics.settings_writer import LoopSettings, SettingsWriter, Wanted
+from hapkit_studio.haptics.settings import LoopSettings, Wanted
 
 RENDERERS = COMPUTER, BOARD = "computer", "board"
-STARTING = Priority("Starting", False, "")
+STARTING = Priority("Starting")
 JOIN_SECONDS = 2.0
 # Ticks whose energies are kept: what a window reads late is not known any more.
 ENERGIES = 1 << 13
@@ -42,21 +41,22 @@ class Engine:
         self.device = device
         self._realtime = realtime
         # the loop
-        parameters = block.new_block()
-        self._arrays = arrays.new_arrays(*parameters, energies=ENERGIES)
-        self._ring = new_ring(self._arrays.control)
-        self._late = health.new_histogram()
+        self.arrays = arrays.new_arrays(block.new_block(), ENERGIES)
+        self._ring = new_ring(self.arrays.control)
+        self.lateness_bins = health.new_histogram()
+        """The lateness histogram since the start, int64 bins."""
         self._watch = Watch()
-        self._driver: Driver | None = None
+        self.driver: Driver | None = None
         self._thread: threading.Thread | None = None
         self._priority = STARTING
         self._message = ""
         # the settings
         self._lock = threading.RLock()
-        self._writer = SettingsWriter(parameters)
-        self._grip = "medium"
+        # a law by its address, with the last generation of settings that wanted it
+        self.kept_laws: dict[int, tuple[int, object]] = {}
+        self.grip = "medium"
         self._target: float | None = None
-        self._model = MODELS[0]
+        self.model = MODELS[0]
         self._where = COMPUTER
         self._board_rate: float | None = None
         self._planning = BackgroundPlanner(self._planned)
@@ -75,14 +75,14 @@ class Engine:
             raise
 
     def _begin(self, driver: Driver) -> None:
-        self._driver, self._message = driver, ""
+        self.driver, self._message = driver, ""
         loop = self.loop.changed(rate=driver.rate)
         device = self.device
         known = {"mass": device.mass, "viscous": device.viscous, "quantum": device.quantum}
         self._change(max_force=device.max_force, loop=loop, **known)
-        compile_ahead(driver, self._arrays, self._late)
-        self._late[:] = 0
-        arrays.restart(self._arrays, driver.hold_seconds)
+        compile_ahead(driver, self.arrays, self.lateness_bins)
+        self.lateness_bins[:] = 0
+        arrays.restart(self.arrays, driver.hold_seconds)
         self._watch.forget()
         self._thread = threading.Thread(
             target=self._own_thread, args=(driver,), name="hapkit-loop", daemon=True
@@ -90,25 +90,25 @@ class Engine:
         self._thread.start()
 
     def _own_thread(self, driver: Driver) -> None:
-        self._priority = priority.obtain() if self._realtime else Priority("Normal priority", False, "")
+        self._priority = priority.obtain() if self._realtime else Priority("Normal priority")
         try:
-            driver.run(self._arrays, self._ring, self._late)
+            driver.run(self.arrays, self._ring, self.lateness_bins)
         except StudioError as error:
             if self.fault is None:
-                store_release(self._arrays.control, arrays.FAULT, arrays.DEVICE_GONE)
+                store_release(self.arrays.control, arrays.FAULT, arrays.DEVICE_GONE)
             self._message = str(error)
         finally:
             priority.release()
 
     def close(self) -> None:
         """Stop the loop with a zero command and let go of the device."""
-        store_release(self._arrays.control, arrays.QUIT, 1)
+        store_release(self.arrays.control, arrays.QUIT, 1)
         if self._thread is not None:
             self._thread.join(JOIN_SECONDS)
             self._thread = None
-        if self._driver is not None:
-            self._driver.close()
-            self._driver = None
+        if self.driver is not None:
+            self.driver.close()
+            self.driver = None
 
     def use(self, device: Any) -> None:
         """Change to another device, settings and readers kept; raise DeviceError with the force at zero."""
@@ -124,14 +124,22 @@ class Engine:
 
     def _publish(self, wanted: Wanted) -> None:
         wanted.generation = self._wanted.generation + 1
-        wanted.grip, wanted.target = grip_named(self._grip), self._target
+        wanted.grip, wanted.target = grip_named(self.grip), self._target
         device = self._modelled(wanted.environment)
         if device is not None:
             wanted.viscous, wanted.coulomb = device.viscous, device.coulomb_force
             wanted.quantum, wanted.mass = device.quantum, device.mass
         wanted.board = self._plan_for(wanted)
-        self._writer.write(wanted, int(load_acquire(self._arrays.control, arrays.ACCEPTED)))
+        self._write(wanted)
         self._wanted = wanted
+
+    def _write(self, wanted: Wanted) -> None:
+        """Write settings into the loop's block; every law is kept alive until the loop has left it."""
+        content, law = wanted.encode(), wanted.environment.force.compiled()
+        accepted = int(load_acquire(self.arrays.control, arrays.ACCEPTED))
+        self.kept_laws[law.address] = wanted.generation, law
+        block.publish(self.arrays.block, content)
+        self.kept_laws = {address: kept for address, kept in self.kept_laws.items() if kept[0] >= accepted}
 
     @property
     def environment(self) -> Environment:
@@ -146,14 +154,6 @@ class Engine:
         return self._wanted.loop
 
     @property
-    def grip(self) -> str:
-        return self._grip
-
-    @property
-    def model(self) -> str:
-        return self._model
-
-    @property
     def modelled(self) -> SimulatedHapkit | None:
         """Return the simulated device as the loop models it now, None for a board."""
         return self._modelled(self.environment)
@@ -161,7 +161,7 @@ class Engine:
     def _modelled(self, environment: Environment) -> SimulatedHapkit | None:
         if not isinstance(self.device, SimulatedHapkit):
             return None
-        return self.device if self._model == "everything" else self.device.reduced(environment.needs)
+        return self.device if self.model == "everything" else self.device.reduced(environment.needs)
 
     @property
     def max_force(self) -> float:
@@ -186,7 +186,7 @@ class Engine:
         controller: bool | None = None,
     ) -> None:
         """Change rate in Hz, added delay in s, velocity estimator, controller; raise ParameterError."""
-        own_rate = self._driver.rate if self._driver is not None else None
+        own_rate = self.driver.rate if self.driver is not None else None
         if rate is not None and own_rate not in (None, rate):
             raise ParameterError(f"{self.device.title} sets the rate: {own_rate:g} Hz, not {rate:g} Hz.")
         self._change(loop=self.loop.changed(rate, delay, estimator, controller))
@@ -198,7 +198,7 @@ class Engine:
         if name not in MODELS:
             raise ParameterError(f"The model is one of {', '.join(MODELS)}, not {name!r}.")
         with self._lock:
-            self._model = name
+            self.model = name
             self._change()
 
     def limit_force(self, newtons: float) -> None:
@@ -211,7 +211,7 @@ class Engine:
     def set_grip(self, name: str) -> None:
         """Choose how firmly the hand holds: released, light, medium, firm; raise ParameterError."""
         grip_named(name)
-        self._grip = name
+        self.grip = name
         self._hand_moved()
 
     def move_hand(self, target: float | None) -> None:
@@ -223,8 +223,8 @@ class Engine:
 
     def _hand_moved(self) -> None:
         self._change()
-        if self._driver is not None:
-            self._driver.move_hand(self._target, self._grip)
+        if self.driver is not None:
+            self.driver.move_hand(self._target, self.grip)
 
     # --- who renders, the computer or the board: in force once the loop has handed over
     @property
@@ -242,12 +242,12 @@ class Engine:
     @property
     def rendering(self) -> str:
         """Return who renders at this moment; while one hands over to the other, the computer."""
-        return BOARD if self._driver is not None and self._driver.on_board() else COMPUTER
+        return BOARD if self.driver is not None and self.driver.on_board() else COMPUTER
 
     @property
     def renders_on_boards(self) -> bool:
         """Return whether the open device is a board that renders laws."""
-        return self._driver is not None and self._driver.planner is not None
+        return self.driver is not None and self.driver.planner is not None
 
     def set_where(self, where: str, rate: float | None = None) -> None:
         """Let the "computer" or the "board" render, the latter at a rate in Hz or the law's fastest.
@@ -260,7 +260,7 @@ class Engine:
         if refusal:
             raise ParameterError(refusal)
         self.prefer(where, rate)
-        if where == BOARD and self._arrays.control[arrays.FAULT] == arrays.SLOW_LINK:
+        if where == BOARD and self.arrays.control[arrays.FAULT] == arrays.SLOW_LINK:
             self.clear_fault()  # the board needs no fast link
 
     def prefer(self, where: str, rate: float | None = None) -> None:
@@ -274,7 +274,7 @@ class Engine:
     def board_plan(self) -> BoardPlan | None:
         """Return how the board is to render the scene in force, None while the computer renders."""
         plan = self._wanted.board
-        refused = plan is not None and self._driver is not None and self._driver.refusal(plan)
+        refused = plan is not None and self.driver is not None and self.driver.refusal(plan)
         return None if refused else plan
 
     @property
@@ -289,7 +289,7 @@ class Engine:
 
         A law that is new to it is compiled in the background: "" until that is done, unless one can wait.
         """
-        planner, driver = self._planner(), self._driver
+        planner, driver = self._planner(), self.driver
         if isinstance(planner, str):
             return planner
         found = self._answer(planner, self._wanted, wait)
@@ -299,7 +299,7 @@ class Engine:
 
     def _planner(self) -> BoardPlanner | str:
         """Return what plans laws for the open board, or in one line why the board can render none."""
-        driver = self._driver
+        driver = self.driver
         if driver is None:
             return SimulatedDriver.no_planner if self.device.simulated else "No device is open."
         if driver.planner is None:
@@ -336,16 +336,16 @@ class Engine:
 
     def delay_of(self, where: str) -> MeasuredDelay | None:
         """Return the delay in s as measured lately where one of them renders, None where it was not yet."""
-        return None if self._driver is None else self._driver.measured(where == BOARD)
+        return None if self.driver is None else self.driver.measured(where == BOARD)
 
     @property
     def overruns(self) -> int:
         """Return how many ticks the board has skipped since it was opened."""
-        return 0 if self._driver is None else self._driver.overruns()
+        return 0 if self.driver is None else self.driver.overruns()
 
     def missed_of(self, where: str) -> int:
         """Return how many ticks one of them has missed: answers too late, or ticks that the board skipped."""
-        total = int(self._arrays.control[arrays.MISSED])
+        total = int(self.arrays.control[arrays.MISSED])
         return self.overruns if where == BOARD else max(total - self.overruns, 0)
 
     # --- the board
@@ -358,25 +358,25 @@ class Engine:
         self._count_up(arrays.FLIP)
 
     def _count_up(self, word: int) -> None:
-        store_release(self._arrays.control, word, int(self._arrays.control[word]) + 1)
+        store_release(self.arrays.control, word, int(self.arrays.control[word]) + 1)
 
     # --- safety
     def stop(self) -> None:
         """E-stop: zero force from the next tick until released on purpose."""
-        store_release(self._arrays.control, arrays.STOP, 1)
+        store_release(self.arrays.control, arrays.STOP, 1)
 
     def release_stop(self) -> None:
         """Release the E-stop; the force fades in from zero."""
-        store_release(self._arrays.control, arrays.STOP, 0)
+        store_release(self.arrays.control, arrays.STOP, 0)
 
     @property
     def stopped(self) -> bool:
-        return bool(load_acquire(self._arrays.control, arrays.STOP))
+        return bool(load_acquire(self.arrays.control, arrays.STOP))
 
     @property
     def fault(self) -> Fault | None:
-        code = int(load_acquire(self._arrays.control, arrays.FAULT))
-        return health.describe_fault(code, self._arrays)
+        code = int(load_acquire(self.arrays.control, arrays.FAULT))
+        return health.describe_fault(code, self.arrays)
 
     def clear_fault(self) -> None:
         """Clear a latched fault; the law starts anew, the force fades in from zero."""
@@ -389,28 +389,28 @@ class Engine:
 
     def renders(self, environment: Environment) -> bool:
         """Return whether the newest rows hold this environment's state: a switch takes until a tick."""
-        law = int(self._arrays.laws[self._arrays.word[arrays.SLOT]])
+        law = int(self.arrays.laws[self.arrays.word[arrays.SLOT]])
         return environment is self.environment and law == environment.force.compiled().address
 
     def energies(self, ticks: np.ndarray) -> np.ndarray:
         """Return (n, 2): the energy given and its limit in J at ticks (n,), nan where unknown."""
-        kept = self._arrays.energies
+        kept = self.arrays.energies
         ticks = ticks.astype(np.int64)
         found = kept[ticks & (len(kept) - 1)]
-        found[int(self._arrays.word[arrays.TICK]) - ticks >= len(kept)] = np.nan
+        found[int(self.arrays.word[arrays.TICK]) - ticks >= len(kept)] = np.nan
         return found
 
     @property
     def excess(self) -> tuple[float, float]:
         """Return the energy in J given beyond its limit, and how much of it means something."""
-        watch, quantum = self._arrays.watch, float(self._arrays.values[block.QUANTUM])
+        watch, quantum = self.arrays.watch, float(self.arrays.values[block.QUANTUM])
         felt = passivity.FELT + passivity.COUNTS * quantum * float(watch[passivity.PEAK])
         return float(watch[passivity.EXCESS]), felt
 
     def health(self) -> Health:
         """Return how the loop is doing; call it at a few hertz."""
-        control = self._arrays.control
-        rate, late, missed_lately = self._watch.look(control, self._late)
+        control = self.arrays.control
+        rate, late, missed_lately = self._watch.look(control, self.lateness_bins)
         running = self._thread is not None and self._thread.is_alive()
         return Health(
             rate=rate,
@@ -419,10 +419,10 @@ class Engine:
             lost_frames=int(control[arrays.LOST_FRAMES]),
             crc_errors=int(control[arrays.CRC_ERRORS]),
             stale_count=int(control[arrays.STALE_COUNT]),
-            stale=bool(self._arrays.word[arrays.STALE]),
+            stale=bool(self.arrays.word[arrays.STALE]),
             link=health.count_link(control),
             priority=self._priority_now(),
-            delay=self._driver.delay(self._arrays) if self._driver else self.loop.delay,
+            delay=self.driver.delay(self.arrays) if self.driver else self.loop.delay,
             running=running,
             connected=running,  # a loop that the device has left ends at once, its words are there by then
             message=self._message,
@@ -434,18 +434,3 @@ class Engine:
         if thread is None or not thread.is_alive() or thread.native_id is None:
             return self._priority
         return priority.held(self._priority, thread.native_id)
-
-    @property
-    def arrays(self) -> LoopArrays:
-        """Return the loop's arrays, for tests and benchmarks."""
-        return self._arrays
-
-    @property
-    def driver(self) -> Driver | None:
-        """Return what moves the loop now, for tests and benchmarks."""
-        return self._driver
-
-    @property
-    def lateness_bins(self) -> np.ndarray:
-        """Return the lateness histogram since the start, int64 bins."""
-        return self._late

@@ -14,8 +14,8 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import arrays, block, rows, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
-from hapkit_studio.haptics.fences import load_acquire
-from hapkit_studio.haptics.settings_writer import LoopSettings, Wanted
+from hapkit_studio.haptics.clib import load_acquire
+from hapkit_studio.haptics.settings import LoopSettings, Wanted
 from hapkit_studio.haptics.simulated_loop import Plant
 from hapkit_studio.haptics.tick import tick
 
@@ -30,7 +30,7 @@ def simulate_sample(
     """
     simulated_loop.write_truth(body, shown, row)
     force = tick(
-        r, simulated_loop.measure(body), r.block_values[block.PERIOD], body.dev[simulated.EFFECT], row
+        r, simulated_loop.measure(body), r.block.values[block.PERIOD], body.dev[simulated.EFFECT], row
     )
     simulated.command(body.dev, body.queue, force)
     simulated.advance(body.dev, body.queue, target, after)
@@ -45,7 +45,7 @@ def run_batch(
     hand is mass, damping, stiffness; targets (n + 1,) in m, linear between samples; holding (n,) says
     whether the hand holds from sample k on; out is (n, ROW_WIDTH), row 0 the initial state.
     """
-    settings = r.block_values
+    settings = r.block.values
     period = settings[block.PERIOD]
     for k in range(out.shape[0]):
         if load_acquire(r.control, arrays.QUIT):
@@ -65,8 +65,8 @@ def run_prescribed(
     r: LoopArrays, body: Plant, positions: np.ndarray, velocities: np.ndarray, out: np.ndarray
 ) -> int:
     """Fill one row a sample of a motion imposed on the handle: positions, velocities (n,) in m, m/s."""
-    period = r.block_values[block.PERIOD]
-    simulated_loop.configure(body, r.block_values, 0.0, 0.0, 0.0)
+    period = r.block.values[block.PERIOD]
+    simulated_loop.configure(body, r.block.values, 0.0, 0.0, 0.0)
     for k in range(out.shape[0]):
         body.dev[simulated.X] = positions[k]
         body.dev[simulated.V] = velocities[k]
@@ -120,8 +120,8 @@ class Scene:
             designed_for=self.designed_for,
         )
         shared = block.new_block()
-        r = arrays.new_arrays(*shared)
-        block.publish(*shared, *wanted.encode())
+        r = arrays.new_arrays(shared)
+        block.publish(shared, wanted.encode())
         r.real[arrays.GAIN] = 1.0
         periods = math.ceil(self.loop.delay * self.loop.rate) + 2
         return r, simulated_loop.new_plant(self.device, periods)

@@ -14,7 +14,7 @@ from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import arrays, block, rows
 from hapkit_studio.haptics.arrays import LoopArrays
-from hapkit_studio.haptics.fences import load_acquire, store_release
+from hapkit_studio.haptics.clib import load_acquire
 from hapkit_studio.haptics.rows import Ring
 from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale, tick
 from hapkit_studio.protocol import codec, law_frames
@@ -112,11 +112,11 @@ def note_force_age(
     The force's age, meant over time, is half a period more than the delay of a loop that answers them all:
     that delay is kept. So a force that stays because answers are rare counts with the age it reaches.
     """
-    behind = (seq - 1 - answered) & 0xFFFF
+    behind, step = (seq - 1 - answered) & 0xFFFF, (answered - delays.last[0]) & 0xFFFF
     known = 0.0 < delay < LONGEST_DELAY and behind < FAR_BEHIND
-    if known and follows and delays.last[1]:
+    if known and follows and delays.last[1] and step < FAR_BEHIND:
         share = min(max(delay / period - behind, 0.0), 1.0)
-        note_delay(delays, OF_COMPUTER, (behind + share * ((answered - delays.last[0]) & 0xFFFF)) * period)
+        note_delay(delays, OF_COMPUTER, (behind + share * step) * period)
     delays.last[0], delays.last[1] = answered, known
 
 
@@ -185,6 +185,7 @@ class Link(NamedTuple):
     unsure: np.ndarray  # 1 for each number at their beginning that the board may not have
     settings: np.ndarray  # the body of Board that it has, uint8
     motor: np.ndarray  # force in N at each duty from 0 to its top
+    poll: np.ndarray  # one pollfd structure
 
 
 def new_link(quantum: float, watchdog: float = 0.025) -> Link:
@@ -211,6 +212,7 @@ def new_link(quantum: float, watchdog: float = 0.025) -> Link:
         unsure=np.zeros(2 * block.PROGRAM_WORDS, dtype=np.int64),
         settings=np.zeros(law_frames.BOARD_BODY, dtype=np.uint8),
         motor=np.zeros(256),
+        poll=np.zeros(1, dtype=np.int64),
     )
 
 
@@ -443,20 +445,19 @@ def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
     in_effect = link.numbers[SIGN] * effect(link, sample, period)
     row = out.rows[rows.next_index(out)]
     force = tick(r, position_of(link, sample[codec.COUNT]), period, in_effect, row)
-    share = fade_out(r, link, period)
+    share, flags = fade_out(r, link, period), int(row[rows.FLAGS])
     if share < 1.0:
         force *= share
         row[rows.APPLIED] = r.real[arrays.APPLIED] = force
-        row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.FADING
+        flags |= rows.FADING
     gap = sample[codec.LOST] > 0.0 or link.words[LEFT_OUT] or skipped_ahead(link, sample, period)
     write_times(link, sample, row, now)
     if gap or said & codec.FLAG_SENSOR:
-        row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.GAP
+        flags |= rows.GAP
         link.words[LEFT_OUT] = 0
     if said & codec.FLAG_CLAMPED:
-        row[rows.FLAGS] = int(row[rows.FLAGS]) | rows.CLAMPED
-    store_release(r.control, arrays.LOST_FRAMES, link.reader[codec.LOST_FRAMES])
-    store_release(r.control, arrays.CRC_ERRORS, link.reader[codec.BAD_FRAMES])
+        flags |= rows.CLAMPED
+    row[rows.FLAGS] = flags
     if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
         link.forces[:] = 0.0
     keep_answer(link, int(sample[codec.SEQ]), sample[codec.LOST], link.numbers[SIGN] * force)

@@ -1,18 +1,136 @@
 """The loop's priority: ask for the most the system grants, say in words what was obtained.
 
-``obtain`` and ``release`` are called in the thread they concern, ``demote`` from compiled code.
+``obtain`` and ``release`` are called in the thread they concern, ``demote`` from compiled code. Linux is in
+``realtime_linux``; the others take a time-constraint policy (macOS, <mach/thread_policy.h>) or join the
+Multimedia Class Scheduler's "Pro Audio" task (Windows, avrt.h), and keep a share for other threads by
+themselves.
 """
 
+import ctypes
 import sys
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
-if sys.platform == "darwin" or sys.platform == "win32":
-    pass
-else:
-    from hapkit_studio.haptics import realtime_linux
+from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.haptics import clib
 
-demote = realtime_linux.demote
+_STANDARD_POLICY, _TIME_CONSTRAINT_POLICY = 1, 2
+_PERIOD, _COMPUTATION, _CONSTRAINT = 1e-3, 0.2e-3, 0.5e-3
+_PRIORITY_NORMAL, _PRIORITY_CRITICAL = 0, 2
+_task = threading.local()
+
+
+def macos_obtain(library: Any = None) -> tuple[str, int]:
+    """Ask for 0.2 ms of computing within 0.5 ms of every 1 ms; return the words and the level (0: none)."""
+    library = library or ctypes.CDLL(None)
+    ratio = (ctypes.c_uint32 * 2)()
+    library.mach_timebase_info(ctypes.byref(ratio))
+    per_second = 1e9 * ratio[1] / ratio[0]
+    ticks = [round(seconds * per_second) for seconds in (_PERIOD, _COMPUTATION, _CONSTRAINT)]
+    policy = (ctypes.c_uint32 * 4)(*ticks, 1)
+    if library.thread_policy_set(_macos_thread(library), _TIME_CONSTRAINT_POLICY, policy, 4) == 0:
+        return "Real-time, time constraint", 1
+    return "Normal priority", 0
+
+
+def macos_release(library: Any = None) -> None:
+    """Give the calling thread the standard policy back."""
+    library = library or ctypes.CDLL(None)
+    library.thread_policy_set(_macos_thread(library), _STANDARD_POLICY, (ctypes.c_uint32 * 1)(), 0)
+
+
+@compiled
+def macos_demote() -> None:
+    """Give the calling thread the standard policy at once, from compiled code."""
+    clib.thread_policy_set(
+        clib.pthread_mach_thread_np(clib.pthread_self()), _STANDARD_POLICY, clib.word_pair(), 0
+    )
+
+
+def _macos_thread(library: Any) -> int:
+    library.pthread_self.restype = ctypes.c_void_p
+    library.pthread_mach_thread_np.argtypes = [ctypes.c_void_p]
+    return library.pthread_mach_thread_np(library.pthread_self())
+
+
+def windows_obtain(library: Any = None) -> tuple[str, int]:
+    """Join the task "Pro Audio" at critical priority; return the words and the level (0: none)."""
+    library = _avrt(library)
+    index = ctypes.c_uint32(0)
+    handle = library.AvSetMmThreadCharacteristicsW("Pro Audio", ctypes.byref(index))
+    if not handle:
+        return "Normal priority", 0
+    _task.handle = handle
+    library.AvSetMmThreadPriority(handle, _PRIORITY_CRITICAL)
+    return "Real-time, Pro Audio", 1
+
+
+def windows_release(library: Any = None) -> None:
+    """Leave the task."""
+    handle = getattr(_task, "handle", None)
+    if handle:
+        _avrt(library).AvRevertMmThreadCharacteristics(handle)
+        _task.handle = None
+
+
+@compiled
+def windows_demote() -> None:
+    """Give the calling thread normal priority at once, from compiled code."""
+    clib.SetThreadPriority(clib.GetCurrentThread(), _PRIORITY_NORMAL)
+
+
+def _avrt(library: Any) -> Any:
+    library = library or ctypes.WinDLL("avrt")  # type: ignore[attr-defined]
+    handle = ctypes.c_void_p
+    library.AvSetMmThreadCharacteristicsW.restype = handle
+    library.AvSetMmThreadCharacteristicsW.argtypes = [ctypes.c_wchar_p, ctypes.c_void_p]
+    library.AvSetMmThreadPriority.argtypes = [handle, ctypes.c_int]
+    library.AvRevertMmThreadCharacteristics.argtypes = [handle]
+    return library
+
+
+class System(NamedTuple):
+    """How one system raises the calling thread's priority and takes it back."""
+
+    obtain: Callable[[], tuple[str, int]]
+    release: Callable[[], None]
+    demote: Callable[[], None]
+    how_to_get_more: Callable[[int], str]
+    is_realtime: Callable[[int], bool] = lambda thread: True  # never taken away for good
+
+
+def _unless_obtained(words: str) -> Callable[[int], str]:
+    return lambda level: "" if level else words
+
+
+SYSTEMS = {
+    "darwin": System(
+        macos_obtain,
+        macos_release,
+        macos_demote,
+        _unless_obtained(
+            "macOS refused the time-constraint policy; close what else uses it and start again."
+        ),
+    ),
+    "win32": System(
+        windows_obtain,
+        windows_release,
+        windows_demote,
+        _unless_obtained(
+            "Start the Windows service 'Multimedia Class Scheduler' (MMCSS) and open the studio again."
+        ),
+    ),
+}
+if sys.platform not in SYSTEMS:
+    from hapkit_studio.haptics import realtime_linux as linux
+
+    SYSTEMS[sys.platform] = System(
+        linux.obtain, linux.release, linux.demote, linux.how_to_get_more, linux.is_realtime
+    )
+_system = SYSTEMS[sys.platform]
+release, demote = _system.release, _system.demote
 
 
 @dataclass(frozen=True)
@@ -20,27 +138,22 @@ class Priority:
     """What was obtained, e.g. "Real-time, FIFO 80", and in one sentence how to get more (may be empty)."""
 
     text: str
-    realtime: bool
-    how: str
+    realtime: bool = False
+    how: str = ""
     level: int = 0
 
 
 def obtain() -> Priority:
     """Raise the calling thread's priority; call it once everything is compiled, right before the loop."""
-    text, level = realtime_linux.obtain()
-    return Priority(text, level > 0, realtime_linux.how_to_get_more(level), level)
+    text, level = _system.obtain()
+    return Priority(text, level > 0, _system.how_to_get_more(level), level)
 
 
 def held(obtained: Priority, thread: int) -> Priority:
     """Return what is left of an obtained priority: a thread that did not let go was demoted meanwhile."""
-    if not obtained.realtime or realtime_linux.is_realtime(thread):
+    if not obtained.realtime or _system.is_realtime(thread):
         return obtained
-    return Priority("Normal priority, demoted", False, "Lower the rate, then connect again.")
-
-
-def release() -> None:
-    """Give the calling thread normal priority back."""
-    realtime_linux.release()
+    return Priority("Normal priority, demoted", how="Lower the rate, then connect again.")
 
 
 def probe() -> Priority:

@@ -12,38 +12,15 @@ import numpy as np
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.block import STATES
-from hapkit_studio.haptics.fences import fence, load_acquire, store_release
+from hapkit_studio.haptics.clib import fence, load_acquire, store_release
 
-TICK = 0
-HOST_TIME = 1
-BOARD_TIME = 2
-POSITION = 3
-VELOCITY = 4
-ASKED = 5
-APPLIED = 6
-LATENESS = 7
-COMPUTE = 8
-ENERGY = 9
-FLAGS = 10
-TRUE_POSITION = 11
-TRUE_VELOCITY = 12
-HAND_FORCE = 13
-HAND_TARGET = 14
-PERIOD = 15
-STATE = 16
+TICK, HOST_TIME, BOARD_TIME, POSITION, VELOCITY, ASKED, APPLIED, LATENESS = range(8)
+COMPUTE, ENERGY, FLAGS, TRUE_POSITION, TRUE_VELOCITY, HAND_FORCE, HAND_TARGET, PERIOD, STATE = range(8, 17)
 ROW_WIDTH = STATE + STATES
 
-CLAMPED = 1
-STOPPED = 2
-FAULT = 4
-STALE = 8
-FADING = 16
-GAP = 32
+CLAMPED, STOPPED, FAULT, STALE, FADING, GAP = 1, 2, 4, 8, 16, 32
 # the passivity observer: more was given than could be stored; the controller adds damping
-ACTIVE = 64
-DAMPED = 128
-
-
+ACTIVE, DAMPED = 64, 128
 CAPACITY = 1 << 16
 
 

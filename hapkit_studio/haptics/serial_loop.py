@@ -10,19 +10,20 @@ so does a board that sends nothing any more: one that began anew in mid-motion h
 
 import contextlib
 import errno
+from collections.abc import Callable
 
 import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled, internal
-from hapkit_studio.haptics import arrays, block, board_rendering, clib, clock, health, link, rows, transitions
+from hapkit_studio.haptics import arrays, block, board_rendering, clib, clock, health, link, rows
 from hapkit_studio.haptics.arrays import LoopArrays, new_arrays
-from hapkit_studio.haptics.fences import load_acquire, store_release
+from hapkit_studio.haptics.clib import load_acquire, store_release
 from hapkit_studio.haptics.link import Link, new_link
 from hapkit_studio.haptics.priority import demote
 from hapkit_studio.haptics.rows import Ring, new_ring
 from hapkit_studio.haptics.simulated_loop import MOST_PASSES_WITHOUT_WAITING
-from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale, note_time
-from hapkit_studio.protocol import codec
+from hapkit_studio.haptics.tick import STALE_AFTER, adopt, latch, mark_stale, note_time
+from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Sample
 
@@ -42,6 +43,8 @@ def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> i
         if k == count - 1:
             link.note_gap(r, conn, now)
         shown = fill_row(r, conn, out, k, now)
+        store_release(r.control, arrays.LOST_FRAMES, conn.reader[codec.LOST_FRAMES])
+        store_release(r.control, arrays.CRC_ERRORS, conn.reader[codec.BAD_FRAMES])
         if k == count - 1:
             length = answer(r, conn, k, now)
         if not shown:
@@ -136,7 +139,7 @@ def answer_silence(r: LoopArrays, conn: Link) -> int:
     conn.numbers[link.LAST_ANSWER] = now
     if conn.words[link.HANDOVER] < link.SENDING_LAW:
         return encode_zero(conn)
-    return board_rendering.encode_hello_request(conn.frame)
+    return codec.encode_simple(conn.frame, law_frames.HELLO_REQUEST)
 
 
 @compiled
@@ -190,14 +193,14 @@ def hold_back(r: LoopArrays, before: float, hurried: int) -> int:
 
 
 @compiled
-def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int, spec: np.ndarray) -> None:
+def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int) -> None:
     """Own the calling thread until told to quit or the line ends; the last act is a zero command."""
-    transitions.adopt(r, 0.0)
+    adopt(r, 0.0)
     conn.numbers[link.LAST_ANSWER] = clock.now()
     hurried = 0
     while load_acquire(r.control, arrays.QUIT) == 0:
         before = clock.now()
-        state = wait(fd, spec)
+        state = wait(fd, conn.poll)
         hurried = hurried + 1 if clock.now() - before < _NO_WAIT else 0
         size = 0
         if state > 0:
@@ -218,14 +221,9 @@ def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int, spec: n
     store_release(r.control, arrays.DONE, 1)
 
 
-def new_spec() -> np.ndarray:
-    """Return room for one pollfd structure."""
-    return np.zeros(1, dtype=np.int64)
-
-
 def warm_up() -> None:
     """Compile or load all that a sample needs, by rendering one under a latched fault, that calls no law."""
-    r, conn = new_arrays(*block.new_block()), new_link(1.0)
+    r, conn = new_arrays(block.new_block()), new_link(1.0)
     r.control[arrays.FAULT] = arrays.RUNAWAY
     frame = np.frombuffer(encode(Sample(*13 * (0,))), dtype=np.uint8)
     conn.data[: len(frame)] = frame
@@ -235,41 +233,40 @@ def warm_up() -> None:
     encode_zero(conn)
 
 
-class PortableLoop:
-    """The serial loop as a plain Python thread, for systems whose ports are no file descriptors.
+def run_portable(
+    r: LoopArrays,
+    conn: Link,
+    out: Ring,
+    late: np.ndarray,
+    read: Callable[[float], bytes],
+    write: Callable[[bytes], object],
+) -> None:
+    """Do what ``run`` does in a plain Python thread, for systems whose ports are no file descriptors.
 
-    The same tick, codec and answers as the compiled loop; only waiting, reading and writing differ: they go
-    through read(seconds) -> bytes and write(bytes), which may raise OSError.
+    The same tick, codec and answers; only waiting, reading and writing differ: they go through
+    read(seconds) and write(bytes), which may raise OSError.
     """
 
-    def __init__(self, conn: Link, read, write):
-        self.conn, self.read, self.write = conn, read, write
-
-    def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
-        """Render until told to quit or the port fails; the last act is a zero command."""
-        transitions.adopt(r, 0.0)
-        self.conn.numbers[link.LAST_ANSWER] = clock.now()
-        try:
-            while not load_acquire(r.control, arrays.QUIT):
-                data = np.frombuffer(self.read(STALE_AFTER), dtype=np.uint8)
-                for start in range(0, len(data), link.CHUNK):
-                    part = data[start : start + link.CHUNK]
-                    self.conn.data[: len(part)] = part
-                    self._send(take(r, self.conn, out, late, len(part)))
-                self._send(answer_silence(r, self.conn))
-                if board_gone(r, self.conn):
-                    break
-        except OSError:
-            latch(r, arrays.DEVICE_GONE, 0.0, 0.0)
-        finally:
-            self._last_act()
-            store_release(r.control, arrays.DONE, 1)
-
-    def _send(self, size: int) -> None:
+    def send(size: int) -> None:
         if size:
-            self.write(self.conn.frame[:size].tobytes())
+            write(conn.frame[:size].tobytes())
 
-    def _last_act(self) -> None:
+    adopt(r, 0.0)
+    conn.numbers[link.LAST_ANSWER] = clock.now()
+    try:
+        while not load_acquire(r.control, arrays.QUIT):
+            data = np.frombuffer(read(STALE_AFTER), dtype=np.uint8)
+            for start in range(0, len(data), link.CHUNK):
+                part = data[start : start + link.CHUNK]
+                conn.data[: len(part)] = part
+                send(take(r, conn, out, late, len(part)))
+            send(answer_silence(r, conn))
+            if board_gone(r, conn):
+                break
+    except OSError:
+        latch(r, arrays.DEVICE_GONE, 0.0, 0.0)
+    finally:
         # where the line is gone, the board's own watchdog cuts the motor
         with contextlib.suppress(OSError):
-            self._send(encode_zero(self.conn))
+            send(encode_zero(conn))
+        store_release(r.control, arrays.DONE, 1)

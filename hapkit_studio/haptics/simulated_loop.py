@@ -12,12 +12,12 @@ from hapkit_studio.devices import simulated
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
-from hapkit_studio.haptics import arrays, block, clock, health, rows, transitions
+from hapkit_studio.haptics import arrays, block, clock, health, rows
 from hapkit_studio.haptics.arrays import LoopArrays
-from hapkit_studio.haptics.fences import load_acquire, store_release
+from hapkit_studio.haptics.clib import load_acquire, store_release
 from hapkit_studio.haptics.priority import demote
 from hapkit_studio.haptics.rows import Ring
-from hapkit_studio.haptics.tick import latch, note_time, tick
+from hapkit_studio.haptics.tick import adopt, latch, note_time, tick
 
 MASS, QUANTUM = 0, 1
 HAND, PERIOD, DELAY, VISCOUS, COULOMB, TARGET = 2, 5, 6, 7, 8, 9
@@ -161,7 +161,7 @@ def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: f
 @compiled
 def run(r: LoopArrays, body: Plant, out: Ring, late: np.ndarray) -> None:
     """Own the calling thread until told to quit; the last act is a zero command."""
-    transitions.adopt(r, measure(body))
+    adopt(r, measure(body))
     follow_settings(body, r)
     deadline = clock.now()
     hurried = 0

@@ -13,7 +13,7 @@ import numpy as np
 from hapkit_studio.devices import simulated
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
-from hapkit_studio.haptics import arrays, block, headless, rows, simulated_loop
+from hapkit_studio.haptics import block, headless, rows, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.simulated_loop import Plant
 
@@ -63,18 +63,23 @@ class Flat(NamedTuple):
     words: np.ndarray
 
 
-def packed(
-    r: arrays.LoopArrays, body: simulated_loop.Plant
-) -> tuple[arrays.LoopArrays, simulated_loop.Plant, Flat]:
+def packed(r: LoopArrays, body: Plant) -> tuple[LoopArrays, Plant, Flat]:
     """Return arrays and plant anew, their arrays pieces of two flat ones, and these."""
-    all_arrays = [*r, *body]
-    flat = Flat(*(np.concatenate([a.ravel() for a in all_arrays if a.dtype == t]) for t in (float, np.int64)))
+
+    def leaves(tree):
+        return [leaf for part in tree for leaf in (leaves(part) if isinstance(part, tuple) else [part])]
+
+    def rebuilt(tree):
+        return type(tree)(*(rebuilt(part) if isinstance(part, tuple) else piece(part) for part in tree))
+
+    def piece(array):
+        first, rest[array.dtype] = np.split(rest[array.dtype], [array.size])
+        return first.reshape(array.shape)
+
+    found = leaves((r, body))
+    flat = Flat(*(np.concatenate([a.ravel() for a in found if a.dtype == t]) for t in (float, np.int64)))
     rest = {array.dtype: array for array in flat}
-    pieces = []
-    for array in all_arrays:
-        piece, rest[array.dtype] = np.split(rest[array.dtype], [array.size])
-        pieces.append(piece.reshape(array.shape))
-    return arrays.LoopArrays(*pieces[: len(r)]), simulated_loop.Plant(*pieces[len(r) :]), flat
+    return rebuilt(r), rebuilt(body), flat
 
 
 @internal
@@ -85,7 +90,7 @@ def restart(r: LoopArrays, body: Plant, flat: Flat, made: Flat, numbers: np.ndar
     for i in range(flat.words.shape[0]):
         flat.words[i] = made.words[i]
     for i in range(numbers.shape[0]):
-        r.block_values[block.PARAMS + i] = numbers[i]
+        r.block.values[block.PARAMS + i] = numbers[i]
     body.dev[simulated.X] = start
 
 
@@ -120,7 +125,7 @@ def _watch(
     parts: np.ndarray,
 ) -> tuple[int, int]:
     """Render one run; fill parts (PARTS, 3); return how it ended and after how many samples."""
-    period = r.block_values[block.PERIOD]
+    period = r.block.values[block.PERIOD]
     speed, waited, done, end = 0.0, 0, 0, COMPLETED
     for part in range(PARTS):
         low, high, power = math.inf, -math.inf, 0.0
@@ -163,7 +168,7 @@ def run(
     """
     for i in range(cells.starts.shape[0]):
         restart(r, body, flat, made, cells.numbers[i], cells.starts[i])
-        simulated_loop.configure(body, r.block_values, hand[0], hand[1], hand[2])
+        simulated_loop.configure(body, r.block.values, hand[0], hand[1], hand[2])
         end, done = _watch(r, body, row, cells.samples[i], cells.weights[i], limits, found.parts[i])
         found.ends[i], found.samples[i] = end, done
 

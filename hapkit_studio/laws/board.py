@@ -9,38 +9,10 @@ from typing import Any
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws import machine, specialise
-from hapkit_studio.laws.cycles import instructions, longest_path, mean_cycles
+from hapkit_studio.laws import tree as t
 from hapkit_studio.laws.law import Law
-from hapkit_studio.laws.machine import EQUAL, FIRST, GREATER, LESS, UNORDERED, V, X
+from hapkit_studio.laws.machine import EQUAL, FIRST, GREATER, LESS, UNORDERED, V, X, instructions
 from hapkit_studio.laws.translate import CheckedLaw, checked
-from hapkit_studio.laws.tree import (
-    Assign,
-    At,
-    Block,
-    Break,
-    Call,
-    Compare,
-    Continue,
-    Expr,
-    Function,
-    If,
-    Leave,
-    Logic,
-    Loop,
-    Not,
-    Num,
-    Op,
-    Return,
-    Select,
-    SetAt,
-    Specialised,
-    Statement,
-    Test,
-    Var,
-    is_single,
-    literal,
-    mentions,
-)  # fmt: skip
 
 _SMALL = (60, 14, 6)
 """Operations of a function that is inlined at every place that calls it; fewer where room is short."""
@@ -65,12 +37,12 @@ class Program:
     @property
     def usual(self) -> float:
         """Return the cycles of one call on average, where an imposed motion makes it work most."""
-        return mean_cycles(self.code, self.slots, self.given)[0]
+        return machine.mean_cycles(self.code, self.slots, self.given)[0]
 
     def cycles_by_line(self) -> dict[int, float]:
         """Return the cycles that each source line takes in a call, on average over that motion."""
         found: dict[int, float] = {}
-        counts = mean_cycles(self.code, self.slots, self.given)[1]
+        counts = machine.mean_cycles(self.code, self.slots, self.given)[1]
         for (_, operation, _), line, count in zip(instructions(self.code), self.lines, counts, strict=True):
             found[line] = found.get(line, 0.0) + count * operation.usual
         return found
@@ -99,17 +71,13 @@ class Label:
     """A place in the code that jumps lead to."""
 
 
-_BINARY = {
+_BINARY = {o.name.lower(): o.name for o in machine.OPERATIONS if 0x10 <= o.code < 0x20} | {
     "+": "ADD", "-": "SUBTRACT", "*": "MULTIPLY", "/": "DIVIDE", "min": "MINIMUM", "max": "MAXIMUM",
     "//": "FLOOR_DIVIDE", "%": "MODULO", "fmod": "REMAINDER", "**": "POWER", "pow": "POWER",
-    "atan2": "ATAN2", "hypot": "HYPOT", "copysign": "COPYSIGN",
 }  # fmt: skip
 _TURNED = {"+": "ADD", "*": "MULTIPLY", "-": "SUBTRACT_FROM", "/": "DIVIDE_INTO"}
-_UNARY = {
-    "neg": "NEGATE", "abs": "ABSOLUTE", "trunc": "TRUNCATE", "floor": "FLOOR", "ceil": "CEIL",
-    **{n: n.upper() for n in ("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "exp", "expm1", "log")},
-    **{n: n.upper() for n in ("log1p", "sinh", "cosh", "tanh")},
-}  # fmt: skip
+_UNARY = {o.name.lower(): o.name for o in machine.OPERATIONS if 0x20 <= o.code < 0x40}
+_UNARY |= {"neg": "NEGATE", "abs": "ABSOLUTE", "trunc": "TRUNCATE"}
 _OUTCOMES = {
     "<": LESS, "<=": LESS | EQUAL, ">": GREATER, ">=": GREATER | EQUAL, "==": EQUAL,
     "!=": LESS | GREATER | UNORDERED,
@@ -153,7 +121,7 @@ def compile(law: Law, values: Mapping[str, float], period: float, room: int = 0)
     return found
 
 
-def assemble(law: Specialised, start: Sequence[float]) -> Program:
+def assemble(law: t.Specialised, start: Sequence[float]) -> Program:
     """Return the code of a specialised law whose state starts so; raise LawError where it is too large."""
     sections = [_Section(f) for f in law.functions]
     main = _Section(None, law.body)
@@ -161,7 +129,7 @@ def assemble(law: Specialised, start: Sequence[float]) -> Program:
     numbers: dict[str, int] = {}
     given = list(start)
     for section in (*sections, main):
-        constants = [o for c in section.code for o in c.operands if isinstance(o, Num)]
+        constants = [o for c in section.code for o in c.operands if isinstance(o, t.Num)]
         for one in constants:
             if one.key not in numbers:
                 numbers[one.key] = FIRST + len(given)
@@ -172,8 +140,8 @@ def assemble(law: Specialised, start: Sequence[float]) -> Program:
     _check(len(sections), machine.MOST_SUBROUTINES, "functions that are called from several places")
     _check(main.depth, machine.MOST_CALLS, "functions inside one another")
     _check(main.counter, machine.MOST_COUNTERS, "loops inside one another")
-    code, lines = _encoded([*sections, main], numbers, first)
-    return Program(code, len(start), tuple(map(_single, given)), slots, longest_path(code), lines)
+    code, lines = _Encoder(numbers, first).encoded([*sections, main])
+    return Program(code, len(start), tuple(map(_single, given)), slots, machine.longest_path(code), lines)
 
 
 def _check(count: int, most: int, what: str) -> None:
@@ -188,16 +156,16 @@ def _single(value: float) -> float:
 class _Section:
     """The code of one function, or of the law itself, before its variables have slots."""
 
-    def __init__(self, function: Function | None, body: list[Statement] | None = None):
+    def __init__(self, function: t.Function | None, body: list[t.Statement] | None = None):
         self.function = function
         self.code: list[Code] = []
         self.counter = 0  # counters of loops that are in use here or below
         self.depth = 0  # of calls from here
         self.places: dict[str, int] = {}
         self.base = self.top = 0
-        self.called: list[Function] = []
-        self._held: set[Expr] = set()  # what A is equal to
-        self._brought: dict[Label, set[Expr]] = {}  # the same at every jump to a place ahead
+        self.called: list[t.Function] = []
+        self._held: set[t.Expr] = set()  # what A is equal to
+        self._brought: dict[Label, set[t.Expr]] = {}  # the same at every jump to a place ahead
         self._numbers: dict[str, int] = {}  # of variables, for sets of bits
         self._ends: dict[int, Label] = {}
         self._loops: list[tuple[Label, Label]] = []
@@ -228,52 +196,52 @@ class _Section:
             self._held = self._held & brought
         self.code.append(Code("LABEL", (label,)))
 
-    def extra(self) -> Var:
+    def extra(self) -> t.Var:
         """Return a variable of our own."""
         self._extra += 1
-        return Var(f"#{self._extra}")
+        return t.Var(f"#{self._extra}")
 
     # --- statements
-    def statements(self, statements: Sequence[Statement]) -> None:
+    def statements(self, statements: Sequence[t.Statement]) -> None:
         for s in statements:
             self.statement(s)
 
-    def statement(self, s: Statement) -> None:
+    def statement(self, s: t.Statement) -> None:
         self._line = s.line or self._line
         match s:
-            case Assign(to, value):
+            case t.Assign(to, value):
                 self.load(value)
-                self.store(Var(to))
-            case SetAt(place, value):
+                self.store(t.Var(to))
+            case t.SetAt(place, value):
                 self.load(value)
                 self.put("STORE_AT", place.index, FIRST + place.start, place.size)
-                self._held -= {h for h in self._held if isinstance(h, Var) and h.name.startswith("s[")}
-            case Return(value):
+                self._held -= {h for h in self._held if isinstance(h, t.Var) and h.name.startswith("s[")}
+            case t.Return(value):
                 self.load(value)
                 self.put("RETURN")
-            case If(test, then, other):
+            case t.If(test, then, other):
                 self.branch(test, then, other)
-            case Loop():
+            case t.Loop():
                 self.loop(s)
-            case Break():
+            case t.Break():
                 self.put("JUMP", self._loops[-1][1])
-            case Continue():
+            case t.Continue():
                 self.put("JUMP", self._loops[-1][0])
-            case Block(body):
+            case t.Block(body):
                 end = self._ends[id(s)] = Label()
                 self.statements(body)
                 self.label(end)
-            case Leave(block, moves):
+            case t.Leave(block, moves):
                 self.statements(moves)
                 self.put("JUMP", self._ends[id(block)])
-            case Call(function):
+            case t.Call(function):
                 self.called.append(function)
                 self.put("CALL", function)
 
-    def branch(self, test: Test, then: list[Statement], other: list[Statement]) -> None:
+    def branch(self, test: t.Test, then: list[t.Statement], other: list[t.Statement]) -> None:
         """Put the shorter way to the rest of the code first: a side that is empty costs no jump."""
         if not then:
-            test, then, other = Not(test), other, then
+            test, then, other = t.Not(test), other, then
         no, end = Label(), Label()
         self.jump_unless(test, no)
         self.statements(then)
@@ -283,7 +251,7 @@ class _Section:
         self.statements(other)
         self.label(end)
 
-    def loop(self, loop: Loop) -> None:
+    def loop(self, loop: t.Loop) -> None:
         turn, end, start = Label(), Label(), Label()
         at = len(self.code)
         self.put("LOOP", 0, loop.times)
@@ -302,15 +270,15 @@ class _Section:
         self.counter = max(outside, number + 1)
 
     # --- tests
-    def jump_unless(self, test: Test, label: Label) -> None:
+    def jump_unless(self, test: t.Test, label: Label) -> None:
         self.jump(test, label, False)
 
-    def jump(self, test: Test, label: Label, when: bool) -> None:
+    def jump(self, test: t.Test, label: Label, when: bool) -> None:
         """Jump to a label where a test's outcome is `when`."""
         match test:
-            case Not(inner):
+            case t.Not(inner):
                 self.jump(inner, label, not when)
-            case Logic(op, tests):
+            case t.Logic(op, tests):
                 if (op == "or") == when:
                     for one in tests:
                         self.jump(one, label, when)
@@ -320,19 +288,19 @@ class _Section:
                     self.jump(one, over, not when)
                 self.jump(tests[-1], label, when)
                 self.label(over)
-            case Compare(op, left, right):
+            case t.Compare(op, left, right):
                 mask = _OUTCOMES[op] if when else _ALL ^ _OUTCOMES[op]
                 self.compare(mask, left, right, label)
 
-    def compare(self, mask: int, left: Expr, right: Expr, label: Label) -> None:
-        if isinstance(right, Num) and right.value == 0.0 and right.key in ("0.0", "-0.0"):
+    def compare(self, mask: int, left: t.Expr, right: t.Expr, label: Label) -> None:
+        if isinstance(right, t.Num) and right.value == 0.0 and right.key in ("0.0", "-0.0"):
             self.load(left)
             self.put("TEST", label, mask=mask)
             return
-        if not isinstance(right, Num | Var) or (right in self._held and isinstance(left, Num | Var)):
+        if not isinstance(right, t.Num | t.Var) or (right in self._held and isinstance(left, t.Num | t.Var)):
             left, right = right, left
             mask = (mask & (EQUAL | UNORDERED)) | sum(_MIRROR[m] for m in (LESS, GREATER) if mask & m)
-        if not isinstance(right, Num | Var):
+        if not isinstance(right, t.Num | t.Var):
             self.load(right)
             right = self.extra()
             self.store(right)
@@ -340,24 +308,24 @@ class _Section:
         self.put("COMPARE", right, label, mask=mask)
 
     # --- values
-    def store(self, to: Var) -> None:
+    def store(self, to: t.Var) -> None:
         if to in self._held:
             return
         self.put("STORE", to)
-        self._held = {h for h in self._held if not mentions(h, frozenset((to.name,)))} | {to}
+        self._held = {h for h in self._held if not t.mentions(h, frozenset((to.name,)))} | {to}
 
-    def load(self, value: Expr) -> None:
+    def load(self, value: t.Expr) -> None:
         """Bring a value into A."""
         if value in self._held:
             return
         match value:
-            case Num() if not is_single(value.value):
+            case t.Num() if not t.is_single(value.value):
                 self.load_beyond(value.value)
-            case Num() | Var():
+            case t.Num() | t.Var():
                 self.put("LOAD", value)
-            case At(index, start, size):
+            case t.At(index, start, size):
                 self.put("LOAD_AT", index, FIRST + start, size)
-            case Select(test, yes, no):
+            case t.Select(test, yes, no):
                 other, end = Label(), Label()
                 self.jump_unless(test, other)
                 self.load(yes)
@@ -365,28 +333,29 @@ class _Section:
                 self.label(other)
                 self.load(no)
                 self.label(end)
-            case Op(name, (operand,)):
+            case t.Op(name, (operand,)):
                 self.load(operand)
                 self.put(_UNARY[name])
-            case Op(name, (left, right)):
+            case t.Op(name, (left, right)):
                 self.combine(name, left, right)
-        if isinstance(value, Num | Var):
+        if isinstance(value, t.Num | t.Var):
             self._held.add(value)
 
     def load_beyond(self, value: float) -> None:
         """Load what single precision does not have: it becomes infinite there, or 0."""
         if abs(value) < 1.0:
-            return self.load(literal(0.0))
-        large = literal(math.copysign(3e38, value))
+            return self.load(t.literal(0.0))
+        large = t.literal(math.copysign(3e38, value))
         self.load(large)
-        self.put("MULTIPLY", literal(3e38))
+        self.put("MULTIPLY", t.literal(3e38))
         return None
 
-    def combine(self, name: str, left: Expr, right: Expr) -> None:
+    def combine(self, name: str, left: t.Expr, right: t.Expr) -> None:
         """Put an operation on two values, of which one is in A and the other in a slot."""
         turned = _TURNED.get(name)
         left_is, right_is = (
-            isinstance(s, Num | Var) and (not isinstance(s, Num) or is_single(s.value)) for s in (left, right)
+            isinstance(s, t.Num | t.Var) and (not isinstance(s, t.Num) or t.is_single(s.value))
+            for s in (left, right)
         )
         if left_is and turned and (not right_is or right in self._held) and left not in self._held:
             self.load(right)
@@ -466,7 +435,7 @@ class _Section:
         clashes: dict[int, int] | None = None
         for at in range(len(self.code) - 1):
             first, second = self.code[at], self.code[at + 1]
-            if (first.name, second.name) != ("LOAD", "STORE") or not isinstance(first.operands[0], Var):
+            if (first.name, second.name) != ("LOAD", "STORE") or not isinstance(first.operands[0], t.Var):
                 continue
             a, b = first.operands[0], second.operands[0]
             old, new = (a, b) if self.is_local(a) else (b, a)
@@ -485,18 +454,18 @@ class _Section:
         code, before = self.code[at], self.code[at - 1]
         return code.name == "STORE" and at > 0 and before.name == "LOAD" and code.operands == before.operands
 
-    def is_local(self, variable: Expr) -> bool:
+    def is_local(self, variable: t.Expr) -> bool:
         """Return whether a variable is this section's own, and means nothing outside."""
-        if not isinstance(variable, Var) or variable.name in ("x", "v") or variable.name.startswith("s["):
+        if not isinstance(variable, t.Var) or variable.name in ("x", "v") or variable.name.startswith("s["):
             return False
         functions = [*self.called, *([self.function] if self.function else [])]
         return not any(variable.name in (*f.parameters, *f.results) for f in functions)
 
-    def bit(self, variable: Expr | str) -> int:
-        name = variable.name if isinstance(variable, Var) else variable
+    def bit(self, variable: t.Expr | str) -> int:
+        name = variable.name if isinstance(variable, t.Var) else variable
         return 1 << self._numbers.setdefault(name, len(self._numbers))  # type: ignore[arg-type]
 
-    def _bits(self, variables: Iterable[Expr | str]) -> int:
+    def _bits(self, variables: Iterable[t.Expr | str]) -> int:
         return sum({self.bit(v) for v in variables})
 
     def written(self, code: Code) -> int:
@@ -509,7 +478,7 @@ class _Section:
         """Return the variables, as bits, that an instruction reads; the state by an index not among them."""
         if code.name == "CALL":
             return self._bits(code.operands[0].parameters)
-        if code.name == "STORE" or not code.operands or not isinstance(code.operands[0], Var):
+        if code.name == "STORE" or not code.operands or not isinstance(code.operands[0], t.Var):
             return 0
         return self.bit(code.operands[0])
 
@@ -547,7 +516,7 @@ class _Section:
         return sorted(found - set(function.parameters))
 
     def _is_var(self, code: Code) -> bool:
-        return isinstance(code.operands[0], Var)
+        return isinstance(code.operands[0], t.Var)
 
     def live(self) -> list[int]:
         """Return the variables, as bits, that are wanted before each instruction, and behind the last one."""
@@ -588,7 +557,7 @@ _ENDING_MAYBE = frozenset(
 
 
 def _is_state(operand: object) -> bool:
-    return isinstance(operand, Var) and operand.name.startswith("s[")
+    return isinstance(operand, t.Var) and operand.name.startswith("s[")
 
 
 def _falls(codes: Sequence[Code], at: int) -> bool:
@@ -635,7 +604,7 @@ def _colour(section: _Section) -> None:
     section.top = place
     clashes = section.clashes()
     own = dict.fromkeys(
-        o.name for code in section.code for o in code.operands if isinstance(o, Var) and section.is_local(o)
+        o.name for code in section.code for o in code.operands if isinstance(o, t.Var) and section.is_local(o)
     )
     for name in own:
         taken = {
@@ -648,49 +617,93 @@ def _colour(section: _Section) -> None:
 
 
 # --- bytes
-def _encoded(
-    sections: Sequence[_Section], numbers: Mapping[str, int], first: int
-) -> tuple[bytes, tuple[int, ...]]:
-    """Return the code of all sections, the law itself last, and the source line of each instruction."""
-    out, lines = bytearray(), list[int]()
-    starts: dict[str, int] = {}
-    for section in sections:
-        if section.function is not None:
-            starts[section.function.name] = len(out)
-        out += bytes([_OPERATIONS["MAIN" if section.function is None else "SUBROUTINE"].code])
-        pieces = _encode_section(section, numbers, first, starts)
-        out += b"".join(piece for piece, _ in pieces)
-        lines += [0, *(line for piece, line in pieces for _ in instructions(piece))]
-    return bytes(out), tuple(lines)
+class _Encoder:
+    """Turns sections into bytes; numbers: the slots of constants, first: that of the first variable."""
 
+    def __init__(self, numbers: Mapping[str, int], first: int):
+        self.numbers, self.first = numbers, first
+        self.starts: dict[str, int] = {}  # of functions, in the code
 
-def _encode_section(
-    section: _Section, numbers: Mapping[str, int], first: int, starts: Mapping[str, int]
-) -> list[tuple[bytes, int]]:
-    """Return the bytes and the line of each instruction; a jump that is too far for one byte becomes two."""
-    far: set[int] = set()
-    while True:
-        places, position = {}, 0
-        for i, code in enumerate(section.code):
-            if code.name == "LABEL":
-                places[code.operands[0]] = position
-            else:
-                position += _size(code, i in far)
-        out: list[tuple[bytes, int]] = []
-        longer: set[int] = set()
-        end = 0
-        for i, code in enumerate(section.code):
-            if code.name == "LABEL":
-                continue
-            end += _size(code, i in far)
-            piece = _instruction(section, code, numbers, first, starts, places, end, i in far)
-            if piece is None:
-                longer.add(i)
-            else:
-                out.append((piece, code.line))
-        if not longer:
-            return out
-        far |= longer
+    def encoded(self, sections: Sequence[_Section]) -> tuple[bytes, tuple[int, ...]]:
+        """Return the code of all sections, the law itself last, and the source line of each instruction."""
+        out, lines = bytearray(), list[int]()
+        for section in sections:
+            if section.function is not None:
+                self.starts[section.function.name] = len(out)
+            out += bytes([_OPERATIONS["MAIN" if section.function is None else "SUBROUTINE"].code])
+            pieces = self.section(section)
+            out += b"".join(piece for piece, _ in pieces)
+            lines += [0, *(line for piece, line in pieces for _ in instructions(piece))]
+        return bytes(out), tuple(lines)
+
+    def section(self, section: _Section) -> list[tuple[bytes, int]]:
+        """Return the bytes and the line of each instruction; a jump too far for one byte becomes two."""
+        far: set[int] = set()
+        while True:
+            places, position = {}, 0
+            for i, code in enumerate(section.code):
+                if code.name == "LABEL":
+                    places[code.operands[0]] = position
+                else:
+                    position += _size(code, i in far)
+            out: list[tuple[bytes, int]] = []
+            longer: set[int] = set()
+            end = 0
+            for i, code in enumerate(section.code):
+                if code.name == "LABEL":
+                    continue
+                end += _size(code, i in far)
+                piece = self.instruction(section, code, places, end, i in far)
+                if piece is None:
+                    longer.add(i)
+                else:
+                    out.append((piece, code.line))
+            if not longer:
+                return out
+            far |= longer
+
+    def instruction(
+        self, section: _Section, code: Code, places: Mapping[Label, int], end: int, far: bool
+    ) -> bytes | None:
+        """Return an instruction's bytes, None where a jump is too long for one byte."""
+        operation = _OPERATIONS[code.name]
+        if far:
+            distance = places[code.operands[-1]] - end
+            jump = bytes([_OPERATIONS["FAR_JUMP"].code]) + struct.pack("<H", distance)
+            if code.name == "JUMP":
+                return jump
+            # over the far jump where the outcome is another
+            near = [self.slot(section, o) for o in code.operands[:-1]]
+            return bytes([operation.code | (_ALL ^ code.mask), *near, 3]) + jump
+        out = bytes([operation.code | code.mask])
+        for kind, operand in zip(operation.operands, code.operands, strict=True):
+            match operand:
+                case Label():
+                    number = end - places[operand] if code.name == "NEXT" else places[operand] - end
+                    if kind == "d" and number > 255:
+                        return None
+                case t.Function():
+                    number = self.starts[operand.name]
+                case int():
+                    number = operand
+                    if number > 0xFFFF:
+                        raise LawError(
+                            "A loop of this law turns more than 65,535 times: too often for the board."
+                        )
+                case _:
+                    number = self.slot(section, operand)
+            out += struct.pack("<H" if kind == "w" else "B", number)
+        return out
+
+    def slot(self, section: _Section, operand: t.Expr) -> int:
+        if isinstance(operand, t.Num):
+            return self.numbers[operand.key]
+        assert isinstance(operand, t.Var)
+        if operand.name in ("x", "v"):
+            return X if operand.name == "x" else V
+        if operand.name.startswith("s["):
+            return FIRST + int(operand.name[2:-1])
+        return self.first + section.places[operand.name]
 
 
 def _size(code: Code, far: bool) -> int:
@@ -698,55 +711,3 @@ def _size(code: Code, far: bool) -> int:
     if not far:
         return size
     return 3 if code.name == "JUMP" else size + 3
-
-
-def _instruction(
-    section: _Section,
-    code: Code,
-    numbers: Mapping[str, int],
-    first: int,
-    starts: Mapping[str, int],
-    places: Mapping[Label, int],
-    end: int,
-    far: bool,
-) -> bytes | None:
-    """Return an instruction's bytes, None where a jump is too long for one byte."""
-    operation = _OPERATIONS[code.name]
-    if far:
-        distance = places[code.operands[-1]] - end
-        jump = bytes([_OPERATIONS["FAR_JUMP"].code]) + struct.pack("<H", distance)
-        if code.name == "JUMP":
-            return jump
-        # over the far jump where the outcome is another
-        near = [_slot(section, o, numbers, first) for o in code.operands[:-1]]
-        return bytes([operation.code | (_ALL ^ code.mask), *near, 3]) + jump
-    out = bytes([operation.code | code.mask])
-    for kind, operand in zip(operation.operands, code.operands, strict=True):
-        match operand:
-            case Label():
-                distance = end - places[operand] if code.name == "NEXT" else places[operand] - end
-                if kind == "d" and distance > 255:
-                    return None
-                out += bytes([distance]) if kind == "d" else struct.pack("<H", distance)
-            case Function():
-                out += struct.pack("<H", starts[operand.name])
-            case int():
-                if operand > 0xFFFF:
-                    raise LawError(
-                        "A loop of this law turns more than 65,535 times: too often for the board."
-                    )
-                out += bytes([operand]) if kind in "ns" else struct.pack("<H", operand)
-            case _:
-                out += bytes([_slot(section, operand, numbers, first)])
-    return out
-
-
-def _slot(section: _Section, operand: Expr, numbers: Mapping[str, int], first: int) -> int:
-    if isinstance(operand, Num):
-        return numbers[operand.key]
-    assert isinstance(operand, Var)
-    if operand.name in ("x", "v"):
-        return X if operand.name == "x" else V
-    if operand.name.startswith("s["):
-        return FIRST + int(operand.name[2:-1])
-    return first + section.places[operand.name]

@@ -1,38 +1,17 @@
 """A law as plain C for a sketch, from the tree that reads as the source does."""
 
 import math
+import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from hapkit_studio.laws import tree as t
 from hapkit_studio.laws.law import Law
-from hapkit_studio.laws.readable import parts, specialise
+from hapkit_studio.laws.readable import specialise
 from hapkit_studio.laws.translate import checked
-from hapkit_studio.laws.tree import (
-    Assign,
-    At,
-    Break,
-    Compare,
-    Continue,
-    Expr,
-    Function,
-    If,
-    Leave,
-    Logic,
-    Loop,
-    Not,
-    Num,
-    Op,
-    Return,
-    Select,
-    SetAt,
-    Statement,
-    Test,
-    Var,
-    literal,
-)  # fmt: skip
 from hapkit_studio.parameters import Choice
 
 # What C++ or an Arduino core has taken; its core defines some of them as macros, which know no scope.
@@ -56,7 +35,6 @@ _SUM, _PRODUCT, _SIGN, _ATOM = 6, 7, 8, 9
 _NAMES = {"abs": "fabsf", "**": "powf", "min": "smaller", "max": "larger", "//": "floorDivide", "%": "modulo"}
 _NAMES |= {"expm1": "expMinusOne", "log1p": "logOnePlus"}
 _HELPERS = frozenset((*_NAMES.values(), "divisor", "index")) - {"fabsf", "powf"}
-_BREAKS = (", ", " + ", " - ", " * ", " ? ", " : ", " && ", " || ")
 
 
 @dataclass(frozen=True)
@@ -76,7 +54,7 @@ def translate(law: Law, values: Sequence[float]) -> Source:
     made = specialise(trees, values, choices)
     names = {f"p[{i}]": f"p.{mangled(p.key)}" for i, p in enumerate(law.parameters)} | _states(law)
     functions = {f.name: f for f in made.functions}
-    used = {n.name for n in parts([made.body, [f.body for f in made.functions]]) if isinstance(n, Var)}
+    used = {n.name for n in t.walk([made.body, [f.body for f in made.functions]]) if isinstance(n, t.Var)}
     given = [n for n in ("x", "v") if n in used]
     writer = _Writer(names, functions)
     sizes = sorted({len(f.results) for f in made.functions} - {1})
@@ -117,7 +95,7 @@ def _memory(law: Law, used: set[str]) -> str:
 class _Writer:
     """Writes functions in C, and notes which helpers and which state they use."""
 
-    def __init__(self, names: Mapping[str, str], functions: Mapping[str, Function]):
+    def __init__(self, names: Mapping[str, str], functions: Mapping[str, t.Function]):
         self.names, self.functions = names, functions
         self.helpers: set[str] = set()
         self.states: set[str] = set()
@@ -126,13 +104,13 @@ class _Writer:
         self.truths: set[str] = set()  # names that are true or false
 
     def function(
-        self, about: str | None, result: str, name: str, given: Sequence[str], body: list[Statement]
+        self, about: str | None, result: str, name: str, given: Sequence[str], body: list[t.Statement]
     ) -> str:
-        sets = [n for n in parts(body) if isinstance(n, Assign)]
+        sets = [n for n in t.walk(body) if isinstance(n, t.Assign)]
         self.sets = Counter(n.to for n in sets)
-        self.read = {n.name for n in parts(body) if isinstance(n, Var)}
+        self.read = {n.name for n in t.walk(body) if isinstance(n, t.Var)}
         once = {n for n, times in Counter([*given, *self.sets.elements()]).items() if times == 1}
-        self.truths = {n.to for n in sets if n.to in once and _is_truth(n.value)}
+        self.truths = {n.to for n in sets if n.to in once and t.is_truth(n.value)}
         head = f"{result} {mangled(name)}({', '.join(f'float {mangled(n)}' for n in given)}) {{"
         lines = self.block(body, "  ", {*given, "dt"})
         whole = f"{head} {lines[0].lstrip()} }}"
@@ -140,43 +118,37 @@ class _Writer:
         return "\n".join([*comment(about), *(line for long in made for line in wrapped(long))])
 
     # --- statements
-    def block(self, statements: Sequence[Statement], indent: str, outside: set[str]) -> list[str]:
+    def block(self, statements: Sequence[t.Statement], indent: str, outside: set[str]) -> list[str]:
         """Return the lines of statements; a name is declared where it is first set, or before a branch."""
         declared, lines = set(outside), []
         for i, s in enumerate(statements):
             behind = statements[i + 1 :]
-            if isinstance(s, If | Loop):
-                inner = dict.fromkeys(n.to for n in parts(s) if isinstance(n, Assign))
+            if isinstance(s, t.If | t.Loop):
+                inner = dict.fromkeys(n.to for n in t.walk(s) if isinstance(n, t.Assign))
                 names = [n for n in inner if self.is_new(n, declared) and _is_read(n, behind)]
                 lines += [f"{indent}float {', '.join(map(mangled, names))};"] if names else []
                 declared.update(names)
-            if isinstance(s, Assign) and behind and _counter(behind[0]) == s.to:
+            if isinstance(s, t.Assign) and behind and _counter(behind[0]) == s.to:
                 if self.is_new(s.to, declared) and _is_read(s.to, behind[1:]):
                     lines.append(f"{indent}float {mangled(s.to)};")
                     declared.add(s.to)
-            elif isinstance(s, Loop):
+            elif isinstance(s, t.Loop):
                 begin = statements[i - 1] if s.after else None
                 lines += self.loop(s, begin, indent, declared)
-            elif isinstance(s, If):
+            elif isinstance(s, t.If):
                 lines += self.branch(s, indent, declared)
             else:
                 self.join(lines, f"{indent}{self.simple(s, declared)}", s, statements[i - 1] if i else None)
         return lines
 
-    def join(self, lines: list[str], line: str, s: Statement, before: Statement | None) -> None:
+    def join(self, lines: list[str], line: str, s: t.Statement, before: t.Statement | None) -> None:
         """Add a line, to the one before where both take results of one call, or begin names with little."""
         kind = next((k for k in ("const float ", "float ") if line.lstrip().startswith(k)), "")
         last = lines[-1].lstrip() if lines and _is_short(s) and _is_short(before) else ""
         joined = ""
         if kind and last.startswith(kind):
             joined = f"{lines[-1][:-1]}, {line.lstrip().removeprefix(kind)}"
-        elif (
-            not kind
-            and last
-            and not last.startswith(("const ", "float "))
-            and _is_taken(s)
-            and _is_taken(before)
-        ):
+        elif not kind and _is_taken(s) and _is_taken(before) and not last.startswith(("const ", "float ")):
             joined = f"{lines[-1]} {line.lstrip()}"
         if joined and len(joined) <= WIDTH:
             lines[-1] = joined
@@ -186,60 +158,62 @@ class _Writer:
     def is_new(self, name: str, declared: set[str]) -> bool:
         return name not in declared and name not in self.names and not name.startswith("@")
 
-    def simple(self, s: Statement, declared: set[str]) -> str:
+    def simple(self, s: t.Statement, declared: set[str]) -> str:
         match s:
-            case Assign(to, Op("+" | "-" | "*" | "/" as op, (Var(same), value))) if to == same:
+            case t.Assign(to, t.Op("+" | "-" | "*" | "/" as op, (t.Var(same), value))) if to == same:
                 return f"{self.place(to)} {op}= {self.text(value)};"
-            case Assign(to, value) if to not in self.read and not to.startswith("s["):
+            case t.Assign(to, value) if to not in self.read and not to.startswith("s["):
                 return f"(void)({self.text(value)});"  # it may switch the motor off
-            case Assign(to, Select(test)) if to in self.truths:
+            case t.Assign(to, t.Select(test)) if to in self.truths:
                 declared.add(to)
                 return f"const bool {mangled(to)} = {self.test(test)[0]};"
-            case Assign(to, value):
+            case t.Assign(to, value):
                 kind = ""
                 if self.is_new(to, declared):
                     declared.add(to)
                     kind = f"{'const ' if self.sets[to] == 1 else ''}{self.kind(value)} "
                 return f"{kind}{self.place(to)} = {self.text(value)};"
-            case SetAt(place, value):
+            case t.SetAt(place, value):
                 return f"{self.text(place)} = {self.text(value)};"
-            case Return(value):
+            case t.Return(value):
                 return f"return {self.text(value)};"
-            case Leave(_, moves):
+            case t.Leave(_, moves):
                 words = ", ".join(self.text(m.value) for m in moves)
                 return f"return {words};" if len(moves) == 1 else f"return {{{words}}};"
-            case Break():
+            case t.Break():
                 return "break;"
-            case Continue():
+            case t.Continue():
                 return "continue;"
         raise AssertionError(s)
 
-    def kind(self, value: Expr) -> str:
-        if isinstance(value, Op) and value.name[:-2] in self.functions:
+    def kind(self, value: t.Expr) -> str:
+        if isinstance(value, t.Op) and value.name[:-2] in self.functions:
             results = len(self.functions[value.name[:-2]].results)
             return "float" if results == 1 else f"Values{results}"
         return "float"
 
-    def branch(self, s: If, indent: str, declared: set[str], short: bool = True) -> list[str]:
-        test, then, other = (s.test, s.then, s.other) if s.then else (Not(s.test), s.other, s.then)
+    def branch(self, s: t.If, indent: str, declared: set[str], short: bool = True) -> list[str]:
+        test, then, other = (s.test, s.then, s.other) if s.then else (t.Not(s.test), s.other, s.then)
         head = f"{indent}if ({self.test(test)[0]})"
         lines, rest = (self.block(one, f"{indent}  ", declared) for one in (then, other))
         whole = f"{head} {lines[0].lstrip()}" if lines else ""
         if not rest:
-            short = short and len(lines) == 1 and len(whole) <= WIDTH and not isinstance(then[0], If | Loop)
+            short = (
+                short and len(lines) == 1 and len(whole) <= WIDTH and not isinstance(then[0], t.If | t.Loop)
+            )
             return [whole] if short else [f"{head} {{", *lines, f"{indent}}}"]
-        if len(other) == 1 and isinstance(other[0], If):
+        if len(other) == 1 and isinstance(other[0], t.If):
             rest = self.branch(other[0], indent, declared, False)
             return [f"{head} {{", *lines, f"{indent}}} else {rest[0].lstrip()}", *rest[1:]]
         return [f"{head} {{", *lines, f"{indent}}} else {{", *rest, f"{indent}}}"]
 
-    def loop(self, s: Loop, begin: Statement | None, indent: str, declared: set[str]) -> list[str]:
+    def loop(self, s: t.Loop, begin: t.Statement | None, indent: str, declared: set[str]) -> list[str]:
         if begin is None:
             kind = "uint16_t" if s.times < 2**16 else "uint32_t"
             head = f"for ({kind} turn_ = 0; turn_ < {s.times}; turn_++)"
             return [f"{indent}{head} {{", *self.block(s.body, f"{indent}  ", declared), f"{indent}}}"]
-        assert isinstance(begin, Assign)
-        assert isinstance(begin.value, Num)
+        assert isinstance(begin, t.Assign)
+        assert isinstance(begin.value, t.Num)
         step = _step(s)
         kind = "float " if self.is_new(begin.to, declared) else ""
         name, end = mangled(begin.to), begin.value.value + s.times * step
@@ -249,8 +223,8 @@ class _Writer:
         return [f"{indent}{head} {{", *body, f"{indent}}}"]
 
     # --- values
-    def is_truth(self, value: Expr) -> bool:
-        return isinstance(value, Var) and value.name in self.truths
+    def is_truth(self, value: t.Expr) -> bool:
+        return isinstance(value, t.Var) and value.name in self.truths
 
     def place(self, name: str) -> str:
         found = self.names.get(name)
@@ -260,41 +234,41 @@ class _Writer:
             self.states.add(found)
         return found
 
-    def text(self, value: Expr, level: int = 0) -> str:
+    def text(self, value: t.Expr, level: int = 0) -> str:
         """Return an expression, in brackets where it binds less than that level."""
         words, own = self.value(value)
         return words if own >= level else f"({words})"
 
-    def value(self, value: Expr) -> tuple[str, int]:
+    def value(self, value: t.Expr) -> tuple[str, int]:
         """Return an expression and how closely it binds."""
         match value:
-            case Num():
+            case t.Num():
                 words = number(value.value)
                 return words, _SIGN if words.startswith("-") else _ATOM
-            case Var(name) if name in self.truths:
+            case t.Var(name) if name in self.truths:
                 return f"{mangled(name)} ? 1.0f : 0.0f", _LEVELS["?"]
-            case Var(name):
+            case t.Var(name):
                 return self.place(name), _ATOM
-            case At(index, start, size):
+            case t.At(index, start, size):
                 self.helpers.add("index")
                 name = self.place(f"s[{start}]").removesuffix("[0]")
                 return f"{name}[index({self.text(index)}, {size})]", _ATOM
-            case Select(test, yes, no):
+            case t.Select(test, yes, no):
                 one, level = self.test(test)
                 words = one if level > _LEVELS["?"] else f"({one})"
                 return f"{words} ? {self.text(yes, 2)} : {self.text(no, 2)}", _LEVELS["?"]
-            case Op("+" | "-" as name, (left, right)):
+            case t.Op("+" | "-" as name, (left, right)):
                 return f"{self.text(left, _SUM)} {name} {self.text(right, _PRODUCT)}", _SUM
-            case Op("*" | "/" as name, (left, right)):
+            case t.Op("*" | "/" as name, (left, right)):
                 return f"{self.text(left, _PRODUCT)} {name} {self.text(right, _SIGN)}", _PRODUCT
-            case Op("neg", (operand,)):
+            case t.Op("neg", (operand,)):
                 words = self.text(operand, _SIGN)
                 return f"-({words})" if words.startswith("-") else f"-{words}", _SIGN
-            case Op("**", (Var() as base, Num(value=2.0))):
+            case t.Op("**", (t.Var() as base, t.Num(value=2.0))):
                 return f"{self.text(base)} * {self.text(base)}", _PRODUCT
-            case Op(name, args) if name.startswith("."):
+            case t.Op(name, args) if name.startswith("."):
                 return f"{self.text(args[0])}{name}", _ATOM
-            case Op(name, args):
+            case t.Op(name, args):
                 return f"{self.called(name)}({', '.join(map(self.text, args))})", _ATOM
         raise AssertionError(value)
 
@@ -305,62 +279,58 @@ class _Writer:
         self.helpers |= {made} & _HELPERS
         return made
 
-    def test(self, test: Test) -> tuple[str, int]:
+    def test(self, test: t.Test) -> tuple[str, int]:
         match test:
-            case Compare("!=", Var(name), Num(value=0.0)) if name in self.truths:
+            case t.Compare("!=", t.Var(name), t.Num(value=0.0)) if name in self.truths:
                 return mangled(name), _ATOM
-            case Compare(op, left, right):
+            case t.Compare(op, left, right):
                 level = _LEVELS[op]
                 return f"{self.text(left, level + 1)} {op} {self.text(right, level + 1)}", level
-            case Logic(op, tests):
+            case t.Logic(op, tests):
                 level = _LEVELS[op]
-                made = (self.test(t) for t in tests)
+                made = (self.test(one) for one in tests)
                 sign = " && " if op == "and" else " || "
                 return sign.join(w if own >= 4 or own == level else f"({w})" for w, own in made), level
-            case Not(Compare("==" | "!=" as op, left, right)) if not self.is_truth(left):
-                return self.test(Compare("!=" if op == "==" else "==", left, right))
-            case Not(inner):
+            case t.Not(t.Compare("==" | "!=" as op, left, right)) if not self.is_truth(left):
+                return self.test(t.Compare("!=" if op == "==" else "==", left, right))
+            case t.Not(inner):
                 words, level = self.test(inner)
                 return f"!{words}" if level == _ATOM else f"!({words})", _SIGN
         raise AssertionError(test)
 
 
-def _is_taken(s: Statement | None) -> bool:
+def _is_taken(s: t.Statement | None) -> bool:
     """Return whether a statement takes one of several results of a call."""
-    return isinstance(s, Assign) and isinstance(s.value, Op) and s.value.name.startswith(".")
+    return isinstance(s, t.Assign) and isinstance(s.value, t.Op) and s.value.name.startswith(".")
 
 
-def _is_short(s: Statement | None) -> bool:
-    return _is_taken(s) or (isinstance(s, Assign) and isinstance(s.value, Num | Var))
+def _is_short(s: t.Statement | None) -> bool:
+    return _is_taken(s) or (isinstance(s, t.Assign) and isinstance(s.value, t.Num | t.Var))
 
 
-def _is_truth(value: Expr) -> bool:
-    return isinstance(value, Select) and (value.yes, value.no) == (literal(1.0), literal(0.0))
-
-
-def _counter(s: Statement) -> str:
+def _counter(s: t.Statement) -> str:
     """Return the name that a loop counts with, nothing where nobody reads it."""
-    after = s.after if isinstance(s, Loop) else []
-    return after[0].to if after and isinstance(after[0], Assign) else ""
+    after = s.after if isinstance(s, t.Loop) else []
+    return after[0].to if after and isinstance(after[0], t.Assign) else ""
 
 
-def _step(s: Loop) -> float:
+def _step(s: t.Loop) -> float:
     match s.after:
-        case [Assign(_, Op("+", (_, Num(value=step))))]:
+        case [t.Assign(_, t.Op("+", (_, t.Num(value=step))))]:
             return step
     raise AssertionError(s.after)
 
 
-def _is_read(name: str, statements: Sequence[Statement]) -> bool:
+def _is_read(name: str, statements: Sequence[t.Statement]) -> bool:
     """Return whether statements begin with another use of a name than setting it anew."""
     first = next((s for s in statements if name in _mentioned(s)), None)
-    anew = isinstance(first, Assign) and Var(name) not in parts(first.value)
+    anew = isinstance(first, t.Assign) and t.Var(name) not in t.walk(first.value)
     return first is not None and not anew
 
 
-def _mentioned(statement: Statement) -> set[str]:
-    found = list(parts(statement))
-    return {n.name for n in found if isinstance(n, Var)} | {n.to for n in found if isinstance(n, Assign)}
+def _mentioned(statement: t.Statement) -> set[str]:
+    found = list(t.walk(statement))
+    return {n.name for n in found if isinstance(n, t.Var)} | {n.to for n in found if isinstance(n, t.Assign)}
 
 
 # --- words
@@ -384,23 +354,13 @@ def number(value: float) -> str:
 
 def comment(text: str | None) -> list[str]:
     """Return the first paragraph of a docstring as a comment, in lines."""
-    lines: list[str] = []
-    for word in (text or "").split("\n\n")[0].split():
-        if not lines or len(lines[-1]) + 1 + len(word) > WIDTH:
-            lines.append("//")
-        lines[-1] += f" {word.strip(chr(92))}"
-    return lines
+    words = " ".join((text or "").split("\n\n")[0].replace("\\", " ").split())
+    return textwrap.wrap(words, WIDTH, initial_indent="// ", subsequent_indent="// ", break_on_hyphens=False)
 
 
 def wrapped(line: str) -> list[str]:
-    """Return a line broken after commas, or before operators, where it is too long."""
-    lines, indent = [], line[: len(line) - len(line.lstrip())] + "    "
-    while len(line) > WIDTH:
-        ends = [at for at in range(len(indent) + WIDTH // 2, WIDTH) if line.startswith(_BREAKS, at)]
-        if not ends:
-            break
-        depths = {at: line.count("(", 0, at) - line.count(")", 0, at) for at in ends}
-        cut = min(ends, key=lambda at: (depths[at], line[at : at + 3] in (" * ", " / "), -at))
-        lines.append(line[: cut + line.startswith(",", cut)])
-        line = indent + line[cut + 1 + line.startswith(",", cut) :]
-    return [*lines, line]
+    """Return a line of code in lines that are not too long."""
+    indent = line[: len(line) - len(line.lstrip())] + "    "
+    return textwrap.wrap(
+        line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )

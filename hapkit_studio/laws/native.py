@@ -54,10 +54,10 @@ def is_compiled(source: str) -> bool:
     name = f"{_name(source)}.law-*.{abi}.nbi"
     kept_elsewhere = bool(numba.config.CACHE_DIR)
     places = folder.parent.glob(f"{folder.name}_*") if kept_elsewhere else [folder / "__pycache__"]
-    return any(_is_whole(index) for place in places for index in place.glob(name))
+    return any(_loads(index) for place in places for index in place.glob(name))
 
 
-def _is_whole(index: Path) -> bool:
+def _loads(index: Path) -> bool:
     """Return whether numba will load what an index names: its version is in front, its data comes last."""
     with index.open("rb") as file:
         version = pickle.load(file)

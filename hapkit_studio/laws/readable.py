@@ -2,47 +2,17 @@
 
 import ast
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Sequence
 
-from hapkit_studio.laws.folding import beyond_single, folded, negated, simplified
-from hapkit_studio.laws.specialise import Specialiser, is_test
+from hapkit_studio.laws import tree as t
+from hapkit_studio.laws.specialise import Specialiser
 from hapkit_studio.laws.translate import CheckedLaw
-from hapkit_studio.laws.tree import (
-    MOST_FLOAT,
-    Assign,
-    At,
-    Block,
-    Compare,
-    Expr,
-    Function,
-    If,
-    Leave,
-    Logic,
-    Loop,
-    Not,
-    Num,
-    Op,
-    Return,
-    Select,
-    SetAt,
-    Specialised,
-    Statement,
-    Test,
-    Var,
-    drop_unused,
-    is_single,
-    literal,
-    may_fail,
-    mentions,
-)  # fmt: skip
 
-_ONE, _ZERO = literal(1.0), literal(0.0)
-_PERIOD = Var("dt")
+_ONE, _ZERO = t.literal(1.0), t.literal(0.0)
+_PERIOD = t.Var("dt")
 
 
-def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]) -> Specialised:
+def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]) -> t.Specialised:
     """Return a law whose choices are known by their places; a call is an operation named ``name()``.
 
     What such an operation gives beside its first value are operations ``.a``, ``.b`` … of it.
@@ -51,7 +21,7 @@ def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]
     moving: set[tuple[str, str]] = set()
     while True:
         walk = _Readable(law, values, choices, inlined, moving)
-        made = Specialised(walk.law(), [])
+        made = t.Specialised(walk.law(), [])
         if not moving >= walk.differing:
             moving |= walk.differing
             continue
@@ -60,7 +30,7 @@ def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]
             break
         inlined |= more
     _drop_unread_state(made.body)
-    drop_unused(made)
+    t.drop_unused(made)
     _join_copies(made.body, ("x", "v"))
     needed = _called(made.body)
     for function in reversed(walk.functions.values()):
@@ -84,15 +54,14 @@ class _Readable(Specialiser):
         super().__init__(law, {i: values[i] for i in choices}, None, inlined)
         self.values, self.moving = values, moving
         self.differing: set[tuple[str, str]] = set()  # functions and parameters that are not always the same
-        self.given: dict[str, dict[str, Expr]] = {}  # what functions know of their parameters
+        self.given: dict[str, dict[str, t.Expr]] = {}  # what functions know of their parameters
         self.own: set[str] = set()  # what the function that begins is given in variables of its own
         self.changing: dict[int, set[str]] = {}  # names that are set more than once, by function
-        self.truths: set[Expr] = set()  # variables that are 1 or 0 by a test
         # by functions: those of their results that are always the same number
-        self.known_results: dict[str, list[Num | None]] = {}
+        self.known_results: dict[str, list[t.Num | None]] = {}
 
     def walk(self, statements: Sequence[ast.stmt]) -> bool:
-        if statements is self.trees[-1].body:
+        if statements is self.scope.tree.body:
             self.pin_changing(statements)
         return super().walk(statements)
 
@@ -107,37 +76,36 @@ class _Readable(Specialiser):
         heads = [n.body[0] for s in statements for n in ast.walk(s) if isinstance(n, ast.For)]
         counters = {n.targets[0].id for n in heads if isinstance(n, ast.Assign)}  # type: ignore[attr-defined]
         changing = {n for n, times in stores.items() if times > 1 and n != "_"}
-        self.changing[id(self.trees[-1])] = changing | counters
+        self.changing[id(self.scope.tree)] = changing | counters
         for name in stores:
             if name in self.own:
-                self.pinned[-1][name] = name
-                self.fixed.add(name)
+                self.scope.pinned[name] = name
             elif name in self.env or name in changing - counters:
                 self.pin(name)
 
     def pin(self, name: str) -> None:
         """Give a name one variable, unless it has the same value for as long as it is known."""
-        if name in self.env or name in self.changing[id(self.trees[-1])]:
+        if name in self.env or name in self.changing[id(self.scope.tree)]:
             super().pin(name)
 
     def fresh(self, name: str) -> str:
         return super().fresh(name.strip("_") or "value")
 
-    def bind(self, name: str, value: Expr) -> None:
+    def bind(self, name: str, value: t.Expr) -> None:
         if name == "_" and not self.reads(name):
             return
-        if name in self.pinned[-1] or isinstance(value, Num | Var):
+        if name in self.scope.pinned or isinstance(value, t.Num | t.Var):
             super().bind(name, value)
         else:
             self.env[name] = self.keep(value, name)
-            if isinstance(value, Select) and (value.yes, value.no) == (_ONE, _ZERO):
+            if t.is_truth(value):
                 self.truths.add(self.env[name])
 
-    def emit(self, statement: Statement) -> None:
+    def emit(self, statement: t.Statement) -> None:
         if not _changes_nothing(statement):
             super().emit(statement)
 
-    def keep_unless_select(self, value: Expr) -> Expr:
+    def keep_unless_select(self, value: t.Expr) -> t.Expr:
         return value
 
     def assign_several(self, targets: Sequence[ast.expr], value: ast.expr) -> None:
@@ -146,15 +114,15 @@ class _Readable(Specialiser):
             # what this one sets must not be read by those behind it
             written = frozenset(self.written([target]))
             for j, other in enumerate(values[i + 1 :], i + 1):
-                if mentions(other, written):
+                if t.mentions(other, written):
                     behind = targets[j]
                     made = self.fresh(f"new_{behind.id}" if isinstance(behind, ast.Name) else "new")
-                    self.emit(Assign(made, other))
-                    values[j] = Var(made)
+                    self.emit(t.Assign(made, other))
+                    values[j] = t.Var(made)
             self.assign(target, values[i])
 
     # --- functions
-    def call(self, node: ast.expr) -> list[Expr]:
+    def call(self, node: ast.expr) -> list[t.Expr]:
         assert isinstance(node, ast.Call)
         assert isinstance(node.func, ast.Name)
         tree = self.source.helpers[node.func.id]
@@ -171,189 +139,150 @@ class _Readable(Specialiser):
         self.calls[key] += 1
         function = self.functions[key]
         for name in sorted(set(given) - set(function.parameters)):
-            if may_fail(given[name]):  # what nobody reads may end the law
+            if t.may_fail(given[name]):  # what nobody reads may end the law
                 self.keep(given[name], name)
-        made = Op(f"{function.name}()", tuple(given[n] for n in function.parameters))
+        made = t.Op(f"{function.name}()", tuple(given[n] for n in function.parameters))
         known_results = self.known_results[key]
         if len(known_results) == 1:
             return [known_results[0] or made]
         got = self.keep(made, "got")
-        return [r or Op(f".{'abcdefghijklmnop'[i]}", (got,)) for i, r in enumerate(known_results)]
+        return [r or t.Op(f".{'abcdefghijklmnop'[i]}", (got,)) for i, r in enumerate(known_results)]
 
-    def keep_unless_constant(self, value: Expr, name: str) -> Expr:
+    def keep_unless_constant(self, value: t.Expr, name: str) -> t.Expr:
         return value if _is_constant(value) else self.keep(value, name)
 
-    def made(self, key: str, tree: ast.FunctionDef, given: dict[str, Expr], moving: list[str]) -> Function:
+    def made(
+        self, key: str, tree: ast.FunctionDef, given: dict[str, t.Expr], moving: list[str]
+    ) -> t.Function:
         name = tree.name.removeprefix("_of_").lstrip("_")
         while name in ("force", *(f.name for f in self.functions.values())):
             name += "_"
         outside = self.frames, self.states, self.used, self.truths
         self.frames, self.states, self.used, self.truths = [], {}, Counter(["dt", *moving]), set()
-        block, self.own = Block(), set(moving)
-        found = self.enter(tree, given | {n: Var(n) for n in moving}, block)
+        block, self.own = t.Block(), set(moving)
+        found = self.enter(tree, given | {n: t.Var(n) for n in moving}, block)
         self.frames, self.states, self.used, self.truths = outside
         results = tuple(f"@{i}" for i in range(len(found[0])))
         for leave, values in zip(self._leaves, found, strict=True):
-            leave.moves += [Assign(r, v) for r, v in zip(results, values, strict=True)]
-        function = Function(key, name, (), results, block)
-        drop_unused(Specialised([], [function]))
+            leave.moves += [t.Assign(r, v) for r, v in zip(results, values, strict=True)]
+        function = t.Function(key, name, (), results, block)
+        t.drop_unused(t.Specialised([], [function]))
         _join_copies(block.body, moving)
-        read = {n.name for n in parts(block) if isinstance(n, Var)}
+        read = {n.name for n in t.walk(block) if isinstance(n, t.Var)}
         function.parameters = tuple(n for n in moving if n in read)
-        fails = any(isinstance(n, Op) and n.name == "divisor()" for n in parts(block))
+        fails = any(isinstance(n, t.Op) and n.name == "divisor()" for n in t.walk(block))
         self.known_results[key] = [
-            v[0] if not fails and isinstance(v[0], Num) and all(o == v[0] for o in v) else None
+            v[0] if not fails and isinstance(v[0], t.Num) and all(o == v[0] for o in v) else None
             for v in zip(*found, strict=True)
         ]
         return function
 
     # --- values
-    def value(self, node: ast.expr) -> Expr:
-        match node:
-            case ast.Call(func=ast.Name(id="_divisor"), args=[inner, *_]):
-                value = self.value(inner)
-                return value if self.never_zero(value) else Op("divisor()", (value,))
-            case ast.Call(func=ast.Attribute(attr=name), args=args):
-                return self.op("abs" if name == "fabs" else name, *(self.value(a) for a in args))
-        return super().value(node)
+    def value(self, node: ast.expr) -> t.Expr:
+        if not (
+            isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "_divisor"
+        ):
+            return super().value(node)
+        value = self.value(node.args[0])
+        return value if self.never_zero(value) else t.Op("divisor()", (value,))
 
-    def never_zero(self, value: Expr) -> bool:
+    def never_zero(self, value: t.Expr) -> bool:
         found = self.evaluated(value)
-        return isinstance(found, Num) and found.value != 0.0
+        return isinstance(found, t.Num) and found.value != 0.0
 
-    def evaluated(self, value: Expr) -> Expr:
+    def evaluated(self, value: t.Expr) -> t.Expr:
         """Return a value with the parameters' in it, and a period like any other."""
         match value:
-            case Var(name) if name.startswith("p["):
-                return literal(self.values[int(name[2:-1])])
-            case Var("dt"):
-                return literal(1e-3)
-            case Op(name, args) if _is_constant(value):
+            case t.Var(name) if name.startswith("p["):
+                return t.literal(self.values[int(name[2:-1])])
+            case t.Var("dt"):
+                return t.literal(1e-3)
+            case t.Op(name, args) if _is_constant(value):
                 return self.op(name, *map(self.evaluated, args))
         return value
 
-    def op(self, name: str, *args: Expr) -> Expr:
-        numbers = [a for a in args if isinstance(a, Num)]
-        found: Expr | None = folded(name, numbers) if len(numbers) == len(args) else None
+    def op(self, name: str, *args: t.Expr) -> t.Expr:
+        numbers = [a for a in args if isinstance(a, t.Num)]
+        found: t.Expr | None = t.folded(name, numbers) if len(numbers) == len(args) else None
         if args[0] == _ZERO and (name == "copysign" or (name == "/" and self.never_zero(args[1]))):
             return _ZERO
-        if found is None and len(args) == 2 and any(abs(n.value) > MOST_FLOAT for n in numbers):
+        if found is None and len(args) == 2 and any(abs(n.value) > t.MOST_FLOAT for n in numbers):
             found = _beside_huge(name, *args)
         if found is None and any(abs(n.value) in (0.0, 1.0) for n in numbers):
-            found = simplified(name, args)
-        return found or Op(name, args)
+            found = t.simplified(name, args)
+        return found or t.Op(name, args)
 
-    def truth(self, node: ast.expr, once: bool = False) -> Expr:
-        if isinstance(node, ast.BoolOp) and not all(map(self.is_truth, node.values)):
-            # `a or b` of numbers is one of the two
-            first, *others = node.values
-            value = self.keep(self.value(first))
-            rest = self.value(others[0] if len(others) == 1 else ast.BoolOp(node.op, others))
-            holds = self.compare("!=", value, _ZERO)
-            yes, no = (value, rest) if isinstance(node.op, ast.Or) else (rest, value)
-            return self.select(holds, yes, no)
-        return self.select(self.test(node), _ONE, _ZERO)
+    def choice(self, test: t.Test, yes: t.Num, no: t.Num) -> t.Expr:
+        return t.Select(test, yes, no)
 
-    def is_truth(self, node: ast.expr) -> bool:
-        """Return whether a value is 1 or 0 by a test."""
-        if isinstance(node, ast.Name):
-            return self.env[node.id] in self.truths
-        return all(map(self.is_truth, node.values)) if isinstance(node, ast.BoolOp) else is_test(node)
+    def chosen(self, test: t.Test, yes: t.Expr, no: t.Expr) -> t.Expr | None:
+        return t.Select(test, yes, no)
 
-    def either(self, node: ast.IfExp) -> Expr:
-        test = self.test(node.test)
-        if isinstance(test, bool):
-            return self.value(node.body if test else node.orelse)
-        outside, self.out = self.out, []
-        yes = self.value(node.body)
-        then, self.out = self.out, []
-        no = self.value(node.orelse)
-        other, self.out = self.out, outside
-        if not then and not other:
-            return Select(test, yes, no)
-        made = self.fresh("t")
-        self.emit(If(test, [*then, Assign(made, yes)], [*other, Assign(made, no)]))
-        return Var(made)
-
-    def select(self, test: Test | bool, yes: Expr, no: Expr) -> Expr:
-        return Select(test, yes, no) if not isinstance(test, bool) else yes if test else no
-
-    def compare(self, op: str, left: Expr, right: Expr) -> Test | bool:
-        chosen = Select(Compare("!=", left, _ZERO), _ONE, _ZERO) if left in self.truths else left
-        if isinstance(chosen, Select) and isinstance(right, Num):
+    def compare(self, op: str, left: t.Expr, right: t.Expr) -> t.Test | bool:
+        chosen = t.Select(t.Compare("!=", left, _ZERO), _ONE, _ZERO) if left in self.truths else left
+        if isinstance(chosen, t.Select) and isinstance(right, t.Num):
             test, arms = chosen.test, (chosen.yes, chosen.no)
-            yes, no = (self.compare(op, arm, right) if isinstance(arm, Num) else None for arm in arms)
+            yes, no = (self.compare(op, arm, right) if isinstance(arm, t.Num) else None for arm in arms)
             if isinstance(yes, bool) and isinstance(no, bool):
-                return yes if yes == no else test if yes else negated(test)
+                return yes if yes == no else test if yes else t.negated(test)
         made = super().compare(op, left, right)
-        if isinstance(made, Compare) and isinstance(made.right, Num):
-            if not is_single(made.right.value):
-                return beyond_single(made.op, made.left, made.right.value)
+        if isinstance(made, t.Compare) and isinstance(made.right, t.Num):
+            if not t.is_single(made.right.value):
+                return t.beyond_single(made.op, made.left, made.right.value)
             if made.left == _PERIOD and made.right.value == 0.0:
                 return made.op in (">", ">=", "!=")
         return made
 
 
-def _changes_nothing(statement: Statement) -> bool:
+def _changes_nothing(statement: t.Statement) -> bool:
     """Return whether a statement only makes 0 what is 0."""
     match statement:
-        case If(Compare("==", Var(name), Num(value=0.0)), [Assign(to, Num(value=0.0))], []):
+        case t.If(t.Compare("==", t.Var(name), t.Num(value=0.0)), [t.Assign(to, t.Num(value=0.0))], []):
             return name == to
     return False
 
 
-def _beside_huge(name: str, *args: Expr) -> Expr | None:
+def _beside_huge(name: str, *args: t.Expr) -> t.Expr | None:
     """Return a sum, or the least or most, of a number beyond single precision and another value."""
-    huge, other = args if isinstance(args[0], Num) else args[::-1]
-    assert isinstance(huge, Num)
+    huge, other = args if isinstance(args[0], t.Num) else args[::-1]
+    assert isinstance(huge, t.Num)
     if name in ("min", "max"):
         return other if (huge.value > 0.0) == (name == "min") else huge
     if name not in ("+", "-"):
         return None
-    return folded("neg", [huge]) if name == "-" and huge is args[1] else huge
+    return t.folded("neg", [huge]) if name == "-" and huge is args[1] else huge
 
 
-def _is_constant(value: Expr) -> bool:
+def _is_constant(value: t.Expr) -> bool:
     """Return whether a value is a number or made of parameters and the period alone."""
     match value:
-        case Op(name, args):
+        case t.Op(name, args):
             return not name.endswith("()") and not name.startswith(".") and all(map(_is_constant, args))
-        case Var(name):
+        case t.Var(name):
             return name == "dt" or name.startswith("p[")
-    return isinstance(value, Num)
-
-
-def parts(value: object) -> Iterator[object]:
-    """Yield a statement, test or expression, or several, and all that they are made of."""
-    if isinstance(value, list | tuple):
-        for one in value:
-            yield from parts(one)
-    elif not isinstance(value, str | int | float):
-        yield value
-        for one in vars(value).values() if not isinstance(value, Leave) else [value.moves]:
-            yield from parts(one)
+    return isinstance(value, t.Num)
 
 
 def _called(value: object) -> set[str]:
     """Return the names of the functions that are called."""
-    return {n.name[:-2] for n in parts(value) if isinstance(n, Op) and n.name.endswith("()")}
+    return {n.name[:-2] for n in t.walk(value) if isinstance(n, t.Op) and n.name.endswith("()")}
 
 
 def _state_read(value: object) -> Counter[str]:
     """Return how often each place of state is read."""
     found: Counter[str] = Counter()
-    for part in parts(value):
-        if isinstance(part, At):
+    for part in t.walk(value):
+        if isinstance(part, t.At):
             found.update(f"s[{part.start + i}]" for i in range(part.size))
-        elif isinstance(part, Var):
+        elif isinstance(part, t.Var):
             found[part.name] += 1
     return found
 
 
-def _drop_unread_state(statements: list[Statement]) -> None:
+def _drop_unread_state(statements: list[t.Statement]) -> None:
     """Leave out what is written into state for a drawing only."""
     read = _state_read(statements)
-    sets = [n for n in parts(statements) if isinstance(n, Assign) and n.to.startswith("s[")]
+    sets = [n for n in t.walk(statements) if isinstance(n, t.Assign) and n.to.startswith("s[")]
     for one in sets:
         read[one.to] -= _state_read(one.value)[one.to]
     for one in sets:
@@ -361,12 +290,12 @@ def _drop_unread_state(statements: list[Statement]) -> None:
             one.to = "unread"
 
 
-def _join_copies(statements: list[Statement], given: Sequence[str]) -> None:
+def _join_copies(statements: list[t.Statement], given: Sequence[str]) -> None:
     """Let two names that are set once, one to the other, be one; what is given is set once by that."""
-    sets = [n for n in parts(statements) if isinstance(n, Assign)]
+    sets = [n for n in t.walk(statements) if isinstance(n, t.Assign)]
     times = Counter([*given, *(s.to for s in sets)])
     for s in sets:
-        if not isinstance(s.value, Var) or s.to in given or s.to.startswith(("s[", "@")):
+        if not isinstance(s.value, t.Var) or s.to in given or s.to.startswith(("s[", "@")):
             continue
         old, new = (s.to, s.value.name) if s.value.name in given else (s.value.name, s.to)
         if times[old] == times[new] == 1 and not old.startswith("s["):
@@ -374,33 +303,24 @@ def _join_copies(statements: list[Statement], given: Sequence[str]) -> None:
             _drop(statements, s)
 
 
-def _drop(statements: list[Statement], which: Statement) -> None:
+def _drop(statements: list[t.Statement], which: t.Statement) -> None:
     statements[:] = [s for s in statements if s is not which]
     for s in statements:
-        if isinstance(s, If | Loop):
-            for inner in (s.then, s.other) if isinstance(s, If) else (s.body,):
+        if isinstance(s, t.If | t.Loop):
+            for inner in (s.then, s.other) if isinstance(s, t.If) else (s.body,):
                 _drop(inner, which)
 
 
-def _rename(value: Any, old: str, new: str) -> Any:
-    """Give a variable another name; expressions are made anew."""
-    match value:
-        case list() | tuple():
-            made = [_rename(one, old, new) for one in value]
-            if isinstance(value, tuple):
-                return tuple(made)
-            value[:] = made
-        case Var():
-            return Var(new) if value.name == old else value
-        case Op() | At() | Select() | Compare() | Logic() | Not():
-            return replace(value, **{k: _rename(v, old, new) for k, v in vars(value).items()})
-        case Assign() | SetAt() | If() | Loop() | Leave() | Return():
-            for key, one in vars(value).items():
-                if key != "block":
-                    setattr(value, key, new if key == "to" and one == old else _rename(one, old, new))
-    return value
+def _rename(statements: list[t.Statement], old: str, new: str) -> None:
+    """Give a variable another name."""
+    for s in [n for n in t.walk(statements) if isinstance(n, t.Stated)]:
+        for key, value in vars(s).items():
+            if key == "to" and value == old:
+                setattr(s, key, new)
+            elif isinstance(value, t.Expr | t.Test):
+                setattr(s, key, t.rebuilt(value, lambda part: t.Var(new) if part == t.Var(old) else part))
 
 
-def _is_straight(block: Block) -> bool:
+def _is_straight(block: t.Block) -> bool:
     """Return whether nothing leaves a function before its end."""
-    return [n for n in parts(block.body) if isinstance(n, Leave)] == block.body[-1:]
+    return [n for n in t.walk(block.body) if isinstance(n, t.Leave)] == block.body[-1:]

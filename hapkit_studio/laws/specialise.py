@@ -1,48 +1,15 @@
-"""A law specialised: choices resolved, constants folded, functions inlined.
+"""A law specialised for the board: choices resolved, constants folded, functions inlined.
 
-The board's code and the sketch's C are made from the resulting tree. For the board every parameter and the
-period are known numbers; for a sketch parameters keep their names.
+Every parameter and the period are known numbers. For a sketch, ``readable`` lets parameters keep their names.
 """
 
 import ast
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
-from hapkit_studio.laws import folding
-from hapkit_studio.laws.folding import COMPUTED, MIRRORED, beyond_single, folded, joined, negated, simplified
+from hapkit_studio.laws import tree as t
 from hapkit_studio.laws.translate import CheckedLaw
-from hapkit_studio.laws.tree import (
-    Assign,
-    At,
-    Block,
-    Break,
-    Call,
-    Compare,
-    Continue,
-    Expr,
-    Function,
-    If,
-    Leave,
-    Logic,
-    Loop,
-    Not,
-    Num,
-    Op,
-    Return,
-    Select,
-    SetAt,
-    Specialised,
-    Statement,
-    Test,
-    Var,
-    called,
-    drop_unused,
-    is_single,
-    literal,
-    may_fail,
-    mentions,
-    weight,
-)  # fmt: skip
 
 _ARITHMETIC: dict[type[ast.operator], str] = {
     ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/", ast.FloorDiv: "//", ast.Mod: "%", ast.Pow: "**",
@@ -55,25 +22,21 @@ _TRANSPARENT = frozenset(("_float", "_noted", "_force", "_divisor"))
 _ROUNDING = frozenset(("floor", "ceil", "trunc"))
 
 
-def specialise(
-    law: CheckedLaw, known: Mapping[int, float], period: float | None = None, small: int = 14
-) -> Specialised:
-    """Return a law for the parameters known by their numbers, and a period in s if that is known too.
+def specialise(law: CheckedLaw, known: Mapping[int, float], period: float, small: int = 14) -> t.Specialised:
+    """Return a law for parameters known by their numbers and a period in s, folded for speed.
 
-    Where the period is known, so is all else, and the result is folded for speed; otherwise it reads as the
-    source does. A function called from one place, or of `small` operations at most, is inlined.
+    A function called from one place, or of `small` operations at most, is inlined.
     """
     inlined: set[str] = set()
     while True:
         walk = Specialiser(law, known, period, inlined)
-        made = Specialised(walk.law(), list(walk.functions.values()))
+        made = t.Specialised(walk.law(), list(walk.functions.values()))
         more = _worth_inlining(walk, small)
         if not more:
             break
         inlined |= more
-    drop_unused(made)
-    if period is not None:
-        folding.substitute(made)
+    t.drop_unused(made)
+    t.substitute(made)
     return made
 
 
@@ -82,8 +45,20 @@ def _worth_inlining(walk: "Specialiser", small: int) -> set[str]:
     sizes: dict[str, int] = {}
     for key, function in walk.functions.items():
         body = function.body.body
-        sizes[key] = weight(body) + sum(sizes[k] for k in called(body))
+        sizes[key] = t.weight(body) + sum(sizes[k] for k in t.called(body))
     return {key for key, size in sizes.items() if walk.calls[key] == 1 or size <= small}
+
+
+@dataclass
+class _Scope:
+    """A function that is being walked."""
+
+    tree: ast.FunctionDef
+    shows: bool  # whether its lines are those of the law's file
+    block: t.Block | None = None  # what it becomes; none for the law itself
+    found: list[tuple[t.Leave, list[t.Expr]]] = field(default_factory=list)  # what its returns give
+    pinned: dict[str, str] = field(default_factory=dict)  # names that a loop changes, and their variable
+    loads: Counter[str] | None = None
 
 
 class Specialiser:
@@ -92,39 +67,33 @@ class Specialiser:
     def __init__(self, law: CheckedLaw, known: Mapping[int, float], period: float | None, inlined: set[str]):
         self.source, self.known, self.period, self.inlined = law, known, period, inlined
         self.folds = period is not None
-        self.out: list[Statement] = []
-        # of every function that is being walked: what its names stand for
-        self.frames: list[dict[str, Expr]] = []
-        self.states: dict[str, Expr] = {}  # what is known of the state, and of what functions were given
-        self.pinned: list[dict[str, str]] = []  # names that a loop changes, by function, and their variable
-        self.fixed: set[str] = set()  # those variables
-        self.returns: list[list[tuple[Leave, list[Expr]]] | None] = []
-        self.blocks: list[Block | None] = []
+        self.out: list[t.Statement] = []
+        self.scopes: list[_Scope] = []
+        self.frames: list[dict[str, t.Expr]] = []  # what the names of each of them stand for
+        self.states: dict[str, t.Expr] = {}  # what is known of the state, and of what functions were given
         self.used: Counter[str] = Counter()
-        self.functions: dict[str, Function] = {}
+        self.functions: dict[str, t.Function] = {}
         self.calls: Counter[str] = Counter()
-        self.trees: list[ast.FunctionDef] = []
-        self.loads: dict[int, Counter[str]] = {}
+        self.truths: set[t.Expr] = set()  # variables that are 1 or 0 by a test
         self.line = 0
-        self.shows = [True]  # of every function that is being walked: whether its lines are the law's file's
 
-    def law(self) -> list[Statement]:
+    def law(self) -> list[t.Statement]:
         """Return the law's statements."""
-        tree = self.source.tree
-        self.frames.append({"x": Var("x"), "v": Var("v")})
-        self.frames[0]["dt"] = Var("dt") if self.period is None else Num(self.period, "dt")
-        self.pinned.append({})
-        self.returns.append(None)
-        self.blocks.append(None)
+        period = t.Var("dt") if self.period is None else t.Num(self.period, "dt")
+        self.frames.append({"x": t.Var("x"), "v": t.Var("v"), "dt": period})
         self.used.update(("x", "v", "dt"))
-        self.trees.append(tree)
-        self.walk(tree.body)
+        self.scopes.append(_Scope(self.source.tree, True))
+        self.walk(self.source.tree.body)
         return self.out
 
     # --- names
     @property
-    def env(self) -> dict[str, Expr]:
+    def env(self) -> dict[str, t.Expr]:
         return self.frames[-1]
+
+    @property
+    def scope(self) -> "_Scope":
+        return self.scopes[-1]
 
     def fresh(self, name: str) -> str:
         """Return a variable's name that nothing has yet."""
@@ -132,62 +101,62 @@ class Specialiser:
         self.used[name] += 1
         return name if self.used[name] == 1 else self.fresh(f"{name}_{self.used[name]}")
 
-    def emit(self, statement: Statement) -> None:
+    def emit(self, statement: t.Statement) -> None:
         statement.line = self.line
         self.out.append(statement)
 
-    def keep(self, value: Expr, name: str = "t") -> Expr:
+    def keep(self, value: t.Expr, name: str = "t") -> t.Expr:
         """Return a value that costs nothing to read: known, or a variable's."""
-        if isinstance(value, Num | Var):
+        if isinstance(value, t.Num | t.Var):
             return value
         made = self.fresh(name)
-        self.emit(Assign(made, value))
-        return Var(made)
+        self.emit(t.Assign(made, value))
+        return t.Var(made)
 
     def detach(self, names: frozenset[str]) -> None:
         """Give what still reads these variables a copy of its own: they are about to change."""
-        copies: dict[Expr, Expr] = {}
+        copies: dict[t.Expr, t.Expr] = {}
         for frame in self.frames:
             for name, value in frame.items():
-                if not mentions(value, names):
+                if not t.mentions(value, names):
                     continue
                 if value not in copies:
                     made = self.fresh(name)
-                    self.emit(Assign(made, value))
-                    copies[value] = Var(made)
+                    self.emit(t.Assign(made, value))
+                    copies[value] = t.Var(made)
                 frame[name] = copies[value]
-        self.states = {k: v for k, v in self.states.items() if k not in names and not mentions(v, names)}
+        self.states = {k: v for k, v in self.states.items() if k not in names and not t.mentions(v, names)}
 
-    def bind(self, name: str, value: Expr) -> None:
+    def bind(self, name: str, value: t.Expr) -> None:
         """Let a name stand for a value from now on."""
-        if name in self.pinned[-1]:
-            variable = self.pinned[-1][name]
-            if value == Var(variable):
+        if name in self.scope.pinned:
+            variable = self.scope.pinned[name]
+            if value == t.Var(variable):
                 return
             self.detach_others(variable)
-            self.emit(Assign(variable, value))
+            self.emit(t.Assign(variable, value))
             return
-        lazy = isinstance(value, Num | Var)
-        if isinstance(value, Select) and self.folds:
+        lazy = isinstance(value, t.Num | t.Var)
+        if isinstance(value, t.Select):
             lazy = self.stays(value.test) or self.reads(name) == 1
         self.env[name] = value if lazy else self.keep(value, name)
 
     def detach_others(self, variable: str) -> None:
         """Detach from a loop's variable whatever reads it but the name that it belongs to."""
-        own = {n: Var(v) for n, v in self.pinned[-1].items() if v == variable and n in self.env}
+        own = {n: t.Var(v) for n, v in self.scope.pinned.items() if v == variable and n in self.env}
         for name in own:
             del self.env[name]
         self.detach(frozenset((variable,)))
         self.env.update(own)
 
-    def set_state(self, place: int, value: Expr) -> None:
+    def set_state(self, place: int, value: t.Expr) -> None:
         """Write a value of the state."""
         name = f"s[{place}]"
-        if self.states.get(name) == value or value == Var(name):
+        if self.states.get(name) == value or value == t.Var(name):
             return
         self.detach(frozenset((name,)))
-        self.emit(Assign(name, value))
-        if isinstance(value, Num | Var):
+        self.emit(t.Assign(name, value))
+        if isinstance(value, t.Num | t.Var):
             self.states[name] = value  # until one of the two is written again
 
     # --- statements
@@ -196,7 +165,7 @@ class Specialiser:
         return any(self.statement(s) for s in statements)
 
     def statement(self, node: ast.stmt) -> bool:
-        if self.shows[-1]:
+        if self.scope.shows:
             self.line = node.lineno
         match node:
             case ast.Assign(targets=[ast.Tuple(elts=targets)], value=value):
@@ -213,23 +182,23 @@ class Specialiser:
                 self.leave(value)
                 return True
             case ast.Break():
-                self.emit(Break())
+                self.emit(t.Break())
                 return True
             case ast.Continue():
-                self.emit(Continue())
+                self.emit(t.Continue())
                 return True
         return False
 
-    def assign(self, target: ast.expr, value: Expr) -> None:
+    def assign(self, target: ast.expr, value: t.Expr) -> None:
         if isinstance(target, ast.Name):
             self.bind(target.id, value)
             return
         place = self.place(target)
-        if isinstance(place, At):
+        if isinstance(place, t.At):
             changed = frozenset(f"s[{place.start + i}]" for i in range(place.size))
             value = self.keep(value)
             self.detach(changed)
-            self.emit(SetAt(place, value))
+            self.emit(t.SetAt(place, value))
         else:
             self.set_state(int(place.name[2:-1]), value)
 
@@ -243,24 +212,24 @@ class Specialiser:
         for target, one in zip(targets, values, strict=True):
             self.assign(target, one)
 
-    def keep_unless_select(self, value: Expr) -> Expr:
-        return value if isinstance(value, Select) and self.folds else self.keep(value)
+    def keep_unless_select(self, value: t.Expr) -> t.Expr:
+        return value if isinstance(value, t.Select) else self.keep(value)
 
-    def copied(self, value: Expr, written: frozenset[str]) -> Expr:
+    def copied(self, value: t.Expr, written: frozenset[str]) -> t.Expr:
         """Return a value that stays when these variables are written."""
-        if not mentions(value, written):
+        if not t.mentions(value, written):
             return value
         made = self.fresh("t")
-        self.emit(Assign(made, value))
-        return Var(made)
+        self.emit(t.Assign(made, value))
+        return t.Var(made)
 
     def written(self, targets: Sequence[ast.expr]) -> list[str]:
         """Return the lasting variables that targets write."""
         found = []
         for target in targets:
             if isinstance(target, ast.Name):
-                if target.id in self.pinned[-1]:
-                    found.append(self.pinned[-1][target.id])
+                if target.id in self.scope.pinned:
+                    found.append(self.scope.pinned[target.id])
             else:
                 found += [f"s[{place}]" for place in _places(target)]
         return found
@@ -280,7 +249,7 @@ class Specialiser:
         other = self.out
         self.out, self.line = outside, line
         if left and gone:
-            self.emit(If(test, then, other))
+            self.emit(t.If(test, then, other))
             return True
         if left:
             pass
@@ -289,15 +258,19 @@ class Specialiser:
         else:
             self.merge(test, then, then_frames, other)
             self.states = {k: v for k, v in self.states.items() if then_states.get(k) == v}
-        if then or other or may_fail(test):
-            self.emit(If(test, then, other))
+        if then or other or t.may_fail(test):
+            self.emit(t.If(test, then, other))
         return False
 
     def merge(
-        self, test: Test, then: list[Statement], then_frames: list[dict[str, Expr]], other: list[Statement]
+        self,
+        test: t.Test,
+        then: list[t.Statement],
+        then_frames: list[dict[str, t.Expr]],
+        other: list[t.Statement],
     ) -> None:
         """Let every name stand for one value after a branch; self.frames are those of the other side."""
-        chosen: dict[tuple[Expr, Expr], Expr] = {}
+        chosen: dict[tuple[t.Expr, t.Expr], t.Expr] = {}
         empty = self.folds and not then and not other and self.stays(test)
         for mine, theirs in zip(self.frames, then_frames, strict=True):
             for name in list(mine):
@@ -310,24 +283,24 @@ class Specialiser:
                 if (yes, no) not in chosen:
                     if _is_no_change(test, yes, no):
                         chosen[yes, no] = no
-                    elif empty and isinstance(yes, Num) and isinstance(no, Num):
-                        chosen[yes, no] = Select(test, yes, no)
+                    elif empty and isinstance(yes, t.Num) and isinstance(no, t.Num):
+                        chosen[yes, no] = t.Select(test, yes, no)
                     else:
                         made = self.fresh(name)
-                        then.append(Assign(made, yes))
-                        other.append(Assign(made, no))
-                        chosen[yes, no] = Var(made)
+                        then.append(t.Assign(made, yes))
+                        other.append(t.Assign(made, no))
+                        chosen[yes, no] = t.Var(made)
                 mine[name] = chosen[yes, no]
 
-    def stays(self, test: Test, several: bool = False) -> bool:
+    def stays(self, test: t.Test, several: bool = False) -> bool:
         """Return whether a test may be asked later on instead: it is one cheap comparison, or several."""
         match test:
-            case Compare(_, left, right):
+            case t.Compare(_, left, right):
                 return _is_cheap(left) and _is_cheap(right)
-            case Not(inner):
+            case t.Not(inner):
                 return self.stays(inner, several)
-            case Logic(_, tests):
-                return several and all(self.stays(t, True) for t in tests)
+            case t.Logic(_, tests):
+                return several and all(self.stays(one, True) for one in tests)
         return False
 
     def loop(self, node: ast.For) -> None:
@@ -338,63 +311,59 @@ class Specialiser:
             return
         counter, body = _counter(node)
         assigned = _assigned(body)
-        outer = self.pinned[-1]
+        outer = self.scope.pinned
         self.detach(frozenset(self.state_written(body)))
         for name in sorted((assigned | {counter}) & set(outer)):
             self.detach_others(outer[name])
         known = counter in self.env
         counted = known or counter in _loaded(body)
-        self.pinned[-1] = dict(outer)
+        self.scope.pinned = dict(outer)
         for name in sorted(assigned | ({counter} if counted else set())):
             if name not in outer:
                 self.pin(name)
-        after: list[Statement] = []
+        after: list[t.Statement] = []
         outside, self.out, self.states, line = self.out, [], {}, self.line
         if counted:
-            place = self.pinned[-1][counter]
+            place = self.scope.pinned[counter]
             # a count of its own where the name is written in the body, or read behind the loop
             own = self.fresh(counter) if counter in assigned or known else place
-            self.fixed.add(own)
-            outside.append(Assign(own, literal(float(turns.start))))
+            outside.append(t.Assign(own, t.literal(float(turns.start))))
             if own != place:
-                self.emit(Assign(place, Var(own)))
-            after.append(Assign(own, Op("+", (Var(own), literal(float(turns.step))))))
+                self.emit(t.Assign(place, t.Var(own)))
+            after.append(t.Assign(own, t.Op("+", (t.Var(own), t.literal(float(turns.step))))))
         before = [dict(f) for f in self.frames]
         self.walk(body)
         self.frames, self.states = before, {}
         inner, self.out, self.line = self.out, outside, line
-        self.emit(Loop(len(turns), inner, after))
-        self.pinned[-1] = outer
+        self.emit(t.Loop(len(turns), inner, after))
+        self.scope.pinned = outer
 
     def pin(self, name: str) -> None:
         """Give a name that a loop changes one variable for as long as the loop runs."""
         variable = self.fresh(name)
         if name in self.env:
-            self.emit(Assign(variable, self.env[name]))
-        self.pinned[-1][name] = variable
-        self.fixed.add(variable)
-        self.env[name] = Var(variable)
+            self.emit(t.Assign(variable, self.env[name]))
+        self.scope.pinned[name] = variable
+        self.env[name] = t.Var(variable)
 
     def state_written(self, statements: Sequence[ast.stmt]) -> list[str]:
-        targets = [t for s in statements for n in ast.walk(s) for t in _targets(n)]
-        return self.written([t for t in targets if not isinstance(t, ast.Name)])
+        targets = [one for s in statements for n in ast.walk(s) for one in _targets(n)]
+        return self.written([one for one in targets if not isinstance(one, ast.Name)])
 
     def leave(self, value: ast.expr | None) -> None:
         assert value is not None
-        block = self.blocks[-1]
+        block = self.scope.block
         if block is None:
-            self.emit(Return(self.value(value)))
+            self.emit(t.Return(self.value(value)))
             return
         several = value.elts if isinstance(value, ast.Tuple) else [value]
         values = [self.keep_unless_select(self.value(v)) for v in several]
-        made = Leave(block, [])
+        made = t.Leave(block, [])
         self.emit(made)
-        found = self.returns[-1]
-        assert found is not None
-        found.append((made, values))
+        self.scope.found.append((made, values))
 
     # --- functions
-    def call(self, node: ast.expr) -> list[Expr]:
+    def call(self, node: ast.expr) -> list[t.Expr]:
         """Return the results of a call of a function of the law's own."""
         assert isinstance(node, ast.Call)
         assert isinstance(node.func, ast.Name)
@@ -402,123 +371,117 @@ class Specialiser:
         names = [a.arg for a in tree.args.args if a.arg != "_fault"]
         values = [self.keep_unless_select(self.value(a)) for a in node.args if not _is_fault(a)]
         given = dict(zip(names, values, strict=True))
-        key = f"{node.func.id}({','.join(v.key if isinstance(v, Num) else '' for v in values)})"
+        key = f"{node.func.id}({','.join(v.key if isinstance(v, t.Num) else '' for v in values)})"
         if key not in self.inlined:
             return self.call_function(key, tree, given)
         return self.write_in(tree, given)
 
-    def enter(self, tree: ast.FunctionDef, given: dict[str, Expr], block: Block) -> list[list[Expr]]:
+    def enter(self, tree: ast.FunctionDef, given: dict[str, t.Expr], block: t.Block) -> list[list[t.Expr]]:
         """Walk a function's body into the block; return what its returns give, one list each."""
+        scope = _Scope(tree, self.scope.shows and tree.name in self.source.own, block)
         self.frames.append(given)
-        self.trees.append(tree)
-        self.shows.append(self.shows[-1] and tree.name in self.source.own)
-        line = self.line
-        self.pinned.append({})
-        found: list[tuple[Leave, list[Expr]]] = []
-        self.returns.append(found)
-        self.blocks.append(block)
-        outside, self.out = self.out, block.body
+        self.scopes.append(scope)
+        line, outside, self.out = self.line, self.out, block.body
         self.walk(tree.body)
-        self.out = outside
+        self.line, self.out = line, outside
         self.frames.pop()
-        self.trees.pop()
-        self.shows.pop()
-        self.line = line
-        self.pinned.pop()
-        self.returns.pop()
-        self.blocks.pop()
-        self._leaves = [leave for leave, _ in found]
-        return [values for _, values in found]
+        self.scopes.pop()
+        self._leaves = [leave for leave, _ in scope.found]
+        return [values for _, values in scope.found]
 
-    def write_in(self, tree: ast.FunctionDef, given: dict[str, Expr]) -> list[Expr]:
+    def write_in(self, tree: ast.FunctionDef, given: dict[str, t.Expr]) -> list[t.Expr]:
         """Return the results of a function inlined here."""
-        block = Block()
+        block = t.Block()
         found = self.enter(tree, given, block)
         leaves = self._leaves
         last = block.body[-1] if block.body else None
         if len(found) == 1 and last is leaves[0]:
             self.out += block.body[:-1]
             return found[0]
-        results: list[Expr] = []
+        results: list[t.Expr] = []
         for values in zip(*found, strict=True):
             if all(v == values[0] for v in values):
                 results.append(values[0])
                 continue
             made = self.fresh("r")
             for leave, value in zip(leaves, values, strict=True):
-                leave.moves.append(Assign(made, value))
-            results.append(Var(made))
+                leave.moves.append(t.Assign(made, value))
+            results.append(t.Var(made))
         selected = self.selected(block, found, results)
         if selected is not None:
             return selected
         self.emit(block)
         return results
 
-    def selected(self, block: Block, found: list[list[Expr]], results: list[Expr]) -> list[Expr] | None:
+    def selected(
+        self, block: t.Block, found: list[list[t.Expr]], results: list[t.Expr]
+    ) -> list[t.Expr] | None:
         """Return the results where the body is nothing but a choice between known numbers."""
-        if not self.folds or len(found) != 2 or len(block.body) != 2:
+        if len(found) != 2 or len(block.body) != 2:
             return None
         first = block.body[0]
-        if not (isinstance(first, If) and len(first.then) == 1 and not first.other):
+        if not (isinstance(first, t.If) and len(first.then) == 1 and not first.other):
             return None
         if not self.stays(first.test):
             return None
         pairs = list(zip(*found, strict=True))
-        if not all(a == b or (isinstance(a, Num) and isinstance(b, Num)) for a, b in pairs):
+        if not all(a == b or (isinstance(a, t.Num) and isinstance(b, t.Num)) for a, b in pairs):
             return None
-        return [a if a == b else Select(first.test, a, b) for a, b in pairs]  # type: ignore[arg-type]
+        return [a if a == b else t.Select(first.test, a, b) for a, b in pairs]  # type: ignore[arg-type]
 
-    def call_function(self, key: str, tree: ast.FunctionDef, given: dict[str, Expr]) -> list[Expr]:
+    def call_function(self, key: str, tree: ast.FunctionDef, given: dict[str, t.Expr]) -> list[t.Expr]:
         """Return the results of a function that stays one, made when it is first called."""
         self.calls[key] += 1
-        moving = [n for n, v in given.items() if not isinstance(v, Num)]
+        moving = [n for n, v in given.items() if not isinstance(v, t.Num)]
         if key not in self.functions:
             self.functions[key] = self.made(key, tree, given, moving)
         function = self.functions[key]
         for parameter, name in zip(function.parameters, moving, strict=True):
             if self.states.get(parameter) != given[name]:
-                self.emit(Assign(parameter, given[name]))
+                self.emit(t.Assign(parameter, given[name]))
                 self.states[parameter] = given[name]
-        self.emit(Call(function))
+        self.emit(t.Call(function))
         # what it calls itself may be given something else now
         own = frozenset(function.parameters)
         self.states = {k: v for k, v in self.states.items() if k in own or k.startswith("s[")}
-        results: list[Expr] = []
+        results: list[t.Expr] = []
         for name in function.results:
             made = self.fresh("r")
-            self.emit(Assign(made, Var(name)))
-            results.append(Var(made))
+            self.emit(t.Assign(made, t.Var(name)))
+            results.append(t.Var(made))
         return results
 
-    def made(self, key: str, tree: ast.FunctionDef, given: dict[str, Expr], moving: list[str]) -> Function:
+    def made(
+        self, key: str, tree: ast.FunctionDef, given: dict[str, t.Expr], moving: list[str]
+    ) -> t.Function:
         name = self.fresh(tree.name.removeprefix("_of_"))
         parameters = tuple(self.fresh(f"{name}_{n}") for n in moving)
-        inside = {**given, **{n: Var(p) for n, p in zip(moving, parameters, strict=True)}}
+        inside = {**given, **{n: t.Var(p) for n, p in zip(moving, parameters, strict=True)}}
         frames, states = self.frames, self.states
         self.frames, self.states = [], {}
-        block = Block()
+        block = t.Block()
         found = self.enter(tree, inside, block)
         self.frames, self.states = frames, states
         results = tuple(self.fresh(f"{name}_out") for _ in found[0])
         for leave, values in zip(self._leaves, found, strict=True):
-            leave.moves += [Assign(r, v) for r, v in zip(results, values, strict=True)]
-        return Function(key, name, parameters, results, block)
+            leave.moves += [t.Assign(r, v) for r, v in zip(results, values, strict=True)]
+        return t.Function(key, name, parameters, results, block)
 
     # --- values
-    def value(self, node: ast.expr) -> Expr:
+    def value(self, node: ast.expr) -> t.Expr:
         """Return an expression; what has to be decided on the way becomes statements before it."""
         match node:
             case ast.Constant(value=bool() | int() | float() as value):
-                return literal(float(value))
+                return t.literal(float(value))
             case ast.Name(id=name):
                 return self.env[name]
             case ast.Subscript(value=ast.Name(id="p"), slice=ast.Constant(value=int() as number)):
                 if number in self.known:
-                    return Num(self.known[number], f"p{number}")
-                return Var(f"p[{number}]")
+                    return t.Num(self.known[number], f"p{number}")
+                return t.Var(f"p[{number}]")
             case ast.Subscript(value=ast.Name(id="s")):
                 place = self.place(node)
-                return place if isinstance(place, At) else self.states.get(place.name, place)
+                return place if isinstance(place, t.At) else self.states.get(place.name, place)
             case ast.UnaryOp(op=ast.UAdd(), operand=operand):
                 return self.value(operand)
             case ast.UnaryOp(op=ast.USub(), operand=operand):
@@ -534,45 +497,47 @@ class Specialiser:
             case ast.Call(func=ast.Name(id=name), args=args):
                 return self.pairwise(name, [self.value(a) for a in args])
             case ast.Call(func=ast.Attribute(attr=name), args=[ast.BinOp(op=ast.Div()) as quotient]) if (
-                name in _ROUNDING
+                self.folds and name in _ROUNDING
             ):
                 # a product with the inverse may miss the whole number that a quotient meets
                 sides = (self.keep(self.value(quotient.left)), self.keep(self.value(quotient.right)))
-                both = all(isinstance(side, Num) for side in sides)
-                return self.op(name, self.op("/", *sides) if both else Op("/", sides))
+                both = all(isinstance(side, t.Num) for side in sides)
+                return self.op(name, self.op("/", *sides) if both else t.Op("/", sides))
             case ast.Call(func=ast.Attribute(attr=name), args=args):
                 return self.op("abs" if name == "fabs" else name, *(self.value(a) for a in args))
         return self.truth(node)
 
-    def truth(self, node: ast.expr, once: bool = False) -> Expr:
+    def truth(self, node: ast.expr, once: bool = False) -> t.Expr:
         """Return a test's value as a number, 1 or 0; one that is read once is asked there."""
         if isinstance(node, ast.BoolOp) and not all(map(self.is_truth, node.values)):
             return self.one_of(node)
-        one, zero = literal(1.0), literal(0.0)
+        one, zero = t.literal(1.0), t.literal(0.0)
         test = self.test(node)
         if isinstance(test, bool):
             return one if test else zero
-        if isinstance(test, Compare) and self.folds:
-            test = Compare(test.op, self.keep(test.left), self.keep(test.right))
-        if once and self.folds and self.stays(test, True):
-            return Select(test, one, zero)
+        if isinstance(test, t.Compare) and self.folds:
+            test = t.Compare(test.op, self.keep(test.left), self.keep(test.right))
+        if once and self.stays(test, True):
+            return t.Select(test, one, zero)
         return self.choice(test, one, zero)
 
     def is_truth(self, node: ast.expr) -> bool:
         """Return whether a value is 1 or 0 by a test."""
         if isinstance(node, ast.Name):
             value = self.env[node.id]
-            return isinstance(value, Select) and (value.yes, value.no) == (literal(1.0), literal(0.0))
+            return value in self.truths or (
+                isinstance(value, t.Select) and (value.yes, value.no) == (t.literal(1.0), t.literal(0.0))
+            )
         return all(map(self.is_truth, node.values)) if isinstance(node, ast.BoolOp) else is_test(node)
 
-    def one_of(self, node: ast.BoolOp) -> Expr:
+    def one_of(self, node: ast.BoolOp) -> t.Expr:
         """Return the operand of numbers that decides `or`, or `and`: the last that is asked."""
         value = self.keep(self.value(node.values[0]))
         if len(node.values) == 1:
             return value
-        test = self.compare("!=", value, literal(0.0))
+        test = self.compare("!=", value, t.literal(0.0))
         if isinstance(node.op, ast.And):
-            test = negated(test)
+            test = t.negated(test)
         rest = ast.BoolOp(node.op, node.values[1:])
         if isinstance(test, bool):
             return value if test else self.one_of(rest)
@@ -580,25 +545,24 @@ class Specialiser:
         other = self.one_of(rest)
         inner, self.out = self.out, outside
         made = self.fresh("t")
-        self.emit(If(test, [Assign(made, value)], [*inner, Assign(made, other)]))
-        return Var(made)
+        self.emit(t.If(test, [t.Assign(made, value)], [*inner, t.Assign(made, other)]))
+        return t.Var(made)
 
     def reads(self, name: str) -> int:
         """Return how often the function that is being walked reads a name."""
-        tree = self.trees[-1]
-        if id(tree) not in self.loads:
-            names = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)]
-            self.loads[id(tree)] = Counter(n.id for n in names)
-        return self.loads[id(tree)][name]
+        if self.scope.loads is None:
+            names = [n for n in ast.walk(self.scope.tree) if isinstance(n, ast.Name)]
+            self.scope.loads = Counter(n.id for n in names if isinstance(n.ctx, ast.Load))
+        return self.scope.loads[name]
 
-    def choice(self, test: Test, yes: Num, no: Num) -> Expr:
-        if self.folds and self.stays(test):
-            return Select(test, yes, no)
+    def choice(self, test: t.Test, yes: t.Num, no: t.Num) -> t.Expr:
+        if self.stays(test):
+            return t.Select(test, yes, no)
         made = self.fresh("t")
-        self.emit(If(test, [Assign(made, yes)], [Assign(made, no)]))
-        return Var(made)
+        self.emit(t.If(test, [t.Assign(made, yes)], [t.Assign(made, no)]))
+        return t.Var(made)
 
-    def either(self, node: ast.IfExp) -> Expr:
+    def either(self, node: ast.IfExp) -> t.Expr:
         test = self.test(node.test)
         if isinstance(test, bool):
             return self.value(node.body if test else node.orelse)
@@ -607,15 +571,18 @@ class Specialiser:
         then, self.out = self.out, []
         no = self.value(node.orelse)
         other, self.out = self.out, outside
-        if not then and not other and isinstance(yes, Num) and isinstance(no, Num):
-            if self.folds and self.stays(test, True):
-                return Select(test, yes, no)
-            return self.choice(test, yes, no)
+        if not then and not other and (chosen := self.chosen(test, yes, no)):
+            return chosen
         made = self.fresh("t")
-        self.emit(If(test, [*then, Assign(made, yes)], [*other, Assign(made, no)]))
-        return Var(made)
+        self.emit(t.If(test, [*then, t.Assign(made, yes)], [*other, t.Assign(made, no)]))
+        return t.Var(made)
 
-    def pairwise(self, name: str, values: list[Expr]) -> Expr:
+    def chosen(self, test: t.Test, yes: t.Expr, no: t.Expr) -> t.Expr | None:
+        """Return one of two values as an expression, None where it takes a branch."""
+        both = isinstance(yes, t.Num) and isinstance(no, t.Num)
+        return t.Select(test, yes, no) if both and self.stays(test, True) else None
+
+    def pairwise(self, name: str, values: list[t.Expr]) -> t.Expr:
         """Return abs, min, max or a function imported by its name, of as many values as there are."""
         if name not in ("min", "max"):
             return self.op(name, *values)
@@ -624,48 +591,45 @@ class Specialiser:
             found = self.op(name, found, value)
         return found
 
-    def place(self, node: ast.expr) -> At | Var:
+    def place(self, node: ast.expr) -> t.At | t.Var:
         """Return the value of state that a subscript names."""
         assert isinstance(node, ast.Subscript)
         match node.slice:
             case ast.Constant(value=int() as place):
-                return Var(f"s[{place}]")
+                return t.Var(f"s[{place}]")
             case ast.BinOp(left=ast.Constant(value=int() as start), right=ast.Call(args=[index, size, *_])):
                 at, count = self.value(index), ast.literal_eval(size)
-                if isinstance(at, Num) and 0.0 <= at.value < count:
-                    return Var(f"s[{start + int(at.value)}]")
-                return At(self.keep(at), start, count)
+                if isinstance(at, t.Num) and 0.0 <= at.value < count:
+                    return t.Var(f"s[{start + int(at.value)}]")
+                return t.At(self.keep(at), start, count)
         raise AssertionError(ast.dump(node))
 
-    def op(self, name: str, *args: Expr) -> Expr:
+    def op(self, name: str, *args: t.Expr) -> t.Expr:
         """Return an operation, computed where all is known, simpler where it can be."""
-        numbers = [a for a in args if isinstance(a, Num)]
+        numbers = [a for a in args if isinstance(a, t.Num)]
         if len(numbers) == len(args):
-            found = folded(name, numbers)
+            found = t.folded(name, numbers)
             if found is not None:
                 return found
-        if self.folds:
-            selects = [a for a in args if isinstance(a, Select)]
-            if len(selects) == 1 and len(numbers) == len(args) - 1:
-                chosen = selects[0]
-                arms = [
-                    folded(name, [arm if a is chosen else a for a in args])  # type: ignore[misc]
-                    for arm in (chosen.yes, chosen.no)
-                ]
-                if arms[0] is not None and arms[1] is not None:
-                    return Select(chosen.test, arms[0], arms[1])
-            args = tuple(self.keep(a) if isinstance(a, Select) else a for a in args)
-            return simplified(name, args)
-        return Op(name, args)
+        selects = [a for a in args if isinstance(a, t.Select)]
+        if len(selects) == 1 and len(numbers) == len(args) - 1:
+            chosen = selects[0]
+            yes, no = (
+                t.folded(name, [arm if a is chosen else a for a in args])  # type: ignore[misc]
+                for arm in (chosen.yes, chosen.no)
+            )
+            if yes is not None and no is not None:
+                return t.Select(chosen.test, yes, no)
+        return t.simplified(name, tuple(self.keep(a) if isinstance(a, t.Select) else a for a in args))
 
     # --- tests
-    def test(self, node: ast.expr) -> Test | bool:
+    def test(self, node: ast.expr) -> t.Test | bool:
         """Return a test, or its outcome where that is known."""
         match node:
             case ast.Constant(value=value):
                 return bool(value)
             case ast.UnaryOp(op=ast.Not(), operand=operand):
-                return negated(self.test(operand))
+                return t.negated(self.test(operand))
             case ast.BoolOp(op=op, values=values):
                 return self.logic("and" if isinstance(op, ast.And) else "or", values)
             case ast.Compare(left=left, ops=ops, comparators=others):
@@ -675,10 +639,10 @@ class Specialiser:
                     self.compare(_COMPARISONS[type(op)], a, b)
                     for op, a, b in zip(ops, sides, sides[1:], strict=False)
                 ]
-                return joined("and", tests)
-        return self.compare("!=", self.value(node), literal(0.0))
+                return t.joined("and", tests)
+        return self.compare("!=", self.value(node), t.literal(0.0))
 
-    def logic(self, op: str, values: Sequence[ast.expr]) -> Test | bool:
+    def logic(self, op: str, values: Sequence[ast.expr]) -> t.Test | bool:
         """Return `and` or `or`; the second is asked only where the first leaves it open."""
         first = self.test(values[0])
         if len(values) == 1:
@@ -689,47 +653,47 @@ class Specialiser:
         rest = self.logic(op, values[1:])
         inner, self.out = self.out, outside
         if not inner:
-            found = joined(op, [first, rest])
-            if isinstance(found, bool) and may_fail(first):
-                self.emit(If(first, [], []))
+            found = t.joined(op, [first, rest])
+            if isinstance(found, bool) and t.may_fail(first):
+                self.emit(t.If(first, [], []))
             return found
         made = self.fresh("t")
-        one, zero = literal(1.0), literal(0.0)
+        one, zero = t.literal(1.0), t.literal(0.0)
         if isinstance(rest, bool):
-            inner.append(Assign(made, one if rest else zero))
+            inner.append(t.Assign(made, one if rest else zero))
         else:
-            inner.append(If(rest, [Assign(made, one)], [Assign(made, zero)]))
-        known: list[Statement] = [Assign(made, zero if op == "and" else one)]
-        self.emit(If(first, inner, known) if op == "and" else If(first, known, inner))
-        return Compare("!=", Var(made), zero)
+            inner.append(t.If(rest, [t.Assign(made, one)], [t.Assign(made, zero)]))
+        known: list[t.Statement] = [t.Assign(made, zero if op == "and" else one)]
+        self.emit(t.If(first, inner, known) if op == "and" else t.If(first, known, inner))
+        return t.Compare("!=", t.Var(made), zero)
 
-    def compare(self, op: str, left: Expr, right: Expr) -> Test | bool:
-        if isinstance(left, Num) and isinstance(right, Num):
-            return bool(COMPUTED[op](left.value, right.value))
-        if isinstance(left, Num) or isinstance(right, Select):
-            op, left, right = MIRRORED[op], right, left
+    def compare(self, op: str, left: t.Expr, right: t.Expr) -> t.Test | bool:
+        if isinstance(left, t.Num) and isinstance(right, t.Num):
+            return bool(t.COMPUTED[op](left.value, right.value))
+        if isinstance(left, t.Num) or isinstance(right, t.Select):
+            op, left, right = t.MIRRORED[op], right, left
         if not self.folds:
-            return Compare(op, left, right)
-        if isinstance(left, Select) and isinstance(right, Num):
+            return t.Compare(op, left, right)
+        if isinstance(left, t.Select) and isinstance(right, t.Num):
             yes, no = (self.compare(op, arm, right) for arm in (left.yes, left.no))
             if isinstance(yes, bool) and isinstance(no, bool):
-                return yes if yes == no else left.test if yes else negated(left.test)
-        left, right = (self.keep(s) if isinstance(s, Select) else s for s in (left, right))
-        if isinstance(right, Num) and not is_single(right.value):
-            return beyond_single(op, left, right.value)
-        return Compare(op, left, right)
+                return yes if yes == no else left.test if yes else t.negated(left.test)
+        left, right = (self.keep(s) if isinstance(s, t.Select) else s for s in (left, right))
+        if isinstance(right, t.Num) and not t.is_single(right.value):
+            return t.beyond_single(op, left, right.value)
+        return t.Compare(op, left, right)
 
 
-def _is_no_change(test: Test, yes: Expr, no: Expr) -> bool:
+def _is_no_change(test: t.Test, yes: t.Expr, no: t.Expr) -> bool:
     """Return whether a value is only made 0 where it is 0."""
-    zero = literal(0.0)
-    return yes == zero and test == Compare("==", no, zero)
+    zero = t.literal(0.0)
+    return yes == zero and test == t.Compare("==", no, zero)
 
 
-def _is_cheap(value: Expr) -> bool:
+def _is_cheap(value: t.Expr) -> bool:
     """Return whether a value costs next to nothing to read."""
-    inner = value.args[0] if isinstance(value, Op) and value.name in ("abs", "neg") else value
-    return isinstance(inner, Num | Var)
+    inner = value.args[0] if isinstance(value, t.Op) and value.name in ("abs", "neg") else value
+    return isinstance(inner, t.Num | t.Var)
 
 
 def is_test(node: ast.expr) -> bool:
@@ -761,12 +725,12 @@ def _places(node: ast.expr) -> range:
 def _targets(node: ast.AST) -> list[ast.expr]:
     if not isinstance(node, ast.Assign):
         return []
-    return [e for t in node.targets for e in (t.elts if isinstance(t, ast.Tuple) else [t])]
+    return [e for one in node.targets for e in (one.elts if isinstance(one, ast.Tuple) else [one])]
 
 
 def _assigned(statements: Sequence[ast.stmt]) -> set[str]:
     """Return the names that statements assign, loops' counters among them."""
-    return {t.id for s in statements for n in ast.walk(s) for t in _targets(n) if isinstance(t, ast.Name)}
+    return {a.id for s in statements for n in ast.walk(s) for a in _targets(n) if isinstance(a, ast.Name)}
 
 
 def _loaded(statements: Sequence[ast.stmt]) -> set[str]:

@@ -66,7 +66,7 @@ def check_range(node: ast.For) -> None:
         and call.func.id == "range"
         and 1 <= len(call.args) <= 3
         and not call.keywords
-        and all(_whole(a) for a in call.args)
+        and all(_is_integer(a) for a in call.args)
     )
     if not bounded:
         raise fail(node, "a loop runs over a constant range: `for i in range(10)`")
@@ -80,7 +80,7 @@ def check_range(node: ast.For) -> None:
         raise fail(node, "`else` after a loop is not allowed in a law")
 
 
-def _whole(node: ast.expr) -> bool:
+def _is_integer(node: ast.expr) -> bool:
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         node = node.operand
     return isinstance(node, ast.Constant) and type(node.value) is int

@@ -1,29 +1,155 @@
-"""Turn a law and its helpers into bare source for numba: statement by statement, and loops burn fuel."""
+"""Turn a law and its helpers into bare source for numba: names become indices, what may fail is watched.
+
+Loops burn fuel; each function that a law calls is translated once.
+"""
 
 import ast
+import inspect
+import math
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import FunctionType
 
+from hapkit_studio.dynamics import jit
+from hapkit_studio.errors import LawError
 from hapkit_studio.laws import subset
-from hapkit_studio.laws.expressions import (
-    Expressions,
-    Helpers,
-    Names,
-    function_tree,
-    values_returned,
-    without_conversions,
-)
 from hapkit_studio.laws.native import LAW_DIVISION, LAW_FUEL, LAW_INDEX, NOT_A_NUMBER
-from hapkit_studio.laws.subset import fail
-from hapkit_studio.parameters import AnyParameter
+from hapkit_studio.laws.subset import MATH, fail
+from hapkit_studio.parameters import AnyParameter, Choice
+
+# Generated names begin with an underscore, a law's own never do.
+PREFIX = "_of_"
+# The studio's own numbers are proven to end and to have a value wherever a law may call them.
+_PROVEN = "hapkit_studio.dynamics."
 
 
-class Body(Expressions):
+class Helpers:
+    """The functions one law calls, by the names they have in its generated file."""
+
+    def __init__(self) -> None:
+        self.names: dict[FunctionType, str] = {}
+
+    def name(self, function: FunctionType) -> str:
+        """Return a function's name in the generated file; two of the same name differ there."""
+        if function not in self.names:
+            wanted = PREFIX + function.__name__
+            while wanted in self.names.values():
+                wanted += "_"
+            self.names[function] = wanted
+        return self.names[function]
+
+
+def is_proven(function: FunctionType) -> bool:
+    """Return whether a function is the studio's own: it needs no fuel, its divisions no check."""
+    return (function.__module__ or "").startswith(_PROVEN)
+
+
+def function_tree(function: Callable) -> ast.FunctionDef:
+    """Return a function's syntax tree with the line numbers of its file."""
+    if not isinstance(function, FunctionType):
+        raise LawError(f"A law is a function (p, s, x, v, dt), not {function!r}.")
+    try:
+        lines, first = inspect.getsourcelines(function)
+        tree = ast.parse(textwrap.dedent("".join(lines)))
+    except (OSError, SyntaxError):
+        raise LawError(f"The source of {function.__name__!r} cannot be read; write it in a file.") from None
+    ast.increment_lineno(tree, first - 1)
+    node = tree.body[0]
+    if not isinstance(node, ast.FunctionDef):
+        raise fail(node, "a law is a function")
+    for name in function.__code__.co_freevars:
+        raise fail(node, f"'{name}' belongs to the function around the law: write it at the file's top level")
+    return node
+
+
+def values_returned(tree: ast.FunctionDef) -> int:
+    """Return how many numbers a function returns at once; raise LawError where that differs."""
+    found = sorted((n for n in ast.walk(tree) if isinstance(n, ast.Return)), key=lambda n: n.lineno)
+    sizes = [len(n.value.elts) if isinstance(n.value, ast.Tuple) else 1 for n in found]
+    for node, size in zip(found, sizes, strict=True):
+        if size != sizes[0]:
+            raise fail(node, f"`{tree.name}` returns {sizes[0]} values before and {size} here")
+    return sizes[0] if sizes else 1
+
+
+class Names:
+    """The parameters, the state values and the globals of a law's file."""
+
+    def __init__(self, parameters: Sequence[AnyParameter], state: Mapping[str, object], scope: dict):
+        self.parameters: dict[str, tuple[int, AnyParameter | None]] = {
+            p.key: (i, p) for i, p in enumerate(parameters)
+        }
+        self.globals = scope
+        self.places: dict[str, tuple[int, int]] = {}
+        start = 0
+        for key, value in state.items():
+            size = len(value) if isinstance(value, tuple) else 0
+            self.places[key] = (start, size)
+            start += size or 1
+
+    def function(self, name: str) -> FunctionType | None:
+        """Return the function of a name that a law may call: of its own file, or of the studio's numbers."""
+        found = self.globals.get(name)
+        found = getattr(found, "py_func", found)
+        if not isinstance(found, FunctionType):
+            return None
+        return found if found.__globals__ is self.globals or is_proven(found) else None
+
+    def math_function(self, name: str) -> bool:
+        """Return whether a name is one of `math`'s functions, imported by itself."""
+        return name in MATH and self.globals.get(name) is getattr(math, name)
+
+    def is_compiling(self, decorator: ast.expr) -> bool:
+        """Return whether a decorator only says how numba compiles the function."""
+        known = (jit.compiled, jit.internal, jit.inlined)
+        return isinstance(decorator, ast.Name) and self.globals.get(decorator.id) in known
+
+    def parameter(self, node: ast.Attribute) -> int:
+        if node.attr not in self.parameters:
+            raise fail(node, f"'p.{node.attr}' is not a parameter; there is: {', '.join(self.parameters)}")
+        return self.parameters[node.attr][0]
+
+    def choice(self, node: ast.expr) -> Choice | None:
+        if not (
+            isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "p"
+        ):
+            return None
+        _, found = self.parameters.get(node.attr, (0, None))
+        return found if isinstance(found, Choice) else None
+
+    def state(self, node: ast.Attribute) -> tuple[int, int]:
+        if node.attr not in self.places:
+            known = ", ".join(self.places) or "none"
+            raise fail(node, f"'s.{node.attr}' is not a state of this law; there is: {known}")
+        return self.places[node.attr]
+
+
+# Whole numbers stay floats: what has no end, or is no number, remains so.
+FUNCTIONS = {"int": "_np.trunc", "float": "_float", "floor": "_np.floor", "ceil": "_np.ceil"}
+FUNCTIONS |= {"fmod": "_np.fmod"}
+# What has no value, or no end, for some arguments.
+RISKY = frozenset(("sqrt", "tan", "asin", "acos", "exp", "expm1", "log", "log1p", "sinh", "cosh", "pow"))
+
+
+class Rewriter(ast.NodeTransformer):
     """Rewrites one function; keeps the names that are surely set, so that none is read before."""
 
-    size = 1
+    size = 1  # how many numbers the function returns
 
+    def __init__(
+        self, names: Names, tree: ast.FunctionDef, function: FunctionType, helpers: Helpers, is_law: bool
+    ):
+        self.names, self.helpers, self.is_law = names, helpers, is_law
+        self.proven = is_proven(function)
+        self.known = {a.arg for a in tree.args.args}
+        self.local = {
+            n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+        }
+        self.local |= self.known
+        self.called: list[FunctionType] = []
+
+    # --- statements
     def nothing(self) -> str:
         """Return what the function gives back where it cannot go on."""
         return ", ".join(["_math.nan"] * self.size)
@@ -133,12 +259,300 @@ class Body(Expressions):
             raise fail(node, "only names and the state `s` can be assigned")
         return ast.Subscript(ast.Name("s", ast.Load()), place, ast.Store())
 
+    # --- expressions
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        subset.check_operator(node)
+        return self._arithmetic(self.visit(node.left), node.op, self.visit(node.right), node.lineno)
+
+    def _arithmetic(self, left: ast.expr, op: ast.operator, right: ast.expr, line: int) -> ast.expr:
+        """Return left op right; what differs between whole numbers and floats is done on floats."""
+        if isinstance(op, ast.FloorDiv | ast.Mod | ast.Pow):
+            left, right = _as_float(left), _as_float(right)
+        if isinstance(op, ast.Div | ast.FloorDiv | ast.Mod) and not self.proven and not _never_zero(right):
+            right = _watched("_divisor", right, line)
+        result = ast.BinOp(left, op, right)
+        return self._noted(result, line) if isinstance(op, ast.Pow) else result
+
+    def _noted(self, value: ast.expr, line: int) -> ast.expr:
+        """Return a value whose line is remembered where it is not finite."""
+        return value if self.proven else _watched("_noted", value, line)
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
+        if isinstance(node.op, ast.Invert):
+            raise fail(node, "`~` is not allowed in a law")
+        return ast.UnaryOp(node.op, self.visit(node.operand))
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.expr:
+        return ast.BoolOp(node.op, [self.visit(v) for v in node.values])
+
+    def visit_IfExp(self, node: ast.IfExp) -> ast.expr:
+        return ast.IfExp(self.visit(node.test), self.visit(node.body), self.visit(node.orelse))
+
+    def visit_Compare(self, node: ast.Compare) -> ast.expr:
+        subset.check_comparison(node)
+        sides = [node.left, *node.comparators]
+        choice = next((c for c in map(self.names.choice, sides) if c), None)
+        if choice is None or not all(isinstance(op, ast.Eq | ast.NotEq) for op in node.ops):
+            new = [self.visit(s) for s in sides]
+        else:
+            new = [self._option(s, choice) for s in sides]
+        return ast.Compare(new[0], node.ops, new[1:])
+
+    def _option(self, node: ast.expr, choice: Choice) -> ast.expr:
+        """Return the index of a choice or of its option's name."""
+        if self.names.choice(node) is choice:
+            assert isinstance(node, ast.Attribute)
+            return self._parameter(node)
+        text = _constant(node)
+        if not isinstance(text, str):
+            raise fail(node, f"{choice.label} is compared with a name: {', '.join(choice.options)}")
+        if text not in choice.options:
+            raise fail(node, f"{choice.label} is one of {', '.join(choice.options)}, not {text!r}")
+        return ast.Constant(float(choice.options.index(text)))
+
+    def visit_Constant(self, node: ast.Constant) -> ast.expr:
+        if isinstance(node.value, bool):
+            return node
+        if isinstance(node.value, str):
+            raise fail(node, f"{node.value!r} can only be compared with a choice of the parameters")
+        return ast.Constant(self._number(node, node.value))
+
+    def _number(self, node: ast.expr, value: object) -> float:
+        try:
+            if isinstance(value, int | float):
+                return float(value)
+        except OverflowError:
+            raise fail(node, "this number is too large") from None
+        raise fail(node, "only numbers are allowed here")
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        if node.id in self.known:
+            if node.id in ("p", "s") and self.is_law:
+                raise fail(node, f"`{node.id}` is used with a name: `{node.id}.name`")
+            return node
+        constant = self.names.globals.get(node.id)
+        if node.id in self.local or not isinstance(constant, int | float):
+            where = " on every path to here: set it before" if node.id in self.local else ""
+            raise fail(node, f"'{node.id}' is not defined{where}")
+        return ast.Constant(self._number(node, constant))
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        owner = node.value.id if isinstance(node.value, ast.Name) else ""
+        if owner == "math" and node.attr in subset.MATH_CONSTANTS and self._is_math(node):
+            return ast.Constant(getattr(math, node.attr))
+        if owner == "p" and self.is_law:
+            choice = self.names.choice(node)
+            if choice:
+                raise fail(node, f"{choice.label} is compared with a name: {', '.join(choice.options)}")
+            return self._parameter(node)
+        return self._load_state(node)
+
+    def _parameter(self, node: ast.Attribute) -> ast.expr:
+        return ast.Subscript(ast.Name("p", ast.Load()), ast.Constant(self.names.parameter(node)), ast.Load())
+
+    def _is_math(self, node: ast.expr) -> bool:
+        if "math" in self.local or self.names.globals.get("math") is not math:
+            raise fail(node, "`math` is not the module: write `import math` at the top of the file")
+        return True
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
+        return self._load_state(node)
+
+    def _load_state(self, node: ast.expr) -> ast.expr:
+        place = self._state(node)
+        if place is None:
+            known = "`p.name`, `s.name`" if self.is_law else "its own arguments"
+            raise fail(node, f"only {known} and `math` are known here")
+        return ast.Subscript(ast.Name("s", ast.Load()), place, ast.Load())
+
+    def _state(self, node: ast.expr) -> ast.expr | None:
+        """Return the index expression of ``s.name`` or ``s.name[i]``, checked at run time if it varies."""
+        inner = node.value if isinstance(node, ast.Subscript) else node
+        if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
+            return None
+        if inner.value.id != "s" or not self.is_law:
+            return None
+        start, size = self.names.state(inner)
+        if not isinstance(node, ast.Subscript):
+            if size:
+                raise fail(node, "this state has several values: use it with an index")
+            return ast.Constant(start)
+        if not size:
+            raise fail(node, "this state has one value: use it without an index")
+        index = self.visit(node.slice)
+        call = ast.parse(f"_index(0.0, {size}, {node.lineno}, _fault)", mode="eval").body
+        assert isinstance(call, ast.Call)
+        call.args[0] = index
+        return ast.BinOp(ast.Constant(start), ast.Add(), call)
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        if node.keywords:
+            raise fail(node, "arguments are given in order in a law, without names")
+        func = node.func
+        if isinstance(func, ast.Name) and self._helper(func.id):
+            return self.call_of(node, 1)
+        args = [self.visit(a) for a in node.args]
+        if isinstance(func, ast.Attribute) and isinstance(func.value, ast.Name) and func.value.id == "math":
+            if func.attr not in subset.MATH or not self._is_math(func):
+                raise fail(func, f"math.{func.attr} is not in the law language")
+            return self._math_call(node, func.attr, args)
+        if not isinstance(func, ast.Name):
+            raise fail(func, "this call is not allowed in a law")
+        return self._builtin_call(node, func.id, args)
+
+    def _math_call(self, node: ast.Call, name: str, args: list[ast.expr]) -> ast.expr:
+        subset.check_count(node, f"math.{name}", subset.MATH[name])
+        if name == "fmod" and not self.proven:
+            args[1] = _watched("_divisor", args[1], node.lineno)
+        value = _call(FUNCTIONS.get(name, f"_math.{name}"), args)
+        return self._noted(value, node.lineno) if name in RISKY else value
+
+    def _builtin_call(self, node: ast.Call, name: str, args: list[ast.expr]) -> ast.expr:
+        if name not in self.local and self.names.math_function(name):
+            return self._math_call(node, name, args)
+        if name in self.local or name in self.names.globals or name not in subset.BUILTINS:
+            raise fail(node, f"'{name}' is not a function that a law can call")
+        subset.check_count(node, name, subset.BUILTINS[name])
+        return _call(FUNCTIONS.get(name, name), args)
+
+    def _helper(self, name: str) -> FunctionType | None:
+        return None if name in self.local else self.names.function(name)
+
+    def call_of(self, node: ast.expr, size: int) -> ast.expr:
+        """Return the call of a helper that gives so many numbers at once."""
+        call = isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+        found = self._helper(node.func.id) if call else None  # type: ignore[attr-defined]
+        if found is None:
+            raise fail(node, f"there are {size} names here, but one value")
+        assert isinstance(node, ast.Call)
+        name = found.__name__
+        given = values_returned(function_tree(found))
+        if given != size:
+            raise fail(
+                node, f"`{name}` returns {_count(given)}, taken apart with `{_example(given)} = {name}(…)`"
+            )
+        if node.keywords:
+            raise fail(node, "arguments are given in order in a law, without names")
+        subset.check_count(node, name, (found.__code__.co_argcount, found.__code__.co_argcount))
+        self.called.append(found)
+        args = [self._argument(a) for a in node.args]
+        return _call(self.helpers.name(found), [*args, ast.Name("_fault", ast.Load())])
+
+    def _argument(self, node: ast.expr) -> ast.expr:
+        """Return a helper's argument; a choice arrives as the number of its option."""
+        if isinstance(node, ast.Attribute) and self.is_law and self.names.choice(node):
+            return self._parameter(node)
+        return _as_float(self.visit(node))
+
+    def generic_visit(self, node: ast.AST) -> ast.AST:
+        raise subset.refuse(node)
+
+
+def _call(name: str, args: list[ast.expr]) -> ast.expr:
+    return ast.Call(ast.parse(name, mode="eval").body, args, [])
+
+
+def _as_float(node: ast.expr) -> ast.expr:
+    return _call("_float", [node])
+
+
+def _constant(node: ast.expr) -> object:
+    return node.value if isinstance(node, ast.Constant) else None
+
+
+def _watched(function: str, value: ast.expr, line: int) -> ast.expr:
+    return _call(function, [value, ast.Constant(line), ast.Name("_fault", ast.Load())])
+
+
+def _never_zero(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and bool(node.value)
+
+
+def _count(values: int) -> str:
+    return "1 value" if values == 1 else f"{values} values"
+
+
+def _example(values: int) -> str:
+    return ", ".join("abcdefghijklmnop"[:values])
+
 
 def _leaves(statements: list[ast.stmt]) -> bool:
     last = statements[-1] if statements else None
     if isinstance(last, ast.If):
         return _leaves(last.body) and _leaves(last.orelse)
     return isinstance(last, ast.Return | ast.Break | ast.Continue)
+
+
+# Functions of the generated file that give a float whatever they are given.
+_MADE_FLOATS = frozenset(("_float", "_divisor", "_noted", "_force"))
+# These give what they are given: floats for floats.
+_KEEP_FLOATS = frozenset(("abs", "min", "max"))
+_ARRAYS = ("p", "s", "_fault")
+
+
+class _Floats(ast.NodeTransformer):
+    """Knows the names of one function that hold nothing but floats."""
+
+    def __init__(self, function: ast.FunctionDef):
+        self.names = {a.arg for a in function.args.args} | _stored(function)
+        loops = [n.target for n in ast.walk(function) if isinstance(n, ast.For)]
+        self.names -= {*_ARRAYS, *(n.id for n in loops if isinstance(n, ast.Name))}
+        before = -1
+        while before != len(self.names):
+            before = len(self.names)
+            for node in ast.walk(function):
+                if isinstance(node, ast.Assign):
+                    self._assign(node.targets[0], node.value)
+
+    def _assign(self, target: ast.expr, value: ast.expr) -> None:
+        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
+            for one, its in zip(target.elts, value.elts, strict=True):
+                self._assign(one, its)
+        elif isinstance(target, ast.Name) and not self.is_float(value):
+            self.names.discard(target.id)
+
+    def is_float(self, node: ast.expr) -> bool:
+        """Return whether an expression is surely a float, neither a whole number nor a truth value."""
+        match node:
+            case ast.Constant():
+                return isinstance(node.value, float)
+            case ast.Name():
+                return node.id in self.names
+            case ast.Subscript(value=ast.Name(id="p" | "s")):
+                return True
+            case ast.UnaryOp(op=ast.UAdd() | ast.USub()):
+                return self.is_float(node.operand)
+            case ast.BinOp():
+                return self.is_float(node.left) or self.is_float(node.right)
+            case ast.IfExp():
+                return self.is_float(node.body) and self.is_float(node.orelse)
+            case ast.Call(func=ast.Name(id=name)):
+                return name in _MADE_FLOATS or (name in _KEEP_FLOATS and all(map(self.is_float, node.args)))
+            case ast.Call(func=ast.Attribute(value=ast.Name(id="_math"))):
+                return True
+        return False
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
+        """Leave constants alone: Python itself would reckon them out, (-1.0) ** 0.5 as a complex number."""
+        names = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
+        return self.generic_visit(node) if names > {"_float"} or "_float" not in names else node  # type: ignore
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        self.generic_visit(node)
+        is_conversion = isinstance(node.func, ast.Name) and node.func.id == "_float"
+        return node.args[0] if is_conversion and self.is_float(node.args[0]) else node
+
+
+def _stored(function: ast.FunctionDef) -> set[str]:
+    return {n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+
+
+def without_conversions(function: ast.FunctionDef) -> ast.FunctionDef:
+    """Return a generated function without the conversions of surely floats; its types stay what they were.
+
+    They are half of the calls that numba would compile.
+    """
+    return _Floats(function).visit(function)
 
 
 FUEL = 20_000
@@ -231,10 +645,9 @@ def rewritten(
     subset.check_arguments(tree, is_law)
     if not is_law and not all(map(names.is_compiling, tree.decorator_list)):
         raise fail(tree, f"`{tree.name}` is called by a law: it may not have a decorator")
-    body = Body(names, tree, function, helpers, is_law)
+    body = Rewriter(names, tree, function, helpers, is_law)
     body.size = 1 if is_law else values_returned(tree)
-    start = ast.parse(LAW_START).body if is_law else body.burn(tree)
-    statements = start + body.block(tree.body)
+    statements = ([] if is_law else body.burn(tree)) + body.block(tree.body)
     if not _returns(tree.body):  # what is not allowed at all was named before
         what = "a law must return a force" if is_law else f"`{tree.name}` must return a number"
         raise fail(tree.body[-1], f"{what} on every path: end it with `return 0.0`")
@@ -242,14 +655,6 @@ def rewritten(
     signature = ast.arguments([], arguments, None, [], [], None, [])
     name = "law" if is_law else helpers.name(function)
     return ast.FunctionDef(name, signature, statements, [], None), body.called
-
-
-def _translate_one(
-    function: FunctionType, names: Names, helpers: Helpers, is_law: bool
-) -> tuple[str, list[FunctionType]]:
-    """Return a function's bare source and the helpers it calls."""
-    new, called = rewritten(function, names, helpers, is_law)
-    return ast.unparse(ast.fix_missing_locations(without_conversions(new))), called
 
 
 @dataclass(frozen=True)
@@ -272,15 +677,20 @@ def checked(
     function_tree(function)
     assert isinstance(function, FunctionType)
     helpers = Helpers()
-    names = Names(parameters, state, function.__globals__)
-    tree, wanted = rewritten(function, names, helpers, is_law=True)
-    tree.body = tree.body[len(ast.parse(LAW_START).body) :]
     trees: dict[str, ast.FunctionDef] = {}
-    while wanted:
-        one = wanted.pop()
-        if helpers.name(one) not in trees:
-            trees[helpers.name(one)], more = rewritten(one, Names((), {}, one.__globals__), helpers, False)
-            wanted += more
+
+    def add(wanted: Sequence[FunctionType], callers: tuple[FunctionType, ...]) -> None:
+        """Add the trees of functions, each behind those that it calls itself."""
+        for one in wanted:
+            if one in callers:
+                raise fail(function_tree(one), f"`{one.__name__}` calls itself; a law's functions may not")
+            if helpers.name(one) not in trees:
+                made, inner = rewritten(one, Names((), {}, one.__globals__), helpers, False)
+                add(inner, (*callers, one))
+                trees[helpers.name(one)] = made
+
+    tree, called = rewritten(function, Names(parameters, state, function.__globals__), helpers, True)
+    add(called, ())
     same = function.__code__.co_filename
     own = frozenset(name for f, name in helpers.names.items() if f.__code__.co_filename == same)
     documents = {name: f.__doc__ or "" for f, name in helpers.names.items()}
@@ -289,32 +699,12 @@ def checked(
 
 def translate(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> str:
     """Return the bare source of a law and its helpers; raise LawError with the line of what is wrong."""
-    function_tree(function)
-    assert isinstance(function, FunctionType)
-    helpers = Helpers()
-    names = Names(parameters, state, function.__globals__)
-    source, wanted = _translate_one(function, names, helpers, is_law=True)
-    sources: dict[FunctionType, str] = {}
-    _add_helpers(wanted, helpers, sources, ())
-    parts = [HEADER]
-    parts += [f"@_helper\n{helper}" for helper in sources.values()]
-    parts.append(f'@cfunc(_SIGNATURE, cache=True, error_model="numpy", _nrt=False)\n{source}')
+    law = checked(function, parameters, state)
+    law.tree.body[:0] = ast.parse(LAW_START).body
+    parts = [HEADER, *(f"@_helper\n{_source(helper)}" for helper in law.helpers.values())]
+    parts.append(f'@cfunc(_SIGNATURE, cache=True, error_model="numpy", _nrt=False)\n{_source(law.tree)}')
     return "\n\n".join(parts) + "\n"
 
 
-def _add_helpers(
-    wanted: list[FunctionType],
-    helpers: Helpers,
-    done: dict[FunctionType, str],
-    callers: tuple[FunctionType, ...],
-) -> None:
-    for function in wanted:
-        if function in callers:
-            tree = function_tree(function)
-            raise fail(tree, f"`{function.__name__}` calls itself; a law's functions may not")
-        if function in done:
-            continue
-        names = Names((), {}, function.__globals__)
-        source, inner = _translate_one(function, names, helpers, is_law=False)
-        _add_helpers(inner, helpers, done, (*callers, function))
-        done[function] = source
+def _source(tree: ast.FunctionDef) -> str:
+    return ast.unparse(ast.fix_missing_locations(without_conversions(tree)))

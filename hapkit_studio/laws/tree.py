@@ -1,7 +1,15 @@
-"""The small tree that a specialised law is: expressions, tests and statements, and what is asked of them."""
+"""The small tree that a specialised law is: expressions, tests and statements, and the passes over it.
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+What is known is computed (constant folding), the rest is made cheap for the board, and what is computed for
+one place only is computed in that place (forward substitution).
+"""
+
+import math
+import operator
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 MOST_FLOAT = 3.4028234e38
 LEAST_FLOAT = 1.1754944e-38
@@ -38,6 +46,10 @@ class At:
     index: "Expr"
     start: int
     size: int
+
+    def state(self) -> list[str]:
+        """Return the names of all that it may be."""
+        return [f"s[{self.start + i}]" for i in range(self.size)]
 
 
 @dataclass(frozen=True)
@@ -81,7 +93,7 @@ Test = Compare | Logic | Not
 # --- statements
 @dataclass
 class Stated:
-    """What every statement has: the line of the law's file that it comes from, 0 for none."""
+    """A statement, with the line of the law's file that it comes from, 0 for none."""
 
     line: int = field(default=0, compare=False, kw_only=True)
 
@@ -176,76 +188,104 @@ def literal(value: float) -> Num:
     return Num(value, repr(value))
 
 
+def is_truth(value: Expr) -> bool:
+    """Return whether a value is 1 or 0 by a test."""
+    return isinstance(value, Select) and (value.yes, value.no) == (literal(1.0), literal(0.0))
+
+
 def is_single(value: float) -> bool:
     """Return whether single precision has a number near a value: neither too large nor too small."""
     return value == 0.0 or LEAST_FLOAT <= abs(value) <= MOST_FLOAT
 
 
+# --- what a tree is made of
+def walk(value: object) -> Iterator[Any]:
+    """Yield a statement, test or expression, or several, and all that they are made of; enter no call."""
+    if isinstance(value, list | tuple):
+        for one in value:
+            yield from walk(one)
+    elif not isinstance(value, str | int | float):
+        yield value
+        if not isinstance(value, Call):
+            # a block that is left is around the place, not in it
+            yield from walk([value.moves] if isinstance(value, Leave) else list(vars(value).values()))
+
+
+def rebuilt(value: Any, change: Callable[[Any], Any]) -> Any:
+    """Return an expression or a test with each of its parts, the innermost first, as ``change`` gives it."""
+    if isinstance(value, tuple):
+        return tuple(rebuilt(one, change) for one in value)
+    if not isinstance(value, Expr | Test):
+        return value
+    return change(replace(value, **{key: rebuilt(one, change) for key, one in vars(value).items()}))
+
+
 def mentions(value: object, names: frozenset[str]) -> bool:
     """Return whether an expression or a test reads one of these variables."""
-    match value:
-        case Var(name):
-            return name in names
-        case Op(_, args):
-            return any(mentions(a, names) for a in args)
-        case Select(test, yes, no):
-            return any(mentions(part, names) for part in (test, yes, no))
-        case At(index, start, size):
-            return mentions(index, names) or any(f"s[{start + i}]" in names for i in range(size))
-        case Compare(_, left, right):
-            return mentions(left, names) or mentions(right, names)
-        case Logic(_, tests):
-            return any(mentions(t, names) for t in tests)
-        case Not(test):
-            return mentions(test, names)
-    return False
+    return any(
+        n.name in names if isinstance(n, Var) else isinstance(n, At) and not names.isdisjoint(n.state())
+        for n in walk(value)
+    )
+
+
+def reads(value: object) -> Iterator[str]:
+    """Yield every variable that statements, expressions or tests read, as often as they do."""
+    for n in walk(value):
+        if isinstance(n, Var):
+            yield n.name
+        elif isinstance(n, At):
+            # its index stays a variable: as if it were read twice
+            yield from reads(n.index)
+
+
+def writes(value: object) -> Iterator[str]:
+    """Yield every variable that statements write; of the state all, where an index says which."""
+    for n in walk(value):
+        match n:
+            case Assign(to):
+                yield to
+            case SetAt(place):
+                yield from place.state()
+            case Call(function):
+                yield from function.results
+                yield from writes(function.body)
+
+
+def inner_lists(s: Statement) -> list[list[Statement]]:
+    """Return the statements inside a statement."""
+    match s:
+        case If(_, first, second) | Loop(_, first, second):
+            return [first, second]
+        case Block(body) | Leave(_, body):
+            return [body]  # type: ignore[list-item]
+    return []
+
+
+_WEIGHTS = {**dict.fromkeys((Assign, SetAt, Return, If, Op, Select, Not, Compare), 1), Loop: 2}
 
 
 def weight(statements: Sequence[Statement]) -> int:
     """Return about how many operations some statements are."""
-    total = 0
-    for s in statements:
-        match s:
-            case Assign(_, value) | Return(value) | SetAt(_, value):
-                total += 1 + _operations(value)
-            case If(test, then, other):
-                total += 1 + _operations(test) + weight(then) + weight(other)
-            case Loop(_, body, after):
-                total += 2 + weight(body) + weight(after)
-            case Block(body):
-                total += weight(body)
-            case Leave(_, moves):
-                total += len(moves)
-            case Call(function):
-                total += 1 + len(function.parameters)
-    return total
-
-
-def _operations(value: object) -> int:
-    match value:
-        case Op(_, args):
-            return 1 + sum(map(_operations, args))
-        case Select(test) | Not(test):
-            return 1 + _operations(test)
-        case Compare(_, left, right):
-            return 1 + _operations(left) + _operations(right)
-        case Logic(_, tests):
-            return sum(map(_operations, tests))
-    return 0
+    found = list(walk(statements))
+    calls = sum(1 + len(n.function.parameters) for n in found if isinstance(n, Call))
+    return calls + sum(_WEIGHTS.get(type(n), 0) for n in found)
 
 
 def called(statements: Sequence[Statement]) -> list[str]:
     """Return the keys of the functions that statements call, one for each place."""
-    found: list[str] = []
-    for s in statements:
-        match s:
-            case Call(function):
-                found.append(function.key)
-            case If(_, first, second) | Loop(_, first, second):
-                found += called(first) + called(second)
-            case Block(body):
-                found += called(body)
-    return found
+    return [n.function.key for n in walk(statements) if isinstance(n, Call)]
+
+
+def may_fail(value: object) -> bool:
+    """Return whether an expression or a test may end the law: by a divisor of zero, an index outside."""
+    for n in walk(value):
+        match n:
+            case At():
+                return True
+            case Op("/" | "//" | "%" | "fmod", (_, right)):
+                if not (isinstance(right, Num) and right.value):
+                    return True
+    return False
 
 
 def drop_unused(law: Specialised) -> None:
@@ -254,43 +294,8 @@ def drop_unused(law: Specialised) -> None:
     lasting = {r for f in law.functions for r in (*f.results, *f.parameters)}
     dropped = True
     while dropped:
-        read: set[str] = set(lasting)
-        for body in bodies:
-            _read(body, read)
+        read = lasting | set(reads(bodies))
         dropped = any([_without(body, read) for body in bodies])
-
-
-def _read(value: object, found: set[str]) -> None:
-    """Collect the variables that are read somewhere in statements, expressions or tests."""
-    match value:
-        case list() | tuple():
-            for one in value:
-                _read(one, found)
-        case Var(name):
-            found.add(name)
-        case Function() | Num() | str() | int():
-            pass
-        case Leave(_, moves):
-            _read(moves, found)
-        case _:
-            for one in vars(value).values():
-                _read(one, found)
-
-
-def may_fail(value: object) -> bool:
-    """Return whether an expression or a test may end the law: by a divisor of zero, an index outside."""
-    match value:
-        case At():
-            return True
-        case Op("/" | "//" | "%" | "fmod", (left, right)):
-            return not (isinstance(right, Num) and right.value) or may_fail(left)
-        case Op(_, parts) | Logic(_, parts):
-            return any(map(may_fail, parts))
-        case Compare(_, left, right):
-            return may_fail(left) or may_fail(right)
-        case Select(test) | Not(test):
-            return may_fail(test)
-    return False
 
 
 def _without(statements: list[Statement], read: set[str]) -> bool:
@@ -298,17 +303,215 @@ def _without(statements: list[Statement], read: set[str]) -> bool:
     dropped = False
     kept: list[Statement] = []
     for s in statements:
+        dropped |= any([_without(inner, read) for inner in inner_lists(s)])
         match s:
             case Assign(to, value) if to not in read and not to.startswith("s[") and not may_fail(value):
                 dropped = True
-                continue
-            case If(_, first, second) | Loop(_, first, second):
-                dropped |= _without(first, read) | _without(second, read)
-                if isinstance(s, If) and not first and not second and not may_fail(s.test):
-                    dropped = True
-                    continue
-            case Block(body) | Leave(_, body):
-                dropped |= _without(body, read)  # type: ignore[arg-type]
-        kept.append(s)
+            case If(test, [], []) if not may_fail(test):
+                dropped = True
+            case _:
+                kept.append(s)
     statements[:] = kept
     return dropped
+
+
+# --- constants
+MIRRORED = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
+COMPUTED: dict[str, Callable] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
+    "//": operator.floordiv, "%": operator.mod, "**": operator.pow, "neg": operator.neg,
+    "abs": abs, "min": min, "max": max, "<": operator.lt, "<=": operator.le, ">": operator.gt,
+    ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
+}  # fmt: skip
+
+
+def beyond_single(op: str, left: Expr, value: float) -> Test | bool:
+    """Return a comparison with what single precision does not have: beyond all numbers, or next to 0."""
+    if abs(value) > MOST_FLOAT:
+        return op == "!=" or (op in ("<", "<=")) == (value > 0.0)
+    if op in ("==", "!="):
+        return op == "!="
+    if isinstance(left, Op) and left.name == "abs" and value > 0.0:
+        return Compare("==" if op in ("<", "<=") else "!=", left.args[0], literal(0.0))
+    # a little above 0: less than it is 0 or less; a little below 0 the other way round
+    if value > 0.0:
+        return Compare("<=" if op in ("<", "<=") else ">", left, literal(0.0))
+    return Compare(">=" if op in (">", ">=") else "<", left, literal(0.0))
+
+
+def folded(name: str, numbers: Sequence[Num]) -> Num | None:
+    """Fold a constant: return the number that an operation gives in double precision, None if it is none."""
+    if any(not math.isfinite(n.value) for n in numbers):
+        return None
+    function = COMPUTED.get(name) or {"int": math.trunc}.get(name) or getattr(math, name)
+    try:
+        value = function(*(n.value for n in numbers))
+    except (ArithmeticError, ValueError):
+        return None
+    if isinstance(value, complex) or not math.isfinite(value):
+        return None
+    if all(n.key == repr(n.value) for n in numbers) or (name in "*/" and numbers[0].key == "0.0"):
+        return literal(float(value))
+    return Num(float(value), f"{name}({','.join(n.key for n in numbers)})")
+
+
+def simplified(name: str, args: tuple[Expr, ...]) -> Expr:
+    """Return an operation in the form that costs the board least."""
+    match name, args:
+        case "neg", (Op("neg", (inner,)),):
+            return inner
+        case "neg", (Op("-", (a, b)),):
+            return Op("-", (b, a))
+        case "neg", (Op("*", (Num() as factor, inner)),):
+            return _product(folded("neg", [factor]) or factor, inner)
+        case "neg", (Op("+", (Op("*", (Num() as factor, inner)), other)),):
+            return Op("-", (_product(folded("neg", [factor]) or factor, inner), other))
+        case "+", (Num(value=0.0), other) | (other, Num(value=0.0)) if _zero(args):
+            return other
+        case "-", (other, Num(value=0.0)) if _zero(args):
+            return other
+        case "+", (Num() as number, other) if not isinstance(other, Num):
+            return simplified("+", (other, number))
+        case "+" | "-", (Op("+" | "-" as first, (inner, Num() as a)), Num() as b):
+            total = folded("+" if first == name else "-", [a, b])
+            if total is not None:
+                return Op(first, (inner, total))
+        case "+", (a, Op("neg", (b,))):
+            return Op("-", (a, b))
+        case "+", (Op("neg", (a,)), b):
+            return Op("-", (b, a))
+        case "-", (a, Op("neg", (b,))):
+            return Op("+", (a, b))
+        case "*", (a, b):
+            return _times(a, b)
+        case "/", (a, Num(value=value, key=key)) if value != 0.0 and is_single(1.0 / value):
+            return _times(a, literal(1.0 / value) if key == repr(value) else Num(1.0 / value, f"1/{key}"))
+    return Op(name, args)
+
+
+def _zero(args: tuple[Expr, ...]) -> bool:
+    """Return whether a term is 0 in the source, not by a parameter that may move."""
+    return any(isinstance(a, Num) and a.key in ("0.0", "-0.0") for a in args)
+
+
+def _times(a: Expr, b: Expr) -> Expr:
+    """Return a product, its known factors in one number, its signs outside."""
+    factor: Num | None = None
+    parts: list[Expr] = []
+    negative = False
+    for part in (a, b):
+        while isinstance(part, Op) and part.name == "neg":
+            part, negative = part.args[0], not negative
+        number: Expr | None = part
+        if isinstance(part, Op) and part.name == "*":
+            number, part = part.args if isinstance(part.args[0], Num) else (None, part)
+        if not isinstance(number, Num):
+            parts.append(part)
+            continue
+        if number is not part:
+            parts.append(part)
+        product = number if factor is None else folded("*", [factor, number])
+        if product is None or not is_single(product.value):
+            return Op("*", (a, b))
+        factor = product
+    if factor is not None and factor.key in ("0.0", "-0.0") and all(map(_is_finite, parts)):
+        return literal(0.0)
+    rest = parts[0] if len(parts) == 1 else Op("*", tuple(parts))
+    if factor is None:
+        return Op("neg", (rest,)) if negative else rest
+    if negative:
+        factor = folded("neg", [factor]) or factor
+    return _product(factor, rest)
+
+
+def _is_finite(value: Expr) -> bool:
+    """Return whether a value of finite ones is finite itself, as far as single precision reaches."""
+    if isinstance(value, Op):
+        return value.name in ("+", "-", "*", "neg", "abs", "min", "max") and all(map(_is_finite, value.args))
+    return isinstance(value, Num | Var)
+
+
+def _product(factor: Num, product: Expr) -> Expr:
+    if factor.key == "1.0":
+        return product
+    if factor.key == "-1.0":
+        return simplified("neg", (product,))
+    return Op("*", (factor, product))
+
+
+def negated(test: Test | bool) -> Test | bool:
+    if isinstance(test, bool):
+        return not test
+    return test.test if isinstance(test, Not) else Not(test)
+
+
+def joined(op: str, tests: Sequence[Test | bool]) -> Test | bool:
+    decides = op == "or"
+    if any(isinstance(t, bool) and t == decides for t in tests):
+        return decides
+    open_ = tuple(t for t in tests if not isinstance(t, bool))
+    if not open_:
+        return not decides
+    return open_[0] if len(open_) == 1 else Logic(op, open_)
+
+
+def substitute(law: Specialised) -> None:
+    """Put the value of every variable that is written once and read once into the place that reads it.
+
+    Nothing that it is made of may change on the way there, and it may not end the law.
+    """
+    bodies = [law.body, *(f.body.body for f in law.functions)]
+    read, written = Counter(reads(bodies)), Counter(writes(bodies))
+    lasting = {name for f in law.functions for name in (*f.parameters, *f.results)}
+    single = {n for n, times in read.items() if times == 1 and written[n] == 1} - lasting
+    for body in bodies:
+        _in_list(body, {n for n in single if not n.startswith("s[")}, lasting)
+
+
+def _in_list(statements: list[Statement], single: set[str], lasting: set[str]) -> None:
+    at = 0
+    while at < len(statements):
+        s = statements[at]
+        for inner in inner_lists(s):
+            _in_list(inner, single, lasting)
+        movable = isinstance(s, Assign) and s.to in single and not may_fail(s.value)
+        if movable and _put(s, statements, at + 1, lasting):  # type: ignore[arg-type]
+            del statements[at]
+        else:
+            at += 1
+
+
+def _put(made: Assign, statements: list[Statement], start: int, lasting: set[str]) -> bool:
+    """Replace the one reading of what was made behind a place; return whether it was reached unchanged.
+
+    What functions take and give, the lasting variables, may lie in one place: who writes one may write all.
+    """
+    parts = frozenset(reads(made.value))
+    for s in statements[start:]:
+        if made.to in reads(s):
+            for key, value in vars(s).items():
+                if isinstance(value, Expr | Test) and mentions(value, frozenset((made.to,))):
+                    setattr(s, key, replaced(value, made.to, made.value))
+                    return True
+            if isinstance(s, Loop | SetAt):
+                return False
+            return any(_put(made, inner, 0, lasting) for inner in inner_lists(s))
+        written = set(writes(s))
+        if parts & written or (parts & lasting and (written & lasting or called([s]))):
+            return False
+    return False
+
+
+def replaced(value: Expr | Test, name: str, by: Expr):
+    """Return an expression or a test with another expression in a variable's place, simplified around it."""
+
+    def change(part: Expr | Test):
+        match part:
+            case Var(found) if found == name:
+                return by
+            case Op(op, args):
+                numbers = [a for a in args if isinstance(a, Num)]
+                return (folded(op, numbers) if len(numbers) == len(args) else None) or simplified(op, args)
+        return part
+
+    return rebuilt(value, change)

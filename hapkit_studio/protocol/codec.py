@@ -7,7 +7,16 @@ import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.protocol.framing import CRC_SIZE, CRC_START
-from hapkit_studio.protocol.messages import BoardFlag, Force, Release, Sample, Settings, Stop, Telemetry
+from hapkit_studio.protocol.messages import (
+    BoardFlag,
+    Force,
+    Message,
+    Release,
+    Sample,
+    Settings,
+    Stop,
+    Telemetry,
+)
 
 # Columns of a decoded row: those of a sample, then what only telemetry has.
 SEQ, BOARD_TIME, COUNT, ANSWERED, DELAY, FLAGS, PWM, LOST, RX_ERRORS = range(9)
@@ -20,35 +29,31 @@ SAMPLE, TELEMETRY = 0, 1
 
 US = 1e-6
 
-SAMPLE_ID = Sample.ID
-SAMPLE_BODY = 1 + Sample.size()
-TELEMETRY_ID = Telemetry.ID
-TELEMETRY_BODY = 1 + Telemetry.size()
-AT_SEQ = Sample.offset("seq")
-assert Telemetry.offset("seq") == AT_SEQ
-_AT_TIME = Sample.offset("time_us")
-_AT_COUNT = Sample.offset("count")
-_AT_ANSWERED = Sample.offset("answered")
-_AT_DELAY = Sample.offset("delay_us")
-_AT_FLAGS = Sample.offset("flags")
-_AT_PWM = Sample.offset("pwm")
-_AT_RX_ERRORS = Sample.offset("rx_errors")
-_AT_STALE = Sample.offset("stale")
-_AT_GENERATION = Sample.offset("generation")
-_AT_RECEIVED = Sample.offset("received")
-_AT_REFUSAL = Sample.offset("refusal")
-_T_TIME = Telemetry.offset("time_us")
-_T_COUNT = Telemetry.offset("count")
-_T_VELOCITY = Telemetry.offset("velocity")
-_T_ASKED = Telemetry.offset("asked")
-_T_PWM = Telemetry.offset("pwm")
-_T_DELAY = Telemetry.offset("delay_us")
-_T_FLAGS = Telemetry.offset("flags")
-_T_RX_ERRORS = Telemetry.offset("rx_errors")
-_T_OVERRUNS = Telemetry.offset("overruns")
-_T_GENERATION = Telemetry.offset("generation")
-_T_STATE_AT = Telemetry.offset("state_at")
-_T_STATE = Telemetry.offset("state")
+_COLUMNS = {
+    "seq": SEQ, "count": COUNT, "answered": ANSWERED, "delay_us": DELAY, "flags": FLAGS, "pwm": PWM,
+    "rx_errors": RX_ERRORS, "generation": GENERATION, "stale": STALE, "received": RECEIVED,
+    "refusal": REFUSAL, "velocity": VELOCITY, "asked": ASKED, "overruns": OVERRUNS, "state_at": STATE_AT,
+    "state": STATE,
+}  # fmt: skip
+"""Fields that go into a row as they are; the time is continued where it wraps."""
+_UNSIGNED, _SIGNED, _FLOAT = range(3)
+
+
+def layout_of(kind: type[Message]) -> np.ndarray:
+    """Return a message's fields (n, 4): column of the row or -1, place in id plus payload, bytes, number."""
+    kinds = {"f": _FLOAT, "b": _SIGNED, "h": _SIGNED, "i": _SIGNED}
+    fields = [
+        (_COLUMNS.get(w.name, -1), kind.offset(w.name), w.size, kinds.get(w.code, _UNSIGNED))
+        for w in kind.layout()
+    ]
+    return np.array(fields, np.int64)
+
+
+SAMPLE_ID, TELEMETRY_ID = Sample.ID, Telemetry.ID
+SAMPLE_BODY, TELEMETRY_BODY = 1 + Sample.size(), 1 + Telemetry.size()
+_SAMPLE, _TELEMETRY, _FORCE = map(layout_of, (Sample, Telemetry, Force))
+_TIME = Sample.offset("time_us")
+assert Telemetry.offset("time_us") == _TIME
 
 
 @compiled
@@ -69,64 +74,39 @@ def signed(buffer: np.ndarray, at: int, size: int) -> int:
 
 
 @compiled
-def float_at(buffer: np.ndarray, at: int) -> float:
-    """Return the 32-bit number at a place."""
-    return float(np.uint32(unsigned(buffer, at, 4)).view(np.float32))
+def put_integer(out: np.ndarray, at: int, size: int, value: int) -> None:
+    """Write a whole number as so many bytes at a place."""
+    for i in range(size):
+        out[at + i] = (value >> (8 * i)) & 0xFF
 
 
 @compiled
-def number(buffer: np.ndarray) -> int:
-    """Return the number of a sample, or of the tick that telemetry shows."""
-    return unsigned(buffer, AT_SEQ, 2)
-
-
-@compiled
-def time_us(buffer: np.ndarray, kind: int) -> int:
-    """Return the board's clock in µs, of 32 bits."""
-    return unsigned(buffer, _AT_TIME if kind == SAMPLE else _T_TIME, 4)
-
-
-@compiled
-def read_sample(buffer: np.ndarray, row: np.ndarray) -> None:
+def _read(buffer, layout, row):
     """Fill a row but for time and losses."""
-    row[SEQ] = number(buffer)
-    row[KIND] = SAMPLE
-    row[COUNT] = signed(buffer, _AT_COUNT, 4)
-    row[ANSWERED] = unsigned(buffer, _AT_ANSWERED, 2)
-    row[DELAY] = unsigned(buffer, _AT_DELAY, 2) * US
-    row[FLAGS] = buffer[_AT_FLAGS]
-    row[PWM] = signed(buffer, _AT_PWM, 2)
-    row[RX_ERRORS] = buffer[_AT_RX_ERRORS]
-    row[GENERATION] = buffer[_AT_GENERATION]
-    row[STALE] = buffer[_AT_STALE]
-    row[RECEIVED] = unsigned(buffer, _AT_RECEIVED, 2)
-    row[REFUSAL] = buffer[_AT_REFUSAL]
-    row[VELOCITY:] = 0.0
+    row[:] = 0.0
+    for i in range(layout.shape[0]):
+        column, at, size, kind = layout[i, 0], layout[i, 1], layout[i, 2], layout[i, 3]
+        if column < 0:
+            continue
+        if kind == _FLOAT:
+            row[column] = float(np.uint32(unsigned(buffer, at, size)).view(np.float32))
+        else:
+            row[column] = signed(buffer, at, size) if kind == _SIGNED else unsigned(buffer, at, size)
+    row[DELAY] *= US
 
 
 @compiled
-def read_telemetry(buffer: np.ndarray, row: np.ndarray) -> None:
-    """Fill a row but for time and losses."""
-    row[SEQ] = row[ANSWERED] = number(buffer)
-    row[KIND] = TELEMETRY
-    row[COUNT] = signed(buffer, _T_COUNT, 4)
-    row[DELAY] = unsigned(buffer, _T_DELAY, 2) * US
-    row[FLAGS] = buffer[_T_FLAGS]
-    row[PWM] = signed(buffer, _T_PWM, 2)
-    row[RX_ERRORS] = buffer[_T_RX_ERRORS]
-    row[VELOCITY] = float_at(buffer, _T_VELOCITY)
-    row[ASKED] = float_at(buffer, _T_ASKED)
-    row[OVERRUNS] = buffer[_T_OVERRUNS]
-    row[GENERATION] = buffer[_T_GENERATION]
-    row[STALE] = row[RECEIVED] = row[REFUSAL] = 0.0
-    row[STATE_AT] = buffer[_T_STATE_AT]
-    row[STATE] = float_at(buffer, _T_STATE)
+def put_fields(out: np.ndarray, message_id: int, layout: np.ndarray, values: tuple[float, ...]) -> int:
+    """Write id and first fields of a message, as floats, to out[1:]; return the length with the id."""
+    out[1] = message_id
+    size = 1
+    for i in range(len(values)):
+        size = layout[i, 1] + layout[i, 2]
+        value = values[i]
+        bits = int(np.float32(value).view(np.uint32)) if layout[i, 3] == _FLOAT else int(value)
+        put_integer(out, 1 + layout[i, 1], layout[i, 2], bits)
+    return size
 
-
-__all__ = ["ANSWERED", "ASKED", "BOARD_TIME", "COUNT", "DELAY", "FLAGS", "GENERATION", "KIND", "LOST"]
-__all__ += ["OVERRUNS", "PWM", "RECEIVED", "REFUSAL", "RX_ERRORS", "SAMPLE", "SAMPLE_WIDTH", "SEQ", "STALE"]
-__all__ += ["STATE", "STATE_AT", "TELEMETRY", "VELOCITY"]
-__all__ += ["crc_update", "encode_force", "encode_simple", "feed", "new_reader"]
 
 # Places in the state: counters for everybody, then the reader's own.
 FRAMES, BAD_FRAMES, OTHER_FRAMES, LOST_FRAMES, SKIPPED = range(5)
@@ -154,8 +134,7 @@ RELEASE = Release.ID
 
 _SETTINGS_ID = Settings.ID
 _SETTINGS_BODY = 1 + Settings.size()
-_FORCE_ID, _FORCE_BODY = Force.ID, 1 + Force.size()
-_FORCE_BEHIND, _FORCE_FORCE = Force.offset("behind"), Force.offset("force")
+_FORCE_ID = Force.ID
 _COBS_FULL = 0xFF
 
 
@@ -263,14 +242,14 @@ def _finish(state, buffer, out, rows):
         state[SKIPPED] += 1
         return 0
     row = out[rows]
-    lost = _lost_before(state, number(buffer), kind)
+    _read(buffer, _SAMPLE if kind == SAMPLE else _TELEMETRY, row)
+    lost = _lost_before(state, int(row[SEQ]), kind)
     if kind == SAMPLE:
-        read_sample(buffer, row)
         state[LOST_FRAMES] += lost
     else:
-        read_telemetry(buffer, row)
-    row[LOST] = lost
-    row[BOARD_TIME] = _unwrapped(state, time_us(buffer, kind))
+        row[ANSWERED] = row[SEQ]
+    row[KIND], row[LOST] = kind, lost
+    row[BOARD_TIME] = _unwrapped(state, unsigned(buffer, _TIME, 4))
     state[FRAMES] += 1
     return 1
 
@@ -315,22 +294,9 @@ def enclose(out: np.ndarray, size: int) -> int:
 
 
 @compiled
-def put_float(out: np.ndarray, at: int, value: float) -> None:
-    """Write a number as four bytes at a place."""
-    bits = int(np.float32(value).view(np.uint32))
-    for i in range(4):
-        out[at + i] = (bits >> (8 * i)) & 0xFF
-
-
-@compiled
 def encode_force(out: np.ndarray, seq: int, behind: int, force: float) -> int:
     """Write the frame of Force to out (uint8, FRAME_SIZE); return its length."""
-    out[1] = _FORCE_ID
-    out[2] = seq & 0xFF
-    out[3] = (seq >> 8) & 0xFF
-    out[1 + _FORCE_BEHIND] = behind
-    put_float(out, 1 + _FORCE_FORCE, force)
-    return enclose(out, _FORCE_BODY)
+    return enclose(out, put_fields(out, _FORCE_ID, _FORCE, (float(seq), float(behind), float(force))))
 
 
 @compiled

@@ -7,11 +7,11 @@ import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.protocol import codec
-from hapkit_studio.protocol.codec import signed
+from hapkit_studio.protocol.codec import put_integer, signed
 from hapkit_studio.protocol.framing import CRC_SIZE
 from hapkit_studio.protocol.messages import PIECE, TUNED, Alive, Board, HelloRequest, Law, Leave, Piece, Tune
 
-__all__ = ["ALIVE", "HELLO_REQUEST", "LEAVE", "PIECE", "ROOM", "TUNED", "signed"]
+__all__ = ["ALIVE", "HELLO_REQUEST", "LEAVE", "PIECE", "ROOM", "TUNED", "put_integer", "signed"]
 
 ALIVE = Alive.ID
 HELLO_REQUEST = HelloRequest.ID
@@ -21,18 +21,11 @@ ROOM = Board.size() + 3 * (Piece.size() + CRC_SIZE + 3) + 2 * codec.FRAME_SIZE
 """Bytes that one answer takes at most: settings, or three pieces, a stop, one word more."""
 
 BOARD_BODY = 1 + Board.size()
-AT_ZERO = Board.offset("zero")
-AT_SENSE = Board.offset("sense")
-AT_DIRECTION = Board.offset("direction")
-_LAW_ID, _LAW_BODY = Law.ID, 1 + Law.size()
-_LAW_GENERATION, _LAW_RATE, _LAW_ESTIMATOR = (Law.offset(n) for n in ("generation", "rate", "estimator"))
-_LAW_FIRST, _LAW_SECOND, _LAW_STATES = (Law.offset(n) for n in ("first", "second", "states"))
-_LAW_GIVEN, _LAW_SLOTS, _LAW_CODE, _LAW_CHECK = (Law.offset(n) for n in ("given", "slots", "code", "check"))
-_PIECE_ID, _PIECE_BODY = Piece.ID, 1 + Piece.size()
-_PIECE_GENERATION, _PIECE_AT, _PIECE_DATA = (Piece.offset(n) for n in ("generation", "at", "data"))
-_TUNE_ID, _TUNE_BODY = Tune.ID, 1 + Tune.size()
-_TUNE_LAW, _TUNE_GENERATION, _TUNE_COUNT = (Tune.offset(n) for n in ("law", "generation", "count"))
-_TUNE_SLOTS, _TUNE_VALUES = Tune.offset("slots"), Tune.offset("values")
+AT_ZERO, AT_SENSE, AT_DIRECTION = (Board.offset(name) for name in ("zero", "sense", "direction"))
+_LAW_ID, _LAW = Law.ID, codec.layout_of(Law)
+_PIECE_ID, _PIECE, _PIECE_BODY = Piece.ID, codec.layout_of(Piece), 1 + Piece.size()
+_TUNE_ID, _TUNE, _TUNE_BODY = Tune.ID, codec.layout_of(Tune), 1 + Tune.size()
+_TUNE_COUNT, _TUNE_SLOTS, _TUNE_VALUES = (1 + Tune.offset(name) for name in ("count", "slots", "values"))
 
 
 def packed(data: bytes, words: int) -> np.ndarray:
@@ -60,13 +53,6 @@ def put_constant(words: np.ndarray, i: int, bits: int) -> None:
 
 
 @compiled
-def put_whole(body: np.ndarray, at: int, size: int, value: int) -> None:
-    """Write a whole number as so many bytes at a place of a body."""
-    for i in range(size):
-        body[at + i] = (value >> (8 * i)) & 0xFF
-
-
-@compiled
 def encode_law(
     out: np.ndarray,
     generation: int,
@@ -81,49 +67,35 @@ def encode_law(
     check: int,
 ) -> int:
     """Write the frame of Law to out; return its length."""
-    out[1] = _LAW_ID
-    out[1 + _LAW_GENERATION] = generation
-    put_whole(out, 1 + _LAW_RATE, 2, rate)
-    out[1 + _LAW_ESTIMATOR] = estimator
-    codec.put_float(out, 1 + _LAW_FIRST, first)
-    codec.put_float(out, 1 + _LAW_SECOND, second)
-    out[1 + _LAW_STATES] = states
-    out[1 + _LAW_GIVEN] = given
-    out[1 + _LAW_SLOTS] = slots
-    put_whole(out, 1 + _LAW_CODE, 2, code)
-    put_whole(out, 1 + _LAW_CHECK, 2, check)
-    return codec.enclose(out, _LAW_BODY)
+    shape = (float(states), float(given), float(slots), float(code), float(check))
+    head = (float(generation), float(rate), float(estimator), float(first), float(second))
+    return codec.enclose(out, codec.put_fields(out, _LAW_ID, _LAW, head + shape))
 
 
 @compiled
 def encode_piece(out: np.ndarray, generation: int, at: int, program: np.ndarray) -> int:
     """Write the frame of the Piece that begins with byte `at` of a packed law to out; return its length."""
-    out[1] = _PIECE_ID
-    out[1 + _PIECE_GENERATION] = generation
-    put_whole(out, 1 + _PIECE_AT, 2, at)
+    size = codec.put_fields(out, _PIECE_ID, _PIECE, (float(generation), float(at)))
     for i in range(PIECE):
         inside = at + i < 8 * program.size
-        out[1 + _PIECE_DATA + i] = byte_of(program, at + i) if inside else 0
+        out[1 + size + i] = byte_of(program, at + i) if inside else 0
     return codec.enclose(out, _PIECE_BODY)
 
 
 @compiled
 def begin_tune(out: np.ndarray, law: int, generation: int) -> None:
     """Begin a Tune without a constant in out."""
-    for i in range(1, 1 + _TUNE_BODY):
-        out[i] = 0
-    out[1] = _TUNE_ID
-    out[1 + _TUNE_LAW] = law
-    out[1 + _TUNE_GENERATION] = generation
+    out[1 : 1 + _TUNE_BODY] = 0
+    codec.put_fields(out, _TUNE_ID, _TUNE, (float(law), float(generation)))
 
 
 @compiled
 def add_constant(out: np.ndarray, slot: int, bits: int) -> int:
     """Add a constant to the Tune in out, TUNED at most; return how many it has."""
-    k = out[1 + _TUNE_COUNT]
-    out[1 + _TUNE_SLOTS + k] = slot
-    put_whole(out, 1 + _TUNE_VALUES + 4 * k, 4, bits)
-    out[1 + _TUNE_COUNT] = k + 1
+    k = out[_TUNE_COUNT]
+    out[_TUNE_SLOTS + k] = slot
+    put_integer(out, _TUNE_VALUES + 4 * k, 4, bits)
+    out[_TUNE_COUNT] = k + 1
     return k + 1
 
 

@@ -107,7 +107,7 @@ def fill_template(template: Template, title: str, key: str) -> str:
     """Return a template's text with a title and a key of its own."""
     text = template.text
     for name, value in (("key", key), ("title", title)):
-        old = _given(text, name)
+        old = _argument_text(text, name)
         text = text.replace(f"{name}={old}", f"{name}={json.dumps(value, ensure_ascii=False)}", 1)
     return text
 
@@ -116,7 +116,7 @@ def _read_template(file: Path) -> Template:
     return Template(file.stem, file.stem.replace("_", " "), file.read_text(encoding="utf-8"))
 
 
-def _given(text: str, name: str) -> str:
+def _argument_text(text: str, name: str) -> str:
     """Return how a value stands in the text of Environment(…)."""
     made = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.keyword) and n.arg == name]
     return ast.get_source_segment(text, made[0].value) or ""

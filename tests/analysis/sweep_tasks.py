@@ -1,7 +1,9 @@
-"""What the tests of sweeps compute: functions of a module, so that other programs find them."""
+"""What the tests of sweeps compute, and executors: one computes at once, one is held, one forgets."""
 
 import math
 import os
+from concurrent.futures import Executor, Future
+from functools import partial
 
 
 def roots(cells: list[float]) -> list[float]:
@@ -22,3 +24,65 @@ def fails_at_thirty(cells: list[float]) -> list[float]:
     if 30.0 in cells:
         raise KeyError("cell thirty")
     return cells
+
+
+class Serial(Executor):
+    """Computes at once, in the calling thread."""
+
+    def __init__(self):
+        self.chunks = 0
+
+    def submit(self, fn, /, *args, **kwargs):
+        self.chunks += 1
+        future: Future = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+class Held(Executor):
+    """Keeps what it is given until told to go on."""
+
+    _max_workers = 3
+
+    def __init__(self):
+        self.given: list[tuple[Future, partial]] = []
+        self.most = 0
+
+    def submit(self, fn, /, *args, **kwargs):
+        future: Future = Future()
+        self.given.append((future, partial(fn, *args, **kwargs)))
+        self.most = max(self.most, sum(not f.done() for f, _ in self.given))
+        return future
+
+    def finish(self, which: int) -> None:
+        """Finish one of those under way, counted from the oldest."""
+        waiting = [pair for pair in self.given if not pair[0].done()]
+        if waiting:
+            future, call = waiting[which % len(waiting)]
+            future.set_result(call())
+
+
+class Lost(Exception):
+    """What an executor says of a chunk whose workers are gone."""
+
+
+class Forgetful(Serial):
+    """Loses the first chunks, so many times each."""
+
+    lost = (Lost,)
+    _max_workers = 1
+
+    def __init__(self, times: int):
+        super().__init__()
+        self.times = times
+
+    def submit(self, fn, /, *args, **kwargs):
+        self.chunks += 1
+        if self.chunks > self.times:
+            return super().submit(fn, *args, **kwargs)
+        future: Future = Future()
+        future.set_exception(Lost("gone"))
+        return future

@@ -113,12 +113,6 @@ def test_nobody_at_the_address_is_said_in_one_line():
         assert "\n" not in str(e.value)
 
 
-def test_a_guarded_scheduler_needs_certificates():
-    pytest.importorskip("distributed")
-    with pytest.raises(ClusterError, match="needs certificates: name"), cluster("tls://127.0.0.1:9"):
-        pass
-
-
 def test_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with (

@@ -7,10 +7,8 @@ import pytest
 from scipy.linalg import expm, solve_discrete_are
 
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary, passive_edge, passivity_line
 from hapkit_studio.analysis.stability.limits import stiffness_limit
-from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.analysis.zwidth.result import linear_limits
 
 MASS, VISCOUS, PERIOD, DAMPING = 0.044, 0.5, 1e-3, 5.0
@@ -70,24 +68,6 @@ def test_the_exact_limit_is_that_of_the_devices_own_filter(quantum, q, limit):
     assert linear_limits(setting(quantum, q), [DAMPING])[0] == found
 
 
-@pytest.mark.parametrize(("quantum", "q", "limit"), WORKED[1:4:2])
-def test_the_rendered_ideal_loop_has_the_devices_own_filter(quantum, q, limit):
-    """1 % inside it comes to rest, 1 % outside it grows, though the sensor has no steps."""
-    around = np.array([0.99, 1.01]) * limit
-    found = rendered.classes(setting(quantum, q), [DAMPING], around).ravel()
-    assert found.tolist() == [rendered.DECAYS, rendered.GROWS]
-
-
-def test_the_measured_limit_takes_the_quantum_too():
-    found = measured_stiffness_limit(MASS, VISCOUS, damping=DAMPING, estimator=spec(1e-3), quantum=200e-6)
-    assert found == pytest.approx(403, rel=3e-3)
-
-
-def test_without_sensor_steps_the_filter_is_the_usual_sensors():
-    ideal, usual = (exact_boundary(setting(step, 1e-2), np.array([DAMPING]))[0] for step in (0.0, 20.7e-6))
-    assert ideal == usual
-
-
 @pytest.mark.parametrize("quantum", [5e-6, 61e-6])
 def test_the_passivity_line_is_that_of_the_devices_own_filter(quantum):
     """Colgate & Schenkel: b > T/2 Re((1 - e^-jw) C(e^jw)) / (1 - cos w) at every frequency, C = K + B H."""
@@ -100,12 +80,3 @@ def test_the_passivity_line_is_that_of_the_devices_own_filter(quantum):
     assert passivity_line(setting(quantum, 1e-2), np.array([damping]))[0] == pytest.approx(want, rel=1e-3)
     most = VISCOUS / needed.max()
     assert passive_edge(setting(quantum, 1e-2))[0][-1] == pytest.approx(most, rel=1e-3)
-
-
-def test_an_adaptive_window_is_measured_with_the_devices_own_band():
-    """All lengths scaled with the sensor, nothing but the lengths changes."""
-    limits = [
-        rendered.boundary(Setting(MASS, VISCOUS, quantum=step, estimator="foaw"), [2.0])[0]
-        for step in (20.7e-6, 200e-6)
-    ]
-    assert limits[1] == pytest.approx(limits[0], rel=0.02)

@@ -84,24 +84,3 @@ def mujoco_cell(model, stiffness: float, damping: float) -> int:
             lost = True
             break
     return int(verdicts(speed, np.array([lost]), np.array([stiffness]))[0])
-
-
-def mujoco_together(model, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """Return all cells' classes from one model with a slider each: Python's share of a step is divided."""
-    import mujoco
-
-    data = mujoco.MjData(model)
-    data.qpos[:] = rendered.LINEAR_START
-    before, speed = data.qpos.copy(), np.zeros((COUNT, model.nq))
-    lost = np.zeros(model.nq, dtype=bool)
-    for k in range(COUNT):
-        x = data.qpos.copy()
-        speed[k] = data.qvel
-        data.ctrl[:] = -stiffness * x - damping * (x - before) / PERIOD
-        before = x
-        mujoco.mj_step(model, data)
-        far = ~(np.abs(data.qpos) <= rendered.LINEAR_FAR)
-        if far.any():
-            lost |= far
-            data.qpos[lost] = data.qvel[lost] = 0.0
-    return verdicts(speed, lost, stiffness)

@@ -1,11 +1,23 @@
-"""A scripted board behind a pseudo-terminal: remembers what it received, says what it is told to say."""
+"""A scripted board behind a pseudo-terminal, and the answers of the firmware without it."""
 
 import os
 import select
 import threading
 import tty
+from dataclasses import replace
 
-from hapkit_studio.protocol.framing import Decoder
+from hapkit_studio.protocol.framing import Decoder, encode
+from hapkit_studio.protocol.messages import (
+    Board,
+    Hello,
+    HelloRequest,
+    Origin,
+    Sample,
+    Save,
+    Settings,
+    SettingsRequest,
+    Stream,
+)
 from tests.waiting import PATIENCE
 
 HELLO_FIELDS = {
@@ -90,3 +102,68 @@ class FakeBoard:
             return False
         os.write(self._master, answer or b"")
         return True
+
+
+KIT = Board(
+    profile=1, pins=0, sensor=0, motor_map=0, direction=1, sense=1, counts_per_flip=921, zero=0,
+    quantum=2e-5, max_force=2.5, motor_constant=0.0183, handle_radius=0.09, pulley_radius=0.005,
+    sector_radius=0.074, mass=0.044, viscous=0.5, coulomb=0.1, dead_band=0,
+    table=(32, 64, 96, 128, 159, 191, 223, 255), label="fake kit",
+)  # fmt: skip
+ARENA = 760
+MOST_FORCE = 20.0
+"""N: a fake board refuses more."""
+
+
+def sample(seq, count=0, **fields):
+    """Return the sample of tick seq of a board that has just started at 1 kHz."""
+    values = dict.fromkeys([w.name for w in Sample.layout()[3:]], 0) | fields
+    return Sample(seq=seq & 0xFFFF, time_us=(1000 * seq) & 0xFFFFFFFF, count=count, **values)
+
+
+class FakeKit:
+    """Give it to FakeBoard as its answer: ``FakeBoard(FakeKit())``.
+
+    burst: samples that follow Stream(1). ``settings`` in force, ``stored`` in its EEPROM, ``deaf``: kinds of
+    message that it does not hear, and how often.
+    """
+
+    def __init__(self, settings=KIT, arena=ARENA, burst=0, deaf=None):
+        self.settings, self.stored, self.arena = settings, None, arena
+        self.origin, self.burst, self.deaf = Origin.DEFAULT, burst, dict(deaf or {})
+
+    def __call__(self, message):
+        kind = type(message)
+        if self.deaf.get(kind, 0) > 0:
+            self.deaf[kind] -= 1
+            return None
+        answer = getattr(self, f"_{kind.__name__.lower()}", None)
+        return answer(message) if answer else None
+
+    def hello(self):
+        same = {f.name for f in Hello.layout()} & {f.name for f in Board.layout()}
+        fields = HELLO_FIELDS | {name: getattr(self.settings, name) for name in same}
+        return Hello(**fields | {"arena": self.arena, "origin": int(self.origin)})
+
+    def _hellorequest(self, _message: HelloRequest):
+        return encode(self.hello())
+
+    def _answer(self, refused=False):
+        fields = {f.name: getattr(self.settings, f.name) for f in Board.layout()}
+        return encode(Settings(**fields, origin=int(self.origin), refused=int(refused)))
+
+    def _settingsrequest(self, _message: SettingsRequest):
+        return self._answer()
+
+    def _board(self, message: Board):
+        if not 0.0 < message.max_force <= MOST_FORCE:
+            return self._answer(refused=True)
+        self.settings, self.origin = replace(message), Origin.UNSAVED
+        return self._answer()
+
+    def _save(self, _message: Save):
+        self.stored, self.origin = self.settings, Origin.STORED
+        return self._answer()
+
+    def _stream(self, message: Stream):
+        return b"".join(encode(sample(k, count=k)) for k in range(self.burst)) if message.on else None

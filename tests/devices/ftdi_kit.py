@@ -1,7 +1,7 @@
 """A fake kit behind an FTDI chip, in the board's own time: it waits for answers, never for a clock."""
 
 from hapkit_studio.protocol.framing import encode
-from tests.devices.fake_kit import FakeKit, sample
+from tests.devices.fake_board import FakeKit, sample
 
 BYTE = 10e-6
 """s: ten bits at 1 Mbaud."""

@@ -2,7 +2,7 @@
 
 import math
 import time
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from hapkit_studio.protocol.messages import Board, BoardFlag, Force, Origin, Rel
 from tests.devices.fake_board import HELLO_FIELDS
 
 PERIOD = 1e-3
+HANDLE, STOP = 0.090, 0.055
+"""m: the handle's radius, and where it ends."""
 EVERY = 20
 ANSWER = 0.4e-3
 """s from a sample to its force in effect: the wire and the board."""
@@ -31,31 +33,25 @@ class PaddleKit:
 
     def __init__(
         self, board=None, *, mass=0.044, viscous=0.5, coulomb=0.10, sense=1, direction=1, magnet=300.0,
-        torque=0.0183, pulley=0.005, handle=0.090, sector=0.074, counts=921, lowest=51, supply=1.0,
-        dead=0, noise=0.0, seed=1, stop=0.055, stuck=False, pace=0.0,
+        torque=0.0183, pulley=0.005, sector=0.074, counts=921, lowest=51, supply=1.0, dead=0,
+        noise=0.0, stuck=False, pace=0.0,
     ):  # fmt: skip
         self.mass, self.viscous, self.coulomb = mass, viscous, coulomb
         self.silence, self.pace = 0, pace
-        self.sense, self.direction, self.magnet, self.supply, self.dead = (
-            sense,
-            direction,
-            magnet,
-            supply,
-            dead,
-        )
-        self.counts, self.lowest, self.noise, self.stop_at, self.stuck = counts, lowest, noise, stop, stuck
-        self.gear = handle * pulley / sector
+        self.sense, self.direction, self.magnet = sense, direction, magnet
+        self.supply, self.dead, self.noise = supply, dead, noise
+        self.counts, self.lowest, self.stuck = counts, lowest, stuck
+        self.gear = HANDLE * pulley / sector
         self.full = torque / self.gear
         self.count_length = math.pi * self.gear / counts
-        self.rng = np.random.default_rng(seed)
+        self.rng = np.random.default_rng(1)
         self.settings_now = board or default().board
         self.stored, self.origin, self.hello = None, Origin.DEFAULT, None
         self.x = self.v = self.weight = 0.0
         self.hand, self.student, self.slipped = None, lambda kit: None, 0.0
         self.seq, self.time, self.pwm, self.answered, self.delay = 0, 0.0, 0, 0, 0
         self.turns, self.last, self.silent = 0, None, True
-        self.stopped, self.streaming, self.drove, self.forces = False, False, 0.0, []
-        self.map = transition(mass, viscous, 0.0, PERIOD)
+        self.stopped, self.streaming, self.forces = False, False, []
 
     # --- as a HapkitBoard
     def open(self):
@@ -174,8 +170,8 @@ class PaddleKit:
         self.x, self.v = advance(
             self.x, self.v, force, 0.0, self.coulomb, self.mass, self.viscous, 0.0, dt, step
         )
-        if abs(self.x) > self.stop_at:
-            self.x, self.v = math.copysign(self.stop_at, self.x), 0.0
+        if abs(self.x) > STOP:
+            self.x, self.v = math.copysign(STOP, self.x), 0.0
 
     # --- what a test asks
     @property
@@ -188,7 +184,3 @@ class PaddleKit:
         self.last = None
         if self.stored is not None:
             self.settings_now = self.stored
-
-    def change(self, **changes):
-        """Change what the board believes."""
-        self.settings_now = replace(self.settings_now, **changes)

@@ -1,26 +1,46 @@
-"""The serial Hapkit against a scripted board on a pseudo-terminal."""
+"""The serial Hapkit against a scripted board on a pseudo-terminal: opening, questions, samples, closing."""
 
 import fcntl
+import itertools
 import math
 import os
 import struct
 import sys
+import time
 from dataclasses import replace
 
 import pytest
 
 from hapkit_studio import errors
-from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
 from hapkit_studio.protocol.framing import encode, frame
-from hapkit_studio.protocol.messages import Force, Hello, HelloRequest, Release, Stream
-from tests.devices.fake_board import HELLO_FIELDS, UNPLUG, FakeBoard
+from hapkit_studio.protocol.messages import (
+    Board,
+    Force,
+    Hello,
+    HelloRequest,
+    Origin,
+    Release,
+    Save,
+    Settings,
+    SettingsRequest,
+    Stream,
+)
+from tests.devices.fake_board import HELLO_FIELDS, KIT, UNPLUG, FakeBoard, FakeKit, sample
 
 HELLO = Hello(**HELLO_FIELDS)
-SHORT = 0.3
 
 
 def says_hello(message, hello=HELLO):
     return encode(hello) if isinstance(message, HelloRequest) else None
+
+
+def near(got, want):
+    """Compare field by field: what is a float travels in 32 bits."""
+    for f in Board.layout():
+        a, b = getattr(got, f.name), getattr(want, f.name)
+        assert a == (pytest.approx(b, rel=1e-6) if f.code == "f" else b), f.name
+    return True
 
 
 @pytest.fixture
@@ -37,32 +57,27 @@ def fake():
         board.unplug()
 
 
-def failure(kind, path, handshake_time=SHORT):
+def refused(kind, path, words, seconds=0.3):
     board = HapkitBoard(path)
     with pytest.raises(kind) as caught:
-        board.open(handshake_time)
+        board.open(seconds)
     with pytest.raises(errors.DeviceError):
         board.fileno()
-    return str(caught.value)
+    name = str(path).removeprefix("/dev/")
+    assert words.format(name) in str(caught.value)
+    return caught.value
 
 
-def short(path):
-    return path.removeprefix("/dev/")
-
-
-def test_every_constant_comes_from_the_board(fake):
-    board = HapkitBoard(fake().path)
-    board.open()
+# --- opening and closing
+def test_every_constant_comes_from_the_board(opened):
+    board, _ = opened(says_hello)
     assert board.hello.counts_per_flip == 921
     assert board.hello.build == "test"
-    assert board.max_force == 2.5
+    assert (board.max_force, board.rate, board.simulated) == (2.5, 1000.0, False)
     assert board.quantum == pytest.approx(2e-5, rel=1e-7)
-    assert board.rate == 1000.0
     # torque 0.0183 N·m at the motor, times the gear 74/5, over the handle's 90 mm
     assert board.full_force == pytest.approx(0.0183 * 74 / 5 / 0.090, rel=1e-6)
-    assert not board.simulated
-    assert board.title == f"Hapkit on {short(board.port)}"
-    board.close()
+    assert board.title == f"Hapkit on {board.port.removeprefix('/dev/')}"
 
 
 @pytest.mark.parametrize(
@@ -76,122 +91,90 @@ def test_every_constant_comes_from_the_board(fake):
     ],
 )
 def test_numbers_that_no_hapkit_has_are_refused(fake, name, value, said):
-    words = failure(
-        errors.NotAHapkitError, fake(lambda m: says_hello(m, replace(HELLO, **{name: value}))).path
-    )
-    assert said in words
-    assert f"{value:g}" in words
-    assert "Flash the firmware." in words
+    path = fake(lambda m: says_hello(m, replace(HELLO, **{name: value}))).path
+    error = refused(errors.NotAHapkitError, path, f"{value:g}")
+    assert said in str(error)
+    assert "Flash the firmware." in str(error)
 
 
 @pytest.mark.parametrize(
     ("name", "value"), [("max_force", 5.0), ("quantum", 1e-7), ("quantum", 2e-3), ("handle_radius", 0.3)]
 )
-def test_numbers_at_the_limit_are_taken(fake, name, value):
-    board = HapkitBoard(fake(lambda m: says_hello(m, replace(HELLO, **{name: value}))).path)
-    board.open()
+def test_numbers_at_the_limit_are_taken(opened, name, value):
+    board, _ = opened(lambda m: says_hello(m, replace(HELLO, **{name: value})))
     assert getattr(board.hello, name) == pytest.approx(value, rel=1e-6)
-    board.close()
 
 
-def test_open_leaves_the_motor_free_and_the_samples_off(fake):
-    peer = fake()
-    board = HapkitBoard(peer.path)
-    board.open()
+def test_open_and_close_leave_the_motor_free_and_the_samples_off(opened):
+    board, peer = opened(says_hello)
     assert peer.wait_for(3) == [HelloRequest(), Stream(0, 0), Release()]
     board.start_stream()
-    assert peer.wait_for(4)[3:] == [Stream(1, 0)]
+    board.start_stream(padded=PACKET)
+    board.padding = PACKET
+    board.start_stream()
+    assert peer.wait_for(6)[3:] == [Stream(1, 0), Stream(1, 62), Stream(1, 62)]
     board.close()
-    assert peer.wait_for(6)[4:] == [Force(0, 0, 0.0), Stream(0, 0)]
+    assert peer.wait_for(8)[6:] == [Force(0, 0, 0.0), Stream(0, 0)]
     board.close()
     with pytest.raises(errors.DeviceError):
         _ = board.hello
 
 
-def test_asks_again_while_the_board_starts(fake):
+def test_asks_again_while_the_board_starts_past_half_a_frame_and_noise(opened):
     asked = []
 
     def slow(message):
         asked.append(message)
-        return encode(HELLO) if len(asked) >= 3 else b"bootloader\x00"
+        noise = encode(HELLO)[7:] + b"\xff\x00\x13\x00"
+        return noise + encode(HELLO) if len(asked) >= 3 else b"bootloader\x00"
 
-    board = HapkitBoard(fake(slow).path)
-    board.open()
+    board, _ = opened(slow)
     assert asked[:3] == [HelloRequest()] * 3
-    board.close()
-
-
-def test_hello_after_half_a_frame_and_noise(fake):
-    peer = fake(lambda m: encode(HELLO)[7:] + b"\xff\x00\x13\x00" + encode(HELLO))
-    board = HapkitBoard(peer.path)
-    board.open()
     assert board.hello.watchdog_ms == 25
-    board.close()
-
-
-def test_nothing_answers(fake):
-    path = fake(lambda m: None).path
-    expected = f"{short(path)} does not answer. Flash the firmware, or choose another port."
-    assert failure(errors.NotAHapkitError, path) == expected
 
 
 @pytest.mark.parametrize(
-    "noise", [b"x=0.0123,F=0.5\r\n", b"\x00\x00", frame(b"\x81"), frame(b"\x81\x03\x00abc")]
+    "noise", [None, b"x=0.0123,F=0.5\r\n", b"\x00\x00", frame(b"\x81"), frame(b"\x81\x03\x00abc")]
 )
-def test_something_else_answers(fake, noise):
-    path = fake(lambda m: noise).path
-    expected = f"{short(path)} answers, but not as a Hapkit. Flash the firmware, or choose another port."
-    assert failure(errors.NotAHapkitError, path) == expected
+def test_something_else_answers_or_nothing(fake, noise):
+    what = "answers, but not as a Hapkit" if noise else "does not answer"
+    words = f"{{}} {what}. Flash the firmware, or choose another port."
+    refused(errors.NotAHapkitError, fake(lambda m: noise).path, words)
 
 
 @pytest.mark.parametrize(
-    ("version", "remedy"), [(2, "Update firmware."), (4, "Update the studio.")], ids=["older", "newer"]
+    ("version", "remedy", "step"), [(2, "Update firmware.", "update"), (4, "Update the studio.", "")]
 )
 @pytest.mark.parametrize("rest", [b"", b"another layout altogether"])
-def test_another_version_of_the_protocol(fake, version, remedy, rest):
+def test_another_version_of_the_protocol(fake, version, remedy, step, rest):
     other = frame(bytes([Hello.ID]) + version.to_bytes(2, "little") + rest)
-    path = fake(lambda m: other).path
-    expected = f"Firmware speaks version {version}; this studio needs 3. {remedy}"
-    assert failure(errors.WrongProtocolError, path) == expected
+    words = f"Firmware speaks version {version}; this studio needs 3. {remedy}"
+    assert refused(errors.WrongProtocolError, fake(lambda m: other).path, words).step == step
 
 
-def test_port_in_use(fake):
-    first = HapkitBoard(fake().path)
-    first.open()
-    expected = f"{short(first.port)} is used by another program. Close it, then try again."
-    assert failure(errors.PortBusyError, first.port) == expected
+def test_a_port_in_use_missing_or_none_at_all(opened, tmp_path):
+    first, _ = opened(says_hello)
+    refused(errors.PortBusyError, first.port, "{} is used by another program. Close it, then try again.")
     first.start_stream()  # the first one is none the worse for it
-    first.close()
-
-
-def test_port_missing():
-    with pytest.raises(errors.PortGoneError) as caught:
-        HapkitBoard("/dev/ttyNONE7").open()
-    expected = "ttyNONE7 is not there. Plug the board in, or see `hapkit-studio devices`."
-    assert str(caught.value) == expected
-    assert "Looking again every second" in caught.value.brief  # what a window does, and a command does not
-
-
-def test_not_a_serial_port_at_all(tmp_path):
+    words = "ttyNONE7 is not there. Plug the board in, or see `hapkit-studio devices`."
+    error = refused(errors.PortGoneError, "/dev/ttyNONE7", words)
+    assert "Looking again every second" in error.brief  # what a window does, and a command does not
     file = tmp_path / "notes.txt"
     file.touch()
-    assert failure(errors.NotAHapkitError, file) == f"{file} is not a serial port. Choose another port."
+    refused(errors.NotAHapkitError, file, "{} is not a serial port. Choose another port.")
 
 
-def test_unplugged_during_the_handshake(fake):
-    path = fake(lambda m: UNPLUG).path
-    expected = f"Hapkit on {short(path)} is gone. Force is zero. Plug it in, then try again."
-    assert failure(errors.PortGoneError, path, handshake_time=5.0) == expected
-
-
-def test_unplugged_while_open(fake):
-    peer = fake()
-    board = HapkitBoard(peer.path)
-    board.open()
+def test_unplugged_during_the_handshake_a_question_or_while_open(fake, opened):
+    words = "Hapkit on {} is gone. Force is zero. Plug it in, then try again."
+    refused(errors.PortGoneError, fake(lambda m: UNPLUG).path, words, seconds=5.0)
+    kit = FakeKit()
+    board, _ = opened(lambda m: UNPLUG if isinstance(m, SettingsRequest) else kit(m))
+    with pytest.raises(errors.PortGoneError):
+        board.settings()
+    board, peer = opened(says_hello)
     peer.unplug()
     with pytest.raises(errors.PortGoneError):
         board.start_stream()
-    board.close()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux tells who may open a port")
@@ -209,3 +192,107 @@ def test_others_are_kept_off_while_it_is_open(fake):
     board.close()
     assert not claimed()
     os.close(line)
+
+
+# --- questions
+def test_settings_come_as_the_board_has_them_and_can_be_sent_back(opened):
+    board, peer = opened(FakeKit())
+    settings = board.settings()
+    assert near(settings, KIT)
+    assert settings.origin == Origin.DEFAULT
+    board.configure(settings)
+    (sent,) = [m for m in peer.received if isinstance(m, Board)]
+    assert near(sent, KIT)
+
+
+def test_configure_is_in_force_at_once_and_not_saved(opened):
+    kit = FakeKit()
+    board, peer = opened(kit)
+    assert (board.mass, board.viscous, board.coulomb_force) == (0.044, 0.5, 0.10)
+    wanted = replace(KIT, quantum=1.5e-5, max_force=1.25, mass=0.031, viscous=0.25, label="mine")
+    settings = board.configure(wanted)
+    assert near(settings, wanted)
+    assert settings.origin == Origin.UNSAVED
+    assert kit.stored is None
+    assert board.max_force == 1.25  # what the computer reckons with follows the board
+    assert (board.quantum, board.mass, board.viscous) == pytest.approx((1.5e-5, 0.031, 0.25), rel=1e-6)
+    assert board.save().origin == Origin.STORED
+    assert near(kit.stored, wanted)
+    assert any(isinstance(m, Save) for m in peer.received)
+
+
+def test_what_the_board_refuses_changes_nothing(opened):
+    board, _ = opened(FakeKit())
+    with pytest.raises(errors.ParameterError, match=r"refused these settings.*Nothing was changed") as error:
+        board.configure(replace(KIT, max_force=1000.0))
+    assert "\n" not in str(error.value)
+    assert board.max_force == 2.5
+    assert near(board.settings(), KIT)
+
+
+def test_a_lost_question_is_asked_again_and_the_late_answer_is_nobody_elses(opened):
+    asked, kit = [], FakeKit()
+
+    def slow(message):
+        if isinstance(message, SettingsRequest):
+            asked.append(message)
+            # the first answer comes with the second: one of both is too many
+            return kit(message) * 2 if len(asked) == 2 else None
+        return kit(message)
+
+    board, _ = opened(slow)
+    assert near(board.request(SettingsRequest(), Settings, seconds=2.0), KIT)
+    assert len(asked) == 2
+    changed = replace(KIT, mass=0.05)
+    assert near(board.configure(changed), changed)
+
+
+class Streaming:
+    """A line that never falls silent; it answers the second question."""
+
+    in_waiting = 1
+
+    def __init__(self):
+        self.asked, self.end = 0, time.monotonic() + 20.0
+
+    def fileno(self):
+        return -1
+
+    def reset_input_buffer(self):
+        pass
+
+    def write(self, data):
+        self.asked += 1
+
+    def read(self, _size):
+        assert time.monotonic() < self.end, "it waits for the stream's end"
+        answer = FakeKit()(SettingsRequest()) if self.asked == 2 else b""
+        return encode(sample(1)) + answer
+
+
+def test_a_stream_that_is_on_does_not_keep_an_answer_back():
+    board = HapkitBoard("port")
+    board._serial = Streaming()
+    assert near(board.request(SettingsRequest(), Settings, 0.2), KIT)
+
+
+def test_no_answer_has_a_text_of_its_own(opened):
+    board, _ = opened(FakeKit(deaf={SettingsRequest: 2}))
+    with pytest.raises(errors.NoDataError, match=r"did not answer when asked for its settings within 0\.2 s"):
+        board.request(SettingsRequest(), Settings, seconds=0.2)
+
+
+def test_samples_come_one_by_one_until_silence_and_can_be_left(opened):
+    board, _ = opened(FakeKit(burst=20))
+    board.start_stream()
+    assert list(itertools.islice(board.samples(), 20)) == [sample(k, count=k) for k in range(20)]
+    with pytest.raises(errors.NoDataError, match=r"says hello, but no sample came for 0\.2 s"):
+        next(board.samples(silence=0.2))
+    board.stop_stream()
+    assert near(board.settings(), KIT)
+
+
+@pytest.mark.parametrize("use", [HapkitBoard.settings, HapkitBoard.save, lambda b: next(b.samples())])
+def test_a_closed_board_says_that_it_is_closed(use):
+    with pytest.raises(errors.DeviceError, match="is not open"):
+        use(HapkitBoard("/dev/ttyNONE7"))

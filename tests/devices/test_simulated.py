@@ -7,7 +7,6 @@ import pytest
 
 from hapkit_studio.devices import simulated
 from hapkit_studio.devices.simulated import EFFECT, HAND_FORCE, SimulatedHapkit, V, X
-from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
 from tests.dynamics import reference_paddle
 
@@ -46,8 +45,8 @@ def applied(dev, queue, forces):
     return mean
 
 
-@pytest.mark.parametrize("hand", [NO_HAND, MEDIUM, (0.1, 8.0, 400.0), (0.0, 0.0, 90.0)])
-@pytest.mark.parametrize("periods_late", [0.0, 0.3, 0.5, 0.999, 1.0, 2.0, 3.7, 12.25])
+@pytest.mark.parametrize("hand", [NO_HAND, MEDIUM, (0.0, 0.0, 90.0)])
+@pytest.mark.parametrize("periods_late", [0.0, 0.3, 0.999, 1.0, 3.7, 12.25])
 def test_motion_is_exact_for_any_delay_and_hand(hand, periods_late, rng):
     for _ in range(4):
         period, mass, viscous = 10 ** rng.uniform(-4, -2), 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-2, 1)
@@ -74,41 +73,16 @@ def test_hand_force_is_spring_and_damper_to_the_moving_target():
 def test_motor_is_off_until_the_first_command_arrives():
     dev, queue = start(1.0, 0.0, delay=2.25e-3)
     assert applied(dev, queue, [4.0, 8.0, 0.0, 0.0]) == pytest.approx([0.0, 0.0, 3.0, 7.0], abs=1e-9)
+    assert dev[EFFECT] == pytest.approx(7.0, rel=1e-9)
+    assert applied(dev, queue, [2.0, None, None])[-1] == pytest.approx(1.5)  # the last command holds
 
 
-def test_reports_the_mean_force_in_effect():
-    dev, queue = start(delay=1.25e-3)
-    seen = []
-    for force in (4.0, 8.0, 0.0):
-        simulated.command(dev, queue, force)
-        simulated.advance(dev, queue, 0.0, 0.0)
-        seen.append(dev[EFFECT])
-    assert seen == pytest.approx([0.0, 3.0, 7.0], rel=1e-9)
-
-
-def test_the_longest_delay_that_fits_is_still_exact():
-    dev, queue = start(1.0, 0.0, delay=6e-3, periods=6)
-    assert queue.size == 16
-    force = applied(dev, queue, [float(k) for k in range(1, 40)])
-    assert force[6:] == pytest.approx(list(range(1, 34)), abs=1e-8)
-
-
-def test_last_command_holds_when_none_follows():
-    dev, queue = start(1.0, 0.0)
-    assert applied(dev, queue, [2.0, None, None]) == pytest.approx([2.0, 2.0, 2.0])
-
-
-def test_a_delay_of_a_thousand_periods_at_10_khz():
-    dev, queue = start(1.0, 0.0, period=1e-4, delay=0.1)
-    force = applied(dev, queue, [float(k) for k in range(1500)])
-    assert force[:1000] == [0.0] * 1000
-    assert force[1000:] == pytest.approx(np.arange(500.0), abs=1e-6)
-
-
-def test_room_for_longer_delays_can_be_asked_for():
-    dev, queue = start(1.0, 0.0, period=1e-4, delay=0.5, periods=5000)
-    force = applied(dev, queue, [1.0] * 5003)
-    assert force[4999:] == pytest.approx([0.0, 1.0, 1.0, 1.0], abs=1e-9)
+@pytest.mark.parametrize(("late", "periods"), [(6, 6), (1000, 1022), (5000, 5000)])
+def test_the_longest_delay_that_fits_is_still_exact(late, periods):
+    dev, queue = start(1.0, 0.0, period=1e-4, delay=late * 1e-4, periods=periods)
+    force = applied(dev, queue, [float(k) for k in range(late + 100)])
+    assert force[:late] == pytest.approx([0.0] * late, abs=1e-9)
+    assert force[late:] == pytest.approx(np.arange(100.0), abs=1e-6)
 
 
 def test_letting_go_keeps_motion_and_pending_commands():
@@ -185,20 +159,11 @@ def test_sensor_reads_the_count_below(x, counts):
     assert simulated.quantise(x, 0.0) == x
 
 
-def test_default_device():
-    device = SimulatedHapkit()
-    assert (device.mass, device.viscous, device.coulomb_force) == (0.044, 0.5, 0.10)
-    assert (device.quantum, device.max_force) == (20.7e-6, 3.0)
-    assert SimulatedHapkit(quantum=0, max_force=math.inf, coulomb_force=0).max_force == math.inf
-
-
 @pytest.mark.parametrize(
     ("bad", "names"),
     [
         ({"mass": 0.0}, "mass must be more than 0 kg, not 0 kg"),
-        ({"mass": -1.0}, "not -1 kg"),
         ({"mass": math.nan}, "mass takes a number in kg, not nan"),
-        ({"mass": math.inf}, "number in kg"),
         ({"damping": -0.1}, "damping must be 0 or more N·s/m, not -0.1"),
         ({"coulomb_force": "much"}, "Coulomb friction takes a number in N, not 'much'"),
         ({"quantum": -1e-6}, "quantum must be 0 or more m"),
@@ -211,10 +176,3 @@ def test_refuses_a_device_that_cannot_be(bad, names):
     with pytest.raises(ParameterError, match=names) as error:
         SimulatedHapkit(**bad)
     assert "\n" not in str(error.value)
-
-
-def test_grips_can_be_put_on_the_handle():
-    for grip in GRIPS.values():
-        hand = (grip.mass, grip.damping, grip.stiffness) if grip else NO_HAND
-        dev, _ = start(hand=hand)
-        assert dev[X] == 0.0

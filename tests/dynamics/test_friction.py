@@ -35,11 +35,6 @@ def test_a_tether_pulls_back_up_to_its_limit_and_is_dragged_beyond_it():
     assert anchor == pytest.approx(-0.5e-3)
 
 
-def test_a_tether_without_limit_or_stiffness_pulls_nowhere():
-    assert tether(0.3, 0.1, 500.0, 0.0) == (0.0, 0.3)
-    assert tether(0.3, 0.1, 0.0, 0.0) == (0.0, 0.1)
-
-
 def test_a_tether_holds_without_drift_and_never_gives_energy(rng):
     """Random walk: work done on the handle never exceeds the spring's, and a held anchor is the same bits."""
     x, anchor, stiffness, limit = 0.02, 0.02, 700.0, 0.5

@@ -79,13 +79,6 @@ def test_exact_under_a_force_from_no_damping_to_far_beyond_critical(damping):
     assert v == pytest.approx((a * one * np.exp(one * t) + b * two * np.exp(two * t)).real, abs=1e-9)
 
 
-@pytest.mark.parametrize("method", INTEGRATORS)
-def test_a_free_mass_goes_straight_on(method):
-    t, x, v = hs.integrate(method, mass=0.3, damping=0.0, stiffness=0.0, x0=0.1, v0=0.5, dt=0.01, seconds=2.0)
-    assert x == pytest.approx(0.1 + 0.5 * t, abs=1e-13)
-    assert np.all(v == 0.5)
-
-
 def test_rows_are_multiples_of_the_step_with_both_ends():
     t, x, v = hs.integrate("rk4", mass=1, damping=0, stiffness=1, x0=0.5, v0=-1, dt=0.1, seconds=1.0)
     assert t == pytest.approx(np.linspace(0.0, 1.0, 11), abs=1e-15)
@@ -119,12 +112,6 @@ def test_the_lecture_s_rule_grows_nearly_as_fast():
     """389 times the energy in a second, beside explicit Euler's 396."""
     for method, factor in (("lecture", 389.0), ("explicit_euler", 396.0)):
         assert growth.per_sample(one_second(method)[0][5:]) ** 2000 == pytest.approx(factor, rel=2e-3)
-
-
-def test_runge_kutta_loses_what_its_order_says():
-    """|lambda|^2 = 1 - h^6 / 72."""
-    energy = one_second("rk4")[1]
-    assert 1.0 - energy[-1] / energy[0] == pytest.approx(1000.0 * (1e-3**2 * 6000.0) ** 3 / 72.0, rel=0.05)
 
 
 @pytest.mark.parametrize(("method", "share"), [("semi_implicit", 0.5 * 0.07746), ("verlet", 0.07746**2 / 8)])
@@ -178,11 +165,6 @@ def test_what_no_motion_has_is_refused_in_one_line(wrong, words):
 def test_unknown_methods_are_named_with_those_there_are(method):
     with pytest.raises(hs.ParameterError, match=r"explicit_euler, lecture, semi_implicit, .*exact, not"):
         hs.integrate(method, damping=0.0, dt=1e-3, seconds=0.1, **SLIDER)
-
-
-def test_what_grows_beyond_all_numbers_raises_nothing():
-    _, x, _ = hs.integrate("explicit_euler", mass=1, damping=0, stiffness=1e6, x0=1, v0=0, dt=1, seconds=1e3)
-    assert not np.isfinite(x[-1])
 
 
 def test_exact_has_no_longest_step():

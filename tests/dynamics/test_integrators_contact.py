@@ -8,8 +8,8 @@ import pytest
 from scipy.optimize import brentq
 
 from hapkit_studio.dynamics import integrators
-from hapkit_studio.dynamics.events import exact
 from hapkit_studio.dynamics.integrators import INTEGRATORS, step
+from hapkit_studio.dynamics.moving_mass import exact
 from tests.dynamics.reference_mass import World, advance
 
 OF = {name: float(n) for n, name in enumerate(INTEGRATORS)}
@@ -60,24 +60,6 @@ def test_exact_in_one_go_is_exact_in_many(rng):
         assert once == pytest.approx((x, v), abs=1e-8), world
 
 
-def test_exact_sees_a_turn_just_behind_a_wall():
-    """On its spring it would turn at 10 mm; the wall from 9.9 mm on turns it earlier, and faster."""
-    world = World(m=0.05, k=300.0, reach=9.9e-3, wall=5000.0)
-    omega = math.sqrt(300.0 / 0.05)
-    speed = omega * math.sqrt(10e-3**2 - 9.9e-3**2)
-    # behind the wall x swings about the place where both springs balance
-    centre, faster = 5000.0 * 9.9e-3 / 5300.0, math.sqrt(5300.0 / 0.05)
-    behind = 2.0 * math.atan2(speed, faster * (9.9e-3 - centre)) / faster
-    to_wall = math.acos(0.99) / omega
-    x, v = exact(
-        10e-3 * math.cos(omega * 2e-3), 10e-3 * omega * math.sin(omega * 2e-3), 4e-3, 0.0, *world.numbers
-    )
-    late = 4e-3 - (2e-3 - to_wall) - behind
-    assert 0.0 < late < 3e-3
-    phase = omega * (to_wall + late)
-    assert (x, v) == pytest.approx((10e-3 * math.cos(phase), -10e-3 * omega * math.sin(phase)), rel=1e-10)
-
-
 @pytest.mark.parametrize("lack", [1e-4, 2e-4, 3e-4])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_exact_sees_that_it_is_faster_than_the_handle_for_a_moment(lack, side):
@@ -100,15 +82,6 @@ def test_exact_keeps_the_energy_over_many_bounces():
         turns += before * v < 0.0
     assert turns > 300
     assert world.energy(x, v) == pytest.approx(start, rel=1e-10)
-
-
-def test_exact_sees_a_graze_inside_a_step():
-    """In and out of the wall within one step: half a swing inside, straight on outside."""
-    world = World(m=0.05, reach=0.01, wall=5000.0)
-    inside = math.pi * math.sqrt(0.05 / 5000.0)
-    x, v = exact(0.0099, 0.5, inside + 0.0004, 0.0, *world.numbers)
-    assert v == pytest.approx(-0.5, rel=1e-12)
-    assert x == pytest.approx(0.01 - 0.5 * 0.0002, rel=1e-12)
 
 
 def test_exact_returns_with_the_speed_that_the_damper_leaves():

@@ -1,7 +1,6 @@
 """A mass on a rubbing surface: closed forms, and what each friction model does."""
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio.dynamics.stick_slip import MODELS, slide
 from hapkit_studio.errors import ParameterError
-from tests.waiting import shortest
 
 # mass, spring, static, kinetic, speed; slip s, period s, greatest speed m/s, peak N
 SETS = [
@@ -52,11 +50,6 @@ def period_of(t, force):
         return math.nan
     falls = np.flatnonzero((force[:-1] >= middle) & (force[1:] < middle))[3:]
     return (t[falls[-1]] - t[falls[0]]) / (len(falls) - 1) if len(falls) > 1 else math.nan
-
-
-@pytest.mark.parametrize("case", SETS)
-def test_the_table_is_the_closed_form(case):
-    assert closed_form(*case[:5]) == pytest.approx(case[5:], rel=2e-5)
 
 
 @pytest.mark.parametrize(("dt", "rel"), [(0.1e-3, 0.005), (0.25e-3, 0.005), (1e-3, 0.02)])
@@ -152,15 +145,6 @@ def test_lugres_classic_motion(dt):
     assert v.max() == pytest.approx(0.370, abs=0.001)
 
 
-def test_a_hundred_thousand_steps_take_milliseconds():
-    def seconds():
-        start = time.process_time()
-        hs.stick_slip("projection", **FIRST, speed=0.02, dt=1e-4, seconds=10.0)
-        return time.process_time() - start
-
-    assert shortest(seconds, 0.05) < 0.05
-
-
 @pytest.mark.parametrize(
     ("bad", "names"),
     [
@@ -247,11 +231,6 @@ def test_what_knows_rest_holds_without_any_drift(model, dt):
     assert creep(model, dt) == 0.0
 
 
-@pytest.mark.parametrize("stiffness", [2e3, 2e4])
-def test_a_tether_holds_without_drift(stiffness):
-    assert abs(creep("tether", 1e-4, stiffness=stiffness)) < 0.1
-
-
 @pytest.mark.parametrize(
     ("model", "options", "wanted"),
     [
@@ -264,19 +243,10 @@ def test_what_knows_the_speed_alone_never_holds(model, options, wanted):
     assert creep(model, 1e-4, **options) == pytest.approx(wanted, rel=0.02)
 
 
-def test_smoothed_friction_too_steep_for_the_step_chatters():
-    steep = {"smoothing": 0.001, "stribeck_velocity": 0.003}
-    assert creep("smoothed", 1e-3, **steep) > 10.0 * creep("smoothed", 1e-4, **steep)
-
-
 def test_dahl_creeps_by_what_its_curve_says():
     """Slowly: dx = dF / (K (1 -+ F / F_c)) up and down, summed over a cycle."""
     cycle = 0.5 / 1e4 * (math.log(1.0 - (0.15 / 0.5) ** 2) - math.log(1.0 - (0.45 / 0.5) ** 2))
     assert creep("dahl", 1e-4, frequency=2.0) == pytest.approx(2.0e6 * cycle, rel=0.02)
-
-
-def test_hayward_and_armstrongs_anchor_hardly_creeps():
-    assert 0.1 < abs(creep("hayward_armstrong", 1e-4, stiffness=2e4)) < 4.0
 
 
 @pytest.mark.parametrize("start", [0.1234, 0.0377, -0.0999])
@@ -313,7 +283,3 @@ def test_every_model_brakes_a_free_mass_and_never_drives_it(model):
 def test_refuses_forces_that_are_none(applied, names):
     with pytest.raises(ParameterError, match=names):
         slide("projection", applied, mass=1.0, static=1.0, kinetic=1.0)
-
-
-def test_nothing_in_nothing_out():
-    assert [a.size for a in slide("projection", [], mass=1.0, static=1.0, kinetic=1.0)] == [0, 0, 0]

@@ -1,10 +1,11 @@
-"""Calls an environment's compiled law, sample by sample, with values at every corner or anywhere."""
+"""Calls an environment's compiled law, sample by sample or along a path; runs under an imposed motion."""
 
 import itertools
 import math
 
 import numpy as np
 
+import hapkit_studio as hs
 from hapkit_studio import environments
 from hapkit_studio.laws import native
 from hapkit_studio.parameters import Choice
@@ -46,3 +47,48 @@ def anywhere(environment, rng):
         }
         if not environment.check(values):
             return values
+
+
+def force(key, x, v=0.0, **given):
+    """Return the force in N at one position and velocity, the law's state at its start."""
+    return call(LIBRARY[key], LIBRARY[key].values(given), x, v)[0]
+
+
+def forces(key, positions, **given):
+    """Return the forces (n,) in N at rest at positions (n,) in m."""
+    return np.array([force(key, x, **given) for x in positions])
+
+
+def along(key, positions, velocities=None, **given):
+    """Return forces (n,) and states (n, values) at positions (n,) in m, one after the other, 1 ms apart."""
+    values, state, out, states = LIBRARY[key].values(given), None, [], []
+    velocities = np.zeros(len(positions)) if velocities is None else velocities
+    for x, v in zip(positions, velocities, strict=True):
+        asked, state, fault = call(LIBRARY[key], values, x, v, state)
+        assert fault == 0
+        out.append(asked)
+        states.append(state[:-1].copy())
+    return np.array(out), np.array(states)
+
+
+def frequency(signal, rate):
+    """Return the strongest frequency in Hz of a signal (n,), its mean left out."""
+    spectrum = np.abs(np.fft.rfft(signal - np.mean(signal)))
+    return np.fft.rfftfreq(len(signal), 1.0 / rate)[np.argmax(spectrum)]
+
+
+IDEAL = hs.SimulatedHapkit(quantum=0.0, max_force=math.inf)
+
+
+def imposed(key, values, position, seconds, rate=1000.0):
+    """Return a run in which the handle moves as told."""
+    return hs.simulate(key, values, hand=hs.Prescribed(position), device=IDEAL, rate=rate, seconds=seconds)
+
+
+def column(run, name):
+    return run.state[:, run.state_names.index(name)]
+
+
+def smoothly(t, start, end, seconds):
+    share = min(max(t / seconds, 0.0), 1.0)
+    return start + (end - start) * (0.5 - 0.5 * math.cos(math.pi * share))

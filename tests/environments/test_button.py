@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-import hapkit_studio as hs
 from hapkit_studio.environments.base import Conditions
 from hapkit_studio.errors import ParameterError
-from tests.environments.asking import along, forces
-from tests.environments.calling import LIBRARY
+from tests.environments.calling import LIBRARY, along, forces
 
 BUTTON = LIBRARY["button"]
 STIFFNESS, FADE = 1500.0, 0.5e-3
@@ -97,16 +95,6 @@ def test_no_closed_path_gains_energy(hysteresis, rng):
         assert lost < 1e-8 or hysteresis > 0.0
 
 
-def test_a_full_cycle_dissipates_the_area_between_its_branches():
-    """2 h over the stroke, less half the fading and the corner at the turn, h / k: for h = 0.1 N, 9 mm."""
-    h, stroke = 0.1, 9e-3
-    there = np.arange(-1000, 4501) * 2e-6
-    path = np.append(there, there[::-1])
-    got, _ = along("button", path, hysteresis=h, position=0.0)
-    want = 2.0 * h * (stroke - 0.5 * FADE - h / STIFFNESS)
-    assert dissipated(path, got) == pytest.approx(want, rel=1e-4)
-
-
 def counts(travels, **given):
     """Return pressed, downs, ups (n,) after each travel in m."""
     _, states = along("button", 0.005 + np.array(travels), **given)
@@ -118,28 +106,6 @@ def test_clicks_down_past_the_middle_of_the_snap_and_up_below_half_of_its_start(
     assert counts([0.0, 0.99 * middle, 1.01 * middle]) == [(0, 0, 0), (0, 0, 0), (1, 1, 0)]
     pressed = [0.0, 6e-3, 1.01 * half, 0.99 * half]
     assert counts(pressed) == [(0, 0, 0), (1, 1, 0), (1, 1, 0), (0, 1, 1)]
-
-
-def test_clicks_once_a_press_however_the_handle_trembles():
-    trembling = [5.4e-3, 5.6e-3] * 20 + [1.9e-3, 2.1e-3] * 20
-    assert counts(trembling)[-1] == (0, 1, 1)
-    assert counts([6e-3, 0.0] * 7)[-1] == (0, 7, 7)
-
-
-@pytest.mark.parametrize("delay", [0.0, 0.5e-3])
-@pytest.mark.parametrize(
-    ("hand", "clicks"), [("press", [1, 1, 0]), ("pluck", [0, 1, 1]), ("stroke", [0, 1, 1])]
-)
-def test_hands_click_it(hand, clicks, delay):
-    """Pressed and held; pressed and let go; stroked through and back: no click more than fingers made."""
-    run = hs.simulate("button", hand=hand, delay=delay, seconds=2.4)
-    assert run.state[-1, -3:].tolist() == clicks
-
-
-def test_a_handle_that_begins_inside_feels_the_curve_alone():
-    run = hs.simulate("button", device=hs.SimulatedHapkit(initial_position=0.009, quantum=0.0), seconds=0.01)
-    assert run.force[0] == pytest.approx(-1.0)
-    assert run.state[0, 0] == pytest.approx(0.009)
 
 
 def test_a_snap_that_starts_behind_its_end_is_refused():
@@ -158,13 +124,3 @@ def test_a_snap_that_does_not_drop_is_warned_of():
     for snap in (1.0, 1.01):
         (line,) = warned(snap)
         assert "no click" in line
-
-
-@pytest.mark.parametrize(
-    "numbers", [*(r[0] for r in REFERENCE), (1.0, 3.0, 4e-3, 5e-3), (2.0, 0.0, 9e-3, 1e-2)]
-)
-def test_impedance_is_the_steepest_slope_of_the_curve(numbers):
-    given = named(numbers)
-    s = np.linspace(0.0, 0.012, 6001)
-    steepest = np.abs(np.diff(pushed(s, **given)) / np.diff(s)).max()
-    assert BUTTON.impedance(BUTTON.values(given))[0] == pytest.approx(steepest, rel=3e-3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hapkit_studio as hs
-from tests.environments.asking import force, forces
+from tests.environments.calling import force, forces
 
 SMOOTH = {"coulomb_force": 0.0, "quantum": 0.0}
 
@@ -48,9 +48,3 @@ def test_notches_wider_than_the_pitch_meet_halfway():
     between = np.abs(np.abs(x - nearest) - 0.003) > 1e-9
     got = forces("detents", x, pitch=0.006, half_width=0.005)
     assert got[between] == pytest.approx(-400.0 * (x - nearest)[between], abs=1e-9)
-
-
-def test_a_slow_pull_feels_the_rise_and_the_drop():
-    got = forces("detents", [0.003 * 0.99, 0.003 * 1.01])
-    assert got[0] == pytest.approx(-400.0 * 0.003 * 0.99)
-    assert got[1] == 0.0

@@ -46,10 +46,6 @@ def test_wall_is_continuous_at_its_surface(side):
     assert force("wall", 0.005, 1.0, side=side, damping=30.0) == 0.0
 
 
-def test_wall_steps_by_its_damping_on_entry():
-    assert force("wall", 0.005 + 1e-12, 0.2, damping=10.0) == pytest.approx(-2.0, abs=1e-6)
-
-
 def test_walls_of_both_sides_are_mirror_images(rng):
     for x, v in rng.uniform(-1, 1, (200, 2)) * (0.04, 2.0):
         for mode in ("into", "both", "none"):
@@ -68,7 +64,3 @@ def test_wall_damping_modes(mode, going_in, going_out):
     assert force("wall", 0.015, 0.1, **given) == pytest.approx(going_in)
     assert force("wall", 0.015, -0.1, **given) == pytest.approx(going_out)
     assert force("wall", 0.015, 0.0, **given) == pytest.approx(-2.5)
-
-
-def test_wall_with_damping_both_ways_may_pull():
-    assert force("wall", 0.0051, -1.0, damping=10.0, damping_mode="both") > 9.0

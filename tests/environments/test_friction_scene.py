@@ -9,8 +9,7 @@ import hapkit_studio as hs
 from hapkit_studio.dynamics.hand import Hand, Prescribed
 from hapkit_studio.environments.base import Conditions
 from hapkit_studio.environments.friction import MODELS
-from tests.environments.asking import along, force
-from tests.environments.calling import LIBRARY
+from tests.environments.calling import LIBRARY, along
 
 FRICTION = LIBRARY["friction"]
 HOLDING = ("stribeck", "projection", "tether", "lugre")
@@ -100,19 +99,6 @@ def test_it_takes_more_than_its_sampling_gives(model, hand, late):
     assert (given < taken + 2e-6).all()
 
 
-def test_drawn_by_a_soft_hand_it_sticks_and_slips():
-    """40 N/m at 5 mm/s: it breaks away at the static force, every time."""
-    hand = Hand(0.0, 0.1, 40.0, lambda t: 0.005 * t)
-    device = hs.SimulatedHapkit(coulomb_force=0.0)
-    given = {"viscous": 0.1, "tether_stiffness": 800.0}
-    run = hs.simulate("friction", given, hand=hand, device=device, seconds=8.0)
-    stuck = run.state[:, 1]
-    off = np.flatnonzero((stuck[:-1] > 0.5) & (stuck[1:] < 0.5))
-    assert len(off) >= 3
-    # all that holds at break-away is the tether; a count of it is 17 mN
-    assert run.force[off] == pytest.approx(-0.6, abs=0.03)
-
-
 @pytest.mark.parametrize("speed", [0.006, 0.04, 0.15, -0.15])
 @pytest.mark.parametrize("model", MODELS)
 def test_a_steady_slide_feels_as_the_curve_says(model, speed):
@@ -131,16 +117,6 @@ def test_a_steady_slide_feels_as_the_curve_says(model, speed):
     assert late == pytest.approx(want, rel=0.01, abs=0.002)
 
 
-@pytest.mark.parametrize("speed", [0.1, 0.3, 0.5])
-def test_lugre_that_slides_steadily_is_not_shown_as_stuck(speed):
-    device = hs.SimulatedHapkit(quantum=0.0, max_force=math.inf)
-    moved = hs.Prescribed(position=lambda t: speed * t)
-    run = hs.simulate("friction", {"model": "lugre"}, hand=moved, device=device, seconds=0.1)
-    stuck = run.state[:, run.state_names.index("stuck")]
-    assert stuck[1] == 1.0
-    assert not stuck[run.position > 5e-3].any()
-
-
 def test_curves_have_stribecks_shape_where_the_model_has():
     v = np.array([-0.2, -1e-4, 1e-4, 0.02, 0.2])
     got = FRICTION.over_velocity(FRICTION.values({"model": "stribeck", "viscous": 0.0}), v)
@@ -151,15 +127,6 @@ def test_curves_have_stribecks_shape_where_the_model_has():
         two = FRICTION.over_position(FRICTION.values({"model": model}), np.linspace(-0.04, 0.04, 5))
         assert (two[0] == -two[1]).all()
         assert two[1] == pytest.approx(0.6 if model in ("stribeck", "lugre", "karnopp") else 0.4)
-
-
-def test_what_holds_is_drawn_at_rest():
-    """Up to the static force either way at no speed at all; a thousandth of a mm per second slides."""
-    v = np.array([-2e-6, -1e-9, 1e-9, 2e-6])
-    for model, at_rest in (("tether", 0.6), ("projection", 0.6), ("stribeck", 0.6), ("coulomb", 0.4)):
-        got = FRICTION.over_velocity(FRICTION.values({"model": model}), v)
-        sliding = 0.6 if model == "stribeck" else 0.4
-        assert got == pytest.approx([sliding, at_rest, -at_rest, -sliding], rel=1e-3)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -177,15 +144,6 @@ def test_without_friction_only_the_viscous_part_is_left(model):
     assert got == pytest.approx(-3.0 * speeds, abs=1.001e-3)  # a thousandth of a newton tells the direction
 
 
-@pytest.mark.parametrize("model", ["tether", "projection"])
-def test_without_kinetic_friction_it_sticks_again_when_it_turns_back(model):
-    path = np.concatenate([np.arange(0, 30), np.arange(30, 20, -1)]) * 1e-4
-    _, states = along("friction", path, model=model, kinetic_force=0.0)
-    assert states[5, 1] == 1.0
-    assert states[30, 1] == 0.0
-    assert states[31:, 1].all()
-
-
 @pytest.mark.parametrize("model", ["stribeck", "projection", "tether", "lugre"])
 def test_static_friction_is_never_below_the_kinetic_one(model):
     path = np.arange(100) * 1e-4
@@ -194,21 +152,8 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
     assert np.array_equal(low, same)
 
 
-def test_coulomb_and_smoothed_by_their_formulas():
-    for v in (-0.3, -1e-4, 0.0, 1e-4, 0.3):
-        assert force("friction", 0.01, v, model="coulomb") == pytest.approx(-0.4 * np.sign(v) - v)
-        assert force("friction", 0.01, v, model="smoothed") == pytest.approx(-0.4 * np.tanh(v / 0.03) - v)
-
-
 def warned(conditions=None, **given):
     return list(FRICTION.warnings(FRICTION.values(given), conditions or Conditions()))
-
-
-def test_nothing_is_warned_of_by_default():
-    assert warned() == []
-    assert warned(Conditions(speed=3.0)) == []
-    for model in set(MODELS) - {"coulomb"}:
-        assert warned(model=model) == []
 
 
 @pytest.mark.parametrize(
@@ -225,22 +170,3 @@ def test_what_is_beyond_a_models_limit_is_said_in_one_line(inside, outside, word
     (line,) = warned(**(inside | outside))
     assert words in line.replace("Above", "above")
     assert "\n" not in line
-
-
-def test_bristles_at_their_end_within_a_period_are_warned_of():
-    """0.4 N over 500 N/m twice in a period: 1.6 m/s."""
-    assert warned(Conditions(speed=1.58), model="lugre") == []
-    (line,) = warned(Conditions(speed=1.62), model="lugre")
-    assert "1.6 m/s" in line
-
-
-def test_an_ideal_sensor_has_no_counts_to_chatter_over():
-    values = LIBRARY["friction"].values({"model": "coulomb", "kinetic_force": 3.0})
-    assert list(LIBRARY["friction"].warnings(values, Conditions(quantum=20.7e-6)))
-    (said,) = LIBRARY["friction"].warnings(values, Conditions(quantum=0.0))
-    assert "flips near rest" in said
-
-
-def test_plain_coulomb_friction_is_always_told_to_flip():
-    assert "flips near rest" in warned(model="coulomb")[0]
-    assert not warned(model="coulomb", kinetic_force=0.0)

@@ -7,8 +7,7 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.environments.base import Conditions
-from tests.environments.asking import along, force
-from tests.environments.calling import LIBRARY
+from tests.environments.calling import LIBRARY, along
 
 SURFACE = LIBRARY["hard_surface"]
 COUNT = 20.7e-6
@@ -61,12 +60,6 @@ def test_peaks_when_theory_says(material, t_peak, peak):
     assert -run.force[highest] == pytest.approx(0.1 * 0.044 * peak, rel=0.01)
 
 
-def test_it_begins_without_a_step():
-    for depth in (1e-9, 1e-6):
-        assert force("hard_surface", 0.005 + depth, 0.3) == pytest.approx(-250.0 * depth, rel=1e-6)
-        assert force("hard_surface", 0.005 - depth, 0.3) == 0.0
-
-
 def test_the_limit_is_on_the_ringing_alone():
     run, first = entered(0.5, seconds=0.06, amplitude=100.0, limit=0.8)
     ringing = run.force[first:] + 250.0 * (run.position[first:] - 0.005)
@@ -87,17 +80,6 @@ def test_the_wall_part_never_pulls(rng):
     assert got == pytest.approx(-250.0 * depth - 30.0 * np.maximum(v, 0.0) * inside, abs=1e-12)
 
 
-def test_the_ringing_may_pull():
-    got, _ = along("hard_surface", np.full(40, 0.0051), np.full(40, 0.1))
-    assert got.max() > 0.3
-
-
-def test_a_speed_outwards_at_entry_rings_not():
-    got, states = along("hard_surface", np.full(30, 0.0052), np.full(30, -0.4))
-    assert got == pytest.approx(-250.0 * 0.0002)
-    assert not states[0].any()
-
-
 @pytest.mark.parametrize(("counts", "again"), [(0.99, False), (1.01, True)])
 def test_rings_again_only_after_leaving_by_two_counts(counts, again):
     """A second entry 10 ms after the first at four times its speed."""
@@ -110,34 +92,6 @@ def test_rings_again_only_after_leaving_by_two_counts(counts, again):
     assert got[11:] == pytest.approx(-0.25 - ringing, abs=1e-9)
     assert states[-1, 1] == speed
     assert states[10, 2] == float(again)
-
-
-def test_a_handle_that_flickers_on_the_surface_is_no_new_tap():
-    """One count in, one count out, a hundred times: one ringing, which dies out."""
-    x = 0.005 + COUNT * np.where(np.arange(600) % 2, -0.4, 0.6)
-    got, states = along("hard_surface", x, np.where(np.arange(600) % 2, -COUNT, COUNT) / 1e-3)
-    assert np.ptp(states[:500, 0]) == pytest.approx(0.499)
-    assert not states[:, 2].any()
-    assert np.abs(got[-50:]).max() <= 250.0 * COUNT
-    assert states[-1, 0] < 0.0
-
-
-def test_outside_it_is_silent_and_armed():
-    got, states = along("hard_surface", [0.006, 0.007, 0.0049, 0.002], [0.1, 0.1, -0.1, 0.1])
-    assert got[0] < 0.0
-    assert not got[2:].any()
-    assert states[2:, 0].tolist() == [-1.0, -1.0]
-    assert states[2:, 2].tolist() == [1.0, 1.0]
-
-
-def test_a_tap_feels_harder_than_its_wall():
-    """In the first 6 ms of the same tap the ringing stops with five times the force of the wall alone."""
-    peaks = []
-    for amplitude in (0.0, 15.0):
-        run = hs.simulate("hard_surface", {"amplitude": amplitude}, hand="tap", seconds=0.8)
-        first = np.flatnonzero(run.position > 0.005)[0]
-        peaks.append(-run.force[first : first + 6].min())
-    assert peaks[1] > 5.0 * peaks[0] > 0.3
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3])
@@ -165,10 +119,3 @@ def test_warns_of_fewer_than_10_samples_a_cycle():
     assert warned(0.99e-3, material="wood") == []
     (line,) = warned(material="aluminium", frequency=20.0)
     assert "300 Hz" in line
-
-
-def test_the_drawn_theory_is_the_wall():
-    x = np.linspace(-0.02, 0.02, 41)
-    drawn = SURFACE.over_position(SURFACE.values(), x)
-    assert drawn == pytest.approx(-250.0 * np.maximum(x - 0.005, 0.0))
-    assert force("hard_surface", 0.015) == pytest.approx(-2.5)

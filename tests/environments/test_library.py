@@ -77,8 +77,3 @@ def test_a_broken_environment_of_another_package_is_left_out_with_a_warning(monk
     with pytest.warns(UserWarning, match="'torn'.*cannot be loaded.*no_such_module_anywhere"):
         found = environments.discover.__wrapped__()
     assert list(found) == list(LIBRARY)
-
-
-def test_the_library_cannot_be_changed_by_who_asks_for_it():
-    with pytest.raises(TypeError):
-        environments.discover()["mine"] = LIBRARY["wall"]

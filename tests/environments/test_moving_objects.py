@@ -1,4 +1,4 @@
-"""The pushed mass as a scene, and what holds for every moving object."""
+"""The pushed mass and the puck as scenes: momentum, energy, friction, growth by the integrator."""
 
 import math
 
@@ -9,8 +9,7 @@ import hapkit_studio as hs
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.environments.base import Conditions
 from tests.dynamics import growth
-from tests.environments.calling import LIBRARY, call
-from tests.environments.imposed import column, imposed, smoothly
+from tests.environments.calling import LIBRARY, call, column, imposed, smoothly
 
 MASS, PUCK = LIBRARY["mass_spring_damper"], LIBRARY["puck"]
 CONTRACT = {"object", "object_velocity", "object_acceleration", "started"}
@@ -55,16 +54,6 @@ def test_the_scene_is_the_integrator(method):
         assert v[first:] == pytest.approx(speed, abs=1e-11)
     acceleration = (3.0 - v[first - 1] - 300.0 * x[first - 1]) / 0.2
     assert column(run, "object_acceleration")[first] == pytest.approx(acceleration, rel=1e-12)
-
-
-@pytest.mark.parametrize("pad", [0.0, 4.0])
-def test_the_mass_is_pushed_by_what_the_handle_felt(pad):
-    """m (v_k+1 - v_k) / dt = -F_k - b v_k - k (x_k - x_eq): action and reaction, sample by sample."""
-    run = imposed("mass_spring_damper", {"contact_damping": pad}, pushed_and_left, 0.5)
-    x, v = column(run, "object"), column(run, "object_velocity")
-    inertia = 2.0 * np.diff(v) / 1e-3
-    assert run.force.min() < -1.0
-    assert inertia == pytest.approx((-run.force - v - 300.0 * (x - 0.01))[:-1], abs=1e-10)
 
 
 def test_objects_begin_at_rest_where_they_belong():
@@ -155,15 +144,86 @@ def test_what_flies_apart_begins_anew_and_the_force_stays_finite(key, method, ra
         assert begins_anew.any()
 
 
-@pytest.mark.parametrize("environment", [MASS, PUCK], ids=lambda e: e.key)
-def test_the_object_lives_on_through_a_change_of_parameters(environment):
-    values = environment.values()
-    state = None
-    for k in range(180):
-        _, state, _ = call(environment, values, min(-0.01 + 0.2e-3 * k, 0.02), 0.0, state)
-    moving = state.copy()
-    changed = environment.values({"mass": 0.3, "contact_stiffness": 900.0, "integrator": "verlet"})
-    _, state, _ = call(environment, changed, -0.05, 0.0, state)
-    where, speed = environment.state_names.index("object"), environment.state_names.index("object_velocity")
-    assert abs(moving[speed]) > 1e-3
-    assert abs(state[where] - moving[where]) < 2e-3 * abs(moving[speed])
+def shove(t):
+    """Against the puck from the left, and far away before it comes back."""
+    return smoothly(t, -0.01, 0.018, 0.12) if t < 0.12 else smoothly(t - 0.12, 0.018, -0.3, 0.1)
+
+
+@pytest.mark.parametrize("method", INTEGRATORS)
+def test_a_push_gives_the_puck_its_impulse(method):
+    """m v = the force summed over the samples; to the last digit where a step takes just that force."""
+    run = imposed("puck", {"integrator": method}, shove, 0.16)
+    momentum = 0.5 * column(run, "object_velocity")[-1]
+    impulse = -run.force.sum() * 1e-3
+    assert run.force[-1] == 0.0
+    assert momentum > 0.03
+    exactly = method in ("explicit_euler", "semi_implicit")
+    assert impulse == pytest.approx(momentum, rel=1e-12 if exactly else 0.03)
+
+
+def bounces(method, wall, rate=1000.0, seconds=8.0):
+    """Return the energies of a puck of 0.05 kg between its bounces off two walls, after one shove."""
+    values = {"integrator": method, "mass": 0.05, "wall_stiffness": wall}
+    run = imposed("puck", values, shove, seconds, rate)
+    x, v = column(run, "object"), column(run, "object_velocity")
+    free = (np.abs(x) < 0.03) & (run.time > 0.25)
+    starts = np.flatnonzero(free & ~np.roll(free, 1))
+    assert len(starts) > 8
+    return 0.025 * v[starts[1:]] ** 2
+
+
+@pytest.mark.parametrize(
+    ("method", "gain", "tolerance"),
+    [
+        ("explicit_euler", 1.275, 0.01),
+        ("lecture", 1.275, 0.01),
+        ("semi_implicit", 1.0, 2e-3),
+        ("verlet", 1.0, 2e-3),
+        ("rk4", 1.0, 1e-3),
+        ("implicit_euler", 0.784, 0.01),
+        ("exact", 1.0, 1e-6),
+    ],
+)
+def test_energy_of_a_bounce_between_the_walls(method, gain, tolerance):
+    """Off 300 N/m at 1 kHz, omega dt = 0.0775."""
+    energy = bounces(method, 300.0, seconds=1.6 if gain > 1.1 else 4.0)
+    ratio = (energy[7] / energy[0]) ** (1.0 / 7.0) if gain != 1.0 else energy / energy[0]
+    assert ratio == pytest.approx(gain, abs=tolerance)
+
+
+@pytest.mark.parametrize("method", INTEGRATORS)
+def test_friction_stops_the_puck_and_it_stays(method):
+    """Off the handle it slides on by m v^2 / (2 F_c); where a step is only projected, to half a step of v."""
+    run = imposed("puck", {"integrator": method, "friction": 2.0, "mass": 0.1}, shove, 1.0)
+    x, v = column(run, "object"), column(run, "object_velocity")
+    off = np.flatnonzero(run.force)[-1] + 2
+    assert v[off] > 0.1
+    slides = 0.1 * v[off] ** 2 / 4.0
+    assert x[off] + slides < 0.034
+    assert x[-1] - x[off] == pytest.approx(slides, abs=1e-12 if method == "exact" else 0.51e-3 * v[off])
+    assert np.all(v[-500:] == 0.0)
+    assert np.all(x[-500:] == x[-1])
+
+
+def test_the_handle_keeps_its_side_inside_the_puck():
+    """Through the middle it pushes on to where it came from; beyond the far edge it is on the other side."""
+    values = PUCK.values()
+    for sign in (1.0, -1.0):
+        _, state, _ = call(PUCK, values, 0.010 - sign * 0.006, 0.0)
+        for offset, want in ((-0.004, 1.0), (0.002, 7.0), (0.0049, 9.9)):
+            inside, still, _ = call(PUCK, values, 0.010 + sign * offset, 0.0, state.copy())
+            assert inside == pytest.approx(-sign * 500.0 * want * 1e-3, rel=1e-9)
+            assert still[PUCK.state_names.index("side")] == sign
+        beyond, state, _ = call(PUCK, values, 0.010 + sign * 0.006, 0.0, state.copy())
+        assert beyond == 0.0
+        assert state[PUCK.state_names.index("side")] == -sign
+
+
+@pytest.mark.parametrize("pad", [0.0, 4.0])
+def test_the_mass_is_pushed_by_what_the_handle_felt(pad):
+    """m (v_k+1 - v_k) / dt = -F_k - b v_k - k (x_k - x_eq): action and reaction, sample by sample."""
+    run = imposed("mass_spring_damper", {"contact_damping": pad}, pushed_and_left, 0.5)
+    x, v = column(run, "object"), column(run, "object_velocity")
+    inertia = 2.0 * np.diff(v) / 1e-3
+    assert run.force.min() < -1.0
+    assert inertia == pytest.approx((-run.force - v - 300.0 * (x - 0.01))[:-1], abs=1e-10)

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 import hapkit_studio as hs
-from hapkit_studio.dynamics.grains import grain
 from hapkit_studio.environments.base import Conditions
-from tests.environments.asking import force, forces, frequency
-from tests.environments.calling import LIBRARY
+from hapkit_studio.environments.texture import grain
+from tests.environments.calling import LIBRARY, force, forces, frequency
 
 TEXTURE = LIBRARY["texture"]
 
@@ -23,16 +22,6 @@ def swept(speed, seconds=1.0, **given):
 def test_vibrates_at_speed_over_wavelength(kind, speed, wavelength):
     run = swept(speed, kind=kind, wavelength=wavelength)
     assert frequency(run.force[1:], 1000.0) == pytest.approx(speed / wavelength, rel=0.01)
-
-
-def test_sandpaper_vibrates_around_speed_over_wavelength():
-    """Half of its power lies within a factor of two: grains are as wide as half a ridge, but random."""
-    run = swept(0.05, kind="sandpaper", wavelength=0.0005)
-    power = np.abs(np.fft.rfft(run.force)) ** 2
-    hertz = np.fft.rfftfreq(len(run.force), 1e-3)
-    near = (hertz > 50.0) & (hertz < 200.0)
-    assert power[near].sum() > 0.5 * power.sum()
-    assert power[hertz < 10.0].sum() < 0.02 * power.sum()
 
 
 def test_grating_is_a_sine():
@@ -91,18 +80,6 @@ def test_sandpaper_is_bounded_steady_and_of_zero_mean(seed):
     assert np.abs(np.diff(got)).max() > 0.8 * stiffness * (x[1] - x[0])
 
 
-def test_a_seed_counts_by_whole_numbers():
-    x = np.linspace(-0.03, 0.03, 101)
-    one, still_one, two = (forces("texture", x, kind="sandpaper", seed=s) for s in (1.0, 1.9, 2.0))
-    assert np.array_equal(one, still_one)
-    assert np.abs(one - two).max() > 0.05
-
-
-@pytest.mark.parametrize("kind", ["bands", "grating", "sandpaper"])
-def test_nothing_to_warn_of_by_default(kind):
-    assert not list(TEXTURE.warnings(TEXTURE.values({"kind": kind}), Conditions()))
-
-
 def warned(conditions=None, **given):
     return list(TEXTURE.warnings(TEXTURE.values(given), conditions or Conditions()))
 
@@ -136,6 +113,16 @@ def test_warns_of_ridges_too_steep_for_the_device(kind):
     assert not warned(kind="bands", amplitude=2.0)
 
 
+def test_theory_is_drawn_where_it_is():
+    x, v = np.linspace(-0.02, 0.02, 81), np.linspace(-0.2, 0.2, 41)
+    bands, grating = TEXTURE.values(), TEXTURE.values({"kind": "grating"})
+    assert np.isnan(TEXTURE.over_position(bands, x)).all()
+    assert TEXTURE.over_velocity(bands, v) == pytest.approx(np.array([-8.0 * v, 0.0 * v]))
+    want = 0.25 * np.sin(2.0 * np.pi * x / 0.005)
+    assert TEXTURE.over_position(grating, x) == pytest.approx(want, abs=1e-12)
+    assert np.isnan(TEXTURE.over_velocity(grating, v)).all()
+
+
 def test_the_limit_of_the_amplitude_is_that_of_stability():
     """A ridge 1 % below it calms a handle in its stable place within 12 s, one 1 % above shakes it."""
     highest = 0.5 * 0.005 / (np.pi * 1e-3)
@@ -147,13 +134,3 @@ def test_the_limit_of_the_amplitude_is_that_of_stability():
         growth.append(np.ptp(run.true_position[-500:]) / np.ptp(run.true_position[:500]))
     assert growth[0] < 0.7
     assert growth[1] > 1.4
-
-
-def test_theory_is_drawn_where_it_is():
-    x, v = np.linspace(-0.02, 0.02, 81), np.linspace(-0.2, 0.2, 41)
-    bands, grating = TEXTURE.values(), TEXTURE.values({"kind": "grating"})
-    assert np.isnan(TEXTURE.over_position(bands, x)).all()
-    assert TEXTURE.over_velocity(bands, v) == pytest.approx(np.array([-8.0 * v, 0.0 * v]))
-    want = 0.25 * np.sin(2.0 * np.pi * x / 0.005)
-    assert TEXTURE.over_position(grating, x) == pytest.approx(want, abs=1e-12)
-    assert np.isnan(TEXTURE.over_velocity(grating, v)).all()

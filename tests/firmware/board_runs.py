@@ -1,7 +1,6 @@
 """Runs of laws in the virtual board, in lockstep: code in, telemetry out, a word in now and then."""
 
 import os
-import select
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,7 @@ from hapkit_studio.laws import board as code
 from hapkit_studio.laws.board import Program
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, crc16, encode
 from hapkit_studio.protocol.messages import PIECE, Alive, Estimator, Law, Message, Piece, Sample, Telemetry
-from tests.waiting import PATIENCE
+from tests.firmware.vb import heard, opened
 
 FREQUENCY = 16e6
 SETTLE = 0.05
@@ -59,43 +58,52 @@ def piece(law: Program, generation: int, at: int) -> Piece:
     return Piece(generation, at, tuple(law.data[at : at + PIECE].ljust(PIECE, b"\0")))
 
 
-def frames(board: VirtualBoard, decoder: Decoder) -> Iterator[Message]:
+def frames(board: VirtualBoard) -> Iterator[Message]:
     """Yield what the board says for ever; fail where it falls silent."""
+    decoder = Decoder()
     while True:
-        ready, _, _ = select.select([board.fileno()], [], [], PATIENCE)
-        assert ready, "the board has gone silent"
-        yield from decoder.feed(os.read(board.fileno(), 4096))
+        yield from heard(board.fileno(), decoder)
 
 
 def send(
-    board: VirtualBoard, law: Program, rate: int, filter: Filter | None = None, generation: int = 1
-) -> None:
-    """Send a law, a piece a sample, until the board renders it; raise Refused."""
-    os.write(board.fileno(), encode(announced(law, rate, filter or usual(rate), generation)))
-    for message in frames(board, Decoder()):
-        if isinstance(message, Telemetry) and message.generation == generation:
-            os.write(board.fileno(), encode(Alive()))
-            return
+    board: VirtualBoard,
+    law: Program,
+    rate: int,
+    filter: Filter | None = None,
+    stream: Iterator[Message] | None = None,
+) -> Telemetry:
+    """Send a law, a piece a sample, until the board renders it; return its first frame, raise Refused."""
+    os.write(board.fileno(), encode(announced(law, rate, filter or usual(rate), 1)))
+    for message in stream or frames(board):
         word = encode(Alive())
-        if isinstance(message, Sample) and message.generation == generation:
+        if isinstance(message, Telemetry) and message.generation == 1:
+            os.write(board.fileno(), word)
+            return message
+        if isinstance(message, Sample) and message.generation == 1:
             if message.refusal:
                 raise Refused(message.refusal)
-            word = encode(piece(law, generation, message.received))
+            word = encode(piece(law, 1, message.received))
         os.write(board.fileno(), word)
+    raise AssertionError("the board has ended")
 
 
-def listen(board: VirtualBoard, seconds: float) -> list[Telemetry]:
-    """Answer telemetry for so many s of board time, as often as the studio; return it."""
+def listen(board: VirtualBoard, seconds: float, stream: Iterator[Message]) -> list[Telemetry]:
+    """Answer telemetry as often as the studio; return that of so many s of board time, or to a sample."""
     seen, told = [], -1
-    for message in frames(board, Decoder()):
-        if isinstance(message, Telemetry):
-            seen.append(message)
-            turn = round(message.time_us * 1e-6 / ALIVE_APART)
-            os.write(board.fileno(), encode(Alive()) if turn != told else DELIMITER)
-            told = turn
-            if (message.time_us - seen[0].time_us) * 1e-6 >= seconds:
-                break
+    for message in stream:
+        if not isinstance(message, Telemetry):
+            break
+        seen.append(message)
+        turn = round(message.time_us * 1e-6 / ALIVE_APART)
+        os.write(board.fileno(), encode(Alive()) if turn != told else DELIMITER)
+        told = turn
+        if (message.time_us - seen[0].time_us) * 1e-6 >= seconds:
+            break
     return seen
+
+
+# a script goes by the board's clock, which must not run on while a busy machine keeps us waiting
+WAITING = ("--await", "0", "--answer-timeout", "60")
 
 
 def render(
@@ -109,21 +117,17 @@ def render(
     firmware=None,
 ) -> Rendering:
     """Render one law from the start of a run, with the usual firmware or another image; raise Refused."""
-    (folder / "script.txt").write_text("\n".join(script))
-    # a script goes by the board's clock, which must not run on while a busy machine keeps us waiting
-    words = ("--await", "0", "--answer-timeout", "60", *options)
-    board = VirtualBoard("lockstep", folder / "truth.f64", folder / "script.txt", words, firmware)
-    board.open()
-    try:
+    log, commands = folder / "truth.f64", folder / "script.txt"
+    commands.write_text("\n".join(script))
+    with opened(log=log, script=commands, options=(*WAITING, *options), firmware=firmware) as board:
         board.start_stream()
-        send(board, law, rate, filter)
-        seen = listen(board, SETTLE)
+        stream = frames(board)
+        send(board, law, rate, filter, stream)
+        seen = listen(board, SETTLE, stream)
         before = board.status()
-        later = listen(board, seconds)
+        later = listen(board, seconds, stream)
         after = board.status()
-    finally:
-        board.close()
     cycles = FREQUENCY * (after["time"] - before["time"])
     share = 1.0 - (after["asleep_cycles"] - before["asleep_cycles"]) / cycles
     skipped = (later[-1].overruns - seen[-1].overruns) & 0xFF
-    return Rendering(seen + later, truth(folder / "truth.f64"), share, skipped, board.summary)
+    return Rendering(seen + later, truth(log), share, skipped, board.summary)

@@ -1,4 +1,7 @@
-"""Run every fault and print the table: `python -m tests.firmware.faults_table > assets/docs/faults.md`."""
+"""Measure every fault and print the table: `python -m tests.firmware.faults_table > assets/docs/faults.md`.
+
+What a fault did is in the truth log of the board and the rows of the studio.
+"""
 
 import argparse
 import dataclasses
@@ -6,13 +9,223 @@ import json
 import math
 import sys
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
-from hapkit_studio.haptics import arrays
-from tests.firmware.faults_cases import BOARD_RENDERS, CASES, TESTED, Case
-from tests.firmware.faults_measure import Measured, measure
-from tests.firmware.faults_run import run_case
+import numpy as np
 
+from hapkit_studio.haptics import arrays, rows
+from tests.firmware.faults import BOARD_RENDERS, CASES, END, START, STIFFNESS, TESTED, Case, Run, run_case
+from tests.firmware.vb import FULL_FORCE, QUANTUM
+
+DUTY = 255
+NOT_RENDERED = rows.STALE | rows.STOPPED | rows.FAULT | rows.FADING
+MARKED = rows.STALE | rows.STOPPED | rows.FAULT
+COUNTS = 1.1
+"""Counts between record and truth that are none: one of the sensor's steps, a tenth of the log's 0.1 ms."""
+STEP = 0.05
+"""N: two steps of the duty at 1 N."""
+LATELY = 20
+"""Log rows in which a position may have been sampled, sent, answered."""
+BRIDGED = 0.01
+LONGEST_WAY = 0.40
+"""s that a command may have been under way: the longest stall and what had queued behind it."""
+
+
+@dataclass
+class Measured:
+    """Figures of one run; nan where there is nothing to measure."""
+
+    name: str
+    peak: float  # N at the pins
+    off: float  # s after START until the motor was off
+    on_while_off: float  # s that it was on again before END, where it had to be off
+    back: float  # s after END until the full force was back
+    rows: int
+    wrong_rows: int  # positions that are not the truth's, in rows that nothing marks
+    unmarked_gaps: int
+    foreign: int  # log rows with a force at the pins that nobody had sent: false accepts
+    lost: int
+    bad: int
+    told: int  # damage that the board counted and reported, modulo 256
+    stale: int
+    fault: int
+    overruns: int  # bytes that the chip's port lost
+    late_ticks: int  # samples that the board did not take at its period
+    silent_offs: int
+    hurt_to: int  # bytes damaged on purpose, to the board and from it
+    hurt_from: int
+
+    @property
+    def wrong(self) -> int:
+        """Everything that was recorded or done wrongly."""
+        return self.wrong_rows + self.unmarked_gaps + self.foreign
+
+
+def measure(run: Run) -> Measured:
+    """Measure one run."""
+    case, truth = run.case, run.truth
+    every = np.concatenate(run.rows)
+    off = time_off(run)
+    return Measured(
+        name=case.name,
+        peak=float(np.abs(truth.motor_force).max()),
+        off=off,
+        on_while_off=on_again(run, off),
+        back=time_back(run),
+        rows=len(every),
+        wrong_rows=sum(wrong_rows(run, k) for k in range(len(run.rows))),
+        unmarked_gaps=sum(unmarked_gaps(found) for found in run.rows),
+        foreign=foreign(run),
+        overruns=run.summary["overruns"],
+        late_ticks=sum(late_ticks(found) for found in run.rows),
+        **{key: run.summary[key] for key in ("silent_offs", "hurt_to", "hurt_from")},
+        **{key: run.counters[key] for key in ("lost", "bad", "told", "stale", "fault")},
+    )
+
+
+def time_off(run: Run) -> float:
+    """Return how long after START the motor went off, where the case wants it off."""
+    if run.case.off is None:
+        return np.nan
+    after = run.truth[run.truth.time >= START]
+    return float(after.time[np.flatnonzero(after.duty == 0)[0]] - START)
+
+
+def on_again(run: Run, off: float) -> float:
+    """Return for how many s the motor was on although it had to be off."""
+    if run.case.off is None:
+        return 0.0
+    span = run.truth[(run.truth.time > START + off) & (run.truth.time < END)]
+    return float(np.count_nonzero(span.duty) * np.median(np.diff(run.truth.time)))
+
+
+def time_back(run: Run) -> float:
+    """Return how long after END the full force was in the motor again, where the case wants it back."""
+    if run.case.back is None:
+        return np.nan
+    found = run.rows[-1]
+    full = (found[:, rows.FLAGS].astype(int) & NOT_RENDERED) == 0
+    after = found[full & (found[:, rows.HOST_TIME] > END), rows.HOST_TIME]
+    on = run.truth[(run.truth.duty != 0) & (run.truth.time >= after[0])].time if len(after) else []
+    return float(on[0] - END) if len(on) else np.inf
+
+
+def errors(run: Run, found: np.ndarray, start: float) -> np.ndarray:
+    """Return by how many counts rows differ from the truth since the first one that counts; n,
+
+    where the board's clock began at start.
+    """
+    time = found[:, rows.BOARD_TIME] + start
+    error = found[:, rows.POSITION] - np.interp(time, run.truth.time, run.truth.position)
+    first = np.argmin(found[:, rows.FLAGS].astype(int) & MARKED)
+    return (error - error[first]) / QUANTUM
+
+
+def start_of_clock(run: Run) -> float:
+    """Return how long after its start the board's clock began, to 25 us: rows before START agree best."""
+    found = run.rows[0]
+    found = found[found[:, rows.BOARD_TIME] < START]
+    tried = np.arange(0.0, 1e-3, 25e-6)
+    spread = np.array([np.ptp(errors(run, found, start)) for start in tried])
+    return float(np.mean(tried[spread < spread.min() + 0.01]))
+
+
+def start_of_connection(run: Run, number: int) -> float:
+    """Return when the board's clock of a connection began: at the start, or at its reset."""
+    reset = number == 1 and any("reset" in words for words in run.case.script)
+    return start_of_clock(run) + (START if reset else 0.0)
+
+
+def wrong_rows(run: Run, number: int) -> int:
+    """Count the rows of a connection whose position is not the truth's and that nothing marks."""
+    found = run.rows[number]
+    if not len(found):
+        return 0
+    start = start_of_connection(run, number)
+    time, error = found[:, rows.BOARD_TIME] + start, errors(run, found, start)
+    marked = (found[:, rows.FLAGS].astype(int) & MARKED) != 0
+    if run.case.wrong:
+        marked |= (found[:, rows.FLAGS].astype(int) & rows.GAP) != 0  # bridged by the board, and marked so
+        marked |= (time >= START) & (time <= END + 1e-3)
+    return int(np.count_nonzero((np.abs(error) > COUNTS) & ~marked))
+
+
+def unmarked_gaps(found: np.ndarray) -> int:
+    """Count jumps of the board's time by more than a period in rows that do not say so."""
+    steps = np.diff(found[:, rows.BOARD_TIME])
+    gap = (found[1:, rows.FLAGS].astype(int) & rows.GAP) != 0
+    return int(np.count_nonzero((np.abs(steps - 1e-3) > 0.5e-3) & ~gap))
+
+
+def late_ticks(found: np.ndarray) -> int:
+    """Count samples that the board did not take at its period, a quarter of a millisecond at the shortest."""
+    steps = np.diff(found[:, rows.BOARD_TIME]) / 0.25e-3
+    return int(np.count_nonzero(np.abs(steps - np.round(steps)) > 0.05))
+
+
+def foreign(run: Run) -> int:
+    """Count log rows with a force that nobody asked for: the loop lately, or the board's own law."""
+    return foreign_to_the_law(run) if run.case.board else foreign_to_the_loop(run)
+
+
+def foreign_to_the_law(run: Run) -> int:
+    """Count log rows whose force does not lie between none and the spring's, where the handle was lately.
+
+    Forces that the computer sends, while it renders still, are the same spring's. Every connection has its
+    own zero, and the sensor may say wrong things while it is at fault.
+    """
+    truth, case = run.truth, run.case
+    held = np.isnan(truth.time)
+    if case.wrong:
+        held |= (truth.time >= START) & (truth.time <= END + BRIDGED)
+    spring = np.array([-STIFFNESS * (truth.position - zero) for zero in zeros(run)])
+    most = _lately(np.maximum(spring.max(axis=0), 0.0), np.max)
+    least = _lately(np.minimum(spring.min(axis=0), 0.0), np.min)
+    beyond = (truth.motor_force > most + STEP) | (truth.motor_force < least - STEP)
+    return int(np.count_nonzero(beyond & ~held))
+
+
+def zeros(run: Run) -> list[float]:
+    """Return where in m the zero of each connection lies."""
+    found = []
+    for number, some in enumerate(run.rows):
+        first = some[np.argmin(some[:, rows.FLAGS].astype(int) & MARKED)]
+        time = first[rows.BOARD_TIME] + start_of_connection(run, number)
+        found.append(float(np.interp(time, run.truth.time, run.truth.position)))
+    return found
+
+
+def _lately(values: np.ndarray, what) -> np.ndarray:
+    """Return the largest or smallest value of the last LATELY rows at each row."""
+    padded = np.concatenate((np.full(LATELY, values[0]), values))
+    return what(np.lib.stride_tricks.sliding_window_view(padded, LATELY + 1), axis=1)
+
+
+def foreign_to_the_loop(run: Run) -> int:
+    """Count log rows with a duty that answers no force sent lately, within a step.
+
+    A log row may fall between the writing of duty and direction, a microsecond: the next one tells.
+    """
+    times = np.array([t for t, _ in run.forces])
+    sent = duty_of(np.array([f for _, f in run.forces]))
+    others = [0.0, *duty_of(np.array(run.case.extra))]
+
+    def unknown(row) -> bool:
+        first, last = np.searchsorted(times, [row.time - LONGEST_WAY, row.time])
+        known = np.concatenate((sent[first:last], others))
+        return not np.any(np.abs(known - row.duty) <= 1.0)
+
+    some = range(0, len(run.truth) - 1, 5)
+    return sum(unknown(run.truth[k]) and unknown(run.truth[k + 1]) for k in some)
+
+
+def duty_of(force: np.ndarray) -> np.ndarray:
+    """Return the signed duty of a force in N: force = full force * duty^2."""
+    return np.sign(force) * DUTY * np.sqrt(np.minimum(np.abs(force) / FULL_FORCE, 1.0))
+
+
+# --- the table
 HEAD = """\
 # What faults do
 

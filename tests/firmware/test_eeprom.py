@@ -7,11 +7,12 @@ import signal
 import numpy as np
 import pytest
 
-from hapkit_studio.devices.virtual_board import VirtualBoard, firmware
+from hapkit_studio.devices.profiles import of_settings
+from hapkit_studio.devices.virtual_board import firmware
 from hapkit_studio.protocol.framing import Decoder, encode
-from hapkit_studio.protocol.messages import Alive, Board, Origin, Pins, Save, Sensor, SettingsRequest
+from hapkit_studio.protocol.messages import Alive, Origin, Pins, Save, Sensor, SettingsRequest
 from tests.firmware import kits
-from tests.firmware.vb import needs_board, run
+from tests.firmware.vb import needs_board, opened, run
 from tests.waiting import wait_until
 
 pytestmark = needs_board
@@ -27,17 +28,8 @@ def memory(tmp_path):
 def settings_after(memory, **options):
     """Switch a board on with an EEPROM, ask for its settings, switch it off."""
     words = [word for name, value in options.items() for word in (f"--{name}", str(value))]
-    board = VirtualBoard("fast", options=("--eeprom", str(memory), *words))
-    board.open()
-    try:
+    with opened("fast", options=("--eeprom", str(memory), *words)) as board:
         return board.settings()
-    finally:
-        board.close()
-
-
-def of(settings):
-    """Return the part of an answer that was sent as Board."""
-    return Board(**{field.name: getattr(settings, field.name) for field in Board.layout()})
 
 
 def test_a_new_board_has_the_usual_kit_and_writes_nothing(memory):
@@ -46,39 +38,22 @@ def test_a_new_board_has_the_usual_kit_and_writes_nothing(memory):
     assert memory.read_bytes() == b"\xff" * kits.SIZE
 
 
-def test_what_is_saved_is_there_without_power_and_laid_out_as_written_here(memory):
+def test_what_is_saved_outlives_a_board_that_is_killed_and_is_laid_out_as_written_here(memory):
     # numbers that a float of the wire holds exactly
     kit = kits.board(
         pins=Pins.D3_D12, zero=-321, sense=-1, max_force=1.5, motor_constant=0.03125, dead_band=7
     )
-    board = VirtualBoard("fast", options=("--eeprom", str(memory)))
-    board.open()
-    try:
+    with opened("fast", options=("--eeprom", str(memory))) as board:
         assert board.configure(kit).origin == Origin.UNSAVED
         stored = board.save()
         assert stored.origin == Origin.STORED
-    finally:
-        board.close()
+        saved = board.status()["time"]
+        wait_until(lambda: board.status()["time"] > saved + 0.1)
+        os.kill(board.pid, signal.SIGKILL)
     again = settings_after(memory)
     assert again == stored
-    assert of(again).pack() == kit.pack()
+    assert of_settings(again).pack() == kit.pack()
     assert memory.read_bytes()[kits.PLACES[0] :][:BLOCK] == kits.block(kit)
-
-
-def test_what_is_saved_outlives_a_board_that_is_killed(memory):
-    board = VirtualBoard("fast", options=("--eeprom", str(memory)))
-    board.open()
-    try:
-        board.configure(kits.board(zero=-321))
-        stored = board.save()
-        saved = board.status()["time"]
-        while board.status()["time"] < saved + 0.1:
-            pass
-        os.kill(board.pid, signal.SIGKILL)
-    finally:
-        board.close()
-    assert stored.origin == Origin.STORED
-    assert settings_after(memory) == stored
 
 
 def test_a_block_written_here_is_read(memory):
@@ -87,7 +62,7 @@ def test_a_block_written_here_is_read(memory):
         memory.write_bytes(kits.eeprom(kit, place))
         settings = settings_after(memory, sensor="as5048a")
         assert settings.origin == Origin.STORED
-        assert of(settings).pack() == kit.pack()
+        assert of_settings(settings).pack() == kit.pack()
 
 
 def drives_d3(memory, folder):
@@ -148,15 +123,14 @@ def ask(board):
     read(board)
     pass_time(board, SettingsRequest())
     (found,) = Decoder().feed(read(board))
-    return of(found)
+    return of_settings(found)
 
 
 def test_a_reset_while_saving_leaves_old_or_new(memory):
     # a save of 73 bytes takes 3.4 ms each: 0.25 s; in lockstep the board's time stands still between messages
-    board = VirtualBoard("lockstep", options=("--eeprom", str(memory)))
-    board.open()
-    old, seen = ask(board), []
-    try:
+    seen = []
+    with opened(options=("--eeprom", str(memory))) as board:
+        old = ask(board)
         for cut in range(16):
             new = kits.board(max_force=1.0 + 0.125 * cut, zero=1000 * cut, label=f"save {cut}" * (cut % 2))
             pass_time(board, new)
@@ -168,8 +142,6 @@ def test_a_reset_while_saving_leaves_old_or_new(memory):
             assert found.pack() in (old.pack(), new.pack()), cut
             seen.append(found.pack() == new.pack())
             old = found
-    finally:
-        board.close()
     assert np.array_equal(seen, np.sort(seen))  # early cuts leave the old ones, late ones the new
     assert not seen[0]
     assert seen[-1]

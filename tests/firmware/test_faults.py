@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from hapkit_studio.haptics import arrays
-from tests.firmware.faults_cases import CASES, END, PERIOD, RECOVER, START, TESTED, no_spam
+from tests.firmware.faults import CASES, END, PERIOD, RECOVER, START, TESTED, no_spam
 from tests.firmware.vb import FULL_FORCE, needs_board
 
 pytestmark = needs_board

@@ -10,7 +10,7 @@ import pytest
 
 from hapkit_studio import resources
 from hapkit_studio.devices import virtual_board
-from hapkit_studio.devices.virtual_board import VirtualBoard
+from tests.firmware.vb import opened
 
 FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
 SKETCH = FIRMWARE / "hapkit"
@@ -79,12 +79,8 @@ def test_build_fails_above_a_limit(build, limit):
 @pytest.mark.skipif(not virtual_board.built(), reason="the virtual board is not built")
 def test_the_arena_is_as_large_as_the_firmware_says(build):
     folder, said = build
-    board = VirtualBoard("fast", firmware=folder / "hapkit.elf")
-    board.open()
-    try:
+    with opened("fast", firmware=folder / "hapkit.elf") as board:
         assert f"{board.hello.arena} of them the arena" in said
-    finally:
-        board.close()
 
 
 @needs_avr
@@ -107,7 +103,7 @@ def test_prebuilt_firmware_is_what_its_compiler_makes_of_these_sources(build):
     folder, _ = build
     recorded = resources.path("firmware", "made-with.txt").read_text()
     if make("-s", "--no-print-directory", "made-with").stdout != recorded:
-        pytest.skip("another compiler than the prebuilt firmware's; test_hex.py looks at what it does")
+        pytest.skip("another compiler than the prebuilt one's; test_vb_firmware.py looks at what it does")
     assert (folder / "hapkit.hex").read_bytes() == resources.path("firmware", "hapkit.hex").read_bytes()
 
 

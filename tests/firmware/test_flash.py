@@ -80,12 +80,6 @@ def test_the_boot_loader_of_older_boards_is_reached_at_its_own_speed(start, tmp_
     host.close()
 
 
-def test_a_chip_with_another_signature_is_not_written_to(start, tmp_path):
-    board = start(boot.of_another_chip(tmp_path))
-    with pytest.raises(FlashError, match=r"another chip \(signature 1e940f\).*ATmega328P"):
-        flash(board.port, boot.small_image(tmp_path))
-
-
 def test_what_reads_back_differently_is_said_with_its_place(start, tmp_path):
     board = start(boot.that_writes_nothing(tmp_path))
     with pytest.raises(

@@ -5,28 +5,25 @@ state. The machine on this computer and the law in double precision get the same
 """
 
 import math
-import os
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
-from hapkit_studio.devices.virtual_board import VirtualBoard
-from hapkit_studio.haptics.board_rendering import ALIVE_APART
 from hapkit_studio.laws import machine
 from hapkit_studio.laws.board import Program
 from hapkit_studio.laws.law import Law
-from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
-from hapkit_studio.protocol.messages import Alive, Sample, Telemetry
+from hapkit_studio.workshop import reading
+from hapkit_studio.workshop.own import built_in
 from tests.firmware import board_runs
-from tests.firmware.vb import QUANTUM, needs_board
+from tests.firmware.vb import QUANTUM, needs_board, opened
 from tests.laws import random_laws
-from tests.laws.board_laws import ENVIRONMENTS
 from tests.laws.error_analysis import Analysis, Fault, Unclear, compile_unrounded, single
 from tests.laws.machine_pc import Machine, build, needs_compiler
 from tests.laws.twins import Compiled, NoNumber, Plain
 from tests.wide import wide
 
+ENVIRONMENTS = built_in()
 pytestmark = [needs_board, needs_compiler]
 
 BOUND = 2e-3  # N
@@ -77,38 +74,16 @@ def rate_of(program: Program) -> int | None:
 
 def rendered(folder, program: Program, rate: int) -> Run:
     """Return what the board tells from a law's first tick on, until the time is over or its force is none."""
-    (folder / "script.txt").write_text("\n".join(MOTION))
-    words = ("--await", "0", "--answer-timeout", "60")
-    board = VirtualBoard("lockstep", folder / "truth.f64", folder / "script.txt", words)
-    board.open()
-    seen: list[Telemetry] = []
-    refused, told = False, -1
-    try:
+    commands = folder / "script.txt"
+    commands.write_text("\n".join(MOTION))
+    with opened(log=folder / "truth.f64", script=commands, options=board_runs.WAITING) as board:
         board.start_stream()
-        os.write(board.fileno(), encode(board_runs.announced(program, rate, board_runs.usual(rate), 1)))
-        for message in board_runs.frames(board, Decoder()):
-            word = DELIMITER
-            if isinstance(message, Telemetry):
-                assert message.generation == 1
-                seen.append(message)
-                if (message.time_us - seen[0].time_us) * 1e-6 >= SECONDS:
-                    break
-                turn = round(message.time_us * 1e-6 / ALIVE_APART)
-                word = encode(Alive()) if turn != told else DELIMITER
-                told = turn
-            elif isinstance(message, Sample):
-                refused = bool(seen)
-                if refused:
-                    break
-                assert not message.refusal, machine.Refusal(message.refusal)
-                here = message.generation == 1
-                word = encode(board_runs.piece(program, 1, message.received) if here else Alive())
-            os.write(board.fileno(), word)
-    finally:
-        board.close()
+        stream = board_runs.frames(board)
+        seen = [board_runs.send(board, program, rate, stream=stream)]
+        seen += board_runs.listen(board, SECONDS, stream)
     assert (np.diff([f.seq for f in seen]) & 0xFFFF == 1).all()
-    quantum = float(np.float32(QUANTUM))
-    rows = np.array([(f.count * quantum, f.velocity) for f in seen], np.float32)
+    refused = seen[-1].time_us - seen[0].time_us < 1e6 * SECONDS
+    rows = np.array([(f.count * float(np.float32(QUANTUM)), f.velocity) for f in seen], np.float32)
     return Run(rows, np.array([f.asked for f in seen]), [(f.state_at, f.state) for f in seen], refused)
 
 
@@ -162,23 +137,68 @@ def apart(law: Law, values, program: Program, rate: int, found: Run) -> float:
     return worst
 
 
-@pytest.mark.parametrize(("key", "given"), wide(CASES + MORE, lambda key, given: (key, given) in CASES))
-def test_the_firmware_renders_an_environment(key, given, twin, tmp_path):
-    environment = ENVIRONMENTS[key]
-    values = environment.values(given)
-    program = board_runs.program(environment, values, 1000, ARENA)
-    rate = rate_of(program)
+def hold_to_python(environment, values, twin: Machine, folder) -> np.ndarray:
+    """Fail where the board's forces are not those of the Python law; return these."""
+    rate = rate_of(board_runs.program(environment, values, 1000, ARENA))
     assert rate
     program = board_runs.program(environment, values, rate, ARENA)
-    found = rendered(tmp_path, program, rate)
+    assert program.size <= ARENA
+    found = rendered(folder, program, rate)
     assert not found.refused
     assert np.ptp(found.rows[:, 0]) > 0.02
     found = hold(twin, program, found)
     law = Compiled(environment.force, values, 1.0 / rate)
     wanted = np.array([law.call(x, v) for x, v in found.rows.astype(float).tolist()])
-    assert np.abs(wanted).max() > 0.05
     near = ~(np.abs(found.forces - wanted) > BOUND)
     assert near.mean() >= 0.99, int(np.argmin(near))
+    return wanted
+
+
+@pytest.mark.parametrize(("key", "given"), wide(CASES + MORE, lambda key, given: (key, given) in CASES))
+def test_the_firmware_renders_an_environment(key, given, twin, tmp_path):
+    environment = ENVIRONMENTS[key]
+    assert np.abs(hold_to_python(environment, environment.values(given), twin, tmp_path)).max() > 0.05
+
+
+OWN = '''"""Two walls and something sticky between them."""
+
+import math
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Choice, Parameter
+
+
+def wall(depth, stiffness):
+    if depth <= 0.0:
+        return 0.0
+    return stiffness * depth
+
+
+@law(state={"warmth": 0.0})
+def force(p, s, x, v, dt):
+    s.warmth += dt * (abs(v) - 2.0 * s.warmth)
+    sticky = p.honey * math.tanh(20.0 * v) / (1.0 + s.warmth) if p.filling == "honey" else 0.0
+    return wall(-p.gap - x, p.stiffness) - wall(x - p.gap, p.stiffness) - sticky
+
+
+ENVIRONMENT = Environment(
+    key="honey_pot", title="Honey pot", summary="Sticky between two walls", force=force,
+    parameters=(
+        Parameter("stiffness", "Stiffness", "N/m", 300.0, 0.0, 2000.0),
+        Parameter("gap", "Gap", "m", 0.008, 0.0, 0.04),
+        Parameter("honey", "Honey", "N", 0.8, 0.0, 2.0),
+        Choice("filling", "Filling", ("honey", "air")),
+    ),
+)
+'''
+
+
+def test_a_file_in_a_persons_folder_renders_on_the_board_as_it_is(twin, tmp_path):
+    file = tmp_path / "honey_pot.py"
+    file.write_text(OWN, encoding="utf-8")
+    environment = reading.load(file)
+    assert np.abs(hold_to_python(environment, environment.values(), twin, tmp_path)).max() > 0.5
 
 
 @pytest.mark.parametrize("seed", wide(range(2000, 2150), lambda seed: seed in SAMPLE))

@@ -1,9 +1,10 @@
-"""Every operation of the board's machine on the chip: exact numbers, this computer's bits, cycles."""
+"""Assembler on the chip, call by call: every operation of the machine, products, filters, frames."""
 
 import numpy as np
 import pytest
 
 from hapkit_studio.laws.machine import OPERATIONS, Refusal
+from hapkit_studio.protocol.framing import frame
 from tests.firmware.chip_calls import Chip, ChipMachine, build, needs_compiler
 from tests.laws import machine_pc
 from tests.laws.random_code import BY_NAME, code, random_code
@@ -23,11 +24,18 @@ EDGES = np.array(
 
 
 @pytest.fixture(scope="module")
-def chip(tmp_path_factory):
+def calls(tmp_path_factory):
+    """Return the chip whose functions are called."""
     folder = tmp_path_factory.mktemp("chip")
     build(folder)
     with Chip(folder) as found:
-        yield ChipMachine(found)
+        yield found
+
+
+@pytest.fixture(scope="module")
+def chip(calls):
+    """Return the machine on it."""
+    return ChipMachine(calls)
 
 
 @pytest.fixture(scope="module")
@@ -132,23 +140,14 @@ def test_no_operands_take_longer_than_the_table_says(chip, rng, operation):
 
 
 @pytest.mark.parametrize(
-    ("name", "body", "most"),
+    "law",
     [
-        ("LOAD", ("LOAD", 1), 1),
-        ("STORE", ("STORE", 5), 1),
-        ("JUMP", ("JUMP", 0), 1),
-        ("FAR_JUMP", ("FAR_JUMP", 0, 0), 1),
+        ("MAIN", "LOAD", 1, "STORE", 5, "JUMP", 0, "FAR_JUMP", 0, 0, "RETURN"),
+        ("SUBROUTINE", "RETURN", "MAIN", "LOOP", 0, 5, 0, "CALL", 0, 0, "NEXT", 0, 7, 0, "RETURN"),
     ],
 )
-def test_cycles_of_what_depends_on_no_operand(chip, name, body, most):
-    chip.load(0, [], SLOTS, code("MAIN", *body, "RETURN"))
-    chip.run([[1.0, 2.0]])
-    assert chip.cycles[0] == ENTRY + BY_NAME[name].most + BY_NAME["RETURN"].most
-
-
-def test_cycles_of_loops_and_calls(chip):
-    law = code("SUBROUTINE", "RETURN", "MAIN", "LOOP", 0, 5, 0, "CALL", 0, 0, "NEXT", 0, 7, 0, "RETURN")
-    loaded = chip.load(0, [], SLOTS, law)
+def test_cycles_of_what_depends_on_no_operand_are_exactly_those_of_the_table(chip, law):
+    loaded = chip.load(0, [], SLOTS, code(*law))
     chip.run([[1.0, 2.0]])
     assert chip.cycles[0] == ENTRY + loaded.cycles
 
@@ -237,3 +236,118 @@ def test_where_numbers_end(chip, name, a, s, wanted):
     chip.load(0, [], SLOTS, law_of(BY_NAME[name]))
     found = chip.run([[a, s]])[0]
     np.testing.assert_allclose(found, [np.float32(wanted)], rtol=5e-6)
+
+
+# --- an integer times a float in one go
+SMALLEST, LARGEST = np.finfo(np.float32).tiny, np.finfo(np.float32).max
+WHOLE = 2**24
+"""Up to here a float holds every integer; of a larger one, what it cannot hold is cut off."""
+INTEGERS = np.array(
+    [0, 1, -1, 2, 255, 256, -256, 65535, 65536, -65537, WHOLE - 1, WHOLE, WHOLE + 1, -WHOLE - 1, 2**25 - 1,
+     2**30, 2**31 - 1, -(2**31) + 1, -(2**31)], dtype=np.int32
+)  # fmt: skip
+FACTORS = np.float32([1.0, 0.5, 1 / 3, 1.9999999, 1.0000001, 20.7e-6, 1e-7, 2e-3, 3e-30, 8e27])
+
+
+def products(calls, value, factor):
+    """Return the chip's products, and how far they are from exact in units of their last bit (n,)."""
+    found = calls.call("times", value.view(np.float32), factor)[0]
+    exact = value.astype(float) * factor.astype(float)
+    off = np.abs(found.astype(float) - exact) / np.spacing(np.abs(exact).astype(np.float32)).astype(float)
+    return found, off
+
+
+def test_an_integer_times_a_float_is_off_by_a_last_bit_at_most(calls, rng):
+    value = (rng.choice([-1, 1], 700) * np.floor(2.0 ** rng.uniform(0, 24, 700))).astype(np.int32)
+    _, off = products(calls, value, np.float32(10.0 ** rng.uniform(-25, 25, 700)))
+    assert off.max() <= 1.0
+    assert np.mean(off <= 0.5001) > 0.97
+    large = rng.integers(-(2**31), 2**31, 400).astype(np.int32)  # most are more than a float holds
+    assert products(calls, large, np.float32(10.0 ** rng.uniform(-25, 25, 400)))[1].max() <= 2.5
+    whole = rng.integers(-WHOLE, WHOLE + 1, 200).astype(np.int32)
+    np.testing.assert_array_equal(products(calls, whole, np.ones(200, np.float32))[0], whole)
+
+
+def test_products_at_the_edges_of_both(calls):
+    value, factor = (m.ravel() for m in np.meshgrid(INTEGERS, FACTORS))
+    zero = value == 0
+    np.testing.assert_array_equal(products(calls, value[zero], factor[zero])[0].view(np.uint32), 0)
+    found, off = products(calls, value[~zero], factor[~zero])
+    assert off[np.abs(value[~zero].astype(np.int64)) <= WHOLE].max() <= 1.0
+    assert off.max() <= 2.5
+    np.testing.assert_array_equal(np.sign(found), np.sign(value[~zero]))
+
+
+def test_products_from_the_smallest_float_to_beyond_the_largest(calls):
+    most, least = np.int32(2**31 - 1), np.int32(-(2**31))
+    value = np.array([1, -1, 1, 2, 3, -3, most, least, most, least, 2], np.int32)
+    half = np.float32(2.0**-31) * LARGEST
+    factor = np.float32([SMALLEST] * 2 + [SMALLEST * 1.5] * 2 + [2.0**-126] * 2 + [half, half])
+    factor = np.append(factor, np.float32([2.0**98, 2.0**98, LARGEST]))
+    found = calls.call("times", value.view(np.float32), factor)[0]
+    exact = value.astype(float) * factor.astype(float)
+    fits = np.abs(exact) <= LARGEST
+    np.testing.assert_allclose(found[fits], exact[fits], rtol=2.5e-7)
+    np.testing.assert_array_equal(found[~fits], np.copysign(np.inf, exact[~fits]))
+    assert 1 <= np.sum(~fits) < value.size
+
+
+# --- a filter's share of a number, and the bytes of a frame, as in C++
+WRITER, BODY, CODED = 0x700, 0x710, 0x780
+"""Places in the chip's memory that nothing else uses."""
+LONGEST_BODY = 72
+
+
+def share(value, half):
+    """Return what estimator::share gives in C++ (n,) of (n,) uint32."""
+    value, half = value.astype(np.uint64), half.astype(np.uint64)
+    high, low, large, small = value >> 16, value & 0xFFFF, half >> 16, half & 0xFFFF
+    total = high * large + (low * large >> 16) + (high * small >> 16)
+    total -= np.where(high & 0x8000, half, 0)
+    return (total << 1).astype(np.uint32)
+
+
+def test_a_share_of_a_number_is_the_same_to_the_last_bit(calls, rng):
+    size = rng.integers(0, 33, (2, 3000)).astype(np.uint64)
+    value, half = (rng.integers(0, 1 << 32, (2, 3000), dtype=np.uint64) >> (32 - size)).astype(np.uint32)
+    edges = np.uint32([0, 1, 0xFFFF, 0x10000, 0x7FFFFFFF, 0x80000000, 0xFFFF0000, 0xFFFFFFFF])
+    value = np.append(np.where(rng.random(3000) < 0.5, value, -value.view(np.int32)), np.repeat(edges, 8))
+    value, half = value.astype(np.int64).astype(np.uint32), np.append(half, np.tile(edges, 8))
+    found, cycles = calls.call("estimator_share", value, half)
+    np.testing.assert_array_equal(found, share(value, half))
+    assert cycles.max() < 110
+    near = value.view(np.int32) * (half / 2.0**31)
+    fits = np.abs(near) < 2.0**30
+    assert fits.sum() > 1000
+    low = near[fits] - found[fits].view(np.int32)
+    assert low.min() >= 0.0
+    assert low.max() < 6.0
+
+
+def written(calls, body: bytes, *parts: int) -> bytes:
+    """Return the frame that the chip makes of a body, put into it in parts of so many bytes."""
+    start = b"\xff\xff" + CODED.to_bytes(2, "little") + (CODED + 1).to_bytes(2, "little")
+    calls.write(WRITER, start)
+    at = 0
+    for size in parts:
+        put(calls, body[at : at + size])
+        at += size
+    put(calls, body[at:])
+    put(calls, calls.read(WRITER, 2))
+    state = calls.read(WRITER, 6)
+    code, end = int.from_bytes(state[2:4], "little"), int.from_bytes(state[4:6], "little")
+    coded = bytearray(calls.read(CODED, end - CODED))
+    coded[code - CODED] = end - code
+    return bytes(coded) + b"\0"
+
+
+def put(calls, data: bytes) -> None:
+    calls.write(BODY, data or b"\0")
+    place = np.array([WRITER << 16 | BODY], np.uint32)
+    calls.call("frame_put", place, np.array([len(data) << 16], np.uint32))
+
+
+def test_a_frame_is_what_the_computer_makes_of_its_body(calls, rng):
+    for size in range(1, LONGEST_BODY + 1):
+        body = (rng.integers(0, 256, size) * (rng.random(size) < 0.7)).astype(np.uint8).tobytes()
+        assert written(calls, body, *rng.integers(0, size + 1, 1)) == frame(body)

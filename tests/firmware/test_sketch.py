@@ -1,21 +1,113 @@
-"""Exported sketches, built as the Arduino IDE does: what the pins render against the Python law."""
+"""Sketches and firmware, built as the Arduino IDE does: what the pins render against the Python law."""
 
 import itertools
+import shutil
+import subprocess
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hapkit_studio import environments
-from hapkit_studio.devices import profiles
+from hapkit_studio.devices import profiles, virtual_board
+from hapkit_studio.dynamics.estimators import estimate_velocity
+from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.laws.machine import ARENA
 from hapkit_studio.parameters import Choice
 from hapkit_studio.protocol.messages import MotorMap
-from hapkit_studio.workshop import reading, sketch, source
-from tests.firmware import sketches
-from tests.firmware.sketches import needs_ide
-from tests.firmware.vb import QUANTUM
+from hapkit_studio.workshop import own, reading, sketch, source
+from tests.firmware.board_runs import program, render
+from tests.firmware.test_firmware import FREE, SKETCH, stack_counted
+from tests.firmware.vb import QUANTUM, duty_step, opened, run
 from tests.wide import wide
+
+ARDUINO = Path("/usr/share/arduino/hardware/arduino/avr")
+CORE, VARIANT = ARDUINO / "cores" / "arduino", ARDUINO / "variants" / "standard"
+needs_ide = pytest.mark.skipif(
+    not (virtual_board.built() and shutil.which("avr-g++") and CORE.is_dir()),
+    reason="no virtual board, no avr-gcc or no Arduino core",
+)
+
+_CHIP = [
+    "-mmcu=atmega328p",
+    "-DF_CPU=16000000L",
+    "-DARDUINO=10819",
+    "-DARDUINO_AVR_UNO",
+    "-DARDUINO_ARCH_AVR",
+]
+# the options of the core's platform.txt
+_COMMON = ["-c", "-Os", "-ffunction-sections", "-fdata-sections", "-flto", f"-I{CORE}", f"-I{VARIANT}"]
+_CXX = ["-std=gnu++11", "-fpermissive", "-fno-exceptions", "-fno-threadsafe-statics"]
+_LANGUAGES = {
+    ".c": ["avr-gcc", "-std=gnu11", "-fno-fat-lto-objects"],
+    ".S": ["avr-gcc", "-x", "assembler-with-cpp"],
+    ".cpp": ["avr-g++", *_CXX],
+    ".ino": ["avr-g++", *_CXX, "-x", "c++", "-include", "Arduino.h"],
+}
+_STRICT = ["-Wall", "-Wextra", "-Werror"]
+FADE = 0.5
+"""s in which a sketch's force comes up."""
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory):
+    """Return the Arduino core, all of it, compiled once."""
+    folder = tmp_path_factory.mktemp("core")
+    # avr-libc 2.0 keeps this one from C++ before 2011
+    options = ["-w", "-DDECIMAL_DIG=9"]
+    made = [_compiled(s, folder, options) for s in sorted([*CORE.glob("*.c"), *CORE.glob("*.cpp")])]
+    archive = folder / "core.a"
+    subprocess.run(["avr-gcc-ar", "rcs", archive, *made], check=True)
+    return archive
+
+
+def build(text: str, archive: Path, folder: Path) -> Path:
+    """Compile a sketch with every warning an error; return its .elf."""
+    ino = folder / "sketch.ino"
+    ino.write_text(text, encoding="utf-8")
+    return _linked([_compiled(ino, folder, _STRICT)], archive, folder)
+
+
+def build_folder(sketch: Path, archive: Path, folder: Path) -> Path:
+    """Compile all files of a sketch's folder with every warning an error; return its .elf."""
+    sources = [path for path in sorted(sketch.iterdir()) if path.suffix in _LANGUAGES]
+    return _linked([_compiled(source, folder, _STRICT) for source in sources], archive, folder)
+
+
+def _compiled(source: Path, folder: Path, options: Sequence[str]) -> Path:
+    made = folder / f"{source.name}.o"
+    subprocess.run([*_LANGUAGES[source.suffix], *_COMMON, *_CHIP, *options, "-o", made, source], check=True)
+    return made
+
+
+def _linked(objects: Sequence[Path], archive: Path, folder: Path) -> Path:
+    elf = folder / "sketch.elf"
+    options = ["-w", "-Os", "-flto", "-fuse-linker-plugin", "-Wl,--gc-sections"]
+    subprocess.run(["avr-gcc", *options, *_CHIP, "-o", elf, *objects, archive, "-lm"], check=True)
+    return elf
+
+
+def rendered(elf: Path, folder: Path, script: tuple[str, ...], seconds: float, *options: str) -> np.ndarray:
+    """Return the truth log of a sketch, a row a tick, from the first one on."""
+    outcome = run(elf, folder, "--seconds", str(seconds), *options, script=script)
+    assert (outcome.code, outcome.errors) == (0, "")
+    return outcome.truth[1:]  # setup() reads the sensor once
+
+
+def asked(environment: Environment, values, position: np.ndarray, rate: float, spec) -> np.ndarray:
+    """Return the forces of the Python law, faded in and cut as a sketch does."""
+    velocity = estimate_velocity(position, rate, spec, QUANTUM)
+    law = environment.force.compiled()
+    state, fault = own.law_memory(law)
+    p = np.array([values[q.key] for q in environment.parameters] + [0.0])
+    force = np.empty(len(position))
+    assert own.call_law(law.address, p, state, position, velocity, 1.0 / rate, fault, force) == own.NO_FAULT
+    fade = np.minimum(np.arange(len(force)) / rate / FADE, 1.0)
+    return np.clip(force * fade, -3.0, 3.0)
+
 
 ARITHMETIC = 2e-3
 """N between single and double precision."""
@@ -23,11 +115,13 @@ SWEEP = ("0.1 position 0.012 0.1", "0.25 position -0.03 0.2", "0.47 position 0.0
 SECONDS = 0.7
 # the ones with most arithmetic, and one of each kind of branch
 OPTIONS = (
-    ("mass_spring_damper", {"integrator": "exact"}),
-    ("puck", {"integrator": "trapezoid"}),
-    ("friction", {"model": "lugre"}),
-    ("bump_valley", {"law": "height"}),
-    ("wall", {"stiffness": 400.0, "damping": 3.0, "side": "left", "damping_mode": "both"}),
+    ("mass_spring_damper", {"integrator": "exact"}, ()),
+    ("puck", {"integrator": "trapezoid"}, ()),
+    ("friction", {"model": "lugre"}, ()),
+    ("bump_valley", {"law": "height"}, ()),
+    ("wall", {"stiffness": 400.0, "damping": 3.0, "side": "left", "damping_mode": "both"}, ()),
+    ("damping", {"damping": 6.0}, (2000, "difference")),
+    ("damping", {"damping": 6.0}, (500, ("iir", {"cutoff": 20.0}))),
 )
 OWN = '''"""A ramp."""
 from hapkit_studio.environments.base import Environment
@@ -49,53 +143,40 @@ ENVIRONMENT = Environment(
 '''
 
 
-def compare(found, wanted):
-    """Hold the force in effect at each reading against what the reading before asked for."""
-    error = np.abs(found.motor_force[1:] - wanted[:-1])
-    assert np.abs(wanted).max() > 0.3
-    assert np.all(error <= sketches.pwm_step(found.duty[1:]) + ARITHMETIC)
-
-
-def check(environment, values, archive, folder, rate=None, spec="kalman"):
+def compare(environment, values, archive, folder, rate=None, spec="kalman"):
+    """Hold the force in effect at each reading against what the reading before asked for in Python."""
     text = sketch.text(environment, values, None, rate, spec)
     rate = rate or sketch.usual_rate(environment, values)
-    truth = sketches.rendered(sketches.build(text, archive, folder), folder, SWEEP, SECONDS)
+    truth = rendered(build(text, archive, folder), folder, SWEEP, SECONDS)
     assert len(truth) == pytest.approx(SECONDS * rate, abs=2)  # no tick was left out
-    position = sketches.positions(truth)
+    steps = np.diff(truth.converter)
+    steps -= 921 * np.round(steps / 921)
+    position = QUANTUM * np.concatenate([[0.0], np.cumsum(steps)])
     assert np.ptp(position - truth.position) <= 1.01 * QUANTUM  # flips are counted
-    return truth, sketches.asked(environment, values, position, rate, spec)
+    wanted = asked(environment, values, position, rate, spec)
+    assert np.abs(wanted).max() > 0.3
+    error = np.abs(truth.motor_force[1:] - wanted[:-1])
+    assert np.all(error <= duty_step(truth.duty[1:]) + ARITHMETIC)
 
 
 @needs_ide
-@pytest.mark.parametrize("key", [k for k in environments.discover() if k != "free"])
-def test_a_sketch_renders_the_law(key, archive, tmp_path):
+@pytest.mark.parametrize(
+    ("key", "given", "how"),
+    [*((key, {}, ()) for key in environments.discover() if key != "free"), *OPTIONS],
+)
+def test_a_sketch_renders_the_law_as_tuned_at_rate_and_velocity_chosen(key, given, how, archive, tmp_path):
     environment = environments.named(key)
-    compare(*check(environment, environment.values(), archive, tmp_path))
+    compare(environment, environment.values(given), archive, tmp_path, *how)
 
 
-@needs_ide
-@pytest.mark.parametrize(("key", "given"), OPTIONS, ids=[key for key, _ in OPTIONS])
-def test_it_renders_what_was_tuned(key, given, archive, tmp_path):
-    environment = environments.named(key)
-    compare(*check(environment, environment.values(given), archive, tmp_path))
-
-
-def own(folder, text):
+def written(folder, text):
     """Return the environment that a person wrote."""
     return reading.load_source(source.typed(folder / "ramp.py", text))
 
 
 @needs_ide
 def test_a_persons_own_law_with_memory_is_rendered(archive, tmp_path):
-    environment = own(tmp_path, OWN)
-    compare(*check(environment, {"slope": 55.0}, archive, tmp_path))
-
-
-@needs_ide
-@pytest.mark.parametrize(("rate", "spec"), [(2000, "difference"), (500, ("iir", {"cutoff": 20.0}))])
-def test_rate_and_velocity_are_as_chosen(rate, spec, archive, tmp_path):
-    environment = environments.named("damping")
-    compare(*check(environment, environment.values({"damping": 6.0}), archive, tmp_path, rate, spec))
+    compare(written(tmp_path, OWN), {"slope": 55.0}, archive, tmp_path)
 
 
 EVERY_MS = ("--log-period", "0.001")
@@ -108,8 +189,8 @@ LAST = 0.8
 def held(kit, archive, folder, *options, script=HOLD):
     """Return the duty that a spring ends up with where the handle is held."""
     text = sketch.text(environments.named("spring"), {"stiffness": STIFFNESS, "damping": 0.0}, kit)
-    elf = sketches.build(text, archive, folder)
-    return sketches.rendered(elf, folder, script, LAST, *EVERY_MS, *options)[-1].duty
+    elf = build(text, archive, folder)
+    return rendered(elf, folder, script, LAST, *EVERY_MS, *options)[-1].duty
 
 
 def expected(board, at=HELD, power=0.5):
@@ -164,14 +245,12 @@ def test_a_calibrated_kit_keeps_its_zero_and_its_senses(archive, tmp_path):
 
 @needs_ide
 def test_a_force_that_is_no_number_and_a_handle_too_fast_switch_the_motor_off(archive, tmp_path):
-    broken = own(tmp_path, OWN.replace("* (x + s.far)", "* (1.0 / (x - x))"))
-    elf = sketches.build(sketch.text(broken, broken.values()), archive, tmp_path)
-    assert not sketches.rendered(elf, tmp_path, SWEEP, 0.3).duty.any()
-    elf = sketches.build(
-        sketch.text(environments.named("spring"), {}, estimator="difference"), archive, tmp_path
-    )
+    broken = written(tmp_path, OWN.replace("* (x + s.far)", "* (1.0 / (x - x))"))
+    elf = build(sketch.text(broken, broken.values()), archive, tmp_path)
+    assert not rendered(elf, tmp_path, SWEEP, 0.3).duty.any()
+    elf = build(sketch.text(environments.named("spring"), {}, estimator="difference"), archive, tmp_path)
     fast = ("0.4 position 0.02 0.1", "0.7 position -0.02 0.01")
-    truth = sketches.rendered(elf, tmp_path, fast, 0.9)
+    truth = rendered(elf, tmp_path, fast, 0.9)
     assert truth.duty[truth.time < 0.69].any()
     assert not truth.duty[truth.time > 0.712].any()
 
@@ -185,22 +264,12 @@ def test_a_sketch_names_what_was_tuned_and_stands_alone(key):
         chosen = isinstance(parameter, Choice) and parameter.key != "picture"
         assert parameter.label in text or not (chosen or f"p.{parameter.key}" in text)
     assert text.count("#include") == 1
-    assert "p[" not in text
-    assert max(map(len, text.split("\n"))) <= 110
-
-
-def test_it_is_readable_by_hand_in_and_by_a_plain_editor():
-    text = sketch.text(environments.named("wall"), {"damping_mode": "both"})
+    assert text.startswith("//")
     assert "// Name:\n// Date:\n" in text
-    assert "N*s/m" in text
-    assert "·" not in text
-    assert "// Damping acts: both\n" in text
-    assert "  return -(p.stiffness * depth + p.damping * v);" in text
-
-
-def test_the_same_settings_give_the_same_sketch():
-    environment = environments.named("texture")
-    assert sketch.text(environment, {}) == sketch.text(environment, environment.values())
+    assert "p[" not in text
+    assert "·" not in text  # a plain editor shows it
+    assert max(map(len, text.split("\n"))) <= 110
+    assert sketch.text(environment, {}) == text
 
 
 @pytest.mark.parametrize(
@@ -228,15 +297,9 @@ def test_the_file_stands_in_a_folder_of_its_name(wanted, tmp_path):
     assert made.read_text() == "other"
 
 
-@pytest.mark.parametrize("name", ["my wall", "-x", "wände", "x" * 64])
-def test_a_name_that_the_ide_refuses_is_refused(name, tmp_path):
-    with pytest.raises(ParameterError, match="A sketch's name"):
-        sketch.sketch_path(tmp_path / name)
-
-
-@pytest.mark.parametrize("name", ["wall.txt", "wall.ino.bak", "wall.cpp"])
-def test_another_ending_is_refused(name, tmp_path):
-    with pytest.raises(ParameterError, match=r"ends in \.ino, or has no ending"):
+@pytest.mark.parametrize("name", ["my wall", "-x", "wände", "x" * 64, "wall.txt", "wall.ino.bak", "wall.cpp"])
+def test_a_name_that_the_ide_refuses_and_another_ending_are_refused(name, tmp_path):
+    with pytest.raises(ParameterError, match=r"A sketch's name|ends in \.ino, or has no ending"):
         sketch.write_sketch(tmp_path / name, "text")
     assert not list(tmp_path.iterdir())
 
@@ -245,10 +308,10 @@ def test_another_ending_is_refused(name, tmp_path):
 def test_a_persons_words_stay_comments(archive, tmp_path):
     nasty = OWN.replace('"Ramp"', r'"Ramp \\\n#error"').replace('"Remembers"', r'"a \\\n#error b\\"')
     nasty = nasty.replace('"Slope"', r'"Slope\n#error \\"')
-    environment = own(tmp_path, nasty)
+    environment = written(tmp_path, nasty)
     assert "\n" in environment.title
     kit = sketch.Kit(replace(profiles.default().board, label="a\n#error\\"))
-    sketches.build(sketch.text(environment, {}, kit), archive, tmp_path)
+    build(sketch.text(environment, {}, kit), archive, tmp_path)
 
 
 def choices(environment):
@@ -272,7 +335,7 @@ def test_every_choice_is_a_short_sketch_without_a_warning(key, archive, tmp_path
         text = sketch.text(environment, environment.values(given))
         assert text.count("\n") < LINES.get(given.get("integrator", ""), 350), given
         assert max(map(len, text.split("\n"))) <= 110
-        sketches.build(text, archive, tmp_path)
+        build(text, archive, tmp_path)
 
 
 ENDLESS = """    n = 0.0
@@ -286,10 +349,56 @@ ENDLESS = """    n = 0.0
 @needs_ide
 def test_a_law_that_turns_in_circles_is_ended_by_the_watchdog(archive, tmp_path):
     text = OWN[: OWN.index("    if x > s.far")] + ENDLESS + OWN[OWN.index("\n\nENVIRONMENT") :]
-    environment = own(tmp_path, text.replace('"""A ramp."""', "import math"))
-    elf = sketches.build(sketch.text(environment, {}), archive, tmp_path)
-    log = sketches.rendered(
-        elf, tmp_path, ("0.1 position 0.008 0.1", "0.3 position 0.02 0.05"), 0.7, *EVERY_MS
-    )
+    environment = written(tmp_path, text.replace('"""A ramp."""', "import math"))
+    elf = build(sketch.text(environment, {}), archive, tmp_path)
+    log = rendered(elf, tmp_path, ("0.1 position 0.008 0.1", "0.3 position 0.02 0.05"), 0.7, *EVERY_MS)
     assert log.duty[(log.time > 0.2) & (log.time < 0.3)].all()
     assert not log.duty[log.time > 0.42].any()
+
+
+# --- the studio's firmware
+FLASH, RAM = 24000, 2048
+AT_ZERO = ("--magnet", str(921 - 51))
+"""The magnet sits so that the sensor begins anew at the handle's zero."""
+WALL_STIFFNESS, WALL = 400.0, 0.004
+BOTH_SIDES = [f"{k * 0.1:.1f} position {0.009 if k % 2 else -0.01} 0.08" for k in range(200)]
+"""Whenever the scene begins, 0.25 s later both sides of the wall have been seen."""
+FADED = 0.05
+
+
+@pytest.fixture(scope="module")
+def elf(archive, tmp_path_factory):
+    """Return the studio's firmware as the IDE builds it, which knows nothing of the Makefile."""
+    return build_folder(SKETCH, archive, tmp_path_factory.mktemp("ide"))
+
+
+@needs_ide
+@pytest.mark.slow
+def test_the_firmware_fits_the_chip(elf):
+    said = subprocess.run(["avr-size", "-A", elf], capture_output=True, text=True, check=True).stdout
+    size = {line.split()[0]: int(line.split()[1]) for line in said.splitlines() if line.startswith(".")}
+    assert 10_000 < size[".text"] + size[".data"] <= FLASH
+    assert ARENA < size[".data"] + size[".bss"] + size[".noinit"] <= RAM - stack_counted() - FREE
+
+
+@needs_ide
+def test_the_firmware_says_who_it_is_and_leaves_nothing_out(elf):
+    with opened(firmware=elf) as board:
+        assert board.hello.build == "arduino-ide"
+        assert board.hello.arena == ARENA
+
+
+@needs_ide
+def test_the_firmwares_wall_pushes_as_a_wall(elf, tmp_path):
+    """400 N/m from 4 mm on, nothing before: the force in effect answers the reading before."""
+    values = environments.named("wall").values({"stiffness": WALL_STIFFNESS, "position": WALL})
+    law = program(environments.named("wall"), values, 4000, ARENA)
+    run = render(tmp_path, law, 4000, 0.45, BOTH_SIDES, options=AT_ZERO, firmware=elf)
+    began, ended = (run.telemetry[k].time_us * 1e-6 for k in (0, -1))
+    rows = run.truth[(run.truth.time > began + FADED) & (run.truth.time < ended)]
+    wanted = np.minimum(0.0, -WALL_STIFFNESS * (rows.position - WALL))[:-1]
+    error = np.abs(rows.motor_force[1:] - wanted)
+    assert wanted.min() < -1.9
+    assert np.mean(wanted == 0.0) > 0.3
+    assert np.all(error <= duty_step(rows.duty[1:]) + 1.01 * WALL_STIFFNESS * QUANTUM)
+    assert run.skipped == 0

@@ -7,8 +7,7 @@ import pytest
 
 from hapkit_studio import cli
 from hapkit_studio.protocol.messages import Origin
-from tests.devices.fake_board import FakeBoard
-from tests.devices.fake_kit import KIT, FakeKit
+from tests.devices.fake_board import KIT, FakeBoard, FakeKit
 
 
 def test_it_writes_a_folder_that_the_ide_opens(tmp_path, monkeypatch, capsys):

@@ -1,4 +1,4 @@
-"""The virtual board's program: its cable, its port to the byte, its time, how it fails and how it ends."""
+"""The virtual board: its cable, its port to the byte, its time, the faults it plays, its end."""
 
 import json
 import os
@@ -10,10 +10,12 @@ import time
 import numpy as np
 import pytest
 
+from hapkit_studio import devices
 from hapkit_studio.devices import virtual_board
-from hapkit_studio.devices.virtual_board import BoardProgram
-from hapkit_studio.errors import DeviceError
-from tests.firmware.vb import Host, chip, needs_compiler, run
+from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.errors import DeviceError, ParameterError
+from tests.firmware.vb import Host, chip, exchange, needs_compiler, opened, run, started
 from tests.waiting import PATIENCE, wait_until
 
 pytestmark = needs_compiler
@@ -21,44 +23,105 @@ pytestmark = needs_compiler
 BYTE_CYCLES = 160
 """10 bits at 1 Mbaud and 16 MHz."""
 UNKNOWN_MODE = 3
+UDRE, TXC = 1 << 5, 1 << 6
+
+
+@pytest.fixture(scope="module")
+def images(tmp_path_factory):
+    """Return a function that compiles a small program, each once."""
+    made = {}
+
+    def image(name, **defined):
+        key = (name, *defined.values())
+        if key not in made:
+            made[key] = chip(name, tmp_path_factory.mktemp(name), **defined)
+        return made[key]
+
+    return image
 
 
 @pytest.fixture
-def start(tmp_path):
-    """Return a function that starts a small program's board with a host at its port from the first cycle."""
-    started, hosts = [], []
-    still = tmp_path / "still.txt"
-    still.write_text("0 freeze")
+def start(images, tmp_path):
+    """Return a function that starts a small program's board with a host at its port."""
+    running = []
 
-    def begin(name, *options):
-        words = [virtual_board.program(), chip(name, tmp_path), "--control", "--script", still, *options]
-        board = BoardProgram([str(w) for w in words])
-        started.append(board)
-        hosts.append(Host(board.reply("port")))
-        board.send("resume")
-        return board, hosts[-1]
+    def begin(name, *options, **defined):
+        running.append(started(images(name, **defined), tmp_path, *options))
+        return running[-1].__enter__()
 
     yield begin
-    for board in started:
-        board.end()
-    for host in hosts:
-        host.close()
+    for one in running:
+        one.__exit__(None, None, None)
+
+
+# --- the device of the list
+def test_it_is_in_the_list_only_where_it_is_built(monkeypatch, tmp_path):
+    entry = next(e for e in devices.available() if e.key == "virtual-board")
+    assert isinstance(entry.make(), VirtualBoard)
+    assert not entry.make().simulated
+    monkeypatch.setenv(virtual_board.VARIABLE, str(tmp_path / "virtual_board"))
+    assert "virtual-board" not in [e.key for e in devices.available()]
+    with pytest.raises(DeviceError, match="not built"):
+        VirtualBoard().open()
+    with pytest.raises(DeviceError, match="paced, lockstep, fast"):
+        VirtualBoard("slow")
+
+
+def test_a_hand_leads_the_handle_and_lets_go_and_the_log_can_be_read_while_it_grows(tmp_path):
+    near = 0.1 / GRIPS["firm"].stiffness
+    with opened("fast", log=tmp_path / "truth.f64") as board:
+        assert board.max_force == 3.0
+        assert board.quantum == pytest.approx(20.74e-6, rel=1e-3)
+        assert board.full_force == pytest.approx(3.0093, rel=1e-4)
+        board.move_hand(np.float64(0.01), "firm")
+        wait_until(lambda: abs(board.status()["position"] - 0.01) < near)
+        board.move_hand(-0.02)
+        wait_until(lambda: abs(board.status()["position"] + 0.02) < near)
+        assert board.status()["hand_force"] != 0.0
+        board.move_hand(None)
+        wait_until(lambda: board.status()["hand_force"] == 0.0)
+        board.move_hand(0.0)
+        wait_until(lambda: board.status()["hand_force"] != 0.0)
+        board.set_grip("released")
+        wait_until(lambda: board.status()["hand_force"] == 0.0)
+        with pytest.raises(ParameterError, match="iron"):
+            board.set_grip("iron")
+        rows = board.flush()
+        log = virtual_board.truth(tmp_path / "truth.f64")
+        assert len(log) >= rows > 20
+        np.testing.assert_allclose(np.diff(log.time), 1e-3, atol=2e-6)
+        pid = board.pid
+        board.close()
+        with pytest.raises(ProcessLookupError):
+            os.kill(pid, 0)
+        assert board.summary["cycles"] > 0
+        assert not board.send("status")
+
+
+def test_a_host_that_hesitates_in_lockstep_is_counted():
+    patience, period = 0.05, 0.001
+    begin = time.monotonic()
+    with opened(options=["--answer-timeout", str(patience)]) as board:
+        board.start_stream()
+        exchange(board.fileno(), 0.05, lambda s: 1.0)
+        left, before = time.monotonic(), board.status()["time"]
+        wait_until(lambda: board.status()["time"] > before + 5.5 * period)
+        passed, hesitated = board.status()["time"] - before, time.monotonic() - left
+    # a sample period each time its patience ends
+    assert passed <= (hesitated / patience + 2) * period
+    assert passed / period - 2 <= board.summary["unanswered"] <= (time.monotonic() - begin) / patience
 
 
 # --- the port
-def test_bytes_arrive_at_the_pace_of_the_line(start):
+def test_bytes_arrive_at_the_pace_of_the_line_and_nothing_is_echoed_or_translated(start):
     _, host = start("stamp", "--fast")
     assert host.read(1) == b"R"
-    host.write(bytes(32))
+    host.write(b"\r\n\x03\x04\x11\x13\x00\xff" * 4)
     stamps = np.frombuffer(host.read(64), "<u2")
     steps = np.diff(stamps).astype(int)  # as uint16 they wrap with the clock
     assert np.abs(steps - BYTE_CYCLES).max() <= 12  # the program looks every few cycles
     assert abs(steps.sum() - 31 * BYTE_CYCLES) <= 12
-
-
-def test_bytes_leave_at_the_pace_of_the_line(tmp_path):
-    sent = run(chip("chatter", tmp_path), tmp_path, "--seconds", "0.1").summary["transmitted"]
-    assert 0.1 * 16e6 / BYTE_CYCLES - 3 <= sent <= 0.1 * 16e6 / BYTE_CYCLES
+    assert not select.select([host.fd], [], [], 0.0)[0]
 
 
 def test_a_late_reader_keeps_three_bytes_and_the_rest_is_counted(start):
@@ -73,13 +136,28 @@ def test_a_late_reader_keeps_three_bytes_and_the_rest_is_counted(start):
     assert summary["received"] == 13
 
 
-def test_nothing_is_echoed_or_translated_by_the_cable(start):
-    _, host = start("stamp", "--fast")
-    assert host.read(1) == b"R"
-    host.write(b"\r\n\x03\x04\x11\x13\x00\xff" * 4)
-    host.read(64)
-    ready, _, _ = select.select([host.fd], [], [], 0.0)
-    assert not ready
+def test_the_transmitter_takes_two_bytes_and_tells_when_they_have_gone(start):
+    """Data sheet, UCSR0A: the flag asks while it stands; its interrupt or a one written there clears it."""
+    board, host = start("pairs", "--fast", LOOK=1)
+    found = host.read(9)
+    gone, served, inside, behind, cleared = found[4:]
+    assert found[:4] == b"1234"
+    assert gone & (UDRE | TXC) == UDRE | TXC
+    assert served == 1
+    assert (inside | behind | cleared) & TXC == 0
+    assert json.loads(board.end())["overwritten"] == 0
+
+
+def test_a_byte_written_into_a_full_buffer_is_lost_and_counted(start):
+    board, host = start("pairs", "--fast", LOOK=0)
+    assert host.read(7)[:2] == b"13"
+    assert json.loads(board.end())["overwritten"] == 2
+
+
+def test_a_sleep_that_is_not_allowed_is_none(start):
+    _, host = start("wakeful", "--fast")
+    # a few cycles each; the clock would turn over
+    assert 100 <= int.from_bytes(host.read(2), "little") <= 600
 
 
 # --- the cable
@@ -103,31 +181,20 @@ def test_an_unplugged_cable_is_a_hang_up_and_can_be_put_back(start):
     again.close()
 
 
-def test_the_link_leads_to_the_port_and_goes_with_it(tmp_path):
-    link = tmp_path / "hapkit"
-    words = [virtual_board.program(), chip("asleep", tmp_path), "--control", "--link", link]
-    board = BoardProgram([str(w) for w in words])
-    port = board.reply("port")
-    assert os.readlink(link) == port
-    board.end()
-    assert not os.path.lexists(link)
-
-
 def test_a_closed_port_does_not_keep_the_board_busy_and_can_be_opened_again(start):
+    def voluntary_switches():
+        with open(f"/proc/{board.pid}/status", encoding="ascii") as status:
+            return int(next(line.split()[1] for line in status if line.startswith("voluntary_ctxt")))
+
     board, host = start("chatter")
     host.read(10)
     port = os.ttyname(host.fd)
     host.close()
-    slept = voluntary_switches(board.pid)
+    slept = voluntary_switches()
     # a program that spins on the hang-up never goes to sleep
-    wait_until(lambda: voluntary_switches(board.pid) - slept > 500)
+    wait_until(lambda: voluntary_switches() - slept > 500)
     host.fd = os.open(port, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
     host.read(10)
-
-
-def voluntary_switches(pid):
-    with open(f"/proc/{pid}/status", encoding="ascii") as status:
-        return int(next(line.split()[1] for line in status if line.startswith("voluntary_ctxt")))
 
 
 # --- time
@@ -143,7 +210,7 @@ def test_a_stall_is_never_made_up_for_and_counted(start):
     os.kill(board.pid, signal.SIGSTOP)
     time.sleep(0.4)
     os.kill(board.pid, signal.SIGCONT)
-    time.sleep(0.1)
+    wait_until(lambda: board_time(board) > before + 0.1)
     passed = board_time(board) - before
     assert passed <= time.monotonic() - began - 0.39
     summary = json.loads(board.end())
@@ -151,17 +218,13 @@ def test_a_stall_is_never_made_up_for_and_counted(start):
     assert summary["slips"] >= 1
 
 
-def test_paced_time_is_not_ahead_of_the_clock(start):
+def test_paced_time_is_not_ahead_of_the_clock_and_a_frozen_board_stands_still(start):
     board, _ = start("asleep")
     wait_until(lambda: board_time(board) > 0.0)
     before, early = time.monotonic(), board_time(board)
     wait_until(lambda: board_time(board) > early + 0.3)
     late, after = board_time(board), time.monotonic()
     assert late - early <= after - before + 1e-3
-
-
-def test_a_frozen_board_stands_still_until_resumed(start):
-    board, _ = start("asleep")
     board.send("freeze")
     first = board_time(board)
     time.sleep(0.05)
@@ -182,65 +245,173 @@ def test_real_time_priority_is_given_up(start):
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
 
 
+# --- what is done to the line on purpose
+SENT = 9998
+"""Bytes that a program sends in 0.1 s at 1 Mbaud, within a few."""
+
+
+@pytest.fixture
+def chatter(images, tmp_path):
+    """Return a function that lets a program send for 0.1 s and returns the counters."""
+
+    def summary(*options, script=()):
+        done = run(images("chatter"), tmp_path, "--seconds", "0.1", *options, script=script)
+        assert done.code == 0, done.errors
+        return done.summary
+
+    return summary
+
+
+def test_bytes_leave_at_the_pace_of_the_line_and_are_damaged_as_often_as_asked_for(chatter):
+    assert 0.1 * 16e6 / BYTE_CYCLES - 3 <= chatter()["transmitted"] <= 0.1 * 16e6 / BYTE_CYCLES
+    for kind in ("drop", "flip", "insert"):
+        hurt = [chatter(f"--from-{kind}", "0.1", "--seed", seed)["hurt_from"] for seed in "112"]
+        assert abs(hurt[0] - 0.1 * SENT) < 5.0 * np.sqrt(0.09 * SENT)  # five standard deviations
+        assert hurt[0] == hurt[1] != hurt[2]
+    hurt = chatter("--from-burst", "0.002", "--from-length", "50")["hurt_from"]
+    # a burst that begins within another one prolongs it to its own length
+    assert 0.3 * SENT * 0.002 * 50 < hurt < 1.5 * SENT * 0.002 * 50
+
+
+def test_single_shots_and_a_fault_that_is_switched_off_hurt_as_many_bytes_as_asked_for(chatter):
+    for kind in ("lose", "garble", "add"):
+        assert chatter(script=[f"0.05 from {kind} 7"])["hurt_from"] == 7
+    script = ["0.02 from drop 1", "0.03 from drop 0"]
+    assert chatter(script=script)["hurt_from"] == pytest.approx(1000, abs=3)
+
+
+@pytest.fixture
+def packets(images, tmp_path):
+    """Return a function: time and bytes of what a board with a frame of 11 bytes every ms hands over."""
+
+    def handed(*options, script=""):
+        commands = tmp_path / "turns.txt"
+        commands.write_text(script)
+        turns = ("--turns", "--await", "0", "--script", str(commands))
+        sizes, before = [], 0
+        with started(images("ticker"), tmp_path, *turns, *options) as (board, host):
+            for _ in range(60):
+                now, all_of_them = board.reply("turn").split()
+                sizes.append((float(now), int(all_of_them) - before))
+                before = int(all_of_them)
+                host.read(sizes[-1][1])
+                board.send("go 0")
+        return np.array([(t, size) for t, size in sizes[2:] if size]).T
+
+    return handed
+
+
+@pytest.mark.parametrize(
+    ("latency", "sizes", "apart"),
+    [(0.0, {11}, 1e-3), (0.016, {62}, 62 / 11 * 1e-3), (0.002, set(range(20, 25)), 2e-3)],
+    ids=["no chip", "62 bytes", "timer"],
+)
+def test_a_usb_chip_waits_for_62_bytes_or_its_timer(packets, latency, sizes, apart):
+    times, came = packets("--latency", str(latency))
+    assert came.max() in sizes
+    assert len(sizes) > 1 or set(came) == sizes
+    np.testing.assert_allclose(np.diff(times), apart, atol=1.1e-3 if latency else 1e-4)
+    assert np.mean(np.diff(times)) == pytest.approx(apart, rel=0.02)
+
+
+def test_a_stall_hands_nothing_over_and_keeps_what_the_chip_has_room_for(packets):
+    times, came = packets(script="0.01 from stall 0.1")
+    first = np.flatnonzero(times > 0.0105)[0]
+    assert times[first] >= 0.1099
+    assert came[first] == 512
+
+
+def readings(folder, *options, script=()):
+    done = run(virtual_board.firmware(), folder, "--seconds", "0.5", *options, script=script)
+    assert done.code == 0, done.errors
+    return done.truth
+
+
+def test_a_stuck_sensor_repeats_itself(tmp_path):
+    script = ["0.05 position 0.004 0.4", "0.2 sensor stuck 1", "0.3 sensor stuck 0"]
+    log = readings(tmp_path, script=script)
+    assert np.ptp(log.converter[(log.time > 0.2015) & (log.time < 0.2995)]) == 0
+    assert np.ptp(log.converter[log.time < 0.2]) > 50
+    assert np.ptp(log.converter[log.time > 0.3]) > 50
+
+
+def test_a_noisy_sensor_has_the_deviation_asked_for(tmp_path):
+    log = readings(tmp_path, "--sensor-noise", "4")
+    settled = log.converter[log.time > 0.05]
+    assert np.std(settled) == pytest.approx(4.0, rel=0.15)
+    assert np.mean(settled) == pytest.approx(351.0, abs=1.0)
+
+
+def test_a_flipping_sensor_jumps_half_a_turn_or_into_the_gap(tmp_path):
+    log = readings(tmp_path, "--sensor-jump", "0.3")
+    jumped = log.converter[(log.converter != 351) & (log.time > 0.05)]
+    half = np.abs(np.abs(jumped - 351.0) - 460.0) <= 1.0
+    gap = (jumped < 51) | (jumped >= 51 + 921)
+    assert np.all(half | gap)
+    assert half.any()
+    assert gap.any()
+    assert len(jumped) == pytest.approx(0.3 * 450, rel=0.25)
+
+
 # --- failing and ending
 @pytest.mark.parametrize(
-    ("a", "b"),
-    [(0x23, 0x01), (0x21, 0x03), (0x21, 0x09), (0x20, 0x01), (0x11, 0x01)],
-    ids=["fast PWM", "prescaler 64", "top OCRA", "no PWM", "toggle"],
-)
-def test_an_unknown_pwm_mode_ends_the_program_loudly(tmp_path, a, b):
-    outcome = run(chip("mode", tmp_path, CONTROL_A=a, CONTROL_B=b), tmp_path, "--seconds", "0.1")
+    ("timer", "a", "b"),
+    [(0, 0x23, 0x01), (0, 0x21, 0x03), (0, 0x21, 0x09), (0, 0x20, 0x01), (0, 0x11, 0x01), (2, 0x23, 0x01),
+     (2, 0x21, 0x04)],
+    ids=["fast PWM", "prescaler 64", "top OCRA", "no PWM", "toggle", "D3, fast PWM", "D3, prescaler 64"],
+)  # fmt: skip
+def test_an_unknown_pwm_mode_ends_the_program_loudly(images, tmp_path, timer, a, b):
+    image = images("mode", TIMER=timer, CONTROL_A=a, CONTROL_B=b)
+    outcome = run(image, tmp_path, "--seconds", "0.1", "--pins", "3" if timer else "5")
     assert outcome.code == UNKNOWN_MODE
-    assert f"TCCR0A = 0x{a:02x}, TCCR0B = 0x{b:02x}" in outcome.errors
+    assert f"TCCR{timer}A = 0x{a:02x}, TCCR{timer}B = 0x{b:02x}" in outcome.errors
+    other = run(image, tmp_path, "--seconds", "0.01", "--pins", "5" if timer else "3")
+    assert (other.code, other.errors) == (0, "")  # on the other pin nobody minds
 
 
-def test_the_known_pwm_mode_runs(tmp_path):
-    outcome = run(chip("mode", tmp_path, CONTROL_A=0x21, CONTROL_B=0x01), tmp_path, "--seconds", "0.1")
-    assert (outcome.code, outcome.errors) == (0, "")
-    assert outcome.summary["seconds"] == 0.1
+def test_the_known_pwm_mode_runs(images, tmp_path):
+    image = images("mode", TIMER=0, CONTROL_A=0x21, CONTROL_B=0x01)
+    outcome = run(image, tmp_path, "--seconds", "0.1")
+    assert (outcome.code, outcome.errors, outcome.summary["seconds"]) == (0, "", 0.1)
 
 
-def test_a_signal_ends_it_in_order(tmp_path):
-    words = [virtual_board.program(), chip("asleep", tmp_path)]
-    child = subprocess.Popen([str(w) for w in words], stdout=subprocess.PIPE, text=True)
-    assert child.stdout.readline().startswith("port ")
-    child.terminate()
-    rest, _ = child.communicate(timeout=PATIENCE)
-    assert child.returncode == 0
-    assert json.loads(rest)["seconds"] >= 0.0
-
-
-def test_it_ends_with_whoever_started_it(tmp_path):
-    words = [virtual_board.program(), chip("asleep", tmp_path), "--control"]
-    child = subprocess.Popen([str(w) for w in words], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-    assert child.stdout.readline().startswith(b"port ")
-    child.stdin.close()
-    assert child.wait(timeout=PATIENCE) == 0
-    child.stdout.close()
+def test_it_ends_in_order_by_a_signal_and_with_whoever_started_it(images, tmp_path):
+    link = tmp_path / "hapkit"
+    words = [virtual_board.program(), images("asleep"), "--link", link]
+    for end in ("signal", "input"):
+        control = ["--control"] if end == "input" else []
+        child = subprocess.Popen(
+            [str(w) for w in [*words, *control]], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        assert child.stdout.readline() == f"port {os.readlink(link)}\n"
+        if end == "signal":
+            child.terminate()
+        rest, _ = child.communicate(timeout=PATIENCE)  # closes its input
+        assert child.returncode == 0
+        assert json.loads(rest)["seconds"] >= 0.0
+        assert not os.path.lexists(link)
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("options", "line", "words"),
     [
-        (["--mass", "-1"], "--mass goes from 1e-06 to 10, not -1"),
-        (["--mass", "nan"], "--mass goes from"),
-        (["--colour", "red"], "no such option: --colour"),
+        (["--mass", "-1"], "", "--mass goes from 1e-06 to 10, not -1"),
+        (["--mass", "nan"], "", "--mass goes from"),
+        (["--colour", "red"], "", "no such option: --colour"),
+        *(((), f"0 {line}", line) for line in (
+            "dance", "hand 1 2", "force nan", "to drop 2", "from drop", "from drop x", "to stall 0",
+            "usb latency 2", "sensor stuck 2", "from drop 0 1",
+        )),
+        ((), "x force 1", "x force 1"),
     ],
-)
-def test_a_wrong_option_is_named(tmp_path, options, words):
-    outcome = run(chip("asleep", tmp_path), tmp_path, *options)
+)  # fmt: skip
+def test_a_wrong_option_or_script_is_named(images, tmp_path, options, line, words):
+    outcome = run(images("asleep"), tmp_path, "--seconds", "0.01", *options, script=[line] if line else [])
     assert outcome.code == 2
     assert words in outcome.errors
-
-
-@pytest.mark.parametrize("line", ["0 dance", "0 hand 1 2", "0 force nan", "x force 1"])
-def test_a_wrong_script_is_named(tmp_path, line):
-    outcome = run(chip("asleep", tmp_path), tmp_path, "--seconds", "0.01", script=[line])
-    assert outcome.code == 2
-    assert line.removeprefix("0 ") in outcome.errors
 
 
 def test_a_file_that_is_no_firmware_is_refused(tmp_path):
     (tmp_path / "x.elf").write_text("no firmware")
     with pytest.raises(DeviceError, match="not a firmware"):
-        virtual_board.VirtualBoard(firmware=tmp_path / "x.elf").open()
+        VirtualBoard(firmware=tmp_path / "x.elf").open()

@@ -1,11 +1,13 @@
-"""What the tests of the virtual board share: small programs for its chip, running it, reading its logs."""
+"""What the tests of the virtual board share: programs for its chip, boards, hosts at its port, its logs."""
 
+import contextlib
 import json
 import os
 import select
 import shutil
 import subprocess
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +15,9 @@ import numpy as np
 import pytest
 
 from hapkit_studio.devices import virtual_board
+from hapkit_studio.devices.virtual_board import BoardProgram, VirtualBoard, truth
+from hapkit_studio.protocol.framing import Decoder, encode
+from hapkit_studio.protocol.messages import Force, Message, Sample
 from tests.waiting import PATIENCE, write_all
 
 CHIPS = Path(__file__).with_name("chips")
@@ -20,6 +25,8 @@ FULL_FORCE = 0.0183 * 0.074 / (0.090 * 0.005)
 """N at full duty: torque * sector radius / (handle radius * pulley radius)."""
 QUANTUM = np.pi * 0.090 * 0.005 / (921 * 0.074)
 """m per sensor count: half a turn of the motor in 921 counts."""
+LONGEST_INTERRUPT = 250
+"""Cycles for which interrupts may be off: the port holds two bytes of 160 cycles."""
 
 needs_board = pytest.mark.skipif(not virtual_board.built(), reason="the virtual board is not built")
 needs_compiler = pytest.mark.skipif(
@@ -39,12 +46,17 @@ def chip(name: str, folder: Path, said: bytes = b"", **defined: int) -> Path:
     return elf
 
 
+def duty_step(duty: np.ndarray) -> np.ndarray:
+    """Return half a step of the duty in N (n,), and a rounding more: at duty d, (2 d + 1) / 2 of 255^2."""
+    return FULL_FORCE * (np.abs(duty) + 1.0) / 255.0**2
+
+
 @dataclass
 class Outcome:
     """How a run ended: exit code, truth log, counters, complaints."""
 
     code: int
-    truth: np.ndarray
+    truth: np.recarray
     summary: dict
     errors: str
 
@@ -58,7 +70,7 @@ def run(firmware: Path, folder: Path, *options: str, script: Sequence[str] = ())
     done = subprocess.run([str(w) for w in words], capture_output=True, text=True, timeout=PATIENCE)
     last = done.stdout.strip().split("\n")[-1]
     summary = json.loads(last) if last.startswith("{") else {}
-    return Outcome(done.returncode, virtual_board.truth(log), summary, done.stderr)
+    return Outcome(done.returncode, truth(log), summary, done.stderr)
 
 
 class Host:
@@ -81,3 +93,79 @@ class Host:
 
     def close(self) -> None:
         os.close(self.fd)
+
+
+@contextlib.contextmanager
+def started(firmware: Path, folder: Path, *options: str) -> Iterator[tuple[BoardProgram, Host]]:
+    """Start a firmware's board with a host at its port from the first cycle on; end both."""
+    still = folder / "still.txt"
+    if "--script" not in options:
+        still.write_text("0 freeze")
+        options = ("--control", "--script", str(still), *options)
+    board = BoardProgram([str(w) for w in (virtual_board.program(), firmware, *options)])
+    host = Host(board.reply("port"))
+    board.send("resume")
+    try:
+        yield board, host
+    finally:
+        board.end()
+        host.close()
+
+
+@contextlib.contextmanager
+def opened(mode: str = "lockstep", **more) -> Iterator[VirtualBoard]:
+    """Open a virtual board and close it."""
+    board = VirtualBoard(mode, **more)
+    board.open()
+    try:
+        yield board
+    finally:
+        board.close()
+
+
+def heard(fd: int, decoder: Decoder) -> list[Message]:
+    """Return the next messages that come from a port; fail where it falls silent."""
+    ready, _, _ = select.select([fd], [], [], PATIENCE)
+    assert ready, "the board has gone silent"
+    return decoder.feed(os.read(fd, 4096))
+
+
+def exchange(fd: int, seconds: float, law: Callable[[Sample], float], halves: int = 0) -> list[Sample]:
+    """Answer samples until the board's clock has gone on by so many seconds; return them all.
+
+    halves: how many frames may be damaged, as the first one is where a stream is joined under way.
+    """
+    decoder, seen = Decoder(), []
+    while not seen or (seen[-1].time_us - seen[0].time_us) * 1e-6 < seconds:
+        new = [m for m in heard(fd, decoder) if isinstance(m, Sample)]
+        for sample in new:
+            write_all(fd, encode(Force(sample.seq, 0, law(sample))))
+        seen += new
+    assert decoder.bad_frames <= halves
+    return seen
+
+
+def session(
+    folder: Path, seconds: float, law: Callable[[Sample], float], script=(), options=(), firmware=None
+) -> tuple[list[Sample], np.recarray, dict]:
+    """Run the real firmware with a script and a law in lockstep; return samples, truth log and counters."""
+    log, commands = folder / "truth.f64", folder / "script.txt"
+    commands.write_text("\n".join(script))
+    with opened(log=log, script=commands, options=options, firmware=firmware) as board:
+        board.start_stream()
+        samples = exchange(board.fileno(), seconds, law)
+    return samples, truth(log), board.summary
+
+
+def rows_of(samples: list[Sample], truth: np.recarray) -> np.recarray:
+    """Return the row of the truth log that belongs to each sample; fail where there is none."""
+    # the converter holds its input some microseconds after the clock was read
+    times = np.array([s.time_us for s in samples]) * 1e-6
+    lag = np.median(truth.time[np.searchsorted(truth.time, times)] - times)
+    rows = np.searchsorted(truth.time, times + lag - 20e-6)
+    assert np.abs(truth.time[rows] - times - lag).max() < 10e-6
+    return truth[rows]
+
+
+if __name__ == "__main__":
+    exchange(os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY), 1e9, lambda sample: float(sys.argv[2]))

@@ -5,8 +5,7 @@ import pytest
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.haptics import drivers
-from tests.devices.fake_board import FakeBoard
-from tests.devices.fake_kit import FakeKit
+from tests.devices.fake_board import FakeBoard, FakeKit
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
 
 

@@ -12,7 +12,6 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.window import MainWindow
 from tests.gui.board_fixtures import board_window, held_board_window, scripted  # noqa: F401
 from tests.gui.live.plot_fixtures import history, phase, plots  # noqa: F401
-from tests.gui.pages.break_it_fixtures import break_it_page, gate  # noqa: F401
 from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
 
 

@@ -8,6 +8,7 @@ import pytest
 from PySide6.QtGui import QImage
 
 from hapkit_studio.gui import app, prepare
+from hapkit_studio.gui.widgets.theme import theme
 
 OFF_THE_WAY = (
     *("scipy.signal", "matplotlib", "pandas", "hapkit_studio.laws.c_source", "hapkit_studio.workshop.sketch"),
@@ -57,14 +58,8 @@ sys.exit(app.run([]))
 @pytest.mark.slow
 def test_a_signal_amid_a_picture_ends_it_without_a_word(tmp_path):
     environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(tmp_path)}
-    done = subprocess.run(
-        [sys.executable, "-c", SIGNAL],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=180,
-        check=False,
-    )
+    command = [sys.executable, "-c", SIGNAL]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=180, check=False)
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
     assert "QBackingStore" not in done.stderr
@@ -112,12 +107,10 @@ def test_closing_the_window_ends_the_program_that_compiles(idle_window):
     assert done == []
 
 
-@pytest.mark.parametrize("mode", ["light", "dark", "contrast"])
-def test_every_theme_paints_the_whole_window(make_window, mode):
-    from hapkit_studio.gui.widgets.theme import theme
-
+def test_every_theme_paints_the_whole_window(make_window):
     window = make_window(size=(1280, 720))
-    theme.set_mode(mode)
-    image = window.grab().toImage()
-    assert image.pixelColor(660, 100).name() in (theme.color("scene").name(), theme.color("surface").name())
-    assert image.pixelColor(70, 400).name() == theme.color("canvas").name()
+    for mode in ("light", "dark", "contrast"):
+        theme.set_mode(mode)
+        image = window.grab().toImage()
+        assert image.pixelColor(660, 100).name() in {theme.color(t).name() for t in ("scene", "surface")}
+        assert image.pixelColor(70, 400).name() == theme.color("canvas").name()

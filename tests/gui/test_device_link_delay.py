@@ -6,12 +6,11 @@ import pytest
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
-from hapkit_studio.devices.low_latency import Latency
+from hapkit_studio.devices.serial_ports import Latency
 from hapkit_studio.gui.panel.stability_card import LONG, delay_reason
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Stream
-from tests.devices.fake_board import FakeBoard
-from tests.devices.fake_kit import FakeKit, sample
+from tests.devices.fake_board import FakeBoard, FakeKit, sample
 from tests.gui.window_support import PATIENCE_MS
 
 
@@ -27,23 +26,18 @@ def device(timer=None, padding=0, simulated=False):
         (device(0.001), 1.01 * LONG, "The line holds frames back: fill its frames"),
         (device(), 1.01 * LONG, "render on the board"),
         (device(simulated=True), 0.1, ""),
+        (device(padding=PACKET), 0.1, "The line holds frames back: render on the board"),
+        (
+            SimpleNamespace(simulated=False, hand=True),
+            1.01 * LONG,
+            "The virtual board shares this computer's",
+        ),
     ],
 )
 def test_only_a_long_delay_has_a_reason(what, delay, words):
     said = delay_reason(what, delay)
     assert words in said
     assert bool(said) == bool(words)
-
-
-def test_a_virtual_board_has_no_chip_to_blame():
-    said = delay_reason(SimpleNamespace(simulated=False, hand=True, latency=None, padding=0), 1.01 * LONG)
-    assert "virtual board" in said
-    assert "render on the board" in said
-    assert "frames" not in said
-
-
-def test_filled_frames_are_not_recommended_to_who_has_them():
-    assert "fill" not in delay_reason(device(padding=PACKET), 0.1)
 
 
 @pytest.fixture

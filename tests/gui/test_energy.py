@@ -9,8 +9,8 @@ from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.live import Live
-from hapkit_studio.gui.live.plots.declared import beside_plots, phase_plots
-from hapkit_studio.gui.notices import Passivity, energy_words
+from hapkit_studio.gui.live.plots.declared import phase_plots
+from hapkit_studio.gui.notices import Passivity
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
@@ -38,11 +38,6 @@ def shown(phase):
     phase.refresh()
     phase.refresh()
     return phase
-
-
-def test_energy_is_a_plot_beside_those_of_force(phase):
-    assert [plot.key for plot in beside_plots()] == ["energy"]
-    assert [button.text() for button in phase.switch.buttons][-1] == "Energy"
 
 
 @pytest.mark.parametrize("width", [0.0005, 0.03, 0.5])
@@ -79,14 +74,6 @@ def test_the_curve_stands_at_its_value_and_breaks(shown):
     gap = np.abs((found[:, 0] - left) - (12.0 - now) * across) < 1.0
     assert not gap.any()
     assert len(colored(image, "danger")) > 20
-
-
-def test_the_live_value_is_a_dash_where_the_sum_begins(shown):
-    header = shown.beside[0].headers[0]
-    header.show_value(0.0123456)
-    assert header.value.text() == "+12.3 mJ"
-    header.show_value(float("nan"))
-    assert header.value.text() == "– mJ"
 
 
 def test_energy_stays_over_a_change_of_environment_and_force_comes_back(shown):
@@ -176,17 +163,14 @@ def test_no_alarm_while_the_controller_copes(alarm):
     studio.set_loop(controller=True)
     strike(alarm, 0.5e-3)
     assert banners.get("energy") is None
+    studio.choose("cat")  # a scene that drives
+    strike(alarm, 5e-3)
+    assert banners.get("energy") is None
+    studio.choose("wall")
     strike(alarm, 2e-3)
     notice = banners.get("energy")
     assert notice.text == "The passivity controller damps as much as it may. Lower stiffness."
     assert not notice.buttons
-
-
-def test_a_scene_that_drives_raises_no_alarm(alarm):
-    _, studio, banners = alarm
-    studio.choose("cat")
-    strike(alarm, 5e-3)
-    assert banners.get("energy") is None
 
 
 def test_a_scene_that_drives_says_so_instead(idle_window):
@@ -196,15 +180,6 @@ def test_a_scene_that_drives_says_so_instead(idle_window):
     assert words.isVisibleTo(idle_window)
     idle_window.studio.choose("wall")
     assert not words.isVisibleTo(idle_window)
-
-
-def test_amounts_have_two_digits_that_count():
-    assert [energy_words(j) for j in (0.8e-3, 4.25e-3, 0.139, 2.5)] == [
-        "0.80 mJ",
-        "4.2 mJ",
-        "139 mJ",
-        "2.5 J",
-    ]
 
 
 # --- the switch, live
@@ -252,8 +227,11 @@ def test_a_dense_line_is_drawn_whole():
     np.testing.assert_array_equal(whole, strokes.joined(x, wild))
 
 
-def test_the_energy_axis_has_its_unit(shown):
-    canvas = shown.beside[0].canvases[0]
+def test_the_energy_has_its_unit(shown):
+    header, canvas = shown.beside[0].headers[0], shown.beside[0].canvases[0]
+    for joules, words in ((0.0123456, "+12.3 mJ"), (float("nan"), "– mJ")):
+        header.show_value(joules)
+        assert header.value.text() == words
     assert canvas.left.tickStrings([-1.0, 0.0, 1.0], 1.0, 1.0) == ["−1", "0", "1 mJ"]
     text = QFontMetricsF(theme.font("tick")).horizontalAdvance("1,000 mJ")
     assert text <= canvas.left.width()

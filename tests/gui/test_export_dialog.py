@@ -21,14 +21,11 @@ def test_it_writes_what_the_panel_shows_at_the_moment_of_saving(window, sheet, t
     window.studio.choose("wall")
     window.studio.set_values({"stiffness": 430.0})
     assert sheet.what.text() == "Wall, as tuned in the panel"
+    assert sheet.y() >= window.mapToGlobal(window.banners.pos()).y() + 2 * banners.HEIGHT
     sheet.write(str(tmp_path / "mine.ino"))
     text = (tmp_path / "mine" / "mine.ino").read_text("utf-8")
     assert "stiffness = 430.0f" in text
     assert f"Saved mine/mine.ino in {tmp_path}." in sheet.verdict.words.text()
-
-
-def test_it_opens_below_the_banners(window, sheet):
-    assert sheet.y() >= window.mapToGlobal(window.banners.pos()).y() + 2 * banners.HEIGHT
 
 
 def test_heavy_arithmetic_gets_the_rate_that_it_has_time_for(window, sheet):

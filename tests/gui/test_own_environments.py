@@ -1,20 +1,18 @@
 """Own environments: nobody's file runs unasked, what changed outside is asked about again."""
 
-import hashlib
 from dataclasses import replace
 
 import pytest
 from PySide6.QtCore import QElapsedTimer, Qt, QTimer
 from PySide6.QtTest import QTest
 
-from hapkit_studio.gui import own_environments as own
 from hapkit_studio.gui.environment_library import EnvironmentLibrary
 from hapkit_studio.gui.own_environments import BARE, describe, with_fitting_scene
 from hapkit_studio.workshop import folder, reading
 from hapkit_studio.workshop.functions import Functions
 from hapkit_studio.workshop.source import read, typed
-from hapkit_studio.workshop.trying import TrialResult
-from tests.gui.own_support import put, spring, wait_for_verdict
+from hapkit_studio.workshop.trying import TrialResult, failed
+from tests.gui.own_support import law_tab, put, spring, wait_for_verdict
 from tests.lateness import ATTEMPTS
 
 
@@ -115,22 +113,6 @@ def test_what_is_loaded_is_the_very_text_that_was_tried(home, make_window, qtbot
     assert window.gallery.own_rows[path].picture == "lock"
 
 
-def test_what_is_saved_is_not_read_from_the_file_again(home, make_window, qtbot):
-    path = put(home, "mine.py", spring("mine"))
-    window = make_window()
-    window.editor.edit(path)
-    window.editor.page.code.setPlainText(spring("mine", "Typed anew"))
-    read, hashed, sha256 = [], [], hashlib.sha256
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(own, "read", read.append)
-        patched.setattr(reading, "read", read.append)
-        patched.setattr(hashlib, "sha256", lambda data=b"", **o: hashed.append(data) or sha256(data, **o))
-        assert wait_for_verdict(window, qtbot, window.editor.save).ok
-    assert read == []
-    assert hashed.count(path.read_bytes()) == 1
-    assert window.studio.environment.title == "Typed anew"
-
-
 def test_a_function_without_end_is_switched_off_and_named_below_the_parameters(home, make_window, qtbot):
     check = "def check(p):\n    while 123 < p['stiffness'] < 124:\n        pass\n    return ''\n\n\n"
     text = spring("mine").replace("ENVIRONMENT = ", f"{check}ENVIRONMENT = ")
@@ -197,20 +179,16 @@ def test_a_file_that_is_gone_leaves_the_gallery_and_the_loop(home, make_window, 
     assert "mine" not in window.studio.environments
 
 
-def test_a_file_that_is_no_text_harms_nothing(home, make_window):
-    path = put(home, "bytes.py", spring())
-    path.write_bytes(b"\xff\xfe\x00")
-    window = make_window()
-    assert window.gallery.own_rows[path].summary == "Does not run yet"
-    window.gallery.own_rows[path].click()
-    assert window.studio.environment.key == "wall"
-
-
-def test_a_file_that_never_ends_does_not_hold_the_window_up(home, make_window):
+def test_files_that_never_end_or_are_no_text_harm_nothing(home, make_window):
+    other = put(home, "bytes.py", spring())
+    other.write_bytes(b"\xff\xfe\x00")
     path = put(home, "endless.py", "while True:\n    pass\n")
     clock = QElapsedTimer()
     clock.start()
     window = make_window()
+    assert window.gallery.own_rows[other].summary == "Does not run yet"
+    window.gallery.own_rows[other].click()
+    assert window.studio.environment.key == "wall"
     window.own.choose(path)
     assert clock.elapsed() < 10_000
     assert window.gallery.own_rows[path].summary == "Checking line by line…"
@@ -282,6 +260,51 @@ def test_values_stay_where_they_still_mean_something(tmp_path):
     )
     # what was never moved follows its default; a choice is kept by its name
     assert library.values[first.key] == {"a": 5.0, "b": 2.0, "c": 3.0, "side": 2.0, "e": 4.0}
+
+
+# files that come, go and fail beside the window
+
+
+def test_a_file_copied_in_or_taken_away_is_noticed_at_once(home, make_window, qtbot):
+    window = make_window()
+    assert window.own.files == []
+    path = put(home, "ada.py", spring("ada", "First"), trusted=False)
+    qtbot.waitUntil(lambda: path in window.gallery.own_rows)
+    row = window.gallery.own_rows[path]
+    path.write_text(spring("ada", "Second"), encoding="utf-8")
+    qtbot.waitUntil(lambda: row.title == "Second")
+    path.unlink()
+    qtbot.waitUntil(lambda: window.own.files == [])
+
+
+def test_a_file_that_failed_is_known_to_after_the_next_start(home, make_window):
+    path = put(home, "mine.py", spring("mine", force="-p.stifness * x"))
+    fine = put(home, "fine.py", spring("fine"))
+    window = make_window()
+    assert window.gallery.own_rows[path].picture != "triangle"
+    window.own.runner.finished.emit(read(path), failed("wrong", 10))
+    again = make_window()
+    assert again.gallery.own_rows[path].summary == "Does not run yet"
+    assert again.gallery.own_rows[fine].summary == "For a test"
+    put(home, "mine.py", spring("mine"))
+    again.file_watcher.check_files()
+    assert again.gallery.own_rows[path].summary == "For a test"
+
+
+def test_a_built_in_environment_closes_a_strangers_source(home, make_window):
+    path = put(home, "ada.py", spring("ada"), trusted=False)
+    window = make_window()
+    source = window.editor.editor.source
+    for leave in (
+        lambda: QTest.mouseClick(window.gallery.rows["wall"], Qt.MouseButton.LeftButton),  # in force already
+        lambda: window.studio.choose("spring"),
+        lambda: (path.unlink(), window.own.refresh()),
+    ):
+        window.own.choose(path)
+        assert source.isVisible()
+        leave()
+        assert not source.isVisible()
+        assert law_tab(window) is None
 
 
 @pytest.mark.alone

@@ -39,21 +39,6 @@ def folder(tmp_path_factory, prepared):
     return made
 
 
-@pytest.mark.slow
-def test_one_command_takes_every_picture(folder):
-    assert {path.name for path in folder.iterdir()} == {
-        name for key in LIBRARY for name in (f"{key}.png", f"{key}-scene.png")
-    }
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("suffix", ["", "-scene"])
-def test_every_picture_is_another_one(folder, suffix):
-    pictures = [QImage(str(folder / f"{key}{suffix}.png")) for key in LIBRARY]
-    assert not any(picture.isNull() for picture in pictures)
-    assert len({bytes(picture.constBits()) for picture in pictures}) == len(LIBRARY)
-
-
 def described():
     """Return the environments on the page; a new one comes to it with ``make pictures``."""
     page = resources.path("docs", "environments.md").read_text(encoding="utf-8")
@@ -61,12 +46,14 @@ def described():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("key", described())
-def test_the_kept_pictures_are_the_commands_own(folder, key):
-    """As many, and of the same size; what moves in them is another moment."""
-    for name in (f"{key}.png", f"{key}-scene.png"):
-        kept = QImage(str(resources.path("pictures", name)))
-        assert kept.size() == QImage(str(folder / name)).size()
+def test_one_command_takes_every_picture(folder):
+    """As many as are kept, and of the same size; what moves in them is another moment."""
+    names = {f"{key}{suffix}.png" for key in LIBRARY for suffix in ("", "-scene")}
+    pictures = {path.name: QImage(str(path)) for path in folder.iterdir()}
+    assert set(pictures) == names
+    assert len({bytes(picture.constBits()) for picture in pictures.values()}) == len(names)
+    for name in (f"{key}{suffix}.png" for key in described() for suffix in ("", "-scene")):
+        assert QImage(str(resources.path("pictures", name))).size() == pictures[name].size()
 
 
 def test_the_page_about_the_environments_is_up_to_date(monkeypatch, capsys):
@@ -79,12 +66,6 @@ def test_the_page_about_the_environments_is_up_to_date(monkeypatch, capsys):
     for line in wanted.splitlines():
         if line.startswith("!["):
             assert (page.parent / line.partition("(")[2].rstrip(")")).exists()
-
-
-def test_a_hand_is_chosen_that_shows_what_the_scene_is():
-    for environment in LIBRARY.values():
-        assert portraits.usual_hand(environment) in environment.hands
-        assert portraits.usual_hand(environment) != portraits.RELEASED
 
 
 def test_bad_options_are_one_line(capsys):

@@ -106,29 +106,12 @@ def test_a_click_is_remembered_and_nothing_is_compiled_here(window, compiler, fo
     assert compiler.here == []
 
 
-def test_a_key_is_remembered_too(window, compiler, forced):
+@pytest.mark.parametrize("other", ["spring", "wall", "cat"])
+def test_another_choice_takes_the_wish_back(window, compiler, forced, other):
     window.actions_by_key.run("environment.puck")
-    assert window.actions_by_key.qt["environment.wall"].isChecked()
-    compiler.finish("puck")
-    look(window)
-    assert forced == ["puck"]
-
-
-def test_the_newest_wish_counts(window, compiler, forced):
-    for key in ("puck", "cat"):
-        window.studio.choose(key)
+    window.actions_by_key.run(f"environment.{other}")
     assert words(window, "puck") == "Preparing…"
     compiler.finish("puck", "cat")
-    look(window)
-    assert forced == ["cat"]
-
-
-@pytest.mark.parametrize("other", ["spring", "wall"])
-def test_another_choice_takes_the_wish_back(window, compiler, forced, other):
-    window.studio.choose("puck")
-    window.studio.choose(other)
-    assert words(window, "puck") == "Preparing…"
-    compiler.finish("puck")
     look(window)
     assert window.studio.environment.key == other
     assert "puck" not in forced
@@ -173,15 +156,6 @@ def test_a_law_that_cannot_be_compiled_says_so(window, compiler, forced):
         assert words(window, "detents") == "Its law cannot be compiled"
         assert window.gallery.rows["wall"].isChecked()
     assert forced == []
-
-
-def test_closing_the_window_compiles_no_wish(window, compiler, forced, qtbot):
-    window.studio.choose("detents")
-    window.close()
-    compiler.program.kill()
-    qtbot.wait(3 * environment_library.LOOK_MS)
-    assert forced == []
-    assert compiler.here == []
 
 
 @pytest.mark.parametrize("why", ["frozen", "interpreted"])

@@ -3,7 +3,6 @@
 import threading
 
 import numpy as np
-import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QLineEdit, QMessageBox
@@ -70,16 +69,19 @@ PLACES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("place", PLACES, ids=lambda place: place.__name__)
-def test_esc_stops_wherever_the_focus_is(window, place):
-    place(window)
-    QApplication.processEvents()
-    press_esc()
-    assert window.studio.engine.stopped
-    assert window.header.stop.word.text() == "STOPPED"
-    popup = QApplication.activePopupWidget()
-    if popup is not None:
-        popup.close()
+def test_esc_stops_wherever_the_focus_is(window):
+    for place in PLACES:
+        place(window)
+        QApplication.processEvents()
+        press_esc()
+        assert window.studio.engine.stopped, place.__name__
+        assert window.header.stop.word.text() == "STOPPED"
+        for over in (QApplication.activePopupWidget(), QApplication.activeModalWidget()):
+            if over is not None:
+                over.close()
+        window.activateWindow()
+        window.studio.release_stop()
+        assert not window.studio.engine.stopped
 
 
 def test_the_force_is_zero_in_every_row_after_the_stop(window, qtbot):

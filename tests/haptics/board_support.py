@@ -8,9 +8,8 @@ import numpy as np
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.framing import crc16, encode
 from hapkit_studio.protocol.messages import Law, Leave, Piece, Sample, Stream, Telemetry, Tune
-from tests.devices.fake_board import FakeBoard
-from tests.devices.fake_kit import ARENA, KIT, FakeKit
-from tests.lateness import ATTEMPTS
+from tests.devices.fake_board import ARENA, KIT, FakeBoard, FakeKit
+from tests.haptics.serial_support import repeated
 
 ZERO = 1000
 SILENCE = 30.0
@@ -163,27 +162,14 @@ class BoardSetup:
             assert time.monotonic() < over
             time.sleep(0.001)
 
-    def clean(self):
-        """Tell whether nothing came late; else the test is done again."""
-        return self.engine.health().stale_count == 0
-
 
 def undisturbed(environment="spring", values=None, stale=False, **options):
-    """Run a scenario with such a board; again where the machine got in its way."""
+    """Run a scenario with such a board; stale: it may be repeated though nothing came late."""
 
-    def decorated(scenario):
-        def test(connect):
-            for left in reversed(range(ATTEMPTS)):
-                setup = BoardSetup(connect, RendersItself(**options), environment, values=values)
-                try:
-                    scenario(setup)
-                except AssertionError:
-                    if not left or (setup.clean() and not stale):
-                        raise
-                else:
-                    return
+    def begin(connect):
+        return (BoardSetup(connect, RendersItself(**options), environment, values=values),)
 
-        test.__doc__ = scenario.__doc__
-        return test
+    def came_late(setup):
+        return stale or setup.engine.health().stale_count > 0
 
-    return decorated
+    return lambda scenario: repeated(scenario, begin, came_late)

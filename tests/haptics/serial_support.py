@@ -127,23 +127,26 @@ def told(connect, **options):
     return board, engine, reader
 
 
+def repeated(scenario, begin, excusable=lambda *begun: True):
+    """Return a test: the scenario on what begin(connect) returns, again where the machine got in its way."""
+
+    def test(connect):
+        for left in reversed(range(ATTEMPTS)):
+            begun = begin(connect)
+            try:
+                return scenario(*begun)
+            except AssertionError:
+                if not left or not excusable(*begun):
+                    raise
+        return None
+
+    test.__doc__ = scenario.__doc__
+    return test
+
+
 def undisturbed(**options):
-    """Run a scenario with a board that does what it is told; again where the machine got in its way."""
-
-    def decorated(scenario):
-        def test(connect):
-            for left in reversed(range(ATTEMPTS)):
-                try:
-                    scenario(*told(connect, **options))
-                except AssertionError:
-                    if not left:
-                        raise
-                else:
-                    return
-
-        return test
-
-    return decorated
+    """Run a scenario with a board that does what it is told."""
+    return lambda scenario: repeated(scenario, lambda connect: told(connect, **options))
 
 
 def read(reader, count):

@@ -1,14 +1,15 @@
 """Laws that misbehave on demand, a tick driven sample by sample, and waiting for what a running loop does."""
 
+import ctypes
 import math
 import threading
 
 import numpy as np
 
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.haptics import arrays, block, headless, tick
-from hapkit_studio.haptics.fences import store_release
-from hapkit_studio.haptics.settings_writer import LoopSettings, Wanted
+from hapkit_studio.haptics import arrays, block, clib, headless, tick
+from hapkit_studio.haptics.clib import store_release
+from hapkit_studio.haptics.settings import LoopSettings, Wanted
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 from tests.waiting import wait_until
@@ -94,7 +95,7 @@ class LoopHarness:
 
     def __init__(self, environment, values=None, rate=1000.0, full=True, **wanted):
         self.block = block.new_block()
-        self.r = arrays.new_arrays(*self.block)
+        self.r = arrays.new_arrays(self.block)
         self.wanted = dict(wanted)
         self.rate = rate
         self.set(environment, values)
@@ -107,7 +108,7 @@ class LoopHarness:
         others = {k: v for k, v in self.wanted.items() if k != "estimator"}
         settings = Wanted(environment, environment.values(values), loop, **others)
         self.kept = settings.environment.force.compiled()
-        block.publish(*self.block, *settings.encode())
+        block.publish(self.block, settings.encode())
 
     def tick(self, position=0.0, effect=0.0, period=None):
         """Render one sample; return its row."""
@@ -152,3 +153,22 @@ def rest(reader, count):
 
 def loop_threads():
     return [t for t in threading.enumerate() if t.name == "hapkit-loop"]
+
+
+class FakeLibrary:
+    """C functions written in Python, callable from compiled code by name; records what they were given."""
+
+    def __init__(self):
+        self.calls = []
+        self.keep = []
+
+    def add(self, name, result, *arguments):
+        def wrap(function):
+            kind = ctypes.CFUNCTYPE(result, *arguments)
+            callback = kind(lambda *given: (self.calls.append((name, *given)), function(*given))[1])
+            self.keep.append(callback)
+            setattr(self, name, callback)
+            clib.add_symbols(self, [name])
+            return function
+
+        return wrap

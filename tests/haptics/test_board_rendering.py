@@ -24,7 +24,7 @@ from hapkit_studio.protocol.messages import (
     Stop,
     Tune,
 )
-from tests.devices.fake_kit import ARENA, KIT
+from tests.devices.fake_board import ARENA, KIT
 from tests.haptics.board_support import ZERO, undisturbed
 from tests.haptics.support import CONSTANT
 from tests.waiting import wait_until
@@ -55,22 +55,6 @@ def test_the_force_fades_out_before_the_board_is_told(setup):
     assert setup.told(Force)[-1].force == 0.0
 
 
-@undisturbed(values=SPRING)
-def test_the_law_and_the_loop_are_those_in_force(setup):
-    setup.engine.set_loop(estimator="kalman")
-    setup.go(rate=500)
-    (law,) = setup.told(Law)
-    coefs = design("kalman", 500, setup.engine.device.quantum)[1]
-    assert (law.rate, law.estimator) == (500, 2)
-    assert (law.first, law.second) == pytest.approx((coefs[0], coefs[1] * 500.0), rel=1e-6)
-    spring = environments.named("spring")
-    program = board.compile(spring.force, spring.values(SPRING), 1.0 / 500.0, ARENA)
-    assert setup.kit.loaded.data == program.data
-    assert (law.states, law.given, law.slots, law.code) == (
-        program.states, len(program.given), program.slots, len(program.code)
-    )  # fmt: skip
-
-
 @undisturbed(environment="mass_spring_damper")
 def test_a_long_law_comes_whole_though_pieces_get_lost(setup):
     setup.run(10)
@@ -98,100 +82,6 @@ def test_a_board_without_a_law_is_sent_it_anew(setup):
     assert setup.kit.loaded.data == setup.engine.board_plan.program.data
 
 
-@undisturbed(values=SPRING)
-def test_a_board_that_loses_its_law_far_from_where_it_began_makes_no_speed(setup):
-    setup.go()
-    setup.count = ZERO + 700  # 14 mm
-    setup.run(5)
-    setup.kit.loaded, setup.kit.generation = None, 0
-    found = setup.run(3)
-    assert setup.engine.fault is None
-    assert max(abs(row[rows.VELOCITY]) for row in found) < 1e-9
-
-
-@undisturbed(values=SPRING)
-def test_another_law_far_from_where_the_board_took_over_makes_no_speed(setup):
-    setup.engine.set_loop(estimator="kalman")
-    setup.go()
-    setup.count = ZERO + 700  # 14 mm
-    setup.run(5)
-    setup.engine.set_environment("wall")
-    found = []
-    while setup.engine.rendering == "board" or not found:
-        found += setup.run(1)
-    found += setup.run(3)
-    assert setup.engine.fault is None
-    assert max(abs(row[rows.VELOCITY]) for row in found) < 1e-9
-
-
-@undisturbed(values=SPRING)
-def test_the_board_takes_over_the_zero_and_the_direction(setup):
-    setup.run(10)
-    setup.engine.flip_direction()
-    setup.count = ZERO + 50
-    assert setup.run(3)[-1][rows.POSITION] == pytest.approx(-50 * QUANTUM)
-    setup.go()
-    (board,) = setup.told(Board)
-    assert (board.zero, board.sense, board.direction) == (ZERO, -1, -1)
-    assert (board.table, board.label, board.counts_per_flip) == (KIT.table, KIT.label, KIT.counts_per_flip)
-    row = setup.run(1)[-1]
-    assert row[rows.POSITION] == pytest.approx(50 * QUANTUM)  # this board does not turn its counts
-    assert setup.engine.fault is None
-
-
-@undisturbed(values=SPRING)
-def test_a_new_zero_is_the_boards_too(setup):
-    setup.go()
-    setup.count = ZERO + 120
-    assert setup.run(2)[-1][rows.POSITION] == pytest.approx(120 * QUANTUM)
-    setup.engine.zero_here()
-    setup.until(lambda: len(setup.told(Board)) == 2)
-    setup.until(lambda: setup.engine.rendering == "board")
-    assert setup.told(Board)[-1].zero == ZERO + 120
-    assert setup.run(2)[-1][rows.POSITION] == 0.0
-    assert setup.engine.fault is None
-
-
-@undisturbed(values=SPRING)
-def test_rows_show_what_the_board_did(setup):
-    setup.run(10)
-    setup.go()
-    setup.count = ZERO + 120
-    setup.telemetry = {"velocity": 0.125, "asked": -1.5, "pwm": -128, "flags": int(BoardFlag.CLAMPED)}
-    setup.run(30)
-    row = setup.run(1)[-1]
-    assert row[rows.POSITION] == pytest.approx(120 * QUANTUM)
-    assert (row[rows.VELOCITY], row[rows.ASKED]) == (0.125, -1.5)
-    assert row[rows.APPLIED] == pytest.approx(-FULL * (128 / 255) ** 2, rel=1e-6)
-    assert int(row[rows.FLAGS]) == rows.CLAMPED
-    assert row[rows.PERIOD] == pytest.approx(1e-3)
-
-
-@undisturbed()
-def test_the_board_hears_every_few_milliseconds_and_no_force(setup):
-    setup.go()
-    forces, alive = len(setup.told(Force)), len(setup.told(Alive))
-    setup.run(100)
-    assert len(setup.told(Force)) == forces
-    assert 10 <= len(setup.told(Alive)) - alive <= 30
-
-
-@undisturbed(values=SPRING)
-def test_a_changed_parameter_is_one_constant_more(setup):
-    setup.go()
-    setup.run(20)
-    setup.engine.set_parameter("stiffness", 120.0)
-    setup.compiled()
-    setup.until(lambda: setup.told(Tune))
-    setup.run(20)
-    tune = setup.told(Tune)[0]
-    assert (tune.law, tune.count, tune.values[0]) == (setup.told(Law)[0].generation, 1, -120.0)
-    assert setup.kit.loaded.numbers.tolist() == list(setup.engine.board_plan.program.given)
-    setup.engine.move_hand(0.01)
-    setup.run(20)
-    assert (len(setup.told(Tune)), len(setup.told(Law))) == (1, 1)
-
-
 @undisturbed(environment="hard_surface")
 def test_more_constants_than_one_message_holds_are_sent_one_after_the_other(setup):
     setup.go()
@@ -203,22 +93,6 @@ def test_more_constants_than_one_message_holds_are_sent_one_after_the_other(setu
     assert np.count_nonzero(wanted != setup.kit.loaded.numbers) > 6
     setup.until(lambda: np.array_equal(wanted, setup.kit.loaded.numbers))
     assert len(setup.told(Law)) == 1
-
-
-@undisturbed(values=SPRING)
-def test_a_change_that_got_lost_is_said_again_with_the_newest_value(setup):
-    setup.go()
-    setup.run(10)
-    setup.kit.deaf = {Tune: 1}
-    setup.engine.set_parameter("stiffness", 120.0)
-    setup.compiled()
-    setup.until(lambda: len(setup.told(Tune)) == 1)
-    setup.engine.set_parameter("stiffness", 130.0)
-    setup.compiled()
-    setup.until(lambda: setup.kit.tuned)
-    assert [t.values[0] for t in setup.told(Tune)] == [-120.0, -130.0]
-    setup.run(80)
-    assert len(setup.told(Tune)) == 2
 
 
 @undisturbed(environment="button", arena=345)
@@ -310,52 +184,6 @@ def test_the_stop_goes_out_first(setup):
     assert not flags(setup.run(1))[-1]
 
 
-@undisturbed()
-def test_over_speed_on_the_board_is_latched_here_and_stops_it(setup):
-    setup.go()
-    setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED), "velocity": 3.5}
-    setup.run(2)
-    assert setup.engine.fault.code == arrays.OVER_SPEED
-    assert "3.5 m/s" in setup.engine.fault.text
-    wait_until(lambda: setup.told(Stop))
-    setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED)}
-    setup.engine.clear_fault()
-    setup.run(3)
-    wait_until(lambda: setup.told(Stop, Release)[-1] == Release())
-    setup.telemetry = {}
-    setup.run(10)
-    assert setup.engine.fault is None
-
-
-@undisturbed()
-def test_a_force_that_is_no_number_needs_the_law_anew(setup):
-    setup.go()
-    setup.telemetry = {"flags": int(BoardFlag.REFUSED), "asked": float("nan")}
-    row = setup.run(2)[-1]
-    assert setup.engine.fault.code == arrays.NOT_A_NUMBER
-    assert row[rows.ASKED] == 0.0
-    laws = len(setup.told(Law))
-    setup.engine.clear_fault()
-    setup.telemetry = {}
-    setup.until(lambda: len(setup.told(Law)) == laws + 1)
-    setup.until(lambda: setup.engine.rendering == "board")
-    assert setup.engine.fault is None
-
-
-@undisturbed(environment="hard_surface")
-def test_values_of_state_take_turns(setup):
-    setup.go()
-    names = setup.engine.environment.state_names
-    for at in range(len(names)):
-        setup.telemetry = {"state_at": at, "state": 0.5 + at}
-        row = setup.run(1)[-1]
-    assert row[rows.STATE : rows.STATE + len(names)].tolist() == [0.5 + at for at in range(len(names))]
-    setup.engine.set_environment("friction")
-    setup.telemetry = {"state_at": 0, "state": 9.0}
-    first = setup.engine.environment.force.compiled().initial_state[0]
-    assert setup.run(1)[-1][rows.STATE] == first
-
-
 @undisturbed(stale=True)
 def test_a_silent_board_is_no_more_told_that_someone_is_there(setup):
     setup.go()
@@ -368,38 +196,6 @@ def test_a_silent_board_is_no_more_told_that_someone_is_there(setup):
     assert len(setup.told(Alive)) == alive
     setup.run(60)
     assert len(setup.told(Alive)) > alive
-
-
-@undisturbed()
-def test_the_last_act_takes_the_law_away_and_commands_zero(setup):
-    setup.go()
-    setup.engine.close()
-    wait_until(lambda: setup.told(Leave, Force)[-1] == Force(0, 0, 0.0))
-    told = setup.told(Leave, Force)
-    left = told.index(Leave())
-    assert told[left : left + 2] == [Leave(), Leave()]
-    assert set(told[left + 2 :]) == {Force(0, 0, 0.0)}
-
-
-@undisturbed()
-def test_delays_are_kept_apart(setup):
-    setup.run(60)
-    setup.telemetry = {"delay_us": 150}
-    setup.go()
-    setup.run(60)
-    assert setup.engine.delay_of("computer").mean == pytest.approx(500e-6)
-    assert setup.engine.delay_of("board").mean == pytest.approx(150e-6, rel=0.02)
-    assert setup.engine.health().delay == setup.engine.delay_of("board").mean
-
-
-@undisturbed()
-def test_skipped_ticks_are_counted(setup):
-    setup.go()
-    setup.telemetry = {"overruns": 250}
-    setup.run(1)
-    setup.telemetry = {"overruns": 3}
-    setup.run(1)
-    assert setup.engine.overruns == 259
 
 
 @undisturbed(arena=150)
@@ -416,36 +212,173 @@ def test_what_the_board_cannot_render_stays_here(setup):
     setup.until(lambda: setup.engine.rendering == "board")
 
 
-@undisturbed()
-def test_a_law_of_ones_own_needs_nothing_on_the_board(setup):
-    setup.go()
-    setup.engine.set_environment(CONSTANT)
+@undisturbed(values=SPRING)
+def test_the_law_in_force_is_told_and_changes_are_one_constant_more(setup):
+    """The newest value counts where a change got lost; a board that renders hears no force."""
+    setup.engine.set_loop(estimator="kalman")
+    setup.go(rate=500)
+    (law,) = setup.told(Law)
+    coefs = design("kalman", 500, setup.engine.device.quantum)[1]
+    assert (law.rate, law.estimator) == (500, 2)
+    assert (law.first, law.second) == pytest.approx((coefs[0], coefs[1] * 500.0), rel=1e-6)
+    spring = environments.named("spring")
+    program = board.compile(spring.force, spring.values(SPRING), 1.0 / 500.0, ARENA)
+    assert setup.kit.loaded.data == program.data
+    sizes = program.states, len(program.given), program.slots, len(program.code)
+    assert (law.states, law.given, law.slots, law.code) == sizes
+    forces, alive = len(setup.told(Force)), len(setup.told(Alive))
+    setup.run(100)
+    assert 10 <= len(setup.told(Alive)) - alive <= 30
+    setup.kit.deaf = {Tune: 1}
+    setup.engine.set_parameter("stiffness", 120.0)
     setup.compiled()
-    setup.until(lambda: setup.kit.renders and setup.kit.loaded.data == setup.engine.board_plan.program.data)
-    setup.until(lambda: setup.engine.rendering == "board")
+    setup.until(lambda: len(setup.told(Tune)) == 1)
+    setup.engine.set_parameter("stiffness", 130.0)
+    setup.compiled()
+    setup.until(lambda: setup.kit.tuned)
+    setup.engine.move_hand(0.01)
+    setup.run(80)
+    assert [(t.law, t.count, t.values[0]) for t in setup.told(Tune)] == [
+        (law.generation, 1, -120.0),
+        (law.generation, 1, -130.0),
+    ]
+    assert setup.kit.loaded.numbers.tolist() == list(setup.engine.board_plan.program.given)
+    assert (len(setup.told(Law)), len(setup.told(Force))) == (1, forces)
+    setup.engine.close()
+    wait_until(lambda: setup.told(Leave, Force)[-1] == Force(0, 0, 0.0))
+    told = setup.told(Leave, Force)
+    left = told.index(Leave())
+    assert told[left : left + 2] == [Leave(), Leave()]
+    assert set(told[left + 2 :]) == {Force(0, 0, 0.0)}
 
 
-@undisturbed()
-def test_the_boards_own_estimators_and_rates(setup):
-    setup.engine.set_loop(estimator="butterworth")
-    setup.engine.board_refusal(wait=True)
-    setup.engine.set_where("board")
-    assert setup.engine.board_plan.estimator == 2
-    with pytest.raises(ParameterError, match="500, 1,000, 2,000, 4,000 Hz"):
-        setup.engine.set_where("board", 300.0)
-    setup.engine.limit_force(1.0)
-    assert setup.engine.where == "computer"
-    assert "force limit" in setup.engine.board_refusal()
-
-
-@undisturbed()
-def test_over_speed_after_a_leap_has_the_speed_of_the_leap(setup):
-    """The board gives up its estimate at a leap: its counts tell how fast that was."""
+@undisturbed(values=SPRING)
+def test_who_takes_over_far_from_where_it_began_makes_no_speed(setup):
+    """First another law, then a board that has lost it."""
+    setup.engine.set_loop(estimator="kalman")
     setup.go()
+    setup.count = ZERO + 700  # 14 mm
+    setup.run(5)
+    setup.engine.set_environment("wall")
+    found = []
+    while setup.engine.rendering == "board" or not found:
+        found += setup.run(1)
+    found += setup.until(lambda: setup.engine.rendering == "board")
+    setup.kit.loaded, setup.kit.generation = None, 0
+    found += setup.run(3)
+    assert setup.engine.fault is None
+    assert max(abs(row[rows.VELOCITY]) for row in found) < 1e-9
+
+
+@undisturbed(values=SPRING)
+def test_the_board_takes_over_zero_and_direction(setup):
+    setup.run(10)
+    setup.engine.flip_direction()
+    setup.count = ZERO + 50
+    assert setup.run(3)[-1][rows.POSITION] == pytest.approx(-50 * QUANTUM)
+    setup.go()
+    (board,) = setup.told(Board)
+    assert (board.zero, board.sense, board.direction) == (ZERO, -1, -1)
+    assert (board.table, board.label, board.counts_per_flip) == (KIT.table, KIT.label, KIT.counts_per_flip)
+    row = setup.run(1)[-1]
+    assert row[rows.POSITION] == pytest.approx(50 * QUANTUM)  # this board does not turn its counts
+    assert setup.engine.fault is None
+
+
+@undisturbed(values=SPRING)
+def test_a_new_zero_is_the_boards_too(setup):
+    setup.go()
+    setup.count = ZERO + 120
+    assert setup.run(2)[-1][rows.POSITION] == pytest.approx(120 * QUANTUM)
+    setup.engine.zero_here()
+    setup.until(lambda: len(setup.told(Board)) == 2)
+    setup.until(lambda: setup.engine.rendering == "board")
+    assert setup.told(Board)[-1].zero == ZERO + 120
+    assert setup.run(2)[-1][rows.POSITION] == 0.0
+    assert setup.engine.fault is None
+
+
+@undisturbed(environment="hard_surface")
+def test_rows_and_counts_show_what_the_board_did(setup):
+    setup.run(60)
+    setup.telemetry = {"delay_us": 150}
+    setup.go()
+    setup.run(60)
+    assert setup.engine.delay_of("computer").mean == pytest.approx(500e-6)
+    assert setup.engine.delay_of("board").mean == pytest.approx(150e-6, rel=0.02)
+    assert setup.engine.health().delay == setup.engine.delay_of("board").mean
+    setup.count = ZERO + 120
+    setup.telemetry = {"velocity": 0.125, "asked": -1.5, "pwm": -128, "flags": int(BoardFlag.CLAMPED)}
+    row = setup.run(31)[-1]
+    assert row[rows.POSITION] == pytest.approx(120 * QUANTUM)
+    assert (row[rows.VELOCITY], row[rows.ASKED]) == (0.125, -1.5)
+    assert row[rows.APPLIED] == pytest.approx(-FULL * (128 / 255) ** 2, rel=1e-6)
+    assert int(row[rows.FLAGS]) == rows.CLAMPED
+    assert row[rows.PERIOD] == pytest.approx(1e-3)
+    names = setup.engine.environment.state_names
+    for at in range(len(names)):
+        setup.telemetry = {"state_at": at, "state": 0.5 + at, "overruns": 250}
+        row = setup.run(1)[-1]
+    assert row[rows.STATE : rows.STATE + len(names)].tolist() == [0.5 + at for at in range(len(names))]
+    setup.telemetry = {"overruns": 3}
+    setup.run(1)
+    assert setup.engine.overruns == 259
+    setup.engine.set_environment("friction")
+    setup.telemetry = {"state_at": 0, "state": 9.0}
+    first = setup.engine.environment.force.compiled().initial_state[0]
+    assert setup.run(1)[-1][rows.STATE] == first
+
+
+@undisturbed()
+def test_what_the_board_latches_is_latched_here_stops_it_and_can_be_cleared(setup):
+    """Over-speed; a leap, at which the board gives up its estimate; a force that is no number."""
+    setup.go()
+    setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED), "velocity": 3.5}
     setup.run(2)
+    assert setup.engine.fault.code == arrays.OVER_SPEED
+    assert "3.5 m/s" in setup.engine.fault.text
+    wait_until(lambda: setup.told(Stop))
+    setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED)}
+    setup.engine.clear_fault()
+    setup.run(3)
+    wait_until(lambda: setup.told(Stop, Release)[-1] == Release())
+    setup.telemetry = {}
+    setup.run(200)
+    setup.until(lambda: setup.engine.rendering == "board")
+    assert setup.engine.fault is None
     setup.count += 400
     setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED), "velocity": 0.0}
     setup.run(1)
     speed = 400 * setup.engine.device.quantum / 1e-3
     assert speed > 5.0
     assert f"over-speed, {speed:.1f} m/s" in setup.engine.fault.text
+    setup.telemetry = {}
+    setup.engine.clear_fault()
+    setup.run(200)
+    setup.until(lambda: setup.engine.rendering == "board")
+    setup.telemetry = {"flags": int(BoardFlag.REFUSED), "asked": float("nan")}
+    row = setup.run(2)[-1]
+    assert setup.engine.fault.code == arrays.NOT_A_NUMBER
+    assert row[rows.ASKED] == 0.0
+    laws = len(setup.told(Law))
+    setup.engine.clear_fault()
+    setup.telemetry = {}
+    setup.until(lambda: len(setup.told(Law)) == laws + 1)
+    setup.until(lambda: setup.engine.rendering == "board")
+    assert setup.engine.fault is None
+
+
+@undisturbed()
+def test_a_law_of_ones_own_needs_nothing_on_the_board_which_has_its_own_estimators_and_rates(setup):
+    setup.engine.set_loop(estimator="butterworth")
+    setup.go()
+    assert setup.engine.board_plan.estimator == 2
+    setup.engine.set_environment(CONSTANT)
+    setup.compiled()
+    setup.until(lambda: setup.kit.renders and setup.kit.loaded.data == setup.engine.board_plan.program.data)
+    setup.until(lambda: setup.engine.rendering == "board")
+    with pytest.raises(ParameterError, match="500, 1,000, 2,000, 4,000 Hz"):
+        setup.engine.set_where("board", 300.0)
+    setup.engine.limit_force(1.0)
+    assert setup.engine.where == "computer"
+    assert "force limit" in setup.engine.board_refusal()

@@ -64,21 +64,13 @@ def process() -> dict:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-@pytest.fixture(scope="module")
-def second() -> dict:
-    """Return what a process saw that came after another one."""
-    process()
-    return process()
-
-
 @pytest.mark.slow
-def test_a_second_process_compiles_nothing(second):
+def test_a_second_process_compiles_nothing_and_loops_have_one_signature_whatever_laws_they_call():
+    process()
+    second = process()
     assert second["missed"] == []
     assert second["laws_compiled"] == []
     assert second["hits"] == 2
-
-
-def test_loops_have_one_signature_whatever_laws_they_call(second):
     assert second["loops"] == [1, 1, 1]
     assert second["addresses"] == second["environments"] >= 4
     assert all(count >= 20 for count in second["rows"].values())

@@ -10,7 +10,7 @@ from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed, hand_named
 from hapkit_studio.haptics import arrays, headless, passivity, rows
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.haptics.settings import LoopSettings
 from tests.haptics.support import CONSTANT, COUNTING, LoopHarness
 
 LIBRARY = environments.discover()

@@ -7,11 +7,13 @@ import shutil
 import subprocess
 import sys
 import threading
+from unittest.mock import Mock, call
 
 import pytest
 from numba import njit
 
-from hapkit_studio.haptics import clib, clock, priority, realtime_macos, realtime_windows
+from hapkit_studio.haptics import clock, priority
+from tests.haptics.support import FakeLibrary
 
 linux_only = pytest.mark.skipif(sys.platform != "linux", reason="the Linux side")
 if sys.platform == "linux":
@@ -47,53 +49,31 @@ def in_process(code, *prefix, **environment):
 
 
 @linux_only
-def test_words_are_what_the_kernel_says():
-    def run():
-        obtained = priority.obtain()
-        policy = os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK
-        level = os.sched_getparam(0).sched_priority
-        priority.release()
-        return obtained, policy, level, os.sched_getscheduler(0)
+def test_words_are_what_the_kernel_says_and_all_is_taken_back(tmp_path, monkeypatch):
+    """Policy, level, timer slack, processors kept awake: while obtained only."""
+    device, get_slack = tmp_path / "latency", 30
+    monkeypatch.setattr(realtime_linux, "_WAKE_LATENCY", device)
 
-    obtained, policy, level, after = in_thread(run)
+    def run():
+        slack = [ctypes.CDLL(None).prctl(get_slack, 0, 0, 0, 0)]
+        obtained = priority.obtain()
+        slack.append(ctypes.CDLL(None).prctl(get_slack, 0, 0, 0, 0))
+        policy = os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK
+        level, held = os.sched_getparam(0).sched_priority, realtime_linux._held.file
+        assert not held.closed
+        priority.release()
+        assert held.closed
+        slack.append(ctypes.CDLL(None).prctl(get_slack, 0, 0, 0, 0))
+        return obtained, policy, level, os.sched_getscheduler(0), slack
+
+    obtained, policy, level, after, slack = in_thread(run)
     assert obtained.realtime == (policy in (os.SCHED_FIFO, os.SCHED_RR))
     assert obtained.level == level
     assert (str(level) in obtained.text) == obtained.realtime
     assert bool(obtained.how) == (level < 80)
     assert after & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER
-
-
-@linux_only
-def test_timer_slack_is_one_nanosecond_while_obtained():
-    get_slack = 30
-
-    def run():
-        libc = ctypes.CDLL(None)
-        before = libc.prctl(get_slack, 0, 0, 0, 0)
-        priority.obtain()
-        during = libc.prctl(get_slack, 0, 0, 0, 0)
-        priority.release()
-        return before, during, libc.prctl(get_slack, 0, 0, 0, 0)
-
-    before, during, after = in_thread(run)
-    assert after == before
-    # the kernel ignores the slack of real-time threads and may report none at all
-    assert during in (0, 1)
-
-
-@linux_only
-def test_processors_are_kept_awake_only_while_obtained(tmp_path, monkeypatch):
-    device = tmp_path / "latency"
-    monkeypatch.setattr(realtime_linux, "_WAKE_LATENCY", device)
-
-    def run():
-        priority.obtain()
-        held = realtime_linux._held.file
-        open_meanwhile = not held.closed
-        priority.release()
-        return open_meanwhile, held.closed
-
-    assert in_thread(run) == (True, True)
+    assert slack[2] == slack[0]
+    assert slack[1] in (0, 1)  # the kernel ignores that of real-time threads and may report none at all
     assert device.read_bytes() == bytes(4)
     monkeypatch.setattr(realtime_linux, "_WAKE_LATENCY", tmp_path / "no" / "such")
     assert in_thread(realtime_linux.keep_processors_awake) is False
@@ -158,113 +138,63 @@ def test_thread_that_never_blocks_is_demoted_without_python():
     assert realtime_linux.demotions() == before + 1
 
 
-@linux_only
-@pytest.mark.skipif(os.geteuid() != 0, reason="needs the right to real-time priority")
-def test_compiled_code_demotes_its_own_thread():
-    @njit
-    def caller():
-        priority.demote()
-
-    def run():
-        realtime_linux._set_fifo(10)
-        before = realtime_linux.is_realtime(0)
-        caller()
-        return before, realtime_linux.is_realtime(0)
-
-    assert in_thread(run) == (True, False)
-
-
-class FakeFunction:
-    """One C function of a fake library: remembers its arguments, returns a fixed value."""
-
-    def __init__(self, result, effect=None):
-        self.result, self.effect, self.calls = result, effect, []
-
-    def __call__(self, *arguments):
-        self.calls.append(arguments)
-        if self.effect:
-            self.effect(*arguments)
-        return self.result
-
-
-class FakeLibrary:
-    def __init__(self, **results):
-        for name, result in results.items():
-            setattr(self, name, result if isinstance(result, FakeFunction) else FakeFunction(result))
-
-
 @pytest.mark.parametrize(("status", "words"), [(0, "Real-time, time constraint"), (4, "Normal priority")])
 def test_macos_asks_for_the_time_constraint(status, words):
     def fill(reference):
         reference._obj[0], reference._obj[1] = 125, 3
 
-    library = FakeLibrary(
-        mach_timebase_info=FakeFunction(0, fill),
-        thread_policy_set=status,
-        pthread_self=77,
-        pthread_mach_thread_np=42,
-    )
-    assert realtime_macos.obtain(library) == (words, int(status == 0))
-    thread, flavor, policy, count = library.thread_policy_set.calls[0]
+    library = Mock()
+    library.mach_timebase_info.side_effect = fill
+    library.thread_policy_set.return_value = status
+    library.pthread_mach_thread_np.return_value = 42
+    assert priority.macos_obtain(library) == (words, int(status == 0))
+    thread, flavor, policy, count = library.thread_policy_set.call_args.args
     assert (thread, flavor, count) == (42, 2, 4)
     assert list(policy) == [24_000, 4_800, 12_000, 1]
-    realtime_macos.release(library)
-    assert library.thread_policy_set.calls[1][:2] == (42, 1)
+    priority.macos_release(library)
+    assert library.thread_policy_set.call_args.args[:2] == (42, 1)
 
 
 @pytest.mark.parametrize(("handle", "words"), [(0x5, "Real-time, Pro Audio"), (0, "Normal priority")])
 def test_windows_joins_pro_audio(handle, words):
-    library = FakeLibrary(
-        AvSetMmThreadCharacteristicsW=handle, AvSetMmThreadPriority=1, AvRevertMmThreadCharacteristics=1
-    )
-    assert realtime_windows.obtain(library) == (words, int(bool(handle)))
-    assert library.AvSetMmThreadCharacteristicsW.calls[0][0] == "Pro Audio"
-    assert library.AvSetMmThreadPriority.calls == ([(handle, 2)] if handle else [])
-    realtime_windows.release(library)
-    assert library.AvRevertMmThreadCharacteristics.calls == ([(handle,)] if handle else [])
+    library = Mock()
+    library.AvSetMmThreadCharacteristicsW.return_value = handle
+    assert priority.windows_obtain(library) == (words, int(bool(handle)))
+    assert library.AvSetMmThreadCharacteristicsW.call_args.args[0] == "Pro Audio"
+    assert library.AvSetMmThreadPriority.call_args_list == ([call(handle, 2)] if handle else [])
+    priority.windows_release(library)
+    assert library.AvRevertMmThreadCharacteristics.call_args_list == ([call(handle)] if handle else [])
 
 
 @linux_only
 def test_other_systems_demote_through_their_documented_calls():
-    calls = []
-    u64, u32, i32 = ctypes.c_uint64, ctypes.c_uint32, ctypes.c_int32
-
-    def fake(result, *arguments, returns):
-        def record(*given):
-            calls.append(given)
-            return returns
-
-        return ctypes.CFUNCTYPE(result, *arguments)(record)
-
-    library = FakeLibrary()
-    library.pthread_mach_thread_np = fake(u32, u64, returns=42)
-    library.thread_policy_set = fake(i32, u32, i32, u64, u32, returns=0)
-    library.GetCurrentThread = fake(u64, returns=2**64 - 2)
-    library.SetThreadPriority = fake(i32, u64, i32, returns=1)
-    clib.add_symbols(library, vars(library))
-    realtime_macos.demote()
-    assert calls[1][:2] == (42, 1)
-    assert calls[1][3] == 0
-    calls.clear()
-    realtime_windows.demote()
-    assert calls == [(), (2**64 - 2, 0)]
+    """Each system has its entry in the table, none of which this one would load."""
+    fake, u64, u32, i32 = FakeLibrary(), ctypes.c_uint64, ctypes.c_uint32, ctypes.c_int32
+    fake.add("pthread_mach_thread_np", u32, u64)(lambda thread: 42)
+    fake.add("thread_policy_set", i32, u32, i32, u64, u32)(lambda *given: 0)
+    fake.add("GetCurrentThread", u64)(lambda: 2**64 - 2)
+    fake.add("SetThreadPriority", i32, u64, i32)(lambda *given: 1)
+    priority.SYSTEMS["darwin"].demote()
+    assert fake.calls[1][:3] == ("thread_policy_set", 42, 1)
+    assert fake.calls[1][4] == 0
+    fake.calls.clear()
+    priority.SYSTEMS["win32"].demote()
+    assert fake.calls == [("GetCurrentThread",), ("SetThreadPriority", 2**64 - 2, 0)]
 
 
 def test_a_demoted_thread_is_said():
     if not priority.probe().realtime:
         pytest.skip("no real-time priority here")
-    said = []
 
-    def work():
+    def run():
         obtained = priority.obtain()
-        said.append(priority.held(obtained, threading.get_native_id()))
+        said = [priority.held(obtained, threading.get_native_id())]
         priority.demote()
         said.append(priority.held(obtained, threading.get_native_id()))
         priority.release()
+        return said
 
-    thread = threading.Thread(target=work)
-    thread.start()
-    thread.join()
-    assert said[0].realtime
-    assert not said[1].realtime
-    assert "demoted" in said[1].text
+    before, after = in_thread(run)
+    assert before.realtime
+    assert not after.realtime
+    assert "demoted" in after.text

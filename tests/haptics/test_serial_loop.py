@@ -6,6 +6,7 @@ import os
 import socket
 import threading
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -59,12 +60,6 @@ def test_a_lost_answer_leaves_no_old_force_in_the_delay(board, engine, reader):
     row = read(reader, 1)[-1]
     wait_until(lambda: any((f.seq, f.behind) == (65, 2) for f in board.forces()))
     assert next(f for f in board.forces() if f.seq == 65).force == np.float32(row[rows.APPLIED])
-
-
-@undisturbed()
-def test_the_clamp_of_the_board_is_flagged(board, engine, reader):
-    board.say(sample(0, 1000, flags=int(BoardFlag.CLAMPED)))
-    assert int(read(reader, 1)[0, rows.FLAGS]) & rows.CLAMPED
 
 
 @undisturbed(environment=CONSTANT)
@@ -129,11 +124,13 @@ def test_zero_and_direction(board, engine, reader):
 
 
 @undisturbed()
-def test_the_board_sets_the_rate(board, engine, reader):
+def test_the_board_sets_the_rate_and_its_clamp_is_flagged(board, engine, reader):
     engine.set_loop(rate=1000.0, delay=0.001)
     with pytest.raises(ParameterError, match="1000 Hz"):
         engine.set_loop(rate=5000.0)
     assert engine.loop.rate == 1000.0
+    board.say(sample(0, 1000, flags=int(BoardFlag.CLAMPED)))
+    assert int(read(reader, 1)[0, rows.FLAGS]) & rows.CLAMPED
 
 
 @undisturbed(environment=CONSTANT)
@@ -155,7 +152,7 @@ def test_a_silent_board_gets_zero_and_comes_back_with_a_fade(board, engine, read
 def test_a_computer_that_slept_comes_back_with_a_fade(board, engine, reader):
     board.say(b"".join(sample(k, 1000) for k in range(40)))
     read(reader, 40)
-    engine._driver.conn.numbers[link.LAST_ANSWER] -= 0.2
+    engine.driver.conn.numbers[link.LAST_ANSWER] -= 0.2
     board.say(b"".join(sample(40 + k, 1000) for k in range(90)))
     out = read(reader, 90)
     assert out[-1, rows.APPLIED] == 0.0
@@ -193,7 +190,7 @@ class Direct:
 
     def run(self, fd):
         self.tid = threading.get_native_id()
-        serial_loop.run(self.r, self.conn, self.out, self.late, fd, serial_loop.new_spec())
+        serial_loop.run(self.r, self.conn, self.out, self.late, fd)
 
     def forces(self):
         self.far.setblocking(False)
@@ -231,23 +228,19 @@ def push(direct):
     wait_until(pushes)
 
 
-def test_the_last_act_is_a_zero_command_when_the_line_ends(direct):
+@pytest.mark.parametrize("line_ends", [True, False])
+def test_the_last_act_is_a_zero_command(direct, line_ends):
     push(direct)
-    direct.far.shutdown(socket.SHUT_WR)
+    if line_ends:
+        direct.far.shutdown(socket.SHUT_WR)
+    else:
+        direct.r.control[arrays.QUIT] = 1
     direct.thread.join(PATIENCE)
     assert not direct.thread.is_alive()
     sent = direct.forces()
     assert sent[-1] == Force(0, 0, 0.0)
     assert any(f.force > 0.5 for f in sent)
-    assert direct.r.control[arrays.FAULT] == arrays.DEVICE_GONE
-
-
-def test_the_last_act_is_a_zero_command_when_told_to_quit(direct):
-    push(direct)
-    direct.r.control[arrays.QUIT] = 1
-    direct.thread.join(PATIENCE)
-    assert direct.forces()[-1] == Force(0, 0, 0.0)
-    assert direct.r.control[arrays.FAULT] == arrays.NO_FAULT
+    assert direct.r.control[arrays.FAULT] == (arrays.DEVICE_GONE if line_ends else arrays.NO_FAULT)
 
 
 def test_a_closed_descriptor_ends_the_loop(direct):
@@ -339,7 +332,7 @@ def counts_of(count=300, start=1000):
 
 def test_every_sample_is_answered_with_the_force_of_the_tick(connect):
     counts = counts_of()
-    out, answers = stream(connect, lambda: SteppedBoard(counts, first=65_400), values=SPRING)
+    out, answers = stream(connect, partial(SteppedBoard, counts, first=65_400), values=SPRING)
     x = (np.array(counts) - counts[0]) * QUANTUM
     np.testing.assert_allclose(out[:, rows.POSITION], x, rtol=1e-12, atol=1e-15)
     v = np.diff(x, prepend=x[0]) * 1000.0
@@ -366,46 +359,26 @@ def test_both_loops_give_the_same(monkeypatch, request):
     np.testing.assert_array_equal(one[:, same], other[:, same])
 
 
-def test_energy_is_that_of_the_force_in_effect(connect):
-    counts = counts_of()
-    out, _ = stream(connect, lambda: SteppedBoard(counts, 250), values=SPRING)
-    applied, moved = out[:, rows.APPLIED], np.diff(out[:, rows.POSITION])
-    before = np.concatenate(([0.0], applied[:-2]))
-    effect = 0.25 * before + 0.75 * applied[:-1]
-    np.testing.assert_allclose(out[1:, rows.ENERGY], np.cumsum(effect * moved), rtol=1e-9, atol=1e-12)
-
-
-def test_energy_knows_an_added_delay(connect):
-    counts = counts_of()
-    out, _ = stream(connect, lambda: SteppedBoard(counts, 3250), values=SPRING, delay=0.003)
-    applied = np.concatenate((np.zeros(4), out[:-1, rows.APPLIED]))
-    newer, older = applied[1:301], applied[0:300]
-    # 3.25 periods: in the period before sample k, the answer to k - 5 for a quarter, then that to k - 4
-    effect = 0.25 * older[:-1] + 0.75 * newer[:-1]
+@pytest.mark.parametrize("added", [0, 3])
+def test_an_added_delay_answers_older_samples_and_energy_knows_it(connect, added):
+    """Of 3.25 periods: before sample k the answer to k - 5 for a quarter, then that to k - 4."""
+    board = partial(SteppedBoard, counts_of(), 1000 * added + 250)
+    out, answers = stream(connect, board, values=SPRING, delay=1e-3 * added)
+    assert [(a.seq, a.behind) for a in answers] == [(k, added) for k in range(300)]
+    late = np.concatenate((np.zeros(added + 1), out[:, rows.APPLIED]))
+    np.testing.assert_array_equal([a.force for a in answers], np.float32(late[1:301]))
+    effect = 0.25 * late[:299] + 0.75 * late[1:300]
     moved = np.diff(out[:, rows.POSITION])
     np.testing.assert_allclose(out[1:, rows.ENERGY], np.cumsum(effect * moved), rtol=1e-6, atol=1e-9)
 
 
-def test_added_delay_answers_older_samples(connect):
-    out, answers = stream(connect, lambda: SteppedBoard(counts_of(), 3250), values=SPRING, delay=0.003)
-    assert [(a.seq, a.behind) for a in answers] == [(k, 3) for k in range(300)]
-    sent = np.concatenate(([0.0, 0.0, 0.0], out[:-3, rows.APPLIED]))
-    np.testing.assert_array_equal([a.force for a in answers], np.float32(sent))
-
-
 def test_the_delay_is_measured_while_the_force_is_held_at_zero(connect):
-    out, answers = stream(
-        connect, lambda: SteppedBoard(counts_of(600), 730), hold=drivers.HOLD_SECONDS, values=SPRING
-    )
+    board = partial(SteppedBoard, counts_of(600), 730)
+    out, answers, health = played(connect, board, hold=drivers.HOLD_SECONDS, values=SPRING)
     held = np.count_nonzero(out[:, rows.APPLIED] == 0.0)
     assert 500 <= held <= 510
     assert not any(a.force for a in answers[:500])
     assert any(a.force for a in answers[520:])
-    assert drivers.HOLD_SECONDS == 0.5
-
-
-def test_the_measured_delay_is_the_board_s(connect):
-    *_, health = played(connect, lambda: SteppedBoard(counts_of(200), 730))
     assert health.delay == pytest.approx(730e-6)
 
 
@@ -429,22 +402,20 @@ class Port:
 
 def run(port):
     harness = LoopHarness(CONSTANT, full=False)
-    loop = serial_loop.PortableLoop(link.new_link(QUANTUM), port.read, port.write)
+    conn = link.new_link(QUANTUM)
     out = rows.new_ring(harness.r.control, 1024)
     reader = rows.RingReader(out)
-    loop.run(harness.r, out, health.new_histogram())
+    serial_loop.run_portable(harness.r, conn, out, health.new_histogram(), port.read, port.write)
     assert harness.r.control[arrays.FAULT] == arrays.DEVICE_GONE
     assert harness.r.control[arrays.DONE] == 1
     return reader.read(), Decoder().feed(port.written)
 
 
-def test_a_port_that_fails_ends_with_a_zero_command():
+def test_a_port_that_fails_or_takes_nothing_ends_with_a_zero_command():
+    serial_loop.warm_up()  # leaves nothing behind
     out, sent = run(Port(b"".join(sample(k, 1000) for k in range(40))))
     assert out[-1, rows.APPLIED] == 1.0
     assert sent[-2:] == [Force(39, 0, 1.0), Force(0, 0, 0.0)]
-
-
-def test_a_port_that_takes_nothing_ends_the_loop():
     out, sent = run(Port(sample(0, 1000), sample(1, 1000), broken=True))
     assert len(out) == 1  # seen, though its answer could not be sent
     assert not sent
@@ -454,9 +425,3 @@ def test_more_than_a_buffer_at_once_is_read():
     count = 2 * link.CHUNK // len(sample(300, 1000))
     out, _ = run(Port(b"".join(sample(k, 1000) for k in range(count))))
     np.testing.assert_allclose(out[:, rows.BOARD_TIME], 1e-3 * np.arange(count), atol=1e-9)
-
-
-def test_warming_up_leaves_nothing_behind():
-    serial_loop.warm_up()
-    out, _ = run(Port(sample(0, 1000)))
-    assert len(out) == 1

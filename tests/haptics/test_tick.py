@@ -10,9 +10,7 @@ import pytest
 from numba import config
 
 from hapkit_studio import environments
-from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.hand import hand_named
-from hapkit_studio.haptics import arrays, headless, rows
+from hapkit_studio.haptics import rows
 from tests.haptics.support import CONSTANT, COUNTING, LoopHarness
 
 WALL = environments.named("wall")
@@ -82,30 +80,12 @@ def test_state_is_in_the_row_and_leaves_it_with_its_law():
     assert not row[rows.STATE :].any()
 
 
-def test_simulate_starts_at_full_force():
-    spring = environments.named("spring")
-    device = SimulatedHapkit(initial_position=0.01, quantum=0.0)
-    scene = headless.Scene(spring, spring.values({"stiffness": 100.0}), device)
-    first = headless.render(scene, None, 3)[0][0]
-    assert first[rows.ASKED] == first[rows.APPLIED] == pytest.approx(-1.0, rel=1e-12)
-    assert first[rows.FLAGS] == 0
-    assert first[rows.VELOCITY] == 0.0
-
-
 def test_a_live_start_fades_in():
     out = LoopHarness(CONSTANT, full=False).ticks(0.032)
     np.testing.assert_allclose(out[:30, rows.APPLIED], np.arange(1, 31) / 30.0, rtol=1e-12)
     np.testing.assert_array_equal(out[:29, rows.FLAGS], rows.FADING)
     np.testing.assert_array_equal(out[29:, rows.APPLIED], 1.0)
     np.testing.assert_array_equal(out[29:, rows.FLAGS], 0)
-
-
-def test_energy_is_that_of_the_force_in_effect():
-    scene = headless.Scene(WALL, WALL.values({"stiffness": 300.0}), SimulatedHapkit(quantum=0.0))
-    out, _ = headless.render(scene, hand_named("tap"), 800)
-    given = np.cumsum(out[:-1, rows.APPLIED] * np.diff(out[:, rows.POSITION]))
-    np.testing.assert_allclose(out[1:, rows.ENERGY], given, rtol=1e-9, atol=1e-12)
-    assert np.abs(given).max() > 1e-4
 
 
 @pytest.mark.slow
@@ -125,9 +105,3 @@ def test_the_tick_runs_interpreted():
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert " passed" in done.stdout
-
-
-def test_the_arrays_begin_without_a_fault():
-    harness = LoopHarness(CONSTANT)
-    harness.tick()
-    assert harness.r.control[arrays.FAULT] == arrays.NO_FAULT

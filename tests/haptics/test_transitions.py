@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.haptics import arrays, block, rows, transitions
+from hapkit_studio.haptics import arrays, block, rows
 from tests.haptics.support import CONSTANT, COUNTING, FADE, LoopHarness
 
 
@@ -102,16 +102,6 @@ def test_a_second_switch_waits_and_the_newest_wins():
     np.testing.assert_allclose(out[30:], 3.0 - 4.0 * share, rtol=1e-9, atol=1e-12)
 
 
-def test_a_switch_on_a_ramp_leaves_the_old_form_where_it_was():
-    harness = LoopHarness(CONSTANT, level(1.0))
-    harness.tick()
-    harness.set(CONSTANT, level(4.0))
-    harness.ticks(0.010)
-    harness.set(CONSTANT, level(0.0, "d"))
-    share = np.arange(1, 31) / 30.0
-    np.testing.assert_allclose(asked(harness.ticks(0.03)), 2.0 - 3.0 * share, rtol=1e-9, atol=1e-12)
-
-
 @pytest.mark.parametrize("rate", [100.0, 1000.0, 10_000.0])
 def test_random_changes_never_step_the_force(rate):
     random = np.random.default_rng(5)
@@ -122,17 +112,6 @@ def test_random_changes_never_step_the_force(rate):
         out.extend(harness.ticks(max(random.uniform(0.0, 0.05), 1.0 / rate)))
     steps = np.abs(np.diff(np.array(out)[:, rows.APPLIED]))
     assert 0.0 < steps.max() <= 4.0 / (FADE * rate) * (1.0 + 1e-9)
-
-
-def test_settings_are_accepted_once_in_force():
-    harness = LoopHarness(CONSTANT, level(1.0), generation=7)
-    harness.tick()
-    assert harness.r.control[arrays.ACCEPTED] == 7
-    harness.set(COUNTING, generation=8)
-    harness.ticks(0.029)
-    assert harness.r.control[arrays.ACCEPTED] == 7
-    harness.ticks(0.002)
-    assert harness.r.control[arrays.ACCEPTED] == 8
 
 
 def test_a_block_in_writing_is_left_for_the_next_tick():
@@ -149,13 +128,6 @@ def test_a_block_in_writing_is_left_for_the_next_tick():
     assert asked(harness.ticks(0.03))[-1] == 2.0
 
 
-def test_what_rounding_leaves_is_done():
-    share = 0.0
-    for _ in range(300):
-        share = transitions.advanced(share, 1e-4 / FADE)
-    assert share == 1.0
-
-
 @pytest.mark.parametrize("change", [("difference", "iir"), ("iir", "difference")])
 def test_another_estimator_makes_no_jump_in_the_velocity(change):
     """A handle at constant speed: the estimate stays there through the change of method."""
@@ -166,3 +138,14 @@ def test_another_estimator_makes_no_jump_in_the_velocity(change):
     after = harness.run(1e-3 * speed * np.arange(200, 400))
     assert before[-1, rows.VELOCITY] == pytest.approx(speed, rel=1e-6)
     np.testing.assert_allclose(after[:, rows.VELOCITY], speed, rtol=1e-6)
+
+
+def test_settings_are_accepted_once_in_force():
+    harness = LoopHarness(CONSTANT, level(1.0), generation=7)
+    harness.tick()
+    assert harness.r.control[arrays.ACCEPTED] == 7
+    harness.set(COUNTING, generation=8)
+    harness.ticks(0.029)
+    assert harness.r.control[arrays.ACCEPTED] == 7
+    harness.ticks(0.002)
+    assert harness.r.control[arrays.ACCEPTED] == 8

@@ -9,12 +9,13 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.laws import board
 from hapkit_studio.laws.machine import ARENA, MOST_CYCLES, Refusal
 from hapkit_studio.parameters import Choice
-from tests.laws.board_laws import ENVIRONMENTS
+from hapkit_studio.workshop.own import built_in
 from tests.laws.error_analysis import compile_unrounded
 from tests.laws.machine_pc import Machine, build, needs_compiler
 from tests.laws.twins import Compiled, compare
 from tests.wide import wide
 
+ENVIRONMENTS = built_in()
 pytestmark = needs_compiler
 
 PERIOD = 1e-3

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hapkit_studio.protocol.framing import DELIMITER, encode, frame
-from tests.protocol import fuzz, fuzz_noise
+from tests.protocol import fuzz
 from tests.protocol.strategies import any_message, bodies
 
 pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
@@ -36,7 +36,7 @@ def test_no_code_breaks_the_machine_or_its_bound(folder):
 def test_all_decoders_agree_and_damage_passes_as_rarely_as_a_crc_lets_it(folder):
     lines = fuzz.agreement(FRAMES, 1, folder)
     assert lines.damaged > FRAMES // 2
-    assert lines.false <= fuzz_noise.at_most(lines.damaged)
+    assert lines.false <= fuzz.at_most(lines.damaged)
 
 
 pieces = st.one_of(
@@ -54,5 +54,5 @@ def test_all_decoders_agree_on_what_hypothesis_thinks_of(three, parts):
 def test_noise_passes_as_often_as_a_crc_lets_it(where, folder):
     """2^-16 of it: no more, and no less, as noise that never passed would be none."""
     given_ = (NOISE, 1, folder) if where == "board" else (NOISE, 1)
-    accepted = getattr(fuzz_noise, where)(*given_)
-    assert fuzz_noise.at_least(NOISE) <= accepted <= fuzz_noise.at_most(NOISE)
+    accepted = getattr(fuzz, f"noise_{where}")(*given_)
+    assert fuzz.at_least(NOISE) <= accepted <= fuzz.at_most(NOISE)

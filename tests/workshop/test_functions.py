@@ -1,8 +1,6 @@
 """A file's functions in a program of their own: they may take what they like, the studio goes on."""
 
-import gc
 import json
-import sys
 import time
 
 import numpy as np
@@ -74,10 +72,6 @@ def test_they_are_given_and_give_what_they_do_at_home(tmp_path):
     assert own.over_velocity(VALUES, np.array([1.0, 2.0])).tolist() == [[1.0, 2.0], [2.0, 4.0]]
 
 
-def test_without_any_there_is_no_program(tmp_path):
-    assert reading.load_source(saved(tmp_path, text())).functions is None
-
-
 TAKES_TOO_MUCH = {
     "a loop": "for i in range(10**12): pass",
     "one call": "sum(range(10**12))",
@@ -101,27 +95,9 @@ def test_what_takes_too_much_is_switched_off_and_named_in_one_line(tmp_path, sta
     assert own.warnings(VALUES, Conditions()) == (OFF,)
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux")
-def test_memory_is_refused_before_it_is_taken(tmp_path):
-    own = made(tmp_path, with_check("bytes(4 * 10**9)"))
-    own.check({**VALUES, "stiffness": 123.5})
-    assert own.functions.off == OFF
-
-
 def test_what_it_prints_disturbs_no_answer(tmp_path):
     own = made(tmp_path, with_check("os.write(1, b'{}'); print('a'); return 'odd'"))
     assert own.check({**VALUES, "stiffness": 123.5}) == "odd"
-
-
-@pytest.mark.slow
-def test_the_program_ends_with_the_environment(tmp_path):
-    own = made(tmp_path)
-    own.check(VALUES)
-    process = own.functions._process
-    assert process.poll() is None
-    del own
-    gc.collect()
-    assert process.poll() is not None
 
 
 @pytest.mark.slow
@@ -132,14 +108,6 @@ def test_the_program_ends_where_nobody_is_left_to_end_it(tmp_path, stiffness):
     words = [tried.text, ["check", {**VALUES, "stiffness": stiffness}]]
     process.communicate("".join(json.dumps(w) + "\n" for w in words).encode(), timeout=20.0)
     assert process.returncode is not None
-
-
-def test_a_law_is_checked_once_on_its_way(tmp_path, monkeypatch):
-    law, seen = sys.modules["hapkit_studio.laws.law"], []
-    translate = law.translate
-    monkeypatch.setattr(law, "translate", lambda *given: seen.append(given) or translate(*given))
-    made(tmp_path)
-    assert len(seen) == 1
 
 
 @pytest.mark.slow

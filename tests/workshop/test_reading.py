@@ -2,18 +2,16 @@
 
 import math
 import os
-import sys
 
 import numpy as np
 import pytest
 
-import hapkit_studio as hs
 from hapkit_studio import environments, workshop
 from hapkit_studio.errors import LawError
 from hapkit_studio.workshop import reading
 from hapkit_studio.workshop.own import OwnEnvironment
 from hapkit_studio.workshop.source import read
-from tests.workshop.student import END, line_of, text, write
+from tests.workshop.student import END, text, write
 
 
 def force_at(made, x):
@@ -30,14 +28,6 @@ def test_a_file_becomes_an_environment_of_ones_own(tmp_path):
     assert not any(isinstance(e, OwnEnvironment) for e in environments.discover().values())
 
 
-def test_it_is_there_for_notebooks(tmp_path, monkeypatch):
-    write(tmp_path, text())
-    monkeypatch.chdir(tmp_path)
-    run = hs.simulate(hs.load_environment("mine.py"), {"stiffness": 100.0}, hand="press", seconds=0.5)
-    assert np.allclose(run.force, -100.0 * run.position)
-    assert run.settings["environment"] == "mine"
-
-
 def test_an_edited_file_is_read_afresh(tmp_path):
     """Even within one clock tick of the file system, and of the same length."""
     path = write(tmp_path, text("return -1.0 * x"))
@@ -47,16 +37,6 @@ def test_an_edited_file_is_read_afresh(tmp_path):
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
     second = reading.load(path)
     assert (force_at(first, 1.0), force_at(second, 1.0)) == (-1.0, -2.0)
-
-
-def test_nothing_is_left_of_a_file_that_was_read(tmp_path):
-    path = write(tmp_path, text())
-    reading.load(path)
-    path.unlink()
-    with pytest.raises(LawError, match=r"there is no file mine\.py"):
-        reading.load(path)
-    assert not [name for name in sys.modules if name.startswith("own_environment")]
-    assert not list(tmp_path.rglob("*.pyc"))
 
 
 def test_a_file_may_go_while_its_environment_is_used(tmp_path):
@@ -87,12 +67,6 @@ def test_files_of_every_editor(tmp_path, change):
     path = tmp_path / "mine.py"
     path.write_bytes(change(text()))
     assert force_at(reading.load(path), 0.01) == pytest.approx(-2.0)
-
-
-def test_a_file_of_5000_lines(tmp_path):
-    long = "".join(f"A_{n} = {n}.0\n" for n in range(5000))
-    made = reading.load(write(tmp_path, text("return A_4999 * x", beside=long)))
-    assert force_at(made, 1.0) == 4999.0
 
 
 def test_own_functions_that_raise_or_lie_disturb_nobody(tmp_path):
@@ -145,25 +119,13 @@ MISTAKES = [
     ),
     ("return -p.stiffness", "return -stifness", "-stifness", "'stifness' is not defined"),
     ("return -p", "while x > 0:\n        pass\n    return -p", "while", "use `for i in range(10)`"),
-    ("import math\n", "import maths\n", "import maths", "there is no module 'maths'"),
     ("import math\n", "import math\n\nA = B + 1\n", "A = B", "'B' is not defined"),
     ("import math\n", "import math\n\nA = 1 / 0\n", "A = 1 / 0", "a division by zero"),
     ("import math\n", "import sys\n\nsys.exit(3)\n", "sys.exit", "may not end the program"),
-    ("import math\n", "def f():\n    return f()\n\n\nf()\n", "return f()", "calls itself without end"),
     ("import math\n", "raise ValueError('my\\nown')\n", "raise Val", "my own (ValueError)"),
-    ("import math\n", "exec('a b')\n", "exec(", "invalid syntax"),
-    (
-        "import Choice",
-        "import Choices, Choice",
-        "import Choices",
-        "there is no 'Choices' in hapkit_studio.par",
-    ),
     ('Choice("side", "Side", ("right", "left"))', '"side"', "ENVIRONMENT = Env", "holds Parameter(…) and Ch"),
-    ("import math\n", "A = {}['b']\n", "A = {}", "there is no 'b'"),
     ("@law\n", "", "ENVIRONMENT = Env", "not a law: write `@law` above"),
     ("0.0, 2000.0)", "0.0)", '"stiffness"', "Parameter also needs 'high'"),
-    ("0.0, 2000.0)", "lowest=0.0)", '"stiffness"', "Parameter has nothing named 'lowest'"),
-    ("0.0, 2000.0)", "2000.0, 0.0)", '"stiffness"', "'stiffness' goes from 2000 to 0 N/m: the lower limit"),
     ("200.0, 0.0, 2000", "200.0, 0.0, 20", '"stiffness"', "goes from 0 to 20 N/m, its default is 200 N/m"),
     (
         "200.0, 0.0, 2000.0",
@@ -173,24 +135,12 @@ MISTAKES = [
     ),
     ("0.0, 2000.0)", "0.0, math.inf)", '"stiffness"', "its high is a number, not inf"),
     ('"mass", "Mass"', '"stiffness", "Mass"', '"stiffness", "Mass"', "there are two parameters 'stiffness'"),
-    ('"mass", "Mass"', '"the mass", "Mass"', "the mass", "a parameter's first value is its name"),
-    ('"Mass", "kg"', '"Mass", 5', '"Mass", 5', "'mass': its unit is text in quotation marks, not 5"),
-    ('("right", "left")', '("right")', '"side"', "its options are names in brackets"),
     ('("right", "left")', '("left", "left")', '"side"', "two of its options have the same name"),
-    ('("right", "left")', '("right", "left"), "up"', '"side"', "its default is one of right, left, not 'up'"),
     ('key="mine"', 'key="wall"', 'key="wall"', 'the key "wall" is taken by the studio'),
     ('key="mine"', 'key="My Wall"', "My Wall", "`key` is made of a–z, 0–9 and _"),
     ('title="Mine"', 'title=""', 'title=""', "may not be empty"),
-    ('summary="A law of mine"', "summary=5", "summary=5", "`summary` is text"),
     ("force=force,", "force=force, impedance=(1.0, 0.0),", "impedance=", "`impedance` is a function"),
     ("ENVIRONMENT = Env", "environment = Env", ")", "end it with `ENVIRONMENT = Environment(…)`"),
-    ("ENVIRONMENT = Environment(", "ENVIRONMENT = dict(", "ENVIRONMENT = dict(", "ENVIRONMENT is 'dict'"),
-    (
-        'Parameter("mass"',
-        'type("P", (Parameter,), {})("mass"',
-        "parameters=(",
-        "holds Parameter(…) and Choice(…) only",
-    ),
     (END, "\nENVIRONMENT = force\n", "ENVIRONMENT = force", "ENVIRONMENT is a law: write"),
 ]
 
@@ -204,14 +154,6 @@ def test_a_mistake_is_said_at_its_line(tmp_path, old, new, where, said):
     assert "\n" not in str(error)
     lines = [n for n, line in enumerate(whole.split("\n"), 1) if where in line]
     assert error.line == (lines[-1] if where == ")" else lines[0])
-
-
-def test_one_parameter_without_its_comma(tmp_path):
-    one = END[: END.index("    parameters")] + '    parameters=(Parameter("k", "K", "", 1.0, 0.0, 2.0)),\n'
-    whole = text("return -p.k * x", end=one + "    force=force,\n)\n")
-    error = wrong(tmp_path, whole)
-    assert "ends with a comma" in str(error)
-    assert error.line == line_of(whole, "ENVIRONMENT =")
 
 
 @pytest.mark.parametrize(
@@ -237,23 +179,3 @@ def test_what_is_no_environment_at_all(tmp_path, data, said, line):
     assert said in str(caught.value)
     assert line in (0, caught.value.line)
     assert len(str(caught.value)) < 400
-
-
-def test_a_folder_and_a_file_that_may_not_be_read(tmp_path):
-    with pytest.raises(LawError, match="cannot be read"):
-        reading.load(tmp_path)
-
-
-def test_a_law_nested_too_deep(tmp_path):
-    error = wrong(tmp_path, text("return " + " + ".join(["x"] * 5000)))
-    assert "nested too deep" in str(error)
-
-
-@pytest.mark.parametrize("count", [32, 33])
-def test_up_to_32_parameters(tmp_path, count):
-    lines = "".join(f'        Parameter("k{n}", "K", "", 1.0, 0.0, 2.0),\n' for n in range(count))
-    end = END[: END.index("        Parameter")] + lines + END[END.index("    ),\n    force") :]
-    if count == 32:
-        assert len(reading.load(write(tmp_path, text("return 0.0", end=end))).parameters) == 32
-    else:
-        assert "up to 32 parameters, not 33" in str(wrong(tmp_path, text("return 0.0", end=end)))

@@ -11,12 +11,6 @@ def of(text, name="mine.py"):
     return typed(Path(name), text)
 
 
-def test_a_text_is_trusted_once_it_was_agreed_to():
-    assert not is_trusted(of(TEXT))
-    trust_source(of(TEXT))
-    assert is_trusted(of(TEXT))
-
-
 def test_any_other_text_is_not():
     trust_source(of(TEXT))
     for other in (TEXT + " ", TEXT[1:], TEXT.replace("−", "-"), "", TEXT.replace("\n", "\n\n")):
@@ -26,14 +20,6 @@ def test_any_other_text_is_not():
 def test_the_same_bytes_are_trusted_wherever_they_lie():
     trust_source(of(TEXT))
     assert is_trusted(of(TEXT, "other.py"))
-
-
-def test_many_are_remembered_and_none_twice(tmp_path):
-    for n in range(5):
-        trust_source(of(f"x = {n}"))
-        trust_source(of(f"x = {n}"))
-    assert all(is_trusted(of(f"x = {n}")) for n in range(5))
-    assert [len(f.read_text(encoding="ascii").split()) for f in (tmp_path / "data").rglob("trusted")] == [5]
 
 
 def test_a_list_that_cannot_be_read_trusts_nobody(tmp_path):

@@ -7,13 +7,25 @@ renders its models on a handle, by the loop's own tick, and its default is judge
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy import driving, timing
+from hapkit_studio.analysis.accuracy import driving
 from hapkit_studio.analysis.accuracy.driving import samples
-from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, always, repeats
+from hapkit_studio.analysis.accuracy.plan import (
+    Default,
+    Method,
+    Plan,
+    Prepare,
+    Run,
+    Scene,
+    Work,
+    always,
+    default_of,
+    repeats,
+)
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import stick_slip
 from hapkit_studio.dynamics.hand import Hand
@@ -21,7 +33,7 @@ from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.dynamics.stick_slip import MODELS
 from hapkit_studio.environments.friction import MODELS as RENDERED
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.haptics.settings import LoopSettings
 
 MASS, STATIC, KINETIC = 0.05, 1.0, 0.5
 SPRING, DRAWN, DRAWN_SECONDS = 300.0, 0.02, 6.0
@@ -66,7 +78,7 @@ class Trial:
         """Return how long is simulated."""
         return HELD_SECONDS if self.held else DRAWN_SECONDS
 
-    def computed(self, times: int = 1) -> tuple[timing.Work, np.ndarray, np.ndarray, np.ndarray]:
+    def computed(self, times: int = 1) -> tuple[Work, np.ndarray, np.ndarray, np.ndarray]:
         """Return what computes the trial, its times, applied forces and positions, each (n,)."""
         code, declared = MODELS[self.model]
         options = np.array([*(p.default for p in declared), 0.0])
@@ -112,7 +124,7 @@ def handle_stage(model: str, dt: float, times: int = 1) -> headless.PreparedRun:
     return headless.prepare_run(scene, pull, times * round(HELD_SECONDS / dt) + 1)
 
 
-def prepared_handle(model: str, dt: float, times: int) -> timing.Work:
+def prepared_handle(model: str, dt: float, times: int) -> Work:
     """Return the work of rendering the handle."""
     made = handle_stage(model, dt, times)
     made.out.fill(0.0)  # so that the time is the loop's, not the memory's
@@ -141,37 +153,21 @@ LABELS = {
 VIRTUAL = Default("projection")
 
 
-def _rendered() -> Default:
-    found = environments.named("friction")
-    choice = next(p for p in found.parameters if p.key == "model")
-    return Default(choice.text(found.values()["model"]))
-
-
-def _alone(trial: Trial) -> Run:
-    times = repeats(round(trial.seconds / trial.dt))
-    work, seconds = trial.computed(times)[0], times * trial.seconds
-    return Run(trial.model, LABELS[trial.model], trial.dt, trial.error(), always(work), seconds)
-
-
-def _on_handle(model: str, dt: float) -> Run:
-    times, error = repeats(round(HELD_SECONDS / dt)), handle_drift(model, dt)
-    seconds = times * HELD_SECONDS
-    return Run(model, LABELS[model], dt, error, lambda: prepared_handle(model, dt, times), seconds)
-
-
-def _row(run: Run, scene: str) -> Run:
-    """Return the run with its error under the name that says what it is."""
-    name = "period_error" if scene == "period" else "drift_m_per_s"
-    return Run(**{**vars(run), "extra": ((name, run.error),)})
-
-
 def runs(scene: Scene) -> list[Run]:
     """Return every model at every step."""
-    if scene.key == "handle":
-        found = [_on_handle(model, dt) for model in RENDERED for dt in STEPS]
-    else:
-        found = [_alone(Trial(model, dt, scene.key == "hold")) for model in MODELS for dt in STEPS]
-    return [_row(run, scene.key) for run in found]
+    name, found = "period_error" if scene.key == "period" else "drift_m_per_s", []
+    for model in RENDERED if scene.key == "handle" else MODELS:
+        for dt in STEPS:
+            trial = Trial(model, dt, held=scene.key != "period")
+            times = repeats(round(trial.seconds / dt))
+            if scene.key == "handle":
+                error = handle_drift(model, dt)
+                prepare: Prepare = partial(prepared_handle, model, dt, times)
+            else:
+                error, prepare = trial.error(), always(trial.computed(times)[0])
+            seconds, extra = times * trial.seconds, ((name, error),)
+            found.append(Run(model, LABELS[model], dt, error, prepare, seconds, extra=extra))
+    return found
 
 
 def _scenes() -> tuple[Scene, ...]:
@@ -192,7 +188,8 @@ def _scenes() -> tuple[Scene, ...]:
             (mass, pull, friction, held),
         ),
         Scene(
-            "handle", "A handle that should hold", drift, 1e-5, resting, _rendered(), "m/s",
+            "handle", "A handle that should hold", drift, 1e-5, resting,
+            default_of("friction", "model"), "m/s",
             (
                 ("Handle", "0.044 kg, 0.5 N·s/m"), ("Sensor", "20.7 µm"), pull, friction, held,
             ),

@@ -7,13 +7,14 @@ light slider whose period the literature's formula gives.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy import driving
 from hapkit_studio.analysis.accuracy.driving import Body, drive, samples
-from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, always, repeats
+from hapkit_studio.analysis.accuracy.plan import Method, Plan, Run, Scene, always, default_of, repeats
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.moving_mass import FAR
 from hapkit_studio.environments.puck import REACH
@@ -123,16 +124,10 @@ def oscillating(mass: float, damping: float, stiffness: float) -> Motion:
     return Motion(Body(mass, damping, stiffness), DEFLECTION, 0.0, 1.0, judge)
 
 
-def free() -> Motion:
-    """Return the environment's object without its damper."""
+def swinging(damped: bool) -> Motion:
+    """Return the environment's object, with its damper or without."""
     values = _object("mass_spring_damper")
-    return oscillating(values["mass"], 0.0, values["stiffness"])
-
-
-def damped() -> Motion:
-    """Return the environment's object."""
-    values = _object("mass_spring_damper")
-    return oscillating(values["mass"], values["damping"], values["stiffness"])
+    return oscillating(values["mass"], values["damping"] if damped else 0.0, values["stiffness"])
 
 
 def driven() -> Motion:
@@ -172,23 +167,18 @@ def stick_slip() -> Motion:
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3)
 THIRD = "a third of the smallest change of force that people feel, 6 %: an object's force follows its motion"
 MOTIONS: dict[str, Callable[[], Motion]] = {
-    "free": free,
-    "damped": damped,
+    "free": partial(swinging, False),
+    "damped": partial(swinging, True),
     "driven": driven,
     "contact": contact,
     "stick_slip": stick_slip,
 }
 
 
-def _default(environment: str) -> Default:
-    """Return the integrator with which an environment starts."""
-    found = environments.named(environment)
-    choice = next(p for p in found.parameters if p.key == "integrator")
-    return Default(choice.text(found.values()["integrator"]))
-
-
 def _of_deflection(key: str, title: str, error: str, *conditions: tuple[str, str]) -> Scene:
-    return Scene(key, title, error, 0.02, THIRD, _default("mass_spring_damper"), conditions=conditions)
+    return Scene(
+        key, title, error, 0.02, THIRD, default_of("mass_spring_damper", "integrator"), conditions=conditions
+    )
 
 
 def _scenes() -> tuple[Scene, ...]:
@@ -210,7 +200,7 @@ def _scenes() -> tuple[Scene, ...]:
         ),
         Scene(
             "contact", "Puck between two walls", "largest error / distance between the walls", 0.02, THIRD,
-            _default("puck"),
+            default_of("puck", "integrator"),
             conditions=(
                 ("Mass", f"{puck['mass']:g} kg"), ("Walls", f"{puck['wall_stiffness']:g} N/m, 70 mm apart"),
                 ("Start", f"{SHOVED:g} m/s"), ("Reference", "closed form, 2 s"),
@@ -219,7 +209,7 @@ def _scenes() -> tuple[Scene, ...]:
         Scene(
             "stick_slip", "Stick-slip", "error of the period / period", 0.02,
             "a third of the smallest change of force that people feel, 6 %: a period is the time of a pull",
-            _default("puck"),
+            default_of("puck", "integrator"),
             conditions=(
                 ("Mass", "0.05 kg"), ("Spring", "300 N/m, drawn at 2 cm/s"), ("Friction", "1 N, then 0.5 N"),
                 ("Reference", "closed form, 3 s"),

@@ -9,16 +9,15 @@ from functools import cache
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy import timing
 from hapkit_studio.analysis.accuracy.driving import Body, drive
-from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, repeats
+from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, Work, repeats
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import SCRIPTS
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.moving_mass import FAR
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings_writer import RATE, LoopSettings
+from hapkit_studio.haptics.settings import RATE, LoopSettings
 
 RATES = (250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0, 10_000.0)
 STIFFNESS = 800.0
@@ -79,7 +78,7 @@ def contact_error(rate: float, delay: float) -> float:
     return float(np.abs(rendered - true[at]).max() / (true.max() - place))
 
 
-def _prepared(rate: float, delay: float, times: int) -> timing.Work:
+def _prepared(rate: float, delay: float, times: int) -> Work:
     stage = _stage(rate, delay, times)
     stage.out.fill(0.0)  # so that the time is the loop's, not the memory's
     return stage.run

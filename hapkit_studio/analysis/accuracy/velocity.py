@@ -12,12 +12,11 @@ from functools import cache
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy import timing
-from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene
+from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, Work
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.haptics.settings import LoopSettings
 
 QUANTUM, RATE, SECONDS = 15e-6, 1000.0, 3.0
 _START = 0.3 * QUANTUM
@@ -86,7 +85,7 @@ def label(key: str, options: dict[str, float]) -> str:
     return f"Kalman q = {options['q']:g}" if key == "kalman" else SHORT[key]
 
 
-def prepared(spec: tuple[str, dict[str, float]], signal: str) -> tuple[timing.Work, np.ndarray]:
+def prepared(spec: tuple[str, dict[str, float]], signal: str) -> tuple[Work, np.ndarray]:
     """Return what renders a signal once, and the telemetry rows that it fills."""
     position, velocity = SIGNALS[signal]()
     device = SimulatedHapkit(damping=0.0, coulomb_force=0.0, quantum=QUANTUM, max_force=math.inf)

@@ -181,13 +181,11 @@ def changes(part: Part) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class SweepResult:
-    """A sweep and what it says: the board's settings with the dead band found, the paddle, the force at which
-    the handle broke away in N."""
+    """A sweep and what it says: the board's settings with the dead band found, and the paddle."""
 
     board: Board
     part: Part
     track: Track
-    breakaway_force: float
 
 
 def sweep(runner: BoardRunner, seconds: float = motions.SWEEP_SECONDS, fine: bool = False) -> SweepResult:
@@ -195,9 +193,8 @@ def sweep(runner: BoardRunner, seconds: float = motions.SWEEP_SECONDS, fine: boo
 
     fine: the board has a dead band near the true one, so that any better one counts.
     """
-    force = breakaway(runner).force
-    friction = min(_COMPENSATED * force, MOST_COMPENSATED)
+    friction = min(_COMPENSATED * breakaway(runner).force, MOST_COMPENSATED)
     track = motions.sweep(runner, seconds, friction)
     board = of_settings(runner.settings)
     board = replace(board, dead_band=dead_band_of(track, board, fine))
-    return SweepResult(board, paddle_of(track, board), track, force)
+    return SweepResult(board, paddle_of(track, board), track)

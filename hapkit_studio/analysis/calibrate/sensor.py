@@ -1,6 +1,6 @@
 """The sensor moved from end to end: its range, how often it repeats, and whether it can be trusted."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -93,8 +93,7 @@ def analyse(track: Track) -> SensorResult:
     turns = unwrapped(raw) if board.sensor != Sensor.QUADRATURE else track.count
     travel = float(np.ptp(turns)) * quantum_of(board)
     found = SensorResult(low, high, len(sizes), period, half, travel, noise, passed(""))
-    result = _judge(found, track, board)
-    return SensorResult(low, high, len(sizes), period, half, travel, noise, result)
+    return replace(found, result=_judge(found, track, board))
 
 
 def _judge(found: SensorResult, track: Track, board: Board) -> CheckResult:

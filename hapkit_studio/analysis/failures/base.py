@@ -1,7 +1,7 @@
 """What a failure is: where a method stops working, why, how to try and chart it, how to feel it live."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,24 +9,15 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.sweeps import Progress, no_progress
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import Hand, Prescribed
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import json_number
-from hapkit_studio.haptics.settings_writer import RATE
+from hapkit_studio.formatting import plain, with_unit
+from hapkit_studio.haptics import headless
+from hapkit_studio.haptics.settings import RATE, LoopSettings
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter, resolve
 
-__all__ = ["Case", "Chart", "Choice", "Evidence", "Failure", "Line", "Live", "Mark", "Parameter"]
-__all__ += [
-    "Progress",
-    "Shown",
-    "Try",
-    "as_json",
-    "live_rate",
-    "no_progress",
-    "short",
-    "show",
-    "try_json",
-    "within",
-]
+__all__ = ["Choice", "Parameter", "Progress"]
 
 # One number for each option of a failure, a choice's as its index: what Failure.case returns.
 Case = Mapping[str, float]
@@ -217,7 +208,7 @@ def show(
 
 def as_json(shown: Shown, traces: bool = False) -> dict[str, Any]:
     """Return a failure shown as one object, SI units; traces: with what moved, and the chart's lines."""
-    failure = shown.failure
+    failure, chart = shown.failure, shown.chart
     pairs = [(p, shown.case[p.key]) for p in failure.options]
     found = {
         "key": failure.key,
@@ -232,40 +223,104 @@ def as_json(shown: Shown, traces: bool = False) -> dict[str, Any]:
         "outside": try_json(shown.outside, traces),
         "as_theory_says": shown.as_theory_says,
     }
-    return {**found, "chart": _chart_json(shown.chart) if shown.chart else None} if traces else found
+    if traces:
+        keys = ("x_label", "y_label", "level", "lines", "marks")
+        found["chart"] = {key: getattr(chart, key) for key in keys} if chart else None
+    return plain(found)
 
 
 def try_json(one: Try, traces: bool = False) -> dict[str, Any]:
     """Return one try as an object; a measure that is not finite is None."""
     found = one.evidence
-    made = {
-        "value": one.value,
-        "holds": found.holds,
-        "measure": json_number(found.measure),
-        "measure_unit": found.measure_unit,
-        "words": found.words,
-    }
-    if not traces:
-        return made
-    trace = [json_number(y) for y in found.trace]
-    labels = {"trace_label": found.label, "trace_unit": found.unit}
-    return {**made, "time": [float(t) for t in found.time], "trace": trace, **labels}
+    keys = ("holds", "measure", "measure_unit", "words", *(("time", "trace") if traces else ()))
+    labels = {"trace_label": found.label, "trace_unit": found.unit} if traces else {}
+    return plain({"value": one.value, **{key: getattr(found, key) for key in keys}, **labels})
 
 
-def _chart_json(chart: Chart) -> dict[str, Any]:
-    lines = [
-        {
-            "label": one.label,
-            "role": one.role,
-            "x": list(map(json_number, one.x)),
-            "y": list(map(json_number, one.y)),
-        }
-        for one in chart.lines
-    ]
-    return {
-        "x_label": chart.x_label,
-        "y_label": chart.y_label,
-        "level": chart.level,
-        "lines": lines,
-        "marks": [{"label": mark.label, "x": mark.x} for mark in chart.marks],
-    }
+# What several failures do alike: sweep, render, judge a motion, write its verdict.
+
+
+def swept(
+    xs: np.ndarray, measure: Callable[[float], float | Sequence[float]], progress: Progress
+) -> np.ndarray:
+    """Return measure(x) of each x (n,) as (n,) or (n, k), and tell the progress."""
+    found = []
+    for done, x in enumerate(xs, 1):
+        found.append(measure(float(x)))
+        progress(done, len(xs))
+    return np.array(found)
+
+
+def render(
+    key: str,
+    given: Mapping[str, float],
+    device: SimulatedHapkit,
+    loop: LoopSettings,
+    count: int,
+    hand: Hand | Prescribed | None = None,
+) -> np.ndarray:
+    """Return count telemetry rows of an environment, its other values their defaults."""
+    environment = environments.named(key)
+    scene = headless.Scene(environment, {**environment.values(), **given}, device, loop)
+    return headless.render(scene, hand, count)[0]
+
+
+def growth_evidence(
+    time: np.ndarray, x: np.ndarray, rate: float, label: str = "position", unit: str = "mm", more: str = ""
+) -> Evidence:
+    """Return the evidence of a motion x (n,) that grows by rate in 1/s; it holds where that is below 0."""
+    time, x = thinned(time, x)
+    words = f"{'decays' if rate < 0.0 else 'grows'} by {with_unit(abs(rate), '1/s')}{more}"
+    return Evidence(time, x, label, unit, rate < 0.0, rate, "1/s", words)
+
+
+def growth_chart(
+    x_label: str, lines: tuple[Line, ...], marks: tuple[Mark, ...], log_x: bool = False
+) -> Chart:
+    """Return the chart of a growth in 1/s, which must stay below 0."""
+    return Chart(x_label, "growth, 1/s", lines, marks, 0.0, "neither grows nor decays", log_x)
+
+
+# Points of a trace: a pixel has two of them, its lowest and its highest.
+POINTS = 2400
+
+
+def before_lost(x: np.ndarray, most: float) -> int:
+    """Return how many samples of x (n,) come before the first beyond ``most`` or not finite."""
+    with np.errstate(invalid="ignore"):
+        lost = ~(np.abs(x) <= most)
+    return int(np.argmax(lost)) if lost.any() else len(x)
+
+
+def alive(size: np.ndarray, least: float) -> int:
+    """Return how many samples of size (n,) there are up to the last that is ``least`` or more."""
+    big = np.flatnonzero(size >= least)
+    return int(big[-1]) + 1 if len(big) else 0
+
+
+def thinned(time: np.ndarray, x: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
+    """Return (time, x) of at most about ``points``: of each piece the lowest and the highest, in order."""
+    if len(x) <= points:
+        return time, x
+    size = -(-2 * len(x) // points)
+    count = len(x) // size
+    pieces = x[: count * size].reshape(count, size)
+    first = size * np.arange(count)
+    lowest, highest = first + pieces.argmin(axis=1), first + pieces.argmax(axis=1)
+    chosen = np.unique(np.r_[lowest, highest, len(x) - 1])
+    return time[chosen], x[chosen]
+
+
+def growth(size: np.ndarray, seconds: float) -> float:
+    """Return the growth in 1/s of an oscillation's size (n,), samples ``seconds`` apart.
+
+    From the last two thirds of it, so that what dies out at once does not count; 0 where nothing moves.
+    """
+    third = len(size) // 3
+    if third == 0:
+        return math.inf
+    before, after = np.linalg.norm(size[-2 * third : -third]), np.linalg.norm(size[-third:])
+    if after == 0.0:
+        return 0.0 if before == 0.0 else -math.inf
+    with np.errstate(divide="ignore"):
+        return float(np.log(after / before) / (third * seconds))

@@ -5,16 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from hapkit_studio import environments
-from hapkit_studio.analysis.failures import base
+from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.in_window import let_go
-from hapkit_studio.analysis.failures.spring import MASS, RATE, VISCOUS
-from hapkit_studio.analysis.failures.traces import thinned
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.environments.friction import COULOMB, PROJECTION
 from hapkit_studio.formatting import on_screen, with_unit
-from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.settings import LoopSettings
 
 # The ratio F_c T²/(m Δ) up to which the force only flickers within a count, by the delay in periods.
 RATIOS = (1.5, 0.7)
@@ -37,27 +34,20 @@ def limit(case: base.Case) -> float:
     return RATIOS[int(case["late"])] * count_force(case)
 
 
-def slides(friction: float, case: base.Case, model: int = COULOMB) -> list[np.ndarray]:
-    """Return the place (n,) in counts of a handle that slides to rest, one for each of STARTS."""
-    values = dict(environments.named("friction").values())
-    values |= {"model": float(model), "kinetic_force": friction, "static_force": friction, "viscous": 0.0}
+def peak_to_peak(friction: float, case: base.Case, model: int = COULOMB) -> tuple[float, np.ndarray]:
+    """Slide to rest from each of STARTS; return the largest p-p of the last half second, and that tail (n,).
+
+    In counts.
+    """
+    given = {"model": float(model), "kinetic_force": friction, "static_force": friction, "viscous": 0.0}
     # half the stiffest spring that a handle of this damping can be held by, for the models that hold
-    values["tether_stiffness"] = case["viscous"] * case["rate"] / (1.0 + 2.0 * case["late"])
-    loop = LoopSettings(case["rate"], case["late"] / case["rate"])
-    found = []
+    given["tether_stiffness"] = case["viscous"] * case["rate"] / (1.0 + 2.0 * case["late"])
+    loop, tails = LoopSettings(case["rate"], case["late"] / case["rate"]), []
     for place, speed in STARTS:
         start = (place * case["quantum"], speed)
         device = SimulatedHapkit(case["mass"], case["viscous"], 0.0, case["quantum"], math.inf, *start)
-        scene = headless.Scene(environments.named("friction"), values, device, loop)
-        out, _ = headless.render(scene, None, round(SECONDS * case["rate"]))
-        found.append(out[:, rows.TRUE_POSITION] / case["quantum"])
-    return found
-
-
-def peak_to_peak(friction: float, case: base.Case, model: int = COULOMB) -> tuple[float, np.ndarray]:
-    """Return the largest p-p of the last half second in counts, and the tail (n,) that has it."""
-    last = round(LAST * case["rate"])
-    tails = [x[-last:] for x in slides(friction, case, model)]
+        out = base.render("friction", given, device, loop, round(SECONDS * case["rate"]))
+        tails.append(out[-round(LAST * case["rate"]) :, rows.TRUE_POSITION] / case["quantum"])
     worst = max(tails, key=np.ptp)
     return float(np.ptp(worst)), worst
 
@@ -66,53 +56,45 @@ def probe(friction: float, case: base.Case) -> base.Evidence:
     """Let the handle slide to rest against friction by the sign of its velocity."""
     size, tail = peak_to_peak(friction, case)
     holds = size <= FLICKER
-    time, x = thinned(np.arange(len(tail)) / case["rate"], tail - tail.mean())
+    time, x = base.thinned(np.arange(len(tail)) / case["rate"], tail - tail.mean())
     words = f"{'flickers' if holds else 'chatters'} by {with_unit(size, 'counts p-p', 2)}"
     return base.Evidence(time, x, "position", "counts", holds, size, "counts", words)
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the chatter over the friction, beside that of the implicit projection."""
-    levels = limit(case) * _SHARES
-    plain, held = [], []
-    for done, level in enumerate(levels, 1):
-        plain.append(peak_to_peak(level, case)[0])
-        held.append(peak_to_peak(level, case, PROJECTION)[0])
-        progress(done, len(levels))
+
+    def both(level: float) -> tuple[float, ...]:
+        return tuple(peak_to_peak(level, case, model)[0] for model in (COULOMB, PROJECTION))
+
+    levels, bound = limit(case) * _SHARES, f"{RATIOS[int(case['late'])]:g} m Δ/T²"
+    plain, held = base.swept(levels, both, progress).T
     lines = (
-        base.Line("by the sign of the velocity", levels, np.array(plain)),
-        base.Line("implicit projection", levels, np.array(held), base.OTHER),
+        base.Line("by the sign of the velocity", levels, plain),
+        base.Line("implicit projection", levels, held, base.OTHER),
     )
-    marks = (
-        base.Mark(f"{RATIOS[int(case['late'])]:g} m Δ/T²", limit(case)),
-        base.Mark("m Δ/T²", count_force(case)),
-    )
+    marks = (base.Mark(bound, limit(case)), base.Mark("m Δ/T²", count_force(case)))
     return base.Chart("friction, N", "chatter, counts p-p", lines, marks, FLICKER, "more than a flicker")
 
 
 def live(friction: float, case: base.Case) -> base.Live:
-    """Return the friction scene in the window, by the sign of the velocity."""
+    """Return the friction scene in the window, by the sign of the velocity.
+
+    Where the handle is let go, and what its force does then, depends on the place in a count.
+    """
     force = base.short(friction, limit(case))
     values = base.within("friction", {"kinetic_force": force, "static_force": force, "viscous": 0.0})
-    loop = {
-        "rate": case["rate"],
-        "delay": case["late"] / case["rate"],
-        "estimator": "difference",
-        "options": (),
-    }
+    loop = {**spring.loop_of(case), "delay": case["late"] / case["rate"]}
     found = base.Live("friction", {**values, "model": float(COULOMB)}, loop)
-    return replace(found, advice=_advice(found, friction < limit(case)))
-
-
-def _advice(found: base.Live, inside: bool) -> str:
-    """Say where the handle is let go, and what its force does then: it depends on the place in a count."""
     size = {place: let_go(found, place, rows.APPLIED) for place in _PLACES}
     place = max(size, key=lambda one: size[one])
-    first = f"Drag to {on_screen(place, 'm')}, let go, look at the force below."
-    if size[place] < found.values["kinetic_force"]:
-        return f"{first} It rests{'' if inside else ': the handle has friction of its own. Turn further'}."
-    flips = f"It flips by {with_unit(size[place], 'N', 2)} and never rests"
-    return f"{first} {flips}; with the model Projection it does."
+    if size[place] >= values["kinetic_force"]:
+        flips = f"It flips by {with_unit(size[place], 'N', 2)} and never rests"
+        said = f"{flips}; with the model Projection it does."
+    else:
+        further = "" if friction < limit(case) else ": the handle has friction of its own. Turn further"
+        said = f"It rests{further}."
+    return replace(found, advice=f"Drag to {on_screen(place, 'm')}, let go, look at the force below. {said}")
 
 
 FAILURE = base.Failure(
@@ -131,10 +113,10 @@ FAILURE = base.Failure(
     curve=curve,
     options=(
         base.Choice("late", "Delay", ("none", "one_period"), "none"),
-        MASS,
-        VISCOUS,
-        base.Parameter("quantum", "Sensor step", "m", 20.7e-6, 1e-6, 1e-3, "One count", "Δ"),
-        RATE,
+        spring.MASS,
+        spring.VISCOUS,
+        spring.QUANTUM,
+        spring.RATE,
     ),
     live=live,
     margin=0.4,

@@ -1,41 +1,32 @@
 """The course's mass on a spring: held in contact at 1 ms by the lecture's rule, it grows, not rests."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base
-from hapkit_studio.analysis.failures.integrators import growth_per_radian
-from hapkit_studio.analysis.failures.traces import before_lost, growth, thinned
+from hapkit_studio.analysis.failures.integrators import METHOD, growth_per_radian, method_of
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed
-from hapkit_studio.dynamics.integrators import INTEGRATORS
-from hapkit_studio.dynamics.step_limits import longest_step
-from hapkit_studio.environments.pushed import LABELS
-from hapkit_studio.formatting import with_unit
-from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.dynamics.integrators import INTEGRATORS, longest_step
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.settings import LoopSettings
 
 MASS, DAMPING, SPRING, CONTACT = 2.0, 1.0, 300.0, 1000.0
 REST = 0.01
 BOTH = SPRING + CONTACT
 OMEGA = math.sqrt(BOTH / MASS)
 RATIO = DAMPING / (2.0 * MASS * OMEGA)
-METHODS = ("explicit_euler", "lecture", "semi_implicit", "verlet", "rk4")
 # The handle goes slowly to PRESSED, then by NUDGE at once, and is held still: the mass swings in contact.
 PRESSED, NUDGE, RISE = 0.02, 2e-4, 2.0
 SECONDS = 8.0
 _STEPS = np.geomspace(0.1e-3, 7e-3, 25)
 
 
-def _method(case: base.Case) -> str:
-    return METHODS[int(case["method"])]
-
-
 def limit(case: base.Case) -> float:
     """Return the longest step in s at which the mass in contact does not grow."""
-    return longest_step(_method(case), MASS, DAMPING, BOTH)
+    return longest_step(method_of(case), MASS, DAMPING, BOTH)
 
 
 def values(method: str) -> dict[str, float]:
@@ -53,54 +44,42 @@ def _held(time: float) -> float:
 
 def swing(method: str, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Return time and place (n,) of the mass about its rest in contact, by the tick, while it is touched."""
-    scene = headless.Scene(
-        environments.named("mass_spring_damper"),
-        values(method),
-        SimulatedHapkit(coulomb_force=0.0, quantum=0.0, max_force=math.inf),
-        LoopSettings(1.0 / step),
-    )
-    count = round((RISE + SECONDS) / step)
-    out, _ = headless.render(scene, Prescribed(_held), count)
+    device = SimulatedHapkit(coulomb_force=0.0, quantum=0.0, max_force=math.inf)
+    count, loop = round((RISE + SECONDS) / step), LoopSettings(1.0 / step)
+    out = base.render("mass_spring_damper", values(method), device, loop, count, Prescribed(_held))
     begin = math.ceil(RISE / step) + 2
-    place = out[begin:, rows.STATE]
     at_rest = (SPRING * REST + CONTACT * (PRESSED + NUDGE)) / BOTH
-    n = max(before_lost(place - at_rest, PRESSED + NUDGE - at_rest), 2)
-    return step * np.arange(n), (place - at_rest)[:n]
+    place = out[begin:, rows.STATE] - at_rest
+    n = max(base.before_lost(place, PRESSED + NUDGE - at_rest), 2)
+    return step * np.arange(n), place[:n]
 
 
 def rate_of(x: np.ndarray, step: float) -> float:
     """Return the growth in 1/s of a swing x (n,) about 0."""
     speed = np.gradient(x, step) if len(x) > 2 else np.zeros(len(x))
-    return growth(np.hypot(x, speed / OMEGA), step)
+    return base.growth(np.hypot(x, speed / OMEGA), step)
 
 
 def probe(step: float, case: base.Case) -> base.Evidence:
     """Press the handle against the mass, nudge it and hold it still."""
-    time, x = swing(_method(case), step)
-    rate = rate_of(x, step)
-    holds = rate < 0.0
-    words = (
-        f"{'decays' if holds else 'grows'} by {with_unit(abs(rate), '1/s')}; in truth it decays by 0.25 1/s"
-    )
-    time, x = thinned(time, 1e3 * x)
-    return base.Evidence(time, x, "mass from its rest", "mm", holds, rate, "1/s", words)
+    time, x = swing(method_of(case), step)
+    true = "; in truth it decays by 0.25 1/s"
+    return base.growth_evidence(time, 1e3 * x, rate_of(x, step), "mass from its rest", more=true)
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the growth over the step: rendered, from the method's formula, and the truth."""
-    method, measured = _method(case), []
-    for done, step in enumerate(_STEPS, 1):
-        measured.append(rate_of(swing(method, step)[1], step))
-        progress(done, len(_STEPS))
+    method = method_of(case)
+    measured = base.swept(_STEPS, lambda step: rate_of(swing(method, step)[1], step), progress)
     theory = [OMEGA * growth_per_radian(method, RATIO, OMEGA * step) for step in _STEPS]
     steps = 1e3 * _STEPS
     lines = (
         base.Line("largest root", steps, np.array(theory), base.THEORY),
-        base.Line("rendered", steps, np.array(measured)),
+        base.Line("rendered", steps, measured),
         base.Line("the truth", steps, np.full(len(steps), -DAMPING / (2.0 * MASS)), base.OTHER),
     )
     marks = (base.Mark("limit", 1e3 * limit(case)), base.Mark("1 ms", 1.0), base.Mark("230 Hz", 1e3 / 230.0))
-    return base.Chart("step, ms", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays", log_x=True)
+    return base.growth_chart("step, ms", lines, marks, log_x=True)
 
 
 _ADVICE = (
@@ -112,7 +91,7 @@ _ADVICE = (
 def live(step: float, case: base.Case) -> base.Live:
     """Return the course's scene in the window at this step."""
     loop = {"rate": base.live_rate(1.0 / step)}
-    return base.Live("mass_spring_damper", values(_method(case)), loop, "firm", _ADVICE)
+    return base.Live("mass_spring_damper", values(method_of(case)), loop, "firm", _ADVICE)
 
 
 FAILURE = base.Failure(
@@ -129,15 +108,7 @@ FAILURE = base.Failure(
     limit=limit,
     probe=probe,
     curve=curve,
-    options=(
-        base.Choice(
-            "method",
-            "Integrator",
-            METHODS,
-            "lecture",
-            labels=tuple(LABELS[INTEGRATORS.index(m)] for m in METHODS),
-        ),
-    ),
+    options=(replace(METHOD, default_option="lecture"),),
     live=live,
     order=3,
 )

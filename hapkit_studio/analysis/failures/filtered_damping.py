@@ -5,10 +5,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from hapkit_studio.analysis.checks import bisected
 from hapkit_studio.analysis.failures import base, spring
-from hapkit_studio.analysis.failures.filters import bound, options_of
-from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
+from hapkit_studio.analysis.failures.filters import bound, limits_over
 from hapkit_studio.dynamics.estimators import Spec
 
 # No damping beyond this is looked at.
@@ -30,17 +29,17 @@ def limit(case: base.Case) -> float:
 @lru_cache(maxsize=64)
 def _limit(numbers: tuple) -> float:
     case = dict(numbers)
-    stable = np.array([bound(case, b, spec(case)) >= case["stiffness"] for b in _SCAN])
-    if not stable.any():
+
+    def stable(damping: float) -> bool:
+        return bound(case, damping, spec(case)) >= case["stiffness"]
+
+    holding = np.flatnonzero([stable(damping) for damping in _SCAN])
+    if not len(holding):
         return 0.0
-    last = int(np.flatnonzero(stable)[-1])
-    if last == len(_SCAN) - 1:
-        return math.inf
-    low, high = _SCAN[last], _SCAN[last + 1]
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if bound(case, middle, spec(case)) >= case["stiffness"] else (low, middle)
-    return float(low)
+    last = int(holding[-1])
+    return (
+        math.inf if last == len(_SCAN) - 1 else bisected(stable, _SCAN[last], _SCAN[last + 1], _HALVINGS)[0]
+    )
 
 
 def probe(damping: float, case: base.Case) -> base.Evidence:
@@ -50,40 +49,16 @@ def probe(damping: float, case: base.Case) -> base.Evidence:
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the largest stable stiffness over the virtual damping, exact and rendered."""
-    most = min(2.5 * limit(case) or 2.0, MOST)
-    damping = np.linspace(0.0, most, 41)
-    points, measured = damping[::4], []
-    for done, b in enumerate(points, 1):
-        measured.append(bound(case, float(b), spec(case), measured_stiffness_limit))
-        progress(done, len(points))
-    exact = np.array([bound(case, float(b), spec(case)) for b in damping])
-    plain = np.array([bound(case, float(b), "difference") for b in damping])
-    lines = (
-        base.Line("no filter", damping, plain, "other"),
-        base.Line("exact", damping, exact, base.THEORY),
-        base.Line("rendered", points, np.array(measured)),
-    )
-    marks = (base.Mark("limit", limit(case)),)
-    return base.Chart(
-        "virtual damping, N·s/m",
-        "largest stable stiffness, N/m",
-        lines,
-        marks,
-        case["stiffness"],
-        "the spring",
-    )
+    most, labels = limit(case), ("virtual damping, N·s/m", "largest stable stiffness, N/m")
+    damping = np.linspace(0.0, min(2.5 * most or 2.0, MOST), 41)
+    lines = limits_over(damping, 4, case, spec(case), "exact", progress)
+    return base.Chart(*labels, lines, (base.Mark("limit", most),), case["stiffness"], "the spring")
 
 
 def live(damping: float, case: base.Case) -> base.Live:
     """Return the spring in the window with this damping behind the filter."""
-    most = limit(case)
-    loop_ = {"rate": case["rate"], "delay": case["delay"], **options_of(spec(case))}
-
-    def make(value: float) -> base.Live:
-        arguments = {"stiffness": case["stiffness"], "damping": base.short(value, most), "center": 0.0}
-        return base.Live("spring", base.within("spring", arguments), loop_)
-
-    return pulled(make, damping, most, "damping", "N·s/m")
+    given = {"stiffness": case["stiffness"]}
+    return spring.live(damping, limit(case), spring.DAMPING, given, spring.loop_of(case, spec(case)))
 
 
 FAILURE = base.Failure(
@@ -103,10 +78,7 @@ FAILURE = base.Failure(
     options=(
         base.Parameter("stiffness", "Stiffness", "N/m", 900.0, 10.0, 20_000.0, "Of the rendered spring", "K"),
         base.Parameter("cutoff", "Corner", "Hz", 20.0, 5.0, 200.0, "Of the Butterworth filter", "f"),
-        spring.MASS,
-        spring.VISCOUS,
-        spring.RATE,
-        spring.DELAY,
+        *spring.HANDLE,
     ),
     live=live,
     span=(0.0, 2.0),

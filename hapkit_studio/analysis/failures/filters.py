@@ -1,14 +1,14 @@
 """A spring and damper behind a velocity filter: what each linear estimator leaves of the stable stiffness."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from hapkit_studio.analysis.failures import base, spring
-from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
-from hapkit_studio.dynamics.estimators import Spec, parse
+from hapkit_studio.dynamics.estimators import Spec
 
 ESTIMATORS: dict[str, tuple[str, Spec]] = {
     "difference": ("None", "difference"),
@@ -20,12 +20,11 @@ ESTIMATORS: dict[str, tuple[str, Spec]] = {
     "kalman": ("Kalman", "kalman"),
 }
 _DAMPINGS = np.linspace(0.0, 10.0, 21)
-_MEASURED = _DAMPINGS[::2]
 
 
-def spec(case: base.Case) -> Spec:
-    """Return the estimator of a case."""
-    return list(ESTIMATORS.values())[int(case["estimator"])][1]
+def chosen(case: base.Case) -> tuple[str, Spec]:
+    """Return the label and the estimator of a case."""
+    return list(ESTIMATORS.values())[int(case["estimator"])]
 
 
 def bound(
@@ -38,49 +37,40 @@ def bound(
 
 def limit(case: base.Case) -> float:
     """Return the exact limit in N/m with this filter; 0 where the damping alone is unstable."""
-    return bound(case, case["damping"], spec(case))
+    return bound(case, case["damping"], chosen(case)[1])
 
 
 def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Let the handle go 1 mm from the centre of the rendered spring and damper."""
-    return spring.evidence(spring.setting(case, spec(case)), case["damping"], stiffness)
+    return spring.evidence(spring.setting(case, chosen(case)[1]), case["damping"], stiffness)
+
+
+def limits_over(
+    dampings: np.ndarray, every: int, case: base.Case, spec: Spec, label: str, progress: base.Progress
+) -> tuple[base.Line, ...]:
+    """Return the limits over virtual damping (n,): without a filter, exact; rendered for every so many."""
+    plain, exact = (np.array([bound(case, b, one) for b in dampings]) for one in ("difference", spec))
+    few = dampings[::every]
+    measured = base.swept(few, lambda b: bound(case, b, spec, measured_stiffness_limit), progress)
+    return (
+        base.Line("no filter", dampings, plain, base.OTHER),
+        base.Line(label, dampings, exact, base.THEORY),
+        base.Line("rendered", few, measured),
+    )
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the largest stable stiffness over the virtual damping: exact, rendered, and without a filter."""
-    chosen, measured = spec(case), []
-    for done, damping in enumerate(_MEASURED, 1):
-        measured.append(bound(case, damping, chosen, measured_stiffness_limit))
-        progress(done, len(_MEASURED))
-    label = list(ESTIMATORS.values())[int(case["estimator"])][0]
-    plain = np.array([bound(case, b, "difference") for b in _DAMPINGS])
-    lines = (
-        base.Line("no filter", _DAMPINGS, plain, base.OTHER),
-        base.Line(
-            f"{label}, exact", _DAMPINGS, np.array([bound(case, b, chosen) for b in _DAMPINGS]), base.THEORY
-        ),
-        base.Line("rendered", _MEASURED, np.array(measured)),
-    )
+    label, spec = chosen(case)
+    lines = limits_over(_DAMPINGS, 2, case, spec, f"{label}, exact", progress)
     marks = (base.Mark("this damping", case["damping"]),)
     return base.Chart("virtual damping, N·s/m", "largest stable stiffness, N/m", lines, marks)
 
 
-def options_of(estimator: Spec) -> dict[str, object]:
-    """Return an estimator as the window's loop takes it."""
-    arguments = () if isinstance(estimator, str) else tuple(estimator[1].items())
-    return {"estimator": parse(estimator)[0].key, "options": arguments}
-
-
 def live(stiffness: float, case: base.Case) -> base.Live:
     """Return the spring and damper in the window behind this filter."""
-    most = limit(case)
-    loop_ = {"rate": case["rate"], "delay": case["delay"], **options_of(spec(case))}
-
-    def make(value: float) -> base.Live:
-        arguments = {"stiffness": base.short(value, most), "damping": case["damping"], "center": 0.0}
-        return base.Live("spring", base.within("spring", arguments), loop_)
-
-    return pulled(make, stiffness, most, "stiffness", "N/m")
+    loop = spring.loop_of(case, chosen(case)[1])
+    return spring.live(stiffness, limit(case), spring.STIFFNESS, {"damping": case["damping"]}, loop)
 
 
 FAILURE = base.Failure(
@@ -93,9 +83,7 @@ FAILURE = base.Failure(
     "velocity damps less, and beyond a quarter of a swing it pushes. So the same virtual damping B "
     "buys less stiffness the lower the corner, and a second-order filter less than a first-order "
     "one.",
-    knob=base.Parameter(
-        "stiffness", "Stiffness", "N/m", 2000.0, 1.0, 200_000.0, "Of the rendered spring", "K"
-    ),
+    knob=replace(spring.STIFFNESS, default=2000.0),
     limit=limit,
     probe=probe,
     curve=curve,
@@ -108,10 +96,7 @@ FAILURE = base.Failure(
             labels=tuple(label for label, _ in ESTIMATORS.values()),
         ),
         base.Parameter("damping", "Virtual damping", "N·s/m", 2.0, 0.0, 20.0, "Of the rendered spring", "B"),
-        spring.MASS,
-        spring.VISCOUS,
-        spring.RATE,
-        spring.DELAY,
+        *spring.HANDLE,
     ),
     live=live,
     order=4,

@@ -12,7 +12,7 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Hand, grip_named
 from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.haptics.settings import LoopSettings
 
 # The mouse holds so long, then lets go; so long it is watched, and so much of the end is judged. In s.
 HELD, WATCHED, END = 0.6, 4.0, 0.5
@@ -23,13 +23,12 @@ POINTER = 0.035
 FROM, THROW = -0.03, 0.25  # m, m/s: where a throw begins, how fast the pointer goes
 FARTHEST = 0.06  # m: as far as the pointer reaches
 _SHARES = (1.25, 1.5, 1.75, 2.0, 3.0, 5.0, 8.0)
-_DELAYS = (0.5e-3, 1e-3, 2e-3, 4e-3)
 _WHY = "It comes to rest: dry friction and the motor's 3 N hold it, which the limit leaves out."
 
 
 def let_go(live: Live, pointer: float = POINTER, column: int = rows.TRUE_POSITION) -> float:
     """Return a column's p-p some seconds after the mouse pulled to ``pointer`` m and let go."""
-    out, rate = _released(live, lambda t: _pull(t, pointer), HELD)
+    out, rate = _released(live, lambda t: pointer * np.clip(2.0 * t / HELD, 0.0, 1.0), HELD)
     return float(np.ptp(out[-round(END * rate) :, column]))
 
 
@@ -47,7 +46,12 @@ def _released(live: Live, target: Callable, release: float) -> tuple[np.ndarray,
     environment, grip = environments.named(live.environment), grip_named(live.grip)
     assert grip is not None
     device = SimulatedHapkit().reduced(environment.needs)
-    scene = headless.Scene(environment, environment.values(live.values), device, _loop(live))
+    settings: dict[str, Any] = dict(live.loop)
+    if "estimator" in settings:
+        settings["estimator"] = settings["estimator"], dict(settings.pop("options", ()))
+    scene = headless.Scene(
+        environment, environment.values(live.values), device, LoopSettings().changed(**settings)
+    )
     hand = Hand(grip.mass, grip.damping, grip.stiffness, target, release, vectorised=True)
     rate = scene.loop.rate
     return headless.render(scene, hand, round((HELD + WATCHED) * rate))[0], rate
@@ -61,17 +65,6 @@ def behind(place: float, stiffness: float) -> float:
     return min(place + force / grip.stiffness, FARTHEST)
 
 
-def _pull(t: np.ndarray, pointer: float) -> np.ndarray:
-    return pointer * np.clip(2.0 * t / HELD, 0.0, 1.0)
-
-
-def _loop(live: Live) -> LoopSettings:
-    settings: dict[str, Any] = dict(live.loop)
-    options, estimator = dict(settings.pop("options", ())), settings.pop("estimator", None)
-    loop = LoopSettings().changed(**settings)
-    return loop.changed(estimator=(estimator, options) if options else estimator) if estimator else loop
-
-
 def pulled(
     make: Callable[[float], Live], value: float, bound: float, key: str, unit: str, pointer: float = POINTER
 ) -> Live:
@@ -82,38 +75,17 @@ def pulled(
     live = make(value)
     cut = value > 1.001 * live.values[key]
     most = f" The window takes no more than {with_unit(live.values[key], unit, 4)}." if cut else ""
-    first = f"Drag to {on_screen(pointer, 'm')} and let go."
     swing = let_go(live, pointer)
     if swing > SEEN:
         said = f"It swings on by {on_screen(swing, 'm', 2)}."
     elif value <= bound:
         said = "It comes to rest."
     else:
-        more = _further(make, live, value, bound, key, pointer)
-        swings = f"With {with_unit(more, unit, 4)} it swings on." if more else _late(live, pointer)
-        said = f"{_WHY} {swings}"
-    return replace(live, advice=f"{first} {said}{most}")
-
-
-def _further(
-    make: Callable, live: Live, value: float, bound: float, key: str, pointer: float
-) -> float | None:
-    """Return what the parameter must be for the swing to go on, if the window takes it."""
-    last = live.values[key]
-    for share in _SHARES:
-        other = make(share * bound)
-        if share * bound <= value or other.values[key] <= last:
-            continue
-        last = other.values[key]
-        if let_go(other, pointer) > SEEN:
-            return last
-    return None
-
-
-def _late(live: Live, pointer: float) -> str:
-    """Say with which added delay the swing goes on."""
-    late = float(str(live.loop.get("delay", 0.0)))
-    for delay in _DELAYS:
-        if let_go(replace(live, loop={**live.loop, "delay": late + delay}), pointer) > SEEN:
-            return f"With an added delay of {on_screen(late + delay, 's')} it swings on."
-    return "No delay up to 4 ms makes it swing."
+        tried = {other.values[key]: other for other in (make(share * bound) for share in _SHARES)}
+        swings = (v for v, other in tried.items() if v > live.values[key] and let_go(other, pointer) > SEEN)
+        more = next(swings, None)
+        swings_on = (
+            f"With {with_unit(more, unit, 4)} it swings on." if more else "An added delay may move it."
+        )
+        said = f"{_WHY} {swings_on}"
+    return replace(live, advice=f"Drag to {on_screen(pointer, 'm')} and let go. {said}{most}")

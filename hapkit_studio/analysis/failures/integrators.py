@@ -5,24 +5,9 @@ from collections.abc import Callable
 import numpy as np
 
 from hapkit_studio.analysis.failures import base
-from hapkit_studio.analysis.failures.traces import alive, before_lost, growth, thinned
-from hapkit_studio.dynamics.integrators import INTEGRATORS, integrate
-from hapkit_studio.dynamics.step_limits import longest_step
+from hapkit_studio.dynamics.integrators import INTEGRATORS, integrate, longest_step
 from hapkit_studio.environments.pushed import LABELS
 from hapkit_studio.formatting import with_unit
-
-
-def _explicit_euler(r: float, h: float) -> np.ndarray:
-    return np.roots([1.0, 2.0 * r * h - 2.0, 1.0 - 2.0 * r * h + h * h])
-
-
-def _lecture(r: float, h: float) -> np.ndarray:
-    q = 0.25 * h * h
-    return np.roots([1.0, q + r * h - 2.0, 1.0 + 2.0 * q, q - r * h])
-
-
-def _semi_implicit(r: float, h: float) -> np.ndarray:
-    return np.roots([1.0, 2.0 * r * h + h * h - 2.0, 1.0 - 2.0 * r * h])
 
 
 def _verlet(r: float, h: float) -> np.ndarray:
@@ -37,28 +22,16 @@ def _rk4(r: float, h: float) -> np.ndarray:
     return 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))
 
 
-def _implicit_euler(r: float, h: float) -> np.ndarray:
-    return 1.0 / (1.0 - h * np.roots([1.0, 2.0 * r, 1.0]))
-
-
-def _trapezoid(r: float, h: float) -> np.ndarray:
-    z = 0.5 * h * np.roots([1.0, 2.0 * r, 1.0])
-    return (1.0 + z) / (1.0 - z)
-
-
-def _exact(r: float, h: float) -> np.ndarray:
-    return np.exp(h * np.roots([1.0, 2.0 * r, 1.0]))
-
-
+# The roots of one step of each method, by damping ratio r and h = ω dt.
 _ROOTS: dict[str, Callable[[float, float], np.ndarray]] = {
-    "explicit_euler": _explicit_euler,
-    "lecture": _lecture,
-    "semi_implicit": _semi_implicit,
+    "explicit_euler": lambda r, h: np.roots([1.0, 2.0 * r * h - 2.0, 1.0 - 2.0 * r * h + h * h]),
+    "lecture": lambda r, h: np.roots(
+        [1.0, 0.25 * h * h + r * h - 2.0, 1.0 + 0.5 * h * h, 0.25 * h * h - r * h]
+    ),
+    "semi_implicit": lambda r, h: np.roots([1.0, 2.0 * r * h + h * h - 2.0, 1.0 - 2.0 * r * h]),
     "verlet": _verlet,
     "rk4": _rk4,
-    "implicit_euler": _implicit_euler,
-    "trapezoid": _trapezoid,
-    "exact": _exact,
+    "exact": lambda r, h: np.exp(h * np.roots([1.0, 2.0 * r, 1.0])),
 }
 
 
@@ -68,6 +41,13 @@ def growth_per_radian(method: str, ratio: float, step: float) -> float:
 
 
 METHODS = ("explicit_euler", "lecture", "semi_implicit", "verlet", "rk4")
+METHOD = base.Choice(
+    "method",
+    "Integrator",
+    METHODS,
+    "semi_implicit",
+    labels=tuple(LABELS[INTEGRATORS.index(m)] for m in METHODS),
+)
 RATIOS = (0.01, 0.05, 0.2, 0.5, 1.0, 2.0)
 # 1 kg that swings at 10 rad/s, let go at 10 mm
 OMEGA, START = 10.0, 0.01
@@ -79,7 +59,8 @@ _SHARES = np.concatenate(
 )
 
 
-def _method(case: base.Case) -> str:
+def method_of(case: base.Case) -> str:
+    """Return the method of a case."""
     return METHODS[int(case["method"])]
 
 
@@ -93,79 +74,55 @@ def _truth(case: base.Case) -> float:
 
 def limit(case: base.Case) -> float:
     """Return the largest ω dt that does not grow."""
-    return longest_step(_method(case), 1.0, 2.0 * _ratio(case), 1.0)
+    return longest_step(method_of(case), 1.0, 2.0 * _ratio(case), 1.0)
 
 
-def swing(step: float, case: base.Case, count: int = STEPS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return time, position and size (its swing with its speed), each (n,), until it is lost or has died."""
-    arguments = {
-        "mass": 1.0,
-        "damping": 2.0 * _ratio(case) * OMEGA,
-        "stiffness": OMEGA**2,
-        "x0": START,
-        "v0": 0.0,
-    }
-    dt = step / OMEGA
+def swing(step: float, case: base.Case) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Return time, position, size (swing with speed), each (n,), until lost or dead; and the growth."""
+    damping, dt = 2.0 * _ratio(case) * OMEGA, step / OMEGA
     with np.errstate(over="ignore", invalid="ignore"):
-        time, x, v = integrate(_method(case), dt=dt, seconds=count * dt, **arguments)
+        time, x, v = integrate(
+            method_of(case), mass=1.0, damping=damping, stiffness=OMEGA**2, x0=START, v0=0.0, dt=dt,
+            seconds=STEPS * dt,
+        )  # fmt: skip
         size = np.hypot(x, v / OMEGA)
-    n = before_lost(size, LOST * START)
-    n = alive(size[:n], DEAD * START)
-    return time[:n], x[:n], size[:n]
+    n = base.alive(size[: base.before_lost(size, LOST * START)], DEAD * START)
+    return time[:n], x[:n], size[:n], base.growth(size[:n], dt)
 
 
 def probe(step: float, case: base.Case) -> base.Evidence:
     """Let the mass go and follow it over many steps."""
-    time, x, size = swing(step, case)
-    rate = growth(size, step / OMEGA)
-    holds = rate < 0.0
-    shown = alive(size[: before_lost(size, 30.0 * START)], 1e-3 * START)
-    time, x = thinned(time[:shown], 1e3 * x[:shown])
-    true = with_unit(-_truth(case), "1/s")
-    words = f"{'decays' if holds else 'grows'} by {with_unit(abs(rate), '1/s')}; in truth it decays by {true}"
-    return base.Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
+    time, x, size, rate = swing(step, case)
+    shown = base.alive(size[: base.before_lost(size, 30.0 * START)], 1e-3 * START)
+    true = f"; in truth it decays by {with_unit(-_truth(case), '1/s')}"
+    return base.growth_evidence(time[:shown], 1e3 * x[:shown], rate, more=true)
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the growth over ω dt: measured, from the method's formula, and the truth."""
-    bound, ratio, measured = limit(case), _ratio(case), []
+    bound = limit(case)
     steps = bound * _SHARES
-    for done, step in enumerate(steps, 1):
-        measured.append(growth(swing(step, case)[2], step / OMEGA))
-        progress(done, len(steps))
-    theory = [OMEGA * growth_per_radian(_method(case), ratio, h) for h in steps]
+    theory = [OMEGA * growth_per_radian(method_of(case), _ratio(case), h) for h in steps]
     lines = (
         base.Line("largest root", steps, np.array(theory), base.THEORY),
-        base.Line("measured", steps, np.array(measured)),
+        base.Line("measured", steps, base.swept(steps, lambda step: swing(step, case)[3], progress)),
         base.Line("the truth", steps, np.full(len(steps), _truth(case)), base.OTHER),
     )
-    marks = (base.Mark("limit", bound),)
-    return base.Chart("ω·dt", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
+    return base.growth_chart("ω·dt", lines, (base.Mark("limit", bound),))
 
 
 def live(step: float, case: base.Case) -> base.Live:
     """Return the mass in the window with this integrator; its damping and spring as ω dt and ratio ask."""
-    ratio = max(_ratio(case), 1.0)
-    omega = 200.0 / ratio  # the fastest that the window's mass swings with as much damping
+    omega = 200.0 / max(_ratio(case), 1.0)  # the fastest that the window's mass swings with as much damping
     values = {"mass": 0.05, "stiffness": 0.05 * omega**2, "damping": 0.1 * _ratio(case) * omega}
-    method = float(INTEGRATORS.index(_method(case)))
-    arguments = {
-        **base.within("mass_spring_damper", values),
-        "integrator": method,
-        "contact_stiffness": 100.0,
-    }
+    values = base.within("mass_spring_damper", values)
+    values |= {"integrator": float(INTEGRATORS.index(method_of(case))), "contact_stiffness": 100.0}
     rate = base.live_rate(base.short(omega / step, omega / limit(case)))
-    return base.Live(
-        "mass_spring_damper", arguments, {"rate": rate}, advice=_advice(omega / rate, step, case)
-    )
-
-
-def _advice(turn: float, step: float, case: base.Case) -> str:
-    """Say what the window's mass does, which turns by so much in a step."""
-    holds = turn < limit(case)
+    holds = omega / rate < limit(case)
     what = "comes to rest" if holds else "swings more and more, flies apart and begins anew"
-    slow = " The window's loop goes no slower than 100 Hz." if turn < 0.999 * step else ""
-    return f"Drag to 30 mm against the mass, then back to −30 mm: it {what}.{slow}"
+    slow = " The window's loop goes no slower than 100 Hz." if omega / rate < 0.999 * step else ""
+    advice = f"Drag to 30 mm against the mass, then back to −30 mm: it {what}.{slow}"
+    return base.Live("mass_spring_damper", values, {"rate": rate}, advice=advice)
 
 
 FAILURE = base.Failure(
@@ -183,13 +140,7 @@ FAILURE = base.Failure(
     probe=probe,
     curve=curve,
     options=(
-        base.Choice(
-            "method",
-            "Integrator",
-            METHODS,
-            "semi_implicit",
-            labels=tuple(LABELS[INTEGRATORS.index(m)] for m in METHODS),
-        ),
+        METHOD,
         base.Choice("ratio", "Damping ratio", tuple(f"{r:g}" for r in RATIOS), "0.2"),
     ),
     live=live,

@@ -8,12 +8,9 @@ from itertools import groupby
 import numpy as np
 
 from hapkit_studio import environments
+from hapkit_studio.analysis.checks import bisected
 from hapkit_studio.analysis.failures import base, spring
-from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.failures.traces import alive, before_lost, thinned
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.limits import stiffness_limit
-from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import block, headless, rows
 
 _NEAR, _POINTS = np.array([0.96, 0.98, 0.99, 1.0, 1.01, 1.02, 1.04, 1.06]), 24
@@ -66,17 +63,15 @@ def _limit(numbers: tuple) -> float:
     grows = [exact(k, case, periods) > 0.0 for k in scan]
     if grows[0]:
         return float(scan[0])
+    if not any(grows):
+        return float(scan[-1])
     first = int(np.argmax(grows))
-    low, high = (scan[first - 1], scan[first]) if any(grows) else (scan[-1], scan[-1])
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if exact(middle, case, periods) > 0.0 else (middle, high)
-    return float(low)
+    return bisected(lambda k: exact(k, case, periods) <= 0.0, scan[first - 1], scan[first], _HALVINGS)[0]
 
 
 def swing(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Return times and rows, one each time the periods have passed, of a handle let go: by the tick."""
-    where = Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"])
+    where = spring.setting(case)
     device = where.device(real=False, position=spring.START)
     values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
     r, body = headless.Scene(environments.named("spring"), values, device, where.loop).prepare()
@@ -88,7 +83,7 @@ def swing(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> tupl
     seen = np.empty((count, 2))
     for index in range(count):
         for number, (period, times) in enumerate(runs):
-            r.block_values[block.PERIOD] = period
+            r.block.values[block.PERIOD] = period
             headless.run_batch(r, body, no_hand, still, letting_go, room[:times])
             if number == 0:
                 seen[index] = room[0, [rows.TRUE_POSITION, rows.TRUE_VELOCITY]]
@@ -101,7 +96,7 @@ def swing(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> tupl
 def rate_of(stiffness: float, case: base.Case, seen: np.ndarray, seconds: float) -> float:
     """Return the growth in 1/s of rows (n, 2) of place and speed, ``seconds`` apart."""
     size = np.hypot(seen[:, 0], seen[:, 1] * math.sqrt(case["mass"] / stiffness))
-    half = alive(size, DEAD * spring.START) // 2
+    half = base.alive(size, DEAD * spring.START) // 2
     size = size[: 2 * half]
     # Seen once a pattern, the swing stands where it likes: its largest of each half is compared.
     return float(np.log(size[half:].max() / size[:half].max()) / (half * seconds)) if half else math.inf
@@ -112,29 +107,27 @@ def probe(stiffness: float, case: base.Case) -> base.Evidence:
     periods = pattern(case)
     time, seen = swing(stiffness, case, periods)
     rate = rate_of(stiffness, case, seen, sum(periods))
-    holds = rate < 0.0
-    n = before_lost(seen[:, 0], spring.REACH)
-    time, x = thinned(time[:n], 1e3 * seen[:n, 0])
-    words = f"{'decays' if holds else 'grows'} by {with_unit(abs(rate), '1/s')}"
-    return base.Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
+    n = base.before_lost(seen[:, 0], spring.REACH)
+    return base.growth_evidence(time[:n], 1e3 * seen[:n, 0], rate)
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the growth over the stiffness: rendered with the pattern, exact, and at the nominal rate."""
-    bound, periods, measured = limit(case), pattern(case), []
+    bound, periods, even = limit(case), pattern(case), (1.0 / case["rate"],)
+
+    def rendered(k: float) -> float:
+        return rate_of(k, case, swing(k, case, periods)[1], sum(periods))
+
+    def exactly(periods: tuple[float, ...]) -> np.ndarray:
+        return np.array([exact(k, case, periods) for k in stiffness])
+
     stiffness = np.union1d(bound * _NEAR, np.linspace(0.5 * worst(case), 1.05 * nominal(case), _POINTS))
-    for done, k in enumerate(stiffness, 1):
-        measured.append(rate_of(k, case, swing(k, case, periods)[1], sum(periods)))
-        progress(done, len(stiffness))
-    always = np.array([exact(k, case, (max(periods),)) for k in stiffness])
-    always[always > 2.0 * max(measured)] = np.nan
-    even = (1.0 / case["rate"],)
+    measured, always = base.swept(stiffness, rendered, progress), exactly((max(periods),))
+    always[always > 2.0 * measured.max()] = np.nan
     lines = (
-        base.Line(
-            "largest root", stiffness, np.array([exact(k, case, periods) for k in stiffness]), base.THEORY
-        ),
-        base.Line("rendered", stiffness, np.array(measured)),
-        base.Line("never late", stiffness, np.array([exact(k, case, even) for k in stiffness]), base.OTHER),
+        base.Line("largest root", stiffness, exactly(periods), base.THEORY),
+        base.Line("rendered", stiffness, measured),
+        base.Line("never late", stiffness, exactly(even), base.OTHER),
         base.Line("always late", stiffness, always, base.OTHER),
     )
     marks = (
@@ -142,24 +135,13 @@ def curve(case: base.Case, progress: base.Progress) -> base.Chart:
         base.Mark("by the longest period", worst(case)),
         base.Mark("by the nominal rate", nominal(case)),
     )
-    return base.Chart("stiffness, N/m", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
+    return base.growth_chart("stiffness, N/m", lines, marks)
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
     """Return the spring in the window in a loop that is always as slow as this one is at times."""
-    bound = limit(case)
-    loop_ = {
-        "rate": base.live_rate(1.0 / max(pattern(case))),
-        "delay": 0.0,
-        "estimator": "difference",
-        "options": (),
-    }
-
-    def make(value: float) -> base.Live:
-        arguments = {"stiffness": base.short(value, bound), "damping": 0.0, "center": 0.0}
-        return base.Live("spring", base.within("spring", arguments), loop_)
-
-    found = pulled(make, stiffness, bound, "stiffness", "N/m")
+    loop = {**spring.loop_of(case), "rate": base.live_rate(1.0 / max(pattern(case)))}
+    found = spring.live(stiffness, limit(case), spring.STIFFNESS, {}, loop)
     return replace(found, advice=f"Here every period is the long one. {found.advice}")
 
 
@@ -173,7 +155,7 @@ FAILURE = base.Failure(
     "that repeats has its own exact limit, lowest where the long periods come in step with the swing, at "
     "its fastest. In whatever order they come, and whoever holds the handle, only the limit by the "
     "longest period is safe: K < 2 b/T.",
-    knob=base.Parameter("stiffness", "Stiffness", "N/m", 500.0, 1.0, 50_000.0, "Of the rendered spring", "K"),
+    knob=replace(spring.STIFFNESS, default=500.0, high=50_000.0),
     limit=limit,
     probe=probe,
     curve=curve,

@@ -5,10 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from hapkit_studio.analysis.checks import bisected
 from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.in_window import SEEN, behind, let_go
-from hapkit_studio.analysis.failures.spring import MASS, RATE, VISCOUS
-from hapkit_studio.analysis.failures.traces import thinned
 from hapkit_studio.formatting import on_screen, with_unit
 
 _SHARES = np.array([1.15, 1.25, 1.4, 1.6, 1.9, 2.3, 3.0, 4.0])
@@ -28,72 +27,49 @@ def limit(case: base.Case) -> float:
     return amplitude(case, case["stiffness"])
 
 
-def swing(push: float, case: base.Case, stiffness: float) -> np.ndarray:
-    """Return the handle's place (n,) in m, let go after a push; the sensor is ideal."""
-    device = (case["mass"], case["viscous"], case["coulomb"], 0.0, case["rate"])
-    return spring.released_with_friction(*device, stiffness, push)
-
-
-def settles(push: float, case: base.Case, stiffness: float) -> bool:
-    """Return whether it comes to rest."""
-    x = swing(push, case, stiffness)
-    return spring.judged(x, push, case["rate"])[0] == spring.RESTS
+def swing(push: float, case: base.Case) -> tuple[np.ndarray, bool]:
+    """Return the place (n,) in m of a handle let go after a push, and whether it settles; ideal sensor."""
+    x = spring.released_with_friction(**case, quantum=0.0, start=push)
+    return x, spring.judged(x, push, case["rate"])[0] == spring.RESTS
 
 
 def measured(case: base.Case, stiffness: float) -> float:
     """Return the push in m between settling and growing, by bisection about the formula."""
-    middle = amplitude(case, stiffness)
-    low, high = 0.5 * middle, 2.0 * middle
-    for _ in range(_HALVINGS):
-        middle = math.sqrt(low * high)
-        low, high = (middle, high) if settles(middle, case, stiffness) else (low, middle)
-    return math.sqrt(low * high)
+    middle, case = amplitude(case, stiffness), {**case, "stiffness": stiffness}
+    ends = math.log(0.5 * middle), math.log(2.0 * middle)
+    return math.exp(0.5 * sum(bisected(lambda push: swing(math.exp(push), case)[1], *ends, _HALVINGS)))
 
 
 def probe(push: float, case: base.Case) -> base.Evidence:
     """Pull the handle aside by so much and let it go."""
-    x = swing(push, case, case["stiffness"])
-    word, _ = spring.judged(x, push, case["rate"])
-    holds = word == spring.RESTS
+    x, holds = swing(push, case)
     moving = np.flatnonzero(np.abs(np.diff(x)) > 0.0)
     seconds = (int(moving[-1]) + 1 if len(moving) else len(x)) / case["rate"]
-    words = (
-        f"settles within {with_unit(seconds, 's', 2)}"
-        if holds
-        else f"grows, lost after {with_unit(seconds, 's', 2)}"
-    )
+    words = f"{'settles within' if holds else 'grows, lost after'} {with_unit(seconds, 's', 2)}"
     shown = min(round(1.2 * seconds * case["rate"]), len(x))
-    time, trace = thinned(np.arange(shown) / case["rate"], 1e3 * x[:shown])
+    time, trace = base.thinned(np.arange(shown) / case["rate"], 1e3 * x[:shown])
     return base.Evidence(time, trace, "position", "mm", holds, 1e3 * float(np.abs(x).max()), "mm", words)
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the largest push that settles over the stiffness: rendered, and by the balance of energy."""
     edge = 2.0 * case["viscous"] * case["rate"]
-    stiffness, found = edge * _SHARES, []
-    for done, k in enumerate(stiffness, 1):
-        found.append(1e3 * measured(case, float(k)))
-        progress(done, len(stiffness))
+    stiffness = edge * _SHARES
     fine = np.geomspace(stiffness[0], stiffness[-1], 60)
+    theory = 1e3 * np.array([amplitude(case, k) for k in fine])
     lines = (
-        base.Line(
-            "balance of energy", fine, np.array([1e3 * amplitude(case, float(k)) for k in fine]), base.THEORY
-        ),
-        base.Line("rendered", stiffness, np.array(found)),
+        base.Line("balance of energy", fine, theory, base.THEORY),
+        base.Line("rendered", stiffness, 1e3 * base.swept(stiffness, lambda k: measured(case, k), progress)),
     )
     marks = (base.Mark("this spring", case["stiffness"]), base.Mark("2 b/T", edge))
-    level = 1e3 * limit(case)
-    words = "its largest push"
-    return base.Chart(
-        "stiffness, N/m", "largest push that settles, mm", lines, marks, level, words, log_y=True
-    )
+    labels, level = ("stiffness, N/m", "largest push that settles, mm"), 1e3 * limit(case)
+    return base.Chart(*labels, lines, marks, level, "its largest push", log_y=True)
 
 
 def live(push: float, case: base.Case) -> base.Live:
     """Return the spring in the window; the handle has 0.1 N of dry friction there."""
     values = base.within("spring", {"stiffness": case["stiffness"], "damping": 0.0, "center": 0.0})
-    loop = {"rate": case["rate"], "delay": 0.0, "estimator": "difference", "options": ()}
-    found = base.Live("spring", values, loop)
+    found = base.Live("spring", values, spring.loop_of(case))
     pointer = behind(push, values["stiffness"])
     said = "It swings on." if let_go(found, pointer) > SEEN else "It comes to rest."
     drag = f"Drag to {on_screen(pointer, 'm', 3)}, the handle comes {on_screen(push, 'm', 3)}, and let go."
@@ -114,13 +90,11 @@ FAILURE = base.Failure(
     probe=probe,
     curve=curve,
     options=(
-        base.Parameter("stiffness", "Stiffness", "N/m", 2000.0, 1.0, 50_000.0, "Of the rendered spring", "K"),
-        MASS,
-        VISCOUS,
-        base.Parameter(
-            "coulomb", "Dry friction", "N", 0.1, 1e-3, 2.0, "Coulomb friction of the handle", "F_c"
-        ),
-        RATE,
+        replace(spring.STIFFNESS, default=2000.0, high=50_000.0),
+        spring.MASS,
+        spring.VISCOUS,
+        spring.COULOMB,
+        spring.RATE,
     ),
     live=live,
     margin=0.04,

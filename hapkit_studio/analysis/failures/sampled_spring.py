@@ -3,16 +3,14 @@
 import numpy as np
 
 from hapkit_studio.analysis.failures import base, spring
-from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.analysis.failures.filters import bound
 
 _SHARES = np.linspace(0.5, 2.0, 31)
 
 
 def limit(case: base.Case) -> float:
     """Return the exact limit in N/m: where a root of the sampled loop leaves the unit circle."""
-    rate, delay = case["rate"], case["delay"]
-    return stiffness_limit(case["mass"], case["viscous"], damping=case["damping"], rate=rate, delay=delay)
+    return bound(case, case["damping"], "difference")
 
 
 def probe(stiffness: float, case: base.Case) -> base.Evidence:
@@ -23,38 +21,31 @@ def probe(stiffness: float, case: base.Case) -> base.Evidence:
 def exact(stiffness: float, case: base.Case) -> float:
     """Return the growth in 1/s from the loop's largest root."""
     period = 1.0 / case["rate"]
-    matrix = spring.step_matrix(
-        case["mass"], case["viscous"], stiffness, case["damping"], period, case["delay"]
-    )
-    return spring.exact_rate(matrix, period)
+    loop = case["mass"], case["viscous"], stiffness, case["damping"], period, case["delay"]
+    return spring.exact_rate(spring.step_matrix(*loop), period)
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the growth over the stiffness: of the rendered spring, and of the loop's largest root."""
-    bound = limit(case)
-    stiffness, where, measured = bound * _SHARES, spring.setting(case), []
-    for done, k in enumerate(stiffness, 1):
-        measured.append(spring.rate_of(where, k, spring.released(where, case["damping"], k)))
-        progress(done, len(stiffness))
+    most, where = limit(case), spring.setting(case)
+
+    def measured(k: float) -> float:
+        return spring.rate_of(where, k, spring.released(where, case["damping"], k))
+
+    stiffness = most * _SHARES
     rule = (case["viscous"] + case["damping"]) / (0.5 / case["rate"] + case["delay"])
     lines = (
         base.Line("largest root", stiffness, np.array([exact(k, case) for k in stiffness]), base.THEORY),
-        base.Line("rendered", stiffness, np.array(measured)),
+        base.Line("rendered", stiffness, base.swept(stiffness, measured, progress)),
     )
-    marks = (base.Mark("exact limit", bound), base.Mark("(b + B)/(T/2 + td)", rule))
-    return base.Chart("stiffness, N/m", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
+    marks = (base.Mark("exact limit", most), base.Mark("(b + B)/(T/2 + td)", rule))
+    return base.growth_chart("stiffness, N/m", lines, marks)
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
     """Return the spring in the window; there the handle has friction, which holds it far beyond the limit."""
-    bound = limit(case)
-    loop_ = {"rate": case["rate"], "delay": case["delay"], "estimator": "difference", "options": ()}
-
-    def make(value: float) -> base.Live:
-        arguments = {"stiffness": base.short(value, bound), "damping": case["damping"], "center": 0.0}
-        return base.Live("spring", base.within("spring", arguments), loop_)
-
-    return pulled(make, stiffness, bound, "stiffness", "N/m")
+    given = {"damping": case["damping"]}
+    return spring.live(stiffness, limit(case), spring.STIFFNESS, given, spring.loop_of(case))
 
 
 FAILURE = base.Failure(
@@ -67,13 +58,11 @@ FAILURE = base.Failure(
     "it resisted on the way in, and at every swing gives energy in proportion to K (T/2 + td). The "
     "damping b of the handle and B of the spring take energy in proportion to b + B. Where giving "
     "wins, the swing grows.",
-    knob=base.Parameter(
-        "stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Of the rendered spring", "K"
-    ),
+    knob=spring.STIFFNESS,
     limit=limit,
     probe=probe,
     curve=curve,
-    options=(spring.MASS, spring.VISCOUS, spring.DAMPING, spring.RATE, spring.DELAY),
+    options=(*spring.HANDLE, spring.DAMPING),
     live=live,
     span=(0.5, 2.0),
     order=1,

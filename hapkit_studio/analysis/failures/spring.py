@@ -8,16 +8,15 @@ import math
 
 import numpy as np
 
-from hapkit_studio import environments
-from hapkit_studio.analysis.failures.base import Case, Evidence
-from hapkit_studio.analysis.failures.traces import before_lost, growth, thinned
+from hapkit_studio.analysis.failures import base
+from hapkit_studio.analysis.failures.base import Case, Evidence, Live
+from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.dynamics.paddle import transition
-from hapkit_studio.formatting import with_unit
-from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Parameter
 
 MASS = Parameter("mass", "Handle's mass", "kg", 0.044, 0.005, 1.0, "Of the handle alone", "m")
@@ -25,6 +24,10 @@ VISCOUS = Parameter("viscous", "Handle's damping", "N·s/m", 0.5, 0.01, 10.0, "O
 DAMPING = Parameter("damping", "Virtual damping", "N·s/m", 0.0, 0.0, 50.0, "Of the rendered spring", "B")
 RATE = Parameter("rate", "Rate", "Hz", 1000.0, 100.0, 10_000.0, "Of the loop", "1/T")
 DELAY = Parameter("delay", "Delay", "s", 0.0, 0.0, 0.02, "From a sample to its force")
+COULOMB = Parameter("coulomb", "Dry friction", "N", 0.1, 1e-3, 2.0, "Coulomb friction of the handle", "F_c")
+QUANTUM = Parameter("quantum", "Sensor step", "m", 20.7e-6, 1e-6, 1e-3, "One count", "Δ")
+STIFFNESS = Parameter("stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Of the rendered spring", "K")
+HANDLE = MASS, VISCOUS, RATE, DELAY
 
 START = 1e-3
 # The handle's reach: a motion that leaves it is lost.
@@ -34,38 +37,50 @@ TURNS = 80.0
 
 
 def setting(case: Case, estimator: Spec = "difference") -> Setting:
-    """Return the ideal device and loop of a case with mass, viscous, rate and delay."""
-    return Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"], case["delay"], estimator)
+    """Return the ideal device and loop of a case with mass, viscous, rate and maybe delay."""
+    delay = case.get("delay", 0.0)
+    return Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"], delay, estimator)
 
 
 def released(where: Setting, damping: float, stiffness: float) -> np.ndarray:
     """Return the rows of a rendered spring whose handle is let go at START, until it is lost."""
     seconds = max(SECONDS, TURNS * math.sqrt(where.mass / stiffness))
-    scene = headless.Scene(
-        environments.named("spring"),
-        {"stiffness": stiffness, "damping": damping, "center": 0.0},
-        where.device(real=False, position=START),
-        where.loop,
-    )
-    out, _ = headless.render(scene, None, round(seconds * where.rate))
-    return out[: before_lost(out[:, rows.TRUE_POSITION], REACH)]
+    given = {"stiffness": stiffness, "damping": damping, "center": 0.0}
+    handle = where.device(real=False, position=START)
+    out = base.render("spring", given, handle, where.loop, round(seconds * where.rate))
+    return out[: base.before_lost(out[:, rows.TRUE_POSITION], REACH)]
 
 
 def rate_of(where: Setting, stiffness: float, out: np.ndarray) -> float:
     """Return the growth in 1/s of the motion in rows: steady along the spring's own oscillation."""
     speed = out[:, rows.TRUE_VELOCITY]
     slowest = math.sqrt(stiffness / where.mass)
-    return growth(np.hypot(np.diff(speed) * where.rate, slowest * speed[1:]), where.period)
+    return base.growth(np.hypot(np.diff(speed) * where.rate, slowest * speed[1:]), where.period)
 
 
 def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
     """Return how the handle moves once it is let go: whether the spring calms it or shakes it."""
     out = released(where, damping, stiffness)
+    time = np.arange(len(out)) * where.period
     rate = rate_of(where, stiffness, out)
-    time, x = thinned(np.arange(len(out)) * where.period, 1e3 * out[:, rows.TRUE_POSITION])
-    holds = rate < 0.0
-    words = f"{'decays' if holds else 'grows'} by {with_unit(abs(rate), '1/s')}"
-    return Evidence(time, x, "position", "mm", holds, rate, "1/s", words)
+    return base.growth_evidence(time, 1e3 * out[:, rows.TRUE_POSITION], rate)
+
+
+def loop_of(case: Case, estimator: Spec = "difference") -> dict[str, object]:
+    """Return the loop of a case as the window takes it."""
+    options = () if isinstance(estimator, str) else tuple(estimator[1].items())
+    rate, delay = base.live_rate(case["rate"]), case.get("delay", 0.0)
+    return {"rate": rate, "delay": delay, "estimator": parse(estimator)[0].key, "options": options}
+
+
+def live(value: float, bound: float, knob: Parameter, given: Case, loop: dict[str, object]) -> Live:
+    """Return the spring in the window, its knob (stiffness or damping) at a value, the other as given."""
+
+    def make(value: float) -> Live:
+        values = {"damping": 0.0, "center": 0.0, **given, knob.key: base.short(value, bound)}
+        return Live("spring", base.within("spring", values), loop)
+
+    return pulled(make, value, bound, knob.key, knob.unit)
 
 
 def step_matrix(
@@ -120,12 +135,10 @@ def released_with_friction(
     """
     edge = quantum
     device = SimulatedHapkit(mass, viscous, coulomb, quantum, math.inf, edge + start)
-    values = {"stiffness": stiffness, "damping": 0.0, "center": 0.5 * quantum}
-    scene = headless.Scene(environments.named("spring"), values, device, LoopSettings(rate))
-    out, _ = headless.render(scene, None, round(FRICTION_SECONDS * rate))
+    given = {"stiffness": stiffness, "damping": 0.0, "center": 0.5 * quantum}
+    out = base.render("spring", given, device, LoopSettings(rate), round(FRICTION_SECONDS * rate))
     x = out[:, rows.TRUE_POSITION] - edge
-    lost = np.abs(x) > LOST * abs(start)
-    return x[: int(np.argmax(lost))] if lost.any() else x
+    return x[: base.before_lost(x, LOST * abs(start))]
 
 
 def judged(x: np.ndarray, start: float, rate: float) -> tuple[str, float]:

@@ -5,17 +5,19 @@ import math
 import numpy as np
 
 from hapkit_studio import environments
+from hapkit_studio.analysis.failures import base
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.environments.texture import GRATING
 from hapkit_studio.formatting import with_unit
-from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Parameter
 
 AMPLITUDE = 0.25
 _FASTEST = 1.5  # m/s: no mouse swipes faster
 WAVELENGTH = Parameter("wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "From ridge to ridge", "λ")
+SPEED = Parameter("speed", "Speed", "m/s", 0.5, 0.0, 100.0, "Of the stroke", "v")
 
 
 def grating(wavelength: float, amplitude: float = AMPLITUDE) -> dict[str, float]:
@@ -36,8 +38,33 @@ def stroke(
 ) -> np.ndarray:
     """Return the rows (samples, …) of a handle moved at ``speed`` m/s from ``start`` m on."""
     device = SimulatedHapkit(quantum=quantum, max_force=math.inf)
-    scene = headless.Scene(environments.named("texture"), grating(wavelength), device, LoopSettings(rate))
-    return headless.render(scene, Prescribed(lambda t: start + speed * t), samples)[0]
+    hand = Prescribed(lambda t: start + speed * t)
+    return base.render("texture", grating(wavelength), device, LoopSettings(rate), samples, hand)
+
+
+def live(speed: float, case: base.Case) -> base.Live:
+    """Return the grating in the window, in a loop slow enough for a hand to outrun it."""
+    return base.Live("texture", grating(case["wavelength"]), {"rate": case["rate"]}, advice=swipe(speed))
+
+
+def counted(
+    force: np.ndarray,
+    unit: str,
+    case: base.Case,
+    holds: bool,
+    measure: float,
+    words: str,
+    what: str = "samples",
+) -> base.Evidence:
+    """Return the evidence of a rendered force (n,), held from sample to sample."""
+    time = np.arange(len(force)) / case["rate"]
+    return base.Evidence(time, force, "force", unit, holds, float(measure), what, words, held=True)
+
+
+def ridge_words(out: np.ndarray, case: base.Case, least: int, what: str = "samples") -> str:
+    """Say what the worst ridge gets."""
+    peak = with_unit(100.0 * least_peak(out, case["wavelength"]), "%")
+    return f"{least} {what} at the least in a ridge, {peak} of its force"
 
 
 def least_in_a_ridge(out: np.ndarray, wavelength: float, different: bool = False) -> int:

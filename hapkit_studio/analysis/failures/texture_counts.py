@@ -1,12 +1,11 @@
 """Ridges with too few sensor counts: the force comes in steps, and the tops of some ridges are missed."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import base, stroking
-from hapkit_studio.analysis.failures.spring import RATE
-from hapkit_studio.formatting import with_unit
+from hapkit_studio.analysis.failures import base, spring, stroking
 from hapkit_studio.haptics import rows
 
 WANTED = 10
@@ -29,13 +28,9 @@ def probe(quantum: float, case: base.Case) -> base.Evidence:
     """Stroke the grating slowly with one sensor; the ridge with the fewest readings decides."""
     out = stroke(quantum, case)
     least = stroking.least_in_a_ridge(out, case["wavelength"], different=True)
-    peak = stroking.least_peak(out, case["wavelength"])
-    words = f"{least} readings at the least in a ridge, {with_unit(100.0 * peak, '%')} of its force"
-    n = 4 * TO_SEE
-    time, force = np.arange(n) / case["rate"], out[:n, rows.ASKED]
-    return base.Evidence(
-        time, force, "force", "N", least >= WANTED, float(least), "readings", words, held=True
-    )
+    words = stroking.ridge_words(out, case, least, "readings")
+    force = out[: 4 * TO_SEE, rows.ASKED]
+    return stroking.counted(force, "N", case, least >= WANTED, least, words, "readings")
 
 
 def step(quantum: float, case: base.Case) -> float:
@@ -46,14 +41,12 @@ def step(quantum: float, case: base.Case) -> float:
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the step of the force over that of the sensor: rendered, and by theory."""
-    quanta, found = limit(case) * _SHARES, []
-    for done, quantum in enumerate(quanta, 1):
-        found.append(step(float(quantum), case))
-        progress(done, len(quanta))
+    quanta = limit(case) * _SHARES
+    found = base.swept(quanta, lambda quantum: step(quantum, case), progress)
     theory = 200.0 * np.sin(np.pi * quanta / case["wavelength"])
     lines = (
         base.Line("2 sin(π Δ/λ)", 1e3 * quanta, theory, base.THEORY),
-        base.Line("rendered", 1e3 * quanta, np.array(found)),
+        base.Line("rendered", 1e3 * quanta, found),
     )
     marks = (base.Mark("λ/10", 1e3 * limit(case)), base.Mark("a Hapkit's count", 20.7e-3))
     level = 200.0 * math.sin(math.pi / WANTED)
@@ -77,8 +70,8 @@ FAILURE = base.Failure(
     probe=probe,
     curve=curve,
     options=(
-        base.Parameter("wavelength", "Wavelength", "m", 0.001, 0.0005, 0.02, "From ridge to ridge", "λ"),
-        RATE,
+        replace(stroking.WAVELENGTH, default=0.001),
+        spring.RATE,
     ),
     span=(0.2, 3.0),
     order=13,

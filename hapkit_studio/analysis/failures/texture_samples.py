@@ -4,9 +4,7 @@ import math
 
 import numpy as np
 
-from hapkit_studio.analysis.failures import base, stroking
-from hapkit_studio.analysis.failures.spring import RATE
-from hapkit_studio.formatting import with_unit
+from hapkit_studio.analysis.failures import base, spring, stroking
 from hapkit_studio.haptics import rows
 
 WANTED = 10
@@ -27,49 +25,27 @@ def stroke(speed: float, case: base.Case) -> np.ndarray:
 def probe(speed: float, case: base.Case) -> base.Evidence:
     """Stroke the grating at one speed; the ridge with the fewest samples decides."""
     out = stroke(speed, case)
-    least, peak = (
-        stroking.least_in_a_ridge(out, case["wavelength"]),
-        stroking.least_peak(out, case["wavelength"]),
-    )
-    words = f"{least} samples at the least in a ridge, {with_unit(100.0 * peak, '%')} of its force"
-    n = min(4 * WANTED + 1, len(out))
-    force = out[:n, rows.ASKED]
-    return base.Evidence(
-        np.arange(n) / case["rate"],
-        force,
-        "force",
-        "N",
-        least >= WANTED,
-        float(least),
-        "samples",
-        words,
-        held=True,
-    )
+    least = stroking.least_in_a_ridge(out, case["wavelength"])
+    words, force = stroking.ridge_words(out, case, least), out[: 4 * WANTED + 1, rows.ASKED]
+    return stroking.counted(force, "N", case, least >= WANTED, least, words)
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return over the speed how much of a ridge's force the worst ridge gets: rendered, and by theory."""
-    speeds, peaks = limit(case) * _SHARES, []
-    for done, speed in enumerate(speeds, 1):
-        peaks.append(100.0 * stroking.least_peak(stroke(float(speed), case), case["wavelength"]))
-        progress(done, len(speeds))
+
+    def peak(speed: float) -> float:
+        return 100.0 * stroking.least_peak(stroke(speed, case), case["wavelength"])
+
+    speeds = limit(case) * _SHARES
     theory = 100.0 * np.cos(np.pi * speeds / (case["wavelength"] * case["rate"]))
     lines = (
         base.Line("cos(π v T/λ)", speeds, theory, base.THEORY),
-        base.Line("rendered", speeds, np.array(peaks)),
+        base.Line("rendered", speeds, base.swept(speeds, peak, progress)),
     )
     level = 100.0 * math.cos(math.pi / WANTED)
     marks = (base.Mark("λ/(10T)", limit(case)),)
     return base.Chart(
         "speed, m/s", "force in the worst ridge, % of A", lines, marks, level, "ten samples", log_x=True
-    )
-
-
-def live(speed: float, case: base.Case) -> base.Live:
-    """Return the grating in the window."""
-    advice = stroking.swipe(speed)
-    return base.Live(
-        "texture", stroking.grating(case["wavelength"]), {"rate": case["rate"]}, "medium", advice
     )
 
 
@@ -82,12 +58,12 @@ FAILURE = base.Failure(
     "strongest may lie 1/(2n) of a wavelength beside the top, so the worst ridge gets cos(π/n) of "
     "its force: 95 % of it with ten samples, 81 % with five. Which ridge is weak changes from one to "
     "the next, and that is felt as a slow beat that is not in the texture.",
-    knob=base.Parameter("speed", "Speed", "m/s", 0.5, 0.0, 100.0, "Of the stroke", "v"),
+    knob=stroking.SPEED,
     limit=limit,
     probe=probe,
     curve=curve,
-    options=(stroking.WAVELENGTH, RATE),
-    live=live,
+    options=(stroking.WAVELENGTH, spring.RATE),
+    live=stroking.live,
     span=(0.2, 3.0),
     order=12,
 )

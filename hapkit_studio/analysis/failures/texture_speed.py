@@ -1,9 +1,10 @@
 """Ridges stroked too fast: beyond half the rate another texture is felt than the one that is there."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from hapkit_studio.analysis.failures import base, stroking
-from hapkit_studio.analysis.failures.spring import RATE
+from hapkit_studio.analysis.failures import base, spring, stroking
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import rows
 
@@ -30,42 +31,21 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
     there = speed / case["wavelength"]
     holds = abs(frequency - there) <= TRUE_WITHIN * there
     words = f"vibrates at {with_unit(frequency, 'Hz', 4)}, its ridges come at {with_unit(there, 'Hz', 4)}"
-    n = 80
-    return base.Evidence(
-        np.arange(n) / case["rate"],
-        out[:n, rows.ASKED],
-        "force",
-        "N",
-        holds,
-        frequency,
-        "Hz",
-        words,
-        held=True,
-    )
+    return stroking.counted(out[:80, rows.ASKED], "N", case, holds, frequency, words, "Hz")
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the frequency felt over the speed, beside that of the ridges and of theory."""
-    speeds, found = limit(case) * _SHARES, []
-    for done, speed in enumerate(speeds, 1):
-        found.append(felt(float(speed), case)[0])
-        progress(done, len(speeds))
+    speeds = limit(case) * _SHARES
     there = speeds / case["wavelength"]
     folded = np.abs(there - case["rate"] * np.round(there / case["rate"]))
     lines = (
         base.Line("the ridges, v/λ", speeds, there, base.OTHER),
         base.Line("folded at half the rate", speeds, folded, base.THEORY),
-        base.Line("rendered", speeds, np.array(found)),
+        base.Line("rendered", speeds, base.swept(speeds, lambda speed: felt(speed, case)[0], progress)),
     )
     marks = (base.Mark("λ/(2T)", limit(case)), base.Mark("λ/(10T)", 0.2 * limit(case)))
     return base.Chart("speed, m/s", "vibration, Hz", lines, marks)
-
-
-def live(speed: float, case: base.Case) -> base.Live:
-    """Return the grating in the window, in a loop slow enough for a hand to outrun it."""
-    values = {k: v for k, v in stroking.grating(case["wavelength"]).items()}
-    advice = stroking.swipe(speed)
-    return base.Live("texture", values, {"rate": case["rate"]}, "medium", advice)
 
 
 FAILURE = base.Failure(
@@ -77,15 +57,15 @@ FAILURE = base.Failure(
     "looks 1/T times a second; two looks a ridge are the least that tell its frequency (Nyquist). "
     "Beyond that the samples are also those of a slower vibration, 1/T − v/λ, and that is what the "
     "motor plays: stroked faster, the texture hums lower.",
-    knob=base.Parameter("speed", "Speed", "m/s", 0.5, 0.0, 100.0, "Of the stroke", "v"),
+    knob=stroking.SPEED,
     limit=limit,
     probe=probe,
     curve=curve,
     options=(
-        base.Parameter("wavelength", "Wavelength", "m", 0.001, 0.0005, 0.02, "From ridge to ridge", "λ"),
-        RATE,
+        replace(stroking.WAVELENGTH, default=0.001),
+        spring.RATE,
     ),
-    live=live,
+    live=stroking.live,
     span=(0.1, 1.9),
     order=11,
 )

@@ -4,14 +4,10 @@ import math
 
 import numpy as np
 
-from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base, spring, stroking
 from hapkit_studio.analysis.failures.in_window import pulled
-from hapkit_studio.analysis.failures.traces import alive, before_lost, thinned
-from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.limits import stiffness_limit
-from hapkit_studio.formatting import with_unit
-from hapkit_studio.haptics import headless, rows
+from hapkit_studio.haptics import rows
 
 # The handle starts this share of a wavelength from its stable place; beyond REACH the valley is curved.
 START, REACH = 1e-5, 1e-3
@@ -32,47 +28,41 @@ def limit(case: base.Case) -> float:
     return most * case["wavelength"] / math.tau
 
 
-def swing(amplitude: float, case: base.Case) -> tuple[Setting, np.ndarray]:
-    """Return the device and the rows of a handle let go beside the middle of a valley."""
-    where = Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"])
-    wavelength = case["wavelength"]
+def swing(amplitude: float, case: base.Case) -> tuple[np.ndarray, float]:
+    """Return the place (n,) in m of a handle let go beside the middle of a valley, and its growth in 1/s."""
+    where, wavelength = spring.setting(case), case["wavelength"]
     device = where.device(real=False, position=(0.5 + START) * wavelength)
-    scene = headless.Scene(
-        environments.named("texture"), stroking.grating(wavelength, amplitude), device, where.loop
-    )
-    out, _ = headless.render(scene, None, round(spring.SECONDS * case["rate"]))
+    count = round(spring.SECONDS * case["rate"])
+    out = base.render("texture", stroking.grating(wavelength, amplitude), device, where.loop, count)
     place = out[:, rows.TRUE_POSITION] - 0.5 * wavelength
-    n = before_lost(place, REACH * wavelength)
-    return where, out[: alive(np.abs(place[:n]), DEAD * START * wavelength)]
+    n = base.alive(np.abs(place[: base.before_lost(place, REACH * wavelength)]), DEAD * START * wavelength)
+    return place[:n], spring.rate_of(where, stiffness(amplitude, case), out[:n])
 
 
 def probe(amplitude: float, case: base.Case) -> base.Evidence:
     """Let the handle go beside the middle of a valley."""
-    where, out = swing(amplitude, case)
-    rate = spring.rate_of(where, stiffness(amplitude, case), out)
-    place = 1e6 * (out[:, rows.TRUE_POSITION] - 0.5 * case["wavelength"])
-    time, x = thinned(np.arange(len(out)) * where.period, place)
-    words = f"{'decays' if rate < 0.0 else 'grows'} by {with_unit(abs(rate), '1/s')}"
-    return base.Evidence(time, x, "position in the valley", "µm", rate < 0.0, rate, "1/s", words)
+    place, rate = swing(amplitude, case)
+    time = np.arange(len(place)) * (1.0 / case["rate"])
+    return base.growth_evidence(time, 1e6 * place, rate, "position in the valley", "µm")
+
+
+def exact(amplitude: float, case: base.Case) -> float:
+    """Return the growth in 1/s of the spring that the valley is."""
+    period = 1.0 / case["rate"]
+    loop = case["mass"], case["viscous"], stiffness(amplitude, case), 0.0, period, 0.0
+    return spring.exact_rate(spring.step_matrix(*loop), period)
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return the growth over the amplitude: rendered, and of the spring that the valley is."""
-    amplitudes, found, exact = limit(case) * _SHARES, [], []
-    for done, amplitude in enumerate(amplitudes, 1):
-        where, out = swing(float(amplitude), case)
-        k = stiffness(float(amplitude), case)
-        found.append(spring.rate_of(where, k, out))
-        one = spring.step_matrix(case["mass"], case["viscous"], k, 0.0, where.period, 0.0)
-        exact.append(spring.exact_rate(one, where.period))
-        progress(done, len(amplitudes))
+    amplitudes = limit(case) * _SHARES
     lines = (
-        base.Line("largest root", amplitudes, np.array(exact), base.THEORY),
-        base.Line("rendered", amplitudes, np.array(found)),
+        base.Line("largest root", amplitudes, np.array([exact(a, case) for a in amplitudes]), base.THEORY),
+        base.Line("rendered", amplitudes, base.swept(amplitudes, lambda a: swing(a, case)[1], progress)),
     )
     rule = case["viscous"] * case["wavelength"] * case["rate"] / math.pi
     marks = (base.Mark("exact limit", limit(case)), base.Mark("b λ/(π T)", rule))
-    return base.Chart("amplitude, N", "growth, 1/s", lines, marks, 0.0, "neither grows nor decays")
+    return base.growth_chart("amplitude, N", lines, marks)
 
 
 def live(amplitude: float, case: base.Case) -> base.Live:

@@ -4,15 +4,13 @@ import math
 
 import numpy as np
 
-from hapkit_studio import environments
-from hapkit_studio.analysis.failures import base
-from hapkit_studio.analysis.failures.spring import MASS, RATE
-from hapkit_studio.analysis.failures.stroking import swipe
+from hapkit_studio.analysis.failures import base, spring
+from hapkit_studio.analysis.failures.stroking import counted, swipe
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.environments.bump_valley import BUMP
 from hapkit_studio.formatting import with_unit
-from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.settings import LoopSettings
 
 WANTED = 4
 # Throws that differ in where between two samples the bump begins; the worst one counts.
@@ -30,17 +28,18 @@ def limit(case: base.Case) -> float:
     return case["width"] * case["rate"] / WANTED
 
 
-def thrown(speed: float, case: base.Case, phase: float) -> np.ndarray:
-    """Return the rows of one throw over the bump; phase, 0 to 1: where between samples it begins."""
-    values = environments.named("bump_valley").values()
-    values |= {"peak_force": PEAK, "width": case["width"], "profile": _COSINE}
-    way = speed / case["rate"]
-    start = BUMP - 0.5 * case["width"] - (1.0 + phase) * way
-    device = SimulatedHapkit(case["mass"], 0.0, 0.0, 0.0, math.inf, start, speed)
-    scene = headless.Scene(environments.named("bump_valley"), values, device, LoopSettings(case["rate"]))
-    out = headless.render(scene, None, math.ceil(case["width"] / way) + 4)[0]
-    # beyond the middle the valley begins
-    return out[out[:, rows.TRUE_POSITION] < 0.0]
+def throws(speed: float, case: base.Case) -> list[np.ndarray]:
+    """Return the rows of throws over the bump that begin at every phase between two samples."""
+    travel = speed / case["rate"]
+    given = {"peak_force": PEAK, "width": case["width"], "profile": _COSINE}
+    count, found = math.ceil(case["width"] / travel) + 4, []
+    for phase in (np.arange(PHASES) + 0.5) / PHASES:
+        start = BUMP - 0.5 * case["width"] - (1.0 + phase) * travel
+        device = SimulatedHapkit(case["mass"], 0.0, 0.0, 0.0, math.inf, start, speed)
+        out = base.render("bump_valley", given, device, LoopSettings(case["rate"]), count)
+        # beyond the middle the valley begins
+        found.append(out[out[:, rows.TRUE_POSITION] < 0.0])
+    return found
 
 
 def inside(out: np.ndarray) -> int:
@@ -48,54 +47,42 @@ def inside(out: np.ndarray) -> int:
     return int(np.count_nonzero(out[:, rows.ASKED]))
 
 
-def throws(speed: float, case: base.Case) -> list[np.ndarray]:
-    """Return the rows of throws at every phase."""
-    return [thrown(speed, case, (k + 0.5) / PHASES) for k in range(PHASES)]
-
-
 def least_peak(runs: list[np.ndarray]) -> float:
     """Return the least share of the peak force that a throw was given, up the bump or down."""
     return min(float(np.abs(out[:, rows.ASKED]).max()) for out in runs) / PEAK
+
+
+def missed(runs: list[np.ndarray], case: base.Case) -> float:
+    """Return the most energy that a throw gains or loses over the bump, in % of the hill's height."""
+    works = (np.sum(out[:-1, rows.ASKED] * np.diff(out[:, rows.TRUE_POSITION])) for out in runs)
+    return 100.0 * max(abs(float(work)) for work in works) / (PEAK * 2.0 / math.tau * case["width"])
 
 
 def probe(speed: float, case: base.Case) -> base.Evidence:
     """Throw the handle over the bump at one speed, at every phase."""
     runs = throws(speed, case)
     worst = min(runs, key=inside)
-    least = inside(worst)
-    energy = with_unit(100.0 * missed(runs) / case["width"], "%", 2)
-    peak = with_unit(100.0 * least_peak(runs), "%")
+    least, peak = inside(worst), with_unit(100.0 * least_peak(runs), "%")
+    energy = with_unit(missed(runs, case), "%", 2)
     words = f"{least} samples at the least, {peak} of the force; energy off by {energy}"
-    force = 100.0 * worst[:, rows.ASKED] / PEAK
-    time = np.arange(len(worst)) / case["rate"]
-    return base.Evidence(
-        time, force, "force", "% of the peak", least >= WANTED, float(least), "samples", words, held=True
-    )
-
-
-def missed(runs: list[np.ndarray]) -> float:
-    """Return the most energy that a throw gains or loses over the bump, as a share of the hill's height."""
-    hill = PEAK * 2.0 / math.tau
-    found = []
-    for out in runs:
-        place, force = out[:, rows.TRUE_POSITION], out[:, rows.ASKED]
-        found.append(abs(float(np.sum(force[:-1] * np.diff(place)))))
-    return max(found) / hill
+    return counted(100.0 * worst[:, rows.ASKED] / PEAK, "% of the peak", case, least >= WANTED, least, words)
 
 
 def curve(case: base.Case, progress: base.Progress) -> base.Chart:
     """Return over the speed how much of the bump the worst throw feels, and the energy it gains or loses."""
-    speeds, peaks, energies = limit(case) * _SHARES, [], []
-    for done, speed in enumerate(speeds, 1):
-        runs = throws(float(speed), case)
-        peaks.append(100.0 * least_peak(runs))
-        energy = 100.0 * missed(runs) / case["width"]
-        energies.append(energy if energy <= MOST_SHOWN else np.nan)
-        progress(done, len(speeds))
+
+    def felt(speed: float) -> tuple[float, float]:
+        runs = throws(speed, case)
+        return 100.0 * least_peak(runs), missed(runs, case)
+
+    speeds = limit(case) * _SHARES
+    peaks, energies = base.swept(speeds, felt, progress).T
     lines = (
         base.Line("worst sample, theory", speeds, 100.0 * _theory(speeds, case), base.THEORY),
-        base.Line("peak force, rendered", speeds, np.array(peaks)),
-        base.Line("energy gained or lost", speeds, np.array(energies), base.OTHER),
+        base.Line("peak force, rendered", speeds, peaks),
+        base.Line(
+            "energy gained or lost", speeds, np.where(energies <= MOST_SHOWN, energies, np.nan), base.OTHER
+        ),
     )
     marks = (base.Mark("w/(4T)", limit(case)), base.Mark("w/T: unseen", WANTED * limit(case)))
     return base.Chart("speed, m/s", "worst throw, % of the whole", lines, marks, log_x=True)
@@ -115,11 +102,8 @@ def _theory(speeds: np.ndarray, case: base.Case) -> np.ndarray:
 
 def live(speed: float, case: base.Case) -> base.Live:
     """Return the bump in the window, as narrow as it can be set."""
-    arguments = {"peak_force": 1.0, "width": case["width"], "profile": _COSINE}
-    advice = swipe(speed)
-    return base.Live(
-        "bump_valley", base.within("bump_valley", arguments), {"rate": case["rate"]}, "medium", advice
-    )
+    values = base.within("bump_valley", {"peak_force": 1.0, "width": case["width"], "profile": _COSINE})
+    return base.Live("bump_valley", values, {"rate": case["rate"]}, advice=swipe(speed))
 
 
 FAILURE = base.Failure(
@@ -138,8 +122,8 @@ FAILURE = base.Failure(
     curve=curve,
     options=(
         base.Parameter("width", "Width of the bump", "m", 0.005, 5e-4, 0.04, "From foot to foot", "w"),
-        MASS,
-        RATE,
+        spring.MASS,
+        spring.RATE,
     ),
     live=live,
     span=(0.2, 5.0),

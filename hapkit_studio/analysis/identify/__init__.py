@@ -13,7 +13,7 @@ from hapkit_studio.analysis.identify.recording import Handle, Recording, Setup, 
 from hapkit_studio.analysis.identify.rendered import rendered
 from hapkit_studio.analysis.identify.windows import lay
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import json_number
+from hapkit_studio.formatting import plain
 
 __all__ = ["TERMS", "Estimate", "Handle", "Identified", "Part", "Points", "Recording", "Setup", "Term"]
 __all__ += ["from_csv", "from_run", "identify", "of_rows", "words"]
@@ -45,8 +45,25 @@ class Identified:
         return part.key == "rendered" and any(words.surprising(e) for e in part.estimates)
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything but the points, for programs."""
-        return _as_json(self)
+        """Return both answers with their intervals, without the points; SI units but where a key says so."""
+        parts = {part.key: self._part_json(part) for part in (self.rendered, self.handle)}
+        setup = dict(words.conditions(self.setup))
+        return plain({"from_s": self.begin, "to_s": self.end, "parts": parts, "setup": setup})
+
+    def _part_json(self, part: Part) -> dict[str, Any]:
+        return {
+            "estimates": [
+                {"key": e.key, "unit": e.term.unit, "value": e.value, "low": e.low, "high": e.high}
+                | {"set": e.asked, "expected": e.expected, "told": e.told}
+                for e in part.estimates
+            ],
+            "explained": part.explained,
+            "motion_Hz": part.hertz,
+            "used_s": part.seconds,
+            "released": part.released,
+            "left_out": part.left_out,
+            "words": self.sentences(part),
+        }
 
 
 def identify(
@@ -76,39 +93,3 @@ def identify(
         float(piece.time[0]),
         float(piece.time[-1]),
     )
-
-
-def _as_json(found: Identified) -> dict[str, Any]:
-    """Return both answers with their intervals; SI units, seconds and hertz said in the keys."""
-    parts = {part.key: _part(found, part) for part in (found.rendered, found.handle)}
-    return {
-        "from_s": found.begin,
-        "to_s": found.end,
-        "parts": parts,
-        "setup": dict(words.conditions(found.setup)),
-    }
-
-
-def _part(found: Identified, part: Part) -> dict[str, Any]:
-    return {
-        "estimates": [_estimate(e) for e in part.estimates],
-        "explained": json_number(part.explained),
-        "motion_Hz": json_number(part.hertz),
-        "used_s": part.seconds,
-        "released": part.released,
-        "left_out": part.left_out,
-        "words": found.sentences(part),
-    }
-
-
-def _estimate(e: Estimate) -> dict[str, Any]:
-    return {
-        "key": e.key,
-        "unit": e.term.unit,
-        "value": json_number(e.value),
-        "low": json_number(e.low),
-        "high": json_number(e.high),
-        "set": e.asked,
-        "expected": e.expected,
-        "told": e.told,
-    }

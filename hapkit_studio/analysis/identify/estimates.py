@@ -21,30 +21,21 @@ class Term:
     advice: str
 
 
+_FARTHER = "Move farther: the piece keeps within {travel}."
+_FASTER = "{} faster: the piece holds no speed above {{speed}}."
+_BOTH_WAYS = "Move both ways, at more than one speed."
 TERMS = {
     term.key: term
     for term in (
-        Term("stiffness", "Stiffness", "N/m", 10.0, "Move farther: the piece keeps within {travel}."),
-        Term("damping", "Damping", "N·s/m", 0.25, "Move faster: the piece holds no speed above {speed}."),
-        Term(
-            "damping_in",
-            "Damping, going in",
-            "N·s/m",
-            0.25,
-            "Go in faster: the piece holds no speed above {speed}.",
-        ),
-        Term(
-            "damping_out",
-            "Damping, going out",
-            "N·s/m",
-            0.25,
-            "Come out faster: the piece holds no speed above {speed}.",
-        ),
-        Term("friction", "Friction", "N", 0.05, "Move both ways, at more than one speed."),
-        Term("centre", "Centre", "m", 0.5e-3, "Move farther: the piece keeps within {travel}."),
+        Term("stiffness", "Stiffness", "N/m", 10.0, _FARTHER),
+        Term("damping", "Damping", "N·s/m", 0.25, _FASTER.format("Move")),
+        Term("damping_in", "Damping, going in", "N·s/m", 0.25, _FASTER.format("Go in")),
+        Term("damping_out", "Damping, going out", "N·s/m", 0.25, _FASTER.format("Come out")),
+        Term("friction", "Friction", "N", 0.05, _BOTH_WAYS),
+        Term("centre", "Centre", "m", 0.5e-3, _FARTHER),
         Term("mass", "Mass", "kg", 5e-3, "Shake faster: the piece holds no acceleration above {jolt}."),
-        Term("viscous", "Viscous friction", "N·s/m", 0.1, "Move faster: no speed above {speed}."),
-        Term("coulomb", "Coulomb friction", "N", 0.03, "Move both ways, at more than one speed."),
+        Term("viscous", "Viscous friction", "N·s/m", 0.1, _FASTER.format("Move")),
+        Term("coulomb", "Coulomb friction", "N", 0.03, _BOTH_WAYS),
     )
 }
 
@@ -133,8 +124,8 @@ class Part:
     """One question's answer: key "rendered" or "handle"; estimates may be empty, then advice says why.
 
     explained is the share of the force's variance that the terms make; hertz the motion's own frequency,
-    seconds the length of what was used; left_out counts samples by the reason, with_clamp what
-    is found with the clamped samples too, damped counts those in which the passivity controller damped.
+    seconds the length of what was used; left_out counts samples by the reason, damped those
+    in which the passivity controller damped.
     """
 
     key: str
@@ -146,15 +137,11 @@ class Part:
     released: bool = False
     points: Points | None = field(default=None, repr=False)
     left_out: dict[str, int] = field(default_factory=dict)
-    with_clamp: tuple[Estimate, ...] = ()
     damped: int = 0
 
     def __getitem__(self, key: str) -> Estimate:
         """Return an estimate by its key; raise KeyError."""
-        return next((e for e in self.estimates if e.key == key), None) or self._missing(key)
-
-    def _missing(self, key: str) -> Estimate:
-        raise KeyError(key)
+        return {e.key: e for e in self.estimates}[key]
 
 
 # Sums over samples stand for integrals only so well: no interval is finer than that share of what is felt.
@@ -180,12 +167,6 @@ def sizes(position: np.ndarray, windows: Windows, kept: np.ndarray) -> Sizes:
     spread = float(np.std(x))
     hertz = float(np.sqrt(np.mean(v**2))) / (math.tau * spread) if spread > 0.0 else 0.0
     return Sizes(float(np.ptp(x)), float(np.abs(v).max()), float(np.abs(a).max()), hertz, float(x.mean()))
-
-
-def speed_of(grid: Grid, chosen: np.ndarray) -> float:
-    """Return the root mean square speed in m/s of the samples chosen (n,), 0 without motion."""
-    moving = chosen & (grid.sign != 0.0)
-    return float(np.sqrt(np.mean(grid.slope[moving] ** 2))) if moving.any() else 0.0
 
 
 def estimate(

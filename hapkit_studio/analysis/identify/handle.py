@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hapkit_studio.analysis.identify.estimates import Estimate, Part, Sizes, estimate, points, sizes, speed_of
+from hapkit_studio.analysis.identify.estimates import Estimate, Part, Sizes, estimate, points, sizes
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.regression import STRONG, Fit, by_target, solve, widening
 from hapkit_studio.analysis.identify.windows import Grid, Windows
@@ -65,7 +65,9 @@ class _Found:
 def _best(grid: Grid, setup: Setup, chosen: np.ndarray, released: bool) -> Part | None:
     """Return the part from the windows that tell most; chosen (n,) says which samples belong to it."""
     found: list[_Found] = []
-    least = _COUNTS * setup.quantum / max(speed_of(grid, chosen), 1e-9)
+    moving = chosen & (grid.sign != 0.0)
+    speed = float(np.sqrt(np.mean(grid.slope[moving] ** 2))) if moving.any() else 0.0
+    least = _COUNTS * setup.quantum / max(speed, 1e-9)
     for piece in PIECES:
         windows = Windows(len(grid), piece, grid.period, setup.delay)
         if windows.length * grid.period < least:

@@ -108,32 +108,9 @@ def of_rows(table: np.ndarray, setup: Setup) -> Recording:
     back = np.flatnonzero(np.diff(table[:, rows.BOARD_TIME]) <= 0.0)
     table = table[back[-1] + 1 :] if len(back) else table
     hand = hand_parts(table[:, rows.HAND_FORCE], table[:, rows.HAND_TARGET], setup)
-    return Recording(
-        table[:, rows.BOARD_TIME],
-        table[:, rows.POSITION],
-        table[:, rows.VELOCITY],
-        table[:, rows.ASKED],
-        table[:, rows.APPLIED],
-        table[:, rows.FLAGS].astype(int),
-        *hand,
-        setup,
-        table[:, rows.HAND_TARGET],
-    ).check()
-
-
-def of_run(run: Any, setup: Setup, target: np.ndarray | None = None) -> Recording:
-    """Return the recording of a headless run; target (n,) in m is where its hand pulled to, if known."""
-    return Recording(
-        run.time,
-        run.position,
-        run.velocity,
-        run.force,
-        run.applied_force,
-        np.asarray(run.flags).astype(int),
-        *hand_parts(run.hand_force, target, setup),
-        setup,
-        target,
-    ).check()
+    time, *motion = table[:, [rows.BOARD_TIME, rows.POSITION, rows.VELOCITY, rows.ASKED, rows.APPLIED]].T
+    flags, target = table[:, rows.FLAGS].astype(int), table[:, rows.HAND_TARGET]
+    return Recording(time, *motion, flags, *hand, setup, target).check()  # type: ignore[call-arg]
 
 
 def hand_parts(force: np.ndarray, target: np.ndarray | None, setup: Setup) -> tuple[np.ndarray, np.ndarray]:
@@ -179,7 +156,9 @@ def from_run(run: Any, hand: Hand | None = None) -> Recording:
         target = np.asarray(recorded, dtype=float)
     if setup.grip is not None and target is None:
         setup = replace(setup, hold_known=False)
-    return of_run(run, setup, target)
+    hand_force = hand_parts(run.hand_force, target, setup)
+    columns = run.time, run.position, run.velocity, run.force, run.applied_force
+    return Recording(*columns, np.asarray(run.flags).astype(int), *hand_force, setup, target).check()
 
 
 def from_csv(path: str | Path) -> Recording:

@@ -11,7 +11,6 @@ well, B w^2 times its lag.
 """
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -20,11 +19,6 @@ from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.regression import Fit, solve
 from hapkit_studio.analysis.identify.windows import Grid, Windows
 from hapkit_studio.environments.base import ForceTerms
-
-
-def asked_of(setup: Setup) -> ForceTerms:
-    """Return what was set; without a known environment nothing."""
-    return setup.environment.force_terms(setup.values) if setup.environment else ForceTerms(simple=False)
 
 
 def expected_commands(grid: Grid, what: ForceTerms) -> np.ndarray | None:
@@ -38,11 +32,6 @@ def expected_commands(grid: Grid, what: ForceTerms) -> np.ndarray | None:
     return force - (what.friction or 0.0) * np.sign(grid.speed)
 
 
-def lag(setup: Setup) -> float:
-    """Return by how much the force lags the position on average, in s: half a period and the delay."""
-    return 0.5 / setup.rate + setup.delay
-
-
 # Windows of about that length are short beside any motion of a hand, and long beside the sensor's steps.
 LONGEST_SECONDS = 0.026
 PIECES = (32, 16, 8, 4, 2)
@@ -54,23 +43,9 @@ _ESTIMATOR_SAMPLES = 4
 
 def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> Part:
     """Identify what was rendered; terms None: what the environment consists of."""
-    asked = asked_of(setup)
+    known = setup.environment  # without a known environment nothing was set
+    asked = known.force_terms(setup.values) if known else ForceTerms(simple=False)
     names = _names(asked, terms or asked.terms)
-    part = _of(grid, setup, asked, names)
-    if not grid.clamped.any():
-        return part
-    with_clamp = _of(replace(grid, law=grid.law | grid.clamped), setup, asked, names)
-    return replace(part, with_clamp=with_clamp.estimates)
-
-
-def _names(asked: ForceTerms, terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the columns' names: damping that acts one way only has two."""
-    if asked.one_way == 0.0:
-        return terms
-    return tuple(n for t in terms for n in (("damping_in", "damping_out") if t == "damping" else (t,)))
-
-
-def _of(grid: Grid, setup: Setup, asked: ForceTerms, names: tuple[str, ...]) -> Part:
     best: tuple[int, Windows, np.ndarray] | None = None
     for piece in PIECES:
         windows = Windows(len(grid), piece, grid.period, setup.delay)
@@ -82,6 +57,13 @@ def _of(grid: Grid, setup: Setup, asked: ForceTerms, names: tuple[str, ...]) -> 
             best = used, windows, kept
     assert best is not None  # the shortest windows are always looked at
     return _fitted(grid, setup, asked, names, *best[1:])
+
+
+def _names(asked: ForceTerms, terms: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the columns' names: damping that acts one way only has two."""
+    if asked.one_way == 0.0:
+        return terms
+    return tuple(n for t in terms for n in (("damping_in", "damping_out") if t == "damping" else (t,)))
 
 
 def _kept(grid: Grid, windows: Windows, asked: ForceTerms, names: tuple[str, ...]) -> np.ndarray:
@@ -113,7 +95,9 @@ def _fitted(
     grid: Grid, setup: Setup, asked: ForceTerms, names: tuple[str, ...], windows: Windows, kept: np.ndarray
 ) -> Part:
     columns, against = _columns(grid, windows, asked, names), -windows.held(grid.commands)
-    left_out = {**grid.left_out, **_without_contact(grid, asked)}
+    left_out = dict(grid.left_out)
+    if asked.contact and (away := int((grid.law & ~grid.contact).sum())):
+        left_out["not in contact"] = away
     there = columns[kept].any(axis=0) if kept.any() else np.zeros(len(names) + 1, bool)
     absent = tuple(name for name, any_ in zip(names, there, strict=False) if not any_)
     names, columns = tuple(name for name in names if name not in absent), columns[:, there]
@@ -155,11 +139,6 @@ def _steps(
             error[i] = quantum**2 / 12.0 * float(np.sum(windows.kernel(weights[name]) ** 2))
     inverse = np.linalg.pinv(columns.T @ columns)
     return len(columns) * np.abs(inverse) @ (error * np.abs(fit.beta))
-
-
-def _without_contact(grid: Grid, asked: ForceTerms) -> dict[str, int]:
-    count = int((grid.law & ~grid.contact).sum()) if asked.contact else 0
-    return {"not in contact": count} if count else {}
 
 
 def _set(name: str, asked: ForceTerms) -> float | None:

@@ -41,8 +41,8 @@ class Grid:
     there: recorded at all; law: the law's force was applied as asked; known: the force in effect is known;
     contact: the law pushed; slope: the speed of a line through 9 ms; sign: its direction, 0 where that cannot
     be told; gone: how far it went that way, in m; seen and speed: what the law got as position and velocity;
-    clamped: by nothing but the force limit; damped: the passivity controller added damping;
-    target: where the hand pulls to, None where it is not known all the time.
+    damped: the passivity controller added damping; target: where the hand pulls to, None where that is not
+    known all the time.
     """
 
     period: float
@@ -61,7 +61,6 @@ class Grid:
     slope: np.ndarray
     sign: np.ndarray
     gone: np.ndarray
-    clamped: np.ndarray
     damped: np.ndarray
     seen: np.ndarray
     speed: np.ndarray
@@ -113,7 +112,6 @@ def lay(recording: Recording) -> Grid:
         slope=along,
         sign=sign,
         gone=_gone(position, sign),
-        clamped=there & (flags & _NOT_AS_ASKED == rows.CLAMPED),
         damped=flags & rows.DAMPED != 0,
         seen=spread(recording.position),
         speed=spread(recording.velocity),

@@ -4,7 +4,6 @@ import math
 
 from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
-from hapkit_studio.analysis.identify.rendered import lag
 from hapkit_studio.formatting import MINUS, number, on_screen
 
 # What a person reads: unit in the words, and how many of it are one SI unit.
@@ -112,19 +111,11 @@ def lateness(part: Part, setup: Setup) -> str:
     spring = next((e for e in part.estimates if e.key == "stiffness" and e.asked), None)
     if spring is None or spring.asked is None:
         return ""
-    late = lag(setup)
+    late = 0.5 / setup.rate + setup.delay  # half a period and the delay
     took = f"{plain(spring.asked, spring)} N/m × {1e3 * late:.3g} ms = {spring.asked * late:.2g} N·s/m"
     return (
         f"A command is held for a period and comes late, {1e3 * late:.3g} ms on average: that takes {took}."
     )
-
-
-def clamp(part: Part) -> str:
-    """Say what the clamp made of the stiffness, "" where nothing was clamped."""
-    found = next((e for e in part.with_clamp if e.key == "stiffness" and e.told), None)
-    if found is None:
-        return ""
-    return f"With the clamped samples it was {measured(found)} N/m: the force has a limit."
 
 
 def conditions(setup: Setup) -> list[tuple[str, str]]:
@@ -159,7 +150,7 @@ def remarks(part: Part, setup: Setup, total: int) -> list[str]:
     """Return what is to be said of the whole part, a line each."""
     rendered = part.key == "rendered"
     reasons = rendered and any(differs(estimate) for estimate in part.estimates)
-    lines = [lateness(part, setup) if reasons else "", clamp(part)]
+    lines = [lateness(part, setup) if reasons else ""]
     if part.damped and total:
         lines.append(
             f"The passivity controller damped in {100.0 * part.damped / total:.2g} % of the samples."

@@ -8,7 +8,6 @@ import numpy as np
 
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole_number
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability.axes import round_axes
 from hapkit_studio.analysis.stability.limits import (
     Loop,
     checked_loop,
@@ -16,11 +15,11 @@ from hapkit_studio.analysis.stability.limits import (
     simple_rule,
     stiffness_limits,
 )
-from hapkit_studio.analysis.stability.margin import Margin, sentence
+from hapkit_studio.analysis.stability.margin import Margin, round_axes, sentence
 from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
 from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.dynamics.hand import GRIPS
-from hapkit_studio.formatting import json_number
+from hapkit_studio.formatting import plain
 
 RENDERED_STIFFNESS = replace(STIFFNESS, label="The rendered stiffness")
 RENDERED_DAMPING = replace(DAMPING, label="The rendered damping")
@@ -181,43 +180,42 @@ CLASS_NAMES = ("decays", "buzzes", "grows")
 def as_json(plane: Plane) -> dict[str, Any]:
     """Return the plane in SI units; what is not finite is None."""
     margin = plane.margin
-    return {
-        "setting": setting_json(plane.setting),
-        "stiffness": margin.stiffness,
-        "damping": margin.damping,
-        "limit": json_number(margin.limit),
-        "ratio": json_number(margin.ratio),
-        "stable": margin.stable if math.isfinite(margin.limit) else None,
-        "words": sentence(margin),
-        "hands": {hand: json_number(limit) for hand, limit in plane.hands.items()},
-        "coulomb_line": json_number(plane.coulomb),
-        "columns": {
-            "damping": json_column(plane.damping),
-            "exact": json_column(plane.exact),
-            "simple": json_column(plane.simple),
-            "passive": json_column(passive(plane)),
-        },
-        "passivity_line": {"damping": json_column(plane.edge_damping), "stiffness": json_column(plane.edge)},
-        "measured": _points_json(plane.points),
-        "map": _cells_json(plane.cells),
-    }
+    measured, cells = (_measured_json(found) for found in (plane.points, plane.cells))
+    return plain(
+        {
+            "setting": setting_json(plane.setting),
+            "stiffness": margin.stiffness,
+            "damping": margin.damping,
+            "limit": margin.limit,
+            "ratio": margin.ratio,
+            "stable": margin.stable if math.isfinite(margin.limit) else None,
+            "words": sentence(margin),
+            "hands": plane.hands,
+            "coulomb_line": plane.coulomb,
+            "columns": {
+                "damping": plane.damping,
+                "exact": plane.exact,
+                "simple": plane.simple,
+                "passive": passive(plane),
+            },
+            "passivity_line": {"damping": plane.edge_damping, "stiffness": plane.edge},
+            "measured": measured,
+            "map": {**cells, "class_names": CLASS_NAMES} if cells else None,
+        }
+    )
+
+
+def _measured_json(found: Points | Cells | None) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    numbers = dict(vars(found))
+    return {"friction_and_sensor_steps": numbers.pop("real"), **numbers}
 
 
 def setting_json(setting: Setting) -> dict[str, Any]:
     """Return a setting's fields, the estimator's name and options apart."""
     pair = (setting.estimator, {}) if isinstance(setting.estimator, str) else setting.estimator
-    return {
-        "mass": setting.mass,
-        "viscous": setting.viscous,
-        "coulomb": setting.coulomb,
-        "quantum": setting.quantum,
-        "rate": setting.rate,
-        "delay": setting.delay,
-        "estimator": pair[0],
-        "estimator_options": dict(pair[1]),
-        "hand": setting.hand,
-        "controller": setting.controller,
-    }
+    return {**vars(setting), "estimator": pair[0], "estimator_options": dict(pair[1])}
 
 
 def passive(plane: Plane) -> np.ndarray:
@@ -225,35 +223,6 @@ def passive(plane: Plane) -> np.ndarray:
     if not plane.setting.linear:
         return np.full(len(plane.damping), math.nan)
     return passivity_line(plane.setting, plane.damping)
-
-
-def json_column(numbers: np.ndarray) -> list[float | None]:
-    """Return an array (n,) as a list that JSON knows."""
-    return [json_number(number) for number in numbers.tolist()]
-
-
-def _points_json(points: Points | None) -> dict[str, Any] | None:
-    if points is None:
-        return None
-    return {
-        "damping": json_column(points.damping),
-        "stiffness": json_column(points.stiffness),
-        "friction_and_sensor_steps": points.real,
-        "controller": points.controller,
-    }
-
-
-def _cells_json(cells: Cells | None) -> dict[str, Any] | None:
-    if cells is None:
-        return None
-    return {
-        "damping": json_column(cells.damping),
-        "stiffness": json_column(cells.stiffness),
-        "classes": cells.classes.tolist(),
-        "class_names": list(CLASS_NAMES),
-        "friction_and_sensor_steps": cells.real,
-        "controller": cells.controller,
-    }
 
 
 _SHORT = {"iir": "IIR", "butterworth": "Butterworth", "foaw": "FOAW", "kalman": "Kalman"}

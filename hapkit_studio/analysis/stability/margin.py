@@ -1,7 +1,13 @@
-"""How far from instability, as a number and in words: the one place that says it."""
+"""How far from instability, as a number and in words, and round ends for the axes of a map of it.
+
+The one place that says it; loads at once, the window starts with it.
+"""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+
+import numpy as np
 
 # Beyond this many times nobody asks how far.
 _FAR = 100.0
@@ -60,7 +66,7 @@ def short(margin: Margin) -> str:
     return f"{times(margin.ratio)} below the limit" if margin.ratio < _FAR else "Over 100 × below the limit"
 
 
-def way_out(margin: Margin) -> str:
+def remedy(margin: Margin) -> str:
     """Return what to do about an unstable impedance; nothing where it is stable."""
     if math.isnan(margin.limit):
         return "The velocity filter is not linear: only a run can tell."
@@ -71,7 +77,7 @@ def way_out(margin: Margin) -> str:
 
 def verdict(margin: Margin) -> str:
     """Return the margin in one line, the way out included where there is one."""
-    out = way_out(margin)
+    out = remedy(margin)
     return f"{short(margin)}. {out}" if out else short(margin)
 
 
@@ -80,4 +86,56 @@ def sentence(margin: Margin) -> str:
     said = short(margin)
     hand = hand_words(margin.hand)
     whole = f"{said}." if said.endswith(hand) else f"{said}; {hand}."
-    return f"{whole} {way_out(margin)}".rstrip()
+    return f"{whole} {remedy(margin)}".rstrip()
+
+
+_ROUND = (1, 1.5, 2, 3, 4, 5, 8, 10)
+WIDTHS = (1.0, 2.0, 4.0, 8.0, 12.0, 20.0, 50.0, 100.0, 200.0, 500.0)
+_SHARE = 0.7
+# The boundary leaves through the upper edge within this share of the width.
+_LEAVES = 0.6
+_LOOKS = 31
+# The height as a multiple of the limit at the dot; and at most, to show a boundary's highest point.
+_OVER, _WHOLE = 1.5, 2.2
+
+
+def nice_top(value: float) -> float:
+    """Return the next of 1, 1.5, 2, 3, 4, 5, 8 × 10ⁿ at or above a value."""
+    if value <= 0.0 or not math.isfinite(value):
+        return 1.0
+    power = 10.0 ** math.floor(math.log10(value))
+    return next(m * power for m in _ROUND if m * power >= value * (1 - 1e-9))
+
+
+def nice_width(damping: float, least: float = WIDTHS[0]) -> float:
+    """Return a round width in N·s/m, at least so much, in which a damping stands clear of the right edge."""
+    return next((w for w in WIDTHS if w >= least and damping <= _SHARE * w), nice_top(damping / _SHARE))
+
+
+def height(stiffness: float, limit: float, highest: float) -> float:
+    """Return a round height in N/m: room above dot and limit, the whole boundary if that is low."""
+    limit = limit if math.isfinite(limit) else 0.0
+    around = max(_OVER * limit, 1.4 * stiffness, 1.0)
+    whole = 1.1 * highest
+    seen = whole if 0.0 < whole <= max(_WHOLE * limit, around) else around
+    return nice_top(max(seen, 1.1 * stiffness, 1.0))
+
+
+def round_axes(
+    boundary: Callable[[np.ndarray], np.ndarray], stiffness: float, damping: float, limit: float
+) -> tuple[float, float]:
+    """Return a round width in N·s/m and height in N/m around a dot and the limit at its damping, N/m.
+
+    boundary gives the limits (n,) at dampings (n,): the narrowest width is taken in which it is seen to turn
+    down, or to leave through the upper edge.
+    """
+    wide = nice_width(damping)
+    top = height(stiffness, limit, math.inf)
+    for wide in (w for w in WIDTHS if w >= nice_width(damping)):
+        across = np.linspace(0.0, wide, _LOOKS)
+        limits = boundary(across)
+        top = height(stiffness, limit, float(limits.max()))
+        leaves = (limits > top) & (across <= _LEAVES * wide)
+        if leaves.any() or int(limits.argmax()) < _LOOKS - 1:
+            break
+    return wide, top

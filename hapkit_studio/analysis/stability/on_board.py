@@ -79,9 +79,9 @@ def link_warning(engine: Engine) -> str:
     stiffness = impedance(engine.values)[0] if impedance else 0.0
     if limit is None or stiffness <= limit:
         return ""
-    way_out = "Lower the stiffness" + (", or let the board render." if where == COMPUTER else ".")
+    remedy = "Lower the stiffness" + (", or let the board render." if where == COMPUTER else ".")
     milliseconds = 1e3 * delay.mean
     return (
         f"The measured delay of {milliseconds:.1f} ms allows {limit:,.0f} N/m at most for a released handle, "
-        f"and {stiffness:,.0f} N/m are in force: it may swing. {way_out}"
+        f"and {stiffness:,.0f} N/m are in force: it may swing. {remedy}"
     )

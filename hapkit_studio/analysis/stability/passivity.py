@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hapkit_studio.dynamics.estimators import Spec, design, parse
-from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
+from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec, design, parse
 from hapkit_studio.errors import ParameterError
 
 # Angles per sample at which the condition is tried: it is smooth, and turns as often as the delay asks.

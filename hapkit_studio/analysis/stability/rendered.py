@@ -21,9 +21,9 @@ lets a motion of an energy that nobody feels be: with it, what reaches less than
 
 import math
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -32,14 +32,13 @@ from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import Cells, Points
 from hapkit_studio.analysis.stability.limits import checked_loop
-from hapkit_studio.analysis.sweeps import Progress, no_progress, sweep
+from hapkit_studio.analysis.sweeps import sweep
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.estimators import Spec, parse
-from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
+from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec, parse
 from hapkit_studio.dynamics.hand import Grip, Hand
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, survey
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.haptics.settings import LoopSettings
 
 DECAYS, BUZZES, GROWS = range(3)
 
@@ -206,22 +205,16 @@ def rendered(setting: Setting, real: bool = False) -> Rendered:
 
 
 def classes(
-    setting: Setting,
-    damping: np.ndarray,
-    stiffness: np.ndarray,
-    *,
-    real: bool = False,
-    executor: Executor | None = None,
-    progress: Progress = no_progress,
+    setting: Setting, damping: np.ndarray, stiffness: np.ndarray, *, real: bool = False, **sweeping: Any
 ) -> np.ndarray:
     """Return DECAYS, BUZZES or GROWS (m, n) int8 for every stiffness (m,) N/m and damping (n,) N·s/m.
 
-    Raise ParameterError, and what progress raises.
+    sweeping: executor and progress, as ``sweep``. Raise ParameterError, and what progress raises.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
     cells = [(k, b) for k in lines.tolist() for b in columns.tolist()]
     task = partial(_classes, rendered(setting, real))
-    found = sweep(task, cells, executor=executor, progress=progress)
+    found = sweep(task, cells, **sweeping)
     return np.array(found, dtype=np.int8).reshape(lines.size, columns.size)
 
 
@@ -231,8 +224,7 @@ def maps(
     stiffness: np.ndarray,
     *,
     real: bool = False,
-    executor: Executor | None = None,
-    progress: Progress = no_progress,
+    **sweeping: Any,
 ) -> np.ndarray:
     """Return the ``classes`` (s, m, n) int8 of many settings: one sweep, whose cell is a line of a map.
 
@@ -240,18 +232,11 @@ def maps(
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
     cells = [(rendered(setting, real), k) for setting in settings for k in lines.tolist()]
-    found = sweep(partial(_lines, columns), cells, executor=executor, progress=progress)
+    found = sweep(partial(_lines, columns), cells, **sweeping)
     return np.array(found, dtype=np.int8).reshape(len(settings), lines.size, columns.size)
 
 
-def boundary(
-    setting: Setting,
-    damping: np.ndarray,
-    *,
-    real: bool = False,
-    executor: Executor | None = None,
-    progress: Progress = no_progress,
-) -> np.ndarray:
+def boundary(setting: Setting, damping: np.ndarray, *, real: bool = False, **sweeping: Any) -> np.ndarray:
     """Return the largest stiffness (n,) N/m that does not grow, to 1e-4, for every damping (n,) N·s/m.
 
     Found by bisection; 0 where no spring of ``softest`` is stable, inf beyond 1 GN/m. Raise
@@ -259,7 +244,7 @@ def boundary(
     """
     columns = checked_row(damping, DAMPING).tolist()
     task = partial(_limits, rendered(setting, real))
-    return np.array(sweep(task, columns, executor=executor, progress=progress), dtype=float)
+    return np.array(sweep(task, columns, **sweeping), dtype=float)
 
 
 def _classes(what: Rendered, cells: list[tuple[float, float]]) -> list[int]:
@@ -330,16 +315,9 @@ def measured_stiffness_limit(
     return stiffest(what, damping)
 
 
-def measure_points(
-    setting: Setting,
-    damping: np.ndarray,
-    *,
-    real: bool = False,
-    executor: Executor | None = None,
-    progress: Progress = no_progress,
-) -> Points:
-    """Return the boundary as rendering finds it, by bisection in each column."""
-    found = boundary(setting, damping, real=real, executor=executor, progress=progress)
+def measure_points(setting: Setting, damping: np.ndarray, *, real: bool = False, **sweeping: Any) -> Points:
+    """Return the boundary as rendering finds it, by bisection in each column; sweeping as ``boundary``."""
+    found = boundary(setting, damping, real=real, **sweeping)
     return Points(np.asarray(damping), found, real, setting.controller)
 
 
@@ -349,14 +327,8 @@ def cell_centres(end: float, count: int) -> np.ndarray:
 
 
 def measure_cells(
-    setting: Setting,
-    damping: np.ndarray,
-    stiffness: np.ndarray,
-    *,
-    real: bool = False,
-    executor: Executor | None = None,
-    progress: Progress = no_progress,
+    setting: Setting, damping: np.ndarray, stiffness: np.ndarray, *, real: bool = False, **sweeping: Any
 ) -> Cells:
-    """Return what rendering does in every cell of the plane."""
-    found = classes(setting, damping, stiffness, real=real, executor=executor, progress=progress)
+    """Return what rendering does in every cell of the plane; sweeping as ``classes``."""
+    found = classes(setting, damping, stiffness, real=real, **sweeping)
     return Cells(np.asarray(damping), np.asarray(stiffness), found, real, setting.controller)

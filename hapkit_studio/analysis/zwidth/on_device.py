@@ -8,7 +8,6 @@ speed and travel are limited; E-stop, fault or cancelling end it at once, and th
 import math
 import time
 from collections.abc import Callable, Sequence
-from typing import Protocol as Interface
 
 import numpy as np
 
@@ -84,7 +83,7 @@ def measure(
     steps = _Steps(limits, len(levels), progress)
     points: list[Point] = []
     with GuardedDevice(engine, limits, say, steps.look) as guarded:
-        hand: Presser = Person(guarded) if person else SimulatedHand(guarded)
+        hand: SimulatedHand | Person = Person(guarded) if person else SimulatedHand(guarded)
         for level in levels:
             points.append(_Trials(guarded, hand, level, steps).point())
             steps.next_level()
@@ -115,46 +114,20 @@ def _conditions(guarded: GuardedDevice, setting: Setting) -> tuple[Condition, ..
     )
 
 
-class Presser(Interface):
-    """A hand on the handle."""
-
-    @property
-    def grip(self) -> str:
-        """Return the grip that the linear limit is computed with."""
-
-    @property
-    def conditions(self) -> tuple[Condition, ...]:
-        """Return how it pressed."""
-
-    def begin(self) -> None:
-        """Get ready for a trial, the wall being a calm one."""
-
-    def press(self, stiffness: float) -> None:
-        """Press into the wall that is in force now."""
-
-    def presses(self, found: np.ndarray) -> bool:
-        """Return whether the rows show a hand that presses as it should."""
-
-
 class SimulatedHand:
     """Goes away from the wall, hits it at a speed and holds it with a force."""
 
     def __init__(self, guarded: GuardedDevice):
         self._guarded = guarded
         grip = guarded.engine.grip
-        self._grip = grip if GRIPS[grip] is not None else USUAL_GRIP
-        guarded.engine.set_grip(self._grip)
-
-    @property
-    def grip(self) -> str:
-        """Return the name of the grip."""
-        return self._grip
+        self.grip = grip if GRIPS[grip] is not None else USUAL_GRIP
+        guarded.engine.set_grip(self.grip)
 
     @property
     def conditions(self) -> tuple[Condition, ...]:
         limits = self._guarded.limits
         return (
-            Condition("hand", self._grip, "Hand", f"simulated, {self._grip}"),
+            Condition("hand", self.grip, "Hand", f"simulated, {self.grip}"),
             Condition("speed", limits.hit, "Hit at", f"{limits.hit:g} m/s", "v₀"),
             Condition("push", limits.push, "Push", f"{limits.push:g} N"),
         )
@@ -172,7 +145,7 @@ class SimulatedHand:
 
     def press(self, stiffness: float) -> None:
         """Move the hand at its speed to where wall and grip balance at the push."""
-        grip = GRIPS[self._grip]
+        grip = GRIPS[self.grip]
         assert isinstance(grip, Grip)
         guarded, limits = self._guarded, self._guarded.limits
         goal = limits.push / grip.stiffness + limits.push / stiffness
@@ -263,7 +236,7 @@ class _Steps:
 class _Trials:
     """The trials at one damping."""
 
-    def __init__(self, guarded: GuardedDevice, hand: Presser, damping: float, steps: _Steps):
+    def __init__(self, guarded: GuardedDevice, hand: SimulatedHand | Person, damping: float, steps: _Steps):
         self._guarded, self._hand, self._damping, self._steps = guarded, hand, damping, steps
         self._held = 0.0
 

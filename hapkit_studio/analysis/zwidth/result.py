@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,11 +12,7 @@ from hapkit_studio.analysis.stability.kb_plane import exact_boundary
 from hapkit_studio.analysis.zwidth import DAMPING, HIGHEST, MAX_FORCE, PUSH, SPEED
 from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import json_number
-
-if TYPE_CHECKING:
-    pass  # MERGED
-
+from hapkit_studio.formatting import plain
 
 # Why the search at one damping ended.
 BUZZES, GROWS, LEAVES, FAST = "buzzes", "grows", "leaves", "fast"
@@ -126,16 +121,15 @@ class ZWidth:
 
     def as_json(self) -> dict:
         """Return one object of plain numbers; None where there is no number."""
-        points = zip(self.damping, self.stiffness, self.linear, self.ends, self.clamped, strict=True)
         keys = "damping", "stiffness", "linear_limit", "ended", "clamped"
-        numbers = ((float(b), float(k), json_number(linear), *rest) for b, k, linear, *rest in points)
-        return {
-            "where": self.where,
-            "points": [dict(zip(keys, row, strict=True)) for row in numbers],
-            "conditions": {
-                c.key: c.value if isinstance(c.value, str) else json_number(c.value) for c in self.conditions
-            },
-        }
+        points = zip(self.damping, self.stiffness, self.linear, self.ends, self.clamped, strict=True)
+        return plain(
+            {
+                "where": self.where,
+                "points": [dict(zip(keys, row, strict=True)) for row in points],
+                "conditions": {c.key: c.value for c in self.conditions},
+            }
+        )
 
 
 def newtons_per_metre(value: float) -> str:

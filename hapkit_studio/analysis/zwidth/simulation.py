@@ -31,7 +31,7 @@ from hapkit_studio.analysis.zwidth.result import (
     samples_of,
     stiffest,
 )
-from hapkit_studio.dynamics.filter_design import USUAL_QUANTUM
+from hapkit_studio.dynamics.estimators import USUAL_QUANTUM
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.haptics import headless, rows
 

@@ -19,7 +19,6 @@ from PySide6.QtGui import (
     QTextCursor,
     QTextDocument,
     QTextFormat,
-    QWheelEvent,
 )
 from PySide6.QtWidgets import QPlainTextEdit, QTextEdit, QWidget
 
@@ -54,12 +53,13 @@ _WORDS = re.compile(
 )
 _PLAIN, _QUOTES = -1, ('"""', "'''")
 _SIGN, _SIDE = 16, 8
+_LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
+_RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 _LEAST_DIGITS = 3
 _FIGURE = "99,999"
 PIXELS = 13
 _GAP = 28
 _LEAST_WORDS = 90
-_ABOVE = 0.25
 
 
 def _depth(text: str) -> int:
@@ -80,14 +80,9 @@ def newline(cursor: QTextCursor) -> None:
 def indent(cursor: QTextCursor) -> None:
     """Move the selected lines one step to the right, or fill up to the next step."""
     if cursor.hasSelection():
-        _each_line(cursor, lambda line: _insert(line, STEP))
+        _shift_lines(cursor, STEP)
     else:
         cursor.insertText(" " * (STEP - cursor.positionInBlock() % STEP))
-
-
-def dedent(cursor: QTextCursor) -> None:
-    """Move the selected lines, or the cursor's own, one step to the left."""
-    _each_line(cursor, lambda line: _remove(line, min(STEP, _depth(line.block().text()))))
 
 
 def backspace(cursor: QTextCursor) -> bool:
@@ -101,39 +96,21 @@ def backspace(cursor: QTextCursor) -> bool:
     return True
 
 
-def home(cursor: QTextCursor, keep: bool) -> None:
-    """Go to the line's first word, or from there to its beginning; keep what is selected on the way."""
-    depth = _depth(cursor.block().text())
-    place = 0 if cursor.positionInBlock() == depth else depth
-    mode = QTextCursor.MoveMode.KeepAnchor if keep else QTextCursor.MoveMode.MoveAnchor
-    cursor.setPosition(cursor.block().position() + place, mode)
-
-
-def _each_line(cursor: QTextCursor, change) -> None:
-    """Call change with a cursor at the start of every line touched, as one step of undo."""
+def _shift_lines(cursor: QTextCursor, steps: int) -> None:
+    """Indent every line that is touched by so many spaces, or take them away, as one step of undo."""
     document = cursor.document()
     first, last = document.findBlock(cursor.selectionStart()), document.findBlock(cursor.selectionEnd())
     if last != first and cursor.selectionEnd() == last.position():
         last = last.previous()
-    numbers = range(first.blockNumber(), last.blockNumber() + 1)
     cursor.beginEditBlock()
-    for number in numbers:
-        change(_at_start(document.findBlockByNumber(number)))
+    for number in range(first.blockNumber(), last.blockNumber() + 1):
+        line = QTextCursor(document.findBlockByNumber(number))
+        text = line.block().text()
+        if steps > 0 and text.strip():
+            line.insertText(" " * steps)
+        for _ in range(min(-steps, _depth(text))):
+            line.deleteChar()
     cursor.endEditBlock()
-
-
-def _at_start(block: QTextBlock) -> QTextCursor:
-    return QTextCursor(block)
-
-
-def _insert(line: QTextCursor, count: int) -> None:
-    if line.block().text().strip():
-        line.insertText(" " * count)
-
-
-def _remove(line: QTextCursor, count: int) -> None:
-    line.movePosition(QTextCursor.MoveOperation.Right, QTextCursor.MoveMode.KeepAnchor, count)
-    line.removeSelectedText()
 
 
 class Highlighter(QSyntaxHighlighter):
@@ -224,8 +201,8 @@ class Gutter(QWidget):
         block = self._code.firstVisibleBlock()
         while block.isValid():
             box = self._box(block)
-            if box.top() > event.rect().bottom() or box.bottom() > self._code.visible_lines_bottom + 1:
-                return  # what is cut off has no number
+            if box.top() > event.rect().bottom():
+                return
             number = block.blockNumber()
             self._paint_line(painter, box, number + 1, number == current, number + 1 in marks)
             if most > 0.0 and number + 1 in counts:
@@ -238,24 +215,19 @@ class Gutter(QWidget):
 
     def _paint_figure(self, painter: QPainter, box: QRectF, value: float, most: float) -> None:
         """Paint a figure with a bar behind it, as long as its share of the largest one."""
-        column = box.adjusted(self._numbers, 0, 0, 0)
-        bar = column.adjusted(_SIDE / 2, 1, -_SIDE / 2, -1)
-        bar.setLeft(bar.right() - bar.width() * value / most)
+        column = box.adjusted(self._numbers, 0, -_SIDE, 0)
+        bar = column.adjusted(column.width() * (1.0 - value / most), 1, _SIDE / 2, -1)
         painter.fillRect(bar, theme.color("accentsoft"))
         painter.setPen(theme.color("ink"))
-        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        painter.drawText(column.adjusted(0, 0, -_SIDE, 0), right, f"{value:,.0f}")
+        painter.drawText(column, _RIGHT, f"{value:,.0f}")
 
     def _paint_line(self, painter: QPainter, box: QRectF, number: int, current: bool, marked: bool) -> None:
         box = QRectF(box.left(), box.top(), self._numbers, box.height())
         if marked:
             painter.fillRect(box, theme.color("dangersoft"))
         painter.setPen(theme.color("danger" if marked else "ink" if current else "ink3"))
-        if marked:
-            sign = QRectF(box.left(), box.top(), _SIGN, box.height())
-            painter.drawText(sign, Qt.AlignmentFlag.AlignCenter, "✕")
-        right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-        painter.drawText(box.adjusted(0, 0, -_SIDE, 0), right, str(number))
+        painter.drawText(box.adjusted(2, 0, -_SIDE, 0), _LEFT, "✕" if marked else "")
+        painter.drawText(box.adjusted(0, 0, -_SIDE, 0), _RIGHT, str(number))
 
 
 def code_font() -> QFont:
@@ -274,7 +246,6 @@ class CodeEdit(QPlainTextEdit):
         super().__init__(parent)
         self._marks: list[tuple[QTextCursor, str]] = []
         self._counts: list[tuple[QTextCursor, str, float]] | None = None
-        self._aim: int | None = None
         self.setObjectName("code")
         self.setFrameShape(QPlainTextEdit.Shape.NoFrame)
         self.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
@@ -282,11 +253,11 @@ class CodeEdit(QPlainTextEdit):
         self.setTabStopDistance(STEP * QFontMetrics(code_font()).horizontalAdvance(" "))
         self.highlighter = Highlighter(self.document())
         self.gutter = Gutter(self)
-        self.blockCountChanged.connect(self._make_room)
+        self.blockCountChanged.connect(self._set_gutter_margin)
         self.updateRequest.connect(self.gutter.follow)
-        self.cursorPositionChanged.connect(self._note_cursor)
+        self.cursorPositionChanged.connect(self._show_lines)
         theme.changed.connect(self._show_lines)
-        self._make_room()
+        self._set_gutter_margin()
         self._show_lines()
 
     # marks
@@ -322,7 +293,7 @@ class CodeEdit(QPlainTextEdit):
         if by_line is not None:
             blocks = ((self.document().findBlockByNumber(line - 1), value) for line, value in by_line.items())
             self._counts = [(QTextCursor(b), b.text(), value) for b, value in blocks if b.isValid()]
-        self._make_room()
+        self._set_gutter_margin()
         self.gutter.update()
 
     def bring_into_sight(self, line: int) -> None:
@@ -336,33 +307,9 @@ class CodeEdit(QPlainTextEdit):
         """Put the cursor at the first word of a line and bring it into sight."""
         block = self.document().findBlockByNumber(min(max(line, 1), self.blockCount()) - 1)
         cursor = QTextCursor(block)
-        cursor.movePosition(
-            QTextCursor.MoveOperation.Right,
-            QTextCursor.MoveMode.MoveAnchor,
-            len(block.text()) - len(block.text().lstrip()),
-        )
+        cursor.setPosition(block.position() + _depth(block.text()))
         self.setTextCursor(cursor)
-        self._aim = block.blockNumber()
-        self._scroll_to(self._aim)
-
-    def _scroll_to(self, number: int) -> None:
-        """Leave more room below a line than above it: what belongs to it follows."""
-        self.verticalScrollBar().setValue(number - int(_ABOVE * self.viewport().height() / self._line))
-
-    @property
-    def visible_lines_bottom(self) -> float:
-        """Return how far down whole lines go, in px from the viewport's top."""
-        top = self.contentOffset().y()
-        return top + (self.viewport().height() - top) // self._line * self._line
-
-    @property
-    def _line(self) -> float:
-        """Return a line's height; the last one has a margin below."""
-        return self.blockBoundingRect(self.document().firstBlock()).height()
-
-    def _note_cursor(self) -> None:
-        self._aim = None
-        self._show_lines()
+        self.centerCursor()
 
     def _show_lines(self) -> None:
         """Colour the ground of the current line and of the marked ones."""
@@ -379,17 +326,13 @@ class CodeEdit(QPlainTextEdit):
         return ground
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the text's whole lines, then behind each marked line what is wrong with it."""
+        """Paint the text, then behind each marked line what is wrong with it."""
         super().paintEvent(event)
         painter = QPainter(self.viewport())
         painter.setPen(theme.color("danger"))
         painter.setFont(theme.font("label"))
         for cursor, words in self._marks:
             self._say(painter, cursor, words)
-        painter.fillRect(
-            QRectF(self.viewport().rect()).adjusted(0, self.visible_lines_bottom, 0, 0),
-            theme.color("surface"),
-        )
 
     def _say(self, painter: QPainter, cursor: QTextCursor, words: str) -> None:
         block = cursor.block()
@@ -417,9 +360,7 @@ class CodeEdit(QPlainTextEdit):
         elif key == Qt.Key.Key_Tab:
             indent(cursor)
         elif key == Qt.Key.Key_Backtab:
-            dedent(cursor)
-        elif key == Qt.Key.Key_Home:
-            home(cursor, bool(event.modifiers() & Qt.KeyboardModifier.ShiftModifier))
+            _shift_lines(cursor, -STEP)
         elif key != Qt.Key.Key_Backspace or not backspace(cursor):
             return False
         self.setTextCursor(cursor)
@@ -427,7 +368,7 @@ class CodeEdit(QPlainTextEdit):
 
     # room for the line numbers
 
-    def _make_room(self) -> None:
+    def _set_gutter_margin(self) -> None:
         self.setViewportMargins(self.gutter.wanted_width, 0, 0, 0)
         self._place_gutter()
 
@@ -435,14 +376,8 @@ class CodeEdit(QPlainTextEdit):
         inside = self.contentsRect()
         self.gutter.setGeometry(QRect(inside.left(), inside.top(), self.gutter.wanted_width, inside.height()))
 
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        self._aim = None  # the person looks elsewhere now
-        super().wheelEvent(event)
-
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._place_gutter()
-        if self._aim is not None:
-            self._scroll_to(self._aim)
-        elif self.hasFocus():
+        if self.hasFocus():
             self.ensureCursorVisible()  # a banner above takes from the height

@@ -1,25 +1,17 @@
 """The page that one law is written on: its name, its text, its draft, and a message line below."""
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtWidgets import (
-    QHBoxLayout,
-    QLabel,
-    QProgressBar,
-    QPushButton,
-    QToolButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QProgressBar, QPushButton, QToolButton, QWidget
 
 from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.panel.parameter_panel import rule
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import Sign, across, down, label
 from hapkit_studio.gui.widgets.style import mark
-from hapkit_studio.gui.widgets.text import plain
-from hapkit_studio.gui.widgets.theme import theme
 
 Button = tuple[str, Callable[[], object]]
 
@@ -39,32 +31,23 @@ _CYCLES_TIP = (
 )
 
 
-def _draft_path(path: Path) -> Path:
+def draft_path(path: Path) -> Path:
+    """Return where the text of a file is kept that was not saved."""
     return path.with_name(path.name + ".draft")
-
-
-def save_draft(path: Path, text: str) -> None:
-    """Write a file's draft; on a full or read-only disk there is none."""
-    try:
-        _draft_path(path).write_text(text, encoding="utf-8")
-    except OSError:
-        delete_draft(path)
 
 
 def load_draft(path: Path) -> str | None:
     """Return a file's draft, None where there is none."""
     try:
-        return _draft_path(path).read_text(encoding="utf-8")
+        return draft_path(path).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return None
 
 
 def delete_draft(path: Path) -> None:
     """Forget a file's draft."""
-    try:
-        _draft_path(path).unlink(missing_ok=True)
-    except OSError:
-        return
+    with suppress(OSError):
+        draft_path(path).unlink(missing_ok=True)
 
 
 class MessageLine(QWidget):
@@ -76,20 +59,13 @@ class MessageLine(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setMinimumHeight(_HEIGHT)
         self.tone = ""
-        self.sign, self.words, self.busy = QLabel(), plain(QLabel()), QProgressBar()
-        self.words.setWordWrap(True)
+        self.sign, self.words, self.busy = Sign(20), label(), QProgressBar()
         self.words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.busy.setRange(0, 0)
         self.busy.setFixedWidth(72)
         self.busy.setAccessibleName("Working")
         self.buttons: list[QPushButton] = []
-        self._row = QHBoxLayout(self)
-        self._row.setContentsMargins(12, 4, 8, 4)
-        self._row.setSpacing(8)
-        for widget in (self.sign, self.busy):
-            self._row.addWidget(widget)
-        self._row.addWidget(self.words, 1)
-        theme.changed.connect(self._show_tone)
+        self._row = across(self.sign, self.busy, (self.words, 1), into=self, margins=(12, 4, 8, 4))
         self.say("")
 
     def say(self, words: str, tone: str = "", buttons: Sequence[Button] = (), busy: bool = False) -> None:
@@ -102,7 +78,10 @@ class MessageLine(QWidget):
             old.hide()
             old.deleteLater()
         self.buttons = [self._button(*button) for button in buttons]
-        self._show_tone()
+        sign, color = _TONES[tone]
+        self.sign.show_sign(sign, color)
+        mark(self, "tone", tone)
+        mark(self.words, "ink", color)
 
     def _button(self, words: str, run: Callable[[], object]) -> QPushButton:
         button = QPushButton(words, autoDefault=True)  # Enter presses it: Space is the pause key
@@ -110,14 +89,6 @@ class MessageLine(QWidget):
         self._row.addWidget(button)
         button.show()
         return button
-
-    def _show_tone(self) -> None:
-        sign, color = _TONES[self.tone]
-        self.sign.setVisible(bool(sign))
-        if sign:
-            self.sign.setPixmap(icons.pixmap(sign, 20, color, self.devicePixelRatioF()))
-        mark(self, "tone", self.tone)
-        mark(self.words, "ink", color)
 
 
 def law_line(text: str) -> int:
@@ -141,17 +112,14 @@ class CodePage(QWidget):
         super().__init__(parent)
         self.path: Path | None = None
         self.code, self.message = CodeEdit(), MessageLine()
-        self.name, self.marker = plain(QLabel()), QLabel("● not saved")
-        self.marker.setProperty("role", "hint")
+        self.name, self.marker = label(role="headline"), label("● not saved", "hint", wrap=False)
         self.marker.hide()
         self.save = QPushButton("Save and run", autoDefault=True)
         self.save.setToolTip("Save the file, try the law, put it in force (Ctrl+S)")
         self.count = QPushButton("Cycles", autoDefault=True)
         self.count.setCheckable(True)
         self.count.setToolTip(f"{CYCLES} ({CYCLES_KEY})")
-        self.cycles = plain(QLabel())
-        self.cycles.setProperty("role", "hint")
-        self.cycles.setWordWrap(True)
+        self.cycles = label(role="hint")
         self.cycles.setContentsMargins(12, 5, 12, 5)
         self.cycles.setToolTip(_CYCLES_TIP)
         self.cycles.hide()
@@ -160,14 +128,16 @@ class CodePage(QWidget):
         self.close_law.setAccessibleName("Close the law")
         icons.bind(self.save, "play", "accent", 18)
         icons.bind(self.close_law, "close", "ink2", 18)
+        head = across(
+            (self.name, 1), self.marker, self.count, self.save, self.close_law, margins=(12, 5, 8, 5), gap=10
+        )
+        down(head, rule(), self.cycles, (self.code, 1), rule(), self.message, into=self)
         self._draft = QTimer(self, interval=DRAFT_MS, singleShot=True)
         self._draft.timeout.connect(self.keep_draft)
-        self._arrange()
         self.save.clicked.connect(self.save_pressed)
         self.close_law.clicked.connect(self.close_pressed)
         self.code.document().modificationChanged.connect(self._show_marker)
         self.code.textChanged.connect(self._note_typing)
-        theme.changed.connect(self._show_name)
 
     @property
     def text(self) -> str:
@@ -231,7 +201,8 @@ class CodePage(QWidget):
         """Write down at once what is not saved."""
         self._draft.stop()
         if self.path is not None and self.unsaved:
-            save_draft(self.path, self.text)
+            with suppress(OSError):  # on a full or read-only disk there is none
+                draft_path(self.path).write_text(self.text, encoding="utf-8")
 
     def _note_typing(self) -> None:
         if self.unsaved:
@@ -247,26 +218,5 @@ class CodePage(QWidget):
         self.unsaved_changed.emit()
 
     def _show_name(self) -> None:
-        self.name.setFont(theme.font("strong"))
         self.name.setText(self.path.name if self.path else "")
         self.code.setAccessibleName(f"Law, {self.path.name}" if self.path else "Law")
-
-    def _arrange(self) -> None:
-        head = QHBoxLayout()
-        head.setContentsMargins(12, 5, 8, 5)
-        head.setSpacing(10)
-        head.addWidget(self.name)
-        head.addWidget(self.marker)
-        head.addStretch(1)
-        head.addWidget(self.count)
-        head.addWidget(self.save)
-        head.addWidget(self.close_law)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addLayout(head)
-        column.addWidget(rule())
-        column.addWidget(self.cycles)
-        column.addWidget(self.code, 1)
-        column.addWidget(rule())
-        column.addWidget(self.message)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QFile, QFileSystemWatcher, QObject, QTimer, QUrl, Signal
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QFileDialog, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QPushButton, QWidget
 
 from hapkit_studio.errors import LawError
 from hapkit_studio.gui.dialogs import TextDialog, text_dialog
@@ -17,7 +17,7 @@ from hapkit_studio.gui.editor.cycles import Cycles
 from hapkit_studio.gui.editor.editor import Editor
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.parts import across, choose_file, label
 from hapkit_studio.haptics import rows
 from hapkit_studio.workshop import folder
 from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source, typed
@@ -47,55 +47,11 @@ def write_error(error: OSError) -> str:
     return f"Not saved: {error.strerror or error}. What you typed is still here."
 
 
-class UnsavedChanges:
-    """Asks in the page's message line; ``save`` and ``leave`` are the controller's."""
-
-    def __init__(self, page: CodePage, save: Callable[[], None], leave: Callable[[], None]):
-        self._page, self._save, self._leave = page, save, leave
-        self._asked = False
-
-    def close(self) -> None:
-        """Close the law, or first ask."""
-        if self._page.unsaved:
-            self._ask(("Save", lambda: self._after_saving(self._leave)), ("Discard", self.discard))
-        else:
-            self._leave()
-
-    def may_quit(self, quit_: Callable[[], object]) -> bool:
-        """Say whether the window may go; the first time it asks, and quits after the answer."""
-        if not self._page.unsaved or self._asked:
-            return True
-        self._asked = True
-        self._ask(("Save and quit", lambda: self._after_saving(quit_)), ("Quit, keep as draft", quit_))
-        return False
-
-    def discard(self) -> None:
-        """Give up what is not saved, and the law with it."""
-        self._page.note_saved()
-        self._leave()
-
-    def _ask(self, *buttons: tuple[str, Callable[[], object]]) -> None:
-        name = self._page.path.name if self._page.path else ""
-        self._page.message.say(f"{name} is not saved.", "warn", (*buttons, ("Go on", self._go_on)))
-        self._page.message.buttons[0].setFocus()
-
-    def _go_on(self) -> None:
-        self._asked = False
-        self._page.message.say("")
-        self._page.code.setFocus()
-
-    def _after_saving(self, then: Callable[[], object]) -> None:
-        self._save()
-        if not self._page.unsaved:
-            then()
-
-
 class EditorController(QObject):
     """Opens and saves laws. ``shown(bool)``: the editor is wanted in sight, or not any more."""
 
     shown = Signal(bool)
     own: OwnEnvironments
-    unsaved_changes: UnsavedChanges
     page: CodePage
 
     def __init__(self, studio: Studio, own: OwnEnvironments, parent: QObject | None = None):
@@ -103,14 +59,14 @@ class EditorController(QObject):
         self._studio, self.own = studio, own
         self.editor = Editor(folder.templates())
         self.page, self.message = self.editor.page, self.editor.page.message
-        self.unsaved_changes = UnsavedChanges(self.page, self.save, self._leave)
+        self._asked_to_quit = False
         self.cycles = Cycles(studio, own, self.page, self)
         self.editor.chooser.made.connect(self.create)
         self.editor.chooser.left.connect(self._back)
         self.editor.source.run_pressed.connect(self.agree)
         self.editor.source.left.connect(self._back)
         self.page.save_pressed.connect(self.save)
-        self.page.close_pressed.connect(self.unsaved_changes.close)
+        self.page.close_pressed.connect(self.close)
         own.asked.connect(self.ask)
         own.chosen.connect(self._leave_source)
         own.changed.connect(self._leave_what_is_gone)
@@ -144,15 +100,9 @@ class EditorController(QObject):
 
     def edit(self, path: Path) -> None:
         """Open a file's law; one that is not trusted is only shown."""
-        try:
-            source = read(path)
-        except LawError as error:
-            text_dialog(path.name, [str(error)], self.editor.window()).show()
-            return
-        if not is_trusted(source):
-            self.ask(source)
-        else:
-            self._open(source)
+        source = self._read(path)
+        if source is not None:
+            (self._open if is_trusted(source) else self.ask)(source)
 
     def _open(self, source: Source) -> None:
         path = source.path
@@ -185,17 +135,22 @@ class EditorController(QObject):
         """Open a file from anywhere: one of the folder as it stands there, any other after asking."""
         if path in folder.own_files():
             self.own.choose(path)
-            return
+        elif (source := self._read(path)) is not None:
+            self.ask(source)
+
+    def _read(self, path: Path) -> Source | None:
+        """Return a file as it is; None where it cannot be read, which is said."""
         try:
-            self.ask(read(path))
+            return read(path)
         except LawError as error:
             text_dialog(path.name, [str(error)], self.editor.window()).show()
+            return None
 
     def forget(self, path: Path) -> None:
         """Take note that a file is gone."""
         code_page.delete_draft(path)
         if path == self.path:
-            self.unsaved_changes.discard()
+            self.discard()
         self.own.refresh()
 
     def agree(self, source: Source) -> None:
@@ -225,12 +180,44 @@ class EditorController(QObject):
         trust_source(source)
         return source
 
-    def ask_to_quit(self, quit_: Callable[[], object]) -> bool:
-        """Say whether the window may go; where a law is not saved, bring it into sight and ask."""
+    # what is not saved: asked about in the page's message line
+
+    def close(self) -> None:
+        """Close the law, or first ask."""
         if self.page.unsaved:
-            self.editor.show_page(self.page)
-            self.shown.emit(True)
-        return self.unsaved_changes.may_quit(quit_)
+            self._ask(("Save", lambda: self._save_and(self._leave)), ("Discard", self.discard))
+        else:
+            self._leave()
+
+    def discard(self) -> None:
+        """Give up what is not saved, and the law with it."""
+        self.page.note_saved()
+        self._leave()
+
+    def ask_to_quit(self, quit_: Callable[[], object]) -> bool:
+        """Say whether the window may go; the first time it asks about what is not saved, and quits then."""
+        if not self.page.unsaved or self._asked_to_quit:
+            return True
+        self._asked_to_quit = True
+        self.editor.show_page(self.page)
+        self.shown.emit(True)
+        self._ask(("Save and quit", lambda: self._save_and(quit_)), ("Quit, keep as draft", quit_))
+        return False
+
+    def _ask(self, *buttons: tuple[str, Callable[[], object]]) -> None:
+        name = self.path.name if self.path else ""
+        self.message.say(f"{name} is not saved.", "warn", (*buttons, ("Go on", self._go_on)))
+        self.message.buttons[0].setFocus()
+
+    def _go_on(self) -> None:
+        self._asked_to_quit = False
+        self.message.say("")
+        self.page.code.setFocus()
+
+    def _save_and(self, then: Callable[[], object]) -> None:
+        self.save()
+        if not self.page.unsaved:
+            then()
 
     def _leave(self) -> None:
         self.page.leave()
@@ -282,12 +269,10 @@ class FileActions(QObject):
 
     def open(self) -> None:
         """Let a file be chosen from anywhere; its source is shown before anything else."""
-        dialog = QFileDialog(self._window, "Open an environment", str(Path.home()), "Python files (*.py)")
-        dialog.setFileMode(QFileDialog.FileMode.ExistingFile)
-        dialog.setModal(False)
-        dialog.fileSelected.connect(lambda name: self._controller.bring(Path(name)))
-        dialog.finished.connect(dialog.deleteLater)
-        dialog.show()
+        choose_file(
+            self._window, "Open an environment", "Python files (*.py)",
+            lambda name: self._controller.bring(Path(name)),
+        )  # fmt: skip
 
     def reveal(self, path: Path) -> None:
         """Open the folder a file is in."""
@@ -304,18 +289,13 @@ class DeleteDialog(TextDialog):
     def __init__(self, path: Path, controller: EditorController, parent: QWidget):
         super().__init__(f"Delete {path.name}?", parent)
         self._path, self._controller = path, controller
-        self.words = plain(QLabel("It goes to the bin, from where it can be fetched back."))
-        self.words.setWordWrap(True)
+        self.words = label("It goes to the bin, from where it can be fetched back.")
         self.words.setMinimumWidth(360)
         self.keep, self.delete = QPushButton("Keep it"), QPushButton("Move to bin")
         self.keep.clicked.connect(self.close)
         self.delete.clicked.connect(self._delete)
-        row = QHBoxLayout()
-        row.addStretch(1)
-        row.addWidget(self.keep)
-        row.addWidget(self.delete)
         self.column.addWidget(self.words)
-        self.column.addLayout(row)
+        self.column.addLayout(across(None, self.keep, self.delete))
         self.keep.setFocus()
 
     def _delete(self) -> None:

@@ -8,12 +8,10 @@ from PySide6.QtWidgets import (
     QButtonGroup,
     QFrame,
     QGridLayout,
-    QHBoxLayout,
     QLabel,
     QLineEdit,
     QPushButton,
     QStackedWidget,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -22,14 +20,11 @@ from hapkit_studio.gui.editor.code_page import CodePage, MessageLine
 from hapkit_studio.gui.gallery import GalleryRow, icon_name
 from hapkit_studio.gui.own_environments import declared_words
 from hapkit_studio.gui.panel.parameter_panel import rule
-from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.text import plain
-from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.gui.widgets.parts import Sign, across, down, label
 from hapkit_studio.workshop import folder
 from hapkit_studio.workshop.folder import Template
 from hapkit_studio.workshop.source import Source
 
-_SIDE = 16
 _ICONS = {"two_walls": "wall", "mass_on_a_spring": "mass_spring_damper"}
 _ASK = "It is a program and may do what any program may. Run it only if you know where it comes from."
 
@@ -43,10 +38,8 @@ class Chooser(QWidget):
     def __init__(self, templates: Sequence[Template], parent: QWidget | None = None):
         super().__init__(parent)
         self._templates, self._taken = tuple(templates), tuple[str, ...]()
-        self.heading = QLabel("New environment")
-        self.title = QLineEdit()
+        self.title = QLineEdit(maxLength=40)
         self.title.setAccessibleName("Title of the new environment")
-        self.title.setMaxLength(40)
         self.make, self.leave = (
             QPushButton("Create", autoDefault=True),
             QPushButton("Cancel", autoDefault=True),
@@ -64,8 +57,6 @@ class Chooser(QWidget):
         self.title.returnPressed.connect(self._make)
         self.make.clicked.connect(self._make)
         self.leave.clicked.connect(self.left)
-        theme.changed.connect(self._show_look)
-        self._show_look()
         self.begin()
 
     def begin(self, taken: Iterable[str] = ()) -> None:
@@ -91,9 +82,6 @@ class Chooser(QWidget):
             self.message.say("An environment has a title.", "warn")
             self.title.setFocus()
 
-    def _show_look(self) -> None:
-        self.heading.setFont(theme.font("title"))
-
     def _arrange(self) -> None:
         choices = QGridLayout()
         choices.setSpacing(8)
@@ -101,25 +89,10 @@ class Chooser(QWidget):
             choices.addWidget(row, index // 2, index % 2)
         called = QLabel("Title")
         called.setBuddy(self.title)
-        line = QHBoxLayout()
-        line.setSpacing(8)
-        line.addWidget(called)
-        line.addWidget(self.title, 1)
-        line.addWidget(self.leave)
-        line.addWidget(self.make)
-        inside = QVBoxLayout()
-        inside.setContentsMargins(_SIDE, _SIDE, _SIDE, _SIDE)
-        inside.setSpacing(12)
-        inside.addWidget(self.heading)
-        inside.addLayout(choices)
-        inside.addLayout(line)
-        inside.addStretch(1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addLayout(inside, 1)
-        column.addWidget(rule())
-        column.addWidget(self.message)
+        line = across(called, (self.title, 1), self.leave, self.make)
+        heading = label("New environment", "title")
+        inside = down(heading, choices, line, None, margins=(16, 16, 16, 16), gap=12)
+        down((inside, 1), rule(), self.message, into=self)
 
 
 class SourcePage(QWidget):
@@ -131,9 +104,7 @@ class SourcePage(QWidget):
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self.source = Source(Path(), "", "")
-        self.title, self.ask, self.sign = plain(QLabel()), QLabel(_ASK), QLabel()
-        self.title.setWordWrap(True)
-        self.ask.setWordWrap(True)
+        self.title, self.ask = label(role="headline"), label(_ASK)
         self.code = CodeEdit()
         self.code.setReadOnly(True)
         self.run, self.leave = (
@@ -142,9 +113,19 @@ class SourcePage(QWidget):
         )
         self.run.clicked.connect(lambda: self.run_pressed.emit(self.source))
         self.leave.clicked.connect(self.left)
-        self._arrange()
-        theme.changed.connect(self._show_look)
-        self._show_look()
+        head = QWidget()
+        head.setObjectName("foreign")
+        words = down(self.title, self.ask, gap=2)
+        across(
+            Sign(24, "lock", "warn"),
+            (words, 1),
+            self.leave,
+            self.run,
+            into=head,
+            margins=(12, 8, 12, 8),
+            gap=12,
+        )
+        down(head, rule(), (self.code, 1), into=self)
 
     def show_source(self, source: Source) -> None:
         """Show a file that is not trusted yet."""
@@ -152,31 +133,6 @@ class SourcePage(QWidget):
         self.title.setText(f"{name} is from someone else, or was changed outside the studio.")
         self.code.setPlainText(source.text)
         self.code.setAccessibleName(f"Source of {name}, to read")
-
-    def _show_look(self) -> None:
-        self.title.setFont(theme.font("banner"))
-        self.sign.setPixmap(icons.pixmap("lock", 24, "warn", self.devicePixelRatioF()))
-
-    def _arrange(self) -> None:
-        words = QVBoxLayout()
-        words.setSpacing(2)
-        words.addWidget(self.title)
-        words.addWidget(self.ask)
-        head = QWidget()
-        head.setObjectName("foreign")
-        row = QHBoxLayout(head)
-        row.setContentsMargins(12, 8, 12, 8)
-        row.setSpacing(12)
-        row.addWidget(self.sign)
-        row.addLayout(words, 1)
-        row.addWidget(self.leave)
-        row.addWidget(self.run)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(head)
-        column.addWidget(rule())
-        column.addWidget(self.code, 1)
 
 
 class Editor(QFrame):
@@ -189,9 +145,7 @@ class Editor(QFrame):
         self.stack = QStackedWidget(self)
         for page in (self.chooser, self.page, self.source):
             self.stack.addWidget(page)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(1, 1, 1, 1)
-        column.addWidget(self.stack)
+        down(self.stack, into=self, margins=(1, 1, 1, 1))
 
     def show_page(self, page: QWidget) -> None:
         """Bring one of the three to the front."""

@@ -81,16 +81,16 @@ class Axis(pg.AxisItem):
         self.setStyle(tickTextOffset=offset, autoExpandTextSpace=False, hideOverlappingLabels=_OVERHANG)
         self.setPen(pg.mkPen(None))
 
-    def room(self, size: float) -> tuple[int, float]:
+    def tick_limits(self, size: float) -> tuple[int, float]:
         """Return how many ticks fit into so many pixels, and how many steps."""
         return _MOST[self.orientation], max(size / _TICK_ROOM[self.orientation], 1.0)
 
     def tickValues(self, minVal: float, maxVal: float, size: float) -> list:
-        return [(step(minVal, maxVal, *self.room(size)), self.places(minVal, maxVal, size))]
+        return [(step(minVal, maxVal, *self.tick_limits(size)), self.places(minVal, maxVal, size))]
 
     def places(self, low: float, high: float, size: float) -> list[float]:
         """Return where ticks and grid lines stand between two values so many pixels apart."""
-        return ticks(low, high, *self.room(size))
+        return ticks(low, high, *self.tick_limits(size))
 
     def resizeEvent(self, ev=None):
         """Write the labels anew: an update alone leaves those of the old height in Qt's cached picture."""
@@ -102,9 +102,9 @@ class Axis(pg.AxisItem):
     def generateDrawSpecs(self, p):
         """Leave out the tick lines, the grid says the same; keep labels at the edge whole."""
         specs = super().generateDrawSpecs(p)
-        return specs and (specs[0], [], [(self._whole(box), *rest) for box, *rest in specs[2]])
+        return specs and (specs[0], [], [(self._inside(box), *rest) for box, *rest in specs[2]])
 
-    def _whole(self, box: QRectF) -> QRectF:
+    def _inside(self, box: QRectF) -> QRectF:
         """Return a label's box moved into the widget from above and below."""
         view = self.getViewWidget()
         if self.orientation == "left" and view is not None:
@@ -140,6 +140,7 @@ class Canvas(pg.GraphicsView):
 
     fit_wanted = Signal()
     pointed = Signal(object)
+    paper = "surface"  # the token round the frame
 
     def __init__(
         self,
@@ -240,9 +241,8 @@ class Canvas(pg.GraphicsView):
     def paint_ground(self, painter: QPainter, rect: QRectF) -> None:
         """Paint ground, grid and frame, what lies below the grid included."""
         box = self.measure()
-        painter.fillRect(rect, theme.color("surface"))
-        if theme.c.plot != theme.c.surface:
-            painter.fillRect(box, theme.color("plot"))
+        painter.fillRect(rect, theme.color(self.paper))
+        painter.fillRect(box, theme.color("plot"))
         painter.save()
         painter.setClipRect(box)
         self.paint_under(painter, box)

@@ -81,12 +81,7 @@ class Toolbar(QWidget):
 
 
 class Centre(QWidget):
-    """Scene above, plots below: the borders between them can be dragged, and are remembered.
-
-    ``resized`` after the parts have taken another size.
-    """
-
-    resized = Signal()
+    """Scene above, plots below: the borders between them can be dragged, and are remembered."""
 
     def __init__(self, settings: QSettings, parent: QWidget | None = None):
         super().__init__(parent)
@@ -109,10 +104,9 @@ class Centre(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.give_way()
-        self.resized.emit()
+        self.lay_out()
 
-    def give_way(self) -> None:
+    def lay_out(self) -> None:
         """Share out the room; another scene may want another height."""
         width, page = self.width(), self._page is not None
         narrow = width < breakpoints.PLOTS_BESIDE
@@ -155,7 +149,7 @@ class Centre(QWidget):
         self._page, self._shows_scene, self._is_law = page, scene, law
         if page is not None:
             page.show()
-        self.give_way()
+        self.lay_out()
 
     def refresh(self) -> None:
         """Draw the newest data into the plots that are seen."""

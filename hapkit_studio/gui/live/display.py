@@ -110,7 +110,7 @@ class LiveDisplay(QObject):
         """Show another environment."""
         environment, values = self._studio.environment, self._studio.values
         self._centre.scene.set_environment(environment, values)
-        self._centre.give_way()
+        self._centre.lay_out()
         self.show_values()
 
     def show_values(self) -> None:

@@ -1,21 +1,17 @@
-"""The last minute of telemetry, kept so that any stretch is drawn in time proportional to its width.
+"""The last minute of telemetry, and any stretch of it reduced to the extremes of each pixel's column.
 
 Samples lie in order in one array twice as long as what is kept; when it is full the kept half moves to the
-front. Beside it stands a min–max pyramid: the extremes of every 16, 256 and 4096 samples, completed as
-they come. A RollingWindow reduces only the newest columns again.
+front. A RollingWindow reduces only the newest columns again.
 """
 
-from collections.abc import Iterator
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from hapkit_studio.haptics import rows
 
-BRANCH = 16
-LEVELS = 3
-BLOCK = BRANCH**LEVELS
-_DIRECT = 64  # elements a range may hold before the next level up is cheaper than reading them
+_AT_ONCE = 4096  # samples that are taken at a time
 CHANNELS = {
     "position": rows.POSITION,
     "velocity": rows.VELOCITY,
@@ -25,85 +21,6 @@ CHANNELS = {
 ENERGIES = ("energy", "energy_limit")  # not in the rows: the engine keeps them, nan where it has none
 _COLUMNS = np.array(list(CHANNELS.values()))
 _NAMES = (*CHANNELS, *ENERGIES)
-
-
-class Pyramid:
-    """Extremes over samples (channels, room); whoever writes the samples says so with ``grow``."""
-
-    def __init__(self, samples: np.ndarray, upper: list[tuple[np.ndarray, np.ndarray]] | None = None):
-        channels, room = samples.shape
-        if upper is None:
-            sizes = [room // BRANCH**level for level in range(1, LEVELS + 1)]
-            upper = [(np.empty((channels, size)), np.empty((channels, size))) for size in sizes]
-        self.levels = [(samples, samples), *upper]
-
-    def grow(self, first: int, end: int) -> None:
-        """Complete the blocks that the samples [first, end) have filled."""
-        for level in range(1, LEVELS + 1):
-            size = BRANCH**level
-            a, b = first // size, end // size
-            if b == a:
-                return
-            for table, below, pick in zip(
-                self.levels[level], self.levels[level - 1], (np.fmin, np.fmax), strict=True
-            ):
-                span = below[:, a * BRANCH : b * BRANCH]
-                table[:, a:b] = pick.reduce(span.reshape(len(span), b - a, BRANCH), axis=2)
-
-    def shift(self, by: int, end: int) -> None:
-        """Move everything but the samples forward by a multiple of BLOCK; end is the samples' end before."""
-        for level in range(1, LEVELS + 1):
-            size = BRANCH**level
-            for table in self.levels[level]:
-                table[:, : (end - by) // size] = table[:, by // size : end // size].copy()
-
-    def part(self, samples: np.ndarray, first: int, end: int) -> "Pyramid":
-        """Return a copy over samples, which hold [first, end) of this one's; first is a multiple of BLOCK."""
-        upper = []
-        for level in range(1, LEVELS + 1):
-            size = BRANCH**level
-            least, greatest = (table[:, first // size : end // size].copy() for table in self.levels[level])
-            upper.append((least, greatest))
-        return Pyramid(samples, upper)
-
-    def extremes(self, first: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return least and greatest (channels, m) of the m non-empty, rising ranges [first, stop)."""
-        parts = list(self._parts(first, stop))
-        return np.fmin.reduce([part[0] for part in parts]), np.fmax.reduce([part[1] for part in parts])
-
-    def _parts(self, first: np.ndarray, stop: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Split ranges over the levels: ragged ends from each, the middle from the next one up."""
-        level = 0
-        while level < LEVELS and (stop - first).mean() > _DIRECT:
-            yield self._ends(level, first, stop)
-            first, stop = -(-first // BRANCH), stop // BRANCH
-            level += 1
-        yield self._middle(level, first, stop)
-
-    def _ends(self, level: int, first: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the extremes of each range's first and last 16 elements; NaN where it is empty."""
-        steps = np.arange(BRANCH)
-        left = np.minimum(first[:, None] + steps, stop[:, None] - 1)
-        right = np.maximum(stop[:, None] - 1 - steps, first[:, None])
-        which = np.clip(np.concatenate([left, right], axis=1), 0, None)
-        least, greatest = self.levels[level]
-        empty = stop <= first
-        return (
-            np.where(empty, np.nan, np.fmin.reduce(np.take(least, which, axis=1, mode="clip"), axis=2)),
-            np.where(empty, np.nan, np.fmax.reduce(np.take(greatest, which, axis=1, mode="clip"), axis=2)),
-        )
-
-    def _middle(self, level: int, first: np.ndarray, stop: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the extremes of ranges by one pass over them; NaN where a range is empty."""
-        full = stop > first
-        least, greatest = self.levels[level]
-        out = np.full((2, len(least), len(first)), np.nan)
-        if full.any():
-            span = slice(int(first[full][0]), int(stop[full][-1]))
-            cuts = np.stack([first[full], stop[full]], axis=1).ravel()[:-1] - span.start
-            out[0][:, full] = np.fmin.reduceat(least[:, span], cuts, axis=1)[:, 0::2]
-            out[1][:, full] = np.fmax.reduceat(greatest[:, span], cuts, axis=1)[:, 0::2]
-        return out[0], out[1]
 
 
 @dataclass(frozen=True)
@@ -125,11 +42,10 @@ class History:
     def __init__(self, seconds: float = 60.0, rate: float = 10000.0):
         """Make room for this many seconds at this rate in Hz."""
         self.seconds = seconds
-        self.capacity = -int(-seconds * rate // BLOCK) * BLOCK
-        room = 2 * self.capacity + BLOCK
-        self._time = np.empty(room)
-        self._data = np.empty((len(_NAMES), room))
-        self._pyramid = Pyramid(self._data)
+        self.capacity = math.ceil(seconds * rate) + 1
+        size = 2 * self.capacity + _AT_ONCE
+        self._time = np.empty(size)
+        self._data = np.empty((len(_NAMES), size))
         self.epoch = 0
         self.clear()
 
@@ -177,19 +93,18 @@ class History:
             return
         if len(self) and new[0, rows.HOST_TIME] < self.now:
             self.clear()
-        for part in range(0, len(new), BLOCK):
-            beside = 0.0 if energies is None else energies[part : part + BLOCK].T
-            self._take(new[part : part + BLOCK], beside)
+        for part in range(0, len(new), _AT_ONCE):
+            beside = 0.0 if energies is None else energies[part : part + _AT_ONCE].T
+            self._take(new[part : part + _AT_ONCE], beside)
 
     def _take(self, new: np.ndarray, energies: np.ndarray | float) -> None:
         if self._end + len(new) > len(self._time):
-            self._make_room()
+            self._move_to_front()
         first, self._end = self._end, self._end + len(new)
         self._time[first : self._end] = new[:, rows.HOST_TIME]
         self._data[: len(CHANNELS), first : self._end] = new[:, _COLUMNS].T
         self._data[len(CHANNELS) :, first : self._end] = energies
         self._note_breaks(new, first)
-        self._pyramid.grow(first, self._end)
         self._forget()
 
     def _note_breaks(self, new: np.ndarray, first: int) -> None:
@@ -210,26 +125,23 @@ class History:
         while self._breaks and self._breaks[0] <= oldest:
             self._breaks.pop(0)
 
-    def _make_room(self) -> None:
-        """Move the kept samples to the front, by whole blocks so that the pyramid moves along."""
-        shift = self._begin // BLOCK * BLOCK
-        kept = self._end - shift
+    def _move_to_front(self) -> None:
+        """Move the kept samples to the front."""
+        shift, kept = self._begin, len(self)
         self._time[:kept] = self._time[shift : self._end]
         self._data[:, :kept] = self._data[:, shift : self._end]
-        self._pyramid.shift(shift, self._end)
         self._breaks = [i - shift for i in self._breaks if i > shift]
-        self._begin, self._end, self._dropped = self._begin - shift, kept, self._dropped + shift
+        self._begin, self._end, self._dropped = 0, kept, self._dropped + shift
 
     def copy(self) -> "History":
         """Return what is kept now, to look at while this one goes on filling."""
         other = History.__new__(History)
         other.__dict__.update(self.__dict__)
-        lead = self._begin // BLOCK * BLOCK
+        lead = self._begin
         other._time = self._time[lead : self._end].copy()
         other._data = self._data[:, lead : self._end].copy()
-        other._pyramid = self._pyramid.part(other._data, lead, self._end)
         other._breaks = [i - lead for i in self._breaks]
-        other._begin, other._end, other._dropped = self._begin - lead, self._end - lead, self._dropped + lead
+        other._begin, other._end, other._dropped = 0, len(self), self._dropped + lead
         return other
 
     def between(self, t0: float, t1: float) -> Window:
@@ -271,7 +183,8 @@ class History:
             return Window(np.empty(0), {name: np.empty(0) for name in _NAMES}, True)
         first, stop = places[filled], places[filled + 1]
         y = np.empty((len(_NAMES), 2 * len(filled)))
-        least, greatest = self._pyramid.extremes(first, stop)
+        samples = self._data[:, first[0] : stop[-1]]
+        least, greatest = (pick.reduceat(samples, first - first[0], axis=1) for pick in (np.fmin, np.fmax))
         rising = self._data[:, stop - 1] >= self._data[:, first]
         y[:, 0::2] = np.where(rising, least, greatest)
         y[:, 1::2] = np.where(rising, greatest, least)

@@ -4,18 +4,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import QPointF, QSizeF
-from PySide6.QtGui import QFontMetricsF, QPainter
+from PySide6.QtGui import QPainter
 
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import CHANNELS, History
-from hapkit_studio.gui.widgets import text as text
 from hapkit_studio.gui.widgets.theme import theme
 
 DASH = (2.0, 3.0)
 SAMPLE = [1.0, 1.5]
 """The same in widths of a line of 2 px, for a sample beside a name."""
-_SAMPLE_WIDTH, _GAP = 22.0, 7.0
 CHANGEOVER = 0.06  # s: the loop's cross-fade, and the rows that are on their way
 
 
@@ -58,23 +55,6 @@ def paint_past(painter: QPainter, across: np.ndarray, down: np.ndarray) -> None:
     """Paint a past line given in pixels."""
     painter.setPen(strokes.pen(theme.color("hold"), 2.0))
     strokes.segments(painter, strokes.patterned(across, down, DASH))
-
-
-def name_size(words: str) -> QSizeF:
-    """Return the room in px that a sample of a past line and its name take."""
-    letters = QFontMetricsF(theme.font("label"))
-    return QSizeF(_SAMPLE_WIDTH + _GAP + letters.horizontalAdvance(words), letters.height())
-
-
-def paint_name(painter: QPainter, at: QPointF, words: str, ratio: float) -> None:
-    """Paint a sample of a past line and its name, the upper left corner at a point in px."""
-    letters = QFontMetricsF(theme.font("label"))
-    middle = np.full(2, at.y() + 0.5 * letters.height())
-    paint_past(painter, at.x() + np.array([0.0, _SAMPLE_WIDTH]), middle)
-    text.paint_words(
-        painter, at.x() + _SAMPLE_WIDTH + _GAP, at.y() + letters.ascent(), words, theme.font("label"),
-        ("axis", "plot"), 4.0, ratio,
-    )  # fmt: skip
 
 
 class EnvironmentStart:

@@ -1,41 +1,97 @@
 """Force over something: theory as a band, the last ten seconds over it, paler the older, a dot for now."""
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, QSizeF
-from PySide6.QtGui import QPainter, QPixmap
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QPainter, QPen, QPixmap, QPolygonF
 
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
 from hapkit_studio.gui.live.history import History, Window
-from hapkit_studio.gui.live.past_trace import EnvironmentStart, PastTrace, name_size, paint_name, paint_past
-from hapkit_studio.gui.live.phase_layers import SECONDS, Band, Layers, Place
+from hapkit_studio.gui.live.past_trace import EnvironmentStart, PastTrace, paint_past
 from hapkit_studio.gui.live.plots.declared import PhasePlot
 from hapkit_studio.gui.widgets.theme import number, theme
 
-_MARGIN = 6.0
-"""px that words keep from the frame."""
-_STILL = 10.0
-"""px: a past that went no farther is hardly seen, and has no name."""
-_LIMIT_WORDS = 14.0
-"""px that a limit's name stands out above its line."""
+_FAR = 1e4  # px
+_LEAST_FORCE = 0.5  # N
+_OVER_LIMIT = 1.35  # of the force limit: what lies beyond is not worth showing
+_BESIDE = 0.12  # of the forces: what is left free beyond them
+_BENT = 1e-6  # of the force's span: a bend smaller than this is rounding
+_TURNS = 5  # to each side: the end of a well at the centre, then two wells more
+_BEYOND = 1.1  # a bend wants to be inside the frame, not on it
+
+_MOST_A_SECOND = 1000  # points of the curve that are drawn
+
+Mapping = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+SECONDS = 10
+_AGES = (1.0, 1.0, 0.55, 0.55, 0.40, 0.40, 0.30, 0.30, 0.25, 0.25, 0.25)  # opacity by whole seconds
+
+
+@dataclass(frozen=True)
+class Band:
+    """The law's force in N, one row a branch (m, n), over x (n,) in the plot's unit; NaN: no curve there."""
+
+    x: np.ndarray
+    force: np.ndarray
+
+    def forces(self, reach: float, max_force: float) -> tuple[float, float]:
+        """Return the forces in N to show within ±reach, with a margin, under a force limit in N."""
+        seen = self.force[:, np.abs(self.x) <= reach]
+        seen = seen[np.isfinite(seen)]
+        low, high = seen.min(initial=-_LEAST_FORCE), seen.max(initial=_LEAST_FORCE)
+        most = _OVER_LIMIT * max_force
+        low, high = max(low, -most), min(high, most)
+        margin = _BESIDE * (high - low)
+        return low - margin, high + margin
+
+    def reach(self, least: float, most: float, max_force: float) -> float:
+        """Return how far to each side, least to most, the plot opens, rounded up to quarters of the least.
+
+        Up to the last bend that the motor can render, or, where the curve goes up and down, a few turns.
+        """
+        sides = [(side, row) for row in self.force for side in (1.0, -1.0)]
+        far = max((self._last(row, side, most, max_force) for side, row in sides), default=0.0)
+        part = least / 4.0
+        return min(max(math.ceil(_BEYOND * far / part - 1e-9) * part, least), most)
+
+    def _last(self, row: np.ndarray, side: float, most: float, max_force: float) -> float:
+        """Return how far out one branch is of interest to one side; 0 where it is straight."""
+        out = np.argsort(side * self.x)
+        out = out[(side * self.x[out] >= 0.0) & (side * self.x[out] <= most)]
+        distance, force = np.abs(self.x[out]), row[out]
+        least = _BENT * np.fmax.reduce(np.abs(force), initial=0.0)
+        rise = np.diff(force)
+        rise[np.abs(rise) <= least] = 0.0
+        shown = np.abs(force) < _OVER_LIMIT * max_force
+        bent = np.abs(np.diff(rise)) > least
+        bends = np.flatnonzero(bent & shown[:-2] & shown[2:]) + 1
+        if not len(bends):
+            return 0.0
+        going = np.flatnonzero(np.nan_to_num(rise))
+        turns = going[1:][rise[going[1:]] * rise[going[:-1]] < 0.0][:_TURNS]
+        last = min(bends[-1], turns[-1]) if len(turns) == _TURNS else bends[-1]
+        return float(distance[last])
+
+    def paint(self, painter: QPainter, to_pixels: Mapping) -> None:
+        """Paint the kerbs of all branches, then the band."""
+        lines = [line for force in self.force for line in self._unbroken(force, to_pixels)]
+        for token, width in (("edge", 8.8), ("theory", 6.4)):
+            painter.setPen(QPen(theme.color(token), width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
+            for line in lines:
+                painter.drawPolyline(line)
+
+    def _unbroken(self, force: np.ndarray, to_pixels: Mapping) -> list[QPolygonF]:
+        """Return a branch as lines in pixels, cut where it has no value."""
+        across, up = to_pixels(self.x, force)
+        cuts = np.flatnonzero(np.diff(np.isfinite(force))) + 1
+        pieces = zip(np.split(across, cuts), np.split(np.clip(up, -_FAR, _FAR), cuts), strict=True)
+        return [QPolygonF(list(map(QPointF, a, b))) for a, b in pieces if np.isfinite(b[0])]
+
+
 _NO_BAND = Band(np.empty(0), np.empty((0, 0)))
-
-
-def emptiest_corner(box: QRectF, size: QSizeF, across: np.ndarray, down: np.ndarray) -> QRectF:
-    """Return where words of a size in px stand: in the corner with the fewest points (n,) in px."""
-    left, top = box.left() + _MARGIN, box.top() + _MARGIN
-    right = max(box.right() - _MARGIN - size.width(), left)
-    bottom = box.bottom() - _MARGIN - size.height()
-    corners = [QRectF(QPointF(x, y), size) for y in (top, bottom) for x in (right, left)]
-    return min(corners, key=lambda corner: _inside(corner, across, down))
-
-
-def _inside(corner: QRectF, across: np.ndarray, down: np.ndarray) -> int:
-    near = corner.adjusted(-_MARGIN, -_MARGIN, _MARGIN, _MARGIN)
-    beside = (near.left() <= across) & (across <= near.right())
-    return int(np.count_nonzero(beside & (near.top() <= down) & (down <= near.bottom())))
 
 
 class PhaseCanvas(Canvas):
@@ -45,9 +101,8 @@ class PhaseCanvas(Canvas):
         super().__init__(True)
         self.max_force = math.inf
         self._live = self._history = History(seconds=1.0, rate=1.0)
-        self._layers = Layers()
         self._key: tuple | None = None
-        self._drawn = 0
+        self._seen: tuple[int, int] | None = None  # epoch, samples
         self._begin = EnvironmentStart()
         self._under: QPixmap | None = None
         self.band = _NO_BAND
@@ -64,7 +119,7 @@ class PhaseCanvas(Canvas):
         self.setAccessibleName(f"Force in N over {plot.label}")
         self.bottom.setLabel(plot.label)
         self.recolor()
-        self._forget()
+        self._under = self._seen = None
 
     def recolor(self) -> None:
         """Take the theme's colours and fonts."""
@@ -76,12 +131,12 @@ class PhaseCanvas(Canvas):
         """Plot another history."""
         self._live = self._history = history
         self._begin = EnvironmentStart()
-        self._forget()
+        self._under = self._seen = None
 
     def begin_here(self) -> None:
         """Leave out what is older than now: it belongs to another environment."""
         self._begin.set_now(self._live)
-        self._forget()
+        self._under = self._seen = None
 
     def set_past(self, past: PastTrace | None) -> None:
         """Show a past stretch under the curve, or none any more."""
@@ -90,12 +145,10 @@ class PhaseCanvas(Canvas):
             self._widen(past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied"])
         self.viewport().update()
 
-    def _forget(self) -> None:
-        self._layers, self._key, self._under = Layers(), None, None
-
     def set_paused(self, paused: bool) -> None:
         """Freeze what is shown; the live history goes on."""
         self._history = self._live.copy() if paused else self._live
+        self._under = None
 
     # axes ---------------------------------------------------------------------------------------
 
@@ -149,37 +202,29 @@ class PhaseCanvas(Canvas):
         return window.y[self.plot_of.channel] * self.plot_of.scale, window.y["applied"]
 
     def _state(self) -> tuple:
-        """Return what the layers depend on; when it changes they are painted anew."""
-        (x0, x1), (y0, y1) = self.view.viewRange()
-        box = self.frame().getRect()
-        return x0, x1, y0, y1, box, theme.name, self.devicePixelRatioF(), self._history.epoch
+        """Return what the picture of the older seconds depends on."""
+        now, (x, y) = self._history.now, self.view.viewRange()
+        second = None if math.isnan(now) else math.floor(now)
+        return (
+            *x,
+            *y,
+            self.frame().getRect(),
+            theme.name,
+            self.devicePixelRatioF(),
+            self._history.epoch,
+            second,
+        )
 
     def refresh(self) -> None:
-        """Add the samples that came since the last frame."""
-        if self._history.now >= self._first():
-            self._add_new()
+        """Widen the axes for the samples that came since the last frame, and paint."""
+        history = self._history
+        if history.now >= self._first():
+            known = self._seen is not None and self._seen[0] == history.epoch
+            new = history.since(self._seen[1]) if known and self._seen else self._recent()
+            if len(new.x):
+                self._widen(*self._points(new))
+            self._seen = history.epoch, history.total
         self.viewport().update()
-
-    def _add_new(self) -> None:
-        if self._key is not None and self._key[-1] != self._history.epoch:
-            self._forget()
-        new = self._recent() if self._key is None else self._history.since(self._drawn)
-        if len(new.x):
-            self._widen(*self._points(new))
-        self._drawn = self._history.total
-        state = self._state()
-        if self._key != state:
-            self._key, self._under = state, None
-            ink = self.devicePixelRatioF(), theme.color("applied")
-            self._layers.begin(self._place(), *ink, *self._line(self._recent()))
-        elif self._layers.add(*self._line(new)):
-            self._under = None
-
-    def _place(self) -> Place:
-        return Place(self.measure(), *self._map)
-
-    def _line(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
-        return window.x, np.stack(self.to_pixels(*self._points(window)))
 
     def point(self, time: float | None) -> None:
         """Mark the sample at a time in s; None: no mark."""
@@ -189,16 +234,36 @@ class PhaseCanvas(Canvas):
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
         """Paint everything but the newest second, from one picture."""
-        if self._under is None or self._key != self._state():
-            self._under = self._paint_old(self.measure())
+        state = self._state()
+        if self._under is None or self._key != state:
+            self._under, self._key = self._paint_old(self.measure()), state
         painter.drawPixmap(0, 0, self._under)
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
         """Paint the newest second."""
-        self._layers.paint_newest(painter, self._place())
+        if not math.isnan(self._history.now):
+            start = max(math.floor(self._history.now), self._first())
+            self._paint_curve(painter, self._history.between(start, math.inf))
+
+    def _paint_curve(self, painter: QPainter, window: Window, part: slice = slice(None)) -> None:
+        x, y = (values[part] for values in self.to_pixels(*self._points(window)))
+        step = max(len(x) // _MOST_A_SECOND, 1)
+        if len(x):
+            strokes.trace(painter, x[::step], y[::step], theme.color("applied"))
+
+    def _paint_older(self, painter: QPainter) -> None:
+        """Paint all but the newest second, paler the older; a break has no time: it is of the one before."""
+        window = self._recent()
+        seconds = np.floor(np.fmax.accumulate(window.x)) if len(window.x) else np.empty(0)
+        for age in range(SECONDS, 0, -1):
+            found = np.flatnonzero(seconds == math.floor(self._history.now) - age)
+            if len(found):
+                painter.setOpacity(_AGES[age])
+                self._paint_curve(painter, window, slice(found[0], found[-1] + 2))
+        painter.setOpacity(1.0)
 
     def _paint_old(self, box: QRectF) -> QPixmap:
-        """Return ground, theory, limits, and the layers from old to new."""
+        """Return ground, theory, limits, and the seconds from old to new."""
         ratio = self.devicePixelRatioF()
         under = QPixmap(self.viewport().size() * ratio)
         under.setDevicePixelRatio(ratio)
@@ -209,28 +274,16 @@ class PhaseCanvas(Canvas):
         self.band.paint(painter, self.to_pixels)
         if math.isfinite(self.max_force):
             self._limits(painter, box)
-        self._paint_past(painter, box)
-        self._layers.paint_old(painter, self._place())
+        self._paint_past(painter)
+        if not math.isnan(self._history.now):
+            self._paint_older(painter)
         painter.end()
         return under
 
-    def _paint_past(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the past and, if it moved, its name where that covers neither it nor theory nor a limit."""
-        if self._past is None:
-            return
-        x = self._past.values[self.plot_of.channel] * self.plot_of.scale
-        past = self.to_pixels(x, self._past.values["applied"])
-        paint_past(painter, *strokes.thinned(*past))
-        if np.ptp(past[0]) + np.ptp(past[1]) < _STILL:
-            return
-        ends, level = self.to_pixels(
-            *np.meshgrid(self.view.viewRange()[0], (-self.max_force, self.max_force))
-        )
-        theory = [self.to_pixels(self.band.x, force) for force in self.band.force]
-        drawn = past, (ends, level), (ends, level - _LIMIT_WORDS), *theory
-        across, down = (np.concatenate([part[axis].ravel() for part in drawn]) for axis in (0, 1))
-        place = emptiest_corner(box, name_size(self._past.words), across, down)
-        paint_name(painter, place.topLeft(), self._past.words, self.devicePixelRatioF())
+    def _paint_past(self, painter: QPainter) -> None:
+        if self._past is not None:
+            x = self._past.values[self.plot_of.channel] * self.plot_of.scale
+            paint_past(painter, *strokes.thinned(*self.to_pixels(x, self._past.values["applied"])))
 
     def _limits(self, painter: QPainter, box: QRectF) -> None:
         for sign in (1, -1):

@@ -12,7 +12,7 @@ from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.past_trace import PastTrace
 from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
-from hapkit_studio.gui.live.plot_header import BandSample
+from hapkit_studio.gui.live.plot_header import Sample
 from hapkit_studio.gui.live.plots.declared import PhasePlot, beside_plots, phase_plots
 from hapkit_studio.gui.live.time_plots import TimePlots
 from hapkit_studio.gui.widgets.segmented import Segmented
@@ -35,6 +35,7 @@ class ForcePosition(QWidget):
         self._max_force = math.inf
         self._found: dict[str, np.ndarray | None] = {}
         self._odd = self._by_hand = False
+        self._past_words = self._unseen = ""
         self.canvas = PhaseCanvas(self.plots[0])
         self.canvas.fit_wanted.connect(self.fit)
         self.beside = [TimePlots(plots=[plot]) for plot in beside_plots()]
@@ -49,7 +50,7 @@ class ForcePosition(QWidget):
         head.setSpacing(7)
         head.addWidget(title)
         head.addSpacing(6)
-        self.theory = [BandSample(), QLabel("theory")]
+        self.theory = [Sample(("edge", 8.8, None), ("theory", 6.4, None)), QLabel("theory")]
         for part in self.theory:
             part.setToolTip("The law's force at rest")
             head.addWidget(part)
@@ -100,11 +101,13 @@ class ForcePosition(QWidget):
 
     def set_note(self, words: str) -> None:
         """Say what is not to be seen beside force, or nothing."""
-        self.note.setText(words)
+        self._unseen = words
         self._show_note()
 
     def _show_note(self) -> None:
-        self.note.setVisible(bool(self.note.text()) and self._pane() is not None)
+        """Name the past stretch in a plot of force, say what is not to be seen beside it."""
+        self.note.setText(self._past_words if self._pane() is None else self._unseen)
+        self.note.setVisible(bool(self.note.text()))
 
     def choose(self, index: int) -> None:
         """Show the plot a person wants; force over something stays till the next law, energy for good."""
@@ -145,6 +148,8 @@ class ForcePosition(QWidget):
     def set_past(self, past: PastTrace | None) -> None:
         """Show a past stretch under the curve, or none any more."""
         self.canvas.set_past(past)
+        self._past_words = "" if past is None else f"Dotted: {past.words}"
+        self._show_note()
 
     def set_paused(self, paused: bool) -> None:
         """Freeze the view; the history goes on filling."""

@@ -3,12 +3,13 @@
 import math
 
 from PySide6.QtCore import QPointF, QSize, Qt
-from PySide6.QtGui import QPainter, QPen
+from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
 from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.past_trace import SAMPLE
 from hapkit_studio.gui.live.plots.declared import TimePlot
+from hapkit_studio.gui.live.strokes import pen
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -17,41 +18,24 @@ _WIDTH = 22
 
 
 class Sample(QWidget):
-    """A short piece of a line as the plot draws it."""
+    """A short piece of a line as the plot draws it: strokes (token, width, dash) one over the other."""
 
-    def __init__(self, token: str, width: float, dash: list[float] | None = None):
+    def __init__(self, *strokes: tuple[str, float, list[float] | None]):
         super().__init__()
-        self.token, self.thick, self.dash = token, width, dash
+        self.strokes = strokes
         theme.changed.connect(self.update)
 
     def sizeHint(self) -> QSize:
-        """Return the room a sample takes."""
+        """Return the size of a sample."""
         return QSize(_WIDTH, 12)
 
     def paintEvent(self, event) -> None:
         """Paint the line through the middle."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        line = QPen(theme.color(self.token), self.thick, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
-        if self.dash:
-            line.setDashPattern(self.dash)
-        painter.setPen(line)
         middle = self.height() / 2
-        painter.drawLine(QPointF(0, middle), QPointF(_WIDTH, middle))
-
-
-class BandSample(Sample):
-    """A short piece of the theory's band."""
-
-    def __init__(self) -> None:
-        super().__init__("theory", 6.4)
-
-    def paintEvent(self, event) -> None:
-        """Paint the kerbs, then the band between them."""
-        painter = QPainter(self)
-        middle = self.height() / 2
-        for token, width in (("edge", 8.8), ("theory", 6.4)):
-            painter.setPen(QPen(theme.color(token), width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
+        for token, width, dash in self.strokes:
+            painter.setPen(pen(theme.color(token), width, dash))
             painter.drawLine(QPointF(0, middle), QPointF(_WIDTH, middle))
 
 
@@ -95,7 +79,7 @@ class Header(QWidget):
         self.show_value(0.0)
 
     def _add(self, token: str, width: float, dash: list[float] | None, text: str, help: str) -> list[QWidget]:
-        parts: list[QWidget] = [Sample(token, width, dash), plain(QLabel(text))]
+        parts: list[QWidget] = [Sample((token, width, dash)), plain(QLabel(text))]
         parts[1].setProperty("ink", "axis")
         for part in parts:
             part.setToolTip(help)

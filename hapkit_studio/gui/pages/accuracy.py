@@ -1,23 +1,28 @@
 """Speed against accuracy: what each method's error costs, which the scene should use, and whether it does."""
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox
 
-from hapkit_studio.gui.background import Progress
-from hapkit_studio.gui.pages.base import View, hint
+from hapkit_studio.analysis import accuracy
+from hapkit_studio.analysis.accuracy import Accuracy, Chart, Point, Scene, Sheet, words
+from hapkit_studio.analysis.accuracy.plan import TIE
+from hapkit_studio.charts.accuracy import AccuracyAxes, accuracy_figure, computer, draw, marker_and_color
+from hapkit_studio.formatting import power_of_ten, significant
+from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.drawing import sign
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.pages.table import Column
+from hapkit_studio.gui.widgets.parts import hint
 from hapkit_studio.gui.widgets.segmented import Segmented
 
 if TYPE_CHECKING:
     from matplotlib.backend_bases import MouseEvent
 
-    from hapkit_studio.analysis.accuracy import Accuracy, Chart, Point, Scene, Sheet
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
@@ -27,17 +32,11 @@ CHARTS = (
     ("servo", "Servo rate"),
     ("friction", "Friction"),
 )
-_SCENE_WIDTH = 160
-# how wide the scenes' names may be, from which width of the page on
-_SCENE_WIDTHS = ((1000, 290), (880, 200))
 _TINY, _HUGE = 1e-2, 1e5
 
 
-def answer_words(sheet: "Sheet") -> str:
+def answer_words(sheet: Sheet) -> str:
     """Write the answer in one sentence; the cheapest is not called so where others cost the same."""
-    from hapkit_studio.analysis.accuracy import words
-    from hapkit_studio.analysis.accuracy.plan import TIE
-
     found, scene = sheet.answer.cheapest, sheet.scene
     if found is None or not sheet.answer.as_cheap:
         return words.sentence(sheet)
@@ -46,21 +45,17 @@ def answer_words(sheet: "Sheet") -> str:
     return f"{among}: {words.name_words(scene, found)}, {cost} per simulated second."
 
 
-def columns(sheet: "Sheet") -> tuple[Column, ...]:
+def columns(sheet: Sheet) -> tuple[Column, ...]:
     """Return the columns of the points that compete: what is chosen between, cost, error in one unit."""
-    from hapkit_studio.analysis.accuracy.words import name_words
-    from hapkit_studio.charts.accuracy import marker_and_color
-    from hapkit_studio.formatting import significant
-
     scene, default = sheet.scene, sheet.answer.default
     head = "Error\nmm/s" if scene.unit == "m/s" else "Of limit\n%" if scene.goal else "Error\n%"
 
-    def cost(point: "Point") -> str:
+    def cost(point: Point) -> str:
         return significant(1e-3 * point.ns_per_simulated_s)
 
     return (
         Column(
-            "Rate" if scene.step_s is None else "Method", lambda p: name_words(scene, p), right=False,
+            "Rate" if scene.step_s is None else "Method", lambda p: words.name_words(scene, p), right=False,
             sign=lambda p: sign(*marker_and_color(p.method)),
             token=lambda p: "accent" if p is default else "ink",
         ),
@@ -72,10 +67,8 @@ def columns(sheet: "Sheet") -> tuple[Column, ...]:
     )  # fmt: skip
 
 
-def error_figures(error: float, scene: "Scene") -> str:
+def error_figures(error: float, scene: Scene) -> str:
     """Write an error in the unit of the head; what is tiny or huge as a power of ten."""
-    from hapkit_studio.formatting import power_of_ten, significant
-
     if not math.isfinite(error):
         return "none"
     value = (1e3 if scene.unit == "m/s" else 1e2) * error
@@ -105,7 +98,6 @@ class AccuracyPage(MeasuringPage):
         self.charts.show_index(0)
         self.scenes = QComboBox()
         self.scenes.setAccessibleName("Scene")
-        self.scenes.setMaximumWidth(_SCENE_WIDTH)
         self.scenes.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
         self.scenes.hide()
         self.bar.add(self.charts)
@@ -121,7 +113,7 @@ class AccuracyPage(MeasuringPage):
         return CHARTS[self.charts.index][0]
 
     @property
-    def sheet(self) -> "Sheet | None":
+    def sheet(self) -> Sheet | None:
         """Return the sheet shown, None before it was measured."""
         found = self._found.get(self.key)
         return found.sheet(self.scenes.currentData()) if found and self.scenes.count() else None
@@ -130,14 +122,9 @@ class AccuracyPage(MeasuringPage):
         """Measure the chart that is chosen, all its scenes."""
         key = self.key
 
-        def work(progress: Progress) -> "Accuracy":
-            from hapkit_studio.analysis import accuracy
+        self.job.start(lambda progress: accuracy.compute([key], progress=progress))
 
-            return accuracy.compute([key], progress=progress)
-
-        self.job.start(work)
-
-    def show_result(self, result: "Accuracy") -> None:
+    def show_result(self, result: Accuracy) -> None:
         """Keep what was measured and show it."""
         for chart in result.charts:
             self._found[chart.key] = chart
@@ -158,8 +145,6 @@ class AccuracyPage(MeasuringPage):
 
     def show_sheet(self) -> None:
         """Show the chosen scene: points, answer, methods, conditions."""
-        from hapkit_studio.analysis.accuracy import words
-
         sheet = self.sheet
         self.chart.setVisible(sheet is not None)
         self.point.setText("")
@@ -185,10 +170,8 @@ class AccuracyPage(MeasuringPage):
         count = sum(len(s.points) for s in self._found[self.key].sheets)
         self.bar.say(f"{count} points, {self._seconds[self.key]:.1f} s")
 
-    def stand_out(self, point: "Point | None") -> None:
+    def stand_out(self, point: Point | None) -> None:
         """Redraw the sheet with a point's method emphasised, None for no method."""
-        from hapkit_studio.charts.accuracy import draw
-
         sheet, method = self.sheet, point.method if point else ""
         if sheet is not None:
             self.chart.show_drawing(lambda figure, colors: draw(figure, colors, sheet, method))
@@ -210,15 +193,10 @@ class AccuracyPage(MeasuringPage):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        room = event.size().width()
-        widths = (width for least, width in _SCENE_WIDTHS if room >= least)
-        self.scenes.setMaximumWidth(next(widths, _SCENE_WIDTH))
+        self.scenes.setMaximumWidth(min(max(event.size().width() - 700, 160), 290))
 
     def show_near(self, event: "MouseEvent | None") -> None:
         """Say in words what the point under the pointer is."""
-        from hapkit_studio.analysis.accuracy import words
-        from hapkit_studio.charts.accuracy import AccuracyAxes
-
         self.point.setText("")
         sheet = self.sheet
         if event is None or sheet is None:
@@ -231,21 +209,17 @@ class AccuracyPage(MeasuringPage):
             step = words.step_words(point.step_s)
             self.point.setText(f"{point.label} at {step}: {error}, {cost} per second")
 
-    def save(self, path: str) -> None:
-        from hapkit_studio.analysis.accuracy import Accuracy
-        from hapkit_studio.charts.accuracy import accuracy_figure
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
+        chart, seconds = self._found[self.key], self._seconds[self.key]
 
-        accuracy_figure(Accuracy((self._found[self.key],), self._seconds[self.key]), path)
+        def numbers() -> dict:
+            return {
+                "rows": [p.row() for sheet in chart.sheets for p in sheet.points],
+                "conditions": {sheet.scene.key: dict(sheet.scene.conditions) for sheet in chart.sheets},
+                "computer": computer(),
+            }
 
-    def numbers(self) -> dict:
-        from hapkit_studio.charts.accuracy import computer
-
-        sheets = self._found[self.key].sheets
-        return {
-            "rows": [p.row() for sheet in sheets for p in sheet.points],
-            "conditions": {sheet.scene.key: dict(sheet.scene.conditions) for sheet in sheets},
-            "computer": computer(),
-        }
+        return lambda path: accuracy_figure(Accuracy((chart,), seconds), path), numbers
 
     def _join(self) -> None:
         self.charts.chosen.connect(lambda _index: self.show_chart())

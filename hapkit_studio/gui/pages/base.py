@@ -5,27 +5,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFormLayout, QFrame, QLabel, QScrollArea, QWidget
 
 from hapkit_studio.gui.panel.parameter_panel import rule
-from hapkit_studio.gui.widgets.style import dress
-from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.parts import down, hint, label
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
-
-
-def filled(*parts: QWidget) -> QFrame:
-    """Return a card with parts below one another; the last one takes the room."""
-    frame = QFrame()
-    frame.setProperty("card", True)
-    column = QVBoxLayout(frame)
-    column.setContentsMargins(1, 1, 1, 1)
-    column.setSpacing(0)
-    for part in parts:
-        column.addWidget(part, int(part is parts[-1]))
-    return frame
 
 
 class Page(QWidget):
@@ -42,15 +29,10 @@ class Page(QWidget):
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self.column = QVBoxLayout(self)
-        self.column.setContentsMargins(0, 0, 0, 0)
-        self.column.setSpacing(0)
+        self.column = down(into=self)
 
     def set_shown(self, on: bool) -> None:
         """React to being shown or hidden: work that only a visible page needs stops when hidden."""
-
-    def set_room(self, width: int, height: int) -> None:
-        """Adapt the layout to the page's size in px."""
 
     def end(self) -> None:
         """Cancel running work before the window closes."""
@@ -67,86 +49,56 @@ class View:
     scene: bool = True
 
 
-_EDGE, _TOP = 16, 12
-
-
-def hint(text: str = "") -> QLabel:
-    """Return a label for a hint, its text wrapped."""
-    label = plain(QLabel(text))
-    label.setWordWrap(True)
-    label.setProperty("role", "hint")
-    return label
-
-
 class Pairs(QWidget):
-    """Names at the left, values at the right; ``show_pairs`` replaces all of them."""
+    """Names at the left, values at the right; ``show_pairs`` replaces all of them.
 
-    def __init__(self) -> None:
+    above: what names them, shown only while there are any.
+    """
+
+    def __init__(self, above: tuple[QWidget, ...] = ()) -> None:
         super().__init__()
-        self._grid = QGridLayout(self)
-        self._grid.setContentsMargins(0, 0, 0, 0)
-        self._grid.setVerticalSpacing(6)
-        self._grid.setColumnStretch(1, 1)
-        self._labels: list[tuple[QLabel, QLabel]] = []
-        self._above: tuple[QWidget, ...] = ()
-
-    def stand_under(self, above: tuple[QWidget, ...]) -> None:
-        """Show a section's rule and name only while there are pairs below them; there are none yet."""
+        self.pairs: list[tuple[str, str]] = []
         self._above = above
+        self._form = QFormLayout(self)
+        self._form.setContentsMargins(0, 0, 0, 0)
+        self._form.setVerticalSpacing(6)
         self.show_pairs([])
 
     def show_pairs(self, pairs: list[tuple[str, str]]) -> None:
         """Show these pairs from top to bottom."""
-        while len(self._labels) < len(pairs):
-            self._append()
-        for row, labels in enumerate(self._labels):
-            for column, label in enumerate(labels):
-                label.setVisible(row < len(pairs))
-                label.setText(pairs[row][column] if row < len(pairs) else "")
+        self.pairs = pairs
+        while self._form.rowCount():
+            self._form.removeRow(0)
+        for name, value in pairs:
+            right = label(value)
+            right.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
+            self._form.addRow(label(name, "axis", wrap=False), right)
         for part in self._above:
             part.setVisible(bool(pairs))
-
-    def _append(self) -> None:
-        row, name, value = len(self._labels), plain(QLabel()), plain(QLabel())
-        dress(name, "QLabel { color: @ink2; }")
-        value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
-        value.setWordWrap(True)
-        self._grid.addWidget(name, row, 0, Qt.AlignmentFlag.AlignTop)
-        self._grid.addWidget(value, row, 1)
-        self._labels.append((name, value))
 
 
 class SidePanel(QScrollArea):
     """A scrolling column in the parameter panel's place; parts are added from top to bottom."""
 
-    def __init__(self, title: str, words: str = ""):
+    def __init__(self, title: str = "", words: str = ""):
         super().__init__()
         self.setObjectName("panel")
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.heading, self.words = QLabel(title), hint(words)
-        self.heading.setWordWrap(True)
-        dress(self.heading, "QLabel { font-size: 18px; font-weight: 650; }")
-        body = QWidget()
-        body.setObjectName("panelBody")
-        self._column = QVBoxLayout(body)
-        self._column.setContentsMargins(_EDGE, _TOP, _EDGE, _TOP)
-        self._column.setSpacing(8)
-        self._column.addWidget(self.heading)
-        self._column.addWidget(self.words)
-        self._column.addStretch(1)
-        self.setWidget(body)
+        self.heading, self.words = label(title, "title"), hint(words)
+        self.body = QWidget()
+        self.body.setObjectName("panelBody")
+        self.column = down(self.heading, self.words, None, into=self.body, margins=(16, 12, 16, 12), gap=8)
+        self.setWidget(self.body)
 
-    def add(self, widget: QWidget) -> None:
-        """Add a part at the bottom."""
-        self._column.insertWidget(self._column.count() - 1, widget)
+    def add(self, *parts: QWidget) -> None:
+        """Add parts at the bottom."""
+        for part in parts:
+            self.column.insertWidget(self.column.count() - 1, part)
 
-    def section(self, name: str) -> tuple[QWidget, ...]:
+    def section(self, name: str) -> tuple[QFrame, QLabel]:
         """Add a rule and a section's name; return both."""
-        heading = QLabel(name)
-        heading.setProperty("role", "section")
-        begun = rule(), heading
-        for part in begun:
-            self.add(part)
+        begun = rule(), label(name, "section")
+        self.add(*begun)
         return begun

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PySide6.QtCore import QPointF, Qt, QTimer, Signal
 from PySide6.QtGui import QPainter, QPixmap, QPolygonF, QShowEvent
-from PySide6.QtWidgets import QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
+from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from hapkit_studio.charts.style import Paint
 
-_NEAR, _BESIDE, _SIGN = 16.0, 12.0, 12.0  # px
+_NEAR, _SIGN = 16.0, 12.0  # px
 _PAD = 10.0 / 72.0, 6.0 / 72.0  # inches
 _PIXELS_AN_INCH = 72  # sizes in points are pixels then
 
@@ -83,14 +84,11 @@ class Drawing(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self.setMinimumSize(*least)
         self.setAccessibleName(name)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.addWidget(self.canvas)
+        down(self.canvas, into=self)
         self._paint: Paint | None = None
         self._pale = self._old = False
         self._moving: list[Artist] = []
         self._ground: Any = None
-        self._reading: list[Artist] = []
         self._press: _Press | None = None
         self._soon = QTimer(self, interval=0, singleShot=True)
         self._soon.timeout.connect(self.redraw)
@@ -131,7 +129,7 @@ class Drawing(QWidget):
             self.figure.clear()
             return
         colors = style.colors(theme.name)
-        self._moving, self._reading = [], []
+        self._moving = []
         self.figure.clear()
         self.figure.set_facecolor(colors.surface)
         if self._paint is not None:
@@ -151,27 +149,11 @@ class Drawing(QWidget):
         self.canvas.blit(self.figure.bbox)
 
     def read(self, event: "MouseEvent | None", words: str = "") -> None:
-        """Write words beside the pointer, kept inside the axes; nothing without an event or words."""
-        self._reading = self._read(event, words) if event is not None and event.inaxes and words else []
-        self.follow()
-
-    def _read(self, event: "MouseEvent", words: str) -> "list[Artist]":
-        from matplotlib.lines import Line2D
-        from matplotlib.text import Text
-
-        from hapkit_studio.charts import style
-
-        assert event.inaxes is not None
-        colors, box = style.colors(theme.name), event.inaxes.bbox
-        left, low = event.x > 0.62 * box.x1, event.y < box.y0 + 0.3 * box.height
-        away = _BESIDE * self.canvas.device_pixel_ratio
-        x, y = event.x + (-away if left else away), event.y + (away if low else -away)
-        made = Text(x, y, words, size=style.TICK, color=colors.ink, path_effects=style.text_outline(colors))
-        made.set(ha="right" if left else "left", va="bottom" if low else "top")
-        cross = Line2D([event.x], [event.y], marker="+", markersize=11, color=colors.ink2)
-        for artist in (cross, made):
-            artist.set_figure(self.figure)
-        return [cross, made]
+        """Show words at the pointer; nothing without an event or words."""
+        if event is not None and words:
+            QToolTip.showText(event.guiEvent.globalPosition().toPoint(), words, self.canvas)
+        else:
+            QToolTip.hideText()
 
     def near(self, event: "MouseEvent", x: "ArrayLike", y: "ArrayLike") -> int | None:
         """Return the index of the point nearest to the pointer, None where none is within reach."""
@@ -198,7 +180,7 @@ class Drawing(QWidget):
         self._draw_moving()
 
     def _draw_moving(self) -> None:
-        for artist in (*self._moving, *self._reading):
+        for artist in self._moving:
             self.figure.draw_artist(artist)
 
     # pointer

@@ -1,17 +1,22 @@
 """Model no more than a scene needs: what each term of the device changes, scene by scene."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from hapkit_studio.analysis import fidelity
+from hapkit_studio.analysis.fidelity import DELAY, ESTIMATOR, FORCE, LENGTH, RATE, Effect, Fidelity
+from hapkit_studio.analysis.zwidth.result import estimator_words
+from hapkit_studio.charts.fidelity import fidelity_figure, outcome_word, percent
 from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.background import Progress
-from hapkit_studio.gui.pages.base import Pairs, SidePanel, View, hint
+from hapkit_studio.gui.pages.base import Pairs, SidePanel, View
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.pages.table import Column, Table
+from hapkit_studio.gui.widgets.parts import hint
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.fidelity import Effect, Fidelity
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
@@ -29,8 +34,6 @@ _LIVE = (
 
 def scale_words(outcome: str) -> str:
     """Say what a change of an outcome is a share of."""
-    from hapkit_studio.analysis.fidelity import FORCE, LENGTH
-
     return {
         "peak_force": f"{FORCE:g} N or the largest force",
         "final_position": f"{1e3 * LENGTH:g} mm",
@@ -41,17 +44,12 @@ def scale_words(outcome: str) -> str:
 
 def condition_pairs() -> list[tuple[str, str]]:
     """Return the loop that every scene is judged with, as names and values."""
-    from hapkit_studio.analysis.fidelity import DELAY, ESTIMATOR, RATE
-    from hapkit_studio.analysis.zwidth.result import estimator_words
-
     velocity = estimator_words(ESTIMATOR)[1]
     return [("Rate", f"{1e-3 * RATE:g} kHz"), ("Delay", f"{1e3 * DELAY:g} ms"), ("Velocity", velocity)]
 
 
-def measure(keys: list[str], progress: Progress) -> "list[Fidelity]":
+def measure(keys: list[str], progress: Progress) -> list[Fidelity]:
     """Return every scene's judgement."""
-    from hapkit_studio.analysis import fidelity
-
     library, steps = discover(), len(TERMS) + 2
     found = []
     for number, key in enumerate(keys):
@@ -69,7 +67,7 @@ class Row:
 
     key: str
     title: str
-    result: "Fidelity | None" = None
+    result: Fidelity | None = None
 
 
 def columns() -> tuple[Column, ...]:
@@ -78,9 +76,7 @@ def columns() -> tuple[Column, ...]:
 
 
 def _column(index: int) -> Column:
-    from hapkit_studio.charts.fidelity import outcome_word, percent
-
-    def effect(row: Row) -> "Effect | None":
+    def effect(row: Row) -> Effect | None:
         return row.result.effects[index] if row.result else None
 
     def text(row: Row) -> str:
@@ -115,7 +111,14 @@ class FidelityPage(MeasuringPage):
         self._results: list[Fidelity] = []
         self.table = Table("Scenes down, terms of the device across", cells=True)
         self.details = Pairs()
-        self.side = self._side()
+        self.side = SidePanel("Fidelity", "Measure, then choose a cell.")
+        self.side.add(self.details)
+        for name, words in (("Read the table", _READ), ("In the window", _LIVE)):
+            self.side.section(name)
+            self.side.add(hint(words))
+        conditions = Pairs(self.side.section("Conditions"))
+        conditions.show_pairs(condition_pairs())
+        self.side.add(conditions)
         self.build(self.table)
         self.table.cell_chosen.connect(self._choose)
         self._list()
@@ -125,7 +128,7 @@ class FidelityPage(MeasuringPage):
         keys = list(discover())
         self.job.start(lambda progress: measure(keys, progress))
 
-    def show_result(self, results: "list[Fidelity]") -> None:
+    def show_result(self, results: list[Fidelity]) -> None:
         """Show what was found; begin with the scene in force."""
         self._results = results
         self._list()
@@ -142,7 +145,7 @@ class FidelityPage(MeasuringPage):
         if row.result is not None:
             self.show_effect(row.result.effects[max(column - 1, 0)])
 
-    def show_effect(self, effect: "Effect") -> None:
+    def show_effect(self, effect: Effect) -> None:
         """Say in words what leaving out one term does to one scene."""
         scene = discover()[effect.scene]
         self.side.heading.setText(f"{scene.title} without {TERMS[effect.term].word}")
@@ -150,47 +153,20 @@ class FidelityPage(MeasuringPage):
             self.side.words.setText("No hand of this scene holds on to the handle, so its mass stays.")
             self.details.show_pairs([])
             return
-        from hapkit_studio.charts.fidelity import outcome_word, percent
-
         verdict = "The scene needs it." if effect.needed else "The scene does not need it."
         self.side.words.setText(verdict)
+        pairs = [("Change", percent(effect.change))]
+        if pairs[0][1] != "0 %":
+            pairs += [("Of", scale_words(effect.outcome)), ("Most in", outcome_word(effect.outcome)),
+                      ("Under", effect.hand)]  # fmt: skip
         share = effect.ns_without / effect.ns_with
-        moved = percent(effect.change) != "0 %"
-        most = (
-            [
-                ("Of", scale_words(effect.outcome)),
-                ("Most in", outcome_word(effect.outcome)),
-                ("Under", effect.hand),
-            ]
-            if moved
-            else []
-        )
-        self.details.show_pairs(
-            [("Change", percent(effect.change)), *most, ("Time without", f"{share:.2f} of the time with")]
-        )
+        self.details.show_pairs([*pairs, ("Time without", f"{share:.2f} of the time with")])
 
-    def save(self, path: str) -> None:
-        from hapkit_studio.charts.fidelity import fidelity_figure
-
-        fidelity_figure(self._results, path)
-
-    def numbers(self) -> dict:
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         from hapkit_studio.commands.fidelity import as_json
 
-        return as_json(self._results, [])
-
-    def _side(self) -> SidePanel:
-        side = SidePanel("Fidelity", "Measure, then choose a cell.")
-        side.add(self.details)
-        side.section("Read the table")
-        side.add(hint(_READ))
-        side.section("Conditions")
-        conditions = Pairs()
-        conditions.show_pairs(condition_pairs())
-        side.add(conditions)
-        side.section("In the window")
-        side.add(hint(_LIVE))
-        return side
+        results = self._results
+        return lambda path: fidelity_figure(results, path), lambda: as_json(results)
 
 
 VIEW = View("fidelity", "Fidelity", 25, FidelityPage, scene=False)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
-from PySide6.QtWidgets import QCheckBox, QLabel, QPushButton, QStackedWidget
+from PySide6.QtWidgets import QCheckBox, QPushButton, QStackedWidget, QWidget
 
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
@@ -15,8 +15,8 @@ from hapkit_studio.gui.background import Progress
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.pages.table import Column
+from hapkit_studio.gui.widgets.parts import label
 from hapkit_studio.gui.widgets.segmented import Segmented
-from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.haptics import rows
 
 if TYPE_CHECKING:
@@ -140,16 +140,7 @@ _HOW = (
 )
 
 
-def how_to() -> QLabel:
-    """Return the instructions shown before there are charts."""
-    label = QLabel(_HOW)
-    label.setAlignment(Qt.AlignmentFlag.AlignCenter)
-    label.setWordWrap(True)
-    dress(label, "QLabel { color: @ink2; font-size: 14px; }")
-    return label
-
-
-def whole(text: str) -> str:
+def unbroken(text: str) -> str:
     """Put non-breaking spaces between numbers and units."""
     return text.replace(" N", "\u00a0N").replace("/m", "/\u2060m").replace(" %", "\u00a0%")
 
@@ -179,7 +170,7 @@ class IdentifyPage(MeasuringPage):
     drawn, listed = "Force over what each term acts on", "What was set and what was found"
     buttons = ("Identify", "Identify again")
     needs = ""
-    read = whole(
+    read = unbroken(
         "Each dot is the mean over a short, smooth window. Line: what was found; its band: 95 %. Dotted: "
         "what was set. A clamped, stopped or fading force is left out."
     )
@@ -197,9 +188,11 @@ class IdentifyPage(MeasuringPage):
         self.shaking.setToolTip("The simulated hand moves so that every term shows, then it is identified")
         for widget in (self.pieces, self.shaking, self.parts):
             self.bar.add(widget)
-        self._fresh = Freshness(self._facts, self.buttons[1])
+        scene = lambda: {"scene": studio.environment, "values": dict(studio.values)}  # noqa: E731
+        self._fresh = Freshness(lambda: {**scene(), **loop_facts(studio)}, self.buttons[1])
         self.released = QCheckBox("No hand on the handle")
-        self.how, self._body = how_to(), QStackedWidget()
+        self.how, self._body = label(_HOW), QStackedWidget()
+        self.how.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._body.addWidget(self.how)
         self._body.addWidget(self.chart)
         self.build(self._body)
@@ -207,8 +200,8 @@ class IdentifyPage(MeasuringPage):
         self.show_part()
         self._look()
 
-    def fill_side(self) -> None:
-        self.side.add(self.released)
+    def side_parts(self) -> tuple[QWidget, ...]:
+        return (self.released,)
 
     @property
     def part(self) -> "Part | None":
@@ -229,11 +222,6 @@ class IdentifyPage(MeasuringPage):
         self._fresh.begin()
         self.job.start(work)
 
-    def _facts(self) -> dict[str, object]:
-        """Return the facts a result depends on, by name."""
-        scene = {"scene": self._studio.environment, "values": dict(self._studio.values)}
-        return {**scene, **loop_facts(self._studio)}
-
     def show_result(self, found: "Identified") -> None:
         """Show what was found."""
         from hapkit_studio.analysis.identify.words import conditions
@@ -253,38 +241,32 @@ class IdentifyPage(MeasuringPage):
         self._say(part)
 
     def _say(self, part: "Part | None") -> None:
+        from hapkit_studio.charts.identify import draw
+
         if part is None or self.found is None:
             self.answer.say(self.begin)
             self.point.setText("")
             return
-        self.point.setText(whole("\n\n".join(self.found.notes(part))))
+        self.point.setText(unbroken("\n\n".join(self.found.notes(part))))
         outdated = self._fresh.outdated
-        self._draw(part, self.found.end, bool(outdated))
+        end = self.found.end
+        self.chart.show_drawing(lambda figure, colors: draw(figure, colors, part, end), bool(outdated))
         if outdated:
-            self.answer.outdate(outdated)
+            self.answer.say(outdated)
             return
         good = bool(part.estimates) and part.estimates[0].told and not self.found.surprises(part)
         sentence = self.found.sentences(part)[0]
         self.answer.say(sentence, *(("check", "ok") if good else ("triangle", "warn")))
 
-    def _draw(self, part: "Part", end: float, pale: bool) -> None:
-        from hapkit_studio.charts.identify import draw
-
-        self.chart.show_drawing(lambda figure, colors: draw(figure, colors, part, end), pale)
-
-    def _look_again(self) -> None:
-        """See whether what is shown still holds."""
-        self._say(self.part)
-
-    def save(self, path: str) -> None:
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         from hapkit_studio.charts.identify import identify_figure
 
-        assert self.found is not None
-        identify_figure(self.found, path, self._device)
-
-    def numbers(self) -> dict:
-        assert self.found is not None
-        return {**self.found.as_json(), "device": self._device}
+        found, device = self.found, self._device
+        assert found is not None
+        return lambda path: identify_figure(found, path, device), lambda: {
+            **found.as_json(),
+            "device": device,
+        }
 
     def set_shown(self, on: bool) -> None:
         if not on:
@@ -329,7 +311,7 @@ class IdentifyPage(MeasuringPage):
         studio = self._studio
         for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed,
                         studio.engine_changed, studio.link_changed):  # fmt: skip
-            changed.connect(self._look_again)
+            changed.connect(lambda: self._say(self.part))
 
 
 VIEW = View("identify", "Identify", 50, IdentifyPage)

@@ -6,74 +6,26 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QDir, Signal
-from PySide6.QtWidgets import (
-    QFileDialog,
-    QFrame,
-    QHBoxLayout,
-    QLabel,
-    QProgressBar,
-    QPushButton,
-    QSizePolicy,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QFrame, QProgressBar, QPushButton, QSizePolicy, QWidget
 
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.background import Job, Progress
-from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, filled, hint
+from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel
 from hapkit_studio.gui.pages.drawing import Drawing
 from hapkit_studio.gui.pages.table import Table
+from hapkit_studio.gui.panel.parameter_panel import rule
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.style import dress
-from hapkit_studio.gui.widgets.text import plain
-from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.gui.widgets.parts import AnswerLine, across, choose_file, down, hint, label, primary
+from hapkit_studio.gui.widgets.style import mark
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
 
-class AnswerLine(QWidget):
-    """A sign and the answer in one sentence; before there is one, what to do."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self._sign = ("circle", "ink2")
-        self.sign, self.words = QLabel(), plain(QLabel())
-        dress(self.words, "QLabel { font-size: 14px; font-weight: 650; }")
-        self.words.setWordWrap(True)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(16, 8, 16, 0)
-        row.setSpacing(8)
-        row.addWidget(self.sign)
-        row.addWidget(self.words, 1)
-        theme.changed.connect(self._look)
-        self.say(text)
-
-    def say(self, text: str, sign: str = "circle", token: str = "ink2") -> None:
-        """Show a sign and words."""
-        self.words.setText(text)
-        self._sign = (sign, token)
-        self._look()
-
-    def outdate(self, text: str) -> None:
-        """Say that the result below is out of date, with a neutral sign."""
-        self.say(text, "circle", "ink2")
-
-    def _look(self) -> None:
-        self.sign.setPixmap(icons.pixmap(self._sign[0], 18, self._sign[1], self.devicePixelRatioF()))
-
-
-PRIMARY = """
-QPushButton { background: @accent; color: @onaccent; border-color: @accent; font-weight: 600; }
-QPushButton:hover { background: @accent; }
-QPushButton:disabled { background: @grid; color: @ink3; border-color: @line; }
-QPushButton:focus { border: 2px solid @ink; }
-"""
 # more letters than that find no room beside the buttons; where the words stand among them
 _BESIDE, _STATUS = 26, 2
-_PLAIN = "QPushButton { font-weight: 600; }"
 
 
 class RunBar(QWidget):
@@ -86,23 +38,29 @@ class RunBar(QWidget):
         super().__init__()
         self._job, self._words, self._again = job, words, again
         self._fresh = True
-        self.status = QLabel()
-        self.status.setProperty("role", "hint")
-        self.run = QPushButton(words)
-        self.run.setAutoDefault(True)  # Enter presses it; Space is Pause
+        self.status = label(role="hint", wrap=False)
+        self.run = primary(QPushButton(words, autoDefault=True))  # Enter presses it; Space is Pause
         self.run.clicked.connect(self._press)
-        self.export = QPushButton("Export")
-        self.export.setAutoDefault(True)
-        self.export.setProperty("flat", True)
+        self.export = QPushButton("Export", autoDefault=True, flat=True)
         self.export.setEnabled(False)
         self.export.clicked.connect(self.export_pressed)
         icons.bind(self.export, "export", "ink2", 18)
         self.progress = QProgressBar()
         self.progress.setFixedHeight(4)
-        self.progress.setTextVisible(False)
         self.progress.setAccessibleName("Progress")
-        self._arrange()
-        self._join()
+        kept = self.progress.sizePolicy()
+        kept.setRetainSizeWhenHidden(True)
+        self.progress.setSizePolicy(kept)
+        self._left, self._below = across(gap=10), across()
+        self._row = across(
+            self._left, None, self.status, self.run, self.export, margins=(12, 7, 8, 7), gap=10
+        )
+        down(self._row, self._below, self.progress, rule(), into=self)
+        job.running_changed.connect(self._look)
+        job.preparing.connect(lambda: self.say("Preparing, once only: up to a minute"))
+        job.progressed.connect(self._follow)
+        job.failed.connect(lambda text: self.say(text, danger=True))
+        job.finished.connect(self._finish)
         self._look()
 
     def add(self, widget: QWidget) -> None:
@@ -115,11 +73,11 @@ class RunBar(QWidget):
 
     def say(self, text: str, danger: bool = False) -> None:
         """Show a status beside the button, or on a line of its own where it is long."""
-        self._give_room(len(text) > _BESIDE)
+        self._place_status(len(text) > _BESIDE)
         self.status.setText(text)
-        dress(self.status, f"QLabel {{ color: @{'danger' if danger else 'ink3'}; font-size: 12px; }}")
+        mark(self.status, "role", "error" if danger else "hint")
 
-    def _give_room(self, below: bool) -> None:
+    def _place_status(self, below: bool) -> None:
         """Move the status below the row, or back into it."""
         if below == self._below.isEmpty():
             self._below.removeWidget(self.status)
@@ -130,14 +88,6 @@ class RunBar(QWidget):
             else:
                 self._row.insertWidget(_STATUS, self.status)
         self._below.setContentsMargins(14, 0, 14, 6 if below else 0)
-
-    def _join(self) -> None:
-        job = self._job
-        job.running_changed.connect(self._look)
-        job.preparing.connect(lambda: self.say("Preparing, once only: up to a minute"))
-        job.progressed.connect(self._follow)
-        job.failed.connect(lambda text: self.say(text, danger=True))
-        job.finished.connect(self._finish)
 
     def _press(self) -> None:
         if self._job.running:
@@ -162,36 +112,10 @@ class RunBar(QWidget):
     def _look(self) -> None:
         running = self._job.running
         self.run.setText("Cancel" if running else self._words if self._fresh else self._again)
-        dress(self.run, _PLAIN if running else PRIMARY)
+        mark(self.run, "primary", not running)
         self.progress.setRange(0, 0 if running else 1)
         self.progress.setValue(0)
         self.progress.setVisible(running)
-        self._line.setVisible(not running)
-
-    def _arrange(self) -> None:
-        row = self._row = QHBoxLayout()
-        self._below = QHBoxLayout()
-        self._below.setContentsMargins(0, 0, 0, 0)
-        row.setContentsMargins(12, 7, 8, 7)
-        row.setSpacing(10)
-        self._left = QHBoxLayout()
-        self._left.setSpacing(10)
-        row.addLayout(self._left)
-        row.addStretch(1)
-        row.addWidget(self.status)
-        row.addWidget(self.run)
-        row.addWidget(self.export)
-        self._line = QFrame()
-        self._line.setProperty("rule", True)
-        self._line.setFixedHeight(4)
-        dress(self._line, "QFrame { background: transparent; border: none; border-bottom: 1px solid @line; }")
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addLayout(row)
-        column.addLayout(self._below)
-        column.addWidget(self.progress)
-        column.addWidget(self._line)
 
 
 _FILE_KINDS = "Picture (*.png);;Drawing (*.svg);;Page (*.pdf);;Numbers (*.json)"
@@ -220,15 +144,10 @@ class Export:
 
     def ask(self, figure: Callable[[str], object], numbers: Callable[[], dict]) -> None:
         """Open a dialog that is not modal: the E-stop stays usable."""
-        dialog = QFileDialog(self._parent, "Export", QDir.homePath(), _FILE_KINDS)
-        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
-        dialog.setDefaultSuffix("png")
-        dialog.filterSelected.connect(lambda kind: dialog.setDefaultSuffix(kind.split("*.")[1][:-1]))
-        dialog.selectFile(f"{self._name}.png")
-        dialog.fileSelected.connect(lambda path: self.save(path, figure, numbers))
-        dialog.setModal(False)
-        dialog.finished.connect(dialog.deleteLater)
-        dialog.show()
+        choose_file(
+            self._parent, "Export", _FILE_KINDS, lambda path: self.save(path, figure, numbers),
+            save_as=f"{self._name}.png",
+        )  # fmt: skip
 
     def save(self, path: str, figure: Callable[[str], object], numbers: Callable[[], dict]) -> None:
         """Write to a path."""
@@ -243,8 +162,6 @@ class Export:
 
 
 Facts = Mapping[str, object]
-
-PALE = 0.35  # how much of its colours a chart keeps that is out of date
 
 
 def loop_facts(studio: "Studio", model: bool = True) -> dict[str, object]:
@@ -283,13 +200,6 @@ class Freshness:
         return f"Out of date: the {changed} changed. {self._again}." if changed else ""
 
 
-def bar_title(text: str) -> QLabel:
-    """Return a title for the run bar."""
-    label = QLabel(text)
-    dress(label, "QLabel { font-size: 14px; font-weight: 650; }")
-    return label
-
-
 class MeasuringPage(Page):
     """The page; a view declares its texts, and what it measures, shows and saves."""
 
@@ -317,13 +227,13 @@ class MeasuringPage(Page):
         self.job = Job(self, needs=self.needs)
         self.bar = RunBar(self.job, *self.buttons)
         if self.title:
-            self.bar.add(bar_title(self.title))
+            self.bar.add(label(self.title, "headline", wrap=False))
         if self.begin:
             self.answer = AnswerLine(self.begin)
         if self.drawn:
             self.chart = Drawing(self.drawn)
         if self.heading:
-            self.table, self.point, self.conditions = Table(self.listed), hint(), Pairs()
+            self.table, self.point = Table(self.listed), hint()
             self.side = SidePanel(self.heading, self.about)
         self.bar.run_pressed.connect(self.press)
         self.bar.export_pressed.connect(self.export)
@@ -332,21 +242,23 @@ class MeasuringPage(Page):
 
     def build(self, body: QWidget | None = None) -> None:
         """Lay out the parts; body: what stands below the answer in place of the drawing."""
+        card = QFrame()
+        card.setProperty("card", True)
         answer = (self.answer,) if self.begin else ()
-        self.column.addWidget(filled(self.bar, *answer, body or self.chart))
+        down(self.bar, *answer, (body or self.chart, 1), into=card, margins=(1, 1, 1, 1))
+        self.column.addWidget(card)
         if not self.heading:
             return
-        self.side.add(self.table)
-        self.side.add(self.point)
-        self.fill_side()
+        self.side.add(self.table, self.point, *self.side_parts())
         if self.read:
             self.side.section("Read the chart")
             self.side.add(hint(self.read))
-        self.conditions.stand_under(self.side.section(self.conditions_title))
+        self.conditions = Pairs(self.side.section(self.conditions_title))
         self.side.add(self.conditions)
 
-    def fill_side(self) -> None:
-        """Add a view's own parts to the side, between its table and the explanation of the drawing."""
+    def side_parts(self) -> tuple[QWidget, ...]:
+        """Return a view's own parts of the side, between its table and the explanation of the drawing."""
+        return ()
 
     # what a view does
 
@@ -358,12 +270,8 @@ class MeasuringPage(Page):
         """Show what was measured."""
         raise NotImplementedError
 
-    def save(self, path: str) -> None:
-        """Write what is in sight as a picture, in a thread."""
-        raise NotImplementedError
-
-    def numbers(self) -> dict:
-        """Return what is in sight as one object, SI."""
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
+        """Return what draws what is in sight to a path, in a thread, and what returns it as numbers, SI."""
         raise NotImplementedError
 
     # what all do
@@ -378,10 +286,6 @@ class MeasuringPage(Page):
     def export(self) -> None:
         """Save what is in sight as a picture or as numbers."""
         self._export.ask(*self.exports())
-
-    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
-        """Return what draws what is in sight to a path, and what returns it as numbers."""
-        return self.save, self.numbers
 
     def end(self) -> None:
         self.job.end()

@@ -8,24 +8,11 @@ from PySide6.QtCore import QAbstractTableModel, QItemSelection, QModelIndex, QPe
 from PySide6.QtGui import QFontMetrics, QGuiApplication, QKeyEvent, QKeySequence, QMouseEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QSizePolicy, QTableView
 
-from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.widgets.theme import theme
 
 _ROW, _GAP = 28, 8  # px
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-_LOOK = """
-QTableView { background: transparent; border: none; font-size: 12px;
-             selection-color: @ink; selection-background-color: @accentsoft; }
-QTableView:focus { border: 2px solid @accent; }
-QTableView::item { padding: 0 2px; }
-QHeaderView { background: transparent; }
-QHeaderView::section { background: transparent; color: @ink3; border: none; border-bottom: 1px solid @line;
-                       padding: 2px; font-size: 12px; }
-"""
-_CELLS = """
-QTableView { padding: 4px 8px; selection-color: @onaccent; selection-background-color: @accent; }
-"""
 Index = QModelIndex | QPersistentModelIndex
 
 
@@ -132,7 +119,7 @@ class Table(QTableView):
         self.verticalHeader().setMinimumSectionSize(_ROW)
         if cells:
             self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
-        dress(self, _LOOK + (_CELLS if cells else ""))
+        self.setObjectName("cells" if cells else "rows")
         theme.changed.connect(self.viewport().update)
         self.show_rows((), ())
 

@@ -1,27 +1,27 @@
 """Z-width: the stiffest wall at each virtual damping, simulated, or tried on the device that is connected."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
 
-from hapkit_studio.analysis.zwidth import DEVICE_DAMPING, DEVICE_FORCE, SIMULATED_DAMPING
+from hapkit_studio.analysis.zwidth import DEVICE_DAMPING, DEVICE_FORCE, SIMULATED_DAMPING, simulation
+from hapkit_studio.analysis.zwidth.result import ENDED, Point, Protocol, ZWidth, newtons_per_metre
+from hapkit_studio.charts.zwidth import Walls, draw, zwidth_figure
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import Progress, Work
-from hapkit_studio.gui.pages.base import View, hint
+from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.panel.limits import LoopFacts
-from hapkit_studio.gui.widgets.numbers import NumberBox, Quantity
+from hapkit_studio.gui.panel.rows import ParameterRow
+from hapkit_studio.gui.widgets.parts import hint
 from hapkit_studio.gui.widgets.segmented import Segmented
 
 if TYPE_CHECKING:
     from matplotlib.backend_bases import MouseEvent
 
-    from hapkit_studio.analysis.setting import Setting
-    from hapkit_studio.analysis.zwidth.result import Point, ZWidth
-    from hapkit_studio.charts.zwidth import Walls
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
     from hapkit_studio.haptics.engine import Engine
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 SIMULATION, DEVICE = range(2)
 _WALL = "wall"
 _LOOK_MS = 100
-_BOX_WIDTH = 92
 _HIGHEST = {SIMULATION: SIMULATED_DAMPING[-1], DEVICE: DEVICE_DAMPING[-1]}
 _HOW_IT_IS_TRIED = (
     "A hand presses into walls of rising stiffness until one keeps buzzing. Nothing stiffer is tried. Force, "
@@ -37,39 +36,11 @@ _HOW_IT_IS_TRIED = (
 )
 
 
-def _sign(result: "ZWidth") -> tuple[str, str]:
+def _sign(result: ZWidth) -> tuple[str, str]:
     """Return sign and colour: a limit of the motor is neither good nor bad."""
     if not (result.stiffness > 0.0).any():
         return "triangle", "danger"
     return ("info", "ink2") if result.clamped[result.best] else ("check", "ok")
-
-
-class ForceRow(QWidget):
-    """The force limit for a device, in N; what is out of range is refused below it."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.limit = DEVICE_FORCE.default
-        self.refusal = hint()
-        self.box = NumberBox(Quantity.of(DEVICE_FORCE))
-        self.box.show_value(DEVICE_FORCE.default)
-        self.box.setFixedWidth(_BOX_WIDTH)
-        self.box.setAccessibleName("Force limit, N")
-        self.box.entered.connect(self._take)
-        across = QHBoxLayout(self)
-        across.setContentsMargins(0, 0, 0, 0)
-        across.addWidget(QLabel(DEVICE_FORCE.label), 1)
-        across.addWidget(self.box)
-        across.addWidget(QLabel("N"))
-        self.refusal.hide()
-
-    def _take(self, value: float) -> None:
-        try:
-            self.limit = DEVICE_FORCE.check(value)
-            self.refusal.hide()
-        except ParameterError as error:
-            self.refusal.setText(str(error))
-            self.refusal.show()
 
 
 class ZWidthPage(MeasuringPage):
@@ -87,8 +58,6 @@ class ZWidthPage(MeasuringPage):
     said = Signal(str)
 
     def __init__(self, studio: "Studio", live: "Live"):
-        from hapkit_studio.charts.zwidth import Walls
-
         super().__init__(studio, live)
         self._facts = LoopFacts(studio, self)
         live.health.connect(self._facts.note_health)
@@ -104,16 +73,16 @@ class ZWidthPage(MeasuringPage):
         self.where = Segmented("Where", ("Simulation", "This device"))
         self.where.show_index(SIMULATION)
         self.bar.add(self.where)
-        self.force = ForceRow()
+        self.force = ParameterRow(DEVICE_FORCE)
+        self.force.set_compact(True)
         self.build()
         self.side.section("On this device")
-        for part in (self.force, self.force.refusal, hint(_HOW_IT_IS_TRIED)):
-            self.side.add(part)
+        self.side.add(self.force, hint(_HOW_IT_IS_TRIED))
         self._join()
         self._show(self.walls)
 
     @property
-    def result(self) -> "ZWidth | None":
+    def result(self) -> ZWidth | None:
         """Return what was found where it was chosen, None before it was measured there."""
         return self._results.get(self.where.index)
 
@@ -135,24 +104,17 @@ class ZWidthPage(MeasuringPage):
         if setting is None or engine is None:
             raise ParameterError("There is no device yet to take the numbers from.")
         self._begin("Hitting walls…")
-        self.job.start(self._simulation(setting, float(engine.device.max_force)))
-
-    def _simulation(self, setting: "Setting", max_force: float) -> Work:
-        def work(progress: Progress) -> "ZWidth":
-            from hapkit_studio.analysis.zwidth import simulation
-            from hapkit_studio.analysis.zwidth.result import Protocol
-
-            protocol = Protocol(max_force=max_force)
-            return simulation.compute(
-                setting, protocol=protocol, progress=progress, arrived=self.arrived.emit
+        protocol, arrived = Protocol(max_force=float(engine.device.max_force)), self.arrived.emit
+        self.job.start(
+            lambda progress: simulation.compute(
+                setting, protocol=protocol, progress=progress, arrived=arrived
             )
-
-        return work
+        )
 
     def _on_device(self, engine: "Engine") -> Work:
-        limit = self.force.limit
+        limit = self.force.value
 
-        def work(progress: Progress) -> "ZWidth":
+        def work(progress: Progress) -> ZWidth:
             from hapkit_studio.analysis.zwidth import on_device
             from hapkit_studio.analysis.zwidth.guarded_device import TrialLimits
 
@@ -164,18 +126,18 @@ class ZWidthPage(MeasuringPage):
     def _begin(self, words: str) -> None:
         self._asked, self._waits = False, True
         self._fresh[self._mode].begin()
-        self.force.box.setEnabled(False)
+        self.force.setEnabled(False)
         self.where.setEnabled(False)
         self._show(self.walls, pale=bool(self.walls.points))
         self.answer.say(words, "hand", "accent")
 
-    def show_point(self, damping: float, point: "Point") -> None:
+    def show_point(self, damping: float, point: Point) -> None:
         """Add a new point; the first one replaces the points shown before."""
         if self.job.running:
             before = () if self._waits else self.walls.points
             new = (damping, point.stiffness, point.clamped)
             self._waits = False
-            self._show(type(self.walls)([*before, new], right=_HIGHEST[self._mode]))
+            self._show(Walls([*before, new], right=_HIGHEST[self._mode]))
 
     def show_step(self, words: str) -> None:
         """Tell a person what to do."""
@@ -196,7 +158,7 @@ class ZWidthPage(MeasuringPage):
 
     # showing
 
-    def show_result(self, result: "ZWidth") -> None:
+    def show_result(self, result: ZWidth) -> None:
         """Keep and show a result."""
         self._fresh[self._mode].keep()
         self._results[self._mode] = result
@@ -204,8 +166,6 @@ class ZWidthPage(MeasuringPage):
 
     def show_found(self) -> None:
         """Show what was found where it was chosen, and whether it still holds."""
-        from hapkit_studio.charts.zwidth import Walls
-
         result, outdated = self.result, self._fresh[self.where.index].outdated
         self.bar.export.setEnabled(result is not None)
         self._list(result)
@@ -215,19 +175,15 @@ class ZWidthPage(MeasuringPage):
             return
         self._show(Walls.of(result), bool(outdated))
         if outdated:
-            self.answer.outdate(outdated)
+            self.answer.say(outdated)
         else:
             self.answer.say(result.sentence, *_sign(result))
 
-    def _show(self, walls: "Walls", pale: bool = False) -> None:
-        from hapkit_studio.charts.zwidth import draw
-
+    def _show(self, walls: Walls, pale: bool = False) -> None:
         self.walls = walls
         self.chart.show_drawing(lambda figure, colors: draw(figure, colors, walls), pale)
 
-    def _list(self, result: "ZWidth | None") -> None:
-        from hapkit_studio.analysis.zwidth.result import newtons_per_metre
-
+    def _list(self, result: ZWidth | None) -> None:
         self.point.setText("")
         columns = (
             Column("B, N·s/m", lambda row: f"{row[0]:g}", lambda row: row[0], right=False),
@@ -240,8 +196,6 @@ class ZWidthPage(MeasuringPage):
 
     def show_near(self, event: "MouseEvent | None") -> None:
         """Say in words what the point under the pointer is, and why nothing stiffer."""
-        from hapkit_studio.analysis.zwidth.result import ENDED
-
         result = self.result
         index = self.chart.near(event, result.damping, result.stiffness) if event and result else None
         if result is None or index is None:
@@ -250,15 +204,10 @@ class ZWidthPage(MeasuringPage):
             ended = ENDED[result.ends[index]]
             self.point.setText(f"{result.at(index)}{result.motor(index)}. Beyond: {ended}.")
 
-    def save(self, path: str) -> None:
-        from hapkit_studio.charts.zwidth import zwidth_figure
-
-        assert self.result is not None
-        zwidth_figure(self.result, path)
-
-    def numbers(self) -> dict:
-        assert self.result is not None
-        return self.result.as_json()
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
+        result = self.result
+        assert result is not None
+        return lambda path: zwidth_figure(result, path), result.as_json
 
     # ending
 
@@ -283,7 +232,7 @@ class ZWidthPage(MeasuringPage):
             self._look.start()
             return
         self._look.stop()
-        self.force.box.setEnabled(True)
+        self.force.setEnabled(True)
         scene, self._scene = self._scene, ""
         if scene and scene != self._studio.environment.key:
             self.job.wait()  # it is putting the wall's own settings back

@@ -1,14 +1,18 @@
-"""The loop as a student changes it: servo rate, added delay, velocity estimator, grip, controller."""
+"""The loop as a student changes it: rate, delay, estimator, grip, controller, and what is modelled."""
 
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
+from hapkit_studio.devices.simulated import MODELS, OPTIONAL, TERMS
 from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
 from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.panel.rendering import RenderingSwitch
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.text import rich
 from hapkit_studio.parameters import Choice, Parameter
 
 RATE = Parameter(
@@ -37,6 +41,7 @@ GRIP = Choice(
 CONTROLLER = "Adds damping only while the scene gives energy."
 UNWATCHED = "Silent while the board renders: it watches and damps in the computer's loop only."
 _LEAST_TARGET = 24
+_MODEL_OPTIONS = ("As needed", "Everything")
 _SHORT = {"difference": "Diff.", "butterworth": "Butterw."}
 
 
@@ -46,8 +51,64 @@ def _show(row: ParameterRow, value: float) -> None:
         row.show_value(value)
 
 
+def modelled(needs: tuple[str, ...], model: str) -> list[str]:
+    """Return the keys of the device's terms that are modelled; () was never looked at and gets them all."""
+    whole = model == "everything" or not needs
+    return ["mass", *(key for key in OPTIONAL if whole or key in needs)]
+
+
+def _words(keys: list[str]) -> str:
+    return ", ".join(TERMS[key].word for key in keys)
+
+
+class ModelLine(QWidget):
+    """Says what is modelled; emits ``chosen`` with "scene" or "everything" when a person switches."""
+
+    chosen = Signal(str)
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.words = QLabel()
+        self.words.setWordWrap(True)
+        self.words.setProperty("role", "hint")
+        self.switch = Segmented("Model", _MODEL_OPTIONS)
+        self.switch.chosen.connect(lambda index: self.chosen.emit(MODELS[index]))
+        column = QVBoxLayout(self)
+        column.setContentsMargins(0, 0, 0, 0)
+        column.setSpacing(4)
+        column.addWidget(self.words)
+        column.addWidget(self.switch)
+
+    def show_model(self, environment: Environment, model: str, simulated: bool) -> None:
+        """Show what is in force; a real device is not modelled, and a scene that needs all has no switch."""
+        self.setVisible(simulated)
+        needs = environment.needs
+        spare = [key for key in OPTIONAL if key not in modelled(needs, "scene")]
+        keys = modelled(needs, model)
+        whole = len(keys) > len(OPTIONAL)
+        self.words.setText(f"Modelled: {'everything' if whole else _words(keys)}")
+        self.switch.setVisible(bool(spare))
+        self.switch.show_index(MODELS.index(model))
+        self.setToolTip(f"<p>{rich(_model_tip(environment.title, spare, judged=bool(needs)))}</p>")
+
+
+def _model_tip(title: str, spare: list[str], judged: bool) -> str:
+    """Return what is left out and what it would change."""
+    if not judged:
+        return f"{title} was not judged yet, so everything is modelled: {_words(modelled((), 'scene'))}."
+    if not spare:
+        all_of_it = _words(modelled((), "scene"))
+        return (
+            f"{title} needs {all_of_it}: without any one, a force, place or count differs by more than 2 %."
+        )
+    return (
+        f"{title} does without {_words(spare)}: with the parameters it starts with, no force, place or count "
+        "differs by more than about 2 % of its scale. Other parameters may need more."
+    )
+
+
 class LoopPanel(QWidget):
-    """Rows for the loop under a heading that folds them into one line where the window is low."""
+    """Rows for the loop under a heading; folded into one line until a person wants them."""
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
         super().__init__(parent)
@@ -56,7 +117,7 @@ class LoopPanel(QWidget):
         self.heading.setProperty("role", "section")
         self.fold = QPushButton("Fold")
         self.fold.setProperty("link", True)
-        self.fold.clicked.connect(self._turn)
+        self.fold.clicked.connect(lambda: self.set_folded(not self.folded))
         self.where = RenderingSwitch(studio)
         self.rate = ParameterRow(RATE)
         self.delay = ParameterRow(DELAY)
@@ -72,44 +133,17 @@ class LoopPanel(QWidget):
         self.controller_words = QLabel(CONTROLLER)
         self.controller_words.setProperty("role", "hint")
         self.controller_words.setWordWrap(True)
-        self.folded = False
-        self._by_hand = self._low = False
-        self._height, self._board = breakpoints.LOOP_SLIDERS, False
+        self.model = ModelLine()
         self._arrange()
         self._connect()
-        self.show_state()
+        self.set_folded(True)
 
     def set_folded(self, folded: bool) -> None:
         """Fold the rows into one line, or unfold them."""
         self.folded = folded
         self._body.setVisible(not folded)
-        self.where.set_folded(self._low and (folded or not self._by_hand))
+        self.where.set_folded(folded)
         self.show_state()
-
-    def give_way(self, narrow: bool, height: int) -> None:
-        """Give way in a low panel: first the sliders, then all rows until a person unfolds them."""
-        filters = [row for rows in self.options.values() for row in rows]
-        for row in (self.rate, self.delay, *filters):
-            row.set_narrow(narrow)
-            row.set_compact(height < breakpoints.LOOP_SLIDERS)
-        for choice in (self.estimator, self.grip):
-            choice.set_compact(height < breakpoints.LOOP_SLIDERS)
-        self._low, self._height = height < breakpoints.LOOP_SLIDERS, height
-        self._fold_or_unfold()
-
-    def _fold_or_unfold(self) -> None:
-        """Fold by the room there is, until a person does; a device that is away changes nothing."""
-        engine = self._studio.engine
-        if engine is not None:
-            self._board = not engine.device.simulated
-        if not self._by_hand:
-            self.set_folded(
-                self._height < breakpoints.LOOP_ROWS + (breakpoints.RENDERING_ROWS if self._board else 0)
-            )
-
-    def _turn(self) -> None:
-        self._by_hand = True
-        self.set_folded(not self.folded)
 
     def show_state(self) -> None:
         """Show the loop as the studio has it; a real board's rate is its own."""
@@ -126,6 +160,7 @@ class LoopPanel(QWidget):
         self.controller.setChecked(loop.controller)
         self.fold.setText(self.summary() if self.folded else "Fold")
         self.fold.setAccessibleName(f"Loop: {self.summary()}")
+        self.model.show_model(self._studio.environment, loop.model, self._studio.simulated)
         self._allow()
 
     def summary(self) -> str:
@@ -159,7 +194,6 @@ class LoopPanel(QWidget):
         self.rate.set_locked(reason if own_clock else "")
         board = engine is not None and engine.board_plan is not None
         self.controller_words.setText(UNWATCHED if board else CONTROLLER)
-        self.controller_words.setVisible(board or not self._low)
         own_hand = engine is not None and not self._studio.hand_is_ours
         self.grip.set_locked("The hand on this device is your own." if own_hand else "")
 
@@ -174,7 +208,7 @@ class LoopPanel(QWidget):
         body.setContentsMargins(0, 0, 0, 0)
         body.setSpacing(0)
         filters = [row for rows in self.options.values() for row in rows]
-        last = (self.grip, self.controller, self.controller_words)
+        last = (self.grip, self.controller, self.controller_words, self.model)
         for row in (self.rate, self.delay, self.estimator, *filters, *last):
             body.addWidget(row)
         column = QVBoxLayout(self)
@@ -185,11 +219,11 @@ class LoopPanel(QWidget):
         column.addWidget(self._body)
 
     def _connect(self) -> None:
-        self._studio.loop_changed.connect(self.show_state)
-        self._studio.engine_changed.connect(self._fold_or_unfold)
-        self._studio.engine_changed.connect(self.show_state)
-        for signal in (self._studio.environment_changed, self._studio.values_changed):
-            signal.connect(self._note_rate)
+        studio = self._studio
+        for signal in (studio.loop_changed, studio.engine_changed, studio.environment_changed):
+            signal.connect(self.show_state)
+        studio.values_changed.connect(self._note_rate)
+        self.model.chosen.connect(lambda name: studio.set_loop(model=name))
         self.rate.changed.connect(lambda _key, value: self._apply(self.rate, rate=value))
         self.delay.changed.connect(lambda _key, value: self._apply(self.delay, delay=value))
         self.estimator.changed.connect(

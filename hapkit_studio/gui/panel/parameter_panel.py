@@ -1,13 +1,10 @@
-"""The panel at the right: title, parameters, what is modelled, warnings, loop, stability."""
+"""The panel at the right: title, parameters, warnings, stability, loop."""
 
-from PySide6.QtCore import QCoreApplication, QEvent, Qt, Signal
+from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QFont, QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QScrollArea, QToolButton, QVBoxLayout, QWidget
 
-from hapkit_studio.devices.simulated import MODELS, OPTIONAL, TERMS
-from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.gallery import icon_name
 from hapkit_studio.gui.panel.loop import LoopPanel
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
@@ -15,17 +12,12 @@ from hapkit_studio.gui.panel.stability_card import StabilityCard
 from hapkit_studio.gui.panel.warnings import WarningLines
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.text import plain, rich
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import AnyParameter, Choice
 
 _SMALLEST = 14  # px: below that a title rather takes two lines
-_OPTIONS = ("As needed", "Everything")
 _SIDE, _TOP = 16, 10
-_ROW_HIGH, _CHOICE_HIGH, _WORDS_HIGH = 53, 34, 34
-_USUAL_ROWS = 3 * _ROW_HIGH + 2 * _CHOICE_HIGH
-"""The rows of the wall, for which the loop's own breakpoints are."""
 
 Row = ParameterRow | ChoiceRow
 
@@ -108,62 +100,6 @@ class PanelTitle(QWidget):
         column.addWidget(self.explanation)
 
 
-def modelled(needs: tuple[str, ...], model: str) -> list[str]:
-    """Return the keys of the device's terms that are modelled; () was never looked at and gets them all."""
-    whole = model == "everything" or not needs
-    return ["mass", *(key for key in OPTIONAL if whole or key in needs)]
-
-
-def _words(keys: list[str]) -> str:
-    return ", ".join(TERMS[key].word for key in keys)
-
-
-class ModelLine(QWidget):
-    """Says what is modelled; emits ``chosen`` with "scene" or "everything" when a person switches."""
-
-    chosen = Signal(str)
-
-    def __init__(self, parent: QWidget | None = None):
-        super().__init__(parent)
-        self.words = QLabel()
-        self.words.setWordWrap(True)
-        self.words.setProperty("role", "hint")
-        self.switch = Segmented("Model", _OPTIONS)
-        self.switch.chosen.connect(lambda index: self.chosen.emit(MODELS[index]))
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(4)
-        column.addWidget(self.words)
-        column.addWidget(self.switch)
-
-    def show_model(self, environment: Environment, model: str, simulated: bool) -> None:
-        """Show what is in force; a real device is not modelled, and a scene that needs all has no switch."""
-        self.setVisible(simulated)
-        needs = environment.needs
-        spare = [key for key in OPTIONAL if key not in modelled(needs, "scene")]
-        keys = modelled(needs, model)
-        whole = len(keys) > len(OPTIONAL)
-        self.words.setText(f"Modelled: {'everything' if whole else _words(keys)}")
-        self.switch.setVisible(bool(spare))
-        self.switch.show_index(MODELS.index(model))
-        self.setToolTip(f"<p>{rich(_model_tip(environment.title, spare, judged=bool(needs)))}</p>")
-
-
-def _model_tip(title: str, spare: list[str], judged: bool) -> str:
-    """Return what is left out and what it would change."""
-    if not judged:
-        return f"{title} was not judged yet, so everything is modelled: {_words(modelled((), 'scene'))}."
-    if not spare:
-        all_of_it = _words(modelled((), "scene"))
-        return (
-            f"{title} needs {all_of_it}: without any one, a force, place or count differs by more than 2 %."
-        )
-    return (
-        f"{title} does without {_words(spare)}: with the parameters it starts with, no force, place or count "
-        "differs by more than about 2 % of its scale. Other parameters may need more."
-    )
-
-
 class ParameterRows(QWidget):
     """One row per declared parameter of the environment in force."""
 
@@ -171,7 +107,6 @@ class ParameterRows(QWidget):
         super().__init__(parent)
         self._studio = studio
         self._anchor = anchor
-        self._narrow = False
         self.rows: dict[str, Row] = {}
         self._column = QVBoxLayout(self)
         self._column.setContentsMargins(0, 0, 0, 0)
@@ -190,7 +125,6 @@ class ParameterRows(QWidget):
         self.rows = {p.key: self._row(p, environment.formula) for p in environment.parameters}
         for row in self.rows.values():
             self._column.addWidget(row)
-        self.set_narrow(self._narrow)
         self.show_values()
         self.order()
 
@@ -211,13 +145,6 @@ class ParameterRows(QWidget):
                 if before.window() is stop.window():
                     QWidget.setTabOrder(before, stop)
                 before = stop
-
-    def set_narrow(self, narrow: bool) -> None:
-        """Make do with a narrow panel, now and for rows to come."""
-        self._narrow = narrow
-        for row in self.rows.values():
-            if isinstance(row, ParameterRow):
-                row.set_narrow(narrow)
 
     def _row(self, parameter: AnyParameter, formula: str) -> Row:
         row: Row = (
@@ -263,24 +190,13 @@ class ParameterPanel(QScrollArea):
         column = self._column = QVBoxLayout(body)
         column.setContentsMargins(_SIDE, _TOP, _SIDE, _TOP)
         column.setSpacing(6)
-        self.model = ModelLine()
-        self.model.chosen.connect(lambda name: studio.set_loop(model=name))
-        self._studio = studio
-        for signal in (studio.environment_changed, studio.engine_changed, studio.loop_changed):
-            signal.connect(self._show_model)
-        self._show_model()
-        studio.environment_changed.connect(self._share_room)
         environment = (self.title, rule(), self.parameters, self.warnings)
-        for part in (*environment, rule(), self.loop, self.model, rule(), self.stability):
+        for part in (*environment, rule(), self.stability, rule(), self.loop):
             column.addWidget(part)
         column.addStretch(1)
         self.setWidget(body)
         self.verticalScrollBar().rangeChanged.connect(self._leave_room_for_scroll_bar)
         self.stability.judged.connect(lambda *_: self._lay_out_now())
-
-    def _show_model(self) -> None:
-        studio = self._studio
-        self.model.show_model(studio.environment, studio.loop.model, studio.simulated)
 
     def _lay_out_now(self) -> None:
         """Give a longer verdict its room at once: else a frame is painted with all rows squeezed."""
@@ -291,16 +207,3 @@ class ParameterPanel(QScrollArea):
         """Let the scroll bar stand in the margin, so that no row moves when it comes and goes."""
         bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
         self._column.setContentsMargins(_SIDE, _TOP, max(_SIDE - bar, 0), _TOP)
-
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self.parameters.set_narrow(self.width() < breakpoints.PANEL)
-        self._share_room()
-
-    def _share_room(self) -> None:
-        """Let the loop give way to an environment of many rows, so that the map stays in sight."""
-        environment = self._studio.environment
-        rows = sum(_CHOICE_HIGH if isinstance(p, Choice) else _ROW_HIGH for p in environment.parameters)
-        words = _WORDS_HIGH if environment.drives else 0
-        narrow = self.width() < breakpoints.PANEL
-        self.loop.give_way(narrow, self.height() - max(rows + words - _USUAL_ROWS, 0))

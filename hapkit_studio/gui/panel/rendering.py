@@ -36,6 +36,7 @@ HINTS = (
     "Ticks missed. Computer: answers that came too late. Board: ticks it had no time for, by its own count",
     "Share of the board's processor that law, rest of the tick and telemetry take as a rule; up to 80",
 )
+_FIRST_ROWS = "Delay, ms", "Limit, N/m"
 UNKNOWN = "–"
 NAMES = "Computer", "Board"
 TIP = (
@@ -141,15 +142,6 @@ def fact_texts(renderer: RendererFacts, limit: float | None) -> tuple[str, ...]:
     return delay, rate, stiffness, f"{renderer.missed:,d}", share
 
 
-def short_texts(renderer: RendererFacts, limit: float | None) -> tuple[str, str]:
-    """Return a way's delay and limit with their units, for where room is short."""
-    if renderer.delay is None:
-        return "", "not measured yet"
-    stiffness = fact_texts(renderer, limit)[2]
-    delay = f"{number(1e3 * renderer.delay.mean, 2)} ms"
-    return delay, stiffness if stiffness == UNKNOWN else f"limit {stiffness} N/m"
-
-
 class Facts(QWidget):
     """A row for each fact, a column each for computer and board; the one in force in the accent colour."""
 
@@ -167,44 +159,25 @@ class Facts(QWidget):
                 label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
                 label.setProperty("role", "fact")
                 grid.addWidget(label, row, column)
+        self._details: list[QLabel] = []
         for row, (name, hint) in enumerate(zip(ROWS, HINTS, strict=True), start=1):
             label = QLabel(name)
             label.setToolTip(hint)
             label.setProperty("role", "fact")
             grid.addWidget(label, row, 0)
+            if name not in _FIRST_ROWS:
+                self._details += [label, *(values[row - 1] for values in self.values)]
+
+    def set_folded(self, folded: bool) -> None:
+        """Leave out all but the first facts, or show all."""
+        for label in self._details:
+            label.setHidden(folded)
 
     def show_renderer(self, column: int, texts: tuple[str, ...], on: bool) -> None:
         """Show one renderer's texts in the order of ROWS; on: it renders now."""
         for label, text in zip(self.values[column], texts, strict=True):
             label.setText(text)
         for label in (self.heads[column], *self.values[column]):
-            mark(label, "on", on)
-
-
-class Lines(QWidget):
-    """One line each where room is short: name, delay and limit; the one in force in the accent colour."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        grid = QGridLayout(self)
-        grid.setContentsMargins(0, 2, 0, 4)
-        grid.setHorizontalSpacing(8)
-        grid.setVerticalSpacing(1)
-        grid.setColumnStretch(0, 1)
-        self.renderers = [[QLabel(name), QLabel(), QLabel()] for name in NAMES]
-        for row, labels in enumerate(self.renderers):
-            for column, label in enumerate(labels):
-                side = Qt.AlignmentFlag.AlignRight if column else Qt.AlignmentFlag.AlignLeft
-                label.setAlignment(side | Qt.AlignmentFlag.AlignVCenter)
-                label.setToolTip(("", HINTS[0], HINTS[2])[column])
-                label.setProperty("role", "fact")
-                grid.addWidget(label, row, column)
-
-    def show_renderer(self, row: int, texts: tuple[str, ...], on: bool) -> None:
-        """Show a way's delay and limit; on: it renders now."""
-        for label, text in zip(self.renderers[row][1:], texts, strict=True):
-            label.setText(text)
-        for label in self.renderers[row]:
             mark(label, "on", on)
 
 
@@ -233,7 +206,7 @@ class RenderingSwitch(QWidget):
         self.switch = Segmented("Rendered by", NAMES)
         self.switch.setToolTip(TIP)
         self.switch.chosen.connect(self._choose)
-        self.facts, self.lines, self.note = Facts(), Lines(), plain(QLabel())
+        self.facts, self.note = Facts(), plain(QLabel())
         self.rate = ChoiceRow(RATE)
         self.rate.changed.connect(lambda _key, index: self._set(board_rate=_rate(int(index))))
         self.button = QPushButton("Compare both")
@@ -258,6 +231,7 @@ class RenderingSwitch(QWidget):
     def set_folded(self, folded: bool) -> None:
         """Say it in one line, or in all."""
         self._folded = folded
+        self.facts.set_folded(folded)
         self.show_state()
 
     def note_health(self, _health: "Health") -> None:
@@ -297,8 +271,7 @@ class RenderingSwitch(QWidget):
         self.instead.setVisible(cheaper is not None)
         self.instead.setText(f"Use {cheaper.choice.word(cheaper.option)}" if cheaper is not None else "")
         able, compare = not refusal, self._studio.hand_is_ours
-        self.facts.setVisible(able and not self._folded)
-        self.lines.setVisible(able and self._folded)
+        self.facts.setVisible(able)
         self.rate.setVisible(able and not self._folded)
         self.button.setVisible(able and compare)
         self.note.setVisible(bool(self.note.text()))
@@ -351,7 +324,6 @@ class RenderingSwitch(QWidget):
             zip(self._renderers, limits, RENDERERS, strict=True)
         ):
             self.facts.show_renderer(column, fact_texts(renderer, limit), where == engine.where)
-            self.lines.show_renderer(column, short_texts(renderer, limit), where == engine.where)
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
         """Have something looked for that the board can render, where this law is too much for it."""
@@ -402,7 +374,7 @@ class RenderingSwitch(QWidget):
         column.setContentsMargins(0, 4, 0, 4)
         column.setSpacing(4)
         column.addLayout(head)
-        for part in (self.facts, self.lines, self.rate, self.button, self.note, self.instead):
+        for part in (self.facts, self.rate, self.button, self.note, self.instead):
             column.addWidget(part)
 
 

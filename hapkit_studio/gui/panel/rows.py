@@ -3,6 +3,7 @@
 import re
 
 from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QToolButton, QWidget
 
 from hapkit_studio.gui.widgets import icons
@@ -15,6 +16,7 @@ from hapkit_studio.parameters import Choice, Parameter
 # more, or longer words, do not fit beside the label in a narrow panel
 _MOST_SEGMENTS, _MOST_LETTERS = 3, 14
 BOX_WIDE, BOX_NARROW = 92, 76
+_WIDE = 260  # px of a row: with less its box is narrow
 
 
 class ChoiceRow(QWidget):
@@ -37,12 +39,12 @@ class ChoiceRow(QWidget):
             self.picker.addItems(words)
             self.picker.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             self.picker.activated.connect(self._take)
-        row = self._row = QHBoxLayout(self)
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 3, 0, 3)
         row.setSpacing(6)
         row.addWidget(self.label, 1)
         row.addWidget(self.picker)
         self._formula = formula
-        self.set_compact(False)
         self.set_locked("")
         self.show_value(choice.default)
 
@@ -64,11 +66,6 @@ class ChoiceRow(QWidget):
         else:
             self.picker.setCurrentIndex(index)
         self._name(value)
-
-    def set_compact(self, compact: bool) -> None:
-        """Stand closer to the rows above and below where the window is low."""
-        margin = 1 if compact else 3
-        self._row.setContentsMargins(0, margin, 0, margin)
 
     def set_locked(self, reason: str) -> None:
         """Leave the option readable but fixed, and say why; no reason unlocks it."""
@@ -142,9 +139,10 @@ class ParameterRow(QWidget):
         """Return what Tab stops at, in order."""
         return self.box, self.reset, self.slider
 
-    def set_narrow(self, narrow: bool) -> None:
+    def resizeEvent(self, event: QResizeEvent) -> None:
         """Leave the label more room in a narrow panel."""
-        self.box.setFixedWidth(BOX_NARROW if narrow else BOX_WIDE)
+        super().resizeEvent(event)
+        self.box.setFixedWidth(BOX_WIDE if self.width() >= _WIDE else BOX_NARROW)
 
     def set_compact(self, compact: bool) -> None:
         """Leave the slider out where the panel is low."""

@@ -4,14 +4,15 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt, QTimer, Signal
-from PySide6.QtGui import QBrush, QPainter, QPaintEvent, QPen, QPolygonF
+from PySide6.QtCore import QRectF, Qt, QTimer, Signal
+from PySide6.QtGui import QBrush, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from hapkit_studio.analysis.stability.axes import height, nice_width
-from hapkit_studio.analysis.stability.margin import hand_words, short, verdict
+from hapkit_studio.analysis.stability.margin import hand_words, height, nice_width, short, verdict
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui.background import LatestAnswer
+from hapkit_studio.gui.live import strokes
+from hapkit_studio.gui.live.canvas import Canvas
 from hapkit_studio.gui.panel.limits import Answer, LoopFacts, Question, answer
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
@@ -26,9 +27,7 @@ LONG = 2e-3
 """s from which on a delay is worth a word: two periods, on a good line it is half of one."""
 _BOARD = "render on the board"
 _FRAMES = "fill its frames (Device, USB frames)"
-_HEIGHT = 146
-_LEFT, _TOP, _RIGHT, _BOTTOM = 56, 8, 10, 36
-_DOT_ROOM = 13  # px: as far as the ring round a dot on the frame stands out
+_HEIGHT, _LEFT = 146, 50.0
 ASK_MS = 100
 _LEAST_WIDTH = 4.0
 _WANDERS = 0.05
@@ -60,120 +59,61 @@ def delay_remedy(device: Any) -> str:
     return device.latency.words if latency_timer(device) else ""
 
 
-class StabilityMap(QWidget):
-    """Paints one answer; the dot stays inside the frame and says so by an open ring where it is beyond."""
+class StabilityMap(Canvas):
+    """Paints one answer; the dot stays inside the frame. Beyond the boundary it is hatched as well."""
 
-    def __init__(self, parent: QWidget | None = None):
-        super().__init__(parent)
+    paper = "side"
+
+    def __init__(self) -> None:
         self._answer: Answer | None = None
+        super().__init__(bottom=True, left_width=_LEFT)
+        self.bottom.setHeight(36)
+        self.bottom.setLabel("N·s/m across, N/m upwards")
         self.setFixedHeight(_HEIGHT)
         self.setAccessibleName("Stability map, damping across, stiffness up")
-        theme.changed.connect(self.update)
 
-    def sizeHint(self) -> QSize:
-        return QSize(220, _HEIGHT)
+    def recolor(self) -> None:
+        """Take the theme's colours and fonts."""
+        super().recolor()
+        self.bottom.label.setFont(theme.font("tick"))
+        self.bottom.label.setDefaultTextColor(theme.color("ink3"))
 
     def show_answer(self, answer: Answer) -> None:
-        """Show another answer."""
+        """Show another answer: with room above dot and limit, the whole boundary if it is low."""
         self._answer = answer
-        self.update()
+        highest = max([k for _, k in answer.boundary if math.isfinite(k)], default=1.0)
+        top = height(answer.question.stiffness, answer.margin.limit, highest)
+        self.view.setRange(xRange=(0.0, answer.question.width), yRange=(0.0, top), padding=0)
+        self.viewport().update()
 
-    def paintEvent(self, event: QPaintEvent) -> None:
+    def paint_under(self, painter: QPainter, box: QRectF) -> None:
+        """Paint the regions beyond and below the boundary."""
         if self._answer is None or len(self._answer.boundary) < 2:
             return
-        painter = QPainter(self)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setFont(theme.font("tick"))
-        frame = QRectF(_LEFT, _TOP, self.width() - _LEFT - _RIGHT, self.height() - _TOP - _BOTTOM)
-        right = self._answer.question.width
-        top = self._top()
-        self._regions(painter, frame, right, top)
-        self._axes(painter, frame, right, top)
-        self._dot(painter, frame, right, top)
-
-    def _top(self) -> float:
-        """Return the stiffness at the upper edge: room above dot and limit, the whole curve if it is low."""
-        assert self._answer is not None
-        highest = max([k for _, k in self._answer.boundary if math.isfinite(k)], default=1.0)
-        return height(self._answer.question.stiffness, self._answer.margin.limit, highest)
-
-    def _regions(self, painter: QPainter, frame: QRectF, right: float, top: float) -> None:
-        assert self._answer is not None
-        beyond = 10.0 * top
-        curve = [_at(frame, b / right, min(k, beyond) / top) for b, k in self._answer.boundary]
-        painter.save()
-        painter.setClipRect(frame)
-        painter.fillRect(frame, theme.color("unstable"))
-        painter.fillRect(frame, QBrush(theme.color("danger", 0.25), Qt.BrushStyle.BDiagPattern))
+        curve = [self.pixel(b, min(k, 1e7)) for b, k in self._answer.boundary]
+        painter.fillRect(box, theme.color("unstable"))
+        painter.fillRect(box, QBrush(theme.color("danger", 0.25), Qt.BrushStyle.BDiagPattern))
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.color("stable"))
-        painter.drawPolygon(QPolygonF([*curve, frame.bottomRight(), frame.bottomLeft()]))
+        painter.drawPolygon(QPolygonF([*curve, box.bottomRight(), box.bottomLeft()]))
         painter.setPen(QPen(theme.color("ink"), 2))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.drawPolyline(QPolygonF(curve))
-        painter.restore()
-        dot = self._place(frame, right, top)
-        painter.setFont(theme.font("label"))
-        for word, token, above in (("grows", "danger", True), ("stable", "ok", False)):
-            box = _room_for_name(frame, curve, dot, above)
-            if box is not None:
-                painter.setPen(theme.color(token))
-                painter.drawText(box, Qt.AlignmentFlag.AlignCenter, word)
 
-    def _axes(self, painter: QPainter, frame: QRectF, right: float, top: float) -> None:
-        painter.setFont(theme.font("tick"))
-        painter.setPen(theme.color("ink2"))
-        for part in (0.0, 0.5, 1.0):
-            place = _at(frame, part, part)
-            x = min(place.x() - 30, self.width() - 60)
-            bottom = QRectF(x, frame.bottom() + 5, 60, 16)
-            flag = Qt.AlignmentFlag.AlignRight if part == 1.0 else Qt.AlignmentFlag.AlignHCenter
-            painter.drawText(bottom, flag, f"{part * right:g}")
-            left = QRectF(0, place.y() - 8, _LEFT - _DOT_ROOM, 16)
-            painter.drawText(
-                left, Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter, f"{part * top:,g}"
-            )
-        painter.setPen(theme.color("ink3"))
-        below = QRectF(frame.left(), frame.bottom() + 18, frame.width(), 18)
-        painter.drawText(below, Qt.AlignmentFlag.AlignHCenter, "damping, N·s/m")
-
-    def _place(self, frame: QRectF, right: float, top: float) -> QPointF:
-        assert self._answer is not None
-        question = self._answer.question
-        return _at(frame, min(1.0, question.damping / right), min(1.0, question.stiffness / top))
-
-    def _dot(self, painter: QPainter, frame: QRectF, right: float, top: float) -> None:
-        assert self._answer is not None
-        question, dot = self._answer.question, self._place(frame, right, top)
-        edge = _at(frame, min(1.0, question.damping / right), min(top, self._answer.margin.limit) / top)
+    def paint_marks(self, painter: QPainter, box: QRectF) -> None:
+        """Paint the dot and the dotted way to the boundary."""
+        if self._answer is None:
+            return
+        question, (_, top) = self._answer.question, self.view.viewRange()[1]
+        across = min(question.damping, question.width)
+        dot, edge = (self.pixel(across, min(k, top)) for k in (question.stiffness, self._answer.margin.limit))
         token = "accent" if self._answer.stable else "danger"
         painter.setPen(QPen(theme.color(token), 1.6, Qt.PenStyle.DotLine))
         painter.drawLine(dot, edge)
-        painter.setPen(QPen(theme.color("surface"), 2))
-        painter.setBrush(theme.color("accent"))
-        painter.drawEllipse(dot, 6, 6)
+        strokes.mark(painter, dot, "accent", 6.0)
         if not self._answer.stable:
-            painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.setPen(QPen(theme.color("danger"), 2))
             painter.drawEllipse(dot, 9, 9)
-
-
-def _room_for_name(frame: QRectF, curve: list[QPointF], dot: QPointF, above: bool) -> QRectF | None:
-    """Return where a region's name fits, clear of boundary and dot; None where the region is too small."""
-    size = QSizeF(50, 18)
-    y = frame.top() + 4 if above else frame.bottom() - size.height() - 4
-    shares = (0.05, 0.3, 0.55, 0.95) if above else (0.95, 0.6, 0.3, 0.05)
-    for share in shares:
-        box = QRectF(QPointF(frame.left() + share * (frame.width() - size.width()), y), size)
-        near = [p.y() for p in curve if box.left() - 12 <= p.x() <= box.right() + 12]
-        clear = min(near) > box.bottom() if above else max(near) < box.top()
-        if clear and not box.adjusted(-12, -12, 12, 12).contains(dot):
-            return box
-    return None
-
-
-def _at(frame: QRectF, across: float, up: float) -> QPointF:
-    return QPointF(frame.left() + across * frame.width(), frame.bottom() - up * frame.height())
 
 
 def conditions(answer: Answer) -> str:
@@ -214,10 +154,9 @@ def differs_by_noise_only(before: Answer, answer: Answer) -> bool:
 
 
 class StabilityCard(QWidget):
-    """Emits ``judged(words, icon, token)`` to the status bar, ``crossed(Answer or None)`` to the banner."""
+    """Emits ``judged(words, icon, token)`` to the status bar."""
 
     judged = Signal(str, str, str)
-    crossed = Signal(object)
 
     def __init__(self, studio: Studio, worker: LatestAnswer | None = None, parent: QWidget | None = None):
         super().__init__(parent)
@@ -283,10 +222,9 @@ class StabilityCard(QWidget):
         self.words.setText(words)
         self._show(headline, "circle", "ink2")
         self.judged.emit(headline, "", "ink2")
-        self.crossed.emit(None)
 
     def show_answer(self, answer: Answer) -> None:
-        """Show a verdict; one that only wanders about the limit has its own figures, but no other banner."""
+        """Show a verdict; one that only wanders about the limit takes neither side."""
         before = self._judged
         if before is not None and differs_by_noise_only(before, answer):
             answer = replace(answer, kept=before.stable)
@@ -298,7 +236,6 @@ class StabilityCard(QWidget):
         headline, words = headlines(answer)
         self._show(headline, *sign_of(answer))
         self.judged.emit(words, *sign_of(answer))
-        self.crossed.emit(None if answer.stable else answer)
 
     def _why_late(self, answer: Answer) -> str:
         """Return why the measured delay is long, less what was added on purpose."""
@@ -367,30 +304,3 @@ class StabilityCard(QWidget):
         column.addWidget(self.words)
         column.addWidget(self.drives)
         column.addWidget(self.map)
-
-
-def margin_notice(answer: Answer) -> tuple[str, str]:
-    """Return title and line of the banner for an unstable answer."""
-    question, limit = answer.question, answer.margin.limit
-    rate, delay = number(question.setting.rate, 0), number(question.setting.delay * 1e3, 2)
-    loop = f"At {rate} Hz and the measured delay of {delay} ms,"
-    if answer.kept is not None:
-        title = f"Stiffness {number(question.stiffness, 0)} N/m is at the limit of {number(limit, 0)} N/m."
-        return title, f"{loop} contact without a hand hardly settles."
-    if question.setting.controller:
-        return _controlled_notice(answer, loop)
-    if limit <= 0.0:
-        return "Unstable at this damping.", f"{loop} no stiffness is stable. Lower damping."
-    title = f"Stiffness {number(question.stiffness, 0)} N/m is above the limit of {number(limit, 0)} N/m."
-    return title, f"{loop} contact without a hand grows instead of settling."
-
-
-def _controlled_notice(answer: Answer, loop: str) -> tuple[str, str]:
-    """Return the banner where the passivity controller is on: what is exact holds without it."""
-    limit = answer.margin.limit
-    held = "The passivity controller may hold contact all the same."
-    if limit <= 0.0:
-        return "Unstable at this damping without the controller.", f"{loop} no stiffness is stable. {held}"
-    stiffness = number(answer.question.stiffness, 0)
-    title = f"Stiffness {stiffness} N/m is above {number(limit, 0)} N/m, the limit without the controller."
-    return title, f"{loop} contact would grow without it. {held}"

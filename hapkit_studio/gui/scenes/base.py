@@ -66,20 +66,31 @@ def knob(stage: Stage, mm: float) -> QRectF:
     return QRectF(stage.x(mm) - stage.knob_width / 2, stage.knob_top, stage.knob_width, stage.knob_height)
 
 
-def beyond(stage: Stage, motion: Motion) -> bool:
-    """Point to a handle that has left the picture and say where it is; return False while it is in sight."""
-    x = stage.x(motion.position)
-    if 0.0 <= x <= stage.width:
+def point_out(
+    stage: Stage, left: float, right: float, row: float, tokens: tuple[str, str], text: str
+) -> bool:
+    """Point to what has left the picture and say where it is; left and right are its columns.
+
+    tokens are those of the arrow's fill and of its line; return False while it is in sight.
+    """
+    if right >= 0.0 and left <= stage.width:
         return False
-    u, y, d = stage.u, stage.knob_middle, 1 if x > 0.0 else -1
+    u, d = stage.u, 1 if left > stage.width else -1
     edge = stage.width / 2 + d * (stage.width / 2 - 8 * u)
     back = edge - d * 11 * u
-    stage.p.setPen(Qt.PenStyle.NoPen)
-    stage.p.setBrush(theme.color("handle"))
-    stage.p.drawPolygon(QPolygonF([QPointF(edge, y), QPointF(back, y - 10 * u), QPointF(back, y + 10 * u)]))
-    text = f"handle at {number(motion.position_text, 1)} mm, {motion.force_text}"
-    stage.say(text, [(back - d * 10 * u, y + 4.8 * u, -d)], "ink", 13, 600, must=True)
+    stage.p.setPen(stage.pen(tokens[1], 1.6))
+    stage.p.setBrush(theme.color(tokens[0]))
+    corners = [QPointF(edge, row), QPointF(back, row - 10 * u), QPointF(back, row + 10 * u)]
+    stage.p.drawPolygon(QPolygonF(corners))
+    stage.say(text, [(back - d * 10 * u, row + 4.8 * u, -d)], "ink", 13, 600, must=True)
     return True
+
+
+def beyond(stage: Stage, motion: Motion) -> bool:
+    """Point to a handle that has left the picture."""
+    x = stage.x(motion.position)
+    text = f"handle at {number(motion.position_text, 1)} mm, {motion.force_text}"
+    return point_out(stage, x, x, stage.knob_middle, ("handle", "handle"), text)
 
 
 def ring_place(stage: Stage, hand: float) -> float:

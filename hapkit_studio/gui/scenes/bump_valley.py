@@ -3,8 +3,8 @@
 import numpy as np
 
 from hapkit_studio.environments.bump_valley import ENVIRONMENT, height
-from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
-from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, sampled, saturating
+from hapkit_studio.gui.scenes.base import Scene, Values, reader
+from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, sampled, saturating
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 
 _value = reader(ENVIRONMENT)
@@ -30,14 +30,5 @@ def fixed(stage: Stage, values: Values) -> None:
     ground(stage, relief(stage, values))
 
 
-def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw the ball that rides over bump and valley."""
-    ride(stage, relief(stage, values), motion.position, BALL * stage.u)
-
-
-def tip(stage: Stage, values: Values, motion: Motion) -> float:
-    """Return the row of the ball's centre."""
-    return resting(stage, relief(stage, values), motion.position, BALL * stage.u)
-
-
+moving, tip = riding(relief, lambda stage, _values: BALL * stage.u)
 SCENE = Scene("bump_valley", fixed, moving, tip=tip)

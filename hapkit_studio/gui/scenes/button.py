@@ -5,7 +5,7 @@ from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.button import ENVIRONMENT
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
-from hapkit_studio.gui.scenes.parts import block, label, mark, read, surface_line, take_stem, text_width
+from hapkit_studio.gui.scenes.parts import block, mark, read, surface_line, take_stem
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -14,7 +14,6 @@ _value = reader(ENVIRONMENT)
 CAP, NUB = 3.6, 3.4  # mm: how far cap and nub reach from the handle
 _SHOULDER, _DIMPLE = 1.8, 0.6  # mm: how far the snapped dome stands out at least, from base and from nub
 _DOME = 0.42  # of the band: half the dome's height
-_COUNT = 13.0, 600  # the count's size at u = 1, and its weight
 _PLATE, _PIN = 0.33, 0.09  # of the band: half the heights of cap and nub
 
 
@@ -81,28 +80,13 @@ def _cap(stage: Stage, cap: float) -> None:
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
-    """Count the clicks in and out: on the base, where no handle comes, or before the button."""
+    """Count the clicks in and out, before the button."""
     downs, ups = read(motion, STATES, "downs"), read(motion, STATES, "ups")
-    if downs + ups <= 0:
-        return
-    text, u, y = f"{downs:.0f} in, {ups:.0f} out", stage.u, stage.rail - 15 * stage.u
-    half, right = text_width(stage, text, *_COUNT) / 2 + 9 * u, stage.x(50.0) - 8 * u
-    if _face(values, motion) < stage.mm(right - 2 * half - 8 * u):
-        _plate(stage, right - half, y - 4.8 * u, half)
-        label(stage, text, right - half, y, ("ink", "scene"), *_COUNT)
-        return
-    take_stem(stage, motion, stage.rail)
-    places = (_surface(values), min(motion.position, _surface(values)), motion.position)
-    stage.say(text, [(stage.x(place) - 12 * u, y, -1) for place in places], "ink", *_COUNT)
-
-
-def _plate(stage: Stage, middle: float, row: float, half: float) -> None:
-    """Draw the ground of the count, about a row."""
-    high = 22 * stage.u
-    plate = QRectF(middle - half, row - high / 2, 2 * half, high)
-    stage.p.setPen(stage.pen("matline", 1.2))
-    stage.p.setBrush(theme.color("scene"))
-    stage.p.drawRoundedRect(plate, 4 * stage.u, 4 * stage.u)
+    if downs + ups > 0:
+        take_stem(stage, motion, stage.rail)
+        places = (_surface(values), min(motion.position, _surface(values)), motion.position)
+        spots = [(stage.x(place) - 12 * stage.u, stage.rail - 15 * stage.u, -1) for place in places]
+        stage.say(f"{downs:.0f} in, {ups:.0f} out", spots, "ink", 13.0, 600)
 
 
 SCENE = Scene("button", fixed, moving, words)

@@ -1,94 +1,208 @@
-"""The cat: stroked by a pad, its hairs lie with the nap, flatten under the pad, stand when rubbed wrong."""
+"""The cat: stroked by a pad, its hairs lie with the nap, flatten under the pad, stand when rubbed wrong.
+
+Its picture is assets/scenes/cat.svg, of which each group is painted where mood and breath have it.
+"""
 
 import math
-from functools import cache
+import re
+from dataclasses import dataclass
+from functools import cache, lru_cache
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QPainterPath, QPen
+from PySide6.QtGui import QColor, QImage, QPainter, QPainterPath, QPen, QPixmap
+from PySide6.QtSvg import QSvgRenderer
 
-from hapkit_studio.gui.scenes import cat_body as body
+from hapkit_studio import resources
+from hapkit_studio.environments.cat import ENVIRONMENT, PURRS_ABOVE, SWAT_TIME, SWATS_BELOW
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values
-from hapkit_studio.gui.scenes.cat_body import Mood, color, pad_height, pen, read, scale, top, y
-from hapkit_studio.gui.scenes.cat_head import head, purr
+from hapkit_studio.gui.scenes.parts import read as number
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.palette import MODES
 
-_FIRST, _LAST = -29.5, 34.5  # mm
-_LIES, _FLAT, _BACKWARDS, _STANDS, _BRISTLES = np.radians((38.0, 8.0, 158.0, 62.0, 30.0))
+# part: light, dark, high contrast
+COAT: dict[str, tuple[str, str, str]] = {
+    "fur": ("#E7A75F", "#D98F48", "#E7A75F"),
+    "stripe": ("#C57F3C", "#AD6A2E", "#B56E2C"),
+    "hair": ("#8C5321", "#9A5C22", "#5A2F0B"),
+    "edge": ("#8C5321", "#5E3614", "#5A2F0B"),
+    "cream": ("#FBEBD6", "#F2DCC0", "#FFF6EA"),
+    "pink": ("#E9938C", "#E58F88", "#E9938C"),
+    "iris": ("#D3DB6C", "#DDE377", "#D3DB6C"),
+    "dark": ("#2B1A0C", "#2B1A0C", "#1B0D02"),
+    "whisker": ("#8C5321", "#F2E6D6", "#5A2F0B"),
+}
+_PER_MM, _HIGH = 2.5, 78.0  # units of the picture: 1 mm along the rail; the cat's height, 1 as a share
+# what parts turn and stretch about: mm along the rail, share of the height
+_GROUND, _ROOT, _FACE, _EYES = (0.0, 0.0), (34.0, 0.20), (-38.5, 0.62), (-38.5, 0.63)
+_PAW, _SHOULDER, _WORD = (-35.5, 0.075), (-31.0, 0.24), (-28.5, 0.95)
+_TAIL_LONG, _SWING = 62.0, 14.0  # units from the root to as far as it swings; degrees
+_BREATH = 0.012  # of the body's height, either way
+_CONTENT, _FULL_BEND = 0.1, 3.0  # mm: hairs bent by this are drawn bent as far as they go
+_ASIDE, _AWAY = 1.9, -2.4  # units: how far a pupil goes to follow the hand, and to shun it
+_FARTHEST = 2.0  # mm: as far as the paw can reach
+_MM = np.arange(-60.0, 60.1, 0.2)
+_FIRST, _LAST = -27.0, 35.0  # mm: between these there is hair
+_FLAT, _BACKWARDS, _LIES, _BRISTLES = np.radians((8.0, 158.0, 38.0, 30.0))
 _REACH = 4.5  # mm: how far from the pad a hair is still touched
-_LONG, _SHORTER = 6.2, 0.25
-_TRACE = 4.0  # mm: a stroke as long as this leaves its full trace
-_CURL = 0.35
-_THICK = 1.2  # half a root
 _TUFT = 3
 _PAD_WIDE, _PAD_HIGH = 34.0, 11.0
-_SHOULDER = -31.0, 0.24  # mm, share of the height
-_FARTHEST = 2.0  # mm: as far as the paw can reach
-_WORD = -28.5, 0.95  # mm, share: beside the ears, above the back
+
+
+@dataclass(frozen=True)
+class Mood:
+    """Contentment −1..1, breath in rad, seconds left of swat and sulk, bent hair −1..1."""
+
+    contentment: float = 0.0
+    breath: float = 0.0
+    swat: float = 0.0
+    sulk: float = 0.0
+    bend: float = 0.0
+
+    @property
+    def word(self) -> str:
+        if self.swat > 0.0 or self.sulk > 0.0:
+            return "swat" if self.swat > 0.0 else "sulking"
+        if self.contentment > _CONTENT:
+            return "purring" if self.contentment > PURRS_ABOVE else "content"
+        return "annoyed" if self.contentment < -_CONTENT else "at rest"
+
+    @property
+    def anger(self) -> float:
+        """Return 0..1: nothing yet down to −0.1, all of it where it would swat."""
+        return (
+            1.0 if self.swat > 0.0 else float(np.interp(-self.contentment, (_CONTENT, -SWATS_BELOW), (0, 1)))
+        )
+
+    @property
+    def eyes(self) -> float:
+        """Return 0..1: how far the eyes are open; they fall shut until it purrs."""
+        if self.sulk > 0.0 and self.swat <= 0.0:
+            return 0.5
+        return float(np.interp(self.contentment, (0.0, PURRS_ABOVE), (1.0, 0.0)))
+
+    @property
+    def reach(self) -> float:
+        """Return 0..1: how far the paw is out."""
+        return math.sin(math.pi * min(1.0, self.swat / SWAT_TIME)) if self.swat > 0.0 else 0.0
+
+    @property
+    def chest(self) -> float:
+        """Return the body's height as a share of its mean: full as the breath begins to go out."""
+        return 1.0 + _BREATH * math.cos(self.breath)
+
+    @property
+    def tail(self) -> float:
+        """Return −1..1: slow with the breath, three times as fast and far in anger."""
+        return 0.25 * math.sin(self.breath) * (1.0 - self.anger) + self.anger * math.sin(3.0 * self.breath)
+
+
+def read(motion: Motion) -> Mood:
+    """Return the mood in the newest row."""
+    state = {name: number(motion, ENVIRONMENT.state_names, name) for name in ENVIRONMENT.state_names}
+    bent = (motion.position - 1e3 * state["anchor"]) / _FULL_BEND if state["started"] else 0.0
+    contentment, bend = min(1.0, max(-1.0, state["contentment"])), min(1.0, max(-1.0, bent))
+    return Mood(contentment, state["breath"], state["swat"], state["sulk"], bend)
+
+
+# the picture ------------------------------------------------------------------------------------
+
+
+def color(part: str) -> QColor:
+    """Return a part's colour in the theme in force."""
+    return QColor(COAT[part][MODES.index(theme.name)])
+
+
+@lru_cache(maxsize=3)
+def _drawing(_look: str) -> QSvgRenderer:
+    """Return the picture in the colours of the theme in force."""
+    text = resources.path("scenes", "cat.svg").read_text(encoding="utf-8")
+    colors = {name: color(name).name() for name in COAT}
+    return QSvgRenderer(re.sub(r"@(\w+)", lambda m: colors.get(m[1]) or theme.tokens[m[1]], text).encode())
+
+
+@lru_cache(maxsize=64)
+def _picture(
+    names: tuple[str, ...], across: float, up: float, ratio: float, look: str
+) -> tuple[QPointF, QPixmap]:
+    """Return groups painted at so many px a unit, and the upper left corner in units."""
+    drawing, box = _drawing(look), QRectF()
+    for name in names:
+        box |= drawing.boundsOnElement(name)
+    box.adjust(-1, -1, 1, 1)
+    picture = QPixmap(math.ceil(box.width() * across * ratio), math.ceil(box.height() * up * ratio))
+    picture.fill(Qt.GlobalColor.transparent)
+    painter = QPainter(picture)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.scale(across * ratio, up * ratio)
+    painter.translate(-box.topLeft())
+    for name in names:
+        drawing.render(painter, name, drawing.boundsOnElement(name))
+    painter.end()
+    picture.setDevicePixelRatio(ratio)
+    return box.topLeft(), picture
+
+
+def part(
+    stage: Stage, names: tuple[str, ...], pivot: tuple[float, float], scale: tuple[float, float],
+    at: QPointF | None = None, turn: float = 0.0, stretch: float = 1.0,
+) -> None:  # fmt: skip
+    """Paint groups, turned by degrees and stretched upwards about a pivot that lies at a point."""
+    corner, picture = _picture(names, *scale, stage.ratio, theme.name)
+    stage.p.save()
+    stage.p.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+    stage.p.translate(at or _at(stage, *pivot))
+    stage.p.rotate(turn)
+    stage.p.scale(1.0, stretch)
+    away = corner - QPointF(pivot[0] * _PER_MM, -pivot[1] * _HIGH)
+    stage.p.drawPixmap(QPointF(away.x() * scale[0], away.y() * scale[1]), picture)
+    stage.p.restore()
 
 
 @cache
-def _hairs(step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return each hair's place in mm, length in units and turn in rad."""
-    rng = np.random.default_rng(11)
-    place = np.arange(_FIRST, _LAST, step)
-    place += rng.uniform(-0.2, 0.2, place.size)
-    return place, _LONG + rng.uniform(-1.0, 1.6, place.size), np.radians(rng.uniform(-6.0, 6.0, place.size))
+def _outline(*names: str) -> np.ndarray:
+    """Return the height (n,), a share, of the highest that groups show over _MM."""
+    image = QImage(2 * int(_PER_MM * 120) + 1, 220, QImage.Format.Format_Alpha8)
+    image.fill(0)
+    painter = QPainter(image)
+    painter.scale(2.0, 2.0)
+    painter.translate(_PER_MM * 60.0, 110.0)
+    drawing = _drawing(theme.name)
+    for name in names:
+        drawing.render(painter, name, drawing.boundsOnElement(name))
+    painter.end()
+    seen = np.frombuffer(image.constBits(), np.uint8).reshape(220, -1)[:, : len(_MM)] > 127
+    return np.where(seen.any(axis=0), (110.0 - 0.5 * seen.argmax(axis=0)) / _HIGH, 0.0)
 
 
-def angles(place: np.ndarray, mood: Mood, motion: Motion) -> np.ndarray:
-    """Return each hair's angle in rad over the back, 0 flat towards the tail, pi flat towards the head."""
-    pad, bend = motion.position, mood.bend
-    near = np.exp(-(((place - pad) / _REACH) ** 2))
-    pressed = _FLAT + max(0.0, -bend) * (_BACKWARDS - _FLAT)
-    lying = _LIES + _BRISTLES * mood.anger + _trace(place, motion)
-    return lying * (1.0 - near) + pressed * near
+@cache
+def _path_of_the_pad() -> np.ndarray:
+    """Return the height (n,), a share, of a pad over _MM: on the back, over the head, down beside the cat."""
+    beside = np.lib.stride_tricks.sliding_window_view(np.pad(_outline("body", "head"), 10), 21).max(axis=1)
+    return np.convolve(np.pad(beside, 10, "edge"), np.full(21, 1.0 / 21.0), "valid")
 
 
-def _trace(place: np.ndarray, motion: Motion) -> np.ndarray:
-    """Return the turn in rad of the hairs just stroked: up where it went against the nap, down with it."""
-    start = motion.trail[0] if motion.trail else motion.position
-    way = start - motion.position
-    if abs(way) < 0.5:
-        return np.zeros_like(place)
-    fresh = np.clip((start - place) / way, 0.0, 1.0) * ((place - motion.position) * way > 0.0)
-    most = _STANDS if way > 0.0 else -0.5 * _LIES
-    return most * fresh * min(1.0, abs(way) / _TRACE)
+def pad_height(mm: float, mood: Mood) -> float:
+    """Return the height, a share, that a pad rests at."""
+    return float(np.interp(mm, _MM, _path_of_the_pad())) * mood.chest
 
 
-def hair(stage: Stage, mood: Mood, motion: Motion) -> None:
-    """Draw the hairs along the back."""
-    s, pad = scale(stage), motion.position
-    place, long, turn = _hairs(0.72 if stage.u > 1.2 else 1.0)
-    row = top(place, mood, pad)
-    slope = (top(place + 0.5, mood, pad) - top(place - 0.5, mood, pad)) * stage.band / stage.per_mm
-    angle = np.arctan(slope) + angles(place, mood, motion) + turn
-    near = np.exp(-(((place - pad) / _REACH) ** 2))
-    long = long * s * (1.0 - _SHORTER * near) * (1.0 + 0.2 * mood.anger)
-    x = stage.width / 2 + place * stage.per_mm
-    y = stage.rail - 2.0 * stage.u - row * stage.band + 1.4 * stage.u
-    bow_x, bow_y = x + 0.5 * long * np.cos(angle + _CURL), y - 0.5 * long * np.sin(angle + _CURL)
-    half_x, half_y = _THICK * stage.u * np.sin(angle), _THICK * stage.u * np.cos(angle)
-    points = (
-        x - half_x, y - half_y, bow_x - half_x, bow_y - half_y,
-        x + long * np.cos(angle), y - long * np.sin(angle),
-        bow_x + half_x, bow_y + half_y, x + half_x, y + half_y,
-    )  # fmt: skip
-    _fill(stage, np.column_stack(points).tolist())
+def y(stage: Stage, share: float) -> float:
+    """Return the row in px of a share of the cat's height."""
+    return stage.rail - 2.0 * stage.u - share * stage.band
 
 
-def _fill(stage: Stage, hairs: list[list[float]]) -> None:
-    """Fill hairs, each from root over a bow to the tip and back, a few in one path: many would be slow."""
-    ink = color("hair")
-    for i in range(0, len(hairs), _TUFT):
-        path = QPainterPath()
-        path.setFillRule(Qt.FillRule.WindingFill)
-        for a, b, c, d, e, f, g, h, k, m in hairs[i : i + _TUFT]:
-            path.moveTo(a, b)
-            path.quadTo(c, d, e, f)
-            path.quadTo(g, h, k, m)
-        stage.fill(path, ink)
+def _at(stage: Stage, mm: float, share: float) -> QPointF:
+    return QPointF(stage.x(mm), y(stage, share))
+
+
+def _unit(stage: Stage) -> float:
+    """Return the px of one unit of head, paw or hair: as the stage is high, but never too wide for it."""
+    return min(stage.band / _HIGH, stage.per_mm / _PER_MM)
+
+
+# painting ---------------------------------------------------------------------------------------
 
 
 def tip(stage: Stage, values: Values, motion: Motion) -> float:
@@ -98,68 +212,107 @@ def tip(stage: Stage, values: Values, motion: Motion) -> float:
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw the cat, then the pad on it."""
-    mood, pad = read(motion), motion.position
-    body.tail(stage, mood)
-    body.body(stage, mood, pad)
+    mood, s = read(motion), _unit(stage)
+    tail = min(s, (stage.width - stage.x(_ROOT[0])) / _TAIL_LONG)
+    part(stage, ("tail",), _ROOT, (tail, tail), turn=_SWING * mood.tail)
+    part(stage, ("body",), _GROUND, (stage.per_mm / _PER_MM, stage.band / _HIGH), stretch=mood.chest)
     if mood.reach == 0.0:
-        body.paw(stage, *body.NEAR)
-    hair(stage, mood, motion)
-    head(stage, mood, pad)
-    purr(stage, mood)
-    _pad(stage, values, motion)
+        part(stage, ("paw",), _PAW, (s, s))
+    _hair(stage, mood, motion.position)
+    _head(stage, mood, motion.position)
+    _pad(stage, tip(stage, values, motion), stage.x(motion.position))
     if mood.reach > 0.0:
-        _arm(stage, mood, motion)
+        _arm(stage, mood, motion.position)
 
 
-def _pad(stage: Stage, values: Values, motion: Motion) -> None:
-    u, low = stage.u, tip(stage, values, motion)
-    x, wide, high = stage.x(motion.position), _PAD_WIDE * u, _PAD_HIGH * u
-    stage.p.setPen(QPen(theme.color("scene"), 1.2 * u))
+def _head(stage: Stage, mood: Mood, pad: float) -> None:
+    """Draw the head; pad is the place in mm that the eyes follow."""
+    scale = (_unit(stage),) * 2
+    cross = mood.swat > 0.0 or mood.sulk > 0.0
+    ears = "ears_back" if cross or mood.contentment < SWATS_BELOW else "ears_up"
+    mouth = "calm" if not cross and mood.contentment >= -_CONTENT else "cross"
+    part(stage, (ears, "head", f"mouth_{'hiss' if mood.swat > 0.0 else mouth}"), _FACE, scale)
+    if mood.eyes == 0.0:
+        part(stage, ("eyes_closed",), _EYES, scale)
+    else:
+        part(stage, ("eyes_cross" if mood.anger > 0.5 else "eyes_open",), _EYES, scale, stretch=mood.eyes)
+        looks = float(np.interp(pad - _FACE[0], (-60.0, 60.0), (-_ASIDE, _ASIDE)))
+        aside = _AWAY if mood.sulk > 0.0 else looks
+        part(
+            stage, ("pupils",), _EYES, scale, _at(stage, *_EYES) + QPointF(aside * scale[0], 0.0),
+            stretch=mood.eyes,
+        )  # fmt: skip
+    if not cross:
+        arcs = [f"purr_{i}" for i in range(3) if mood.contentment > PURRS_ABOVE + 0.1 * i]
+        if arcs:
+            part(stage, tuple(arcs), _FACE, scale)
+
+
+def angles(place: np.ndarray, mood: Mood, pad: float) -> np.ndarray:
+    """Return each hair's angle in rad over the back, 0 flat towards the tail, pi flat towards the head."""
+    near = np.exp(-(((place - pad) / _REACH) ** 2))
+    pressed = _FLAT + max(0.0, -mood.bend) * (_BACKWARDS - _FLAT)
+    return (_LIES + _BRISTLES * mood.anger) * (1.0 - near) + pressed * near
+
+
+@cache
+def _hairs(step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return each hair's place in mm, length in units and turn in rad."""
+    rng = np.random.default_rng(11)
+    place = np.arange(_FIRST, _LAST, step)
+    place += rng.uniform(-0.2, 0.2, place.size)
+    return place, rng.uniform(5.2, 7.8, place.size), np.radians(rng.uniform(-6.0, 6.0, place.size))
+
+
+def _hair(stage: Stage, mood: Mood, pad: float) -> None:
+    """Draw the hairs along the back, each from its root over a bow to the tip and back."""
+    place, long, turn = _hairs(0.72 if stage.u > 1.2 else 1.0)
+    back = _outline("body") * mood.chest * stage.band
+    row, slope = np.interp(place, _MM, back), np.interp(place, _MM, np.gradient(back, _MM * stage.per_mm))
+    angle = np.arctan(slope) + angles(place, mood, pad) + turn
+    long = long * _unit(stage) * (1.0 + 0.2 * mood.anger)
+    x, low = stage.width / 2 + place * stage.per_mm, stage.rail - 0.6 * stage.u - row
+    bow_x, bow_y = x + 0.5 * long * np.cos(angle + 0.35), low - 0.5 * long * np.sin(angle + 0.35)
+    half_x, half_y = 1.2 * stage.u * np.sin(angle), 1.2 * stage.u * np.cos(angle)
+    points = np.column_stack((
+        x - half_x, low - half_y, bow_x - half_x, bow_y - half_y,
+        x + long * np.cos(angle), low - long * np.sin(angle),
+        bow_x + half_x, bow_y + half_y, x + half_x, low + half_y,
+    )).tolist()  # fmt: skip
+    for i in range(0, len(points), _TUFT):  # a few in one path: many would be slow
+        path = QPainterPath()
+        path.setFillRule(Qt.FillRule.WindingFill)
+        for a, b, c, d, e, f, g, h, k, m in points[i : i + _TUFT]:
+            path.moveTo(a, b)
+            path.quadTo(c, d, e, f)
+            path.quadTo(g, h, k, m)
+        stage.fill(path, color("hair"))
+
+
+def _pad(stage: Stage, row: float, x: float) -> None:
+    wide, high = _PAD_WIDE * stage.u, _PAD_HIGH * stage.u
+    stage.p.setPen(QPen(theme.color("scene"), 1.2 * stage.u))
     stage.p.setBrush(theme.color("handle"))
-    stage.p.drawRoundedRect(QRectF(x - wide / 2, low - high / 2, wide, high), high / 2, high / 2)
-    stage.taken.append(QRectF(x - wide / 2, stage.top, wide, low - stage.top + high))
+    stage.p.drawRoundedRect(QRectF(x - wide / 2, row - high / 2, wide, high), high / 2, high / 2)
+    stage.taken.append(QRectF(x - wide / 2, stage.top, wide, row - stage.top + high))
 
 
-def _arm(stage: Stage, mood: Mood, motion: Motion) -> None:
-    """Draw the foreleg that goes out to the hand, and its claws' trace at the pad."""
-    s, u = scale(stage), stage.u
-    shoulder = QPointF(stage.x(_SHOULDER[0]), y(stage, _SHOULDER[1]))
-    rest = QPointF(stage.x(body.NEAR[0] + 6.0), y(stage, 0.08))
-    reached = min(motion.position - 3.0, _FARTHEST)
-    goal = QPointF(stage.x(reached), y(stage, pad_height(reached, mood) - 0.02))
-    hand = rest + (goal - rest) * mood.reach
-    path = QPainterPath(shoulder)
-    bow = QPointF((shoulder.x() + hand.x()) / 2, max(shoulder.y(), hand.y()) + 4.0 * s)
-    path.quadTo(bow, hand)
-    stage.stroke(path, pen("edge", 15.0 * s + 3.6 * u))
-    stage.stroke(path, pen("fur", 15.0 * s))
-    stage.p.setPen(Qt.PenStyle.NoPen)
-    stage.p.setBrush(color("fur"))
-    stage.p.drawEllipse(shoulder, 7.5 * s + 2.6 * u, 7.5 * s + 2.6 * u)
-    stage.p.setPen(pen("edge", 1.8 * u))
-    stage.p.setBrush(color("cream"))
-    stage.p.drawEllipse(hand, 10.0 * s, 9.0 * s)
-    _claws(stage, mood, motion)
-
-
-def _claws(stage: Stage, mood: Mood, motion: Motion) -> None:
-    """Draw three strokes that come from where the swat comes from."""
-    s, x, row = scale(stage), stage.x(motion.position), tip(stage, {}, motion)
-    for i in (-1, 0, 1):
-        start = QPointF(x - mood.push * (24.0 + 3.0 * abs(i)) * s, row + (9.0 * i - 6.0) * s)
-        path = QPainterPath(start)
-        long = 16.0 * s * mood.reach
-        path.quadTo(start + QPointF(mood.push * long * 0.5, -3.0 * s), start + QPointF(mood.push * long, 0.0))
-        stage.stroke(path, stage.pen("applied", 2.4, alpha=math.sqrt(mood.reach)))
+def _arm(stage: Stage, mood: Mood, pad: float) -> None:
+    """Draw the foreleg that goes out to the hand, and its paw."""
+    s, reached = _unit(stage), min(pad - 3.0, _FARTHEST)
+    shoulder, rest = _at(stage, *_SHOULDER), _at(stage, *_PAW)
+    hand = rest + (_at(stage, reached, pad_height(reached, mood) - 0.02) - rest) * mood.reach
+    for part_name, wide in (("edge", 18.0), ("fur", 15.0)):
+        stroke = QPen(color(part_name), wide * s, Qt.PenStyle.SolidLine, Qt.PenCapStyle.RoundCap)
+        stage.line(shoulder.x(), shoulder.y(), hand.x(), hand.y(), stroke)
+    part(stage, ("paw",), _PAW, (s, s), hand)
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
     """Say the mood, beside the ears or where the handle leaves room."""
-    row, u = y(stage, _WORD[1]), stage.u
+    row = y(stage, _WORD[1])
     places = [
-        (stage.x(_WORD[0]), row, 1),
-        (stage.x(-5.0), row, 1),
-        (stage.x(motion.position) + 26 * u, row, 1),
+        (x, row, 1) for x in (stage.x(_WORD[0]), stage.x(-5.0), stage.x(motion.position) + 26 * stage.u)
     ]
     stage.say(read(motion).word, places, "ink3", 12.5, 500)
 

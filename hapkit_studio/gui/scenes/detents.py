@@ -3,8 +3,8 @@
 import numpy as np
 
 from hapkit_studio.environments.detents import ENVIRONMENT
-from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
-from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, saturating
+from hapkit_studio.gui.scenes.base import Scene, Values, reader
+from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, saturating
 from hapkit_studio.gui.scenes.stage import Stage
 
 _value = reader(ENVIRONMENT)
@@ -39,14 +39,5 @@ def fixed(stage: Stage, values: Values) -> None:
     ground(stage, relief(stage, values))
 
 
-def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw the ball that rides in the wells."""
-    ride(stage, relief(stage, values), motion.position, _radius(stage, values))
-
-
-def tip(stage: Stage, values: Values, motion: Motion) -> float:
-    """Return the row of the ball's centre."""
-    return resting(stage, relief(stage, values), motion.position, _radius(stage, values))
-
-
+moving, tip = riding(relief, _radius)
 SCENE = Scene("detents", fixed, moving, tip=tip)

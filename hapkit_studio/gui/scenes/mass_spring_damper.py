@@ -4,8 +4,8 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.mass_spring_damper import ENVIRONMENT
-from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
-from hapkit_studio.gui.scenes.parts import beyond, label, mark, on_object, read, surface_line, text_width
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values, point_out, reader
+from hapkit_studio.gui.scenes.parts import label, mark, on_object, read, surface_line, text_width
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -95,7 +95,7 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
     body = _body(stage, values, motion)
     text = f"{_value(values, 'mass'):.3g} kg"
     where = f"block at {number(place(values, motion), 1)} mm"
-    if beyond(stage, body.left(), body.right(), body.center().y(), where):
+    if point_out(stage, body.left(), body.right(), body.center().y(), ("obj", "objline"), where):
         return
     y = body.center().y() + 4.5 * stage.u
     if text_width(stage, text, 13, 700) + 8 * stage.u < body.width():

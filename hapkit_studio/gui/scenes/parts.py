@@ -7,7 +7,7 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainterPath, QPen, QPolygonF
 
-from hapkit_studio.gui.scenes.base import Motion
+from hapkit_studio.gui.scenes.base import Motion, Values
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.widgets.text import paint_words
 from hapkit_studio.gui.widgets.theme import theme
@@ -38,17 +38,16 @@ def block(stage: Stage, face: float, end: float, token: str = "mat", hatched: bo
     if side * (end - face) <= abs(corner):
         return
     inner = face + corner
-    body = QRectF(QPointF(min(inner, end), top), QPointF(max(inner, end), low))
     edge = QPainterPath(QPointF(inner, top))
     edge.quadTo(face, top, face, top + abs(corner))
     edge.lineTo(face, low)
     solid = QPainterPath(edge)
-    solid.lineTo(inner if hatched else end, low)
+    solid.lineTo(end, low)
+    solid.lineTo(end, top)
     if hatched:
-        stage.hatch_rect(body, token)
+        stage.hatch(solid, token)
     else:
-        solid.lineTo(end, top)
-    stage.fill(solid, stage.hatched(token) if hatched else theme.color(token))
+        stage.fill(solid, theme.color(token))
     edge.moveTo(end, top)
     edge.lineTo(inner, top)
     stage.stroke(edge, stage.pen("matline", 2.6))
@@ -148,12 +147,21 @@ def resting(stage: Stage, relief: Relief, mm: float, radius: float) -> float:
     return float(np.min(under - np.sqrt(radius**2 - reach**2)))
 
 
-def ride(stage: Stage, relief: Relief, mm: float, radius: float) -> None:
-    """Draw the ball at the stem's end, resting on the relief."""
-    stage.p.setPen(Qt.PenStyle.NoPen)
-    stage.p.setBrush(theme.color("handle"))
-    seen = radius - _OUTLINE * stage.u
-    stage.p.drawEllipse(QPointF(stage.x(mm), resting(stage, relief, mm, radius)), seen, seen)
+def riding(
+    relief: Callable[[Stage, Values], Relief], radius: Callable[[Stage, Values], float]
+) -> tuple[Callable[[Stage, Values, Motion], None], Callable[[Stage, Values, Motion], float]]:
+    """Return the ``moving`` and the ``tip`` of a scene whose stem ends in a ball of a radius in px."""
+
+    def moving(stage: Stage, values: Values, motion: Motion) -> None:
+        stage.p.setPen(Qt.PenStyle.NoPen)
+        stage.p.setBrush(theme.color("handle"))
+        seen = radius(stage, values) - _OUTLINE * stage.u
+        stage.p.drawEllipse(QPointF(stage.x(motion.position), tip(stage, values, motion)), seen, seen)
+
+    def tip(stage: Stage, values: Values, motion: Motion) -> float:
+        return resting(stage, relief(stage, values), motion.position, radius(stage, values))
+
+    return moving, tip
 
 
 def take_stem(stage: Stage, motion: Motion, low: float) -> None:
@@ -165,21 +173,3 @@ def take_stem(stage: Stage, motion: Motion, low: float) -> None:
 def saturating(value: float, reference: float, room: float) -> float:
     """Return a drawn height that grows with the value, 63 % of the room at the reference, and always fits."""
     return room * (1.0 - math.exp(-max(value, 0.0) / reference))
-
-
-# what moves -------------------------------------------------------------------------------------
-
-
-def beyond(stage: Stage, left: float, right: float, row: float, text: str) -> bool:
-    """Point to an object that has left the picture and say where it is; left and right are its columns."""
-    if right > 0.0 and left < stage.width:
-        return False
-    u, d = stage.u, 1 if left >= stage.width else -1
-    tip = stage.width / 2 + d * (stage.width / 2 - 8 * u)
-    back = tip - d * 11 * u
-    stage.p.setPen(stage.pen("objline", 1.6))
-    stage.p.setBrush(theme.color("obj"))
-    corners = [QPointF(tip, row), QPointF(back, row - 10 * u), QPointF(back, row + 10 * u)]
-    stage.p.drawPolygon(QPolygonF(corners))
-    stage.say(text, [(back - d * 10 * u, row + 4.8 * u, -d)], "ink", 13, 600, must=True)
-    return True

@@ -5,8 +5,8 @@ from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments import puck as law
 from hapkit_studio.environments.puck import ENVIRONMENT
-from hapkit_studio.gui.scenes.base import Motion, Scene, Values
-from hapkit_studio.gui.scenes.parts import beyond, block, read
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values, point_out
+from hapkit_studio.gui.scenes.parts import block, read
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -91,7 +91,7 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
     """Point to a puck that has left the picture."""
     shape = outline(stage, motion)
     text = f"puck at {number(place(motion), 1)} mm"
-    beyond(stage, shape.left(), shape.right(), shape.center().y(), text)
+    point_out(stage, shape.left(), shape.right(), shape.center().y(), ("obj", "objline"), text)
 
 
 SCENE = Scene("puck", fixed, moving, words)

@@ -3,22 +3,11 @@
 Lengths are pixels; u scales every fixed size (1.0 at 150 high, 1.32 at 236); positions on the rail are mm.
 """
 
-import math
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import (
-    QBrush,
-    QColor,
-    QFont,
-    QFontMetricsF,
-    QPainter,
-    QPainterPath,
-    QPen,
-    QPixmap,
-    QTransform,
-)
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen
 
 from hapkit_studio.gui.widgets.text import paint_words
 from hapkit_studio.gui.widgets.theme import number, theme
@@ -27,7 +16,6 @@ T = TypeVar("T")
 
 HALF_TRAVEL = 50.0  # mm
 _BESIDE = 4.0  # px between words
-_HATCH = 9.0
 _FAR = 1000.0  # mm: what is farther, or no place at all, is drawn there, out of sight
 _CORNER = 7.0  # px: the inside of a card's corner
 
@@ -52,7 +40,6 @@ class Stage:
         self._kept: list[QRectF] = []
         self._kept_texts: list[QRectF] = []
         self._fonts: dict[tuple[float, int], tuple[QFont, QFontMetricsF]] = {}
-        self._hatched: dict[str, QPixmap] = {}
         self._made: dict[str, tuple[object, Any]] = {}
 
     def begin(self, painter: QPainter) -> None:
@@ -108,38 +95,10 @@ class Stage:
         """Fill a path without an outline."""
         self.p.fillPath(path, brush)
 
-    def hatched(self, token: str = "mat") -> QBrush:
-        """Return a brush of hatching on a token's colour, fixed to the world."""
-        brush = QBrush(self._hatch(token))
-        if self.ratio != 1.0:  # even an identity transform takes the slow path
-            brush.setTransform(QTransform.fromScale(1.0 / self.ratio, 1.0 / self.ratio))
-        return brush
-
-    def hatch_rect(self, rect: QRectF, token: str = "mat") -> None:
-        """Hatch a rectangle, rounded to whole pixels of the screen: the fast way for large ones."""
-        left, top = round(rect.left() * self.ratio), round(rect.top() * self.ratio)
-        right, low = round(rect.right() * self.ratio), round(rect.bottom() * self.ratio)
-        source = QRectF(left, top, right - left, low - top)
-        target = QRectF(source.topLeft() / self.ratio, source.size() / self.ratio)
-        self.p.drawPixmap(target, self._hatch(token), source)
-
-    def _hatch(self, token: str) -> QPixmap:
-        """Return the whole scene hatched, painted once."""
-        if token in self._hatched:
-            return self._hatched[token]
-        size = QSize(math.ceil(self.width * self.ratio), math.ceil(self.height * self.ratio))
-        picture = QPixmap(size)
-        picture.fill(theme.color(token))
-        painter = QPainter(picture)
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.scale(self.ratio, self.ratio)
-        painter.setPen(QPen(theme.color("mat2"), 1.2 * self.u))
-        step, x = _HATCH * self.u * math.sqrt(2.0), 0.0
-        while x < self.width + self.height:
-            painter.drawLine(QPointF(x, -2.0), QPointF(x - self.height - 4.0, self.height + 2.0))
-            x += step
-        painter.end()
-        return self._hatched.setdefault(token, picture)
+    def hatch(self, path: QPainterPath, token: str = "mat") -> None:
+        """Fill a path with a token's colour, hatched: it is fixed to the world."""
+        self.p.fillPath(path, theme.color(token))
+        self.p.fillPath(path, QBrush(theme.color("mat2"), Qt.BrushStyle.BDiagPattern))
 
     # words --------------------------------------------------------------------------------------
 
@@ -225,5 +184,5 @@ class Stage:
         width, top = 10.0 * self.u, self.top + 4 * self.u
         body = QPainterPath()
         body.addRect(QRectF(x if side > 0 else x - width, top, width, self.rail - top))
-        self.fill(body, self.hatched("scene"))
+        self.hatch(body, "scene")
         self.line(x, top, x, self.rail, self.pen("matline", 2.6))

@@ -6,10 +6,9 @@ import numpy as np
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
-from hapkit_studio.dynamics.grains import grain
-from hapkit_studio.environments.texture import BANDS, ENVIRONMENT, GRATING
+from hapkit_studio.environments.texture import BANDS, ENVIRONMENT, GRATING, grain
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
-from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, resting, ride, sampled, take_stem
+from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, sampled, take_stem
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -142,14 +141,5 @@ def _radius(stage: Stage, values: Values) -> float:
     return max(min(BALL * stage.u, fits), _LEAST_BALL * stage.u)
 
 
-def moving(stage: Stage, values: Values, motion: Motion) -> None:
-    """Draw the ball that rides on the ground."""
-    ride(stage, relief(stage, values), motion.position, _radius(stage, values))
-
-
-def tip(stage: Stage, values: Values, motion: Motion) -> float:
-    """Return the row of the ball's centre."""
-    return resting(stage, relief(stage, values), motion.position, _radius(stage, values))
-
-
+moving, tip = riding(relief, _radius)
 SCENE = Scene("texture", fixed, moving, words, tip)

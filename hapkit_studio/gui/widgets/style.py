@@ -30,7 +30,7 @@ def _with_tokens(sheet: str) -> str:
     return re.sub(r"@(\w+)", lambda match: theme.tokens[match[1]], sheet)
 
 
-class _Dress(QObject):
+class _StyleSheet(QObject):
     """Keeps one widget's sheet in the theme's colours; lives and dies with the widget."""
 
     def __init__(self, widget: QWidget, sheet: str):
@@ -45,14 +45,14 @@ class _Dress(QObject):
             self.widget.setStyleSheet(sheet)
 
 
-def dress(widget: QWidget, sheet: str) -> None:
+def set_style(widget: QWidget, sheet: str) -> None:
     """Give a widget a style sheet whose @tokens follow the theme; a second call replaces the first."""
-    found = widget.findChildren(_Dress, options=Qt.FindChildOption.FindDirectChildrenOnly)
+    found = widget.findChildren(_StyleSheet, options=Qt.FindChildOption.FindDirectChildrenOnly)
     if found:
         found[0].sheet = sheet
         found[0].refresh()
     else:
-        _Dress(widget, sheet)
+        _StyleSheet(widget, sheet)
 
 
 def mark(widget: QWidget, name: str, value: object) -> None:

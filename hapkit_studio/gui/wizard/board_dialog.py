@@ -7,24 +7,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QKeyEvent
-from PySide6.QtWidgets import (
-    QDialog,
-    QFrame,
-    QHBoxLayout,
-    QLabel,
-    QProgressBar,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QDialog, QFrame, QProgressBar, QPushButton, QWidget
 
 from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
 from hapkit_studio.devices.board_runner import motor_force
 from hapkit_studio.devices.profiles import readings
 from hapkit_studio.gui.header import StopButton
-from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.style import dress
-from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.gui.widgets.parts import Sign, across, down, label
+from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 
 if TYPE_CHECKING:
@@ -40,10 +30,6 @@ LONG_SECONDS = 5.0
 """s from which on a run shows how far it is."""
 _EVERY = 5
 """Of so many samples pictures show one."""
-_STYLE = """
-#boardDialog { background: @surface; }
-#boardDialogHeader { background: @side; border-bottom: 1px solid @line; }
-"""
 
 
 @dataclass(frozen=True)
@@ -72,11 +58,7 @@ class BoardDialog(QDialog):
         assert entry is not None
         self.board = BoardThread(entry.make, self.prepare, self)
         self.stop, self.release = StopButton(studio), QPushButton("Release E-stop")
-        self.column = QVBoxLayout(self)
-        self.column.setContentsMargins(0, 0, 0, 0)
-        self.column.setSpacing(0)
-        self.column.addWidget(self._header())
-        dress(self, _STYLE)
+        self.column = down(self._header(), into=self)
         self._frames = QTimer(self, interval=FRAME_MS)
         self._frames.timeout.connect(self._show_frame)
         studio.stop_changed.connect(self._stop_changed)
@@ -170,23 +152,13 @@ class BoardDialog(QDialog):
         header.setObjectName("boardDialogHeader")
         header.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         header.setFixedHeight(56)
-        title = QLabel(self.title)
-        title.setFont(theme.font("title"))
         self.release.setProperty("tall", True)
         self.release.clicked.connect(self.studio.release_stop)
-        row = QHBoxLayout(header)
-        row.setContentsMargins(24, 0, 12, 0)
-        row.setSpacing(12)
-        row.addWidget(title, 1)
-        row.addWidget(self.release)
-        row.addWidget(self.stop)
         for button in (self.release, self.stop):
             button.setAutoDefault(False)
+        title = label(self.title, "title")
+        across((title, 1), self.release, self.stop, into=header, margins=(24, 0, 12, 0), gap=12)
         return header
-
-
-_BACKGROUND = {"ok": "oksoft", "warn": "warnsoft", "danger": "dangersoft"}
-_ICON, _BAR_HEIGHT, _BAR_STEPS = 22, 5, 1000
 
 
 class ResultBox(QFrame):
@@ -195,43 +167,30 @@ class ResultBox(QFrame):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("resultBox")
-        self.icon, self.words, self.remedy, self.bar = QLabel(), QLabel(), QLabel(), QProgressBar()
-        dress(self.words, "QLabel { font-size: 15px; font-weight: 650; }")
-        dress(self.remedy, "QLabel { font-size: 14px; }")
-        self.bar.setRange(0, _BAR_STEPS)
-        self.bar.setTextVisible(False)
-        self.bar.setFixedHeight(_BAR_HEIGHT)
+        self.sign, self.words, self.remedy, self.bar = (
+            Sign(22),
+            label(role="headline"),
+            label(),
+            QProgressBar(),
+        )
+        self.bar.setFixedHeight(5)
         self.bar.setAccessibleName("Progress")
         kept = self.bar.sizePolicy()
         kept.setRetainSizeWhenHidden(True)  # its coming moves nothing
         self.bar.setSizePolicy(kept)
         self.bar.hide()
-        column, row, text = QVBoxLayout(self), QHBoxLayout(), QVBoxLayout()
-        column.setContentsMargins(14, 7, 14, 4)
-        column.setSpacing(2)
-        row.setSpacing(12)
-        text.setSpacing(4)
-        text.addStretch(1)
-        for label in (self.words, self.remedy):
-            label.setWordWrap(True)
-            text.addWidget(label)
-        text.addStretch(1)
-        row.addWidget(self.icon, 0, Qt.AlignmentFlag.AlignVCenter)
-        row.addLayout(text, 1)
-        column.addLayout(row, 1)
-        column.addWidget(self.bar)
+        text = down(None, self.words, self.remedy, None, gap=4)
+        down((across(self.sign, (text, 1), gap=12), 1), self.bar, into=self, margins=(14, 7, 14, 4), gap=2)
         self.setMinimumHeight(66)  # two lines: most results move nothing
-        self._look = NEUTRAL
-        theme.changed.connect(self._paint)
 
     def show_text(self, words: str, remedy: str = "", look: tuple[str, str] = NEUTRAL) -> None:
         """Show words and what to do, with an icon and its colour."""
         self.words.setText(words)
         self.remedy.setText(remedy)
         self.remedy.setVisible(bool(remedy))
-        self._look = look
+        self.sign.show_sign(*look)
+        mark(self, "tone", look[1])
         self.setAccessibleName(f"{words} {remedy}".strip())
-        self._paint()
 
     def show_result(self, result: CheckResult) -> None:
         """Show the result of a check."""
@@ -249,11 +208,5 @@ class ResultBox(QFrame):
         """Show how far a run is that takes so many s; nothing for a short one and one without end."""
         shown = LONG_SECONDS <= seconds < math.inf
         if shown:
-            self.bar.setValue(round(_BAR_STEPS * passed / seconds))
+            self.bar.setValue(round(100 * passed / seconds))
         self.bar.setVisible(shown)
-
-    def _paint(self) -> None:
-        name, color = self._look
-        self.icon.setPixmap(icons.pixmap(name, _ICON, color, self.devicePixelRatioF()))
-        background = f"background: @{_BACKGROUND.get(color, 'side')};"
-        dress(self, f"#resultBox {{ {background} border: 1px solid @line; border-radius: 8px; }}")

@@ -4,21 +4,12 @@ import math
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import (
-    QGridLayout,
-    QHBoxLayout,
-    QLabel,
-    QProgressBar,
-    QPushButton,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QGridLayout, QLabel, QLayout, QProgressBar, QPushButton, QWidget
 
 from hapkit_studio.analysis.calibrate.checks import CHECKS, Report, run_all
 from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
-from hapkit_studio.gui.pages.measuring import PRIMARY
-from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.parts import Sign, across, down, label, primary
+from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.wizard.board_dialog import LONG_SECONDS, NEUTRAL, SIGNS, BoardDialog, Recent, ResultBox
 
 if TYPE_CHECKING:
@@ -27,7 +18,6 @@ if TYPE_CHECKING:
 _STEPS = 100
 """Steps of the progress bar for each check."""
 _ICON = 20
-_WAITING, _SAID = "QLabel { font-size: 14px; color: @ink3; }", "QLabel { font-size: 14px; color: @ink; }"
 _BEGIN = "Handle in the middle, hands off, motor's supply on. Then press Test; it takes half a minute."
 
 
@@ -43,10 +33,9 @@ class CheckDialog(BoardDialog):
         self.report: Report | None = None
         self._finished_checks = 0
         self.box, self.bar = ResultBox(), QProgressBar()
-        self.test, self.close_button = QPushButton("Test"), QPushButton("Close")
+        self.test, self.close_button = primary(QPushButton("Test")), QPushButton("Close")
         self.test.setEnabled(False)
-        dress(self.test, PRIMARY + "QPushButton { font-size: 14px; }")
-        self.rows: dict[str, tuple[QLabel, QLabel]] = {}
+        self.rows: dict[str, tuple[Sign, QLabel]] = {}
         self.column.addLayout(self._body(), 1)
         self.test.clicked.connect(self.run)
         self.close_button.clicked.connect(self.close_or_cancel)
@@ -59,9 +48,9 @@ class CheckDialog(BoardDialog):
     def run(self) -> None:
         """Run every check."""
         for check in CHECKS:
-            icon, words = self.rows[check.key]
-            icon.clear()
-            dress(words, _WAITING)
+            sign, words = self.rows[check.key]
+            sign.show_sign("", "ink2")
+            mark(words, "role", "hint")
             words.setText(check.about)
         report = self.board.report_progress
         if self.board.run_job(
@@ -95,10 +84,9 @@ class CheckDialog(BoardDialog):
 
     def _show_check(self, progress: tuple[str, CheckResult | None]) -> None:
         key, result = progress
-        icon, words = self.rows[key]
-        dress(words, _SAID)
-        name, color = ("circle", "accent") if result is None else SIGNS.get(result.level, NEUTRAL)
-        icon.setPixmap(icons.pixmap(name, _ICON, color, self.devicePixelRatioF()))
+        sign, words = self.rows[key]
+        mark(words, "role", "")
+        sign.show_sign(*(("circle", "accent") if result is None else SIGNS.get(result.level, NEUTRAL)))
         if result is None:
             words.setText(f"{words.text()} Under way…")
             return
@@ -127,32 +115,18 @@ class CheckDialog(BoardDialog):
         self.test.setEnabled(True)
         self.close_button.setText("Close")
 
-    def _body(self) -> QVBoxLayout:
-        column, grid, row = QVBoxLayout(), QGridLayout(), QHBoxLayout()
-        column.setContentsMargins(24, 18, 24, 18)
-        column.setSpacing(12)
-        grid.setHorizontalSpacing(16)
-        grid.setVerticalSpacing(12)
+    def _body(self) -> QLayout:
+        grid = QGridLayout()
+        grid.setSpacing(12)
         grid.setColumnStretch(2, 1)
-        self.bar.setRange(0, _STEPS * len(CHECKS))
         for line, check in enumerate(CHECKS):
-            icon, title, words = QLabel(), QLabel(check.title), QLabel(check.about)
-            icon.setFixedWidth(_ICON + 2)
-            words.setWordWrap(True)
-            dress(title, "QLabel { font-size: 15px; font-weight: 600; }")
-            dress(words, _WAITING)
-            self.rows[check.key] = (icon, words)
-            for place, part in enumerate((icon, title, words)):
+            sign, words = self.rows[check.key] = Sign(_ICON), label(check.about, "hint")
+            sign.setFixedWidth(_ICON + 2)
+            for place, part in enumerate((sign, label(check.title, "headline", wrap=False), words)):
                 grid.addWidget(part, line, place, Qt.AlignmentFlag.AlignTop)
+        self.bar.setRange(0, _STEPS * len(CHECKS))
         for button in (self.test, self.close_button):
             button.setProperty("tall", True)
             button.setAutoDefault(False)
-        row.addWidget(self.test)
-        row.addStretch(1)
-        row.addWidget(self.close_button)
-        column.addLayout(grid)
-        column.addStretch(1)
-        column.addWidget(self.bar)
-        column.addWidget(self.box)
-        column.addLayout(row)
-        return column
+        buttons = across(self.test, None, self.close_button)
+        return down(grid, None, self.bar, self.box, buttons, margins=(24, 18, 24, 18), gap=12)

@@ -4,13 +4,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QCloseEvent, QIcon, QKeyEvent
+from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QListWidget,
     QListWidgetItem,
     QPushButton,
-    QStyledItemDelegate,
-    QStyleOptionViewItem,
     QWidget,
     QWizard,
 )
@@ -22,18 +20,14 @@ from hapkit_studio.devices.padding import measure_padding
 from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.style import dress
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent
-from hapkit_studio.gui.wizard.handle_view import HandleView
-from hapkit_studio.gui.wizard.step_connect import ConnectStep
-from hapkit_studio.gui.wizard.step_direction import DirectionStep
-from hapkit_studio.gui.wizard.step_friction import FrictionStep
+from hapkit_studio.gui.wizard.pictures import HandleView
 from hapkit_studio.gui.wizard.step_page import StepPage
 from hapkit_studio.gui.wizard.step_save import Notes, SaveStep
 from hapkit_studio.gui.wizard.step_scale import ScaleStep
-from hapkit_studio.gui.wizard.step_sensor import SensorStep
 from hapkit_studio.gui.wizard.step_strength import StrengthStep
+from hapkit_studio.gui.wizard.steps import ConnectStep, DirectionStep, FrictionStep, SensorStep
 
 if TYPE_CHECKING:
     from hapkit_studio.devices.board_runner import BoardRunner
@@ -45,16 +39,6 @@ _AFTER_STOP = "Press Release E-stop above, hands off, then begin this step again
 _BUTTONS = QWizard.WizardButton
 _CLOSE, _SKIP, _AGAIN = _BUTTONS.CancelButton, _BUTTONS.CustomButton1, _BUTTONS.CustomButton2
 _BACK, _NEXT, _SPACE = _BUTTONS.BackButton, _BUTTONS.NextButton, _BUTTONS.Stretch
-_STYLE = """
-QWizard, QWizardPage { background: @surface; }
-QWizard > QWidget > QPushButton { min-width: 72px; min-height: 32px; }
-QListWidget { background: @side; border: none; border-right: 1px solid @line; font-size: 14px; }
-QListWidget { padding: 12px 0; }
-QListWidget::item { padding: 0 12px 0 16px; border-left: 3px solid transparent; color: @ink; }
-QListWidget::item:hover { background: @accentsoft; }
-QListWidget::item:selected { background: @accentsoft; border-left: 3px solid @accent; color: @ink; }
-QListWidget:disabled::item { color: @ink3; }
-"""
 
 
 class _Pages(QWizard):
@@ -67,14 +51,6 @@ class _Pages(QWizard):
 
     def done(self, result: int) -> None:
         self.close_pressed.emit()
-
-
-class _SignAtTheRight(QStyledItemDelegate):
-    """Draws a row's icon at its right end."""
-
-    def initStyleOption(self, option: QStyleOptionViewItem, index) -> None:
-        super().initStyleOption(option, index)
-        option.decorationPosition = QStyleOptionViewItem.Position.Right  # type: ignore[attr-defined]
 
 
 class SetupDialog(BoardDialog):
@@ -109,7 +85,6 @@ class SetupDialog(BoardDialog):
             )
         )  # fmt: skip
         self._show_failed(False)
-        dress(self.pages, _STYLE)
         self.column.addWidget(self.pages, 1)
         self._connect()
         self.pages.restart()
@@ -272,9 +247,7 @@ class SetupDialog(BoardDialog):
             result, row = step.result or self._skipped.get(index), self.list.item(index)
             words = result.words if result is not None else "not done yet"
             sign, color = SIGNS.get(result.level, NEUTRAL) if result is not None else NEUTRAL
-            row.setIcon(
-                QIcon(icons.pixmap(sign, _ICON, color, self.devicePixelRatioF())) if result else QIcon()
-            )
+            row.setIcon(icons.icon(sign, color, _ICON))
             row.setToolTip(words)
             row.setData(Qt.ItemDataRole.AccessibleTextRole, f"{step.name}: {words}")
 
@@ -308,7 +281,6 @@ class SetupDialog(BoardDialog):
     def _make_list(self) -> QListWidget:
         rows = QListWidget()
         rows.setFixedWidth(_LIST_WIDTH)
-        rows.setItemDelegate(_SignAtTheRight(rows))
         rows.setIconSize(QSize(_ICON, _ICON))
         rows.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         rows.setAccessibleName("Steps")

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QPushButton,
     QScrollArea,
-    QVBoxLayout,
     QWidget,
     QWizardPage,
 )
@@ -20,14 +19,14 @@ from PySide6.QtWidgets import (
 from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION
 from hapkit_studio.analysis.calibrate.result import CheckResult
 from hapkit_studio.formatting import MINUS
-from hapkit_studio.gui.pages.measuring import PRIMARY
-from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.parts import across, down, label
+from hapkit_studio.gui.widgets.parts import primary as as_primary
 from hapkit_studio.gui.wizard.board_dialog import Recent, ResultBox
+from hapkit_studio.gui.wizard.pictures import HandleView
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.calibrate.calibration import Calibration
     from hapkit_studio.gui.wizard.board_thread import BoardThread
-    from hapkit_studio.gui.wizard.handle_view import HandleView
 
 _SIDE, _SPACE = 24, 12
 
@@ -35,36 +34,29 @@ _SIDE, _SPACE = 24, 12
 class StepPage(QWizardPage):
     """One step. It is complete once it has a result; until then it may only be skipped.
 
-    name: in the list of steps; if_skipped: what is assumed then; ``job_started``: a job runs from now on.
+    name: in the list of steps; heading, words: on the page; begin: what the box says at first; if_skipped:
+    what is assumed then; ``job_started``: a job runs from now on.
     """
 
     job_started = Signal()
-    name = heading = if_skipped = ""
+    name = heading = words = begin = if_skipped = ""
     needs_direction = False
 
     def __init__(self, board: "BoardThread") -> None:
         super().__init__()
         self.board = board
         self.result: CheckResult | None = None
-        self.box, self.hint = ResultBox(), QLabel()
-        self.hint.setWordWrap(True)
-        dress(self.hint, "QLabel { font-size: 13px; color: @ink2; }")
-        content, self.foot = QWidget(), QVBoxLayout()
-        self.column = QVBoxLayout(content)
-        self.column.setContentsMargins(_SIDE, 18, _SIDE, _SPACE)
-        self.column.setSpacing(_SPACE)
-        self.foot.setContentsMargins(_SIDE, 0, _SIDE, _SPACE)
-        self.foot.addWidget(self.box)
-        self.foot.addWidget(self.hint)
-        page = QVBoxLayout(self)
-        page.setContentsMargins(0, 0, 0, 0)
-        page.setSpacing(0)
-        page.addWidget(_scrolling(content), 1)
-        page.addLayout(self.foot)
-        heading = QLabel(self.heading)
-        heading.setWordWrap(True)
-        dress(heading, "QLabel { font-size: 22px; font-weight: 650; }")
-        self.column.addWidget(heading)
+        self.box, self.hint = ResultBox(), label()
+        self.hint.setProperty("ink", "ink2")
+        self.column = down(label(self.heading, "title"), margins=(_SIDE, 18, _SIDE, _SPACE), gap=_SPACE)
+        self.foot = down(self.box, self.hint, margins=(_SIDE, 0, _SIDE, _SPACE), gap=6)
+        content = QWidget()
+        content.setLayout(self.column)
+        down((_scrolling(content), 1), self.foot, into=self)
+        if self.words:
+            self.add_text(self.words)
+        if self.begin:
+            self.box.show_text(self.begin)
 
     def isComplete(self) -> bool:
         return self.result is not None and not self.board.busy
@@ -100,53 +92,39 @@ class StepPage(QWizardPage):
 
     # what a step uses
 
-    def add_text(self, words: str) -> QLabel:
+    def add_text(self, words: str = "") -> QLabel:
         """Add words on what to do; return their label."""
-        label = QLabel(words)
-        label.setWordWrap(True)
-        dress(label, "QLabel { font-size: 15px; }")
-        self.column.addWidget(label)
-        return label
+        made = label(words)
+        self.column.addWidget(made)
+        return made
 
-    def add_row(self, *parts: QWidget, always_in_sight: bool = False) -> QHBoxLayout:
-        """Add parts side by side, from the left; always in sight: below what scrolls."""
-        row = QHBoxLayout()
-        row.setSpacing(10)
-        for part in parts:
-            row.addWidget(part)
-        row.addStretch(1)
-        if always_in_sight:
-            row.setContentsMargins(0, _SPACE // 2, 0, _SPACE // 2)
-            self.foot.insertLayout(0, row)
-        else:
-            self.column.addLayout(row)
+    def add_row(self, *parts: QWidget) -> QHBoxLayout:
+        """Add parts side by side, from the left."""
+        row = across(*parts, None, gap=10)
+        self.column.addLayout(row)
         return row
 
-    def add_pictures(self, picture: QWidget, handle: QWidget) -> None:
-        """Add a drawing or a plot with the handle beside it; they take the height there is."""
-        row = QHBoxLayout()
-        row.setSpacing(10)
-        row.addWidget(picture, 1)
-        row.addWidget(handle, 1)
-        self.column.addLayout(row, 1)
-
-    def with_hand(self, view: "HandleView") -> "HandleView":
-        """Let a person drag the hand of a board that has one."""
+    def add_handle(self, picture: QWidget | None = None) -> HandleView:
+        """Add a picture of the handle, whose hand a person drags where the board has one; beside another."""
+        view = HandleView()
         view.hand_moved.connect(self.board.move_hand)
         self.board.opened.connect(lambda _subject: view.set_hand_enabled(self.board.has_hand))
+        if picture is None:
+            self.column.addWidget(view)
+        else:
+            self.column.addLayout(across((picture, 1), (view, 1), gap=10), 1)
         return view
 
     def button(
         self, words: str, press: Callable[[], object], primary: bool = False, motor: bool = False
     ) -> QPushButton:
         """Return a button of the step; one that starts the motor never gets the keyboard by itself."""
-        made = QPushButton(words)
+        made = as_primary(QPushButton(words)) if primary else QPushButton(words)
         made.setProperty("tall", True)
         made.setAutoDefault(False)
         made.setProperty("takes_focus", primary and not motor)
         made.setProperty("motor", motor)
         made.clicked.connect(lambda: press())
-        dress(made, PRIMARY + "QPushButton { font-size: 14px; }" if primary else "* { font-size: 14px; }")
         return made
 
     def run_job(
@@ -201,7 +179,6 @@ class ThousandthsBox(QDoubleSpinBox):
         self.setSuffix(f" {unit}")
         self.setAccessibleName(f"{name} in {unit}")
         self.setMinimumWidth(118)
-        dress(self, "QDoubleSpinBox { font-size: 14px; min-height: 32px; padding: 0 18px 0 0; }")
         self.lineEdit().setTextMargins(7, 0, 0, 0)
 
     @property

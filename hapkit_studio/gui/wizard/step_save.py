@@ -5,13 +5,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit
 
 from hapkit_studio.analysis.calibrate.result import passed
 from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.devices.calibration_file import MEASURED, setting_label, setting_text
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.widgets.style import dress
+from hapkit_studio.gui.widgets.parts import across, label
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.step_page import StepPage
 from hapkit_studio.protocol.messages import Sensor
@@ -35,32 +35,25 @@ class SaveStep(StepPage):
     def __init__(self, board: BoardThread, notes: Callable[[], Notes]) -> None:
         super().__init__(board)
         self._notes = notes
-        self.table = QWidget()
-        self._grid = QGridLayout(self.table)
-        self._grid.setContentsMargins(0, 0, 0, 0)
+        self._grid = QGridLayout()
         self._grid.setHorizontalSpacing(28)
         self._grid.setVerticalSpacing(2)
-        dress(self.table, "QLabel { font-size: 14px; }")
-        self.column.addWidget(self.table)
-        self.assumptions = self.add_text("")
-        dress(self.assumptions, "QLabel { font-size: 14px; color: @ink2; }")
+        self.column.addLayout(self._grid)
+        self.assumptions = self.add_text()
+        self.assumptions.setProperty("ink", "ink2")
         self.column.addStretch(1)
-        self.label = QLineEdit()
-        self.label.setMaxLength(12)
+        self.label = QLineEdit(maxLength=12)
         self.label.setAccessibleName("Name of the kit")
-        dress(self.label, "QLineEdit { font-size: 14px; min-height: 32px; max-width: 180px; }")
+        self.label.setMaximumWidth(180)
         self.save = self.button("Save", self.store, primary=True)
         self.undo = self.button("Undo everything…", self.ask)
         self.undo_all = self.button("Undo it all", self.undo_everything)
         self.keep = self.button("Keep", self.keep_everything)
-        self.add_row(
-            QLabel("Name of the kit"), self.label, self.save, self.undo, self.undo_all, self.keep,
-            always_in_sight=True,
-        )  # fmt: skip
-        self.file = self.add_text("")
+        buttons = self.save, self.undo, self.undo_all, self.keep
+        self.foot.insertLayout(0, across(QLabel("Name of the kit"), self.label, *buttons, None, gap=10))
+        self.file = self.add_text()
         self.file.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         self.file.hide()
-        dress(self.file, "QLabel { font-size: 13px; color: @ink2; }")
         self.keep_everything()
 
     def enter(self) -> None:
@@ -149,18 +142,13 @@ class SaveStep(StepPage):
             if (cell := item.widget()) is not None:
                 cell.deleteLater()
         before, now = self.calibration.original, self.calibration.board
-        for column, words in enumerate(("", "before", "now")):
-            self._add_cell(0, column, words, "axis")
-        for line, name in enumerate(MEASURED, 1):
-            old, new = setting_text(before, name), setting_text(now, name)
-            self._add_cell(line, 0, setting_label(name), "axis")
-            self._add_cell(line, 1, old, "axis")
-            self._add_cell(line, 2, new if new != old else "as before", "" if new != old else "axis")
+        lines = [
+            (setting_label(name), setting_text(before, name), setting_text(now, name)) for name in MEASURED
+        ]
+        for row, (name, old, new) in enumerate([("", "before", "now"), *lines]):
+            self._grid.addWidget(label(name, "axis", wrap=False), row, 0)
+            self._grid.addWidget(label(old, "axis", wrap=False), row, 1)
+            same = row == 0 or new == old
+            words = new if row == 0 else "as before" if same else new
+            self._grid.addWidget(label(words, "axis" if same else "headline", wrap=False), row, 2)
         self._grid.setColumnStretch(3, 1)
-
-    def _add_cell(self, line: int, column: int, words: str, role: str) -> None:
-        label = QLabel(words)
-        label.setProperty("role", role)
-        if not role:
-            dress(label, "QLabel { font-size: 14px; font-weight: 650; }")
-        self._grid.addWidget(label, line, column)

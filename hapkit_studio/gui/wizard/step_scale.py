@@ -1,14 +1,14 @@
 """Zero and scale: hold the handle at marks; both follow, and are checked against the radii."""
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel
+from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.analysis.calibrate.result import PASS, CheckResult
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
 from hapkit_studio.formatting import number
+from hapkit_studio.gui.widgets.parts import across, down, label
 from hapkit_studio.gui.wizard.board_dialog import SIGNS, Recent
 from hapkit_studio.gui.wizard.board_thread import BoardThread
-from hapkit_studio.gui.wizard.handle_view import REACH, HandleView
+from hapkit_studio.gui.wizard.pictures import REACH
 from hapkit_studio.gui.wizard.step_page import StepPage, ThousandthsBox
 
 PLACES = (0.0, -0.020, 0.020, 0.0)
@@ -26,41 +26,30 @@ class ScaleStep(StepPage):
 
     name = "Zero and scale"
     heading = "Zero and scale: hold the handle at marks"
+    words = (
+        "With a ruler, mark 0 in the middle and 20 mm to either side, at the handle. Hold the handle "
+        "still at each mark and press Take. The middle comes twice: that shows whether the cable slips."
+    )
     if_skipped = "zero where the board has it, and the scale that the radii make"
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
-        self.add_text(
-            "With a ruler, mark 0 in the middle and 20 mm to either side, at the handle. Hold the handle "
-            "still at each mark and press Take. The middle comes twice: that shows whether the cable slips."
-        )
-        self.handle = self.with_hand(HandleView())
-        self.column.addWidget(self.handle)
+        self.handle = self.add_handle()
         self.place = ThousandthsBox("Mark", "mm", -1e3 * REACH, 1e3 * REACH, 1)
         self.take = self.button("Take", self.take_mark, primary=True)
         self.restart = self.button("Start again", self.forget_marks)
         self.apply = self.button("Use this scale", self.use_scale)
         self.add_row(QLabel("Handle at"), self.place, self.take, self.restart, self.apply)
-        self.residuals = self.add_text("")
-        self._add_radii()
+        self.residuals = self.add_text()
+        self.radii = {key: ThousandthsBox(words, "mm", 1.0, 200.0, 2) for key, words in _RADII}
+        for box in self.radii.values():
+            box.valueChanged.connect(lambda _value: self._offer_radii())
+        self.set_radii = self.button("Use these radii", self.use_radii)
+        cells = [down(QLabel(words), self.radii[key], gap=6) for key, words in _RADII]
+        self.column.addWidget(label("Radii of your kit, not diameters:", "hint"))
+        self.column.addLayout(across(*cells, down(None, self.set_radii), None))
         self.column.addStretch(1)
         self._offer_mark()
-
-    def _add_radii(self) -> None:
-        hint, row = QLabel("Radii of your kit, not diameters:"), QHBoxLayout()
-        hint.setProperty("role", "hint")
-        self.radii = {key: ThousandthsBox(words, "mm", 1.0, 200.0, 2) for key, words in _RADII}
-        for key, words in _RADII:
-            cell = QGridLayout()
-            cell.addWidget(QLabel(words), 0, 0)
-            cell.addWidget(self.radii[key], 1, 0)
-            row.addLayout(cell)
-            self.radii[key].valueChanged.connect(lambda _value: self._offer_radii())
-        self.set_radii = self.button("Use these radii", self.use_radii)
-        row.addWidget(self.set_radii, 0, Qt.AlignmentFlag.AlignBottom)
-        row.addStretch(1)
-        self.column.addWidget(hint)
-        self.column.addLayout(row)
 
     def enter(self) -> None:
         if self.board.subject is not None:

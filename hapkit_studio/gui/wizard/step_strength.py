@@ -1,16 +1,16 @@
 """Strength: the motor constant, from weights that the motor carries or from what a kitchen scale reads."""
 
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
 from hapkit_studio.analysis.calibrate.motor import Strength
 from hapkit_studio.analysis.calibrate.result import PASS, passed
 from hapkit_studio.devices.board_runner import Track
 from hapkit_studio.formatting import number
+from hapkit_studio.gui.widgets.parts import across
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.wizard.board_dialog import SIGNS, Recent
 from hapkit_studio.gui.wizard.board_thread import BoardThread
-from hapkit_studio.gui.wizard.handle_view import HandleView
-from hapkit_studio.gui.wizard.kit_drawing import KitDrawing
+from hapkit_studio.gui.wizard.pictures import KitDrawing
 from hapkit_studio.gui.wizard.step_page import StepPage, ThousandthsBox
 
 MASSES = (0.0, 0.050, 0.100)
@@ -32,6 +32,7 @@ class StrengthStep(StepPage):
 
     name = "Strength"
     heading = "Strength: what the motor really pushes"
+    begin = "The motor is off until you press a button."
     if_skipped = "the motor constant of the kit's profile"
     needs_direction = True
 
@@ -42,40 +43,32 @@ class StrengthStep(StepPage):
         self.method = Segmented("How", ("Weights", "Kitchen scale"))
         self.method.show_index(0)
         self.add_row(self.method)
-        self.words = self.add_text("")
-        self.handle = self.with_hand(HandleView())
+        self.how = self.add_text()
         self.drawing = KitDrawing(supply=True)
-        self.add_pictures(self.drawing, self.handle)
+        self.handle = self.add_handle(self.drawing)
         self.mass = ThousandthsBox("Mass", "g", 0.0, 200.0, 1)
         self.carry = self.button("Carry", self.start_carrying, primary=True, motor=True)
         self.use = self.button("Use these", self.use_weights)
         self.use.setEnabled(False)
-        self.weights = self._row_of(QLabel("Mass at the handle"), self.mass, self.carry, self.use)
         self.push = self.button("Push", self.start_pushing, primary=True, motor=True)
         self.enough = self.button("Enough", self._end_pushing)
         self.enough.setProperty("always_enabled", True)
         self.reading = ThousandthsBox("Reading", "g", 0.0, 500.0, 1)
         self.take = self.button("Use this reading", self.use_reading)
-        self.scale = self._row_of(self.push, self.enough, QLabel("The scale reads"), self.reading, self.take)
-        self.carried = self.add_text("")
+        self.weights, self.scale = QWidget(), QWidget()
+        across(QLabel("Mass at the handle"), self.mass, self.carry, self.use, None, into=self.weights)
+        across(
+            self.push, self.enough, QLabel("The scale reads"), self.reading, self.take, None, into=self.scale
+        )
+        self.column.addWidget(self.weights)
+        self.column.addWidget(self.scale)
+        self.carried = self.add_text()
         self.method.chosen.connect(self._show_method)
         self.mass.valueChanged.connect(lambda _grams: self._draw())
         self._show_method(0)
-        self.box.show_text("The motor is off until you press a button.")
-
-    def _row_of(self, *parts: QWidget) -> QWidget:
-        """Add parts side by side as one widget, to be shown or hidden."""
-        widget = QWidget()
-        row = QHBoxLayout(widget)
-        row.setContentsMargins(0, 0, 0, 0)
-        for part in parts:
-            row.addWidget(part)
-        row.addStretch(1)
-        self.column.addWidget(widget)
-        return widget
 
     def _show_method(self, index: int) -> None:
-        self.words.setText((_WEIGHTS, _SCALE)[index])
+        self.how.setText((_WEIGHTS, _SCALE)[index])
         self.weights.setVisible(index == 0)
         self.scale.setVisible(index == 1)
         self._draw()

@@ -1,13 +1,15 @@
-"""What the product uses is the cheapest within the tolerance, in every scene of every chart."""
+"""What the product uses is the cheapest within the tolerance, in every scene; the command says so."""
+
+import json
 
 import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.analysis import accuracy
 from hapkit_studio.analysis.accuracy import words
+from hapkit_studio.cli import main
 from hapkit_studio.dynamics.integrators import INTEGRATORS
-from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics.settings_writer import LoopSettings
+from hapkit_studio.haptics.settings import LoopSettings
 
 SCENES = [(plan.key, scene.key) for plan in accuracy.plans().values() for scene in plan.scenes]
 # other programs may disturb a measurement, never three in a row
@@ -42,11 +44,6 @@ def test_the_defaults_are_the_products_own():
     assert default("servo", "contact").step_s == 1.0 / LoopSettings().rate
 
 
-def test_the_charts_and_their_scenes():
-    assert list(accuracy.plans()) == ["integrators", "velocity", "servo", "friction"]
-    assert len(SCENES) == len(set(SCENES)) == 16
-
-
 @pytest.mark.slow
 def test_progress_tells_every_scene_and_may_stop_the_work():
     told = []
@@ -64,13 +61,37 @@ def test_progress_tells_every_scene_and_may_stop_the_work():
         accuracy.compute(["servo"], progress=stop)
 
 
-@pytest.mark.parametrize(
-    ("charts", "scene", "names"),
-    [
-        (["speed"], None, "no accuracy chart 'speed'; there are: integrators, velocity, servo, friction"),
-        (["servo"], "damped", "no scene 'damped' in these charts; there are: stiffness, contact"),
-    ],
-)
-def test_refuses_what_there_is_not(charts, scene, names):
-    with pytest.raises(ParameterError, match=names):
-        accuracy.compute(charts, scene)
+KEYS = {"chart", "scene", "method", "step_s", "error", "ns_per_simulated_s", "pareto"}
+
+
+@pytest.mark.slow
+def test_one_object_with_a_row_a_point(capsys):
+    assert main(["accuracy", "servo", "--scene", "stiffness", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert len(found["rows"]) == 14
+    for row in found["rows"]:
+        assert set(row) == KEYS | {"rate_Hz", "stable_stiffness"}
+        better = [
+            other
+            for other in found["rows"]
+            if other["error"] <= row["error"]
+            and other["ns_per_simulated_s"] <= row["ns_per_simulated_s"]
+            and other != row
+        ]
+        assert row["pareto"] == (not better)
+    (answer,) = found["answers"]
+    assert (answer["chart"], answer["scene"], answer["tolerance"]) == ("servo", "stiffness", 1.0)
+    assert answer["default"]["rate_Hz"] == 1000.0
+
+
+@pytest.mark.slow
+def test_the_table_marks_front_and_default(capsys, tmp_path):
+    picture = tmp_path / "chart.png"
+    assert main(["accuracy", "integrators", "--scene", "free", "--plot", str(picture)]) == 0
+    text = capsys.readouterr().out
+    assert "Cheapest within 2 % at a 1 ms step:" in text
+    lines = [line for line in text.splitlines() if line.startswith("  Semi-implicit")]
+    assert len(lines) == 6
+    assert [line.split()[1] for line in lines if line.endswith("default")] == ["1"]
+    assert any("*" in line for line in text.splitlines() if line.startswith("  Exact"))
+    assert picture.read_bytes()[:4] == b"\x89PNG"

@@ -4,7 +4,6 @@ import pytest
 
 from hapkit_studio.analysis.accuracy import friction
 from hapkit_studio.analysis.accuracy.friction import Trial
-from hapkit_studio.dynamics.stick_slip import MODELS
 from hapkit_studio.environments.friction import MODELS as RENDERED
 
 # error of the period in % at 1 ms and 0.2 ms; None: no stick-slip of that kind
@@ -51,8 +50,3 @@ def test_on_a_handle_only_what_holds_on_to_an_anchor_holds():
     drift = {model: friction.handle_drift(model, 1e-3) for model in RENDERED}
     assert {model for model, error in drift.items() if error < 1e-5} == {"tether", "projection"}
     assert min(drift["coulomb"], drift["smoothed"]) > 1e-3
-
-
-def test_every_model_has_a_name():
-    assert set(friction.LABELS) == set(MODELS)
-    assert set(RENDERED) <= set(friction.LABELS)

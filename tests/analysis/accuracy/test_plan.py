@@ -1,15 +1,36 @@
-"""The front by brute force, what a row holds, and which answer a sheet gives."""
+"""Which answer a sheet gives: the front by brute force, ties, what a cost is; its picture."""
 
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hapkit_studio.analysis.accuracy.plan import beats, mark_front
-from hapkit_studio.analysis.accuracy.words import error_words, sentence, verdict
-from tests.analysis.accuracy.sheets import point, sheet
+from hapkit_studio.analysis.accuracy import Accuracy, Chart, Default, Method, Point, Scene, Sheet, plan
+from hapkit_studio.analysis.accuracy.plan import mark_front
+from hapkit_studio.analysis.accuracy.words import sentence, verdict
+from hapkit_studio.charts.accuracy import AccuracyAxes, accuracy_figure
+from hapkit_studio.charts.style import move_apart
+
+
+def point(method="verlet", error=0.01, ns=1000.0, step_s=1e-3, **more):
+    return Point("made", "scene", method, step_s, error, ns, label=method, **more)
+
+
+def scene(default="verlet", tolerance=0.02, **more):
+    return Scene("scene", "A scene", "error / scale", tolerance, "a reason", Default(default), **more)
+
+
+def sheet(points, **more):
+    methods = tuple(Method(key, key.capitalize()) for key in dict.fromkeys(p.method for p in points))
+    return Sheet("made", scene(**more), methods, mark_front(points))
+
+
+def accuracy(*sheets):
+    return Accuracy((Chart("made", "Made up", sheets),), 1.0)
+
 
 ROW = {"chart", "scene", "method", "step_s", "error", "ns_per_simulated_s", "pareto"}
 # few values, so that equal errors, equal costs and equal points are common
@@ -27,12 +48,6 @@ def test_the_front_is_what_nothing_beats(pairs):
     for p, (error, ns) in zip(marked, pairs, strict=True):
         rivals = [q for q in pairs if q[0] <= error and q[1] <= ns and (q[0] < error or q[1] < ns)]
         assert p.pareto == (math.isfinite(error) and not rivals)
-
-
-def test_beating_is_strict():
-    assert beats(point(error=0.01, ns=1.0), point(error=0.02, ns=1.0))
-    assert not beats(point(error=0.01, ns=1.0), point(error=0.01, ns=1.0))
-    assert not beats(point(error=0.01, ns=2.0), point(error=0.02, ns=1.0))
 
 
 def test_a_row_has_exactly_these_keys_and_what_its_chart_measures_besides():
@@ -73,17 +88,89 @@ def test_a_default_outside_of_the_tolerance_is_not_right_however_cheap():
     assert sentence(nothing) == "Nothing is within 2 % at a 1 ms step."
 
 
-def test_where_the_step_is_chosen_every_step_competes():
-    slow, fast = point("verlet", 0.03, 100.0, step_s=4e-3), point("verlet", 0.01, 400.0)
-    made = sheet([slow, fast], step_s=None)
-    assert made.answer.cheapest is made.answer.default
-    assert sentence(made) == "Cheapest within 2 %: 1 kHz, 0.40 µs per simulated second."
+class Clock:
+    """A clock that stands still but for the work done."""
+
+    def __init__(self):
+        self.now = 0
+        self.order = []
+
+    def __call__(self):
+        return self.now
+
+    def work(self, name, durations):
+        """Return what prepares work that takes one duration after the other, the last for ever."""
+        left = list(durations)
+
+        def prepare():
+            self.now += 1_000_000  # making ready costs, outside of the time
+
+            def do():
+                self.order.append(name)
+                self.now += left.pop(0) if len(left) > 1 else left[0]
+
+            return do
+
+        return prepare
 
 
-def test_numbers_as_people_read_them():
-    assert error_words(0.0391) == "3.9 %"
-    assert error_words(2e-6) == "2·10⁻⁶"
-    assert error_words(2180.0) == "2·10³"
-    assert error_words(0.0049, "m/s") == "4.9 mm/s"
-    assert error_words(3.2e-6, "m/s") == "3.2 µm/s"
-    assert error_words(math.inf) == "none"
+@pytest.fixture
+def clock():
+    return Clock()
+
+
+def test_the_shortest_turn_counts_and_candidates_take_turns(clock):
+    disturbed = clock.work("a", [90_000, 5000, 700, 80_000, 500, 600])
+    steady = clock.work("b", [300])
+    assert plan.shortest([disturbed, steady], clock)[1] == 300
+    assert clock.order[:8] == ["a", "b", "a", "b", "b", "a", "a", "b"]
+    assert len(clock.order) / 2 >= plan.LEAST_TURNS
+
+
+def test_one_lucky_turn_is_not_believed_until_others_are_as_short(clock):
+    """Slow for 60 turns but one: the turns go on until the short time came HITS times."""
+    slow = clock.work("a", [1400] * 5 + [1000] + [1400] * 55 + [1010])
+    steady = clock.work("b", [900])
+    assert plan.shortest([slow, steady], clock) == [1000, 900]
+    assert clock.order.count("a") - 1 == 60 + plan.HITS - 1
+
+
+def middles(*wanted, height=10.0, sides=None):
+    """Return where boxes in a frame of 200 end up."""
+    places = np.array(wanted)
+    sides = sides or [(0.0, 50.0)] * len(wanted)
+    return move_apart(places, np.full(len(wanted), height), sides, (0.0, 200.0))
+
+
+def test_names_that_overlap_are_moved_apart_in_their_order():
+    found = middles(*(50.0 + 0.1 * i for i in range(8)))
+    assert (np.diff(found) >= 9.99).all()
+    beside = middles(50.0, 50.0, sides=[(0.0, 50.0), (60.0, 90.0)])
+    assert beside.tolist() == [50.0, 50.0]
+
+
+STRANGE = [
+    point("verlet", 0.0, 1000.0),
+    point("verlet", 1e-3, 2000.0, step_s=5e-4),
+    point("rk4", math.inf, 3000.0),
+    point("rk4", 2180.0, 500.0, step_s=2e-3),
+    point("exact", 3e-16, 8000.0),
+]
+
+
+def test_no_error_stands_on_a_row_of_its_own_inside_the_frame():
+    frame = AccuracyAxes(sheet(STRANGE))
+    assert frame.has_zero
+    cost, bottom = frame.place(STRANGE[0])
+    assert cost == 1.0  # µs
+    assert frame.bottom < bottom < frame.place(STRANGE[4])[1] == 3e-16
+    assert not AccuracyAxes(sheet(STRANGE[1:])).has_zero
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_a_picture_of_one_sheet_or_several(tmp_path, count):
+    sheets = [sheet(STRANGE), sheet([point()], step_s=None), sheet([point("rk4", 0.5)], unit="m/s")]
+    path = tmp_path / "chart.png"
+    accuracy_figure(accuracy(*(sheets * 2)[:count]), path)
+    assert path.stat().st_size > 10_000

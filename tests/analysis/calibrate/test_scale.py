@@ -48,11 +48,6 @@ def test_marks_too_few_or_too_close_are_refused():
     assert scale.fit(marks_of((0.0, 1.01 * apart)), BOARD).result.good
 
 
-def test_marks_without_counts_are_refused():
-    with pytest.raises(ParameterError, match="do not change"):
-        scale.fit([scale.Mark(0.0, 5.0, 0.0), scale.Mark(0.02, 5.0, 0.0)], BOARD)
-
-
 @pytest.mark.parametrize(
     ("changed", "key"),
     [

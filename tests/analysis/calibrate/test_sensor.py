@@ -1,9 +1,10 @@
-"""The look at the sensor, on sensors that are well and on each that is not."""
+"""The look at the sensor, and the result on pulses, on kits that are well and on each that is not."""
 
 import numpy as np
 import pytest
 
 from hapkit_studio.analysis.calibrate import sensor
+from hapkit_studio.analysis.calibrate.motor import MOVED, judge_pulses
 from tests.analysis.calibrate.student import end_to_end, session
 from tests.devices.paddle_kit import PaddleKit
 
@@ -37,14 +38,6 @@ def test_each_defect_has_its_result(kit, reach, key):
     assert bool(result.remedy) is not result.good
 
 
-def test_a_defect_changes_nothing_on_the_board():
-    kit = PaddleKit(counts=700)
-    work = session(kit)
-    before = work.board
-    end_to_end(kit, work)
-    assert work.board == before
-
-
 def test_noise_is_that_of_the_readings_and_not_of_the_motion(rng):
     n = 4000
     moving = 300.0 * np.sin(2.0 * np.pi * 2.0 * np.arange(n) * 1e-3)
@@ -59,3 +52,21 @@ def test_a_jump_that_takes_a_reading_tells_the_same_period():
     jumps = np.flatnonzero(np.abs(np.diff(raw)) > 400) + 1
     raw[jumps] = 500.0
     np.testing.assert_allclose(sensor.periods(np.floor(raw)), 921.0, atol=14.0)
+
+
+@pytest.mark.parametrize(
+    ("pulses", "agrees", "key"),
+    [
+        ([(0.1, 0.002), (-0.1, -0.002)], True, ""),
+        ([(0.1, -0.002), (-0.1, 0.002)], False, "opposite"),
+        ([(0.1, 0.002), (-0.1, 0.002)], None, "one way"),
+        ([(0.1, 0.002), (-0.1, 0.0)], None, "one way"),
+        ([(0.3, 0.0), (-0.3, 0.0)], None, "no motion"),
+        ([(0.1, 0.99 * MOVED), (-0.1, -0.99 * MOVED)], None, "no motion"),
+        ([(0.1, 1.01 * MOVED), (-0.1, -1.01 * MOVED)], True, ""),
+        ([], None, "no motion"),
+    ],
+)
+def test_pulses_are_judged(pulses, agrees, key):
+    found = judge_pulses(pulses)
+    assert (found.agrees, found.result.key) == (agrees, key)

@@ -1,4 +1,4 @@
-"""What is crossed too fast, seen too coarsely or looked at too late: textures, bumps, jitter."""
+"""What is crossed too fast, seen too coarsely or looked at too late: textures, bumps, jitter, bounces."""
 
 import math
 
@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from hapkit_studio.analysis.failures import failures, stroking
+from hapkit_studio.analysis.failures.bounce import off, rendered, stiffness_of
 from hapkit_studio.analysis.failures.jitter import exact, nominal, pattern, worst
-from hapkit_studio.analysis.failures.tunnelling import inside, least_peak, throws
+from hapkit_studio.analysis.failures.tunnelling import least_peak, throws
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.haptics import rows
 
@@ -72,12 +73,6 @@ def test_a_bump_of_w_needs_v_below_w_over_4_t():
     assert least_peak(throws(1.25, case)) == pytest.approx(math.sqrt(0.5), abs=0.03)
 
 
-def test_from_w_over_t_on_a_bump_can_be_crossed_unseen():
-    case = failures()["tunnelling"].case()
-    assert min(map(inside, throws(0.99 * 5.0, case))) == 1
-    assert min(map(inside, throws(1.02 * 5.0, case))) == 0
-
-
 # --- jitter
 
 PATTERNS = [
@@ -116,12 +111,6 @@ def test_below_the_limit_of_the_longest_period_no_order_of_periods_grows(rng):
         assert exact(0.99 * limits[max(periods)], case, periods) < 0.0
 
 
-def test_a_loop_always_late_has_exactly_the_limit_of_its_period():
-    case = JITTER.case()
-    assert exact(0.99 * worst(case), case, (5e-3,)) < 0.0 < exact(1.01 * worst(case), case, (5e-3,))
-    assert worst(case) == pytest.approx(202.0, abs=0.5)
-
-
 def half_log_det(case, stiffness, periods):
     """Return the growth in 1/s of a complex pair: half the log of the roots' product E + K n0 a period."""
     m, b = case["mass"], case["viscous"]
@@ -141,8 +130,24 @@ def test_in_step_with_the_swing_late_samples_do_more_than_their_lengths_say():
     assert half_log_det(case, stiffness, periods) < 0.0 < exact(stiffness, case, periods)
 
 
-def test_the_rendered_growth_is_that_of_the_map_over_the_pattern():
-    case = JITTER.case({"usual": 6, "long": 4.0})
-    for stiffness in (300.0, 800.0):
-        found = JITTER.probe(stiffness, case).measure
-        assert found == pytest.approx(exact(stiffness, case, pattern(case)), rel=0.03)
+BOUNCE = failures()["bounce"]
+# 0.05 kg, 1 kHz: K, delay in periods, by how many % the formula is off at b = 0, 1/2, 1, 3/2 of K (T/2 + td)
+LEAVES = [
+    (300.0, 0, (0.01, 0.3, 0.6, 0.9)),
+    (300.0, 1, (0.15, 2.0, 3.7, 5.6)),
+    (1000.0, 0, (0.06, 1.0, 2.1, 3.0)),
+    (1000.0, 1, (0.9, 7.1, 13.3, 19.8)),
+    (3000.0, 0, (0.3, 3.4, 6.5, 9.6)),
+]
+
+
+@pytest.mark.parametrize(("stiffness", "late", "table"), LEAVES)
+def test_the_formula_leaves_a_damped_handle_by_what_the_table_says(stiffness, late, table):
+    """Without damping it is within 1 % up to a lateness of 0.4."""
+    case = BOUNCE.case({"mass": 0.05, "late": late})
+    lateness = math.sqrt(stiffness / 0.05) * 1e-3 * (1 + 2 * late)
+    assert stiffness_of(lateness, case) == pytest.approx(stiffness)
+    found = [100.0 * off(lateness, case, rendered(lateness, case, b), b) for b in (0.0, 0.5, 1.0, 1.5)]
+    assert found == pytest.approx(table, rel=0.06, abs=0.02)
+    assert lateness < 0.43
+    assert abs(found[0]) < 1.0

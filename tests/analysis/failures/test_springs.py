@@ -5,11 +5,11 @@ import math
 
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 from hapkit_studio.analysis.failures import failures, spring
 from hapkit_studio.analysis.failures.base import show
 from hapkit_studio.analysis.failures.filters import ESTIMATORS
+from hapkit_studio.analysis.failures.sampled_spring import exact
 from hapkit_studio.errors import ParameterError
 
 SPRING, FILTERS, WORSE = (failures()[k] for k in ("sampled_spring", "filters", "filtered_damping"))
@@ -30,26 +30,6 @@ def test_the_loops_map_has_the_roots_of_the_table(late, table):
     assert roots[len(table) :] == pytest.approx(0.0, abs=1e-8)
 
 
-def exact_rate(case, stiffness):
-    """Return the growth in 1/s by matrix exponentials: x, v, last x and the commands on their way."""
-    m, b, period = case["mass"], case["viscous"], 1.0 / case["rate"]
-    whole = int(case["delay"] * case["rate"] + 1e-9)
-    rest = case["delay"] - whole * period
-    moving = np.array([[0.0, 1.0, 0.0], [0.0, -b / m, 1.0 / m], [0.0, 0.0, 0.0]])
-    early, late = expm(moving * rest), expm(moving * (period - rest))
-
-    def step(state):
-        x, v, last, *queue = state
-        command = -stiffness * x - case["damping"] * (x - last) / period
-        queue = [command, *queue]
-        place = late @ np.array([*(early @ np.array([x, v, queue[whole + 1]]))[:2], queue[whole]])
-        return np.array([place[0], place[1], x, *queue[:-1]])
-
-    size = whole + 4
-    matrix = np.column_stack([step(column) for column in np.eye(size)])
-    return math.log(np.abs(np.linalg.eigvals(matrix)).max()) / period
-
-
 # mass, virtual damping, the handle's own, rate, delay in periods
 GRID = list(itertools.product((0.02, 0.2), (0.0, 1.0), (0.2, 1.0), (500.0, 2000.0), (0.0, 0.6, 1.0, 2.5)))
 
@@ -63,7 +43,7 @@ def test_one_percent_inside_decays_and_outside_grows_over_the_grid():
         for part in (0.99, 1.01):
             found = SPRING.probe(part * limit, case)
             assert found.holds == (part < 1.0), given
-            want = exact_rate(case, part * limit)
+            want = exact(part * limit, case)
             assert found.measure == pytest.approx(want, rel=0.02, abs=2e-4), given
 
 
@@ -87,15 +67,6 @@ def test_filtered_damping_lowers_the_stable_stiffness():
     assert not WORSE.try_at(0.6, given).holds
     unfiltered = FILTERS.case({"estimator": "difference", "damping": 0.6, "mass": 0.05})
     assert FILTERS.probe(900.0, unfiltered).holds
-
-
-@pytest.mark.parametrize("given", [{"stiffness": 760.0}, {"stiffness": 624.0}, {"stiffness": 318.0}])
-def test_its_damping_limit_is_where_the_table_has_that_stiffness(given):
-    case = WORSE.case({**given, "mass": 0.05})
-    want = {760.0: 1.0, 624.0: 2.0, 318.0: 5.0}[given["stiffness"]]
-    assert WORSE.limit(case) == pytest.approx(want, rel=0.01)
-    assert WORSE.probe(WORSE.inside(case), case).holds
-    assert not WORSE.probe(WORSE.outside(case), case).holds
 
 
 def test_where_there_is_no_limit_it_is_said():

@@ -1,4 +1,6 @@
-import math
+"""What was identified, in words, and by the command."""
+
+import json
 
 import pytest
 
@@ -6,7 +8,8 @@ import hapkit_studio as hs
 from hapkit_studio.analysis.identify import from_run, identify
 from hapkit_studio.analysis.identify.estimates import Estimate
 from hapkit_studio.analysis.identify.recording import Handle, Setup
-from hapkit_studio.analysis.identify.words import line, measured, plain
+from hapkit_studio.analysis.identify.words import line, measured
+from hapkit_studio.cli import main
 from hapkit_studio.dynamics.hand import GRIPS
 from tests.analysis.identify.motions import shaken
 
@@ -29,15 +32,6 @@ def test_a_number_is_written_as_fine_as_it_is_known(key, value, half, text):
     assert measured(Estimate(key, value, half)) == text
 
 
-def test_what_was_set_and_what_was_rendered():
-    estimate = Estimate("stiffness", 287.31, 4.2, asked=300.0)
-    assert line(estimate, "rendered") == "Stiffness: you set 300 N/m, you rendered 287 ± 4 N/m."
-    assert line(Estimate("mass", 0.0441, 0.0012, asked=0.044), "handle") == (
-        "Mass: the device has 44 g, identified 44.1 ± 1.2 g."
-    )
-    assert line(Estimate("damping", 1.0, 0.1), "rendered") == "Damping: 1.00 ± 0.10 N·s/m."
-
-
 def test_the_hands_mass_is_told_apart_from_the_handles():
     estimate = Estimate("mass", 0.0936, 0.0012, asked=0.094)
     setup = Setup(handle=Handle(0.044, 0.5, 0.1), grip=GRIPS["medium"])
@@ -48,32 +42,12 @@ def test_the_hands_mass_is_told_apart_from_the_handles():
     assert line(alone, "handle", setup) == "Mass: the device has 44 g, identified 44.1 ± 1.2 g."
 
 
-def test_large_numbers_are_written_in_thousands():
-    estimate = Estimate("stiffness", -12345.6, 260.0, asked=12000.0)
-    assert line(estimate, "rendered") == "Stiffness: you set 12,000 N/m, you rendered −12,346 ± 260 N/m."
-    assert plain(-1234.0, estimate) == "−1,234"
-    assert plain(0.0, estimate) == "0"
-
-
-def test_what_is_not_told_says_what_to_do():
-    estimate = Estimate("damping", 0.0, math.inf, told=False, advice="Cannot tell. Move faster.")
-    assert line(estimate, "rendered") == "Damping: Cannot tell. Move faster."
-
-
 def test_the_loop_is_named_as_the_reason():
     found = shaken(1, values={"stiffness": 400.0}, delay=1e-3)
     text = "\n".join(found.sentences(found.rendered))
     assert "you set 0 N·s/m, you rendered −0.6" in text
     assert "That is what the loop makes of it, −0.6" in text
     assert "1.5 ms on average: that takes 400 N/m × 1.5 ms = 0.6 N·s/m." in text
-
-
-def test_a_force_that_is_not_the_laws_is_said():
-    found = shaken(1, values={"stiffness": 400.0}, delay=1e-3)
-    part = found.rendered
-    moved = Estimate("stiffness", 350.0, 2.0, 400.0, 400.0)
-    other = type(part)(**{**vars(part), "estimates": (moved,)})
-    assert "something else acts too" in "\n".join(found.sentences(other))
 
 
 def test_the_passivity_controller_is_named():
@@ -83,3 +57,47 @@ def test_the_passivity_controller_is_named():
     assert "something else acts too" in text
     assert "The passivity controller damped in" in text
     assert found.surprises(found.rendered)
+
+
+@pytest.fixture(scope="module")
+def csv(tmp_path_factory):
+    path = tmp_path_factory.mktemp("identify") / "run.csv"
+    hs.simulate("wall", {"stiffness": 300.0, "damping_mode": "none"}, hand="tap", seconds=3.0).save(path)
+    return str(path)
+
+
+def test_the_command_says_what_was_rendered(csv, capsys):
+    assert main(["identify", csv]) == 0
+    text = capsys.readouterr().out
+    assert "Stiffness: you set 300 N/m, you rendered 299." in text or "you rendered 300." in text
+    assert "What the handle is, the hand's mass with it" in text
+    assert "not in contact" in text
+
+
+def test_one_object_and_a_picture(csv, capsys, tmp_path):
+    picture = tmp_path / "found.png"
+    assert main(["identify", csv, "--json", "--from", "0.5", "--to", "2.5", "--plot", str(picture)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    stiffness = found["parts"]["rendered"]["estimates"][0]
+    assert stiffness["key"] == "stiffness"
+    assert stiffness["low"] < 300.0 * 1.001
+    assert stiffness["high"] > 300.0 * 0.999
+    assert stiffness["set"] == 300.0
+    assert (found["from_s"], found["to_s"]) == (0.5, 2.5)
+    assert found["written"] == [str(picture)]
+    assert picture.stat().st_size > 20_000
+    setup = found["setup"]
+    assert (setup["Environment"], setup["Stiffness"], setup["Rate"]) == (
+        "Wall",
+        "300 N/m",
+        "1,000 Hz",
+    )
+
+
+def test_a_piece_that_tells_nothing_is_drawn_too(capsys, tmp_path):
+    path, picture = tmp_path / "still.csv", tmp_path / "still.png"
+    hs.simulate("wall", seconds=1.0).save(path)
+    assert main(["identify", str(path), "--json", "--plot", str(picture)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["parts"]["rendered"]["words"][0].startswith("Cannot tell: the piece never touches")
+    assert picture.exists()

@@ -10,39 +10,15 @@ from scipy.linalg import expm
 from hapkit_studio import environments
 from hapkit_studio.analysis.stability.limits import (
     checked_loop,
-    damping_limit,
     stiffness_limit,
     stiffness_limits,
 )
 from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Grip
+from hapkit_studio.dynamics.hand import GRIPS, Grip
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.haptics.settings_writer import LoopSettings
-
-# delay in periods; damping and stiffness of the highest point, largest damping, as multiples of m/T, m/T²
-PEAKS = [(0.0, 0.828, 0.688, 2.00), (0.5, 0.552, 0.268, 1.144), (1.0, 0.425, 0.145, 0.829)]
-PEAKS += [(2.0, 0.291, 0.0628, 0.537)]
-# delay in periods, characteristic polynomial for 0.05 kg, 0.5 N·s/m, 1 ms, 500 N/m, 1 N·s/m
-POLYNOMIALS = [
-    (0.0, (1.0, -1.975099708998752, 0.9949834579176372, -0.009933582668053186)),
-    (
-        0.5,
-        (1.0, -1.9863060759444742, 1.0099418537299814, -0.011206356580991414, -0.002479254953683939),
-    ),
-    (1.0, (1.0, -1.990049833749168, 1.0049999584995841, 0.004933624168469068, -0.009933582668053186)),
-]
-
-
-@pytest.mark.parametrize(("late", "at", "highest", "most"), PEAKS)
-def test_the_highest_point_and_the_largest_damping_of_a_handle_without_its_own(late, at, highest, most):
-    loop = checked_loop(1.0, 1e-6, 0.0, 1.0, late, "difference", None)
-    damping = np.linspace(0.002, most, 2000)
-    limits = stiffness_limits(loop, damping)
-    assert damping[np.argmax(limits)] == pytest.approx(at, abs=0.003)
-    assert limits.max() == pytest.approx(highest, rel=0.007)
-    assert damping_limit(loop) == pytest.approx(most, rel=0.0025)
+from hapkit_studio.haptics.settings import LoopSettings
 
 
 @pytest.mark.parametrize("estimator", ["difference", ("iir", {"cutoff": 20.0}), "butterworth", "kalman"])
@@ -58,33 +34,6 @@ def test_many_dampings_together_give_what_each_gives_alone(estimator, delay):
     assert list(together) == alone * 7
 
 
-@pytest.mark.parametrize(("late", "polynomial"), POLYNOMIALS)
-def test_a_rendered_spring_obeys_its_characteristic_polynomial(late, polynomial):
-    device = SimulatedHapkit(0.05, 0.5, 0.0, 0.0, math.inf, initial_position=1e-3)
-    values = {"stiffness": 500.0, "damping": 1.0, "center": 0.0}
-    loop = LoopSettings(1000.0, late * 1e-3)
-    out = headless.spring_rows(environments.named("spring"), values, device, loop, None, 300)
-    x = out[10:, rows.TRUE_POSITION]
-    left = np.convolve(x, polynomial, "valid")
-    assert np.abs(left).max() < 1e-15
-
-
-DAMPERS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
-# delay in periods, period in ms, limit for each viscous damping of DAMPERS; 0.05 kg
-SPRING_ALONE = [
-    (0, 0.25, (800.07, 1600.27, 4001.67, 8006.67, 16026.7, 40167)),
-    (0, 0.5, (400.07, 800.27, 2001.67, 4006.68, 8026.76, 20168)),
-    (0, 1, (200.07, 400.27, 1001.67, 2006.69, 4026.84, 10169.5)),
-    (0, 2, (100.07, 200.27, 501.67, 1006.71, 2027.02, 5172.30)),
-    (0, 4, (50.07, 100.27, 251.68, 506.76, 1027.39, 2678.06)),
-    (0.5, 1, (100.04, 200.17, 501.04, 1004.15, 2016.51, 5101.68)),
-    (0.5, 4, (25.04, 50.17, 126.03, 254.09, 516.04, 1344.66)),
-    (1, 0.25, (266.70, 533.48, 1334.26, 2670.36, 5348.10, 13425)),
-    (1, 1, (66.70, 133.48, 334.26, 670.35, 1347.97, 3423.18)),
-    (1, 4, (16.70, 33.48, 84.25, 170.28, 347.45, 915.43)),
-    (2, 1, (40.03, 80.14, 200.86, 403.43, 813.57, 2082.17)),
-    (2, 4, (10.03, 20.14, 50.85, 103.32, 212.74, 570.34)),
-]
 VIRTUAL = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0)
 # mass, viscous, period in ms, delay in periods, limit for each virtual damping of VIRTUAL, damping limit
 WITH_DAMPING = [
@@ -103,6 +52,7 @@ WITH_FILTER = [
     (("iir", {"cutoff": 100.0}), 0, (1002, 2665, 4020, 7002, 10068, 12989)),
     ("iir", 0, (1002, 1983, 2612, 3784, 4822, 5666)),
     (("iir", {"cutoff": 20.0}), 0, (1002, 1563, 1910, 2544, 3095, 3524)),
+    (("butterworth", {"cutoff": 20.0}), 1, (334, 410, 382, 188, 0, 0)),
     ("difference", 1, (334, 981, 1597, 3269, 5448, 7457)),
     ("iir", 1, (334, 772, 1064, 1552, 1805, 1492)),
 ]
@@ -120,13 +70,6 @@ def rounded(value, digits_of):
     text = f"{digits_of:g}"
     last = 10.0 ** -(len(text.split(".")[1]) if "." in text else 0)
     return value == pytest.approx(digits_of, abs=1.01 * last, rel=1e-5)
-
-
-@pytest.mark.parametrize(("late", "period_ms", "limits"), SPRING_ALONE)
-def test_spring_alone(late, period_ms, limits):
-    period = period_ms * 1e-3
-    for viscous, limit in zip(DAMPERS, limits, strict=True):
-        assert rounded(stiffness_limit(0.05, viscous, rate=1 / period, delay=late * period), limit)
 
 
 @pytest.mark.parametrize(("mass", "viscous", "period_ms", "late", "limits", "most"), WITH_DAMPING)
@@ -151,15 +94,6 @@ def test_with_a_hand(hand, prompt, late):
     assert rounded(stiffness_limit(0.05, 0.5, hand=hand, delay=1e-3), late)
 
 
-def test_a_hand_can_be_named_or_moving():
-    for name, grip in GRIPS.items():
-        assert stiffness_limit(0.05, 0.5, hand=name) == stiffness_limit(0.05, 0.5, hand=grip)
-    press = SCRIPTS["press"]
-    grip = Grip(press.mass, press.damping, press.stiffness)
-    assert stiffness_limit(0.05, 0.5, hand="press") == stiffness_limit(0.05, 0.5, hand=grip)
-    assert stiffness_limit(0.05, 0.5, hand=press) == stiffness_limit(0.05, 0.5, hand=grip)
-
-
 def test_closed_form_of_the_prompt_spring(rng):
     """Jury on (z - 1) (z - E) + K (n1 z + n0): roots leave at E + K n0 = 1, -1 at K (n1 - n0) = 2 (1 + E)."""
     for _ in range(80):
@@ -170,24 +104,6 @@ def test_closed_form_of_the_prompt_spring(rng):
         lost = 1e-15 * m / abs(n0) * leak / b**2 + 1e-15 * m / b**2 / abs(n1 - n0)
         want = min(pair, flip)
         assert stiffness_limit(m, b, rate=1 / period) == pytest.approx(want, rel=1e-9 + lost)
-
-
-@pytest.mark.parametrize(
-    ("late", "limits"),
-    [
-        (0, {0: 0.0401, 0.05: 0.1337, 0.1: 0.2181, 0.2: 0.3620, 0.5: 0.6297, 1.0: 0.6928, 1.8: 0.2158}),
-        (1, {0: 0.0134, 0.05: 0.0444, 0.1: 0.0716, 0.2: 0.1148, 0.4: 0.1544, 0.6: 0.1283, 0.8: 0.0312}),
-    ],
-)
-def test_only_ratios_matter(late, limits):
-    """K T^2 / m depends on B T / m, b T / m = 0.02 and the delay in periods alone."""
-    for mass, period in ((1.0, 1.0), (0.05, 1e-3), (3.0, 0.02)):
-        scale = mass / period
-        for beta, alpha in limits.items():
-            limit = stiffness_limit(
-                mass, 0.02 * scale, damping=beta * scale, rate=1 / period, delay=late * period
-            )
-            assert limit * period / scale == pytest.approx(alpha, abs=6e-5)
 
 
 def closed_loop(stiffness, mass, viscous, damping, rate, delay, alpha, hand):
@@ -278,6 +194,9 @@ def test_one_percent_inside_decays_and_outside_grows(part, mass, viscous, rate, 
         {"damping": 1.0, "rate": 4000.0, "delay": 2.1e-3},
         {"hand": "firm", "delay": 2e-3, "damping": 5.0},
         {"hand": Grip(0.0, 1.0, 50.0), "rate": 250.0},
+        {"rate": 0.1},
+        {"damping": 2.0, "delay": 0.6e-3, "estimator": ("butterworth", {"cutoff": 20.0})},
+        {"damping": 60.0, "estimator": "kalman"},
     ],
 )
 def test_measured_limit_is_the_exact_one(loop):
@@ -286,18 +205,9 @@ def test_measured_limit_is_the_exact_one(loop):
     )
 
 
-def test_measured_limit_of_a_handle_that_hardly_loses_energy():
-    assert measured_stiffness_limit(0.044, 0.002) == pytest.approx(stiffness_limit(0.044, 0.002), rel=3e-3)
-
-
 def test_too_much_virtual_damping_leaves_no_stable_spring():
     assert stiffness_limit(0.05, 0.5, damping=110.0) == 0.0
     assert measured_stiffness_limit(0.05, 0.5, damping=110.0) == 0.0
-
-
-def test_without_any_damping_no_spring_is_stable():
-    assert stiffness_limit(0.05, 0.0) == 0.0
-    assert stiffness_limit(0.05, 0.0, hand=Grip(0.0, 0.0, 100.0)) == 0.0
 
 
 @pytest.mark.parametrize(("mass", "viscous"), [(0.05, 1e-12), (1e6, 1e-6), (1e6, 1e-9)])
@@ -318,64 +228,6 @@ def test_is_quick_enough_for_a_status_bar():
             assert stiffness_limit(0.05, 0.5, **loop) > 0.0
             took.append(time.thread_time() - start)
         assert min(took) < longest
-
-
-@pytest.mark.parametrize("rate", [0.1, 1.0, 2.0])
-def test_measured_limit_of_a_slow_loop_is_the_exact_one(rate):
-    assert measured_stiffness_limit(0.05, 0.5, rate=rate) == pytest.approx(
-        stiffness_limit(0.05, 0.5, rate=rate), rel=2e-4
-    )
-
-
-def test_measuring_refuses_what_would_not_fit_into_memory():
-    with pytest.raises(ParameterError, match=r"1e\+06 Hz takes \d+ samples; 5000000 at most"):
-        measured_stiffness_limit(0.05, 0.5, rate=1e6)
-
-
-@pytest.mark.parametrize("find", [stiffness_limit, measured_stiffness_limit])
-@pytest.mark.parametrize(
-    ("bad", "names"),
-    [
-        ({"mass": 0.0}, "mass must be more than 0 kg, not 0 kg"),
-        ({"viscous": -1.0}, "viscous damping must be 0 or more N·s/m, not -1"),
-        ({"damping": math.nan}, "virtual damping"),
-        ({"rate": 0.0}, "rate must be more than 0 Hz"),
-        ({"delay": -1e-3}, "delay must be 0 or more s"),
-        ({"estimator": "guess"}, "guess"),
-        ({"hand": "glove"}, "glove"),
-        ({"hand": 3}, "hand takes a Hand, a Grip, a name or None, not 3"),
-        ({"mass": "50 g"}, "mass takes a number in kg, not '50 g'"),
-        ({"rate": None}, "rate takes a number in Hz, not None"),
-    ],
-)
-def test_refuses_loops_that_cannot_be(find, bad, names):
-    with pytest.raises(ParameterError, match=names):
-        find(**{"mass": 0.05, "viscous": 0.5, **bad})
-
-
-BUTTERWORTH = [
-    (60.0, 0, (1002, 1981, 2382, 2547, 1867, 0)),
-    (20.0, 0, (1002, 760, 624, 318, 0, 0)),
-    (20.0, 1, (334, 410, 382, 188, 0, 0)),
-]
-
-
-@pytest.mark.parametrize(("cutoff", "late", "limits"), BUTTERWORTH)
-def test_second_order_filter(cutoff, late, limits):
-    """0.05 kg, 0.5 N·s/m, 1 kHz: at 20 Hz, damping makes the stiffest spring softer."""
-    for damping, limit in zip(FILTERED, limits, strict=True):
-        found = stiffness_limit(
-            0.05, 0.5, damping=damping, delay=late * 1e-3, estimator=("butterworth", {"cutoff": cutoff})
-        )
-        assert found == pytest.approx(limit, rel=0.005, abs=0.5)
-
-
-@pytest.mark.parametrize("estimator", ["butterworth", ("butterworth", {"cutoff": 20.0}), "kalman"])
-@pytest.mark.parametrize("loop", [{"damping": 2.0, "delay": 0.6e-3}, {"damping": 5.0}, {"damping": 60.0}])
-def test_measured_limit_behind_a_filter_is_the_exact_one(estimator, loop):
-    assert measured_stiffness_limit(0.05, 0.5, estimator=estimator, **loop) == pytest.approx(
-        stiffness_limit(0.05, 0.5, estimator=estimator, **loop), rel=5e-4
-    )
 
 
 def test_adaptive_window_has_a_measured_limit_only():

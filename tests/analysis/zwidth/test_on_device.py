@@ -13,10 +13,9 @@ from hapkit_studio.analysis.zwidth.on_device import ripple
 from hapkit_studio.analysis.zwidth.result import BUZZES, FAST, GROWS, HIGHEST, Protocol
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
-from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import arrays, block, rows
+from hapkit_studio.haptics.clib import store_release
 from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.haptics.fences import store_release
 from tests.firmware.vb import needs_board
 from tests.haptics.support import rest
 
@@ -45,8 +44,8 @@ def running():
 def assert_as_before(engine, environment="spring"):
     """Check settings, force limit and hand; then that the loop renders the old environment alone."""
     assert engine.environment.key == environment
-    assert engine.arrays.block_values[block.MAX_FORCE] == engine.device.max_force
-    assert engine.arrays.block_words[block.HAND_ON] == 0
+    assert engine.arrays.block.values[block.MAX_FORCE] == engine.device.max_force
+    assert engine.arrays.block.words[block.HAND_ON] == 0
     last = rest(engine.reader(), 100)[-1]
     if environment == "spring" and not last[rows.FLAGS]:
         assert engine.values["stiffness"] == BEFORE["stiffness"]
@@ -116,61 +115,47 @@ def test_the_virtual_board(running):
     assert_as_before(engine)
 
 
-def test_cancelling_leaves_no_force_of_the_wall(running):
+def cancel(engine):
+    assert engine.environment.key == "wall"
+    raise Cancelled("enough")
+
+
+def fail(engine):
+    store_release(engine.arrays.control, arrays.FAULT, arrays.OVER_SPEED)
+
+
+def quit_loop(engine):
+    store_release(engine.arrays.control, arrays.QUIT, 1)
+
+
+@pytest.mark.parametrize(
+    ("act", "error", "says", "environment"),
+    [
+        (cancel, Cancelled, "enough", "spring"),
+        (Engine.stop, Interrupted, "Force is zero", "spring"),
+        (fail, Interrupted, "over-speed", "spring"),
+        (lambda engine: engine.set_environment("friction"), Interrupted, "settings were changed", "friction"),
+        (quit_loop, Interrupted, "sends nothing", None),
+    ],
+)
+def test_what_ends_it_leaves_the_old_settings_and_no_force_of_the_wall(
+    running, monkeypatch, act, error, says, environment
+):
+    """Cancelled, stopped, a fault, somebody who changes the scene and keeps it, a device that is gone."""
+    monkeypatch.setattr("hapkit_studio.analysis.zwidth.guarded_device._SILENCE_SECONDS", 0.5)
     engine = running()
-
-    def cancel():
-        assert engine.environment.key == "wall"
-        raise Cancelled("enough")
-
-    with pytest.raises(Cancelled):
-        on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, cancel))
-    assert_as_before(engine)
-
-
-def test_the_stop_ends_it_with_zero_force(running):
-    engine = running()
-    with pytest.raises(Interrupted, match="Force is zero"):
-        on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, engine.stop))
-    assert engine.stopped
-    assert_as_before(engine)
-    found = rest(engine.reader(), 20)
-    assert np.all(found[:, rows.APPLIED] == 0.0)
-    assert np.all(found[:, rows.FLAGS].astype(int) & rows.STOPPED)
-
-
-def test_a_fault_ends_it_and_stays(running):
-    engine = running()
-
-    def fail():
-        store_release(engine.arrays.control, arrays.FAULT, arrays.OVER_SPEED)
-
-    with pytest.raises(Interrupted, match="over-speed"):
-        on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(150, fail))
-    assert engine.fault is not None
-    assert_as_before(engine)
-
-
-def test_who_changes_the_scene_keeps_it(running):
-    engine = running()
-    with pytest.raises(Interrupted, match="settings were changed"):
-        on_device.measure(
-            engine, (0.0,), ONE_TRIAL, progress=after(60, lambda: engine.set_environment("friction"))
-        )
-    assert_as_before(engine, "friction")
-
-
-def test_a_device_that_is_gone_ends_it(running):
-    engine = running()
-
-    def go():
-        store_release(engine.arrays.control, arrays.QUIT, 1)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("hapkit_studio.analysis.zwidth.guarded_device._SILENCE_SECONDS", 0.2)
-        with pytest.raises(Interrupted, match="sends nothing"):
-            on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(60, go))
-    assert engine.environment.key == "spring"
+    with pytest.raises(error, match=says):
+        on_device.measure(engine, (0.0,), ONE_TRIAL, progress=after(60, lambda: act(engine)))
+    if environment is None:  # nothing runs any more
+        assert engine.environment.key == "spring"
+        return
+    assert_as_before(engine, environment)
+    assert engine.stopped == (act is Engine.stop)
+    assert (engine.fault is not None) == (act is fail)
+    if engine.stopped:
+        found = rest(engine.reader(), 20)
+        assert np.all(found[:, rows.APPLIED] == 0.0)
+        assert np.all(found[:, rows.FLAGS].astype(int) & rows.STOPPED)
 
 
 def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch):
@@ -215,18 +200,6 @@ def test_a_person_is_asked_and_checked(running):
     assert_as_before(engine)
 
 
-def test_a_wall_on_the_left_is_pressed_from_its_right(running):
-    engine = running()
-    engine.set_environment("wall", {"side": "left", "position": -0.01, "stiffness": 70.0})
-    reader = engine.reader()
-    found = on_device.measure(engine, (0.0,), ONE_TRIAL)
-    seen = reader.read()
-    assert found.stiffness[0] == 300.0
-    assert seen[:, rows.POSITION].min() == pytest.approx(-0.01 - 1.0 / 300.0, abs=1e-3)
-    assert seen[:, rows.APPLIED].max() > 0.9
-    assert engine.values == {**engine.environment.values(), "side": 1.0, "position": -0.01, "stiffness": 70.0}
-
-
 def test_nobody_presses(running, monkeypatch):
     monkeypatch.setattr(on_device, "_PATIENCE_SECONDS", 0.3)
     engine = running()
@@ -243,8 +216,3 @@ def test_ripple_is_what_a_hand_cannot_do(hertz, least, most):
     drift = 3e-3 * t
     swing = 0.5e-3 * np.sin(2.0 * math.pi * hertz * t)
     assert least * 1e-3 <= ripple(drift + swing, 1000.0) <= most * 1e-3
-
-
-def test_a_push_near_the_limit_is_refused():
-    with pytest.raises(ParameterError, match=r"force limit of 3.33 N or more, not 2 N"):
-        TrialLimits(push=2.0)

@@ -23,16 +23,6 @@ static inline void put(uint8_t byte) {
   UDR0 = byte;
 }
 
-static inline uint32_t get_word(void) {
-  uint32_t word = 0;
-  for (uint8_t i = 0; i < 32; i += 8) word |= (uint32_t)get() << i;
-  return word;
-}
-
-static inline void put_word(uint32_t word) {
-  for (uint8_t i = 0; i < 32; i += 8) put((uint8_t)(word >> i));
-}
-
 static inline void begin_clock(void) { TCCR1B = _BV(CS10); }
 
 static inline void begin_pwm(void) {

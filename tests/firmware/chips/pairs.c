@@ -1,4 +1,4 @@
-// Sends two bytes one right behind the other, with LOOK once the port says that it has room; then its status when they
+// Sends two bytes one right behind the other, with LOOK=1 once the port says that it has room; then its status when they
 // have gone, how often the interrupt of the end came when it was let, the status in it and behind it, and the status
 // after two more have gone and their flag was written away.
 #include <util/delay.h>
@@ -14,7 +14,7 @@ ISR(USART_TX_vect) {
 
 static void two(uint8_t first, uint8_t second) {
   UDR0 = first;
-#ifdef LOOK
+#if LOOK
   while (!(UCSR0A & _BV(UDRE0))) {
   }
 #endif

@@ -10,7 +10,6 @@ from hapkit_studio.haptics import rows
 from hapkit_studio.workshop.source import is_trusted, read, typed
 from hapkit_studio.workshop.trying import TrialResult, failed
 from tests.gui.own_support import LAW_LINE, law_tab, put, spring, wait_for_verdict
-from tests.gui.window_support import PATIENCE_MS
 
 
 @pytest.fixture
@@ -42,7 +41,7 @@ def force_at(window, qtbot, place: float) -> float:
         taken.extend(new)
         return len(taken) > 600 and np.ptp([r[rows.POSITION] for r in taken[-100:]]) < 1e-4
 
-    qtbot.waitUntil(settled, timeout=PATIENCE_MS)
+    qtbot.waitUntil(settled)
     last = np.array(taken[-100:])
     return float(np.mean(last[:, rows.ASKED]) / np.mean(last[:, rows.POSITION]))
 
@@ -108,21 +107,15 @@ def test_an_error_stands_at_its_line_and_the_old_law_goes_on(opened, qtbot):
     assert window.gallery.own_rows[window.editor.path].summary == "Does not run yet"
 
 
-def test_saying_that_a_trial_is_under_way(opened, no_trials):
+def test_what_is_typed_during_a_trial_stays_and_is_not_called_saved(opened, no_trials):
     window = opened()
     window.editor.save()
     assert window.editor.message.words.text() == "Checking line by line…"
     assert window.editor.message.busy.isVisible()
     assert window.gallery.own_rows[window.editor.path].summary == "Checking line by line…"
-    window.own.runner.finished.emit(read(window.editor.path), failed("this is wrong", 3))
-    assert not window.editor.message.busy.isVisible()
-
-
-def test_what_is_typed_during_a_trial_stays_and_is_not_called_saved(opened, no_trials):
-    window = opened()
-    window.editor.save()
     QTest.keyClicks(window.editor.page.code, "#")
     window.own.runner.finished.emit(read(window.editor.path), failed("this is wrong", 3))
+    assert not window.editor.message.busy.isVisible()
     assert "#" in window.editor.page.text
     assert window.editor.page.unsaved
     assert window.editor.message.words.text().endswith("What was typed since is not saved.")
@@ -135,13 +128,13 @@ def test_a_fault_marks_its_line(window, qtbot, home):
     wait_for_verdict(window, qtbot, lambda: window.own.runner.finished.emit(typed(path, text), TrialResult()))
     window.editor.edit(path)
     window.studio.move_hand(0.02)
-    qtbot.waitUntil(lambda: window.studio.fault is not None, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: window.studio.fault is not None)
 
     def marked():
         window.live.tick()
         return bool(window.editor.page.code.marks)
 
-    qtbot.waitUntil(marked, timeout=PATIENCE_MS)
+    qtbot.waitUntil(marked)
     assert list(window.editor.page.code.marks) == [LAW_LINE]
     assert window.editor.message.words.text() == window.studio.fault.text
     assert window.banners.get("fault") is not None
@@ -161,17 +154,10 @@ def test_esc_stops_from_inside_the_editor(window, home):
     assert window.studio.stopped
 
 
-def test_letters_of_a_law_choose_no_environment(opened):
-    window = opened()
-    window.editor.page.code.setFocus()
-    QTest.keyClicks(window.editor.page.code, "01c m?")
-    assert window.studio.environment.key == "wall"
-    assert "01c m?" in window.editor.page.text
-
-
 def test_closing_asks_for_what_is_not_saved(opened, no_trials):
     window = opened()
-    QTest.keyClicks(window.editor.page.code, "#")
+    QTest.keyClicks(window.editor.page.code, "#01c m?")
+    assert window.studio.environment.key == "wall", "letters of a law choose no environment"
     text = window.editor.page.text
     window.actions_by_key.run("environment.close")
     assert window.editor.page.isVisible()
@@ -192,7 +178,7 @@ def test_discarding_leaves_the_file_alone(opened):
     window = opened()
     QTest.keyClicks(window.editor.page.code, "#")
     window.editor.page.keep_draft()
-    window.editor.unsaved_changes.close()
+    window.editor.close()
     path = window.editor.path
     window.editor.message.buttons[1].click()
     assert path.read_text(encoding="utf-8") == spring()
@@ -223,11 +209,8 @@ def test_quitting_asks_once_for_what_is_not_saved(opened, no_trials):
     window.actions_by_key.run("session.quit")
     assert window.isVisible()
     assert window.editor.message.isVisible()
-    assert [b.text() for b in window.editor.message.buttons] == [
-        "Save and quit",
-        "Quit, keep as draft",
-        "Go on",
-    ]
+    words = [button.text() for button in window.editor.message.buttons]
+    assert words == ["Save and quit", "Quit, keep as draft", "Go on"]
     window.editor.message.buttons[2].click()
     window.actions_by_key.run("session.quit")
     assert window.isVisible()
@@ -252,28 +235,19 @@ def test_a_file_that_cannot_be_written_loses_nothing(opened, monkeypatch):
     assert window.own.runner.path is None
 
 
-def test_ctrl_e_goes_from_the_scene_to_the_law_and_back(opened):
+def test_ctrl_e_goes_to_the_law_and_back_and_every_control_has_a_name(opened):
     window = opened()
     window.actions_by_key.run("environment.law")
     assert window.centre.scene.hasFocus()
     window.header.tabs.setCurrentIndex(0)
-    assert window.centre.time.isVisible()
     window.actions_by_key.run("environment.law")
     assert window.editor.page.code.hasFocus()
     assert not window.centre.time.isVisible()
-
-
-def test_every_control_of_the_editor_has_a_name(opened):
-    window = opened()
     assert window.editor.page.code.accessibleName() == "Law, test_spring.py"
     assert window.editor.page.close_law.accessibleName()
     window.editor.begin_new()
     rows_ = window.editor.editor.chooser.group.buttons()
-    assert [row.accessibleName().split(":")[0] for row in rows_] == [
-        "Spring",
-        "Wall",
-        "Two walls",
-        "Mass on a spring",
-    ]
+    names = [row.accessibleName().split(":")[0] for row in rows_]
+    assert names == ["Spring", "Wall", "Two walls", "Mass on a spring"]
     labels = window.editor.editor.chooser.findChildren(QLabel)
     assert any(label.buddy() is window.editor.editor.chooser.title for label in labels)

@@ -1,16 +1,96 @@
-"""Force over position: theory, measured force, age; strokes; discovery."""
+"""Force over position or velocity: theory, where the plot opens, the measured force, its age, the past."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtGui import QColor, QImage, QPainter
 
 from hapkit_studio.gui.live import strokes
-from hapkit_studio.gui.live.history import CHANNELS
+from hapkit_studio.gui.live.history import CHANNELS, History
+from hapkit_studio.gui.live.past_trace import PastTrace, past_trace
+from hapkit_studio.gui.live.phase_canvas import Band
 from hapkit_studio.gui.live.plots.declared import phase_plots, time_plots
 from hapkit_studio.haptics import rows
-from tests.gui.live.plot_support import LIBRARY, colored, settle, telemetry
+from tests.gui.live.plot_support import LIBRARY, canvas_of, colored, settle, telemetry
+
+GRID = np.linspace(-60.0, 60.0, 401)
+
+
+def reach_of(*branches):
+    """Return how far a plot of ±20 to ±45 opens over these branches under a limit of 3 N."""
+    return Band(GRID, np.array(branches)).reach(20.0, 45.0, 3.0)
+
+
+def shown_reach(phase):
+    low, high = phase.canvas.view.viewRange()[0]
+    assert low == -high
+    return high
+
+
+def use(phase, key, **given):
+    phase.set_environment(LIBRARY[key], LIBRARY[key].values(given), 3.0)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_plot_opens_so_far_that_the_last_bend_is_inside(side):
+    for place, wanted in ((18.0, 20.0), (20.0, 25.0), (27.0, 30.0), (29.0, 35.0), (44.0, 45.0), (50.0, 20.0)):
+        assert reach_of(np.maximum(side * GRID - place, 0.0) * 0.1) == wanted
+        assert reach_of(0.0 * GRID, np.maximum(side * GRID - place, 0.0) * 0.1) == wanted
+
+
+def test_what_the_motor_cannot_give_is_no_reason_to_open_wide():
+    stiff = -np.maximum(GRID - 5.0, 0.0) - 5.0 * np.maximum(GRID - 30.0, 0.0)
+    assert reach_of(stiff) == 20.0
+    assert reach_of(0.05 * stiff) == 35.0
+
+
+def test_of_waves_a_few_are_enough():
+    """The fifth turn of a sine lies at 9/4 of its length: 2.25 · 16 · 1.1 = 39.6, 2.25 · 17 · 1.1 = 42.1."""
+    for length, wanted in ((5.0, 20.0), (16.0, 40.0), (17.0, 45.0)):
+        assert reach_of(np.sin(2.0 * np.pi * GRID / length)) == wanted
+
+
+def test_both_hills_and_two_wells_to_each_side_are_in_sight(phase):
+    """Bump and valley end at ±35 mm with their defaults; wells 3 mm to a side lie at multiples of 20 mm."""
+    for key, least in (("bump_valley", 35.0), ("detents", 43.0)):
+        use(phase, key)
+        assert least < shown_reach(phase) <= 45.0
+    for key in ("spring", "wall"):
+        use(phase, key)
+        assert shown_reach(phase) == 20.0
+
+
+def test_a_wall_that_is_put_farther_out_stays_in_sight(phase, qtbot):
+    assert shown_reach(phase) == 20.0
+    use(phase, "wall", position=0.03)
+    qtbot.waitUntil(lambda: shown_reach(phase) > 30.0)
+
+
+def test_a_changed_choice_is_followed_to_the_plot_that_has_a_theory(phase, qtbot):
+    use(phase, "texture")
+    for kind, wanted in (
+        ("grating", "force_position"),
+        ("bands", "force_velocity"),
+        ("sandpaper", "force_position"),
+    ):
+        use(phase, "texture", kind=kind)
+        qtbot.waitUntil(lambda wanted=wanted: phase.canvas.plot_of.key == wanted)
+        assert phase.plots[phase.switch.index].key == wanted
+        assert phase.canvas.band.force.size
+
+
+def test_a_plot_chosen_by_hand_stays_until_another_environment(phase, qtbot):
+    use(phase, "texture")
+    phase.switch.chosen.emit(1)
+    use(phase, "texture", kind="grating")
+    qtbot.waitUntil(lambda: not phase.canvas.band.force.size)
+    assert phase.canvas.plot_of.key == "force_velocity"
+    use(phase, "wall")
+    assert phase.canvas.plot_of.key == "force_position"
+    use(phase, "damping")
+    use(phase, "texture", kind="bands")
+    use(phase, "texture", kind="grating")
+    qtbot.waitUntil(lambda: phase.canvas.plot_of.key == "force_position")
 
 
 def test_theory_is_the_laws_own_force(phase):
@@ -28,25 +108,6 @@ def test_the_wall_is_shown_over_position_and_damping_over_velocity(phase):
     np.testing.assert_allclose(force[0], -6.0 * velocity / 1e3, atol=1e-12)
     phase.choose(0)
     assert not phase.canvas.band.force.size
-
-
-def test_friction_is_shown_over_velocity_and_texture_as_its_kind_is(phase):
-    """Bands damp, a grating pushes by place."""
-    for key, values, wanted in (
-        ("friction", {}, "force_velocity"),
-        ("texture", {"kind": "bands"}, "force_velocity"),
-        ("texture", {"kind": "grating"}, "force_position"),
-        ("hard_surface", {}, "force_position"),
-        ("cat", {}, "force_position"),
-    ):
-        phase.set_environment(LIBRARY["free"], {}, 3.0)
-        phase.set_environment(LIBRARY[key], LIBRARY[key].values(values), 3.0)
-        assert phase.plots[phase.switch.index].key == wanted
-
-
-def test_a_changed_parameter_moves_the_theory_soon(phase, qtbot):
-    phase.set_environment(LIBRARY["wall"], LIBRARY["wall"].values({"stiffness": 100.0}), 3.0)
-    qtbot.waitUntil(lambda: phase.canvas.band.force.min() == pytest.approx(-100.0 * 0.055))
 
 
 def test_a_changed_theory_is_in_sight_unless_the_axes_were_fitted_by_hand(phase, qtbot):
@@ -155,19 +216,90 @@ def test_dashes_cover_their_share_of_a_line_and_leave_gaps_alone():
     assert not ((ends[:, 0] < 86) & (ends[:, 2] > 99)).any()
 
 
-def test_segments_are_painted(qapp):
-    image = QImage(40, 20, QImage.Format.Format_RGB32)
-    image.fill(QColor("white"))
-    painter = QPainter(image)
-    x = np.array([5.0, 20.0, np.nan, 25.0, 35.0])
-    strokes.trace(painter, x, x * 0.0 + 10.0, QColor("black"))
-    painter.end()
-    dark = [x for x in range(40) if image.pixelColor(x, 10).lightness() < 128]
-    assert dark == [*range(4, 21), *range(24, 36)]
-
-
 def test_plots_are_found_by_their_files():
     assert [plot.key for plot in time_plots()] == ["position", "velocity", "force"]
     assert [plot.key for plot in phase_plots()] == ["force_position", "force_velocity"]
     for plot in time_plots():
         assert all(trace.channel in CHANNELS for trace in plot.traces)
+
+
+def test_a_run_whose_clock_starts_again_is_in_sight_after_a_change(plots, phase, history):
+    for part in (plots, phase):
+        part.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
+    again = telemetry(500)
+    again[:, rows.POSITION] = 0.03
+    history.append(again)
+    plots.refresh()
+    phase.canvas.refresh()
+    assert canvas_of(plots, "position").view.viewRange()[1][1] > 30.0
+    assert phase.canvas.view.viewRange()[0][1] > 30.0
+
+
+def test_a_widening_axis_hides_nothing_of_the_past(phase, history, qapp):
+    """A push ever harder, every frame wider: the wall's way in of seconds ago is there in every frame."""
+    settle(phase)
+    push = telemetry(4000, 14_000)
+    push[:, rows.POSITION] = 0.0
+    push[:, rows.APPLIED] = np.linspace(0.0, 12.0, 4000)
+    widenings = 0
+    for part in range(0, 4000, 100):
+        history.append(push[part : part + 100])
+        before = phase.canvas.view.viewRange()
+        phase.canvas.refresh()
+        widenings += phase.canvas.view.viewRange() != before
+        image = phase.canvas.viewport().grab().toImage()
+        x, force = 11.0, -0.4 * 6.0
+        place = phase.canvas.pixel(x, force)
+        near = [
+            image.pixelColor(round(place.x()) + a, round(place.y()) + b) for a in (-1, 0) for b in (-1, 0, 1)
+        ]
+        assert min(color.lightness() for color in near) < 170
+    assert widenings > 5
+
+
+def filled(seconds=4.0):
+    history, n = History(60.0, 1000.0), int(1000 * seconds)
+    table = np.zeros((n, rows.ROW_WIDTH))
+    table[:, rows.TICK] = np.arange(n)
+    table[:, rows.HOST_TIME] = 10.0 + np.arange(n) * 1e-3
+    table[:, rows.POSITION] = 0.01 * np.sin(np.arange(n) * 1e-2)
+    history.append(table)
+    return history
+
+
+def test_a_held_stretch_is_the_past_moved_on():
+    past = past_trace(filled(), "on the computer", 11.0, 12.0, shift=2.0)
+    assert past.time[[0, -1]] == pytest.approx([11.0, 12.0], abs=2e-3)
+    x, y = past.part("position", 13.2, 13.3, 1000)
+    assert x[[0, -1]] == pytest.approx([13.2, 13.3], abs=2e-3)
+    assert y == pytest.approx(0.01 * np.sin((x - 2.0 - 10.0) * 10.0), abs=1e-9)
+
+
+def test_a_dense_held_stretch_keeps_its_peaks():
+    past = past_trace(filled(), "", 10.0, 14.0)
+    x, y = past.part("position", 10.0, 14.0, 100)
+    assert len(x) <= 2 * 101
+    assert (y.min(), y.max()) == pytest.approx((-0.01, 0.01), abs=1e-6)
+    assert past_trace(filled(), "", 100.0, 101.0) is None
+
+
+def test_the_plots_show_what_is_held_and_name_it(plots):
+    time = np.linspace(0.0, 1.0, 50)
+    plots.set_past(PastTrace("on the board", time, {name: np.zeros(50) for name in CHANNELS}))
+    label = plots.headers[0].past[-1]
+    assert label.isVisibleTo(plots)
+    assert label.text() == "on the board"
+    plots.set_past(None)
+    assert not label.isVisibleTo(plots)
+
+
+def test_force_over_position_draws_what_is_held_and_names_it(phase):
+    x = np.linspace(-0.02, 0.02, 500)
+    values = {name: x for name in CHANNELS} | {"applied": np.clip(-400.0 * (x - 0.005), -3.0, 0.0)}
+    for past, words in ((PastTrace("on the board", x, values), "Dotted: on the board"), (None, "")):
+        phase.set_past(past)
+        phase.refresh()
+        assert phase.note.text() == words
+        assert phase.note.isVisible() == bool(words)
+        drawn = len(colored(phase.canvas.viewport().grab().toImage(), "hold"))
+        assert bool(drawn) == bool(words)

@@ -91,3 +91,13 @@ def _in_ms():
     x = np.linspace(0.4, 4.0, 5)
     lines = (Line("measured", x, np.where(x < 2.0, -1.0, math.inf)),)
     return Chart("step, ms", "growth, 1/s", lines, (Mark("limit", 2.0),))
+
+
+def measured(page, qtbot):
+    """Wait until the failure in sight was measured."""
+    qtbot.waitUntil(lambda: page.record.complete and not page.job.running)
+
+
+def settled(page, qtbot):
+    """Wait until what the knob stands at was tried."""
+    qtbot.waitUntil(lambda: "here" not in page.record.old)

@@ -1,6 +1,7 @@
-"""The page Break it: choosing, the knob, other conditions, what Export writes."""
+"""The page Break it: choosing, the knob, other conditions, cancelling, what cannot be tried, Export."""
 
 import json
+import math
 
 import numpy as np
 import pytest
@@ -9,15 +10,11 @@ from PySide6.QtTest import QTest
 
 from hapkit_studio.analysis.failures import failures
 from hapkit_studio.charts.failures import scaled
-from hapkit_studio.gui.pages.break_it.failure_list import _words
-from hapkit_studio.gui.pages.break_it.feel import Feel
-from hapkit_studio.gui.pages.break_it.page import record_exports
+from hapkit_studio.gui.pages.break_it.lists import known_words
 from hapkit_studio.gui.pages.break_it.record import Record
-from hapkit_studio.haptics import rows
-from tests.gui.pages.break_it_fixtures import settled
-from tests.gui.pages.drawing_support import click, drawn
-from tests.gui.window_support import PATIENCE_MS
-from tests.wide import wide
+from tests.gui.pages.break_it_support import measured, settled
+from tests.gui.pages.drawing_support import click, drawn, outside
+from tests.gui.test_layout import cut_off, settle
 
 
 @pytest.fixture
@@ -26,43 +23,45 @@ def page(break_it_page):
     return break_it_page
 
 
+def spoken(page):
+    """Return what a reader of the screen says of the chosen row."""
+    return page.list.currentItem().data(Qt.ItemDataRole.AccessibleTextRole)
+
+
 def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit(page):
     record = page.record
-    assert record.limit == 200.0
-    assert record.signs == (True, False)
-    assert record.below.value == pytest.approx(198.0)
-    assert record.above.value == pytest.approx(202.0)
+    assert (record.limit, record.signs) == (200.0, (True, False))
+    assert (record.below.value, record.above.value) == pytest.approx((198.0, 202.0))
     assert page.verdict.words.text() == "Decays by 0.01 1/s"
     assert page.verdict.more.text() == "198 N/m, 0.99 of the limit 200 N/m. In truth it decays by 1 1/s."
-    titles = [axes.get_title(loc="left").replace("\n", " ") for axes in drawn(page.detail.chart)[:2]]
-    assert titles[0].startswith("✓")
+    first, second, curve = drawn(page.detail.chart)
+    titles = [axes.get_title(loc="left").replace("\n", " ") for axes in (first, second)]
+    assert [title[0] for title in titles] == ["✓", "✕"]
     assert "decays by 0.01 1/s" in titles[0]
-    assert titles[1].startswith("✕")
     assert "grows by 0.01 1/s" in titles[1]
+    assert [t.get_text() for t in curve.get_legend().get_texts()] == ["formula", "measured", "neither"]
     assert page.side.heading.text() == "A spring too stiff"
     assert "b<sub>h</sub>" in page.side.formula.text()
-    spoken = page.list.currentItem().data(Qt.ItemDataRole.AccessibleTextRole)
-    assert spoken == "A spring too stiff. Inside the limit it holds, outside it fails"
+    assert spoken(page) == "A spring too stiff. Inside the limit it holds, outside it fails"
+    assert page.list.currentItem().text() == "A spring too stiff\nLimit 200 N/m   in ✓ out ✕"
 
 
 def test_buttons_slider_box_and_chart_turn_the_knob(page, qtbot):
-    page.knob.outside.click()
+    QTest.keyClick(page.knob.outside, Qt.Key.Key_Return)
     settled(page, qtbot)
     assert page.record.here.value == pytest.approx(202.0)
     assert page.verdict.words.text() == "Grows by 0.01 1/s"
-    page.knob.slider.setFocus()
+    page.knob.row.slider.setFocus()
     for _ in range(4):
-        QTest.keyClick(page.knob.slider, Qt.Key.Key_Right)
+        QTest.keyClick(page.knob.row.slider, Qt.Key.Key_Right)
     settled(page, qtbot)
-    assert page.record.here.value == pytest.approx(210.0)
-    assert page.record.above.value == pytest.approx(210.0)
-    assert page.knob.box.text() == "210"
-    assert page.knob.slider.accessibleName() == "Stiffness, 210 N/m, 105 % of the limit"
-    page.knob.box.entered.emit(150.0)
+    assert page.record.here.value == page.record.above.value == pytest.approx(206.0)
+    assert page.knob.row.box.text() == "206"
+    assert page.knob.row.slider.accessibleName() == "Stiffness, 206 N/m"
+    page.knob.row.box.entered.emit(150.0)
     settled(page, qtbot)
     assert page.record.share == pytest.approx(0.75)
-    assert page.record.below.value == pytest.approx(150.0)
-    assert page.record.above.value == pytest.approx(210.0)
+    assert (page.record.below.value, page.record.above.value) == pytest.approx((150.0, 206.0))
     click(page.detail.chart, 260.0, 0.2, axes=2)
     settled(page, qtbot)
     assert page.record.here.value == pytest.approx(260.0, rel=0.01)
@@ -70,37 +69,30 @@ def test_buttons_slider_box_and_chart_turn_the_knob(page, qtbot):
     assert page.record.share == pytest.approx(1.3, rel=0.01), "a click on a trace turns nothing"
     page.detail.chart.dragged.emit(900.0, 0.0)
     assert page.record.share == pytest.approx(1.5)
-
-
-def test_a_value_that_cannot_be_tried_stays_in_the_box(page):
-    page.knob.box.entered.emit(5000.0)
-    assert page.knob.box.property("invalid") is True
-    assert page.knob.box.toolTip() == "Stiffness goes from 1 to 1000 N/m."
-    assert page.record.share == pytest.approx(0.99)
+    curve = drawn(page.detail.chart)[2]
+    page.turn(0.8)
+    assert page.detail.chart.figure.axes[2] is curve, "nothing was drawn anew"
+    assert list(page.detail._stands.artists[0].get_xdata()) == [160.0, 160.0]
+    page.knob.row.box.entered.emit(5000.0)
+    assert page.knob.row.box.property("invalid") is True
+    assert page.knob.row.error.text() == "Stiffness goes from 100 to 300 N/m."
+    assert page.record.share == pytest.approx(0.8)
 
 
 def test_a_knob_in_seconds_is_shown_in_milliseconds(page, qtbot):
-    page.list.choose("step")
-    qtbot.waitUntil(lambda: page.record.complete, timeout=PATIENCE_MS)
-    assert page.knob.unit.text() == "ms"
-    assert page.knob.inside.text() == "5 % inside"
-    assert page.verdict.more.text().startswith("1.9 ms, 0.95 of the limit 2 ms.")
-    assert not page.verdict.feel.isVisible()
-    page.detail.picked.disconnect()
-    heard = []
-    page.detail.picked.connect(heard.append)
-    page.detail.chart.clicked.emit(3.0, 0.0)
-    assert heard == [pytest.approx(1.5)]
-
-
-def test_arrow_keys_walk_along_the_list_and_what_is_reached_is_measured(page, qtbot):
     page.list.setFocus()
     QTest.keyClick(page.list, Qt.Key.Key_End)
     assert page.record.failure.key == "step"
     assert page.verdict.words.text() == "Not tried yet"
     assert not page.knob.isEnabled()
-    qtbot.waitUntil(lambda: page.record.complete, timeout=PATIENCE_MS)
-    assert page.knob.isEnabled()
+    measured(page, qtbot)
+    assert (page.knob.row.unit.text(), page.knob.inside.text()) == ("ms", "5 % inside")
+    assert page.verdict.more.text().startswith("1.9 ms, 0.95 of the limit 2 ms.")
+    assert not page.verdict.feel.isVisible()
+    heard = []
+    page.detail.picked.connect(heard.append)
+    page.detail.chart.clicked.emit(3.0, 0.0)
+    assert heard == [pytest.approx(1.5)]
 
 
 def test_other_conditions_move_the_limit_and_keep_the_old_results_paler(page, qtbot):
@@ -108,27 +100,14 @@ def test_other_conditions_move_the_limit_and_keep_the_old_results_paler(page, qt
     assert page.record.old == {"below", "above", "chart", "limit", "here"}
     assert not page.knob.isEnabled()
     assert page.record.chart is not None
-    qtbot.waitUntil(lambda: page.record.complete and page.record.limit == 400.0, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: page.record.complete and page.record.limit == 400.0)
     settled(page, qtbot)
     assert page.record.here.value == pytest.approx(396.0)
     assert page.knob.isEnabled()
 
 
-def test_lines_and_level_are_named_above_the_curve(page):
-    curve = drawn(page.detail.chart)[2]
-    assert [t.get_text() for t in curve.get_legend().get_texts()] == ["formula", "measured", "neither"]
-    assert curve.get_ylabel() == "growth, 1/s"
-
-
-def test_the_knob_moves_alone_while_it_is_turned(page):
-    curve = drawn(page.detail.chart)[2]
-    page.turn(0.8)
-    assert page.detail.chart.figure.axes[2] is curve
-    assert list(page.detail._stands.artists[0].get_xdata()) == [160.0, 160.0]
-
-
 def test_export_writes_both_tries_and_the_lines(page, tmp_path):
-    figure, numbers = record_exports(page.record)
+    figure, numbers = page.exports()
     found = json.loads(json.dumps(numbers()))
     assert found["limit"] == 200.0
     assert (found["inside"]["holds"], found["outside"]["holds"]) == (True, False)
@@ -146,12 +125,7 @@ def test_a_limit_without_a_unit_names_its_quantity():
     ):
         record = Record(failures()[key])
         record.limit = value
-        assert _words(record, busy=False) == words
-
-
-def test_the_conditions_say_whose_they_are(break_it_page):
-    words = [label.text() for label in break_it_page.side.findChildren(type(break_it_page.side.why))]
-    assert any("not of the one that is connected" in text for text in words)
+        assert known_words(record, busy=False) == words
 
 
 @pytest.mark.parametrize(
@@ -164,27 +138,85 @@ def test_tiny_traces_have_ticks_that_can_be_read(most, factor, power):
     assert found[1] == power
 
 
+def test_cancel_ends_the_work_and_keeps_what_had_come(page, gate, qtbot):
+    page.list.choose("slow")
+    qtbot.waitUntil(gate.begun.is_set)
+    qtbot.waitUntil(lambda: page.record.signs == (True, False))
+    assert page.bar.run.text() == "Cancel"
+    page.bar.run.click()
+    gate.go_on.set()
+    page.job.wait()
+    qtbot.waitUntil(lambda: page.bar.status.text() == "Cancelled")
+    assert page.record.chart is None
+    assert page.record.signs == (True, False)
+    assert not page.bar.export.isEnabled()
+    for comes_back in (lambda: page.set_shown(True), lambda: page.choose("slow")):
+        comes_back()
+        assert not page._settle.isActive()  # what was cancelled begins again only when a person says so
+    page.bar.run.click()
+    qtbot.waitUntil(lambda: page.record.complete)
+
+
+def test_run_all_tries_the_rest_and_one_that_cannot_be_keeps_no_other_back(page, gate, qtbot):
+    gate.go_on.set()
+    page.all.click()
+    assert not page.all.isEnabled()
+    qtbot.waitUntil(lambda: not page.job.running)
+    both = (True, False)
+    done = {key: record.signs for key, record in page.records.items()}
+    assert done == {"grows": both, "slow": both, "refuses": (None, None), "step": both}
+    assert page.records["refuses"].wrong.startswith("Damping of 2 N·s/m")
+    assert page.all.isEnabled()
+
+
+def test_a_failure_that_raises_is_said_in_one_line(page, qtbot):
+    page.list.choose("refuses")
+    assert page.knob.row.box.text() == ""
+    qtbot.waitUntil(lambda: bool(page.record.wrong) and not page.job.running)
+    assert page.verdict.words.text() == "Damping of 2 N·s/m has no limit here: choose 1 N·s/m or less."
+    assert page.bar.status.text() == "Could not be tried"
+    assert spoken(page) == "A limit that nobody knows. Could not be tried"
+    page.list.choose("grows")
+    assert page.verdict.words.text() == "Decays by 0.01 1/s"
+    assert page.knob.row.box.text() == "198"
+
+
+@pytest.mark.parametrize(("bound", "what"), [(math.inf, "fails"), (0.0, "holds")])
+def test_conditions_without_a_limit_are_said(page, qtbot, bound, what):
+    object.__setattr__(page.record.failure, "limit", lambda case: bound)
+    page.run()
+    words = f"Nothing {what} under these conditions: change one."
+    qtbot.waitUntil(lambda: page.verdict.words.text() == words)
+    assert not page.verdict.feel.isEnabled()
+
+
+def test_a_probe_that_raises_is_said_and_the_next_value_is_tried(page, qtbot):
+    before = page.record.failure.probe
+    object.__setattr__(page.record.failure, "probe", lambda value, case: 1 / 0)
+    page.turn(1.2)
+    qtbot.waitUntil(lambda: "division by zero" in page.verdict.words.text())
+    object.__setattr__(page.record.failure, "probe", before)
+    page.turn(1.3)
+    qtbot.waitUntil(lambda: page.verdict.words.text() == "Grows by 0.3 1/s")
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("share", "swings"), wide([(0.99, False), (1.9, True)], lambda share, swings: swings)
-)
-def test_a_spring_pulled_and_let_go_does_what_the_advice_says(window, qtbot, share, swings):
-    failure, studio = failures()["sampled_spring"], window.studio
-    case = failure.case()
-    live = failure.live(share * failure.limit(case), case)
-    assert live.advice.startswith("Drag to 35 mm and let go. It")
-    assert ("swings on by" in live.advice) == swings
-    Feel(studio).put("sampled_spring", live)
-    reader, seen = studio.engine.reader(), []
-
-    def places():
-        seen.extend(reader.read()[:, rows.TRUE_POSITION])
-        return seen
-
-    studio.move_hand(0.035)
-    # against the motor's 3 N a medium grip stays 15 mm behind
-    qtbot.waitUntil(lambda: max(places(), default=0.0) > 0.0195, timeout=PATIENCE_MS)
-    studio.move_hand(None)
-    start = len(places())
-    qtbot.waitUntil(lambda: len(places()) > start + 3000, timeout=PATIENCE_MS)
-    assert (np.ptp(seen[-300:]) > 1e-3) == swings
+def test_in_the_window_nothing_is_cut_off_and_space_presses_no_button(gate, idle_window, qtbot, qapp):
+    idle_window.views.show("break_it")
+    page = idle_window.views.page("break_it")
+    measured(page, qtbot)
+    page.knob.outside.setFocus()
+    QTest.keyClick(page.knob.outside, Qt.Key.Key_Space)
+    assert page.record.share == pytest.approx(0.99)
+    for size in ((1280, 720), (1440, 900), (1920, 1080)):
+        for key in ("grows", "refuses", "step"):
+            page.choose(key)
+            settle(qapp, idle_window, size)
+            assert outside(page.detail.chart) == [], (size, key)
+            qtbot.waitUntil(lambda: not page.job.running)
+            for _ in range(2):
+                qapp.processEvents()  # what came meanwhile is laid out, too
+            assert cut_off(idle_window) == [], (size, key)
+        assert idle_window.rect().contains(page.mapTo(idle_window, page.rect().bottomRight()))
+        bars = page.detail.verticalScrollBar(), page.detail.horizontalScrollBar()
+        assert [bar.maximum() for bar in bars] == [0, 0]

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QFileDialog, QLabel
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import pages
 from hapkit_studio.gui.background import Job
-from hapkit_studio.gui.pages.base import Page, View
+from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.measuring import Export, RunBar
 from tests.gui.window_support import PATIENCE_MS
 
@@ -177,22 +177,16 @@ def test_the_same_button_runs_and_cancels(job, qtbot):
     assert bar.export.isEnabled()
 
 
-def test_many_words_take_a_line_of_their_own(job, qtbot):
-    bar = RunBar(job)
-    qtbot.addWidget(bar)
+def test_many_words_take_a_line_of_their_own_and_enter_presses(job, qtbot, idle_window):
+    bar, heard = RunBar(job), []
+    bar.setParent(idle_window)
     bar.resize(700, bar.sizeHint().height())
+    bar.show()
     low = bar.sizeHint().height()
     bar.say("The folder nowhere cannot be written: no such file or directory.", danger=True)
     assert bar.sizeHint().height() > low
     bar.say("508 points, 4.1 s")
     assert bar.sizeHint().height() == low
-
-
-def test_enter_presses_and_space_does_not(job, qtbot, idle_window):
-    bar = RunBar(job)
-    bar.setParent(idle_window)
-    bar.show()
-    heard = []
     bar.run_pressed.connect(lambda: heard.append(True))
     bar.run.setFocus()
     QTest.keyClick(bar.run, Qt.Key.Key_Return)
@@ -208,3 +202,15 @@ def test_the_e_stop_is_within_reach_while_a_file_is_named(idle_window):
     idle_window.header.stop.click()
     assert idle_window.studio.stopped
     dialog.close()
+
+
+def test_a_section_is_named_while_there_is_something_in_it(qtbot):
+    side = SidePanel("Title")
+    qtbot.addWidget(side)
+    rule, heading = side.section("Conditions")
+    pairs = Pairs((rule, heading))
+    side.add(pairs)
+    side.show()
+    for shown in ([], [("Rate", "1 kHz")], []):
+        pairs.show_pairs(shown)
+        assert heading.isVisible() == rule.isVisible() == bool(shown)

@@ -1,25 +1,28 @@
-"""Letting go on the stability page: how far the trial goes, and what is said of what it showed."""
+"""The verdict in words, and letting go: how far the trial goes, and what is said of what it showed."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.kb_plane import plane
+from hapkit_studio.analysis.stability.margin import Margin
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.pages.stability.trial import (
     MOST,
     USUAL,
     Released,
     TrialConditions,
-    grows_from,
-    kept_share,
+    contact,
     one_sided,
     outcome_words,
     starting_distance,
 )
+from hapkit_studio.gui.pages.stability.verdict import kind_at, verdict
 from hapkit_studio.haptics import rows
-from tests.gui.pages.stability_support import follow
+from tests.gui.pages.stability_support import follow, made_up
 
 # Without virtual damping the linear limit is 2 b / T but for a thousandth.
 ABOVE = TrialConditions(Setting(), 1800.0, 1000.0)
@@ -27,31 +30,23 @@ ABOVE = TrialConditions(Setting(), 1800.0, 1000.0)
 
 @pytest.mark.parametrize(
     ("stiffness", "viscous", "coulomb", "amplitude"),
-    [(2000, 0.5, 0.2, 2.546), (2000, 0.8, 0.2, 6.366), (4000, 1.0, 0.5, 2.251), (1000, 0.2, 0.1, 3.001)],
+    [(2000, 0.5, 0.2, 2.546), (4000, 1.0, 0.5, 2.251), (1000, 0.2, 0.1, 3.001)],
 )
 def test_friction_holds_what_starts_smaller(stiffness, viscous, coulomb, amplitude):
     """The amplitudes in mm are those of the energy balance, and within 2 % those of simulation."""
     setting = Setting(mass=0.05, viscous=viscous, coulomb=coulomb)
     held = TrialConditions(setting, stiffness, 2.0 * viscous / 1e-3)
-    assert 1e3 * grows_from(held) == pytest.approx(amplitude, rel=0.01)
+    assert 1e3 * held.grows_from == pytest.approx(amplitude, rel=0.01)
 
 
 def test_without_friction_everything_grows_beyond_the_limit_and_nothing_below():
-    assert grows_from(TrialConditions(Setting(coulomb=0.0), 1010.0, 1000.0)) == 0.0
-    assert grows_from(TrialConditions(Setting(coulomb=0.0), 990.0, 1000.0)) == math.inf
-    assert grows_from(TrialConditions(Setting(), 990.0, math.nan)) == math.inf
-
-
-@pytest.mark.parametrize("ratio", [0.2, 0.5, 0.9])
-def test_a_clamped_spring_keeps_a_share_of_its_stiffness(ratio):
-    angle = np.linspace(0.0, 2.0 * np.pi, 200_001)[:-1]
-    clipped = np.clip(np.sin(angle), -ratio, ratio)
-    assert kept_share(ratio) == pytest.approx(2.0 * np.mean(clipped * np.sin(angle)), rel=1e-4)
-    assert kept_share(1.3) == 1.0
+    assert TrialConditions(Setting(coulomb=0.0), 1010.0, 1000.0).grows_from == 0.0
+    assert TrialConditions(Setting(coulomb=0.0), 990.0, 1000.0).grows_from == math.inf
+    assert TrialConditions(Setting(), 990.0, math.nan).grows_from == math.inf
 
 
 def test_the_trial_begins_beyond_what_friction_holds():
-    assert starting_distance(ABOVE) > 1.5 * grows_from(ABOVE)
+    assert starting_distance(ABOVE) > 1.5 * ABOVE.grows_from
     assert starting_distance(TrialConditions(Setting(coulomb=5.0), 1100.0, 1000.0)) == MOST
     assert (
         starting_distance(TrialConditions(Setting(), 500.0, 1000.0))
@@ -106,12 +101,62 @@ def test_the_force_limit_is_named_where_it_holds_the_handle():
     assert "Now the force limit of 3.0 N holds it" in outcome_words(released(0.002, 0.008, 3.4), held)
 
 
+def test_where_the_force_is_met_first():
+    wall, spring, free = (discover()[key] for key in ("wall", "spring", "free"))
+    for side, way in (("right", 1.0), ("left", -1.0)):
+        found = contact(wall, wall.values({"position": 0.012, "side": side}))
+        assert found == (pytest.approx(0.012, abs=0.0006), way)
+    assert contact(spring, spring.values({}))[0] == pytest.approx(0.0, abs=1e-9)
+    assert contact(free, free.values({})) == (0.0, 1.0)
+
+
 def test_a_wall_throws_the_handle_out():
     wall, spring, free = (discover()[key] for key in ("wall", "spring", "free"))
     assert one_sided(wall, wall.values({}))
     assert not one_sided(spring, spring.values({}))
     assert not one_sided(free, free.values({}))
     assert outcome_words(released(0.003, 0.02, one=True), ABOVE).startswith("A wall pushes the handle out")
+
+
+def judged(stiffness, damping, controller=False, measured=None):
+    """Return the verdict on a point; its limit is 1000 N/m."""
+    found = plane(Setting(controller=controller), 0.0, 0.0, columns=2)
+    return verdict(replace(found, margin=Margin(stiffness, damping, 1000.0)), measured)
+
+
+def test_without_the_controller_the_exact_limit_is_the_verdict_and_says_what_it_leaves_out():
+    said = judged(2000.0, 2.0)
+    assert (said.headline, said.sign) == ("2.0 × above", ("cross", "danger"))
+    assert said.words == "the limit; released hand, without dry friction."
+    assert said.more == "Lower stiffness below 1,000 N/m."
+    said = judged(1400.0, 2.0, measured=made_up(Setting(), real=True))
+    assert said.headline == "1.4 × above"
+    assert said.more.endswith("Measured with friction: buzzes, does not grow.")
+    assert judged(1400.0, 20.0, measured=made_up(Setting(), real=True)) == judged(1400.0, 20.0)
+
+
+def test_with_the_controller_the_exact_limit_is_not_the_verdict():
+    said = judged(2000.0, 2.0, controller=True)
+    assert said.sign == ("circle", "ink2")
+    assert "without the controller" in said.words
+    assert "Lower stiffness" not in said.more
+    measured = made_up(Setting(controller=True))
+    rests, buzzes, grows = (
+        judged(*at, True, measured) for at in ((900.0, 2.0), (700.0, 10.0), (1900.0, 2.0))
+    )
+    assert (rests.headline, rests.sign[0]) == ("Comes to rest", "check")
+    assert (buzzes.headline, grows.headline) == ("Buzzes", "Grows")
+    assert grows.more == "Without it: 1.9 × above the limit."
+
+
+def test_a_class_is_that_of_its_cell_and_none_is_told_beyond_the_axes():
+    measured = made_up(Setting())
+    for row, stiffness in enumerate(measured.cells.stiffness):
+        for column, damping in enumerate(measured.cells.damping):
+            assert kind_at(measured, damping, stiffness) == measured.cells.classes[row, column]
+    assert kind_at(measured, 12.0, 2000.0) == measured.cells.classes[-1, -1]
+    assert kind_at(measured, 12.1, 500.0) is None
+    assert kind_at(measured, 2.0, 2001.0) is None
 
 
 def test_it_is_said_below_the_button_and_forgotten_when_something_changes(window, qtbot):

@@ -10,7 +10,6 @@ from PySide6.QtGui import QColor, QPainter, QPixmap, QWheelEvent
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.gui.scenes import base as scenes
-from hapkit_studio.gui.scenes.force_arrow import arrow_length
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -130,13 +129,6 @@ def test_a_handle_out_of_sight_is_pointed_to(view, position):
     assert len(view.text_boxes()) > 1
 
 
-def test_the_hands_ring_is_whole_at_the_edge(view):
-    stage = Stage(880, 236)
-    columns = pixels_of(show(view, 0.0, hand=0.06), "accent", int(stage.knob_middle))
-    assert max(columns) < 880 - 2 * stage.u
-    assert min(x for x in columns if x > 700) < stage.x(50.0)
-
-
 def test_a_released_grip_draws_no_line_to_the_hand(view):
     stage = Stage(880, 236)
     between = range(int(stage.x(-35) + 12 * stage.u), int(stage.x(0) - 30 * stage.u))
@@ -153,18 +145,6 @@ def test_stopped_shows_no_arrow(view):
     stopped = len(pixels_of(show(view, 0.01, -2.0, stopped=True), "applied", row))
     assert pushing > 2.0 * 46 * 0.8
     assert stopped < 60
-
-
-def test_the_arrow_is_as_long_as_the_force():
-    assert arrow_length(-2.0, 46.0, 1.0) == pytest.approx(92.0)
-    assert arrow_length(3.0, 46.0, 1.32) == pytest.approx(3 * 46 * 1.32)
-
-
-def test_colours_follow_the_theme(view):
-    ground = show(view, 0.0).pixelColor(440 - 60, 120)
-    theme.set_mode("dark")
-    assert ground == QColor("#F9FBFC")
-    assert view.grab().toImage().pixelColor(440 - 60, 120) == QColor("#141B22")
 
 
 def test_preparing_stands_in_the_scenes_place(view, qtbot):
@@ -195,7 +175,7 @@ def test_what_a_screen_reader_says_carries_numbers_and_units(view):
     assert "−0.90 N" in view.accessibleDescription()
 
 
-@pytest.mark.parametrize("key", sorted(scenes.discover()))
+@pytest.mark.parametrize("key", ["wall", "hard_surface", "cat"])
 def test_a_scene_draws_at_twice_the_resolution(qapp, key):
     picture = QPixmap(1760, 472)
     picture.setDevicePixelRatio(2.0)

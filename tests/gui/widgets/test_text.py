@@ -106,8 +106,7 @@ def test_a_tooltip_stays_as_it_is_unless_qt_would_read_it_as_html():
     assert found == "<p>k &lt;img src='evil.png'&gt;</p>"
 
 
-@pytest.mark.parametrize("key", environments.discover())
-def test_a_formula_of_the_library_needs_no_other_tag(key):
-    made = environments.discover()[key]
-    for words in (made.formula, made.explanation):
-        assert rich(words) == words
+def test_a_formula_of_the_library_needs_no_other_tag():
+    for made in environments.discover().values():
+        for words in (made.formula, made.explanation):
+            assert rich(words) == words

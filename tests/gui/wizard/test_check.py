@@ -25,15 +25,6 @@ def test_every_check_has_its_result_in_words(checked, qtbot, truth, good):
     assert play.kit.pwm == 0
 
 
-def test_what_is_said_is_seen_whole(checked, qtbot):
-    dialog = checked().dialog
-    for width in (820, 640):
-        dialog.resize(width, 600)
-        qtbot.wait(20)
-        words = dialog.box.words
-        assert words.height() >= words.heightForWidth(words.width())
-
-
 def test_neither_is_offered_without_a_board(window):
     actions = window.actions_by_key
     actions.refresh()

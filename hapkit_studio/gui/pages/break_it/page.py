@@ -4,49 +4,27 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QHBoxLayout, QPushButton, QWidget
+from PySide6.QtGui import QResizeEvent
+from PySide6.QtWidgets import QPushButton, QWidget
 
+from hapkit_studio.analysis import failures
+from hapkit_studio.analysis.failures import base
+from hapkit_studio.charts.failures import failure_figure
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.pages.break_it.detail import Detail
-from hapkit_studio.gui.pages.break_it.failure_list import NARROW, WIDE, FailureList
 from hapkit_studio.gui.pages.break_it.feel import Feel
+from hapkit_studio.gui.pages.break_it.lists import NARROW, WIDE, FailureList, FailureSide
 from hapkit_studio.gui.pages.break_it.record import HERE, FailureRunner, Part, Record
-from hapkit_studio.gui.pages.break_it.side import FailureSide
 from hapkit_studio.gui.pages.measuring import MeasuringPage
+from hapkit_studio.gui.widgets.parts import across
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.failures.base import Shown
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
 
-def record_exports(record: Record) -> tuple[Callable[[str], object], Callable[[], dict]]:
-    """Return what draws a measured failure to a path, and what writes it as one object, SI."""
-    from hapkit_studio.analysis.failures import base
-
-    shown = frozen(record)
-
-    def figure(path: str) -> None:
-        from hapkit_studio.charts.failures import failure_figure
-
-        failure_figure(shown, path)
-
-    return figure, lambda: base.as_json(shown, traces=True)
-
-
-def frozen(record: Record) -> "Shown":
-    """Return a copy of a measured record for export."""
-    from hapkit_studio.analysis.failures import base
-
-    assert record.limit is not None
-    assert record.below is not None
-    assert record.above is not None
-    below, above = (base.Try(tried.value, tried.evidence) for tried in (record.below, record.above))
-    return base.Shown(record.failure, dict(record.case), record.limit, below, above, record.chart)
-
-
 _SETTLE_MS = 200
-_ROOM_FOR_LIST = 840
+_WIDE_LIST_FROM = 840
 
 
 class BreakItPage(MeasuringPage):
@@ -62,10 +40,8 @@ class BreakItPage(MeasuringPage):
     side: FailureSide
 
     def __init__(self, studio: "Studio", live: "Live"):
-        from hapkit_studio.analysis.failures import failures
-
         super().__init__(studio, live)
-        self.records = {key: Record(failure) for key, failure in failures().items()}
+        self.records = {key: Record(failure) for key, failure in failures.failures().items()}
         self.record = next(iter(self.records.values()))
         self.runner, self.feel = FailureRunner(self.job, self), Feel(studio, self)
         self.all = QPushButton("Run all", autoDefault=True)
@@ -130,7 +106,8 @@ class BreakItPage(MeasuringPage):
             self._refuse(str(error))
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
-        return record_exports(self.record)
+        shown = self.record.shown()
+        return lambda path: failure_figure(shown, path), lambda: base.as_json(shown, traces=True)
 
     # the page's life
 
@@ -139,9 +116,9 @@ class BreakItPage(MeasuringPage):
         if on:
             self._soon()
 
-    def set_room(self, width: int, height: int) -> None:
-        self.list.setFixedWidth(WIDE if width >= _ROOM_FOR_LIST else NARROW)
-        self.side.set_room(self.side.width(), height)
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.list.setFixedWidth(WIDE if event.size().width() >= _WIDE_LIST_FROM else NARROW)
 
     def end(self) -> None:
         self._settle.stop()
@@ -240,9 +217,5 @@ class BreakItPage(MeasuringPage):
     def _arrange(self) -> None:
         self.bar.add(self.all)
         body = QWidget()
-        row = QHBoxLayout(body)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(self.list)
-        row.addWidget(self.detail, 1)
+        across(self.list, (self.detail, 1), into=body, gap=0)
         self.build(body)

@@ -3,18 +3,14 @@
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
+from hapkit_studio.analysis.failures import Chart, Evidence, Failure, Live, base
 from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.widgets.numbers import Quantity
 from hapkit_studio.parameters import Parameter
-
-if TYPE_CHECKING:
-    from hapkit_studio.analysis.failures import Chart, Evidence, Failure, Live
-
 
 BELOW, ABOVE, CHART, LIMIT, HERE = "below", "above", "chart", "limit", "here"
 _SAME = 1e-9
@@ -25,8 +21,8 @@ class Try:
     """What one value of the knob showed, and how the window would show it."""
 
     value: float
-    evidence: "Evidence"
-    live: "Live | None" = None
+    evidence: Evidence
+    live: Live | None = None
 
 
 @dataclass(frozen=True)
@@ -37,13 +33,13 @@ class Part:
     case: dict[str, float]
     limit: float | None = None
     tried: Try | None = None
-    chart: "Chart | None" = None
+    chart: Chart | None = None
 
 
 class Record:
     """One failure with its results; what belongs to other conditions is kept, marked as old."""
 
-    def __init__(self, failure: "Failure"):
+    def __init__(self, failure: Failure):
         self.failure = failure
         self.case = failure.case()
         self.share = 1.0 - failure.margin
@@ -109,6 +105,14 @@ class Record:
             self.chart = part.chart
             self.old &= {HERE}
 
+    def shown(self) -> base.Shown:
+        """Return a copy of what was measured, for export."""
+        assert self.limit is not None
+        assert self.below is not None
+        assert self.above is not None
+        below, above = (base.Try(tried.value, tried.evidence) for tried in (self.below, self.above))
+        return base.Shown(self.failure, dict(self.case), self.limit, below, above, self.chart)
+
     def _keep(self, tried: Try) -> None:
         assert self.limit is not None
         side = BELOW if tried.value < self.limit else ABOVE
@@ -132,21 +136,16 @@ def short_number(value: float) -> str:
     return text.replace("-", "−")
 
 
-def sentence(words: str) -> str:
-    """Write words with a capital at their beginning."""
-    return words[:1].upper() + words[1:]
-
-
 Say = Callable[[Part], None]
 _FINE = 1000
 
 
-def try_value(failure: "Failure", value: float, case: dict[str, float]) -> Try:
+def try_value(failure: Failure, value: float, case: dict[str, float]) -> Try:
     """Return what one value of the knob shows."""
     return Try(value, failure.probe(value, case), failure.live(value, case) if failure.live else None)
 
 
-def measure(failure: "Failure", case: dict[str, float], share: float, progress: Progress, say: Say) -> None:
+def measure(failure: Failure, case: dict[str, float], share: float, progress: Progress, say: Say) -> None:
     """Find the limit, try just inside it, just outside and where the knob stands, then measure the curve."""
 
     def tell(**found) -> None:
@@ -217,7 +216,7 @@ class FailureRunner(QObject):
 
         self.job.start(work)
 
-    def _one(self, failure: "Failure", case: dict, share: float, progress: Progress, alone: bool) -> None:
+    def _one(self, failure: Failure, case: dict, share: float, progress: Progress, alone: bool) -> None:
         self.begun.emit(failure.key)
         try:
             measure(failure, case, share, progress, self.arrived.emit)

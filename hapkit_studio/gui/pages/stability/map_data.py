@@ -4,16 +4,16 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import kb_plane
+from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
+from hapkit_studio.analysis.stability.margin import Margin, nice_top
+from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
+from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.gui.background import Progress, Work
-
-if TYPE_CHECKING:
-    from hapkit_studio.analysis.setting import Setting
-    from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
-
 
 # The dot may come this near to the upper or right edge before the axes change.
 _EDGE = 0.95
@@ -23,7 +23,7 @@ _EDGE = 0.95
 class LinesQuestion:
     """A setting and the rendered impedance in it; axes: width in N·s/m and top in N/m, kept if they fit."""
 
-    setting: "Setting"
+    setting: Setting
     stiffness: float
     damping: float
     axes: tuple[float, float] | None = None
@@ -35,21 +35,18 @@ class Lines:
     """The answer: a plane, and with every hand asked for each one's exact boundary (n,) in N/m."""
 
     question: LinesQuestion
-    plane: "Plane"
+    plane: Plane
     hands: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 def solve(ask: LinesQuestion) -> Lines:
     """Compute the lines; a dot that only moves costs its margin alone."""
-    from hapkit_studio.analysis.stability.kb_plane import hands
-    from hapkit_studio.analysis.stability.margin import Margin
-
     axes = ask.axes
     if axes and (ask.damping > _EDGE * axes[0] or ask.stiffness > _EDGE * axes[1]):
         axes = None
     if axes is None:
         axes = _axes(ask)
-    limits = hands(ask.setting, ask.damping)
+    limits = kb_plane.hands(ask.setting, ask.damping)
     hand = min(limits, key=lambda name: limits[name]) if ask.every_hand else ask.setting.hand
     margin = Margin(ask.stiffness, ask.damping, limits[hand], hand)
     plane = replace(_plane(ask.setting, *axes), margin=margin, hands=limits)
@@ -58,30 +55,22 @@ def solve(ask: LinesQuestion) -> Lines:
 
 def _axes(ask: LinesQuestion) -> tuple[float, float]:
     """Return round axes; with every hand shown, high enough for the firmest one's boundary."""
-    from hapkit_studio.analysis.stability.axes import nice_top
-    from hapkit_studio.analysis.stability.kb_plane import plane
-
-    found = plane(ask.setting, ask.stiffness, ask.damping, columns=2)
+    found = kb_plane.plane(ask.setting, ask.stiffness, ask.damping, columns=2)
     highest = max((float(limits.max()) for limits in _every(ask.setting, found.width).values()), default=0.0)
     return found.width, max(found.top, nice_top(1.05 * highest) if ask.every_hand else 0.0)
 
 
 @lru_cache(maxsize=32)
-def _plane(setting: "Setting", width: float, top: float) -> "Plane":
-    from hapkit_studio.analysis.stability.kb_plane import plane
-
-    return plane(setting, 0.0, 0.0, width=width, top=top)
+def _plane(setting: Setting, width: float, top: float) -> Plane:
+    return kb_plane.plane(setting, 0.0, 0.0, width=width, top=top)
 
 
 @lru_cache(maxsize=8)
-def _every(setting: "Setting", width: float) -> dict[str, np.ndarray]:
-    from hapkit_studio.analysis.stability.kb_plane import COLUMNS, exact_boundary
-    from hapkit_studio.dynamics.hand import GRIPS
-
+def _every(setting: Setting, width: float) -> dict[str, np.ndarray]:
     if not setting.linear:
         return {}
-    across = np.linspace(0.0, width, COLUMNS)
-    return {hand: exact_boundary(replace(setting, hand=hand), across) for hand in GRIPS}
+    across = np.linspace(0.0, width, kb_plane.COLUMNS)
+    return {hand: kb_plane.exact_boundary(replace(setting, hand=hand), across) for hand in GRIPS}
 
 
 SIDE = 100
@@ -94,11 +83,11 @@ _CELLS_A_COLUMN = 25
 class Measured:
     """One measurement: its setting, the axes it covers, points and cells, and the seconds it took."""
 
-    setting: "Setting"
+    setting: Setting
     real: bool
     axes: tuple[float, float]
-    points: "Points"
-    cells: "Cells"
+    points: Points
+    cells: Cells
     seconds: float
 
     def words(self, axes: tuple[float, float]) -> str:
@@ -125,16 +114,16 @@ class Results:
         others = [old for old in self.all if old.setting.controller != measured.setting.controller]
         self.all = [*(old for old in others if _same_loop(old, measured)), measured]
 
-    def prefer(self, setting: "Setting", real: bool) -> None:
+    def prefer(self, setting: Setting, real: bool) -> None:
         """Put the measurement of these conditions last, if there is one."""
         self.all.sort(key=lambda measured: (measured.setting, measured.real) == (setting, real))
 
-    def outdated(self, setting: "Setting", real: bool) -> bool:
+    def outdated(self, setting: Setting, real: bool) -> bool:
         """Say whether it holds for other conditions than these."""
         last = self.last
         return last is not None and (last.setting != setting or last.real != real)
 
-    def put_into(self, plane: "Plane") -> "Plane":
+    def put_into(self, plane: Plane) -> Plane:
         """Return a plane with what was measured last."""
         last = self.last
         return replace(plane, points=last.points, cells=last.cells) if last else plane
@@ -147,12 +136,10 @@ def _same_loop(one: Measured, other: Measured) -> bool:
     )
 
 
-def measuring(setting: "Setting", real: bool, axes: tuple[float, float], side: int = SIDE) -> Work:
+def measuring(setting: Setting, real: bool, axes: tuple[float, float], side: int = SIDE) -> Work:
     """Return the work for a Job: the cells of the map, then the boundary by bisection."""
 
     def work(progress: Progress) -> Measured:
-        from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
-
         begin = time.monotonic()
         whole, rest = side * side, COLUMNS * _CELLS_A_COLUMN
         across, up = (cell_centres(end, side) for end in axes)

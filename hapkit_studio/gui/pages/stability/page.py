@@ -5,13 +5,17 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import QKeySequence, QShortcut
-from PySide6.QtWidgets import QCheckBox, QHBoxLayout, QWidget
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
+from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
+from hapkit_studio.analysis.stability.kb_plane import as_json, conditions
 from hapkit_studio.analysis.stability.margin import Margin, short
+from hapkit_studio.charts.stability import Dot, Map, draw, stability_figure
+from hapkit_studio.charts.style import Colors
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import LatestAnswer
+from hapkit_studio.gui.pages.base import Pairs, SidePanel
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.pages.stability.map_data import (
     Lines,
@@ -21,11 +25,12 @@ from hapkit_studio.gui.pages.stability.map_data import (
     measuring,
     solve,
 )
-from hapkit_studio.gui.pages.stability.side import StabilitySide
 from hapkit_studio.gui.pages.stability.trial import MapParameters, Trial, TrialConditions, map_parameters
 from hapkit_studio.gui.pages.stability.verdict import Verdict, VerdictColumn, nothing_yet, verdict
 from hapkit_studio.gui.panel.limits import LoopFacts
+from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows, rule
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.parts import across, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import number
 
@@ -33,38 +38,70 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.backend_bases import MouseEvent
 
-    from hapkit_studio.charts.stability import Dot, Map
-    from hapkit_studio.charts.style import Colors
     from hapkit_studio.gui.live.live import Live
-    from hapkit_studio.gui.studio import Studio
 
 
-class UndoClick(QObject):
-    """Keeps the values before the last click on the map; Ctrl+Z restores them while the page is shown."""
+_HANDS = {"released": "Released", "light": "Light grip", "medium": "Medium grip", "firm": "Firm grip"}
+_CONTROLLER = "Adds damping only while the scene gives more energy than it may."
 
-    def __init__(self, studio: Studio, page: QWidget):
-        super().__init__(page)
-        self._studio = studio
-        self._key, self._before = "", dict[str, float]()
-        self.shortcut = QShortcut(QKeySequence(QKeySequence.StandardKey.Undo), page)
-        self.shortcut.setContext(Qt.ShortcutContext.WindowShortcut)
-        self.shortcut.activated.connect(self.go)
 
-    def remember(self) -> None:
-        """Keep the present values."""
-        self._key, self._before = self._studio.environment.key, dict(self._studio.values)
+class StabilitySide(SidePanel):
+    """The environment's sliders, a trial, the controller, other hands.
 
-    def go(self) -> None:
-        """Restore the values before the last click, once, in the same environment."""
-        if self._before and self._key == self._studio.environment.key:
-            self._studio.set_values(self._before)
-        self._before = {}
+    Emits ``release_pressed`` and ``controller_chosen(on)``.
+    """
+
+    release_pressed = Signal()
+    controller_chosen = Signal(bool)
+
+    def __init__(self, studio: Studio):
+        super().__init__()
+        self.heading.hide()
+        self.words.hide()
+        self.title = PanelTitle(studio)
+        self.rows = ParameterRows(studio, self.title.help)
+        self.add(self.title, rule(), self.rows)
+        self.verticalScrollBar().rangeChanged.connect(self._make_space_for_scroll_bar)
+        self.section("Try it")
+        self.try_words, self.outcome = hint(), label()
+        self.release = QPushButton("Release the handle here")
+        self.release.clicked.connect(self.release_pressed)
+        self.add(self.try_words, self.release, self.outcome)
+        self.section("Keep it stable")
+        self.controller = QCheckBox("Passivity controller")
+        self.controller.clicked.connect(self.controller_chosen)
+        self.add(self.controller, hint(_CONTROLLER))
+        above = self.section("Other hands")
+        self.hands_heading, self.hands = above[1], Pairs(above)
+        self.add(self.hands)
+
+    def show_hands(self, limits: dict[str, float], damping: float) -> None:
+        """Show every hand's limit at the rendered damping."""
+        self.hands_heading.setText(f"Limit by hand, at B = {number(damping, 1)} N·s/m")
+        pairs = [(_HANDS[hand], f"{limit:,.0f} N/m") for hand, limit in limits.items() if limit == limit]
+        none = [("Velocity filter", "not linear")] if limits else []
+        self.hands.show_pairs(pairs or none)
+
+    def show_trial(self, words: str, button: str, enabled: bool, said: str = "") -> None:
+        """Say what a click on the map and the button do; said: what the last release showed."""
+        self.try_words.setText(words)
+        self.release.setText(button)
+        self.release.setEnabled(enabled)
+        self.outcome.setText(said)
+        self.outcome.setVisible(bool(said))
+
+    def _make_space_for_scroll_bar(self, _low: int, high: int) -> None:
+        """Give the scroll bar the margin's place, so that rows keep their width."""
+        margins = self.column.contentsMargins()
+        bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
+        margins.setRight(max(margins.left() - bar, 0))
+        self.column.setContentsMargins(margins)
 
 
 HANDS = ("released", "medium", "all")
 _HAND_WORDS = ("Released", "Medium grip", "All hands")
 _NAMES = {"Delay": "Delay, measured"}
-_ROOM_BESIDE = 560
+_COLUMN_FROM = 560
 
 
 class StabilityPage(MeasuringPage):
@@ -78,7 +115,8 @@ class StabilityPage(MeasuringPage):
         super().__init__(studio, live)
         self.facts = LoopFacts(studio, self)
         self.trial = Trial(studio, live, self)
-        self.undo = UndoClick(studio, self)
+        self._before: tuple[str, dict[str, float]] = ("", {})  # the last click: environment and its values
+        self.undo = QShortcut(QKeySequence(QKeySequence.StandardKey.Undo), self)
         self._worker = LatestAnswer(solve, self)
         self.lines: Lines | None = None
         self.results = Results()
@@ -107,6 +145,16 @@ class StabilityPage(MeasuringPage):
         except ParameterError as error:
             self.bar.say(str(error), danger=True)
 
+    def _click(self, damping: float, stiffness: float) -> None:
+        self._before = (self._studio.environment.key, dict(self._studio.values))
+        self.go(damping, stiffness)
+
+    def _undo_click(self) -> None:
+        """Restore the values before the last click, once, in the same environment."""
+        (key, values), self._before = self._before, ("", {})
+        if key == self._studio.environment.key:
+            self._studio.set_values(values)
+
     def run(self) -> None:
         """Measure the map and the boundary for what is shown."""
         self._wanted = self.lines is None
@@ -123,17 +171,7 @@ class StabilityPage(MeasuringPage):
         engine = self._studio.engine
         device = engine.device.title if engine is not None else ""
 
-        def figure(path: str) -> None:
-            from hapkit_studio.charts.stability import stability_figure
-
-            stability_figure(plane, path, device)
-
-        def numbers() -> dict:
-            from hapkit_studio.analysis.stability.kb_plane import as_json
-
-            return as_json(plane)
-
-        return figure, numbers
+        return lambda path: stability_figure(plane, path, device), lambda: as_json(plane)
 
     # what is asked and answered
 
@@ -204,9 +242,9 @@ class StabilityPage(MeasuringPage):
         else:
             self.trial.let_go()
 
-    def set_room(self, width: int, height: int) -> None:
-        self.verdict_column.setVisible(width >= _ROOM_BESIDE)
-        self.side.set_room(self.side.width() < 300)
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.verdict_column.setVisible(event.size().width() >= _COLUMN_FROM)
 
     def wait(self) -> None:
         """Wait for the lines, for tests; the answer comes with the next events."""
@@ -234,8 +272,6 @@ class StabilityPage(MeasuringPage):
 
     def _show_map(self, lines: Lines) -> None:
         """Redraw the map, or only move the dot where nothing else changed."""
-        from hapkit_studio.charts.stability import Map, draw
-
         dotted = self._studio.environment.impedance is not None
         outdated = bool(self.results.all) and (self.job.running or self.outdated)
         others = tuple(measured.points for measured in self.results.all[:-1])
@@ -248,7 +284,7 @@ class StabilityPage(MeasuringPage):
             return
         self.verdict_column.show_lines(shown.lines())
 
-        def paint(figure: Any, colors: "Colors") -> "tuple[Artist, ...]":
+        def paint(figure: Any, colors: Colors) -> "tuple[Artist, ...]":
             assert self._map is not None
             self._dot = draw(figure, colors, self._map)
             return self._dot.artists
@@ -277,13 +313,11 @@ class StabilityPage(MeasuringPage):
             self.bar.say("Out of date" if self.outdated else newest.words(axes))
 
     def _show_conditions(self) -> None:
-        from hapkit_studio.analysis.stability.kb_plane import conditions
-
         if self.lines is None:
             return
         pairs = dict(conditions(self.lines.plane.setting, self.real.isChecked()))
         pairs |= {"Hand": "all of them"} if self.lines.hands else {}
-        self.verdict_column.show_conditions(
+        self.verdict_column.conditions.show_pairs(
             [(_NAMES.get(name, name), value) for name, value in pairs.items()]
         )
 
@@ -291,7 +325,7 @@ class StabilityPage(MeasuringPage):
         self.lines = None
         self.chart.fade()
         self.verdict_column.show_lines({})
-        self.verdict_column.show_conditions([])
+        self.verdict_column.conditions.show_pairs([])
         self.side.show_hands({}, 0.0)
         self.bar.export.setEnabled(False)
         delay = self.facts.delay is not None
@@ -306,17 +340,13 @@ class StabilityPage(MeasuringPage):
             words += " On a real Hapkit you are the hand: let go of it yourself."
         button = "Holding…" if self.trial.holding else "Release the handle here"
         self.side.show_trial(words, button, possible and not self.trial.holding, self.trial.said)
-        self.side.show_controller(self._studio.loop.controller)
+        self.side.controller.setChecked(self._studio.loop.controller)
 
     def _arrange(self) -> None:
         self.bar.add(self.hands)
         self.bar.add(self.real)
         body = QWidget()
-        row = QHBoxLayout(body)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        row.addWidget(self.chart, 1)
-        row.addWidget(self.verdict_column)
+        across((self.chart, 1), self.verdict_column, into=body, gap=0)
         self.build(body)
 
     def _join(self, live: "Live") -> None:
@@ -336,14 +366,14 @@ class StabilityPage(MeasuringPage):
         self.side.release_pressed.connect(lambda: self.trial.begin(self.trial_conditions))
         self.side.controller_chosen.connect(lambda on: studio.set_loop(controller=on))
         live.health.connect(self.facts.note_health)
-        self.chart.clicked.connect(lambda *_place: self.undo.remember())
-        self.chart.clicked.connect(self.go)
+        self.chart.clicked.connect(self._click)
+        self.undo.activated.connect(self._undo_click)
         self.chart.dragged.connect(self.go)
         self.chart.pointed.connect(self.show_near)
         self.job.running_changed.connect(self._show_measured)
 
 
-def _same(one: "Map", other: "Map") -> bool:
+def _same(one: Map, other: Map) -> bool:
     """Say whether two maps differ in what the dot shows alone."""
     parts = ("damping", "exact", "simple", "edge", "top", "setting", "points", "cells")
     same = all(getattr(one.plane, part) is getattr(other.plane, part) for part in parts)

@@ -1,12 +1,13 @@
 """Release the handle away from its rest position, and report what it did."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
+from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.gui.studio import Studio
@@ -15,65 +16,42 @@ from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.parameters import Parameter
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.gui.live.live import Live
 
 
 # How far a trial goes in m: at least, at most, and where nothing says how far.
 LEAST, MOST, USUAL = 0.001, 0.020, 0.005
-# Beyond the smallest amplitude that grows by this factor and so many m more.
+# Beyond the farthest place that friction holds: by this factor and so many m more.
 _TIMES, _MORE = 2.0, 0.0005
-# Amplitudes that are tried, in m.
-_FINEST, _COUNT = 2e-5, 2000
 
 
 @dataclass(frozen=True)
 class TrialConditions:
     """A rendered stiffness and the released handle's limit in N/m, in a loop whose force ends at force N."""
 
-    setting: "Setting"
+    setting: Setting
     stiffness: float
     limit: float
     force: float = math.inf
 
+    @property
+    def grows_from(self) -> float:
+        """Return the smallest amplitude in m that grows; inf where none does.
 
-def kept_share(ratio: float) -> float:
-    """Return the share of its stiffness that a spring keeps at an amplitude of 1/ratio times its clamp.
-
-    The describing function of saturation.
-    """
-    if ratio >= 1.0:
-        return 1.0
-    return 2.0 / math.pi * (math.asin(ratio) + ratio * math.sqrt(1.0 - ratio * ratio))
-
-
-def grows_from(held: TrialConditions) -> float:
-    """Return the smallest amplitude in m that grows; inf where friction or the clamp stop every one.
-
-    Energy balance of one cycle: 4 f A = π ω A² (K - K_limit)(T/2 + d), where the exact limit stands for all
-    that is linear. It is theory's A = 4 f / (π ω (K (T/2 + d) - b)) without virtual damping. 0 without
-    friction.
-    """
-    if held.stiffness <= held.limit:
-        return math.inf
-    if held.setting.coulomb == 0.0:
-        return 0.0
-    ratio = (MOST / _FINEST) ** (1.0 / _COUNT)
-    return next((a for i in range(_COUNT) if _gains(held, a := _FINEST * ratio**i)), math.inf)
-
-
-def _gains(held: TrialConditions, amplitude: float) -> bool:
-    kept = held.stiffness * kept_share(held.force / (held.stiffness * amplitude))
-    lag = 0.5 * held.setting.period + held.setting.delay
-    gained = math.pi * math.sqrt(kept / held.setting.mass) * amplitude * (kept - held.limit) * lag
-    return gained > 4.0 * held.setting.coulomb
+        Energy balance of one cycle, the exact limit standing for all that is linear: friction takes 4 f A,
+        the loop gives π ω A² (K - K_limit)(T/2 + d).
+        """
+        if not self.stiffness > self.limit:
+            return math.inf
+        gained = (self.stiffness - self.limit) * (0.5 * self.setting.period + self.setting.delay)
+        return 4.0 * self.setting.coulomb / (math.pi * math.sqrt(self.stiffness / self.setting.mass) * gained)
 
 
 def starting_distance(held: TrialConditions) -> float:
     """Return how far a trial pulls the handle, in m: beyond what friction holds, where possible."""
     if not held.stiffness > held.limit:
         return USUAL
-    return min(max(_TIMES * grows_from(held) + _MORE, LEAST), MOST)
+    return min(max(_TIMES * held.grows_from + _MORE, LEAST), MOST)
 
 
 _UNITS = ("N/m", "N·s/m")
@@ -223,8 +201,8 @@ def _why_rest(held: TrialConditions) -> str:
         return ", with the passivity controller."
     if not held.stiffness > held.limit:
         return _as_said(held, False)
-    least = grows_from(held)
-    if math.isinf(least) and math.isfinite(grows_from(replace(held, force=math.inf))):
+    least = held.grows_from
+    if least > held.force / held.stiffness:
         return f": friction and the force limit of {number(held.force, 1)} N held it."
     if least > MOST:
         return f": friction held it; more than {number(1e3 * MOST, 0)} mm would grow."

@@ -1,0 +1,142 @@
+"""Beside a failure: the list of all of them, and why this one fails, with the conditions to change."""
+
+import html
+import re
+from collections.abc import Iterable
+
+from PySide6.QtCore import QRect, QSize, Qt, Signal
+from PySide6.QtWidgets import QAbstractItemView, QListWidget, QListWidgetItem, QStyledItemDelegate, QWidget
+
+from hapkit_studio.gui.pages.base import SidePanel
+from hapkit_studio.gui.pages.break_it.record import LIMIT, Record, knob_text
+from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
+from hapkit_studio.gui.widgets.parts import down, hint, label
+from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.parameters import Choice
+
+WIDE, NARROW = 244, 204
+_SHORT = 6  # letters of a symbol that fits
+_PADDING, _MARGIN = 16, 6  # px above and below, and beside a row's text
+_SAID = {None: "not tried", True: "holds", False: "fails"}
+_SIGNS = {None: "", True: "✓", False: "✕"}
+_KEY = Qt.ItemDataRole.UserRole
+
+
+class _Wrapped(QStyledItemDelegate):
+    """Gives a row the height of its text in the list's width; Qt's own guess is a line too high."""
+
+    def sizeHint(self, option, index) -> QSize:
+        width = option.widget.viewport().width() - _MARGIN
+        text = QRect(0, 0, width, 1000)
+        box = option.fontMetrics.boundingRect(text, Qt.TextFlag.TextWordWrap, index.data())
+        return QSize(width, box.height() + _PADDING)
+
+
+class FailureList(QListWidget):
+    """Titles, what is known, and whether it held in the limit and outside; emits ``chosen(key)``."""
+
+    chosen = Signal(str)
+
+    def __init__(self, records: Iterable[Record]):
+        super().__init__()
+        self._items: dict[str, QListWidgetItem] = {}
+        self.setObjectName("failures")
+        self.setAccessibleName("Where methods fail")
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setVerticalScrollMode(QAbstractItemView.ScrollMode.ScrollPerPixel)
+        self.setWordWrap(True)
+        self.setResizeMode(QListWidget.ResizeMode.Adjust)
+        self.setItemDelegate(_Wrapped(self))
+        self.setFixedWidth(WIDE)
+        for record in records:
+            item = self._items[record.failure.key] = QListWidgetItem(self)
+            item.setData(_KEY, record.failure.key)
+            self.show_record(record)
+        self.currentItemChanged.connect(lambda item: self.chosen.emit(item.data(_KEY)))
+
+    def choose(self, key: str) -> None:
+        """Select a failure, as a click does."""
+        self.setCurrentItem(self._items[key])
+
+    def show_record(self, record: Record, busy: bool = False) -> None:
+        """Show what is known of a failure."""
+        item, (inside, outside) = self._items[record.failure.key], record.signs
+        title, known = record.failure.title, known_words(record, busy)
+        item.setToolTip(f"<p>{record.failure.summary}.</p>")
+        if (inside, outside) == (None, None):
+            item.setText(f"{title}\n{known}")
+            item.setData(Qt.ItemDataRole.AccessibleTextRole, f"{title}. {known}")
+            return
+        item.setText(f"{title}\n{known}   in {_SIGNS[inside]} out {_SIGNS[outside]}")
+        spoken = f"Inside the limit it {_SAID[inside]}, outside it {_SAID[outside]}"
+        item.setData(Qt.ItemDataRole.AccessibleTextRole, f"{title}. {spoken}")
+
+
+def known_words(record: Record, busy: bool) -> str:
+    """Say in a few words how far a failure is known."""
+    if busy:
+        return "Measuring…"
+    if record.wrong:
+        return "Could not be tried"
+    if LIMIT in record.old:
+        return "Conditions changed"
+    if record.limit is None:
+        return "Not tried yet"
+    knob = record.failure.knob
+    name = "" if knob.unit else f"{knob.symbol if 0 < len(knob.symbol) <= _SHORT else knob.label.lower()} "
+    return f"Limit {name}{knob_text(record.limit, knob)}"
+
+
+_WHOSE = "Limit and curves are of the device and loop named here, not of the one that is connected."
+
+
+def subscripts(text: str) -> str:
+    """Return a text as HTML, what follows an underscore set lower."""
+    return re.sub(r"_(\w)", r"<sub>\1</sub>", html.escape(text))
+
+
+class FailureSide(SidePanel):
+    """Emits ``changed(key, value)`` when a person changes a condition."""
+
+    changed = Signal(str, float)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.formula, self.why = label(), label(role="axis")
+        for part in (self.formula, self.why):
+            part.setTextFormat(Qt.TextFormat.RichText)
+            self.add(part)
+        self.formula.setFont(theme.font("formula"))
+        self.section("Conditions")
+        self.rows: dict[str, ParameterRow | ChoiceRow] = {}
+        self._holder = QWidget()
+        self._rows = down(into=self._holder)
+        self.add(hint(_WHOSE), self._holder)
+        self._key = ""
+
+    def show_record(self, record: Record) -> None:
+        """Show a failure and the conditions it is tried under."""
+        failure = record.failure
+        if self._key != failure.key:
+            self._key = failure.key
+            self.heading.setText(failure.title)
+            self.words.setText(f"{failure.summary}.")
+            self.formula.setText(subscripts(failure.formula))
+            self.why.setText(subscripts(failure.explanation))
+            self._make_rows(record)
+            self.verticalScrollBar().setValue(0)
+        for key, row in self.rows.items():
+            if row.value != record.case[key]:
+                row.show_value(record.case[key])
+
+    def _make_rows(self, record: Record) -> None:
+        for old in self.rows.values():
+            self._rows.removeWidget(old)
+            old.hide()
+            old.deleteLater()
+        self.rows = {}
+        for option in record.failure.options:
+            row = ChoiceRow(option) if isinstance(option, Choice) else ParameterRow(option)
+            row.changed.connect(self.changed)
+            self._rows.addWidget(row)
+            self.rows[option.key] = row

@@ -1,0 +1,130 @@
+"""What pages and dialogs are put together from: rows, columns, labels, signs, a line with an answer."""
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from PySide6.QtCore import QDir
+from PySide6.QtWidgets import (
+    QBoxLayout,
+    QFileDialog,
+    QHBoxLayout,
+    QLabel,
+    QLayout,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.theme import theme
+
+Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int] | None
+Margins = tuple[int, int, int, int]
+_Box = TypeVar("_Box", bound=QBoxLayout)
+
+
+def across(
+    *parts: Part, into: QWidget | None = None, margins: Margins = (0, 0, 0, 0), gap: int = 8
+) -> QHBoxLayout:
+    """Return a row of parts: a number is a space in px, None takes what is free, (part, n) stretches.
+
+    into: the widget that the row is laid out in.
+    """
+    return _filled(QHBoxLayout(into) if into else QHBoxLayout(), parts, margins, gap)
+
+
+def down(
+    *parts: Part, into: QWidget | None = None, margins: Margins = (0, 0, 0, 0), gap: int = 0
+) -> QVBoxLayout:
+    """Return a column of parts, which are as in a row."""
+    return _filled(QVBoxLayout(into) if into else QVBoxLayout(), parts, margins, gap)
+
+
+def _filled(box: _Box, parts: tuple[Part, ...], margins: Margins, gap: int) -> _Box:
+    box.setContentsMargins(*margins)
+    box.setSpacing(gap)
+    for part in parts:
+        item, stretch = part if isinstance(part, tuple) else (part, 0)
+        if isinstance(item, QWidget):
+            box.addWidget(item, stretch)
+        elif isinstance(item, QLayout):
+            box.addLayout(item, stretch)
+        elif item is None:
+            box.addStretch(1)
+        else:
+            box.addSpacing(item)
+    return box
+
+
+def label(text: str = "", role: str = "", wrap: bool = True) -> QLabel:
+    """Return a label of plain text that the style sheet knows by its role."""
+    made = plain(QLabel(text))
+    made.setWordWrap(wrap)
+    made.setProperty("role", role)
+    return made
+
+
+def hint(text: str = "") -> QLabel:
+    """Return a label for a hint."""
+    return label(text, "hint")
+
+
+class Sign(QLabel):
+    """An icon in a token's colour, in the theme in force; without a name nothing."""
+
+    def __init__(self, size: int = 18, name: str = "", token: str = "ink2"):
+        super().__init__()
+        self.size_px, self.name, self.token = size, name, token
+        theme.changed.connect(self._paint)
+        self._paint()
+
+    def show_sign(self, name: str, token: str) -> None:
+        """Show an icon by its name."""
+        self.name, self.token = name, token
+        self._paint()
+
+    def _paint(self) -> None:
+        if self.name:
+            self.setPixmap(icons.pixmap(self.name, self.size_px, self.token, self.devicePixelRatioF()))
+        else:
+            self.clear()
+
+
+class AnswerLine(QWidget):
+    """A sign and the answer in one sentence; before there is one, what to do."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.sign, self.words = Sign(), label(role="headline")
+        across(self.sign, (self.words, 1), into=self, margins=(16, 8, 16, 0))
+        self.say(text)
+
+    def say(self, text: str, sign: str = "circle", token: str = "ink2") -> None:
+        """Show words and a sign, a neutral one before there is an answer."""
+        self.words.setText(text)
+        self.sign.show_sign(sign, token)
+
+
+def primary(button: QPushButton) -> QPushButton:
+    """Return a button as the one that does what its window is for."""
+    button.setProperty("primary", True)
+    return button
+
+
+def choose_file(
+    parent: QWidget, title: str, kinds: str, then: Callable[[str], object], save_as: str = ""
+) -> QFileDialog:
+    """Ask for a file beside the window, which goes on meanwhile; save_as proposes one to be written."""
+    dialog = QFileDialog(parent, title, QDir.homePath(), kinds)
+    dialog.setFileMode(QFileDialog.FileMode.AnyFile if save_as else QFileDialog.FileMode.ExistingFile)
+    if save_as:
+        dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
+        dialog.setDefaultSuffix(save_as.rpartition(".")[2])
+        dialog.filterSelected.connect(lambda kind: dialog.setDefaultSuffix(kind.split("*.")[1][:-1]))
+        dialog.selectFile(save_as)
+    dialog.fileSelected.connect(then)
+    dialog.setModal(False)
+    dialog.finished.connect(dialog.deleteLater)
+    dialog.show()
+    return dialog

@@ -1,0 +1,61 @@
+"""Whatever a measuring command cannot do is said in one line, with value, limit and unit; exit code 2."""
+
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.cli import main
+
+
+@pytest.fixture(scope="module")
+def csv(tmp_path_factory):
+    """Return the path of a saved run."""
+    path = tmp_path_factory.mktemp("identify") / "run.csv"
+    hs.simulate("wall", hand="tap", seconds=1.0).save(path)
+    return str(path)
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        ("accuracy speed", "there are: integrators, velocity, servo, friction"),
+        ("accuracy servo --scene nowhere", "there are: stiffness, contact"),
+        ("break-it spring", "There is no failure 'spring'"),
+        ("break-it course -p rate=3", "has no parameter 'rate'"),
+        ("break-it course --at 5", "Step goes from 0.0001 to 0.2 s, not 5"),
+        ("break-it --at 5", "belong to one failure"),
+        ("break-it course --plot broken.exe", "A picture is one of"),
+        ("fidelity free --plot table.wall", "A picture is one of"),
+        ("fidelity fre", "There is no environment 'fre'"),
+        ("identify CSV --from 9", "is not in the recording"),
+        ("identify CSV --from nan", "a number of seconds, not nan"),
+        ("identify CSV --terms inertia", "The terms are some of"),
+        ("stability --mass 0", "The mass goes from 1e-06 to 10000 kg, not 0."),
+        ("stability --hand glove", "The grip is one of released, light, medium, firm, not 'glove'."),
+        ("stability --estimator iir:cutoff=1e9", "Cutoff"),
+        ("stability -K -5", "The rendered stiffness goes from 0 to 1e+09 N/m, not -5."),
+        ("stability -K nan", "The rendered stiffness goes from 0"),
+        ("stability --to 1 -B 2", "must be more than the rendered 2 N·s/m, not 1 N·s/m."),
+        ("stability --controller", "The passivity controller has no exact limit: add --measure or --map."),
+        ("zwidth --damping 0,x", "Dampings are numbers in N·s/m as 0,1,2,5, not '0,x'."),
+        ("zwidth --damping -1", "Damping goes from 0 to 1000 N·s/m, not -1."),
+        ("zwidth --max-force 0.5", "A push of 1 N needs a force limit above it, not 0.5 N."),
+        ("zwidth --rate 0", "The rate goes from 1 to 1e+06 Hz, not 0."),
+        ("zwidth --damping 0 --plot z.wall", "A picture is one of"),
+        ("zwidth --device nowhere", "There is no device 'nowhere'"),
+        (
+            "zwidth --device simulated --push 2",
+            "A push of 2 N needs a force limit of 3.33 N or more, not 2 N.",
+        ),
+        ("zwidth --device simulated --max-force 9", "Force limit goes from 0.1 to 3 N, not 9."),
+        ("zwidth --device simulated --hand iron", "not 'iron'"),
+    ],
+)
+def test_what_cannot_be_is_one_line(capsys, csv, words, says):
+    try:
+        code = main([csv if word == "CSV" else word for word in words.split()])
+    except SystemExit as end:
+        code = end.code
+    out, err = capsys.readouterr()
+    assert (code, out) == (2, "")
+    assert says in err
+    assert err.count("\n") == 1

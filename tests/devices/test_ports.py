@@ -1,0 +1,314 @@
+"""Serial ports: which there are, who holds them, who answers, what a failure says, the latency timer."""
+
+import errno
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+import serial
+
+from hapkit_studio import cli, errors
+from hapkit_studio.devices import hapkit, port_errors, serial_ports
+from hapkit_studio.devices.hapkit import HapkitBoard, probe
+from hapkit_studio.devices.port_errors import unopened
+from hapkit_studio.devices.serial_ports import NOWHERE, Identity, Latency, Role, port_name, shorten_latency
+from hapkit_studio.protocol.messages import SettingsRequest
+from tests.devices.fake_board import FakeBoard, FakeKit
+from tests.devices.fake_ports import CH340, FT232, UNO, info, list_ports
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="Linux says who holds a port")
+MODEM = (0x12D1, 0x1506)
+
+
+@pytest.fixture
+def plugged(monkeypatch):
+    """Return a function that plugs a board in and returns its line of the list, and the board."""
+    peers = []
+
+    def plug(answer, numbers=FT232):
+        peers.append(FakeBoard(answer))
+        list_ports(monkeypatch, info(peers[-1].path, numbers, "AAA"))
+        (entry,) = hapkit.entries()
+        return entry, peers[-1]
+
+    yield plug
+    for peer in peers:
+        peer.unplug()
+
+
+# --- which there are
+def test_kits_come_first_and_what_is_surely_else_last(monkeypatch):
+    nothing = info("/dev/ttyS4")
+    nothing.hwid = "n/a"
+    list_ports(
+        monkeypatch,
+        info("/dev/rfcomm0"),
+        info("/dev/ttyACM1", MODEM, product="HUAWEI Mobile"),
+        info("/dev/ttyS0"),
+        info("/dev/ttyUSB1", CH340, product="USB Serial"),
+        info("/dev/ttyACM0", UNO),
+        info("/dev/ttyUSB0", FT232, "AB0LB3DQ", "1-2", "FT232R USB UART"),
+        info("/dev/ttyACM2", (0x1234, 0x5678), product="Strange device"),
+        info("/dev/cu.debug-console"),  # a Mac's
+        nothing,
+    )
+    assert [(entry.key, entry.title) for entry in hapkit.entries()] == [
+        ("/dev/ttyACM0", "ttyACM0: Arduino Uno"),
+        ("/dev/ttyUSB0", "ttyUSB0: Hapkit board (FT232)"),
+        ("/dev/ttyUSB1", "ttyUSB1: Uno-like board (CH340)"),
+        ("/dev/ttyACM2", "ttyACM2: Strange device"),
+        ("/dev/ttyS0", "ttyS0: serial port"),
+        ("/dev/cu.debug-console", "cu.debug-console: console, not a Hapkit"),
+        ("/dev/rfcomm0", "rfcomm0: Bluetooth, not a Hapkit"),
+        ("/dev/ttyACM1", "ttyACM1: mobile modem, not a Hapkit"),
+    ]
+
+
+def test_no_row_of_the_table_is_hidden_by_another():
+    for chip in serial_ports.CHIPS:
+        number = 0xFFFF if chip.product is None else chip.product
+        assert serial_ports.chip_of(chip.vendor, number) is chip
+    assert serial_ports.chip_of(0x2341, 0x0042).role is Role.UNKNOWN  # a vendor's other product
+
+
+A, B = Identity(*FT232, "AAA", "1-1"), Identity(*FT232, "BBB", "1-2")
+BARE = Identity(*CH340, "", "1-1")
+
+
+@pytest.mark.parametrize(
+    ("wanted", "there", "path"),
+    [
+        (A, {"u1": B, "u2": A}, "u2"),
+        (A, {"u1": A._replace(place="3-4")}, "u1"),  # another socket, the same board
+        (A, {"u0": B}, None),  # another kit never takes its place
+        (A, {}, None),
+        (BARE, {"u0": BARE._replace(place="1-9"), "u1": BARE}, "u1"),
+        (BARE, {"u3": BARE._replace(place="1-9")}, "u3"),
+        (BARE, {"u3": BARE._replace(place="1-8"), "u4": BARE._replace(place="1-9")}, None),
+        (BARE, {"u0": A}, None),
+    ],
+)
+def test_the_same_board_is_found_again(wanted, there, path):
+    ports = [serial_ports.Port(p, "x", Role.KIT, identity) for p, identity in there.items()]
+    found = serial_ports.find_same_board(wanted, ports)
+    assert (found.path if found else None) == path
+
+
+def test_a_board_that_came_back_under_another_name_is_opened_there(plugged, monkeypatch):
+    entry, peer = plugged(FakeKit())
+    list_ports(monkeypatch, info("/dev/ttyUSB0", FT232, "AAA"))
+    board, said = hapkit.entries()[0].make(), []
+    board.on_status = said.append
+    list_ports(monkeypatch, info("/dev/ttyUSB0", FT232, "BBB"), info(peer.path, FT232, "AAA"))
+    board.open()
+    assert (board.port, board.title) == (peer.path, entry.title)
+    assert said == ["Starting board…"]
+    board.close()
+
+
+def test_another_kit_under_its_name_is_left_alone(plugged, monkeypatch):
+    entry, peer = plugged(FakeKit())
+    board = entry.make()
+    list_ports(monkeypatch, info(peer.path, FT232, "BBB"))
+    with pytest.raises(errors.PortGoneError, match="is gone"):
+        board.open()
+    assert peer.received == []
+
+
+# --- who answers
+def test_a_kit_says_firmware_and_settings_in_words_and_in_the_command(plugged, capsys, monkeypatch):
+    entry, _ = plugged(FakeKit())
+    found = probe(entry)
+    assert found["ok"]
+    assert (found["build"], found["version"], found["arena"]) == ("test", 3, 760)
+    assert (found["settings"]["label"], found["settings"]["origin"]) == ("fake kit", "default")
+    assert found["text"].startswith(
+        "Firmware test, version 3, 760 bytes for a law. "
+        "Kit 'fake kit', default settings, 20.0 µm a count, limit 2.5 N. USB latency timer 16 ms"
+    )
+    monkeypatch.setattr("hapkit_studio.devices.virtual_board.built", lambda: False)
+    assert cli.main(["devices", "--probe", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)["devices"]
+    assert [(d["key"], d["ok"]) for d in listed] == [("simulated", True), (entry.key, True)]
+    assert cli.main(["devices", "--probe"]) == 0
+    out = capsys.readouterr().out
+    assert f"{entry.key:<16} {entry.title}\n" in out
+    assert "Kit 'fake kit'" in out
+
+
+def test_a_kit_that_does_not_know_its_settings_is_there_all_the_same(plugged):
+    found = probe(plugged(FakeKit(deaf={SettingsRequest: 9}))[0])
+    assert found["ok"]
+    assert "did not answer when asked for its settings" in found["text"]
+
+
+def test_what_is_not_a_hapkit_is_not_even_opened_by_probe_and_never_flashed(plugged):
+    entry, peer = plugged(lambda m: b"OK\r\n", MODEM)
+    assert probe(entry) == {"ok": False, "text": "Not asked: not a Hapkit."}
+    assert peer.received == []
+    with pytest.raises(errors.NotAHapkitError, match=r"of another kind: mobile modem\.") as caught:
+        HapkitBoard(peer.path).open(0.3)
+    assert caught.value.step == ""
+
+
+@pytest.mark.parametrize(
+    ("heard", "text"),
+    [
+        (None, "{} does not answer. The board has no firmware yet, or another sketch: flash the firmware."),
+        (b"x=1.25,F=0\r\n", "{} sends text, not frames. Another sketch is on the board: flash the firmware."),
+        (
+            b"\xfe\x81\x00",
+            "{} answers, but not as a Hapkit. Another sketch is on the board: flash the firmware.",
+        ),
+    ],
+)
+def test_a_kit_without_firmware_is_offered_to_be_flashed(plugged, heard, text):
+    entry, peer = plugged(lambda m: heard, UNO)
+    with pytest.raises(errors.NoFirmwareError) as caught:
+        entry.make().open(0.3)
+    assert str(caught.value) == text.format(port_name(peer.path))
+    assert caught.value.step == "flash"
+
+
+# --- who holds one
+@linux
+def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it():
+    peer = FakeBoard(lambda message: None)
+    words = (
+        "import sys, os; os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY); print(flush=True); sys.stdin.read()"
+    )
+    child = subprocess.Popen(
+        [sys.executable, "-c", words, peer.path], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    child.stdout.readline()
+    try:
+        name = f"{os.path.basename(sys.executable)} (process {child.pid})"
+        assert serial_ports.holder(peer.path) == name
+        with pytest.raises(errors.PortBusyError) as caught:
+            HapkitBoard(peer.path).open(0.3)  # it reads what is meant for us
+        assert str(caught.value) == f"{port_name(peer.path)} is used by {name}. Close it, then try again."
+        refused = unopened(peer.path, serial.SerialException(errno.EBUSY, "busy"))
+        assert str(refused) == str(caught.value)
+    finally:
+        child.communicate()
+    assert serial_ports.holder(peer.path) == ""
+    peer.unplug()
+
+
+@linux
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        ("/usr/bin/python3\0-m\0hapkit_studio\0", "Hapkit Studio"),
+        ("/opt/a/bin/python\0/opt/a/bin/hapkit-studio\0run\0", "Hapkit Studio"),
+        ("/usr/bin/python3\0/opt/a/hapkit_studio.py\0", "python3"),
+        ("/usr/bin/minicom\0-D\0/dev/ttyUSB0\0", "minicom"),
+    ],
+)
+def test_a_lock_file_names_who_may_not_be_looked_into_and_the_studio_by_its_name(
+    monkeypatch, tmp_path, line, name
+):
+    monkeypatch.setattr(serial_ports, "LOCKS", tmp_path)
+    monkeypatch.setattr(serial_ports, "PROCESSES", tmp_path)
+    (tmp_path / "41").mkdir()
+    (tmp_path / "41" / "cmdline").write_text(line)
+    (tmp_path / "LCK..ttyUSB0").write_text("        41\n")
+    assert serial_ports.holder("/dev/ttyUSB0") == f"{name} (process 41)"
+    (tmp_path / "LCK..ttyUSB0").write_text("        42\n")  # long gone
+    assert serial_ports.holder("/dev/ttyUSB0") == ""
+
+
+# --- who may not open one
+def forbidden(monkeypatch, group, joined=False):
+    monkeypatch.setattr(port_errors.sys, "platform", "linux")
+    monkeypatch.setattr(port_errors, "_group", lambda path: group)
+    monkeypatch.setattr(port_errors, "_joined", lambda name: joined)
+    return unopened("/dev/ttyUSB0", serial.SerialException(errno.EACCES, "Permission denied"))
+
+
+def test_a_forbidden_port_comes_with_the_line_to_run(monkeypatch):
+    error = forbidden(monkeypatch, "dialout")
+    assert isinstance(error, errors.PortPermissionError)
+    assert error.command == "sudo usermod -a -G dialout $USER"
+    expected = "You may not open ttyUSB0. Run `sudo usermod -a -G dialout $USER`. Then log out and in again."
+    assert str(error) == error.brief == expected
+    joined = forbidden(monkeypatch, "dialout", joined=True)
+    assert joined.command == ""
+    assert str(joined).endswith("You are in the group dialout since you logged in: log out and in again.")
+
+
+@linux
+def test_where_no_group_helps_a_udev_rule_for_this_chip_does(monkeypatch, tmp_path):
+    list_ports(monkeypatch, info("/dev/ttyUSB0", FT232))
+    error = forbidden(monkeypatch, "")
+    rule = 'SUBSYSTEM=="tty", ATTRS{idVendor}=="0403", MODE="0660", TAG+="uaccess"'
+    assert error.command.startswith(f"echo '{rule}' | sudo tee /etc/udev/rules.d/")
+    assert error.command in str(error)
+    assert len(error.brief) < 130
+    assert "Copy the line" in error.brief
+    monkeypatch.undo()
+    port = tmp_path / "ttyUSB0"
+    port.touch()
+    port.chmod(0o600)  # a group counts only where it may read and write
+    assert 'KERNEL=="ttyUSB*|ttyACM*"' in port_errors.permission_remedy(str(port), None)[1]
+    monkeypatch.setattr(port_errors.sys, "platform", "darwin")  # no udev, nothing to run
+    assert port_errors.permission_remedy("/dev/cu.x", None) == ("Ask for the right to use it.", "")
+
+
+# --- the latency timer of the USB chip
+class Line:
+    """A port that notes what is asked of it."""
+
+    def __init__(self, refuses=None):
+        self.asked, self.refuses = [], refuses
+
+    def set_low_latency_mode(self, on):
+        self.asked.append(on)
+        if self.refuses:
+            raise self.refuses
+
+
+@pytest.fixture
+def timer(monkeypatch, tmp_path):
+    """Return a function that sets what the system shows for ttyUSB0."""
+    monkeypatch.setattr(serial_ports, "TIMERS", tmp_path)
+    monkeypatch.setattr(serial_ports.sys, "platform", "linux")
+
+    def show(text):
+        (tmp_path / "ttyUSB0").mkdir(exist_ok=True)
+        (tmp_path / "ttyUSB0" / "latency_timer").write_text(text)
+
+    return show
+
+
+def test_a_short_timer_is_nothing_to_speak_of(timer):
+    line = Line()
+    timer("1\n")
+    latency = shorten_latency(line, "/dev/ttyUSB0", A)
+    assert line.asked == [True]
+    assert latency == Latency(0.001, True, "/dev/ttyUSB0")
+    assert latency.words == "USB latency timer 1 ms."
+
+
+@pytest.mark.parametrize("refuses", [OSError(1, "Operation not permitted"), ValueError(), AttributeError()])
+def test_a_refusal_is_said_with_what_can_be_done(timer, refuses):
+    timer("16\n")
+    latency = shorten_latency(Line(refuses), "/dev/ttyUSB0", A)
+    assert latency == Latency(0.016, True, "/dev/ttyUSB0")
+    assert latency.words.startswith("USB latency timer 16 ms. Run `echo 1 | sudo tee ")
+    assert "/ttyUSB0/latency_timer`" in latency.words
+    assert "render on the board" in latency.words
+
+
+def test_what_cannot_be_read_is_taken_for_the_usual_and_other_chips_have_none(timer, monkeypatch):
+    latency = shorten_latency(Line(), "/dev/ttyUSB0", A)
+    assert latency == Latency(0.016, False, "/dev/ttyUSB0")
+    assert "as far as known" in latency.words
+    for identity in (NOWHERE, Identity(0x2341, 0x0043)):
+        none = shorten_latency(Line(), "/dev/ttyACM0", identity)
+        assert (none.timer, none.long, none.words) == (None, False, "")
+    for system, words in (("win32", "Device Manager"), ("darwin", "FTDI's own driver")):
+        monkeypatch.setattr(serial_ports.sys, "platform", system)
+        assert words in latency.words

@@ -1,0 +1,289 @@
+"""The faults: what is done to the virtual board, when, what has to come of it; and how one is run.
+
+Times are the board's, in s. A medium hand leads the handle of a spring to and fro all the while. The studio's
+compiled loop runs on the virtual board, reconnecting as the window does.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.devices import virtual_board
+from hapkit_studio.haptics import arrays, board_plan, health, link, rows, serial_loop
+from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
+from hapkit_studio.haptics.clib import store_release
+from hapkit_studio.haptics.link import GONE_AFTER
+from hapkit_studio.protocol import codec
+from hapkit_studio.protocol.framing import Decoder, encode
+from hapkit_studio.protocol.messages import (
+    Force,
+    Hello,
+    HelloRequest,
+    Release,
+    Settings,
+    SettingsRequest,
+    Stream,
+)
+from tests.firmware.turns import Turns, lead
+from tests.firmware.vb import QUANTUM
+from tests.haptics.support import LoopHarness
+
+START, END = 0.5, 0.8
+"""When a fault begins and ends."""
+STALL = END - START
+SECONDS = 1.2
+
+HAND = (
+    "0.1 hand 0.010 400 8 0.1 0.3",
+    "0.45 hand -0.010 400 8 0.1 0.3",
+    "0.85 hand 0.008 400 8 0.1 0.2",
+)
+JUMP = (arrays.NO_FAULT, arrays.OVER_SPEED)
+"""A sensor that comes back elsewhere has moved too fast to be true."""
+LITTLE = (HAND[0], "0.6 hand 0.004 400 8 0.1 0.1", HAND[2])
+"""Less than half a turn of the motor from START to END: more cannot be told from another turn."""
+STIFFNESS = 120.0
+
+WATCHDOG, STALE, RECOVER, FADE, HOLD = 0.025, 0.020, 0.100, 0.030, 0.5
+PERIOD = 0.001
+
+
+def no_spam(time: float) -> bytes:
+    return b""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One fault and the bounds of what it may do.
+
+    off: the motor is off so many s after START at the latest, and stays off until END; back: full force so
+    many s after END; latched: the faults that the loop may have latched in the end; wrong: the sensor itself
+    lies between START and END, what it says then is no error of the record; lossy: frames are lost; extra:
+    forces that another program sends; board: the board renders.
+    """
+
+    name: str
+    script: Sequence[str] = ()
+    options: Sequence[str] = ()
+    seconds: float = SECONDS
+    off: float | None = None
+    back: float | None = None
+    latched: Sequence[int] = (arrays.NO_FAULT,)
+    wrong: bool = False
+    lossy: bool = False
+    hand: Sequence[str] = HAND
+    killed: float = np.inf
+    plugged: float = np.inf
+    spam: Callable[[float], bytes] = field(default=no_spam)
+    extra: Sequence[float] = ()
+    board: bool = False
+
+
+def during(what: str, on: str, off: str = "0") -> tuple[str, str]:
+    """Return the script lines that switch a fault on and off."""
+    return f"{START} {what} {on}", f"{END} {what} {off}"
+
+
+def _garbage(time: float) -> bytes:
+    """Return a line full of random bytes: 90 a ms, the answer beside them."""
+    if not START <= time < END:
+        return b""
+    return np.random.default_rng(int(1e6 * time)).integers(0, 256, 90, dtype=np.uint8).tobytes() + b"\0"
+
+
+FOREIGN = 0.4
+
+
+def _forces(time: float) -> bytes:
+    """Return a line full of valid commands: eight a ms."""
+    return encode(Force(0, 0, FOREIGN)) * 8 if START <= time < END else b""
+
+
+BACK = RECOVER + FADE + 5 * PERIOD
+AGAIN = HOLD + FADE + 0.025
+GIVEN_UP = GONE_AFTER + 2.0 * STALE
+"""s: a loop looks once in STALE, and again when it has waited that long."""
+
+DAMAGE = [
+    Case(f"{words} {way} the board", during(f"{direction} {kind}", rate), lossy=True)
+    for direction, way in (("to", "to"), ("from", "from"))
+    for kind, rate, words in (
+        ("drop", "0.01", "1 % of bytes dropped"),
+        ("flip", "0.01", "1 % of bytes flipped"),
+        ("insert", "0.01", "1 % more bytes inserted"),
+        ("burst", "0.002 40", "bursts of 40 bytes"),
+    )
+]
+
+LATENCY = [
+    Case(f"USB latency {1e3 * seconds:g} ms", options=("--latency", str(seconds)), lossy=seconds > 0.002)
+    for seconds in (0.0005, 0.001, 0.004, 0.016)
+]
+
+STALLS = [
+    Case("to the board nothing for 300 ms", (f"{START} to stall {STALL}",), off=WATCHDOG, back=0.2),
+    Case(
+        "from the board nothing for 300 ms",
+        (f"{START} from stall {STALL}",),
+        # the zero of the computer, 20 ms by its own clock, comes first unless the board's goes faster
+        off=WATCHDOG,
+        back=BACK + 0.02,
+    ),
+    Case(
+        "from the board nothing for 40 ms, three times",
+        tuple(f"{at} from stall 0.04" for at in (0.3, 0.6, 0.9)),
+        seconds=1.3,
+        latched=(arrays.STALE_SENSOR,),
+    ),
+]
+
+ENDS = [
+    Case(
+        "cable pulled and put back",
+        (f"{START} unplug", f"{END} plug"),
+        seconds=1.6,
+        plugged=END,
+        off=WATCHDOG,
+        back=AGAIN,
+    ),
+    Case(
+        "board reset in mid-motion",
+        (f"{START} reset",),
+        seconds=2.6,
+        plugged=END,
+        off=PERIOD,
+        back=GIVEN_UP - STALL + AGAIN,
+        hand=(*HAND, "1.9 hand -0.008 400 8 0.1 0.4"),
+    ),
+    Case("program killed", killed=START, seconds=0.8, off=WATCHDOG, latched=(arrays.DEVICE_GONE,)),
+]
+
+SENSOR = [
+    Case("sensor stuck", during("sensor stuck", "1"), wrong=True, hand=LITTLE, latched=JUMP),
+    Case("sensor noisy, 3 counts", during("sensor noise", "3"), wrong=True),
+    Case("sensor flipping, 5 % of readings", during("sensor jump", "0.05"), wrong=True, latched=JUMP),
+]
+
+FLOOD = [
+    Case("line full of garbage", spam=_garbage, lossy=True),
+    Case("line full of valid commands", spam=_forces, lossy=True, extra=(FOREIGN,)),
+]
+
+HANDOVER = 0.1
+"""s: fade out, settings, loop and scene some frames apart, fade in."""
+
+COMPUTER = [Case("none"), *DAMAGE, *LATENCY, *STALLS, *ENDS, *SENSOR, *FLOOD]
+BOARD_RENDERS = ", board renders"
+BOARD = [
+    replace(
+        case,
+        name=f"{case.name}{BOARD_RENDERS}",
+        board=True,
+        # the computer renders until the board has taken over
+        back=None if case.back is None else case.back + HANDOVER * (case.plugged < np.inf),
+    )
+    for case in COMPUTER
+]
+CASES = [*COMPUTER, *BOARD]
+TESTED = [
+    *(case for case in COMPUTER if case not in LATENCY[1:3]),
+    *(case for case in BOARD if case.off is not None or case.spam is not no_spam),
+]
+"""Cases of every test run; the others are in the table only."""
+
+
+# --- running one
+ROWS = 1 << 12
+SPRING = environments.named("spring")
+VALUES = {"stiffness": STIFFNESS}
+
+
+@dataclass
+class Run:
+    """What came of it: the truth, the ring's rows, the forces sent with their times, the counters."""
+
+    case: Case
+    truth: np.ndarray
+    rows: list[np.ndarray] = field(default_factory=list)  # of each connection
+    forces: list[tuple[float, float]] = field(default_factory=list)
+    counters: dict[str, int] = field(default_factory=dict)
+    summary: dict = field(default_factory=dict)
+
+
+class Session:
+    """The host's side over all of its connections."""
+
+    def __init__(self, turns: Turns, board: bool):
+        self.turns, self.board = turns, board
+        self.harness = LoopHarness(SPRING, VALUES, full=False)
+        self.late = health.new_histogram()
+        self.out = rows.new_ring(self.harness.r.control, ROWS)
+        self.reader = rows.RingReader(self.out)
+        turns.quit = lambda: store_release(self.harness.r.control, arrays.QUIT, 1)
+
+    def offer(self, conn: link.Link) -> None:
+        """Learn what the board can render and want it to, as the engine does."""
+        settings = self.turns.ask(SettingsRequest(), Settings)
+        offer = BoardPlanner(self.turns.ask(HelloRequest(), Hello).arena, settings)
+        way = offer.require(PlanRequest(SPRING, SPRING.values(VALUES), "difference", QUANTUM))
+        board_plan.tell_link(conn, settings, 255)
+        self.harness.set(SPRING, VALUES, board=way)
+
+    def connect(self, hold: float) -> np.ndarray:
+        """Render until the line or the time ends; return the rows."""
+        r, conn = self.harness.r, link.new_link(QUANTUM)
+        self.turns.say(encode(Stream(0, 0)) + encode(Release()))
+        if self.board:
+            self.offer(conn)
+        arrays.restart(r, hold)
+        self.turns.say(encode(Stream(1, 0)))
+        serial_loop.run(r, conn, self.out, self.late, self.turns.fd)
+        self.bad_frames = int(conn.reader[codec.BAD_FRAMES])
+        self.rx_errors = int(conn.samples[0, codec.RX_ERRORS])
+        return self.reader.read()
+
+
+def _render(run: Run, session: Session) -> None:
+    """Connect, and again once the cable is back."""
+    turns, case = session.turns, run.case
+    turns.until, turns.killed, turns.spam = case.seconds, case.killed, case.spam
+    reset = any("reset" in words for words in case.script)  # the loop gives a silent board up by itself
+    hold = 0.0
+    while True:
+        run.rows.append(session.connect(hold))
+        if turns.time >= case.seconds or case.killed < np.inf:
+            break
+        turns.until = case.seconds
+        if not reset:
+            turns.unplug()
+            turns.alone(case.plugged + 0.02)
+            turns.plug_in()
+        hold = HOLD
+    turns.alone(case.seconds)
+
+
+def run_case(case: Case, folder: Path) -> Run:
+    """Run one case; return what came of it."""
+    turns = Turns(
+        folder, sorted([*case.hand, *case.script], key=lambda line: float(line.split()[0])), case.options
+    )
+    lead(turns)
+    run = Run(case, np.empty(0))
+    session = Session(turns, case.board)
+    _render(run, session)
+    run.summary = turns.end()
+    run.truth = virtual_board.truth(turns.log)
+    for time, data in turns.sent:
+        run.forces += [(time, m.force) for m in Decoder().feed(data) if isinstance(m, Force)]
+    control = session.harness.r.control
+    run.counters = {
+        "fault": int(control[arrays.FAULT]),
+        "stale": int(control[arrays.STALE_COUNT]),
+        "lost": int(control[arrays.LOST_FRAMES]),
+        "bad": session.bad_frames,
+        "told": session.rx_errors,
+    }
+    return run

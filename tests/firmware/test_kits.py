@@ -1,0 +1,225 @@
+"""Every kit through the real firmware: pins, direction, the force that was asked for, counts of sensors."""
+
+import os
+
+import numpy as np
+import pytest
+
+from hapkit_studio.devices import profiles
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.messages import BoardFlag, MotorMap, Pins, Sensor
+from tests.firmware import kits
+from tests.firmware.vb import LONGEST_INTERRUPT, exchange, needs_board, opened, rows_of, session
+
+pytestmark = needs_board
+
+AMPLITUDE = 2.8
+"""N, a little less than the usual kit's limit."""
+POWER = {MotorMap.SQUARE: 2.0, MotorMap.LINEAR: 1.0, MotorMap.TABLE: 1.5}
+"""With which the torque of the test's motors grows with the duty."""
+TABLE = tuple(round(255 * (k / 8) ** 1.5) for k in range(1, 9))
+HALF = 0.53
+"""Half a step of the duty, and what the firmware's whole numbers leave out."""
+START = 0.1
+LATENCY = 5e-6
+"""m that a handle at 1 m/s moves from an edge of the encoder to the end of its interrupt."""
+SHAKE = ((0.040, 2.0, 0.5), (0.030, 5.0, 0.2), (0.010, 12.0, 0.25))
+"""40 mm at 2 Hz, then 0.94 m/s, then 57 m/s^2."""
+
+
+def wave(sample):
+    """Ask for forces of both signs and all sizes."""
+    return AMPLITUDE * np.sin(0.09 * sample.seq)
+
+
+def play(folder, kit, seconds, law, script, **more):
+    """Run a board that is such a kit; return samples, truth log and counters."""
+    memory = folder / "eeprom"
+    memory.write_bytes(kits.eeprom(kit))
+    samples, log, summary = session(folder, seconds, law, script, options=kits.options(kit, memory, **more))
+    assert summary["interrupts_off_cycles"] <= LONGEST_INTERRUPT
+    assert summary["spi_hasty"] == summary["overruns"] == 0
+    return samples, log, summary
+
+
+# --- motors
+def drive(folder, kit, **more):
+    """Ask for the wave; return what was asked (n,) and the rows of the truth log with what came of it."""
+    samples, log, _ = play(folder, kit, 0.16, wave, ("0 position 0",), **more)
+    rows = rows_of(samples, log)
+    first = samples[0].seq
+    answered = [k for k, s in enumerate(samples) if s.delay_us and s.answered >= first]
+    asked = np.array([wave(samples[samples[k].answered - first]) for k in answered])
+    assert len(asked) > 100
+    return asked, rows[answered]
+
+
+def force_at(kit, steps):
+    """Return the force in N of steps (n,) of duty above the dead band, straight between a table's points."""
+    share = np.clip(steps / (255.0 - kit.dead_band), 0.0, 1.0)
+    if kit.motor_map != MotorMap.TABLE:
+        return profiles.full_force(kit) * share ** POWER[kit.motor_map]
+    return profiles.full_force(kit) * np.interp(share, np.arange(9) / 8, np.array([0, *kit.table]) / 255.0)
+
+
+def assert_nearest_step(kit, asked, rows):
+    """The duty is the nearest step: half a step less is too little, half a step more too much."""
+    duty = np.abs(rows.duty)
+    steps = np.where(duty > 0, duty - kit.dead_band, 0)
+    wanted = np.minimum(np.abs(asked), min(kit.max_force, profiles.full_force(kit)))
+    assert np.all((duty == 0) | (duty > kit.dead_band))
+    assert np.all(np.sign(rows.duty[duty > 0]) == np.sign(asked[duty > 0]))
+    assert np.all(force_at(kit, steps - HALF) <= wanted + 1e-4)
+    assert np.all(wanted <= force_at(kit, steps + HALF) + 1e-4)
+
+
+@pytest.mark.parametrize(
+    ("pins", "sensor", "direction"),
+    [
+        (Pins.D5_D8, Sensor.MAGNETORESISTIVE, -1),
+        (Pins.D5_D8, Sensor.AS5048A, 1),
+        (Pins.D5_D8, Sensor.QUADRATURE, -1),
+        (Pins.D3_D12, Sensor.MAGNETORESISTIVE, 1),
+        (Pins.D3_D12, Sensor.MAGNETORESISTIVE, -1),
+    ],
+)
+def test_every_wiring_gives_the_force_that_was_asked_for(tmp_path, pins, sensor, direction):
+    kit = kits.board(pins=pins, sensor=sensor, direction=direction)
+    asked, rows = drive(tmp_path, kit)
+    assert_nearest_step(kit, asked, rows)
+    step = np.gradient(force_at(kit, np.arange(256.0)))[np.abs(rows.duty).astype(int)]
+    assert np.all(np.abs(rows.motor_force - asked) <= 0.5 * step * 1.05 + 1e-4)
+    assert rows.motor_force.max() > 2.7
+    assert rows.motor_force.min() < -2.7
+
+
+@pytest.mark.parametrize("dead_band", [0, 25])
+@pytest.mark.parametrize("motor_map", MotorMap)
+def test_every_motor_gives_the_force_that_was_asked_for(tmp_path, motor_map, dead_band):
+    kit = kits.board(motor_map=motor_map, dead_band=dead_band, table=TABLE, motor_constant=0.0217)
+    asked, rows = drive(tmp_path, kit, **{"motor-power": POWER[motor_map]})
+    assert_nearest_step(kit, asked, rows)
+    # of the table's straight pieces, the torque of this motor leaves itself less than 2 % of the largest
+    bend = 0.02 * profiles.full_force(kit) if motor_map == MotorMap.TABLE else 0.0
+    steps = np.abs(rows.duty) - dead_band
+    step = force_at(kit, steps + 1.0) - force_at(kit, steps)
+    assert np.all(np.abs(rows.motor_force - asked) <= step + bend + 1e-4)
+
+
+def test_the_force_limit_is_the_settings_own(tmp_path):
+    _, rows = drive(tmp_path, kits.board(max_force=1.25))
+    assert np.abs(rows.motor_force).max() == pytest.approx(1.25, abs=0.5 * 1.25 / 80)
+
+
+@pytest.mark.parametrize(("pins", "wired"), [(Pins.D5_D8, 3), (Pins.D3_D12, 5)])
+def test_a_motor_on_the_other_pins_stays_off(tmp_path, pins, wired):
+    _, log, _ = play(tmp_path, kits.board(pins=pins), 0.1, wave, (), pins=wired)
+    assert len(log) > 100
+    assert not log.duty.any()
+
+
+def test_new_settings_switch_the_motor_off_and_hold_at_once_and_impossible_ones_change_nothing():
+    def push():
+        exchange(board.fileno(), 0.02, lambda s: 1.0)
+        return board.status()
+
+    with opened() as board:
+        board.start_stream()
+        assert push()["motor_force"] > 0.9
+        board.stop_stream()
+        before = board.configure(kits.board(direction=-1))
+        assert board.status()["duty"] == 0
+        for wrong in (
+            kits.board(pins=Pins.D3_D12, sensor=Sensor.AS5048A),
+            kits.board(max_force=5.05),
+            kits.board(motor_constant=float("nan")),
+            kits.board(table=(32, 64, 96, 95, 159, 191, 223, 255)),
+        ):
+            with pytest.raises(ParameterError):
+                board.configure(wrong)
+            assert board.settings().pack()[:-1] == before.pack()[:-1]
+        board.start_stream()
+        assert push()["motor_force"] < -0.9  # the virtual board's wiring has not changed
+        os.write(board.fileno(), encode(kits.board(pins=Pins.D3_D12)))
+        assert push()["duty"] == 0
+
+
+# --- sensors
+def follow(folder, kit, pieces=SHAKE, seconds=1.1, **more):
+    """Move the handle; return samples, their rows of the truth log, and the counters."""
+    samples, log, summary = play(folder, kit, seconds, lambda s: 0.0, kits.motion(START, pieces), **more)
+    return samples, rows_of(samples, log), summary
+
+
+def error(kit, samples, rows):
+    """Return the counts (n,) less those that the handle has moved since the first sample."""
+    counts = np.array([s.count for s in samples])
+    return np.abs(counts - counts[0] - (rows.position - rows.position[0]) / kit.quantum)
+
+
+@pytest.mark.parametrize(
+    ("sensor", "counts", "sense"),
+    [
+        (Sensor.MAGNETORESISTIVE, 921, 1),
+        (Sensor.MAGNETORESISTIVE, 873, -1),
+        (Sensor.AS5048A, 16384, 1),
+        (Sensor.QUADRATURE, 48, 1),
+        (Sensor.QUADRATURE, 1024, -1),
+    ],
+)
+def test_counts_follow_the_handle_within_one_and_readings_are_handed_on(tmp_path, sensor, counts, sense):
+    kit = kits.board(sensor=sensor, counts_per_flip=counts, sense=sense)
+    samples, rows, _ = follow(tmp_path, kit)
+    assert np.ptp(rows.position) == pytest.approx(0.08, rel=1e-3)
+    assert np.abs(np.diff(rows.position)).max() > 0.9e-3
+    late = LATENCY / kit.quantum if sensor == Sensor.QUADRATURE else 1e-6
+    assert error(kit, samples, rows).max() <= 1.0 + late
+    assert not any(s.flags & BoardFlag.SENSOR for s in samples)
+    moved = np.array([s.raw for s in samples], np.uint16) - rows.converter.astype(np.int16).view(np.uint16)
+    assert np.ptp(moved.view(np.int16)) <= (1 + late if sensor == Sensor.QUADRATURE else 0)
+
+
+@pytest.mark.parametrize("sensor", [Sensor.MAGNETORESISTIVE, Sensor.AS5048A])
+@pytest.mark.parametrize("position", [-0.0090, 0.0090])
+def test_after_a_start_the_zero_is_its_nearest_repeat(tmp_path, sensor, position):
+    kit = kits.board(sensor=sensor, zero=kits.COUNTS[sensor] * 7 + 400)
+    # at position 0 the sensor reads its zero: 349 counts above where it begins, 51
+    magnet = 349 if sensor == Sensor.MAGNETORESISTIVE else 400
+    samples, rows, _ = follow(tmp_path, kit, (), 0.02, position=position, magnet=magnet)
+    assert rows.position[0] == position
+    assert samples[-1].count == pytest.approx(position / kit.quantum, abs=1.0)
+
+
+def test_an_encoder_begins_at_zero_wherever_it_stands(tmp_path):
+    kit = kits.board(sensor=Sensor.QUADRATURE, zero=12345)
+    samples, *_ = follow(tmp_path, kit, (), 0.02, position=0.03)
+    assert {s.count for s in samples} == {0}
+
+
+def test_bits_turned_on_the_bus_never_reach_the_position(tmp_path):
+    kit = kits.board(sensor=Sensor.AS5048A)
+    samples, rows, summary = follow(tmp_path, kit, **{"spi-flip": 0.02, "seed": 3})
+    assert summary["spi_turned"] > 20
+    step = np.abs(np.diff(rows.position)).max() / kit.quantum
+    worst = error(kit, samples, rows)
+    assert worst.max() <= 3.0 * step  # an error bit costs up to two readings more
+    flagged = np.array([bool(s.flags & BoardFlag.SENSOR) for s in samples])
+    assert np.all(worst[~flagged] <= 1.0 + 1e-6)
+    assert 0.01 < flagged.mean() < 0.15
+
+
+def test_a_sensor_that_is_not_there_is_told(tmp_path):
+    samples, *_ = follow(tmp_path, kits.board(sensor=Sensor.AS5048A), (), 0.1, **{"sensor-absent": 1})
+    assert all(s.flags & BoardFlag.SENSOR for s in samples[1:])
+    assert {s.count for s in samples} == {0}
+
+
+def test_readings_half_a_turn_off_are_bridged(tmp_path):
+    kit = kits.board()
+    samples, rows, summary = follow(tmp_path, kit, **{"sensor-jump": 0.01, "seed": 5})
+    assert summary["misread"] > 5
+    # what is not far off cannot be told from a handle that speeds up, by an eighth of the range at most
+    assert error(kit, samples, rows).max() <= 921 / 8 + 5.0
+    assert error(kit, samples, rows)[-5:].max() <= 1.0 + 1e-6
+    assert any(s.flags & BoardFlag.SENSOR for s in samples)

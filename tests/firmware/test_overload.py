@@ -1,0 +1,319 @@
+"""The firmware at its limits, by board time alone: stack, a line that is full, the longest law, a hang."""
+
+import itertools
+import math
+import re
+import struct
+from collections.abc import Iterator
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hapkit_studio import environments
+from hapkit_studio.devices.virtual_board import truth
+from hapkit_studio.laws import machine
+from hapkit_studio.laws.board import Program
+from hapkit_studio.laws.machine import ARENA, EQUAL, MOST_JUMPS, RAMP, RAMPS
+from hapkit_studio.protocol.framing import Decoder, encode
+from hapkit_studio.protocol.messages import (
+    PIECE,
+    TUNED,
+    Alive,
+    Estimator,
+    Force,
+    Hello,
+    HelloRequest,
+    Leave,
+    Origin,
+    Release,
+    Sample,
+    Save,
+    Sensor,
+    Settings,
+    SettingsRequest,
+    Stop,
+    Stream,
+    Telemetry,
+    Tune,
+)
+from tests.devices.fake_board import sample
+from tests.firmware import kits
+from tests.firmware.board_runs import announced, piece, program, usual
+from tests.firmware.test_firmware import make, stack_counted
+from tests.firmware.turns import Turns
+from tests.firmware.vb import FULL_FORCE, LONGEST_INTERRUPT, needs_board, needs_compiler
+from tests.wide import wide
+
+pytestmark = needs_board
+
+
+class Talk:
+    """A computer that talks to a board; ``heard`` is what the board says."""
+
+    def __init__(self, turns: Turns):
+        self.turns, self.decoder = turns, Decoder()
+        self.heard: list = []
+
+    def turn(self) -> list:
+        """Let the board go on; return what it said meanwhile."""
+        self.turns.turn()
+        new = self.decoder.feed(self.turns.take(4096))
+        self.heard += new
+        return new
+
+    def say(self, *messages) -> None:
+        self.turns.say(b"".join(map(encode, messages)))
+
+    def of(self, kind) -> list:
+        return [m for m in self.heard if isinstance(m, kind)]
+
+    def load(self, law: Program, rate: int, generation: int) -> None:
+        """Send a law, a piece a sample, with questions in between; what gets lost is said again."""
+        head = announced(law, rate, usual(rate), generation)
+        for turn in range(2000):
+            known = False
+            for message in self.turn():
+                known = message.generation == generation if isinstance(message, Sample | Telemetry) else known
+                if known and isinstance(message, Telemetry):
+                    return
+                if known and isinstance(message, Sample):
+                    assert not message.refusal
+                    self.say(piece(law, generation, message.received))
+            if turn % 5 == 0:
+                self.say(*(() if known else (head,)), HelloRequest(), SettingsRequest(), Alive())
+        raise AssertionError("the law never began")
+
+    def run(self, law: Program, generation: int, seconds: float) -> None:
+        """Let a law render, its constants always moving, stopped and let go now and then."""
+        moves = range(2 + law.states, 2 + len(law.given))[:TUNED]
+        values = law.given[law.states : law.states + len(moves)]
+        until, change = self.turns.time + seconds, 0
+        while self.turns.time < until:
+            self.turn()
+            change += 1
+            slots, targets = (*moves, *[0] * TUNED)[:TUNED], (*values, *[0.0] * TUNED)[:TUNED]
+            self.say(Tune(generation, 128 + change % 100, len(moves), slots, targets))
+            self.say(HelloRequest(), SettingsRequest(), Alive())
+            if change % 7 == 0:
+                self.say(Stop(), Release(), Alive())
+
+
+# --- the stack
+TOP = 0x8FF
+"""Where the stack begins."""
+# Among them the ones with the deepest functions, with subroutines and with much to verify.
+DEEP = (
+    ("texture", {"kind": "grating"}, 4000),
+    ("detents", {}, 4000),
+    ("button", {}, 1000),
+    ("puck", {}, 1000),
+    ("cat", {}, 500),
+)
+# Too fast a handle at first and now and then, else to and fro.
+TO_AND_FRO = [
+    f"{0.02 * k:.2f} position {0.04 * (-1) ** k} {0.018 if k % 20 else 0.005}" for k in range(1, 150)
+]
+
+
+@pytest.mark.parametrize("sensor", list(Sensor))
+def test_the_stack_takes_no_more_than_the_build_counts_on(tmp_path, sensor):
+    kit, memory = kits.board(sensor=sensor), tmp_path / "eeprom"
+    memory.write_bytes(kits.eeprom(kit))
+    noise = () if sensor == Sensor.QUADRATURE else ("--sensor-jump", "0.02")
+    turns = Turns(tmp_path, TO_AND_FRO, (*kits.options(kit, memory), *noise))
+    talk = Talk(turns)
+    room = turns.ask(HelloRequest(), Hello).arena
+    talk.say(Stream(1, 0))
+    for generation, (key, given, rate) in enumerate(DEEP, 1):
+        environment = environments.named(key)
+        law = program(environment, environment.values(given), rate, room)
+        talk.load(law, rate, generation)
+        talk.run(law, generation, 0.1)
+        talk.say(Leave(), Leave(), kit, Save())
+    summary = turns.end()
+    stack = TOP - summary["lowest_stack"]
+    assert 200 < stack <= stack_counted()
+
+
+# --- a law that is looked through for longer than the hardware watchdog waits
+OPCODES = {operation.name: operation.code for operation in machine.OPERATIONS}
+RESET_AFTER = 0.016
+
+
+def long_law():
+    """Return a law that fills the arena, as many jumps under way from its beginning to its end as can be."""
+    size = ARENA - 4 * 3 - RAMPS * RAMP
+    code = bytearray([OPCODES["MAIN"]])
+    jumps = []
+    for _ in range(MOST_JUMPS - 1):
+        code += bytes([OPCODES["TEST"] | EQUAL, 3, OPCODES["FAR_JUMP"], 0, 0])
+        jumps.append(len(code))
+    code += bytes([OPCODES["ABSOLUTE"]]) * (size - 1 - len(jumps) - len(code))
+    for at in jumps:
+        code[at - 2 : at] = struct.pack("<H", len(code) - at)
+        code += bytes([OPCODES["ABSOLUTE"]])
+    code += bytes([OPCODES["RETURN"]])
+    data = struct.pack("<f", 1.0) + code
+    return SimpleNamespace(states=0, given=(1.0,), slots=3, code=bytes(code), data=data)
+
+
+def test_a_law_that_takes_long_to_look_through_begins(tmp_path):
+    turns = Turns(tmp_path, ())
+    talk = Talk(turns)
+    talk.say(Stream(1, 0))
+    talk.load(long_law(), 500, 1)
+    turns.end()
+    times = np.array([m.time_us for m in talk.heard if isinstance(m, Sample | Telemetry)]) * 1e-6
+    assert np.all(np.diff(times) > 0.0)
+    assert np.diff(times).max() > RESET_AFTER
+
+
+# --- a computer that never stops talking while the board renders
+SECONDS = 2.0
+BYTES = 100_000
+"""Bytes a second that the line carries."""
+AHEAD = 2500
+"""Bytes that wait: the longest turn, 20 ms, and more."""
+KITS = 8
+"""Turns of the talk with another kit, half of which come through; then it is saved, which takes 0.25 s."""
+LAWS = ("wall", "texture", "friction", "cat", "button", "spring")
+RATES = (4000, 2000, 1000, 500)
+COEFFICIENTS = ((0.0, 0.0), (0.2, 0.0), (0.35, 120.0))
+MOTION = [(0.02, 4.0, 0.5), (0.01, 11.0, 0.7)]
+
+
+def words_of(turn: int, room: int) -> tuple[bytes, bytes]:
+    """Return what sends a law, whole, and what gives one of its constants the value that it has."""
+    key, rate, kind = LAWS[turn // 3 % len(LAWS)], RATES[turn % len(RATES)], turn % len(Estimator)
+    environment = environments.named(key)
+    law = program(environment, environment.values(), rate, room)
+    generation = 1 + turn % 255
+    head = announced(law, rate, (Estimator(kind), *COEFFICIENTS[kind]), generation)
+    pieces = (piece(law, generation, at) for at in range(0, len(law.data), PIECE))
+    slots, values = (2 + law.states, *[0] * 5), (law.given[law.states], *[0.0] * 5)
+    return b"".join(map(encode, (head, *pieces))), encode(Tune(generation, 200, 1, slots, values))
+
+
+def talk(room: int, kit) -> Iterator[bytes]:
+    """Yield what a computer may say and what none would, again and again."""
+    rng = np.random.default_rng(3)
+    for turn in itertools.count(1):
+        law, change = words_of(turn, room)
+        for number in range(8):
+            yield encode(Alive()) + encode(Force(number, number, 2.0)) + law
+            yield encode(SettingsRequest()) + encode(HelloRequest()) + change
+        yield encode(Tune(1 + turn % 255, 201, 7, (255,) * 6, (math.nan,) * 6))
+        yield rng.integers(0, 256, 150, dtype=np.uint8).tobytes() + b"\0"
+        yield encode(Stream(1, (0, 62, 255)[turn % 3]))
+        yield b"\xff" * 300 + b"\0" * 100
+        yield encode(replace(kit, max_force=1000.0)) + encode(Stop()) + encode(Release()) + encode(Alive())
+        yield encode(Leave()) if turn % 4 == 0 else b"\0"
+        yield encode(replace(kit, zero=kit.zero + 500)) if turn <= KITS else encode(Save())
+
+
+def share(time: float) -> float:
+    """Return how full the line is: more than the board can read, then as much as it can, in turns."""
+    return 1.0 if time % 0.1 < 0.03 else 0.2
+
+
+def flood(turns: Turns, kit) -> Talk:
+    """Keep the line to a board full; return what was said."""
+    words = talk(turns.ask(HelloRequest(), Hello).arena, kit)
+    line, now, owed = Talk(turns), turns.time, AHEAD
+    line.say(Stream(1, 0))
+    end = now + SECONDS
+    while now < end:
+        while owed > 0:
+            said = next(words)
+            turns.say(said)
+            owed -= len(said)
+        line.turn()
+        owed += share(now) * BYTES * (turns.time - now)
+        now = turns.time
+    return line
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sensor", wide(Sensor, lambda sensor: sensor == Sensor.MAGNETORESISTIVE))
+def test_a_full_line_never_keeps_interrupts_off(tmp_path, sensor):
+    kit, memory = kits.board(sensor=sensor), tmp_path / "eeprom"
+    memory.write_bytes(kits.eeprom(kit))
+    turns = Turns(tmp_path, kits.motion(0.05, MOTION), kits.options(kit, memory))
+    line = flood(turns, kit)
+    summary = turns.end()
+    assert 0 < summary["interrupts_off_cycles"] <= LONGEST_INTERRUPT
+    assert summary["overruns"] == summary["overwritten"] == 0  # of bytes, in the chip's port
+    assert summary["received"] > 0.95 * 0.44 * BYTES * SECONDS
+    heard_all(line)
+    duty = truth(turns.log).duty
+    assert FULL_FORCE * (np.abs(duty).max() - 1.0) ** 2 / 255.0**2 <= kit.max_force
+
+
+def heard_all(line):
+    """Hold what the board said: whole frames, no restart, laws that push, an answer to every question."""
+    shown = line.of(Telemetry)
+    assert line.decoder.bad_frames == 0
+    assert np.all(np.diff([frame.time_us for frame in shown]) > 0)
+    assert np.ptp([frame.rx_errors for frame in shown]) > 0
+    assert len({frame.generation for frame in shown}) > 4
+    assert sum(frame.pwm != 0 for frame in shown) > 30
+    assert line.of(Hello)
+    assert {frame.refused for frame in line.of(Settings)} == {0, 1}
+    assert {Origin.UNSAVED, Origin.STORED} <= {frame.origin for frame in line.of(Settings)}
+
+
+# --- filled frames, up to all 112 bytes of the chip's queue
+QUEUE = 112
+FRAMES = 140
+BYTE, PERIOD = 10e-6, 1e-3
+PLAIN = len(encode(sample(1)))
+
+
+@pytest.mark.parametrize("multiple", [0, 61, 62, 112, 113])
+def test_every_frame_is_as_long_as_whole_packets(tmp_path, multiple):
+    packets = -(-PLAIN // multiple) * multiple if 0 < multiple <= QUEUE else PLAIN
+    turns = Turns(tmp_path, (), ("--await", str(Sample.ID)))
+    turns.say(encode(Stream(1, multiple)))
+    said = b""
+    while len(said) < FRAMES * packets:
+        turns.turn()
+        said += turns.take(4096)
+    turns.end()
+    frames = re.findall(rb"[^\0]+\0+", said)[:-1]  # the last one may not be there wholly
+    assert {len(frame) for frame in frames} == {packets}
+    decoder = Decoder()
+    numbers = [message.seq for message in decoder.feed(b"".join(frames))]
+    periods = 1 if packets * BYTE < PERIOD else 2  # a line that is full takes every other sample
+    assert numbers == list(range(numbers[0], numbers[0] + periods * len(frames), periods))
+    assert decoder.bad_frames == 0
+
+
+# --- firmware that hangs, in its tick or in its main program: the hardware watchdog ends it
+HANGS_AT = 0.3
+WATCHDOG = 0.025
+
+
+def hung(folder) -> np.recarray:
+    """Return the truth of a board that is told a force until it hangs."""
+    turns = Turns(folder, (), ("--await", str(Sample.ID)), folder / "hapkit.elf")
+    line = Talk(turns)
+    line.say(Stream(1, 0))
+    while turns.time < HANGS_AT + 0.06:
+        line.say(*(Force(m.seq, 0, 1.0) for m in line.turn() if isinstance(m, Sample)))
+    turns.end()
+    return truth(turns.log)
+
+
+@needs_compiler
+@pytest.mark.parametrize("where", [1, 2])
+def test_a_hang_is_ended_with_the_motor_off_within_25_ms(tmp_path, where):
+    built = make(f"BUILD={tmp_path}", f"DEFINES=-DHAPKIT_HANG={where}", f"{tmp_path}/hapkit.elf")
+    assert built.returncode == 0, built.stderr
+    rows = hung(tmp_path)
+    before = (rows.time > HANGS_AT - 0.05) & (rows.time < HANGS_AT)
+    assert np.all(rows.duty[before] != 0)
+    again = rows.time[(rows.time > HANGS_AT) & (rows.duty == 0)]
+    assert again.size > 0
+    assert again[0] <= HANGS_AT + WATCHDOG

@@ -1,0 +1,337 @@
+"""The plots over time: axes and ticks, what is drawn is what the history holds, pause, pointer, headers."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, QPointF, Qt
+from PySide6.QtGui import QWheelEvent
+from PySide6.QtWidgets import QLabel
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.live.canvas import labels, ticks, widened
+from hapkit_studio.gui.live.history import CHANNELS, History, RollingWindow
+from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.haptics import rows
+from tests.gui.live.plot_support import LIBRARY, canvas_of, colored, telemetry
+
+
+def test_axes_widen_at_once_and_narrow_only_on_request(plots, history):
+    canvas = canvas_of(plots, "position")
+    burst = telemetry(50, 14_000)
+    burst[25, rows.POSITION] = 0.045
+    history.append(burst)
+    plots.refresh()
+    wide = canvas.view.viewRange()[1]
+    assert wide[1] > 45.0
+    history.append(telemetry(12_000, 14_050))
+    plots.refresh()
+    assert canvas.view.viewRange()[1] == wide
+    plots.fit()
+    assert 15.0 < canvas.view.viewRange()[1][1] < 20.0
+
+
+@pytest.mark.parametrize(
+    ("low", "high"), [(-1.0, 1.0), (-0.3, 7.1), (0.0, 1e-3), (-4321.0, 17.0), (4.9, 5.1)]
+)
+@pytest.mark.parametrize("most", [2, 3, 5])
+def test_ticks_are_few_round_and_inside(low, high, most):
+    values = ticks(low, high, most)
+    assert 1 <= len(values) <= most
+    assert all(low - 1e-9 <= v <= high + 1e-9 for v in values)
+    steps = np.diff(values)
+    assert np.allclose(steps, steps[:1])
+    if len(steps):
+        mantissa = steps[0] / 10 ** np.floor(np.log10(steps[0]) + 1e-9)
+        assert mantissa == pytest.approx(round(mantissa))
+        assert round(mantissa) in (1, 2, 5)
+
+
+def test_ticks_keep_their_distance_and_are_more_than_one_where_there_is_room():
+    assert ticks(-72.0, 61.0, 5, 50 / 15) == [-50.0, 0.0, 50.0]
+    assert ticks(-72.0, 61.0, 5, 30 / 15) == [0.0]
+    for gaps in (1.0, 1.7, 3.3, 12.0):
+        for high in (1.0, 3.7, 42.0):
+            assert np.all(np.diff(ticks(-1.0, high, 5, gaps)) >= (high + 1.0) / gaps - 1e-9)
+
+
+def test_tick_labels_have_a_true_minus_and_enough_decimals():
+    assert labels([-0.5, 0.0, 0.5]) == ["−0.5", "0.0", "0.5"]
+    assert labels([-100.0, 0.0, 100.0]) == ["−100", "0", "100"]
+    assert labels([-20000.0, 0.0, 20000.0]) == ["−20,000", "0", "20,000"]
+    assert labels([1234.5, 1235.0]) == ["1,234.5", "1,235.0"]
+
+
+def test_widening_leaves_a_margin_and_ignores_what_is_no_number():
+    assert widened((-1.0, 1.0), -0.5, 0.5) == (-1.0, 1.0)
+    low, high = widened((-1.0, 1.0), -0.5, 3.0)
+    assert low == -1.0
+    assert high > 3.0
+    assert widened((-1.0, 1.0), np.nan, np.nan) == (-1.0, 1.0)
+
+
+def test_the_time_window_goes_from_1_to_60_seconds(plots, qtbot):
+    with qtbot.waitSignal(plots.span_changed):
+        plots.set_span(30.0)
+    assert plots.canvases[0].view.viewRange()[0] == pytest.approx([-30.0, 0.0])
+    for seconds in (0.5, 61.0):
+        with pytest.raises(ParameterError, match="1 to 60 s"):
+            plots.set_span(seconds)
+
+
+def turn_wheel(canvas, qapp):
+    place = QPointF(canvas.frame().center())
+    there = QPointF(canvas.mapToGlobal(place.toPoint()))
+    event = QWheelEvent(
+        place, there, QPoint(), QPoint(0, 240), Qt.MouseButton.NoButton,
+        Qt.KeyboardModifier.NoModifier, Qt.ScrollPhase.NoScrollPhase, False,
+    )  # fmt: skip
+    qapp.sendEvent(canvas.viewport(), event)
+
+
+def test_the_wheel_zooms_into_time_only_while_paused(plots, qapp):
+    canvas = canvas_of(plots, "force")
+    values = canvas.view.viewRange()[1]
+    turn_wheel(canvas, qapp)
+    assert canvas.view.viewRange()[0] == pytest.approx([-10.0, 0.0])
+    plots.set_paused(True)
+    turn_wheel(canvas, qapp)
+    left, right = canvas.view.viewRange()[0]
+    assert -10.0 < left < right < 0.0
+    assert canvas.view.viewRange()[1] == values
+    assert plots.shown.window.x[0] == pytest.approx(plots.shown.zero + left, abs=0.02)
+    plots.canvases[0].view.setXRange(-200.0, 50.0, padding=0)
+    left, right = plots.canvases[0].view.viewRange()[0]
+    assert left >= -60.0
+    assert right <= 0.0
+
+
+def ranges_of(plots):
+    return [canvas_of(plots, key).view.viewRange()[1] for key in ("position", "velocity", "force")]
+
+
+def calm(count, start):
+    """Return rows of a handle at rest."""
+    quiet = telemetry(count, start)
+    quiet[:, rows.POSITION : rows.APPLIED + 1] = 0.0
+    return quiet
+
+
+OPENED = [[-12.0, 12.0], [-120.0, 120.0], [-1.2, 1.2]]
+
+
+def test_value_axes_open_anew_once_older_parts_have_left_the_window(plots, history):
+    """What was before the change, its cross-fade included, is shown whole for as long as it is in sight."""
+    spike = telemetry(50, 14_000)
+    spike[25, rows.APPLIED : rows.APPLIED + 1] = 2.9
+    spike[25, rows.VELOCITY] = 0.9
+    history.append(spike)
+    plots.refresh()
+    before = ranges_of(plots)
+    assert before[1][1] > 900.0
+    assert before[2][1] > 2.9
+    plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
+    quiet = calm(12_000, 14_050)
+    quiet[:30, rows.APPLIED] = 2.9
+    history.append(quiet[:9900])
+    plots.refresh()
+    assert ranges_of(plots) == before
+    history.append(quiet[9900:])
+    plots.refresh()
+    assert ranges_of(plots) == OPENED
+
+
+def test_value_axes_only_widen_for_changed_values(plots, history):
+    plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
+    quiet = calm(14_000, 14_000)
+    quiet[12_000, rows.VELOCITY] = 0.5
+    history.append(quiet[:11_000])
+    plots.refresh()
+    assert ranges_of(plots) == OPENED
+    history.append(quiet[11_000:])
+    plots.refresh()
+    wide = ranges_of(plots)
+    assert 500.0 < wide[1][1] < 900.0
+    plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values({"stiffness": 100.0}), 3.0)
+    plots.refresh()
+    assert ranges_of(plots) == wide
+
+
+def test_paused_axes_stay_as_they_are_until_the_view_is_live(plots, history):
+    wide = ranges_of(plots)
+    assert wide[0][1] > 15.0
+    plots.set_paused(True)
+    plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
+    history.append(calm(11_000, 14_000))
+    plots.refresh()
+    assert ranges_of(plots) == wide
+    plots.set_paused(False)
+    plots.refresh()
+    assert ranges_of(plots) == OPENED
+
+
+def test_the_window_shows_every_extreme_of_the_history(plots, history):
+    window, zero = plots.shown.window, plots.shown.zero
+    assert zero == pytest.approx(history.now, abs=0.05)
+    kept = history.between(zero - 10.0, np.inf)
+    for name in CHANNELS:
+        assert np.nanmax(window.y[name]) == kept.y[name].max()
+        assert np.nanmin(window.y[name]) == kept.y[name].min()
+    assert plots.shown.now["position"] == history.last("position")
+
+
+def test_the_drawn_line_lies_where_the_samples_say(plots, history):
+    canvas = canvas_of(plots, "position")
+    found = colored(canvas.viewport().grab().toImage(), "position")
+    canvas.measure()
+    inside = canvas.frame().adjusted(4, 4, -12, -4)
+    found = found[[inside.contains(*map(float, p)) for p in found]]
+    assert len(np.unique(found[:, 0])) > 0.5 * inside.width()
+    time = canvas.to_x(found[:, 0] + 0.5) + plots.shown.zero
+    expected = 15.0 * np.sin(3.0 * time)
+    _, down = canvas.to_pixels(time * 0.0, expected)
+    slope = 45.0 * np.abs(np.cos(3.0 * time)) * canvas._map[1] ** -1 * -canvas._map[3]
+    assert (np.abs(down - found[:, 1] - 0.5) <= 2.0 + slope).all()
+
+
+def _trimmed(values):
+    """Return values without a break at the left edge, where there is nothing to part from."""
+    return values[int(np.isnan(values[0])) :]
+
+
+@pytest.mark.parametrize("rate", [1000.0, 4000.0])
+def test_rolling_columns_equal_columns_computed_anew(rate):
+    history, rolling, columns, span = History(seconds=20.0, rate=rate), RollingWindow(), 300, 6.0
+    history.append(telemetry(int(3 * rate), rate=rate))
+    width, start = span / columns, int(3 * rate)
+    random = np.random.default_rng(3)
+    for _ in range(60):
+        count = int(random.integers(1, int(rate / 4)))
+        table = telemetry(count, start, rate)
+        table[:, rows.VELOCITY] = random.normal(size=count)
+        if random.random() < 0.2:
+            table[0, rows.FLAGS] = rows.GAP
+        history.append(table)
+        start += count
+        first = int(np.ceil(history.now / width)) - columns
+        rolled = rolling.window(history, first, columns, width)
+        anew = RollingWindow().window(history, first, columns, width)
+        assert rolled.dense == anew.dense
+        rolled_x, anew_x = _trimmed(rolled.x), _trimmed(anew.x)
+        np.testing.assert_array_equal(rolled_x, anew_x)
+        for name in CHANNELS:
+            np.testing.assert_array_equal(_trimmed(rolled.y[name]), _trimmed(anew.y[name]))
+
+
+def test_lost_frames_leave_a_gap_in_the_picture(plots, history):
+    late = telemetry(2000, 15_500)
+    history.append(late)
+    plots.refresh()
+    canvas = canvas_of(plots, "velocity")
+    found = colored(canvas.viewport().grab().toImage(), "velocity")
+    canvas.measure()
+    time = canvas.to_x(found[:, 0].astype(float)) + plots.shown.zero
+    inside = (time > 14.05) & (time < 15.45)
+    assert not inside.any()
+    assert (time < 14.0).any()
+    assert (time > 15.5).any()
+
+
+def test_traces_are_paler_all_along_while_the_device_is_gone(plots, history):
+    frozen = telemetry(12_000, start=20_000)
+    frozen[:, rows.POSITION] = 0.001
+    history.append(frozen)
+    for stale, share in ((False, 1.0), (True, 0.45)):
+        plots.set_stale(stale)
+        plots.refresh()
+        canvas = plots.canvases[0]
+        line = canvas.grab().toImage()
+        row = round(canvas.pixel(0.0, 1.0).y())
+        seen = {line.pixelColor(x, row).name() for x in range(120, 400)}
+        assert seen == {theme.paler("position", "plot", share).name()}
+
+
+def test_asked_is_drawn_only_where_it_is_not_what_was_applied(plots):
+    canvas = canvas_of(plots, "force")
+    found = colored(canvas.viewport().grab().toImage(), "asked")
+    canvas.measure()
+    limit = float(canvas.to_pixels(0.0, -3.0)[1])
+    assert len(found) > 20
+    assert (found[:, 1] >= limit - 2).all()
+
+
+def test_contact_is_shaded_where_a_force_was_asked_for(plots, history):
+    window, zero = plots.shown.window, plots.shown.zero
+    touching = [(a, b) for a, b in plots.shown.contact]
+    for time, force in zip(window.x - zero, window.y["asked"], strict=True):
+        shaded = any(a <= time <= b for a, b in touching)
+        assert shaded or force == 0.0
+    shaded_time = sum(b - a for a, b in touching)
+    true = np.mean(history.between(zero - 10.0, np.inf).y["asked"] < 0.0) * 10.0
+    assert shaded_time == pytest.approx(true, abs=0.2)
+
+
+def test_a_surface_is_called_what_it_is_and_shaded_only_where_there_is_one(plots):
+    for key in ("button", "wall"):
+        plots.set_environment(LIBRARY[key], LIBRARY[key].values(), 3.0)
+        parts = [part for header in plots.headers for part in header.surface]
+        said = [part.text() for part in parts if isinstance(part, QLabel)]
+        assert said == [key]
+    plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
+    plots.refresh()
+    assert plots.shown.contact == []
+    assert not any(part.isVisible() for header in plots.headers for part in header.surface)
+
+
+def test_paused_freezes_the_picture_while_live_values_go_on(plots, history, qtbot):
+    plots.set_paused(True)
+    plots.refresh()
+    before = plots.shown.window.y["position"].copy()
+    more = telemetry(500, 14_000)
+    more[:, rows.APPLIED] = -1.25
+    history.append(more)
+    qtbot.wait(120)
+    plots.refresh()
+    np.testing.assert_array_equal(plots.shown.window.y["position"], before)
+    force = next(h for h in plots.headers if h.plot.key == "force")
+    assert force.value.text() == "−1.25 N"
+    plots.set_paused(False)
+    plots.refresh()
+    assert plots.shown.zero == pytest.approx(14.5, abs=0.05)
+
+
+def test_while_paused_the_view_moves_through_history_in_all_plots(plots, history):
+    plots.set_paused(True)
+    plots.canvases[1].view.setXRange(-8.0, -7.0, padding=0)
+    for canvas in plots.canvases:
+        assert canvas.view.viewRange()[0] == pytest.approx([-8.0, -7.0])
+    x = plots.shown.window.x
+    assert x[0] == pytest.approx(history.now - 8.0, abs=0.01)
+    plots.set_paused(False)
+    assert plots.canvases[0].view.viewRange()[0] == pytest.approx([-10.0, 0.0])
+
+
+def test_pointing_reads_all_plots_at_one_time(plots, history, qtbot):
+    with qtbot.waitSignal(plots.pointed) as pointed:
+        plots.canvases[1].pointed.emit(-2.0)
+    plots.refresh()
+    assert pointed.args[0] == pytest.approx(plots.shown.zero - 2.0, abs=1e-6)
+    assert plots.shown.pointed == history.at(plots.shown.zero - 2.0)
+    assert plots.shown.pointed["position"] == pytest.approx(
+        0.015 * np.sin(3 * (plots.shown.zero - 2)), abs=1e-4
+    )
+
+
+def test_with_little_height_velocity_folds_to_its_header(plots, qapp):
+    plots.resize(560, 240)
+    qapp.processEvents()
+    assert not canvas_of(plots, "velocity").isVisible()
+    assert canvas_of(plots, "force").isVisible()
+    assert canvas_of(plots, "force").height() > 80
+
+
+def test_colours_follow_the_theme(plots):
+    canvas = canvas_of(plots, "velocity")
+    assert len(colored(canvas.viewport().grab().toImage(), "velocity")) > 50
+    theme.set_mode("dark")
+    image = canvas.viewport().grab().toImage()
+    assert len(colored(image, "velocity")) > 50
+    assert len(colored(image, "plot")) > 1000

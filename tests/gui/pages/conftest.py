@@ -1,0 +1,33 @@
+"""The page Break it by itself, on made-up failures."""
+
+import pytest
+
+from hapkit_studio.analysis import failures
+from hapkit_studio.gui import prepare
+from hapkit_studio.gui.pages.break_it.page import BreakItPage
+from hapkit_studio.gui.studio import Studio
+from tests.gui.pages.break_it_support import Gate, library, measured
+
+
+@pytest.fixture
+def gate(monkeypatch):
+    """Return the gate of the slow failure; the page knows the made-up failures alone, nothing is compiled."""
+    made = Gate()
+    monkeypatch.setattr(failures, "failures", lambda: library(made))
+    monkeypatch.setattr(prepare, "begin", lambda *_: None)
+    yield made
+    made.go_on.set()
+
+
+@pytest.fixture
+def break_it_page(gate, qtbot):
+    """Return the page by itself, its first failure measured."""
+    found = BreakItPage(Studio(list), None)
+    qtbot.addWidget(found)
+    found.resize(920, 430)
+    found.show()
+    found.set_shown(True)
+    measured(found, qtbot)
+    yield found
+    gate.go_on.set()
+    found.end()

@@ -1,0 +1,379 @@
+"""What is drawn stands where the law has it, to a pixel and a half, and looks as the law's state says."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QColor
+
+from hapkit_studio.gui.scenes import base as scenes
+from hapkit_studio.gui.scenes import cat, force_arrow, hard_surface, stage
+from hapkit_studio.gui.scenes.base import Motion
+from hapkit_studio.gui.scenes.force_arrow import HEAD
+from hapkit_studio.gui.scenes.parts import BALL
+from tests.gui.scenes.scene_support import LIBRARY, each_size, has, paint, scene_of, shot, state_of
+
+NEAR = 1.5  # px
+
+
+def edges(mask, row):
+    """Return the first and the last column of a row of a mask; a column's middle is at + 0.5."""
+    columns = np.flatnonzero(mask[row])
+    return columns[0] + 0.5, columns[-1] + 0.5
+
+
+def amber(picture):
+    return has(picture, "obj", 2)
+
+
+def outline(picture, row):
+    """Return where an object's outline runs: between where its line begins and where its colour does."""
+    outer, inner = edges(has(picture, "objline"), row), edges(amber(picture), row)
+    return [(a + b) / 2 for a, b in zip(outer, inner, strict=True)]
+
+
+def middle_row(picture):
+    return int(np.flatnonzero(amber(picture).any(axis=1)).mean())
+
+
+# arrow and number -------------------------------------------------------------------------------
+
+
+def arrow(view, stage, picture):
+    """Return the columns (n,) in which the arrow's middle is painted; its number has the same colour."""
+    columns = np.flatnonzero(has(picture, "applied", 2)[int(stage.knob_middle)]) + 0.5
+    number = next(box for box in view.text_boxes() if box.bottom() < stage.top)
+    return columns[(columns < number.left()) | (columns > number.right())]
+
+
+@each_size
+@pytest.mark.parametrize("side", [-1, 1])
+def test_an_outward_force_stays_in_the_picture_with_its_number(qtbot, size, side):
+    view, stage = scene_of(qtbot, "spring", size)
+    for place, force in itertools.product((0.03, 0.041, 0.046, 0.05), (0.02, 0.8, 3.0)):
+        columns = arrow(view, stage, shot(view, side * place, (), side * force))
+        tip = (side * (columns - stage.width / 2)).max()
+        assert place * 1e3 * stage.per_mm < tip < stage.width / 2 - 2 * stage.u
+        assert np.ptp(columns) > 0.6 * HEAD * stage.u
+        number = next(box for box in view.text_boxes() if box.bottom() < stage.top)
+        assert number.left() >= 2
+        assert number.right() <= stage.width - 2
+
+
+@pytest.mark.parametrize(("force", "says"), [(0.0049, "0.00 N"), (0.0051, "+0.01 N"), (-0.0051, "−0.01 N")])
+def test_there_is_an_arrow_where_the_number_is_not_zero(qtbot, force, says):
+    view, stage = scene_of(qtbot, "free")
+    columns = arrow(view, stage, shot(view, 0.0, (), force))
+    assert view._motion.force_text == says
+    assert bool(len(columns)) == (says != "0.00 N")
+
+
+def said(view, force, position=0.0):
+    """Return the number beside the arrow after one more row."""
+    view.update_state(position, force, force, None, False, False, np.zeros(0))
+    return view._motion.force_text
+
+
+def test_a_number_never_contradicts_its_arrow_and_does_not_dance(qtbot, monkeypatch):
+    monkeypatch.setattr(force_arrow, "EACH_MS", 10**9)
+    view, _ = scene_of(qtbot, "free")
+    assert [said(view, force) for force in (0.49, 0.52, -0.30, 0.0, -0.31, 0.61, -0.004)] == [
+        "+0.49 N", "+0.49 N", "−0.30 N", "0.00 N", "−0.30 N", "+0.49 N", "0.00 N",
+    ]  # fmt: skip
+    monkeypatch.setattr(force_arrow, "EACH_MS", 0)
+    assert said(view, -0.31) == "−0.31 N"
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_the_force_is_not_written_over_the_hands_ring(qtbot, side):
+    view, stage = scene_of(qtbot, "bump_valley", (620, 180))
+    for force, away in itertools.product((0.58, 1.9), (12.0, 14.0, 18.0, 25.0)):
+        place = 40.0 - 14.0 * force / 1.9
+        paint(view, 1e-3 * side * place, (), side * force, 1e-3 * side * (place - away))
+        ring, half = stage.x(side * (place - away)), 8 * stage.u
+        boxes = [box for box in view.text_boxes() if box.bottom() < stage.top]
+        assert boxes
+        assert not any(box.left() < ring + half and ring - half < box.right() for box in boxes)
+
+
+def test_the_walls_depth_is_never_negative(qtbot, monkeypatch):
+    monkeypatch.setattr(force_arrow, "EACH_MS", 10**9)
+    written, words = [], stage.paint_words
+    monkeypatch.setattr(stage, "paint_words", lambda *given: (written.append(given[3]), words(*given)))
+    view, _ = scene_of(qtbot, "wall")
+    for position in (0.004, 0.0075, 0.0081):
+        said(view, -1.0, position)
+        view.grab()
+    assert [text for text in written if text.startswith("d =")] == ["d = 2.50 mm", "d = 3.10 mm"]
+
+
+# objects ----------------------------------------------------------------------------------------
+
+
+@each_size
+def test_puck_and_block_are_where_the_law_has_them(qtbot, size):
+    """The puck is 10 mm wide; the block, at rest at 10 mm, half of what is left to 8 mm before the post."""
+    for key, first, wide, places in (
+        ("puck", -5.0, 10.0, (-0.035, -0.0123, 0.0217)),
+        ("mass_spring_damper", 0.0, 14.5, (-0.03, -0.0051, 0.0244)),
+    ):
+        view, stage = scene_of(qtbot, key, size)
+        for place in places:
+            picture = shot(view, -0.048, state_of(key, object=place, started=1.0))
+            rows = np.flatnonzero(amber(picture).any(axis=1))
+            left, right = outline(picture, int(rows.mean() if key == "puck" else rows[0] + 12))
+            assert left == pytest.approx(stage.x(1e3 * place + first), abs=NEAR)
+            assert right == pytest.approx(stage.x(1e3 * place + first + wide), abs=NEAR)
+
+
+def test_what_is_pushed_is_pressed_in_by_as_much_as_the_handle_is_inside(qtbot):
+    for key, place, handle, right in (("puck", 0.012, 8.0, 17.0), ("mass_spring_damper", 0.01, 12.5, 24.5)):
+        view, stage = scene_of(qtbot, key)
+        picture = shot(view, 1e-3 * handle, state_of(key, object=place, side=1.0, started=1.0)
+                       if key == "puck" else state_of(key, object=place, started=1.0))  # fmt: skip
+        found = edges(amber(picture), middle_row(picture))
+        assert found[0] == pytest.approx(stage.x(handle) + 2.25 * stage.u, abs=2 * NEAR)
+        assert found[1] == pytest.approx(stage.x(right), abs=2 * NEAR)
+
+
+@pytest.mark.parametrize(("speed", "side"), [(0.3, 1), (-0.3, -1)])
+def test_the_arrow_points_where_the_puck_goes_and_longer_the_faster(qtbot, speed, side):
+    view, stage = scene_of(qtbot, "puck")
+
+    def arrow(velocity):
+        state = state_of("puck", object=0.0, object_velocity=velocity, side=1.0, started=1.0)
+        return np.flatnonzero(has(shot(view, -0.03, state), "velocity").any(axis=0)) + 0.5
+
+    fast, slow = arrow(speed), arrow(speed / 2)
+    assert (side * (fast - stage.x(0.0)) > 5.0 * stage.per_mm).all()
+    assert np.ptp(fast) > 1.5 * np.ptp(slow)
+    assert len(arrow(0.0)) == 0
+
+
+@pytest.mark.parametrize(
+    ("given", "coil", "dashpot"),
+    [({}, True, True), ({"stiffness": 0.0}, False, True), ({"damping": 0.0}, True, False)],
+)
+def test_a_coil_is_a_stiffness_and_a_dashpot_a_damping(qtbot, given, coil, dashpot):
+    view, stage = scene_of(qtbot, "mass_spring_damper", given=given)
+    picture = shot(view, -0.04, state_of("mass_spring_damper", object=0.01, started=1.0))
+    rows = np.flatnonzero(amber(picture).any(axis=1))
+    between = has(picture, "matline")[:, int(stage.x(27.0)) : int(stage.x(45.0))]
+    half = int(0.52 * rows[0] + 0.48 * rows[-1])
+    assert between[rows[0] : half].any() == coil
+    assert between[half : int(stage.rail) - 4].any() == dashpot
+
+
+@pytest.mark.parametrize("key", ["puck", "mass_spring_damper"])
+@pytest.mark.parametrize("place", [-0.0811, 0.0811])
+def test_an_object_out_of_sight_is_pointed_to(qtbot, key, place):
+    view, stage = scene_of(qtbot, key)
+    picture = shot(view, 0.0, state_of(key, object=place, started=1.0))
+    columns = np.flatnonzero(amber(picture)[int(stage.top) : int(stage.rail)].any(axis=0))
+    edge = 0 if place < 0 else 880
+    assert len(columns) > 0
+    assert (np.abs(columns - edge) < 25 * stage.u).all()
+    assert any(abs(box.center().x() - edge) < 200 and stage.top < box.top() for box in view.text_boxes())
+
+
+@pytest.mark.parametrize(("handle", "face"), [(-0.03, 5.0), (0.0049, 5.0), (0.0085, 8.5), (0.0119, 11.9)])
+def test_the_cap_goes_with_the_handle_and_comes_back(qtbot, handle, face):
+    view, stage = scene_of(qtbot, "button")
+    left, right = edges(amber(shot(view, handle, state_of("button"))), int(stage.rail - 0.5 * stage.band))
+    covered = 2.25 * stage.u if 1e3 * handle >= face else 0.9 * stage.u
+    assert left == pytest.approx(stage.x(face) + covered, abs=2 * NEAR)
+    assert right == pytest.approx(stage.x(face + 7.0), abs=2 * NEAR)
+
+
+def test_the_dome_snaps_and_clicks_are_counted(qtbot):
+    view, _ = scene_of(qtbot, "button")
+    out = shot(view, 0.0105, state_of("button"))
+    words = len(view.text_boxes())
+    assert (out != shot(view, 0.0105, state_of("button", pressed=1.0))).any()
+    shot(view, 0.0105, state_of("button", pressed=1.0, downs=1.0))
+    assert len(view.text_boxes()) == words + 1
+
+
+def test_bristles_lean_with_the_tether_and_a_sign_tells_that_they_stick(qtbot):
+    view, stage = scene_of(qtbot, "friction", given={"kinetic_force": 0.0})
+    row = int(stage.rail - 0.34 * stage.band - 4.5 * stage.u)
+
+    def held(stretch, stuck=1.0):
+        return shot(view, 0.01, state_of("friction", anchor=0.01 + stretch, stuck=stuck, started=1.0))
+
+    ends = [np.flatnonzero(has(held(s), "objline", 60)[row]).mean() for s in (-0.0015, 0.0, 0.0008)]
+    assert ends[1] == pytest.approx(stage.x(10.0), abs=NEAR)
+    # a bristle is a parabola: where it is looked at it has gone 0.70 of the way to its end
+    assert np.diff(ends) == pytest.approx(0.70 * stage.per_mm * np.array([1.5, 0.8]), abs=2 * NEAR)
+    held(0.001, stuck=0.0)
+    words = len(view.text_boxes())
+    held(0.001)
+    assert len(view.text_boxes()) == words + 1
+
+
+# grounds ----------------------------------------------------------------------------------------
+
+GROUNDS = [
+    ("bump_valley", {"profile": "cosine", "width": 0.012, "peak_force": 2.0}),
+    ("texture", {"kind": "grating", "wavelength": 0.012}),
+    ("texture", {"kind": "sandpaper", "wavelength": 0.02, "seed": 7.0}),
+    ("detents", {"pitch": 0.012, "half_width": 0.005, "stiffness": 150.0}),
+]
+
+
+def painted(view, stage):
+    """Return positions (n,) in mm and the rows (n,) of the painted line's middle, the handle out of sight."""
+    line = has(shot(view, 0.09), "matline", 60)
+    columns = np.arange(int(stage.x(-49.0)), int(stage.x(49.0)))
+    return stage.mm(columns + 0.5), np.array([middle(line[: int(stage.rail) - 2, c]) for c in columns])
+
+
+def middle(column):
+    """Return the middle of the lowest run in a column, so that marks above the ground do not count."""
+    rows = np.flatnonzero(column)
+    return np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)[-1].mean() + 0.5
+
+
+def energy(key, values, mm):
+    """Return the work (n,) in J that the law's force takes from −50 mm on, its state at the start."""
+    x = np.linspace(-0.05, 0.05, 20001)
+    force = LIBRARY[key].curve(values, x)
+    work = np.concatenate([[0.0], np.cumsum(-0.5 * (force[1:] + force[:-1]) * np.diff(x))])
+    return np.interp(1e-3 * mm, x, work)
+
+
+@pytest.mark.parametrize(("key", "given"), GROUNDS)
+def test_the_painted_ground_is_the_forces_energy_and_the_ball_rides_on_it(qtbot, key, given):
+    view, stage = scene_of(qtbot, key, (1100, 330), given)
+    values, scene = LIBRARY[key].values(given), scenes.named(key)
+    mm, rows = painted(view, stage)
+    height, work = stage.rail - rows, energy(key, values, mm)
+    scale, level = np.polyfit(work, height, 1)
+    assert scale > 0.0
+    assert np.abs(height - (scale * work + level)).max() < 0.05 * np.ptp(height) + 1.5
+    for position in np.linspace(-45.0, 45.0, 61):
+        row = scene.tip(stage, values, Motion(position=position))
+        gap = np.hypot((mm - position) * stage.per_mm, rows - row).min()
+        assert 3.0 * stage.u < gap < BALL * stage.u + 1.5
+        assert np.interp(position, mm, rows) > row
+
+
+@pytest.mark.parametrize(("picture", "sign"), [("same", 1), ("opposite", -1), ("flat", 0)])
+def test_the_picture_agrees_with_the_force_or_contradicts_it(qtbot, picture, sign):
+    given = {"picture": picture}
+    view, stage = scene_of(qtbot, "bump_valley", (1100, 330), given)
+    mm, rows = painted(view, stage)
+    force = LIBRARY["bump_valley"].curve(LIBRARY["bump_valley"].values(given), 1e-3 * mm)
+    uphill, felt = np.gradient(-rows, mm), np.abs(force) > 0.2
+    assert felt.sum() > 100
+    if sign == 0:
+        assert np.ptp(rows) < 1.0
+    else:
+        assert (sign * uphill[felt] * force[felt] < 0.0).mean() > 0.97
+
+
+@each_size
+def test_bands_are_half_a_wavelength_wide_and_where_they_damp(qtbot, size):
+    view, stage = scene_of(qtbot, "texture", size, {"kind": "bands", "wavelength": 0.008})
+    shaded = has(shot(view, 0.09), "mat2", 2)[int(stage.rail - 0.2 * stage.band)]
+    law, values = LIBRARY["texture"].force, LIBRARY["texture"].values({"wavelength": 0.008})
+    for mm in np.arange(-49.0, 49.0, 0.37):
+        if min(mm % 4.0, 4.0 - mm % 4.0) > 1.5 / stage.per_mm:
+            assert shaded[int(stage.x(mm))] == (law.plain(values, 1e-3 * mm, 0.1) != 0.0)
+
+
+# the hard surface -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("frequency", "decay"), [(20.0, 10.0), (90.0, 60.0)])
+def test_the_drawn_line_is_the_decaying_sine(qtbot, frequency, decay):
+    given = {"frequency": frequency, "decay": decay, "amplitude": 12.0, "limit": 3.0}
+    view, stage = scene_of(qtbot, "hard_surface", (1100, 330), given)
+    picture = shot(view, -0.03, state_of("hard_surface", since=-1.0, speed=0.2))
+    top, low = int(stage.top) + 6, int(stage.rail - 22 * stage.u)
+    line = (has(picture, "matline", 40) | has(picture, "handle", 40))[top:low]
+    left = stage.x(5.0) + 9.0 * stage.u
+    columns = np.arange(math.ceil(left) + 1, int(stage.x(48.0)) - 1)
+    rows = np.array([top + np.flatnonzero(line[:, c]).mean() + 0.5 for c in columns])
+    seconds = (columns + 0.5 - left) / stage.per_mm * 2e-3  # the bar of 20 ms is as long as 10 mm
+    newtons = 12.0 * 0.2 * np.exp(-decay * seconds) * np.sin(2 * math.pi * frequency * seconds)
+    scale, level = np.polyfit(newtons, rows, 1)
+    assert scale < 0.0
+    assert np.abs(rows - level - scale * newtons).max() < 0.06 * np.ptp(rows) + 1.5
+
+
+def test_a_material_rings_as_itself():
+    found = {
+        m: hard_surface.sound(LIBRARY["hard_surface"].values({"material": m})) for m in ("rubber", "wood")
+    }
+    assert found == {"rubber": (5.1, 60.0, 18.0), "wood": (6.6, 80.0, 100.0)}
+
+
+# the cat ----------------------------------------------------------------------------------------
+
+MOODS = {
+    "at rest": {},
+    "content": {"contentment": 0.2},
+    "purring": {"contentment": 0.6},
+    "annoyed": {"contentment": -0.6},
+    "swat": {"contentment": -0.55, "swat": 0.15},
+    "sulking": {"contentment": -0.4, "sulk": 3.0},
+}
+
+
+def cat_state(position=0.0, bend=0.0, **given):
+    """Return a row's state: bend in m is how far the hand has bent the hair."""
+    return state_of("cat", **({"anchor": position - bend, "push": 1.0, "started": 1.0} | given))
+
+
+def seen(picture, stage, color, left, right, low, high):
+    """Return how many pixels from left to right mm and low to high share of its height have a colour."""
+    wanted = [color.red(), color.green(), color.blue()]
+    rows = slice(int(cat.y(stage, high)), int(cat.y(stage, low)))
+    part = picture[rows, int(stage.x(left)) : int(stage.x(right))]
+    return int((np.abs(part - wanted).max(axis=2) <= 2).sum())
+
+
+def test_the_cats_looks_are_its_mood(qtbot):
+    """Eyes close and arcs appear above 0.3; ears turn back where it swats; the paw goes out to the hand."""
+    view, stage = scene_of(qtbot, "cat")
+    accent, row = QColor("#0A5AA8"), {}
+    for mood, given in MOODS.items():
+        picture = shot(view, -0.01, cat_state(-0.01, **given))
+        row[mood] = (
+            seen(picture, stage, cat.color("iris"), -46.0, -30.0, 0.3, 0.9) > 0,
+            seen(picture, stage, accent, -34.5, -28.0, 0.3, 0.62) > 0,
+            seen(picture, stage, cat.color("fur"), -44.0, -33.0, 0.93, 1.09) > 30,
+            seen(picture, stage, cat.color("cream"), -20.0, -8.0, 0.6, 0.85) > 40,
+        )
+    assert row == {
+        "at rest": (True, False, True, False), "content": (True, False, True, False),
+        "purring": (False, True, True, False), "annoyed": (True, False, False, False),
+        "swat": (True, False, False, True), "sulking": (True, False, False, False),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("mood", MOODS)
+def test_a_word_says_the_mood(mood):
+    assert cat.read(Motion(state=cat_state(**MOODS[mood]))).word == mood
+
+
+def test_hair_moves_in_the_picture_only_where_the_pad_is(qtbot):
+    view, stage = scene_of(qtbot, "cat")
+    first, second = (shot(view, 0.005, cat_state(0.005, bend)) for bend in (0.0017, -0.003))
+    rows = slice(int(cat.y(stage, 0.95)), int(cat.y(stage, 0.7)))
+    changed = np.flatnonzero((np.abs(first - second) > 8).any(axis=2)[rows].any(axis=0))
+    assert len(changed)
+    assert stage.x(-10.0) < changed.min() <= changed.max() < stage.x(20.0)
+
+
+@each_size
+def test_tail_and_ears_stay_in_the_picture_and_the_pad_lies_on_the_cat(qtbot, size):
+    view, stage = scene_of(qtbot, "cat", size)
+    for breath, position in zip(np.linspace(0.0, 6.2, 13), np.linspace(-0.044, 0.03, 13), strict=True):
+        picture = shot(view, position, cat_state(position, contentment=-1.0, breath=breath))
+        ground = has(picture, "scene", 0)[8 : int(stage.rail) - 4]
+        assert ground[:, [1, size[0] - 2]].all()
+        low = int(cat.tip(stage, {}, view._motion) + 7.0 * stage.u)
+        assert not has(picture, "scene", 0)[low : low + 3, int(stage.x(1e3 * position))].any()

@@ -1,0 +1,154 @@
+"""Every scene with values at their ends and rows no law should give: painted, in time, its words apart."""
+
+import gc
+import itertools
+import math
+import time
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QPixmap
+
+from hapkit_studio.gui.scenes import base as scenes
+from hapkit_studio.gui.widgets.theme import theme
+from tests.gui.scenes.scene_support import LIBRARY, corners, each_size, paint, scene_of, shot, state_of
+from tests.waiting import shortest
+
+EVERY = pytest.mark.parametrize("key", sorted(LIBRARY))
+ODD = (math.nan, math.inf, -math.inf, 0.0, -1.0, 0.5, 1e12, -1e12, 1e300, 5e-324)
+LONGEST = 0.5  # s for one picture: a hundred times what one takes
+POSITIONS = (-0.05, -0.0301, -0.012, 0.0004, 0.0085, 0.0243, 0.05)
+COSTLY = {
+    "texture": {"kind": "grating", "wavelength": 0.0005},
+    "hard_surface": {"frequency": 400.0, "decay": 5.0},
+    "bump_valley": {"profile": "cosine"},
+}
+
+
+@pytest.fixture(autouse=True)
+def no_collection():
+    """Keep the collector out of the time of a picture: what earlier tests left takes it up to a second."""
+    gc.disable()
+    yield
+    gc.enable()
+
+
+def broken_rows(key):
+    """Return (position, state, force, hand): states of every length, all odd, one number odd; odd rows."""
+    names, first = LIBRARY[key].state_names, np.array(LIBRARY[key].force.initial_state, dtype=float)
+    started = np.where([name == "started" for name in names], 1.0, first)
+    states = [started[:n] for n in range(len(first) + 1)] + [np.full(len(first) + 3, odd) for odd in ODD]
+    states += [np.where(np.arange(len(first)) == i, odd, started) for i in range(len(first)) for odd in ODD]
+    yield from ((0.012, state, -0.5, 0.02) for state in states)
+    for odd in ODD:
+        for position, force, hand in (
+            (odd, 0.5, 0.01),
+            (0.01, odd, -0.01),
+            (0.01, 0.5, odd),
+            (odd, odd, odd),
+        ):
+            yield position, first, force, hand
+
+
+@EVERY
+def test_any_row_is_painted_and_in_time(qtbot, key):
+    view, _ = scene_of(qtbot, key)
+    for position, state, force, hand in broken_rows(key):
+        start = time.thread_time()
+        paint(view, position, state, force, hand)
+        assert time.thread_time() - start < LONGEST, (position, state, force, hand)
+        assert view.text_boxes()
+
+
+@pytest.mark.slow
+@EVERY
+def test_any_parameter_is_painted_and_in_time(qtbot, key):
+    view, _ = scene_of(qtbot, key)
+    keys, defaults = [p.key for p in LIBRARY[key].parameters], LIBRARY[key].values()
+    kinds = [{"kind": kind} for kind in range(3)] if key == "texture" else [{}]
+    odd_values = [dict.fromkeys(keys, odd) for odd in ODD]
+    odd_values += [{**defaults, **kind, name: odd} for kind in kinds for name in keys for odd in ODD]
+    for values in odd_values:
+        view.set_values(values)
+        start = time.thread_time()
+        paint(view, 0.021)
+        assert time.thread_time() - start < LONGEST, values
+
+
+def test_a_parameter_is_read_within_its_limits():
+    read = scenes.reader(LIBRARY["texture"])
+    low, high, default = 0.0005, 0.02, 0.005
+    cases = {0.0: low, -3.0: low, 1e12: high, math.nan: default, math.inf: default, 0.0123: 0.0123}
+    assert {given: read({"wavelength": given}, "wavelength") for given in cases} == pytest.approx(cases)
+
+
+def situations(environment):
+    """Return ever new forces, positions and states: none yet, the first, anything, a broken one."""
+    rng, count = np.random.default_rng(5), len(environment.state_names)
+    looks = itertools.cycle(itertools.product((-1.7, 0.0, 0.8), POSITIONS))
+    while True:
+        for state in (
+            np.zeros(0),
+            np.array(environment.force.initial_state),
+            rng.uniform(-0.05, 0.05, count),
+            np.where(rng.random(count) < 0.5, 1.0, rng.uniform(-0.3, 0.3, count)),
+            np.full(count, np.nan),
+        ):
+            yield *next(looks), state
+
+
+def in_order(boxes, width, height):
+    inside = all(b.left() >= 0 and b.right() <= width and b.bottom() <= height + 4 for b in boxes)
+    return inside and not any(a.intersects(b) for a, b in itertools.combinations(boxes, 2))
+
+
+@each_size
+@EVERY
+def test_no_words_overlap_or_leave_the_card_at_any_corner_in_any_theme(qtbot, key, size):
+    view, _ = scene_of(qtbot, key, size)
+    some, every = situations(LIBRARY[key]), corners(LIBRARY[key])
+    grounds = set()
+    for i, mode in enumerate(("light", "dark", "contrast")):
+        theme.set_mode(mode)
+        grounds.add(tuple(shot(view, -0.02)[6, size[0] - 40]))
+        for values in every[i::3]:
+            view.set_values(values)
+            for force, position, state in itertools.islice(some, 3):
+                hand = None if force == 0.0 else position - 0.008 * np.sign(force)
+                paint(view, position, state, force, hand)
+                assert view.text_boxes()
+                assert in_order(view.text_boxes(), *size), (values, state, position)
+    assert len(grounds) == 3
+
+
+@EVERY
+def test_a_scene_stays_the_same_until_something_changes(qtbot, key):
+    view, _ = scene_of(qtbot, key)
+    state = np.array(LIBRARY[key].force.initial_state)
+    view._motion.trail.extend([9.0] * 12)
+    first = shot(view, 0.009, state)
+    assert (first == shot(view, 0.009, state)).all()
+    assert (first != shot(view, 0.012, state)).any()
+
+
+def seconds_for(view, picture, frames):
+    """Return the processor seconds for so many frames of a handle that moves."""
+    key = view._scene.key
+    known = {"object": 0.012, "object_velocity": 0.2, "contentment": 0.4, "started": 1.0}
+    state = state_of(key, **{n: v for n, v in known.items() if n in LIBRARY[key].state_names})
+    start = time.thread_time()
+    for i in range(frames):
+        view.update_state(0.006 + 2e-4 * i, -1.2, -1.2, 0.02, False, False, state)
+        view.render(picture)
+    return time.thread_time() - start
+
+
+@pytest.mark.parametrize("key", sorted(set(LIBRARY) - {"free", "spring", "wall", "damping"}))
+def test_a_frame_costs_no_more_than_twice_the_springs_the_cats_six_times(qtbot, key):
+    size, limit = (1100, 330), 6.0 if key == "cat" else 2.0
+    (spring, _), (other, _) = scene_of(qtbot, "spring", size), scene_of(qtbot, key, size, COSTLY.get(key))
+    picture = QPixmap(*size)
+    for view in (spring, other):
+        seconds_for(view, picture, 2)
+    ratio = lambda: seconds_for(other, picture, 12) / seconds_for(spring, picture, 12)  # noqa: E731
+    assert shortest(ratio, limit) < limit
