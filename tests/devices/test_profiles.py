@@ -49,7 +49,7 @@ def test_the_default_is_the_firmwares_own(constant, field):
 )
 def test_travel_per_count_and_full_force_are_those_of_the_reference(key, quantum, force):
     board = profiles.named(key).board
-    assert board.quantum == pytest.approx(quantum, rel=0.005)
+    assert board.quantum == pytest.approx(quantum, rel=0.003)
     assert profiles.full_force(board) == pytest.approx(force, rel=0.002)
 
 
