@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.block import STATES
 from hapkit_studio.haptics.clib import fence, load_acquire, store_release
@@ -36,13 +36,13 @@ def new_ring(control: np.ndarray, capacity: int = CAPACITY) -> Ring:
     return Ring(np.zeros((capacity, ROW_WIDTH)), control)
 
 
-@compiled
+@internal
 def next_index(ring: Ring) -> int:
     """Return the index of the row to fill next."""
     return ring.control[arrays.HEAD] & (ring.rows.shape[0] - 1)
 
 
-@compiled
+@internal
 def publish(ring: Ring) -> None:
     """Hand the filled row to the readers; what comes after is written after."""
     store_release(ring.control, arrays.HEAD, ring.control[arrays.HEAD] + 1)
