@@ -57,7 +57,8 @@ class Engine:
         self.grip = "medium"
         self._target: float | None = None
         self.model = MODELS[0]
-        self._where = COMPUTER
+        self.where_wanted = COMPUTER
+        """Who is to render wherever that is possible."""
         self._board_rate: float | None = None
         self._planning = BackgroundPlanner(self._planned)
         chosen = _environment(environment)
@@ -67,19 +68,16 @@ class Engine:
     def start(self) -> None:
         """Open the device and start the loop; raise DeviceError. Compiles on the very first start."""
         self.close()
-        driver = driver_for(self.device)
+        self.driver, self._message = driver_for(self.device), ""
         try:
-            self._begin(driver)
+            self._begin(self.driver)
         except BaseException:
-            driver.close()
+            self.driver.close()
             raise
 
     def _begin(self, driver: Driver) -> None:
-        self.driver, self._message = driver, ""
-        loop = self.loop.changed(rate=driver.rate)
-        device = self.device
-        known = {"mass": device.mass, "viscous": device.viscous, "quantum": device.quantum}
-        self._change(max_force=device.max_force, loop=loop, **known)
+        known = {key: getattr(self.device, key) for key in ("mass", "viscous", "quantum", "max_force")}
+        self._change(loop=self.loop.changed(rate=driver.rate), **known)
         compile_ahead(driver, self.arrays, self.lateness_bins)
         self.lateness_bins[:] = 0
         arrays.restart(self.arrays, driver.hold_seconds)
@@ -230,14 +228,9 @@ class Engine:
     @property
     def where(self) -> str:
         """Return who is to render, "computer" or "board"; what the board cannot render stays here."""
-        if self._where == BOARD and self.renders_on_boards and not self.board_refusal():
+        if self.where_wanted == BOARD and self.renders_on_boards and not self.board_refusal():
             return BOARD
         return COMPUTER
-
-    @property
-    def where_wanted(self) -> str:
-        """Return who is to render wherever that is possible."""
-        return self._where
 
     @property
     def rendering(self) -> str:
@@ -267,7 +260,7 @@ class Engine:
         """Let one of them render every scene that it can; raise ParameterError for a rate no board has."""
         board_plan.check_rate(rate)
         with self._lock:
-            self._where, self._board_rate = where, rate
+            self.where_wanted, self._board_rate = where, rate
             self._change()
 
     @property
@@ -314,7 +307,7 @@ class Engine:
         While a law is compiled the board goes on with the one that it has.
         """
         planner = self._planner()
-        if self._where != BOARD or isinstance(planner, str) or wanted.max_force < self.device.max_force:
+        if self.where_wanted != BOARD or isinstance(planner, str) or wanted.max_force < self.device.max_force:
             return None
         found = self._answer(planner, wanted)
         if found is None:
@@ -331,7 +324,7 @@ class Engine:
     def _planned(self, planner: BoardPlanner) -> None:
         """Take over what the background has worked out."""
         with self._lock:
-            if self._where == BOARD and self._planner() is planner:
+            if self.where_wanted == BOARD and self._planner() is planner:
                 self._change()
 
     def delay_of(self, where: str) -> MeasuredDelay | None:
@@ -408,29 +401,24 @@ class Engine:
         return float(watch[passivity.EXCESS]), felt
 
     def health(self) -> Health:
-        """Return how the loop is doing; call it at a few hertz."""
-        control = self.arrays.control
+        """Return how the loop is doing; call it at a few hertz.
+
+        A loop that the device has left ends at once: it is not running, and its words are there by then.
+        """
+        control, thread, held = self.arrays.control, self._thread, self._priority
         rate, late, missed_lately = self._watch.look(control, self.lateness_bins)
-        running = self._thread is not None and self._thread.is_alive()
+        running = thread is not None and thread.is_alive()
+        if thread is not None and running and thread.native_id is not None:
+            held = priority.held(held, thread.native_id)
         return Health(
             rate=rate,
             lateness_us=late,
             missed=int(control[arrays.MISSED]),
-            lost_frames=int(control[arrays.LOST_FRAMES]),
-            crc_errors=int(control[arrays.CRC_ERRORS]),
-            stale_count=int(control[arrays.STALE_COUNT]),
             stale=bool(self.arrays.word[arrays.STALE]),
             link=health.count_link(control),
-            priority=self._priority_now(),
+            priority=held,
             delay=self.driver.delay(self.arrays) if self.driver else self.loop.delay,
             running=running,
-            connected=running,  # a loop that the device has left ends at once, its words are there by then
             message=self._message,
             missed_lately=missed_lately,
         )
-
-    def _priority_now(self) -> Priority:
-        thread = self._thread
-        if thread is None or not thread.is_alive() or thread.native_id is None:
-            return self._priority
-        return priority.held(self._priority, thread.native_id)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from hapkit_studio.haptics import arrays
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.framing import crc16, encode
 from hapkit_studio.protocol.messages import Law, Leave, Piece, Sample, Stream, Telemetry, Tune
@@ -170,6 +171,6 @@ def undisturbed(environment="spring", values=None, stale=False, **options):
         return (BoardSetup(connect, RendersItself(**options), environment, values=values),)
 
     def came_late(setup):
-        return stale or setup.engine.health().stale_count > 0
+        return stale or setup.engine.arrays.control[arrays.STALE_COUNT] > 0
 
     return lambda scenario: repeated(scenario, begin, came_late)
