@@ -9,7 +9,7 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand
-from hapkit_studio.haptics import headless, rows, survey
+from hapkit_studio.haptics import arrays, headless, rows, survey
 from hapkit_studio.haptics.settings import LoopSettings
 
 EVERY = survey.Limits(math.inf, survey.NEVER_STILL, survey.NEVER_FAINT, survey.NEVER_SMALL)
@@ -71,7 +71,7 @@ def test_a_rig_brought_back_is_a_new_one():
     new, still, new_flat = survey.packed(*scene.prepare())
     made = survey.Flat(*(array.copy() for array in flat))
     headless.run_batch(r, body, np.array([0.1, 1.0, 9.0]), np.ones(301), np.ones(300), headless.new_rows(300))
-    assert r.control[headless.FAULT] != 0
+    assert r.control[arrays.FAULT] != 0
     render_nothing(r, body, flat, made)
     render_nothing(new, still, new_flat, made)
     for left, fresh in zip(flat, new_flat, strict=True):
