@@ -85,11 +85,16 @@ class SerialDriver(Driver):
         self.device = device
         self.rate = device.rate
         self.conn = link.new_link(device.quantum, 1e-3 * device.hello.watchdog_ms)
-        found = board_plan.planner_for(device)
-        self.planner = None if isinstance(found, str) else found
-        self.no_planner = found if isinstance(found, str) else ""
-        if self.planner is not None and self.planner.settings is not None:
-            board_plan.tell_link(self.conn, self.planner.settings, device.hello.pwm_top)
+        if device.hello.arena == 0:
+            self.no_planner = "This firmware renders no laws. Update firmware."
+            return
+        try:
+            settings = device.settings()
+        except DeviceError as error:
+            self.no_planner = str(error)
+            return
+        self.planner = BoardPlanner(device.hello.arena, settings)
+        board_plan.tell_link(self.conn, settings, device.hello.pwm_top)
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         if not r.control[arrays.QUIT]:
