@@ -7,20 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.devices import virtual_board
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
 from hapkit_studio.protocol.messages import Estimator, Telemetry
-from tests.bench.frame import Row
+from tests.bench.frame import Row, without_board
 from tests.firmware.board_runs import Rendering, render
 from tests.firmware.vb import QUANTUM
 
-NAME = "board_laws"
-ORDER = 42
+NAME, ORDER = "board_laws", 42
 SECONDS = 0.4
-MOST = 0.80
-"""Share of the processor that a law, with telemetry, may take."""
+MOST = 0.80  # share of the processor that a law, with telemetry, may take
 SWEEP = ("0.02 hand 0.02 300 4 0.05 0.2", "0.3 hand -0.03 300 4 0.05 0.1", "0.45 hand 0.03 300 4 0.05 0.05")
 # The choices that cost most or that a rate of their own is promised for; the others run with the defaults.
 CHOICES: dict[str, tuple[str, tuple[str, ...]]] = {
@@ -34,10 +31,9 @@ CHOICES: dict[str, tuple[str, tuple[str, ...]]] = {
 
 def run() -> list[Row]:
     """Return three rows a law and choice; nothing where the virtual board is not built."""
-    if not virtual_board.built():
-        print("  the virtual board is not built: make firmware", file=sys.stderr)
-        return []
-    found = []
+    found: list[Row] = []
+    if without_board():
+        return found
     for key in environments.discover():
         name, options = CHOICES.get(key, ("", ("",)))
         for option in options:

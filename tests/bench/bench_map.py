@@ -14,8 +14,7 @@ from hapkit_studio.analysis.sweeps import sweep, workers
 from tests.bench import map_references as others
 from tests.bench.frame import Row
 
-NAME = "map"
-ORDER = 25
+NAME, ORDER = "map", 25
 SETTING = Setting(mass=others.MASS, viscous=others.VISCOUS)
 DAMPING = np.linspace(0.0, 40.0, 100)
 STIFFNESS = np.geomspace(100.0, 40_000.0, 100)
@@ -133,18 +132,8 @@ def error() -> list[Row]:
             cases.append(drawn)
     limits = np.array([exact(*drawn) for drawn in cases])
     worst = 100.0 * float(np.abs(np.array(sweep(boundaries, cases)) / limits - 1.0).max())
-    return [
-        Row(
-            f"measured boundary off the exact one, worst of {CASES}",
-            worst,
-            "%",
-            "",
-            None,
-            None,
-            "≤ 1 %",
-            worst <= 1.0,
-        )
-    ]
+    what = f"measured boundary off the exact one, worst of {CASES}"
+    return [Row(what, worst, "%", target="≤ 1 %", ok=worst <= 1.0)]
 
 
 def run() -> list[Row]:
