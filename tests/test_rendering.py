@@ -28,15 +28,10 @@ def test_motion_is_exact_for_delays_of_any_fraction(late):
     for rate in (1000.0, 370.0):
         period = 1.0 / rate
         hand = Hand(0.05, 4.0, 200.0, lambda t: 0.01 * math.sin(9.0 * t) + 0.1 * t * t)
-        run = hs.simulate(
-            "spring",
-            {"stiffness": stiffness, "damping": damping, "center": 0.002},
-            hand=hand,
-            device=device(mass=mass, damping=viscous, initial_position=0.004, initial_velocity=-0.2),
-            rate=rate,
-            delay=late * period,
-            seconds=0.5,
-        )
+        values = {"stiffness": stiffness, "damping": damping, "center": 0.002}
+        start = device(mass=mass, damping=viscous, initial_position=0.004, initial_velocity=-0.2)
+        given = {"hand": hand, "device": start, "rate": rate, "delay": late * period, "seconds": 0.5}
+        run = hs.simulate("spring", values, **given)
         last = [0.004]
 
         def law(k, x, last=last, period=period):
@@ -94,13 +89,9 @@ def test_one_percent_inside_the_limit_decays_outside_grows(
     loop = {"rate": rate, "delay": late / rate, "estimator": estimator}
     limit = hs.stiffness_limit(mass, viscous, damping=damping, **loop)
     assert limit < 2000.0
-    run = hs.simulate(
-        "spring",
-        {"stiffness": part * limit, "damping": damping},
-        device=device(mass=mass, damping=viscous, initial_position=1e-6),
-        seconds=18.0,
-        **loop,
-    )
+    start = device(mass=mass, damping=viscous, initial_position=1e-6)
+    values = {"stiffness": part * limit, "damping": damping}
+    run = hs.simulate("spring", values, device=start, seconds=18.0, **loop)
     size = np.abs(run.true_position)
     early, late_size = size[int(2 * rate) : int(4 * rate)].max(), size[int(16 * rate) :].max()
     assert early > 1e-9
@@ -117,14 +108,8 @@ def bounce(stiffness, rate, delay, phase):
     before = 0.005 - (3.0 + phase) * speed / rate
     start = device(mass=mass, damping=0.0, initial_position=before, initial_velocity=speed)
     contact = math.pi * math.sqrt(mass / stiffness)
-    run = hs.simulate(
-        "wall",
-        {"stiffness": stiffness},
-        device=start,
-        rate=rate,
-        delay=delay,
-        seconds=1.5 * contact + 20.0 / rate + 4.0 * delay,
-    )
+    seconds = 1.5 * contact + 20.0 / rate + 4.0 * delay
+    run = hs.simulate("wall", {"stiffness": stiffness}, device=start, rate=rate, delay=delay, seconds=seconds)
     assert run.true_position[-1] < 0.005
     assert run.applied_force[-1] == 0.0
     assert run.true_velocity[-1] == run.true_velocity[-2] < 0.0

@@ -1,8 +1,8 @@
 """What a board can render by itself, and how a law is to be rendered there."""
 
 import hashlib
-import threading
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
@@ -143,30 +143,21 @@ class BackgroundPlanner:
 
     def __init__(self, done: Callable[[BoardPlanner], None]):
         self._done = done
-        self._lock = threading.Lock()
-        self._next: tuple[BoardPlanner, PlanRequest] | None = None
-        self._thread: threading.Thread | None = None
+        self._thread = ThreadPoolExecutor(1, "hapkit-law")
+        self._waiting: Future = Future()
 
     def plan(self, planner: BoardPlanner, request: PlanRequest) -> BoardPlan | str | None:
         """Return a known answer; None where it is being worked out from now on."""
-        found = planner.known(request)
-        if found is None:
-            with self._lock:
-                self._next = (planner, request)
-                if self._thread is None:
-                    self._thread = threading.Thread(target=self._run, name="hapkit-law", daemon=True)
-                    self._thread.start()
-        return found
 
-    def _run(self) -> None:
-        while True:
-            with self._lock:
-                if self._next is None:
-                    self._thread = None
-                    return
-                (planner, request), self._next = self._next, None
+        def work_out() -> None:
             planner.plan(request)
             self._done(planner)
+
+        found = planner.known(request)
+        if found is None:
+            self._waiting.cancel()
+            self._waiting = self._thread.submit(work_out)
+        return found
 
 
 @lru_cache(maxsize=_KEPT)

@@ -13,24 +13,28 @@ from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.board_plan import BoardPlan, BoardPlanner
 from hapkit_studio.haptics.clib import store_release
 from hapkit_studio.haptics.health import silent
-from hapkit_studio.haptics.link import MeasuredDelay
+from hapkit_studio.haptics.link import Link, MeasuredDelay
 from hapkit_studio.haptics.rows import Ring, new_ring
 
 # After connecting, force stays zero that long while the delay of the line is measured.
 HOLD_SECONDS = 0.5
-LATELY = 2000
-"""Measured delays that count, a second or two of them."""
+LATELY = 2000  # measured delays that count, a second or two of them
 
 
 class Driver:
-    """Owns one connection; ``run`` keeps its thread until the control words say quit."""
+    """Owns one connection; ``run`` keeps its thread until the control words say quit.
+
+    hold_seconds of zero force come first; rate: Hz that the device itself sets, None where the loop does;
+    planner: what it can render by itself, no_planner in one line why that is nothing.
+    """
 
     hold_seconds = 0.0
     rate: float | None = None
-    """Hz that the device itself sets, None where the loop does."""
     planner: BoardPlanner | None = None
-    """What the device can render by itself, and in one line why that is nothing."""
     no_planner = ""
+
+    def __init__(self, conn: Link):
+        self.conn = conn
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         """Render until told to quit; whatever ends it, the last act is a zero command."""
@@ -38,23 +42,26 @@ class Driver:
 
     def delay(self, r: LoopArrays) -> float:
         """Return the measured delay in s from a sample to its force, of whoever renders."""
-        return float(r.values[block.DELAY])
+        found = self.measured(self.on_board())
+        return 0.0 if found is None else found.mean
 
     def measured(self, board: bool) -> MeasuredDelay | None:
         """Return the delay as measured lately where the board or the computer renders; None where unknown."""
-        return None
+        return link.measured_delay(self.conn.delays, link.OF_BOARD if board else link.OF_COMPUTER, LATELY)
 
     def refusal(self, plan: BoardPlan) -> str:
         """Return in one line why the device has refused to render what it was sent, "" if it has not."""
-        return ""
+        words = self.conn.words
+        refused = words[link.REFUSED] == plan.code_id
+        return board_plan.refusal_text(int(words[link.REFUSAL])) if refused else ""
 
     def on_board(self) -> bool:
         """Say whether the device renders by itself at this moment."""
-        return False
+        return int(self.conn.words[link.HANDOVER]) == link.ON_BOARD
 
     def overruns(self) -> int:
         """Return how many ticks the device has skipped when it rendered by itself."""
-        return 0
+        return int(self.conn.words[link.SKIPPED])
 
     def move_hand(self, target: float | None, grip: str) -> None:
         """Move the hand on the handle, where the device has one."""
@@ -69,10 +76,14 @@ class SimulatedDriver(Driver):
     no_planner = "The simulated Hapkit has no board: the computer renders."
 
     def __init__(self, device: SimulatedHapkit):
+        super().__init__(link.new_link(device.quantum))
         self.body = simulated_loop.new_plant(device)
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         simulated_loop.run(r, self.body, out, late)
+
+    def delay(self, r: LoopArrays) -> float:
+        return float(r.values[block.DELAY])
 
 
 class SerialDriver(Driver):
@@ -82,9 +93,9 @@ class SerialDriver(Driver):
 
     def __init__(self, device: HapkitBoard):
         device.open()
+        super().__init__(link.new_link(device.quantum, 1e-3 * device.hello.watchdog_ms))
         self.device = device
         self.rate = device.rate
-        self.conn = link.new_link(device.quantum, 1e-3 * device.hello.watchdog_ms)
         if device.hello.arena == 0:
             self.no_planner = "This firmware renders no laws. Update firmware."
             return
@@ -106,24 +117,6 @@ class SerialDriver(Driver):
 
     def _loop(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         serial_loop.run(r, self.conn, out, late, self.device.fileno())
-
-    def delay(self, r: LoopArrays) -> float:
-        found = self.measured(self.on_board())
-        return 0.0 if found is None else found.mean
-
-    def measured(self, board: bool) -> MeasuredDelay | None:
-        return link.measured_delay(self.conn.delays, link.OF_BOARD if board else link.OF_COMPUTER, LATELY)
-
-    def refusal(self, plan: BoardPlan) -> str:
-        words = self.conn.words
-        refused = words[link.REFUSED] == plan.code_id
-        return board_plan.refusal_text(int(words[link.REFUSAL])) if refused else ""
-
-    def on_board(self) -> bool:
-        return int(self.conn.words[link.HANDOVER]) == link.ON_BOARD
-
-    def overruns(self) -> int:
-        return int(self.conn.words[link.SKIPPED])
 
     def move_hand(self, target: float | None, grip: str) -> None:
         if isinstance(self.device, VirtualBoard):

@@ -74,19 +74,10 @@ class RingReader:
         # The writer may be filling the oldest row this very moment, so that one is given up as well.
         head = int(_head(self._ring))
         first = max(self._cursor, head - capacity + 1)
-        block = self._copy(first, head)
+        block = self._ring.rows[np.arange(first, head) % capacity]
         oldest = int(_head(self._ring)) - capacity + 1
         if oldest > first:
             block = block[min(oldest - first, len(block)) :]
         self.lost += head - self._cursor - len(block)
         self._cursor = head
         return block
-
-    def _copy(self, first: int, end: int) -> np.ndarray:
-        capacity = self._ring.rows.shape[0]
-        low, high = first % capacity, end % capacity
-        if first == end:
-            return np.empty((0, ROW_WIDTH))
-        if low < high:
-            return self._ring.rows[low:high].copy()
-        return np.concatenate((self._ring.rows[low:], self._ring.rows[:high]))

@@ -40,13 +40,6 @@ def test_iir_takes_up_alpha_of_a_step_per_sample(cutoff, alpha):
     assert velocity == pytest.approx(0.1 * (1.0 - pole ** np.arange(40)), rel=1e-10)
 
 
-def test_uses_the_period_that_passed_not_the_one_it_was_designed_for():
-    code, coefs = estimators.design("difference", 1000.0)
-    memory = np.zeros(estimators.MEMORY)
-    estimators.reset(memory, 0.0)
-    assert estimators.step(code, coefs, memory, 1e-3, 0.002) == pytest.approx(0.5)
-
-
 @pytest.mark.parametrize("spec", SPECS)
 def test_resumes_at_a_velocity_without_a_jump_and_late_samples_change_nothing(spec):
     """Two of the periods are three times as long."""

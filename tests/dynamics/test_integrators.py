@@ -47,17 +47,8 @@ def test_errors_are_those_of_the_work_precision_chart(method):
 @pytest.mark.parametrize("damping", [0.0, 1e-9, 0.3, 7.7459, 7.75, 40.0])
 def test_exact_under_a_force_from_no_damping_to_far_beyond_critical(damping):
     """x'' = (F - b x' - k x) / m by its eigenvalues, complex or real."""
-    t, x, v = hs.integrate(
-        "exact",
-        mass=0.05,
-        damping=damping,
-        stiffness=300.0,
-        x0=0.01,
-        v0=-0.2,
-        dt=3e-3,
-        seconds=0.6,
-        force=0.9,
-    )
+    given = {"mass": 0.05, "damping": damping, "stiffness": 300.0, "x0": 0.01, "v0": -0.2, "force": 0.9}
+    t, x, v = hs.integrate("exact", **given, dt=3e-3, seconds=0.6)
     one, two = np.roots([0.05, damping, 300.0]).astype(complex)
     a = (-0.2 - two * (0.01 - 0.003)) / (one - two)
     b = 0.01 - 0.003 - a

@@ -87,20 +87,20 @@ def test_bad_settings_leave_the_last_good_ones(started):
     engine.set_parameter("stiffness", 400.0)
     engine.move_hand(0.012)
     before = engine.values, engine.loop, engine.grip
-    for bad in (
-        lambda: engine.set_parameter("stiffness", float("nan")),
-        lambda: engine.set_parameter("stiffness", 1e9),
-        lambda: engine.set_parameter("nothing", 1.0),
-        lambda: engine.set_environment("nowhere"),
-        lambda: engine.set_environment("wall", {"side": "up"}),
-        lambda: engine.set_loop(rate=0.0),
-        lambda: engine.set_loop(delay=float("inf")),
-        lambda: engine.set_loop(estimator="guess"),
-        lambda: engine.set_grip("iron"),
-        lambda: engine.move_hand(float("nan")),
+    for bad, *given in (
+        (engine.set_parameter, "stiffness", math.nan),
+        (engine.set_parameter, "stiffness", 1e9),
+        (engine.set_parameter, "nothing", 1.0),
+        (engine.set_environment, "nowhere"),
+        (engine.set_environment, "wall", {"side": "up"}),
+        (engine.set_loop, 0.0),
+        (engine.set_loop, None, math.inf),
+        (engine.set_loop, None, None, "guess"),
+        (engine.set_grip, "iron"),
+        (engine.move_hand, math.nan),
     ):
         with pytest.raises(ParameterError):
-            bad()
+            bad(*given)
     assert (engine.values, engine.loop, engine.grip) == before
     read(reader, lambda found: found[-1, rows.POSITION] > 0.006)
     out = rest(reader, 100)
