@@ -101,38 +101,22 @@ def resume(memory: np.ndarray, position: float, velocity: float) -> None:
     memory[_VELOCITY] = memory[_RAW] = memory[_OLDER_RAW] = memory[_OLDER] = velocity
 
 
-@internal
-def _butterworth(coefs, memory, raw):
-    """Return the raw velocity through two poles; coefs are b0, a1, a2."""
-    before = memory[_VELOCITY]
-    velocity = coefs[0] * (raw + 2.0 * memory[_RAW] + memory[_OLDER_RAW])
-    velocity -= coefs[1] * before + coefs[2] * memory[_OLDER]
-    memory[_OLDER_RAW] = memory[_RAW]
-    memory[_RAW] = raw
-    memory[_OLDER] = before
-    return velocity
-
-
-@internal
-def _kalman(coefs, memory, position, period):
-    """Return the velocity after a constant-velocity guess is corrected; coefs are alpha, beta."""
-    velocity = memory[_VELOCITY]
-    guess = memory[_ESTIMATE] + period * velocity
-    surprise = position - guess
-    memory[_ESTIMATE] = guess + coefs[0] * surprise
-    return velocity + coefs[1] * surprise / period
-
-
 @compiled
 def step(code: int, coefs: np.ndarray, memory: np.ndarray, position: float, period: float) -> float:
     """Take one measured position, `period` s after the last; return the velocity estimate in m/s."""
-    velocity = (position - memory[_POSITION]) / period
+    raw, before = (position - memory[_POSITION]) / period, memory[_VELOCITY]
+    velocity = raw
     if code == IIR:
-        velocity = memory[_VELOCITY] + coefs[0] * (velocity - memory[_VELOCITY])
-    elif code == BUTTERWORTH:
-        velocity = _butterworth(coefs, memory, velocity)
-    elif code == KALMAN:
-        velocity = _kalman(coefs, memory, position, period)
+        velocity = before + coefs[0] * (raw - before)
+    elif code == BUTTERWORTH:  # two poles; coefs are b0, a1, a2
+        velocity = coefs[0] * (raw + 2.0 * memory[_RAW] + memory[_OLDER_RAW])
+        velocity -= coefs[1] * before + coefs[2] * memory[_OLDER]
+        memory[_OLDER_RAW], memory[_RAW], memory[_OLDER] = memory[_RAW], raw, before
+    elif code == KALMAN:  # a guess of constant velocity is corrected; coefs are alpha, beta
+        guess = memory[_ESTIMATE] + period * before
+        surprise = position - guess
+        memory[_ESTIMATE] = guess + coefs[0] * surprise
+        velocity = before + coefs[1] * surprise / period
     elif code == FOAW:
         velocity = _foaw(coefs, memory, position, period)
     memory[_POSITION] = position

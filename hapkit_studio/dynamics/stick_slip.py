@@ -97,34 +97,30 @@ def run(model, applied, mass, spring, viscous, static, kinetic, options, dt, mem
         x[n + 1] = x[n] + dt * v[n + 1]
 
 
-def _speed(key: str, label: str, default: float) -> Parameter:
-    return Parameter(key, label, "m/s", default, TINY, HUGE)
+_UNITS = {"stiffness": "N/m", "damping": "N·s/m"}
 
 
-def _stiffness(default: float) -> Parameter:
-    return Parameter("stiffness", "Stiffness", "N/m", default, TINY, HUGE)
+def _options(**defaults: float) -> tuple[Parameter, ...]:
+    """Return what a model takes besides its levels; a speed where nothing else is said."""
+    found = []
+    for key, default in defaults.items():
+        words, low = key.replace("_", " ").capitalize(), 0.0 if key == "damping" else TINY
+        found.append(Parameter(key, words, _UNITS.get(key, "m/s"), default, low, HUGE))
+    return tuple(found)
 
 
-def _damping(default: float) -> Parameter:
-    return Parameter("damping", "Damping", "N·s/m", default, 0.0, HUGE)
-
-
-def _stribeck(default: float) -> Parameter:
-    return _speed("stribeck_velocity", "Stribeck velocity", default)
-
-
-# What each model takes besides its levels, in the order of ``options``.
+# The options in the order in which a step takes them.
 MODELS: dict[str, tuple[int, tuple[Parameter, ...]]] = {
     "coulomb": (COULOMB, ()),
-    "smoothed": (SMOOTHED, (_speed("smoothing", "Smoothing", 0.01), _stribeck(0.03))),
+    "smoothed": (SMOOTHED, _options(smoothing=0.01, stribeck_velocity=0.03)),
     "karnopp": (KARNOPP, ()),
-    "karnopp_band": (KARNOPP_BAND, (_speed("band", "Band", 0.005),)),
-    "stribeck": (STRIBECK, (_stribeck(0.02),)),
+    "karnopp_band": (KARNOPP_BAND, _options(band=0.005)),
+    "stribeck": (STRIBECK, _options(stribeck_velocity=0.02)),
     "projection": (PROJECTION, ()),
-    "tether": (TETHER, (_stiffness(2e4), _damping(20.0))),
-    "lugre": (LUGRE, (_stiffness(1e4), _damping(45.0), _stribeck(0.005))),
-    "dahl": (DAHL, (_stiffness(1e4),)),
-    "hayward_armstrong": (HAYWARD_ARMSTRONG, (_stiffness(5e3),)),
+    "tether": (TETHER, _options(stiffness=2e4, damping=20.0)),
+    "lugre": (LUGRE, _options(stiffness=1e4, damping=45.0, stribeck_velocity=0.005)),
+    "dahl": (DAHL, _options(stiffness=1e4)),
+    "hayward_armstrong": (HAYWARD_ARMSTRONG, _options(stiffness=5e3)),
 }
 
 

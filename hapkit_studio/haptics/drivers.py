@@ -11,10 +11,9 @@ from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import arrays, block, board_plan, link, serial_loop, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.board_plan import BoardPlan, BoardPlanner
-from hapkit_studio.haptics.clib import store_release
 from hapkit_studio.haptics.health import silent
 from hapkit_studio.haptics.link import Link, MeasuredDelay
-from hapkit_studio.haptics.rows import Ring, new_ring
+from hapkit_studio.haptics.rows import Ring
 
 # After connecting, force stays zero that long while the delay of the line is measured.
 HOLD_SECONDS = 0.5
@@ -135,13 +134,6 @@ class PortableDriver(SerialDriver):
             serial_loop.warm_up()
         else:
             serial_loop.run_portable(r, self.conn, out, late, self.device.read, self.device.write)
-
-
-def compile_ahead(driver: Driver, r: LoopArrays, late: np.ndarray) -> None:
-    """Compile or load the driver's loop by running it with the quit word set: no sample is rendered."""
-    store_release(r.control, arrays.QUIT, 1)
-    driver.run(r, new_ring(r.control, 2), late)
-    store_release(r.control, arrays.QUIT, 0)
 
 
 def driver_for(device: object) -> Driver:

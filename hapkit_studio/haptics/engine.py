@@ -16,7 +16,7 @@ from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.haptics import arrays, block, board_plan, health, passivity, priority
 from hapkit_studio.haptics.board_plan import BackgroundPlanner, BoardPlan, BoardPlanner, PlanRequest
 from hapkit_studio.haptics.clib import load_acquire, store_release
-from hapkit_studio.haptics.drivers import Driver, SimulatedDriver, compile_ahead, driver_for
+from hapkit_studio.haptics.drivers import Driver, SimulatedDriver, driver_for
 from hapkit_studio.haptics.health import Fault, Health, Watch
 from hapkit_studio.haptics.link import MeasuredDelay
 from hapkit_studio.haptics.priority import Priority
@@ -78,7 +78,9 @@ class Engine:
     def _begin(self, driver: Driver) -> None:
         known = {key: getattr(self.device, key) for key in ("mass", "viscous", "quantum", "max_force")}
         self._change(loop=self.loop.changed(rate=driver.rate), **known)
-        compile_ahead(driver, self.arrays, self.lateness_bins)
+        # compile or load the loop: with the quit word set it renders no sample
+        store_release(self.arrays.control, arrays.QUIT, 1)
+        driver.run(self.arrays, new_ring(self.arrays.control, 2), self.lateness_bins)
         self.lateness_bins[:] = 0
         arrays.restart(self.arrays, driver.hold_seconds)
         self._watch.forget()
@@ -331,15 +333,10 @@ class Engine:
         """Return the delay in s as measured lately where one of them renders, None where it was not yet."""
         return None if self.driver is None else self.driver.measured(where == BOARD)
 
-    @property
-    def overruns(self) -> int:
-        """Return how many ticks the board has skipped since it was opened."""
-        return 0 if self.driver is None else self.driver.overruns()
-
     def missed_of(self, where: str) -> int:
         """Return how many ticks one of them has missed: answers too late, or ticks that the board skipped."""
-        total = int(self.arrays.control[arrays.MISSED])
-        return self.overruns if where == BOARD else max(total - self.overruns, 0)
+        skipped = 0 if self.driver is None else self.driver.overruns()
+        return skipped if where == BOARD else max(int(self.arrays.control[arrays.MISSED]) - skipped, 0)
 
     # --- the board
     def zero_here(self) -> None:

@@ -85,11 +85,6 @@ def forget_overrun(thread: int) -> None:
             _table[slot] = 0
 
 
-def demotions() -> int:
-    """Return how often a thread was demoted since the program started."""
-    return _table[0]
-
-
 FIFO_LEVEL = 80
 HOW_TO_GET_MORE = (
     f"Add the line '{os.environ.get('USER', 'your-user')} - rtprio {FIFO_LEVEL}' to "

@@ -82,18 +82,6 @@ def packed(r: LoopArrays, body: Plant) -> tuple[LoopArrays, Plant, Flat]:
     return rebuilt(r), rebuilt(body), flat
 
 
-@internal
-def restart(r: LoopArrays, body: Plant, flat: Flat, made: Flat, numbers: np.ndarray, start: float) -> None:
-    """Bring arrays and plant back to how they were made, with other numbers and another start."""
-    for i in range(flat.numbers.shape[0]):
-        flat.numbers[i] = made.numbers[i]
-    for i in range(flat.words.shape[0]):
-        flat.words[i] = made.words[i]
-    for i in range(numbers.shape[0]):
-        r.block.values[block.PARAMS + i] = numbers[i]
-    body.dev[simulated.X] = start
-
-
 @inlined
 def _end_of(parts: np.ndarray, part: int, limits: Limits) -> int:
     """Return how a run ends with a part that it has rendered whole: COMPLETED if it goes on.
@@ -165,7 +153,13 @@ def run(
     sample; hand: mass, damping, stiffness of one that rests at 0 m, zeros for none.
     """
     for i in range(cells.starts.shape[0]):
-        restart(r, body, flat, made, cells.numbers[i], cells.starts[i])
+        for j in range(flat.numbers.shape[0]):
+            flat.numbers[j] = made.numbers[j]
+        for j in range(flat.words.shape[0]):
+            flat.words[j] = made.words[j]
+        for j in range(cells.numbers.shape[1]):
+            r.block.values[block.PARAMS + j] = cells.numbers[i, j]
+        body.dev[simulated.X] = cells.starts[i]
         simulated_loop.configure(body, r.block.values, hand, True)
         end, done = _watch(r, body, row, cells.samples[i], cells.weights[i], limits, found.parts[i])
         found.ends[i], found.samples[i] = end, done

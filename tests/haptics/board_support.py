@@ -155,6 +155,13 @@ class BoardSetup:
         """Return what the board was told of some kinds of message."""
         return [m for m in list(self.board.received) if isinstance(m, kinds)]
 
+    def change_all_numbers(self):
+        """Change every number of the environment in force; wait until that is compiled for the board."""
+        engine = self.engine
+        numbers = {p.key: 0.9 * engine.values[p.key] for p in engine.environment.parameters if not p.discrete}
+        engine.set_environment(engine.environment, engine.values | numbers)
+        self.compiled()
+
     def compiled(self):
         """Wait until what is wanted is compiled for the board."""
         self.engine.board_refusal(wait=True)
