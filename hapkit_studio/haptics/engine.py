@@ -120,18 +120,16 @@ class Engine:
     def _change(self, **changes: Any) -> None:
         """Publish the settings in force with some of them replaced."""
         with self._lock:
-            self._publish(Wanted(**{**vars(self._wanted), **changes}))
-
-    def _publish(self, wanted: Wanted) -> None:
-        wanted.generation = self._wanted.generation + 1
-        wanted.grip, wanted.target = grip_named(self.grip), self._target
-        device = self._modelled(wanted.environment)
-        if device is not None:
-            wanted.viscous, wanted.coulomb = device.viscous, device.coulomb_force
-            wanted.quantum, wanted.mass = device.quantum, device.mass
-        wanted.board = self._plan_for(wanted)
-        self._write(wanted)
-        self._wanted = wanted
+            wanted = Wanted(**{**vars(self._wanted), **changes})
+            wanted.generation += 1
+            wanted.grip, wanted.target = grip_named(self.grip), self._target
+            device = self._modelled(wanted.environment)
+            if device is not None:
+                wanted.viscous, wanted.coulomb = device.viscous, device.coulomb_force
+                wanted.quantum, wanted.mass = device.quantum, device.mass
+            wanted.board = self._plan_for(wanted)
+            self._write(wanted)
+            self._wanted = wanted
 
     def _write(self, wanted: Wanted) -> None:
         """Write settings into the loop's block; every law is kept alive until the loop has left it."""
@@ -230,9 +228,7 @@ class Engine:
     @property
     def where(self) -> str:
         """Return who is to render, "computer" or "board"; what the board cannot render stays here."""
-        if self.where_wanted == BOARD and self.renders_on_boards and not self.board_refusal():
-            return BOARD
-        return COMPUTER
+        return BOARD if self.where_wanted == BOARD and not self.board_refusal() else COMPUTER
 
     @property
     def rendering(self) -> str:
@@ -275,8 +271,7 @@ class Engine:
     @property
     def possible_plan(self) -> BoardPlan | None:
         """Return how the board would render the scene in force; None where it cannot, or nobody knows yet."""
-        planner = self._planner()
-        found = None if isinstance(planner, str) else self._answer(planner, self._wanted)
+        found = self._answer(self._wanted)
         return found if isinstance(found, BoardPlan) else None
 
     def board_refusal(self, wait: bool = False) -> str:
@@ -284,49 +279,44 @@ class Engine:
 
         A law that is new to it is compiled in the background: "" until that is done, unless one can wait.
         """
-        planner, driver = self._planner(), self.driver
-        if isinstance(planner, str):
-            return planner
-        found = self._answer(planner, self._wanted, wait)
+        found, driver = self._answer(self._wanted, wait), self.driver
         if isinstance(found, BoardPlan):
             return "" if driver is None else driver.refusal(found)
         return found or ""
-
-    def _planner(self) -> BoardPlanner | str:
-        """Return what plans laws for the open board, or in one line why the board can render none."""
-        driver = self.driver
-        if driver is None:
-            return SimulatedDriver.no_planner if self.device.simulated else "No device is open."
-        if driver.planner is None:
-            return driver.no_planner
-        if self._wanted.max_force < self.device.max_force:
-            return "The force limit is lowered, which only the computer keeps to."
-        return driver.planner
 
     def _plan_for(self, wanted: Wanted) -> BoardPlan | None:
         """Return how the board is to render what is wanted, None where the computer does.
 
         While a law is compiled the board goes on with the one that it has.
         """
-        planner = self._planner()
-        if self.where_wanted != BOARD or isinstance(planner, str) or wanted.max_force < self.device.max_force:
+        if self.where_wanted != BOARD:
             return None
-        found = self._answer(planner, wanted)
+        found = self._answer(wanted)
         if found is None:
             return self._wanted.board
         return found if isinstance(found, BoardPlan) else None
 
-    def _answer(self, planner: BoardPlanner, wanted: Wanted, wait: bool = False) -> BoardPlan | str | None:
-        """Return how the board renders what is wanted, or why not; None while that is being worked out."""
+    def _answer(self, wanted: Wanted, wait: bool = False) -> BoardPlan | str | None:
+        """Return how the open board renders what is wanted, or in one line why not.
+
+        None while that is being worked out.
+        """
+        driver = self.driver
+        if driver is None:
+            return SimulatedDriver.no_planner if self.device.simulated else "No device is open."
+        if driver.planner is None:
+            return driver.no_planner
+        if wanted.max_force < self.device.max_force:
+            return "The force limit is lowered, which only the computer keeps to."
         request = PlanRequest(
             wanted.environment, wanted.values, wanted.loop.estimator, self.device.quantum, self._board_rate
         )
-        return planner.plan(request) if wait else self._planning.plan(planner, request)
+        return driver.planner.plan(request) if wait else self._planning.plan(driver.planner, request)
 
     def _planned(self, planner: BoardPlanner) -> None:
         """Take over what the background has worked out."""
         with self._lock:
-            if self.where_wanted == BOARD and self._planner() is planner:
+            if self.where_wanted == BOARD and self.driver is not None and self.driver.planner is planner:
                 self._change()
 
     def delay_of(self, where: str) -> MeasuredDelay | None:

@@ -139,14 +139,13 @@ def set_timer_slack(nanoseconds: int) -> None:
     ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(nanoseconds), 0, 0, 0)
 
 
-def lock_memory() -> bool:
+def lock_memory() -> None:
     """Keep the process's pages in memory where no limit could make a later allocation fail."""
     status = Path("/proc/thread-self/status").read_text().splitlines()
     capabilities = next((int(line.split()[1], 16) for line in status if line.startswith("CapEff:")), 0)
     unlimited = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] == resource.RLIM_INFINITY
-    if not unlimited and not capabilities >> _CAP_IPC_LOCK & 1:
-        return False
-    return ctypes.CDLL(None).mlockall(_MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT) == 0
+    if unlimited or capabilities >> _CAP_IPC_LOCK & 1:
+        ctypes.CDLL(None).mlockall(_MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT)
 
 
 def keep_processors_awake() -> bool:

@@ -35,11 +35,11 @@ def cells(weights: float = 0.0, part: int = PART) -> survey.Cells:
     return survey.Cells(NUMBERS, STARTS, np.full(many, part), np.full(many, weights))
 
 
-def by_batch(device: SimulatedHapkit, loop: LoopSettings, grip: Grip | None, i: int) -> np.ndarray:
+def by_batch(device: SimulatedHapkit, loop: LoopSettings, grip: Grip | None, i: int, part=PART) -> np.ndarray:
     """Return the rows of one cell, rendered by the batch in arrays of its own."""
     hand = Hand(grip.mass, grip.damping, grip.stiffness) if grip else None
     scene = scene_of(replace(device, initial_position=float(STARTS[i])), loop, NUMBERS[i])
-    return headless.render(scene, hand, survey.PARTS * PART)[0]
+    return headless.render(scene, hand, survey.PARTS * part)[0]
 
 
 @pytest.mark.parametrize(("device", "loop", "grip"), SCENES)
@@ -93,14 +93,9 @@ def test_what_friction_holds_ends_once_it_has_not_moved_for_long_enough():
     device, loop, grip = SCENES[0]
     found = survey.survey(scene_of(device, loop), grip, cells(part=200), limits)
     assert found.ends[1] == survey.SETTLED
-    speed = by_batch_longer(device, loop, 1, survey.PARTS * 200)[:, rows.TRUE_VELOCITY]
+    speed = by_batch(device, loop, grip, 1, 200)[:, rows.TRUE_VELOCITY]
     stopped = np.flatnonzero(speed != 0.0)[-1] + 1
     assert found.samples[1] == stopped + 51
-
-
-def by_batch_longer(device: SimulatedHapkit, loop: LoopSettings, i: int, count: int) -> np.ndarray:
-    scene = scene_of(replace(device, initial_position=float(STARTS[i])), loop, NUMBERS[i])
-    return headless.render(scene, None, count)[0]
 
 
 def test_what_has_died_out_and_what_stays_steady_end_early():
