@@ -8,16 +8,15 @@ from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import DeviceError
-from hapkit_studio.haptics import arrays, block, board_plan, link, serial_loop, simulated_loop
+from hapkit_studio.haptics import arrays, board_plan, link, serial_loop, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.board_plan import BoardPlan, BoardPlanner
 from hapkit_studio.haptics.health import silent
-from hapkit_studio.haptics.link import Link, MeasuredDelay
+from hapkit_studio.haptics.link import Link
 from hapkit_studio.haptics.rows import Ring
 
 # After connecting, force stays zero that long while the delay of the line is measured.
 HOLD_SECONDS = 0.5
-LATELY = 2000  # measured delays that count, a second or two of them
 
 
 class Driver:
@@ -39,28 +38,11 @@ class Driver:
         """Render until told to quit; whatever ends it, the last act is a zero command."""
         raise NotImplementedError
 
-    def delay(self, r: LoopArrays) -> float:
-        """Return the measured delay in s from a sample to its force, of whoever renders."""
-        found = self.measured(self.on_board())
-        return 0.0 if found is None else found.mean
-
-    def measured(self, board: bool) -> MeasuredDelay | None:
-        """Return the delay as measured lately where the board or the computer renders; None where unknown."""
-        return link.measured_delay(self.conn.delays, link.OF_BOARD if board else link.OF_COMPUTER, LATELY)
-
     def refusal(self, plan: BoardPlan) -> str:
         """Return in one line why the device has refused to render what it was sent, "" if it has not."""
         words = self.conn.words
         refused = words[link.REFUSED] == plan.code_id
         return board_plan.refusal_text(int(words[link.REFUSAL])) if refused else ""
-
-    def on_board(self) -> bool:
-        """Say whether the device renders by itself at this moment."""
-        return int(self.conn.words[link.HANDOVER]) == link.ON_BOARD
-
-    def overruns(self) -> int:
-        """Return how many ticks the device has skipped when it rendered by itself."""
-        return int(self.conn.words[link.SKIPPED])
 
     def move_hand(self, target: float | None, grip: str) -> None:
         """Move the hand on the handle, where the device has one."""
@@ -80,9 +62,6 @@ class SimulatedDriver(Driver):
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         simulated_loop.run(r, self.body, out, late)
-
-    def delay(self, r: LoopArrays) -> float:
-        return float(r.values[block.DELAY])
 
 
 class SerialDriver(Driver):

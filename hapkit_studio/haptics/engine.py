@@ -13,7 +13,7 @@ from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError, StudioError
-from hapkit_studio.haptics import arrays, block, board_plan, health, passivity, priority
+from hapkit_studio.haptics import arrays, block, board_plan, health, link, passivity, priority
 from hapkit_studio.haptics.board_plan import BackgroundPlanner, BoardPlan, BoardPlanner, PlanRequest
 from hapkit_studio.haptics.clib import load_acquire, store_release
 from hapkit_studio.haptics.drivers import Driver, SimulatedDriver, driver_for
@@ -26,6 +26,7 @@ from hapkit_studio.haptics.settings import LoopSettings, Wanted
 RENDERERS = COMPUTER, BOARD = "computer", "board"
 STARTING = Priority("Starting")
 JOIN_SECONDS = 2.0
+LATELY = 2000  # measured delays that count, a second or two of them
 # Ticks whose energies are kept: what a window reads late is not known any more.
 ENERGIES = 1 << 13
 
@@ -233,7 +234,8 @@ class Engine:
     @property
     def rendering(self) -> str:
         """Return who renders at this moment; while one hands over to the other, the computer."""
-        return BOARD if self.driver is not None and self.driver.on_board() else COMPUTER
+        on_board = self.driver is not None and self.driver.conn.words[link.HANDOVER] == link.ON_BOARD
+        return BOARD if on_board else COMPUTER
 
     @property
     def renders_on_boards(self) -> bool:
@@ -321,11 +323,14 @@ class Engine:
 
     def delay_of(self, where: str) -> MeasuredDelay | None:
         """Return the delay in s as measured lately where one of them renders, None where it was not yet."""
-        return None if self.driver is None else self.driver.measured(where == BOARD)
+        if self.driver is None:
+            return None
+        which = link.OF_BOARD if where == BOARD else link.OF_COMPUTER
+        return link.measured_delay(self.driver.conn.delays, which, LATELY)
 
     def missed_of(self, where: str) -> int:
         """Return how many ticks one of them has missed: answers too late, or ticks that the board skipped."""
-        skipped = 0 if self.driver is None else self.driver.overruns()
+        skipped = 0 if self.driver is None else int(self.driver.conn.words[link.SKIPPED])
         return skipped if where == BOARD else max(int(self.arrays.control[arrays.MISSED]) - skipped, 0)
 
     # --- the board
@@ -394,7 +399,10 @@ class Engine:
         """
         control, thread, held = self.arrays.control, self._thread, self._priority
         rate, late, missed_lately = self._watch.look(control, self.lateness_bins)
-        running = thread is not None and thread.is_alive()
+        running, delay = thread is not None and thread.is_alive(), self.loop.delay
+        if self.driver is not None and not self.device.simulated:
+            measured = self.delay_of(self.rendering)
+            delay = 0.0 if measured is None else measured.mean
         if thread is not None and running and thread.native_id is not None:
             held = priority.held(held, thread.native_id)
         return Health(
@@ -404,7 +412,7 @@ class Engine:
             stale=bool(self.arrays.word[arrays.STALE]),
             link=health.count_link(control),
             priority=held,
-            delay=self.driver.delay(self.arrays) if self.driver else self.loop.delay,
+            delay=delay,
             running=running,
             message=self._message,
             missed_lately=missed_lately,

@@ -61,7 +61,7 @@ def run_batch(
 @compiled
 def run_prescribed(
     r: LoopArrays, body: Plant, positions: np.ndarray, velocities: np.ndarray, out: np.ndarray
-) -> int:
+) -> None:
     """Fill one row a sample of a motion imposed on the handle: positions, velocities (n,) in m, m/s."""
     settings = r.block.values
     simulated_loop.configure(body, settings, settings, False)
@@ -71,7 +71,6 @@ def run_prescribed(
         row = out[k]
         row[rows.BOARD_TIME] = k * settings[block.PERIOD]
         simulate_sample(r, body, row, positions[k], positions[k], positions[k])
-    return out.shape[0]
 
 
 def new_rows(count: int) -> np.ndarray:
