@@ -107,13 +107,6 @@ class BoardPlanner:
             self._answers[request.key] = found
         return found
 
-    def require(self, request: PlanRequest) -> BoardPlan:
-        """Return how the board is to render a request; raise ParameterError."""
-        found = self.plan(request)
-        if isinstance(found, str):
-            raise ParameterError(found)
-        return found
-
     def _work_out(self, request: PlanRequest) -> BoardPlan | str:
         """Try one rate after the other, from the fastest that is not above the one asked for."""
         law = request.environment.force

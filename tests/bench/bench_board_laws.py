@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
 from hapkit_studio.protocol.messages import Estimator, Telemetry
 from tests.bench.frame import Row, without_board
-from tests.firmware.board_runs import Rendering, render
+from tests.firmware.board_runs import render
 from tests.firmware.vb import QUANTUM
 
 NAME, ORDER = "board_laws", 42
@@ -41,18 +40,6 @@ def run() -> list[Row]:
     return found
 
 
-def rendered(key: str, given: dict[str, str]) -> tuple[int, Rendering]:
-    """Return the fastest rate in Hz of a law with these choices, and a run at it, the handle led about.
-
-    Raise ParameterError where the board has no room or no time for it.
-    """
-    environment = environments.named(key)
-    way = BoardPlanner(ARENA).require(PlanRequest(environment, environment.values(given), "kalman", QUANTUM))
-    filter = Estimator(way.estimator), way.first, way.second
-    with tempfile.TemporaryDirectory() as folder:
-        return way.rate, render(Path(folder), way.program, way.rate, SECONDS, SWEEP, filter)
-
-
 def jitter(shown: list[Telemetry], rate: int) -> float:
     """Return by how much in µs two samplings were, at most, farther apart or closer than their ticks say."""
     ticks = np.diff([row.seq for row in shown]) & 0xFFFF
@@ -61,19 +48,21 @@ def jitter(shown: list[Telemetry], rate: int) -> float:
 
 
 def _rows(key: str, given: dict[str, str]) -> list[Row]:
-    what = f"{', '.join([key, *given.values()])} on the board"
-    try:
-        rate, run = rendered(key, given)
-    except ParameterError as error:
-        print(f"  {what}: {error}", file=sys.stderr)
+    """Return the rows of a law with these choices at its fastest rate, the handle led about."""
+    what, environment = f"{', '.join([key, *given.values()])} on the board", environments.named(key)
+    way = BoardPlanner(ARENA).plan(PlanRequest(environment, environment.values(given), "kalman", QUANTUM))
+    if isinstance(way, str):
+        print(f"  {what}: {way}", file=sys.stderr)
         return []
-    what = f"{what} at {rate:,} Hz"
-    share = 100.0 * run.share
+    filter = Estimator(way.estimator), way.first, way.second
+    with tempfile.TemporaryDirectory() as folder:
+        run = render(Path(folder), way.program, way.rate, SECONDS, SWEEP, filter)
+    what, off = f"{what} at {way.rate:,} Hz", run.summary["interrupts_off_cycles"]
     told = f" ({run.skipped} ticks skipped)" if run.skipped else ""
-    ok = run.share <= MOST and not run.skipped
-    off = run.summary["interrupts_off_cycles"]
+    reached = run.share <= MOST and not run.skipped
+    share, most = 100.0 * run.share, f"≤ {100 * MOST:.0f} %"
     return [
-        Row(f"{what}: processor{told}", share, "%", target=f"≤ {100 * MOST:.0f} %", ok=ok),
-        Row(f"{what}: jitter of the sampling", jitter(run.telemetry, rate), "µs"),
+        Row(f"{what}: processor{told}", share, "%", target=most, ok=reached),
+        Row(f"{what}: jitter of the sampling", jitter(run.telemetry, way.rate), "µs"),
         Row(f"{what}: interrupts off at most", off, "cycles", target="≤ 250", ok=off <= 250),
     ]
