@@ -7,7 +7,7 @@ import pytest
 from hapkit_studio.devices.virtual_board import built
 from tests.bench import board_limit
 
-pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(not built(), reason="the virtual board is not built")]
 SECONDS, SHARE = 3.0, 0.03
 
 
@@ -21,7 +21,7 @@ def board(stiffness):
     return board_limit.on_board(stiffness, 0.0, "difference", SECONDS, 1000)
 
 
-@pytest.mark.parametrize("swing", [pytest.param(computer, marks=pytest.mark.slow), board])
+@pytest.mark.parametrize("swing", [computer, board])
 def test_the_boundary_is_where_theory_has_it(swing):
     inside = swing(300.0)
     limit = board_limit.theory(0.0, "difference", 1000, inside.delay)
@@ -30,7 +30,6 @@ def test_the_boundary_is_where_theory_has_it(swing):
     assert swing((1.0 + SHARE) * limit).rate > 0.0
 
 
-@pytest.mark.slow
 def test_the_board_answers_sooner_and_holds_more():
     here, there = computer(300.0).delay, board(300.0).delay
     assert there < 0.5 * here
