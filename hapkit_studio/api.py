@@ -15,7 +15,7 @@ from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import Hand, Prescribed, hand_named
 from hapkit_studio.environments.base import Conditions, Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import headless, health, rows
+from hapkit_studio.haptics import arrays, headless, health, rows
 from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Parameter
 
@@ -120,8 +120,8 @@ def simulate(
     if max_speed != math.inf:
         max_speed = SPEED.check(max_speed)
     scene = headless.Scene(chosen, values, device, loop, max_speed)
-    out, arrays = headless.render(scene, moving, count)
-    fault = health.describe_fault(int(arrays.control[headless.FAULT]), arrays)
+    out, left = headless.render(scene, moving, count)
+    fault = health.describe_fault(int(left.control[arrays.FAULT]), left)
     pairs = [(p, values[p.key]) for p in chosen.parameters]
     settings = {
         "environment": chosen.key,

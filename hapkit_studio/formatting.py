@@ -51,11 +51,6 @@ def on_screen(value: float, unit: str, digits: int = 4) -> str:
     return with_unit(value, unit, digits)
 
 
-def json_number(value: float) -> float | None:
-    """Return a value as JSON has it: None where it is not finite."""
-    return float(value) if math.isfinite(value) else None
-
-
 def plain(value: Any) -> Any:
     """Return a value as JSON has it: records as objects, arrays as lists, what is not finite as None."""
     if is_dataclass(value) and not isinstance(value, type):
@@ -66,4 +61,4 @@ def plain(value: Any) -> Any:
         return plain(value.tolist())
     if isinstance(value, list | tuple):
         return [plain(one) for one in value]
-    return json_number(value) if isinstance(value, float) else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value

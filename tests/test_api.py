@@ -110,7 +110,7 @@ def test_saved_run_reads_back(tmp_path):
         assert table[:, names.index(name)] == pytest.approx(column, rel=1e-8, abs=1e-15)
 
 
-@pytest.mark.parametrize("ending", ["png", "svg"])
+@pytest.mark.parametrize("ending", ["png", pytest.param("svg", marks=pytest.mark.slow)])
 def test_plotted_run_is_a_picture(tmp_path, ending):
     path = tmp_path / f"run.{ending}"
     run = hs.simulate("wall", hand="press", seconds=0.5)

@@ -175,7 +175,7 @@ def both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
 
     table: the rows of the run.
     """
-    found: dict[str, Any] = {"render": engine.where, "board_overruns": engine.overruns}
+    found: dict[str, Any] = {"render": engine.where, "board_overruns": engine.missed_of("board")}
     for where in RENDERERS:
         delay = engine.delay_of(where)
         found[where] = {

@@ -53,7 +53,7 @@ def loop_test(options: argparse.Namespace) -> Result:
         },
         "compute_us": {"p50": 1e6 * float(np.median(table[:, rows.COMPUTE])) if len(table) else 0.0},
         "missed": health.missed,
-        "lost_frames": health.lost_frames,
+        "lost_frames": health.link.lost_frames,
         "lost_rows": reader.lost,
         "delay_us": 1e6 * health.delay,
         "priority": health.priority.text,
@@ -67,7 +67,7 @@ def loop_test(options: argparse.Namespace) -> Result:
         f"({period['min']:.0f} to {period['max']:.0f})\n"
         f"late: median {late['p50']:.0f} µs, p99 {late['p99']:.0f}, p99.9 {late['p99.9']:.0f}, "
         f"worst {late['max']:.0f}\n"
-        f"missed {health.missed}, lost frames {health.lost_frames}, delay {numbers['delay_us']:.0f} µs\n"
+        f"missed {health.missed}, lost frames {health.link.lost_frames}, delay {numbers['delay_us']:.0f} µs\n"
         + "".join(f"{line}\n" for line in (*live_run.words(found), *remarks))
         + f"{health.priority.text}. {health.priority.how}".rstrip()
     )

@@ -44,25 +44,6 @@ _TIE = 1.0 - 1e-9
 
 
 @internal
-def begin(memory: np.ndarray, position: float, velocity: float, period: float) -> None:
-    """Fill the window with a steady motion that has just arrived at `position`."""
-    memory[_BEGUN] = 1.0
-    for i in range(LONGEST + 1):
-        memory[_AGES + i] = i * period
-        memory[_SAMPLES + i] = position - i * period * velocity
-
-
-@internal
-def push(memory: np.ndarray, position: float, period: float) -> None:
-    """Take a new sample, `period` s after the last; the oldest one drops out."""
-    for i in range(LONGEST, 0, -1):
-        memory[_AGES + i] = memory[_AGES + i - 1] + period
-        memory[_SAMPLES + i] = memory[_SAMPLES + i - 1]
-    memory[_AGES] = 0.0
-    memory[_SAMPLES] = position
-
-
-@internal
 def _fits(memory, count, mean_age, mean, falling, tolerance):
     """Return whether `count` samples lie on a line to within the tolerance."""
     newest = memory[_SAMPLES]
@@ -74,8 +55,21 @@ def _fits(memory, count, mean_age, mean, falling, tolerance):
 
 
 @internal
-def slope(memory: np.ndarray, window: int, tolerance: float) -> float:
-    """Return the velocity of the longest line, over up to `window` periods, that fits all its samples."""
+def _foaw(coefs, full, position, period):
+    """Return the velocity of the longest line that fits all its samples; coefs are periods, tolerance in m.
+
+    The window begins as if a steady motion had just arrived.
+    """
+    window, tolerance, memory = int(coefs[0]), coefs[1], full[_WINDOW:]
+    if memory[_BEGUN] == 0.0:
+        memory[_BEGUN] = 1.0
+        for i in range(LONGEST + 1):
+            memory[_AGES + i] = i * period
+            memory[_SAMPLES + i] = full[_POSITION] - i * period * full[_VELOCITY]
+    for i in range(LONGEST, 0, -1):
+        memory[_AGES + i] = memory[_AGES + i - 1] + period
+        memory[_SAMPLES + i] = memory[_SAMPLES + i - 1]
+    memory[_AGES], memory[_SAMPLES] = 0.0, position
     newest = memory[_SAMPLES]
     ages, moved, squares, products = 0.0, 0.0, 0.0, 0.0
     velocity = 0.0
@@ -103,52 +97,28 @@ def reset(memory: np.ndarray, position: float) -> None:
 def resume(memory: np.ndarray, position: float, velocity: float) -> None:
     """Start as if the handle had come to `position` at a steady `velocity`: a new method makes no jump."""
     memory[:] = 0.0
-    memory[_POSITION] = position
-    memory[_VELOCITY] = velocity
-    memory[_RAW] = velocity
-    memory[_OLDER_RAW] = velocity
-    memory[_OLDER] = velocity
-    memory[_ESTIMATE] = position
-
-
-@internal
-def _butterworth(coefs, memory, raw):
-    """Return the raw velocity through two poles; coefs are b0, a1, a2."""
-    before = memory[_VELOCITY]
-    velocity = coefs[0] * (raw + 2.0 * memory[_RAW] + memory[_OLDER_RAW])
-    velocity -= coefs[1] * before + coefs[2] * memory[_OLDER]
-    memory[_OLDER_RAW] = memory[_RAW]
-    memory[_RAW] = raw
-    memory[_OLDER] = before
-    return velocity
-
-
-@internal
-def _kalman(coefs, memory, position, period):
-    """Return the velocity after a constant-velocity guess is corrected; coefs are alpha, beta."""
-    velocity = memory[_VELOCITY]
-    guess = memory[_ESTIMATE] + period * velocity
-    surprise = position - guess
-    memory[_ESTIMATE] = guess + coefs[0] * surprise
-    return velocity + coefs[1] * surprise / period
+    memory[_POSITION] = memory[_ESTIMATE] = position
+    memory[_VELOCITY] = memory[_RAW] = memory[_OLDER_RAW] = memory[_OLDER] = velocity
 
 
 @compiled
 def step(code: int, coefs: np.ndarray, memory: np.ndarray, position: float, period: float) -> float:
     """Take one measured position, `period` s after the last; return the velocity estimate in m/s."""
-    velocity = (position - memory[_POSITION]) / period
+    raw, before = (position - memory[_POSITION]) / period, memory[_VELOCITY]
+    velocity = raw
     if code == IIR:
-        velocity = memory[_VELOCITY] + coefs[0] * (velocity - memory[_VELOCITY])
-    elif code == BUTTERWORTH:
-        velocity = _butterworth(coefs, memory, velocity)
-    elif code == KALMAN:
-        velocity = _kalman(coefs, memory, position, period)
+        velocity = before + coefs[0] * (raw - before)
+    elif code == BUTTERWORTH:  # two poles; coefs are b0, a1, a2
+        velocity = coefs[0] * (raw + 2.0 * memory[_RAW] + memory[_OLDER_RAW])
+        velocity -= coefs[1] * before + coefs[2] * memory[_OLDER]
+        memory[_OLDER_RAW], memory[_RAW], memory[_OLDER] = memory[_RAW], raw, before
+    elif code == KALMAN:  # a guess of constant velocity is corrected; coefs are alpha, beta
+        guess = memory[_ESTIMATE] + period * before
+        surprise = position - guess
+        memory[_ESTIMATE] = guess + coefs[0] * surprise
+        velocity = before + coefs[1] * surprise / period
     elif code == FOAW:
-        window = memory[_WINDOW:]
-        if window[_BEGUN] == 0.0:
-            begin(window, memory[_POSITION], memory[_VELOCITY], period)
-        push(window, position, period)
-        velocity = slope(window, int(coefs[0]), coefs[1])
+        velocity = _foaw(coefs, memory, position, period)
     memory[_POSITION] = position
     memory[_VELOCITY] = velocity
     return velocity

@@ -6,7 +6,6 @@ it sticks. Options stand in numbers in the order of the model's parameters.
 """
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
@@ -20,41 +19,6 @@ COULOMB, SMOOTHED, KARNOPP, KARNOPP_BAND, STRIBECK = range(5)
 PROJECTION, TETHER, LUGRE, DAHL, HAYWARD_ARMSTRONG = range(5, 10)
 MEMORY = 4
 _ANCHOR, _BEND, _BEFORE, _STUCK = range(MEMORY)
-
-
-@internal
-def _slid(v, pull, kinetic, step):
-    return v + step * (pull - math.copysign(kinetic, v))
-
-
-@internal
-def _held(v, pull, static, kinetic, step):
-    """Return the velocity of what rests: 0 up to the static force, then off against the kinetic one."""
-    return 0.0 if abs(pull) <= static else v + step * (pull - math.copysign(kinetic, pull))
-
-
-@internal
-def _coulomb(v, pull, static, kinetic, step):
-    """By the sign of the velocity alone."""
-    if v != 0.0:
-        return _slid(v, pull, kinetic, step)
-    return step * (pull - math.copysign(min(abs(pull), static), pull))
-
-
-@internal
-def _karnopp(v, pull, static, kinetic, step):
-    """A state machine: it sticks where the velocity would change its sign."""
-    if v == 0.0:
-        return _held(v, pull, static, kinetic, step)
-    after = _slid(v, pull, kinetic, step)
-    return after if after * v > 0.0 else 0.0
-
-
-@internal
-def _projection(v, pull, static, kinetic, step):
-    if v == 0.0 and abs(pull) <= static:
-        return 0.0
-    return projected(v + step * pull, kinetic * step)
 
 
 @internal
@@ -97,19 +61,24 @@ def _strained(model, x, v, memory, static, kinetic, options, dt):
 
 @internal
 def _next(model, x, v, pull, memory, mass, static, kinetic, options, dt):
+    """Return the velocity after a step."""
     step = dt / mass
-    if model == COULOMB:
-        return _coulomb(v, pull, static, kinetic, step)
-    if model == KARNOPP:
-        return _karnopp(v, pull, static, kinetic, step)
+    slid = v + step * (pull - math.copysign(kinetic, v))
+    # what rests goes off against the kinetic force
+    held = 0.0 if abs(pull) <= static else v + step * (pull - math.copysign(kinetic, pull))
+    if model == COULOMB:  # by the sign of the velocity alone
+        return slid if v != 0.0 else step * (pull - math.copysign(min(abs(pull), static), pull))
+    if model == KARNOPP:  # a state machine: it sticks where the velocity would change its sign
+        if v == 0.0:
+            return held
+        return slid if slid * v > 0.0 else 0.0
     if model == KARNOPP_BAND:
-        if abs(v) >= options[0]:
-            return _slid(v, pull, kinetic, step)
-        return _held(v, pull, static, kinetic, step)
+        return slid if abs(v) >= options[0] else held
     if model == STRIBECK:
         return projected(v + step * pull, stribeck(v, static, kinetic, options[0]) * step)
     if model == PROJECTION:
-        return _projection(v, pull, static, kinetic, step)
+        rests = v == 0.0 and abs(pull) <= static
+        return 0.0 if rests else projected(v + step * pull, kinetic * step)
     friction = _strained(model, x, v, memory, static, kinetic, options, dt)
     memory[_BEFORE] = x
     return v + step * (pull - friction)
@@ -128,50 +97,31 @@ def run(model, applied, mass, spring, viscous, static, kinetic, options, dt, mem
         x[n + 1] = x[n] + dt * v[n + 1]
 
 
-def _speed(key: str, label: str, default: float) -> Parameter:
-    return Parameter(key, label, "m/s", default, TINY, HUGE)
+_UNITS = {"stiffness": "N/m", "damping": "N·s/m"}
 
 
-def _stiffness(default: float) -> Parameter:
-    return Parameter("stiffness", "Stiffness", "N/m", default, TINY, HUGE)
+def _options(**defaults: float) -> tuple[Parameter, ...]:
+    """Return what a model takes besides its levels; a speed where nothing else is said."""
+    found = []
+    for key, default in defaults.items():
+        words, low = key.replace("_", " ").capitalize(), 0.0 if key == "damping" else TINY
+        found.append(Parameter(key, words, _UNITS.get(key, "m/s"), default, low, HUGE))
+    return tuple(found)
 
 
-def _damping(default: float) -> Parameter:
-    return Parameter("damping", "Damping", "N·s/m", default, 0.0, HUGE)
-
-
-def _stribeck(default: float) -> Parameter:
-    return _speed("stribeck_velocity", "Stribeck velocity", default)
-
-
-# What each model takes besides its levels, in the order of ``options``.
+# The options in the order in which a step takes them.
 MODELS: dict[str, tuple[int, tuple[Parameter, ...]]] = {
     "coulomb": (COULOMB, ()),
-    "smoothed": (SMOOTHED, (_speed("smoothing", "Smoothing", 0.01), _stribeck(0.03))),
+    "smoothed": (SMOOTHED, _options(smoothing=0.01, stribeck_velocity=0.03)),
     "karnopp": (KARNOPP, ()),
-    "karnopp_band": (KARNOPP_BAND, (_speed("band", "Band", 0.005),)),
-    "stribeck": (STRIBECK, (_stribeck(0.02),)),
+    "karnopp_band": (KARNOPP_BAND, _options(band=0.005)),
+    "stribeck": (STRIBECK, _options(stribeck_velocity=0.02)),
     "projection": (PROJECTION, ()),
-    "tether": (TETHER, (_stiffness(2e4), _damping(20.0))),
-    "lugre": (LUGRE, (_stiffness(1e4), _damping(45.0), _stribeck(0.005))),
-    "dahl": (DAHL, (_stiffness(1e4),)),
-    "hayward_armstrong": (HAYWARD_ARMSTRONG, (_stiffness(5e3),)),
+    "tether": (TETHER, _options(stiffness=2e4, damping=20.0)),
+    "lugre": (LUGRE, _options(stiffness=1e4, damping=45.0, stribeck_velocity=0.005)),
+    "dahl": (DAHL, _options(stiffness=1e4)),
+    "hayward_armstrong": (HAYWARD_ARMSTRONG, _options(stiffness=5e3)),
 }
-
-
-def _checked(model: object, given: Mapping[str, object], options: Mapping[str, object]):
-    """Return (code, numbers by name, options in order); raise ParameterError."""
-    if not isinstance(model, str) or model not in MODELS:
-        raise ParameterError(f"The friction model is one of {', '.join(MODELS)}, not {model!r}.")
-    code, declared = MODELS[model]
-    number = checked(given)
-    if number["static"] < number["kinetic"]:
-        raise ParameterError(
-            f"Static friction is at least the kinetic one: {number['kinetic']:g} N or more, "
-            f"not {number['static']:g} N."
-        )
-    chosen = resolve(declared, options, f"The friction model {model}")
-    return code, number, np.array([*chosen, 0.0])
 
 
 def slide(
@@ -193,8 +143,17 @@ def slide(
     Row k is at t = k dt, row 0 the start; applied[k] acts from there to the next row. Models and their
     options are in MODELS. Raise ParameterError.
     """
-    given = {"mass": mass, "static": static, "kinetic": kinetic, "viscous": viscous, "spring": spring}
-    code, number, chosen = _checked(model, given | {"x0": x0, "v0": v0, "dt": dt}, options)
+    if not isinstance(model, str) or model not in MODELS:
+        raise ParameterError(f"The friction model is one of {', '.join(MODELS)}, not {model!r}.")
+    code, declared = MODELS[model]
+    levels = {"mass": mass, "spring": spring, "viscous": viscous, "static": static, "kinetic": kinetic}
+    number = checked(levels | {"x0": x0, "v0": v0, "dt": dt})
+    if number["static"] < number["kinetic"]:
+        raise ParameterError(
+            f"Static friction is at least the kinetic one: {number['kinetic']:g} N or more, "
+            f"not {number['static']:g} N."
+        )
+    chosen = np.array([*resolve(declared, options, f"The friction model {model}"), 0.0])
     try:
         forces = np.ascontiguousarray(applied, dtype=np.float64)
     except (TypeError, ValueError):
@@ -202,9 +161,8 @@ def slide(
     if forces.ndim != 1 or not np.isfinite(forces).all():
         raise ParameterError("The applied forces must be one row of finite numbers of N.")
     x, v = np.full(forces.size, number["x0"]), np.full(forces.size, number["v0"])
-    levels = [number[key] for key in ("mass", "spring", "viscous", "static", "kinetic")]
     if forces.size:
-        run(code, forces, *levels, chosen, number["dt"], np.zeros(MEMORY), x, v)
+        run(code, forces, *(number[key] for key in levels), chosen, number["dt"], np.zeros(MEMORY), x, v)
     return np.arange(forces.size) * number["dt"], x, v
 
 
@@ -227,9 +185,9 @@ def stick_slip(
     N·s/m, dt and seconds s; row k is at t = k dt, n = round(seconds / dt) + 1. Models and their options are
     in MODELS. Raise ParameterError.
     """
-    given = {"mass": mass, "static": static, "kinetic": kinetic, "viscous": viscous, "spring": spring}
-    _, number, _ = _checked(model, given | {"speed": speed, "dt": dt, "seconds": seconds}, options)
+    number = checked({"spring": spring, "speed": speed, "dt": dt, "seconds": seconds})
     count = count_rows(number["seconds"], number["dt"])
     drawn = number["spring"] * number["speed"] * number["dt"] * np.arange(count)
-    t, x, v = slide(model, drawn, **given, dt=dt, **options)
+    levels = {"mass": mass, "spring": spring, "static": static, "kinetic": kinetic, "viscous": viscous}
+    t, x, v = slide(model, drawn, **levels, dt=dt, **options)
     return t, x, v, drawn - number["spring"] * x

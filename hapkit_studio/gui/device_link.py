@@ -207,7 +207,7 @@ class DeviceLink(QObject):
 
     def note_health(self, health: "Health") -> None:
         """Notice that the device went away."""
-        if self.link.state == "running" and not health.connected and self.entry is not None:
+        if self.link.state == "running" and not health.running and self.entry is not None:
             name = getattr(self.engine.device, "name", "") if self.engine is not None else ""
             gone = f"{name or self.entry.title} is gone. Force is zero. Looking again every second."
             self._set_link(LinkStatus("gone", self.entry.title, health.message or gone))

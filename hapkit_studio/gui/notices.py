@@ -99,7 +99,7 @@ class Notices(QObject):
     def show_silence(self, health: "Health") -> None:
         """Show that a board said hello and then sent nothing: no row since it was opened."""
         link = self._studio.link
-        silent = not self._heard and self._silent.elapsed() > NO_DATA_MS and health.connected
+        silent = not self._heard and self._silent.elapsed() > NO_DATA_MS and health.running
         notice = Notice(
             "silence", _DEVICE, "warn", "unplugged", f"{link.title} says hello, but sends no samples.",
             "Force is zero. Press the board's reset button, then try again.",
@@ -110,7 +110,7 @@ class Notices(QObject):
     def show_unmeasured(self, health: "Health") -> None:
         """Show that the delay, and so the limit, is unknown although forces have gone out for a while."""
         studio = self._studio
-        forces = health.connected and self._heard and not studio.simulated and studio.link.state == "running"
+        forces = health.running and self._heard and not studio.simulated and studio.link.state == "running"
         if not forces or health.delay > 0.0 or studio.stopped or studio.fault is not None:
             self._unmeasured.invalidate()
         elif not self._unmeasured.isValid():

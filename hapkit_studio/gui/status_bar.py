@@ -124,7 +124,7 @@ class StatusBar(QWidget):
         us = health.lateness_us
         self.rate.show_words(rate_words(health.rate, nominal, on_board), "", "ink")
         self.late.show_words(f"Late p99 {late(us['p99'])}, worst {late(us['max'])}")
-        lost = health.missed + health.lost_frames
+        lost = health.missed + health.link.lost_frames
         lately = health.missed_lately > 0
         self.missed.show_words(f"Missed {lost:,}", "triangle" if lately else "", "warn" if lately else "ink2")
         if health.priority.realtime:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics.clib import fence, load_acquire, store_release
 
 # --- values
@@ -52,12 +52,10 @@ class Block(NamedTuple):
 
 def new_block() -> Block:
     """Return an empty block."""
-    return Block(
-        *(np.zeros(n, t) for n, t in ((VALUES, float), (WORDS, np.int64), (PROGRAM_WORDS, np.int64)))
-    )
+    return Block(np.zeros(VALUES), np.zeros(WORDS, np.int64), np.zeros(PROGRAM_WORDS, np.int64))
 
 
-@compiled
+@internal
 def copy(source: Block, to: Block) -> None:
     """Copy a block's content, all but its sequence; the law for the board where it is another one."""
     if to.words[PROGRAM_ID] != source.words[PROGRAM_ID]:

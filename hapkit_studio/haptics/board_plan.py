@@ -3,17 +3,17 @@
 import hashlib
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.environments.base import Environment, Values
-from hapkit_studio.errors import DeviceError, LawError, ParameterError
+from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.haptics import block, link
 from hapkit_studio.haptics.link import Link
 from hapkit_studio.laws.law import Law
@@ -23,17 +23,13 @@ from hapkit_studio.protocol.messages import Board, Estimator, MotorMap, Origin, 
 if TYPE_CHECKING:
     from hapkit_studio.laws.board import Program
 
-RATES = (4000, 2000, 1000, 500)
-"""Hz at which a board renders, the fastest first."""
-CLOCK = 16e6
-"""Cycles a second of its processor."""
-_SHARE = 0.8
-"""Of its processor, which a law takes as a rule at most."""
+RATES = (4000, 2000, 1000, 500)  # Hz at which a board renders, the fastest first
+CLOCK = 16e6  # cycles a second of its processor
+_SHARE = 0.8  # of its processor, which a law takes as a rule at most
 _KEPT = 64
 
 ESTIMATORS = {"difference": Estimator.DIFFERENCE, "iir": Estimator.IIR, "kalman": Estimator.KALMAN}
-INSTEAD = "kalman"
-"""The estimator of a board that does not have the one that was chosen."""
+INSTEAD = "kalman"  # the estimator of a board that does not have the one that was chosen
 
 
 @dataclass(frozen=True)
@@ -111,43 +107,26 @@ class BoardPlanner:
             self._answers[request.key] = found
         return found
 
-    def require(self, request: PlanRequest) -> BoardPlan:
-        """Return how the board is to render a request; raise ParameterError."""
-        found = self.plan(request)
-        if isinstance(found, str):
-            raise ParameterError(found)
-        return found
-
     def _work_out(self, request: PlanRequest) -> BoardPlan | str:
-        environment, values = request.environment, request.values
-        title = environment.title
-        law, rate = environment.force, _first_rate(request.rate)
-        numbers = tuple(values[p.key] for p in law.parameters)
-        while True:
-            program = _compiled(law, numbers, 1.0 / rate, self._room)
+        """Try one rate after the other, from the fastest that is not above the one asked for."""
+        law = request.environment.force
+        numbers = tuple(request.values[p.key] for p in law.parameters)
+        title, room = request.environment.title, min(self.arena, 8 * block.PROGRAM_WORDS)
+        for rate in RATES:
+            if request.rate is not None and rate > max(request.rate, RATES[-1]):
+                continue
+            program = _compiled(law, numbers, 1.0 / rate, room)
             if isinstance(program, str):
                 return f"{title} cannot be rendered on the board. {program}"
-            if program.size > self._room:
-                return f"{title} needs {program.size:,} bytes, the board has {self._room:,}."
+            if program.size > room:
+                return f"{title} needs {program.size:,} bytes, the board has {room:,}."
             if rate <= fastest(program):
-                return self._plan_at(request, program, rate)
-            if rate == RATES[-1]:
-                return (
-                    f"{title} takes up to {program.most:,} cycles on the board: {int(fastest(program)):,} Hz "
-                    f"at most, and its slowest rate is {RATES[-1]} Hz."
-                )
-            rate = next(r for r in RATES if r < rate)
-
-    @property
-    def _room(self) -> int:
-        return min(self.arena, 8 * block.PROGRAM_WORDS)
-
-    def _plan_at(self, request: PlanRequest, program: "Program", rate: int) -> BoardPlan:
-        kind, first, second = coefficients(request.estimator, rate, request.quantum)
-        moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP
-        return BoardPlan(
-            request.environment.force, program, rate, kind, first, second, moving, share(program, rate)
-        )
+                how = coefficients(request.estimator, rate, request.quantum)
+                moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP
+                return BoardPlan(law, program, rate, *how, moving, share(program, rate))
+            hertz = int(fastest(program))
+            too_slow = f"{title} takes up to {program.most:,} cycles on the board: {hertz:,} Hz at most"
+        return f"{too_slow}, and its slowest rate is {RATES[-1]} Hz."
 
 
 class BackgroundPlanner:
@@ -158,30 +137,25 @@ class BackgroundPlanner:
 
     def __init__(self, done: Callable[[BoardPlanner], None]):
         self._done = done
-        self._lock = threading.Lock()
-        self._next: tuple[BoardPlanner, PlanRequest] | None = None
-        self._thread: threading.Thread | None = None
+        self._thread = ThreadPoolExecutor(1, "hapkit-law")
+        self._waiting: Future = Future()
 
     def plan(self, planner: BoardPlanner, request: PlanRequest) -> BoardPlan | str | None:
         """Return a known answer; None where it is being worked out from now on."""
-        found = planner.known(request)
-        if found is None:
-            with self._lock:
-                self._next = (planner, request)
-                if self._thread is None:
-                    self._thread = threading.Thread(target=self._run, name="hapkit-law", daemon=True)
-                    self._thread.start()
-        return found
 
-    def _run(self) -> None:
-        while True:
-            with self._lock:
-                if self._next is None:
-                    self._thread = None
-                    return
-                (planner, request), self._next = self._next, None
+        def work_out() -> None:
             planner.plan(request)
             self._done(planner)
+
+        found = planner.known(request)
+        if found is None:
+            self._waiting.cancel()
+            self._waiting = self._thread.submit(work_out)
+        return found
+
+
+# CPython 3.11 fails where two threads parse at a time ("AST constructor recursion depth mismatch")
+_parsing = threading.Lock()
 
 
 @lru_cache(maxsize=_KEPT)
@@ -191,7 +165,8 @@ def _compiled(law: Law, numbers: tuple[float, ...], period: float, room: int) ->
 
     values = dict(zip((p.key for p in law.parameters), numbers, strict=True))
     try:
-        return board.compile(law, values, period, room)
+        with _parsing:
+            return board.compile(law, values, period, room)
     except LawError as error:
         return str(error)
 
@@ -205,21 +180,6 @@ def fastest(program: "Program") -> float:
     """Return the highest rate in Hz at which a law takes its share at most, and fits its period always."""
     as_a_rule = (_SHARE * CLOCK - 1000 * FRAME) / (program.usual + REST)
     return min(as_a_rule, CLOCK / (program.most + REST_AT_MOST))
-
-
-def _first_rate(request: float | None) -> int:
-    """Return the fastest rate in Hz that is not above a request."""
-    return next(r for r in RATES if request is None or r <= max(request, RATES[-1]))
-
-
-def planner_for(device: HapkitBoard) -> BoardPlanner | str:
-    """Return what an open board offers, or in one line why that is nothing."""
-    if device.hello.arena == 0:
-        return "This firmware renders no laws. Update firmware."
-    try:
-        return BoardPlanner(device.hello.arena, device.settings())
-    except DeviceError as error:
-        return str(error)
 
 
 _REFUSED: dict[int, str] = {

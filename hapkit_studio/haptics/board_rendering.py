@@ -8,8 +8,7 @@ import math
 
 import numpy as np
 
-from hapkit_studio.dynamics import estimators
-from hapkit_studio.dynamics.jit import compiled, internal
+from hapkit_studio.dynamics.jit import internal
 from hapkit_studio.haptics import arrays, block, link, rows
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.clib import store_release
@@ -19,35 +18,37 @@ from hapkit_studio.haptics.tick import due, latch, recover, refresh
 from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.law_frames import PIECE, TUNED
 
-FRAME = 1e-3
-"""s between two frames of telemetry, where the board does not render more slowly."""
-
+FRAME = 1e-3  # s between two frames of telemetry, where the board does not render more slowly
 _FADE = 0.030
 _OFF = codec.FLAG_WATCHDOG | codec.FLAG_REFUSED | codec.FLAG_OVER_SPEED | codec.FLAG_STOPPED
 
 
-@compiled
+@internal
 def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
     """Show the k-th decoded frame, telemetry, in the ring's next row."""
-    sample = conn.samples[k]
+    sample, n = conn.samples[k], conn.numbers
     row = out.rows[rows.next_index(out)]
     note_who_renders(r, conn, sample)
-    period = time_since_last(conn, sample)
+    passed = link.time_since_last(conn, sample)
+    period = passed if passed > 0.0 else FRAME
     position = link.position_of(conn, sample[codec.COUNT])
     if due(r):
         fault = r.control[arrays.FAULT]
         refresh(r, position, period)
         if fault != arrays.NO_FAULT and r.control[arrays.FAULT] == arrays.NO_FAULT:
-            conn.numbers[link.EXCUSED] = now + link.REPEAT_AFTER + conn.numbers[link.ROUND_TRIP]
+            n[link.EXCUSED] = now + link.REPEAT_AFTER + n[link.ROUND_TRIP]
     if r.word[arrays.STALE]:
         recover(r, period)
-    link.write_times(conn, sample, row, now)
+    link.write_times(conn, sample[codec.BOARD_TIME], row, now)
     link.note_delay(conn.delays, link.OF_BOARD, sample[codec.DELAY])
-    conn.numbers[link.SEEN_SPEED] = (position - r.real[arrays.LAST_POSITION]) / period
+    n[link.SEEN_SPEED] = (position - r.real[arrays.LAST_POSITION]) / period
     fill_row(r, conn, sample, row, position, period)
-    lost = lost_frames(conn, sample, period)
-    row[rows.FLAGS] = flags_of(r, conn, sample, now, lost > 0 or period > 1.5 * frame_of(conn))
-    r.word[arrays.FLAGS] = int(row[rows.FLAGS])
+    rate = conn.law[link.RATE]
+    frames = period / max(FRAME, 1.0 / rate) if rate > 0 else period / FRAME
+    if sample[codec.LOST] > 0.0 and rate > 0:  # ticks are not all shown
+        conn.reader[codec.LOST_FRAMES] += max(int(frames + 0.5) - 1, 0)
+    r.word[arrays.FLAGS] = flags_of(r, conn, sample, now, frames >= 1.5)
+    row[rows.FLAGS] = r.word[arrays.FLAGS]
     if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
         r.real[arrays.APPLIED] = row[rows.APPLIED]
 
@@ -56,42 +57,14 @@ def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
 def note_who_renders(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
     """Notice that the board renders what it was told to, or that it was not told to."""
     n, words = conn.numbers, conn.words
-    if (
-        words[link.HANDOVER] == link.SENDING_LAW
-        and int(sample[codec.GENERATION]) == words[link.LAW_GENERATION]
-    ):
+    at, generation = words[link.HANDOVER], int(sample[codec.GENERATION])
+    if at == link.SENDING_LAW and generation == words[link.LAW_GENERATION]:
         words[link.HANDOVER], words[link.MOTOR_SEEN_ON] = link.ON_BOARD, 1
         n[link.FADED_AT] = sample[codec.BOARD_TIME] + _FADE
         words[link.OVERRUNS] = int(sample[codec.OVERRUNS])
-    elif words[link.HANDOVER] <= link.SENDING_SETTINGS:
-        words[link.HANDOVER] = link.RETURNING
-        n[link.ASKED_AT] = -link.REPEAT_AFTER
+    elif at <= link.SENDING_SETTINGS:
+        return_to_computer(conn)
     r.real[arrays.GAIN] = 0.0
-
-
-@internal
-def time_since_last(conn: Link, sample: np.ndarray) -> float:
-    """Return the time in s since the last row by the board's clock, a frame's where that means nothing."""
-    before = conn.numbers[link.LAST_BOARD_TIME]
-    passed = sample[codec.BOARD_TIME] - before
-    return passed if before > 0.0 and 0.0 < passed < 1.0 else FRAME
-
-
-@internal
-def frame_of(conn: Link) -> float:
-    """Return the time in s from one frame of telemetry to the next."""
-    rate = conn.law[link.RATE]
-    return max(FRAME, 1.0 / rate) if rate > 0 else FRAME
-
-
-@internal
-def lost_frames(conn: Link, sample: np.ndarray, period: float) -> int:
-    """Return how many frames are missing before this one, and count them; ticks are not all shown."""
-    if sample[codec.LOST] <= 0.0 or conn.law[link.RATE] <= 0:
-        return 0
-    lost = max(int(period / frame_of(conn) + 0.5) - 1, 0)
-    conn.reader[codec.LOST_FRAMES] += lost
-    return lost
 
 
 @internal
@@ -104,7 +77,7 @@ def finite(value: float) -> float:
 def fill_row(
     r: LoopArrays, conn: Link, sample: np.ndarray, row: np.ndarray, position: float, period: float
 ) -> None:
-    """Fill what the board says of motion, force and state."""
+    """Fill what the board says of motion, force and state; state is kept where its law is in force."""
     real, word, sign = r.real, r.word, conn.numbers[link.SIGN]
     duty = int(sample[codec.PWM])
     applied = sign * math.copysign(conn.motor[min(abs(duty), conn.motor.size - 1)], duty)
@@ -123,14 +96,7 @@ def fill_row(
     word[arrays.RENEW] = 1  # the passivity observer does not watch here
     place = int(row[rows.TICK]) & (r.energies.shape[0] - 1)
     r.energies[place, 0] = r.energies[place, 1] = math.nan
-    keep_state(r, conn, sample, row)
-
-
-@internal
-def keep_state(r: LoopArrays, conn: Link, sample: np.ndarray, row: np.ndarray) -> None:
-    """Keep the value of state that this frame shows, if it is the law's in force; fill the row's."""
-    states = r.states[r.word[arrays.SLOT]]
-    at = int(sample[codec.STATE_AT])
+    states, at = r.states[word[arrays.SLOT]], int(sample[codec.STATE_AT])
     same = conn.words[link.HANDOVER] == link.ON_BOARD and r.words[block.BOARD_LAW] == r.words[block.LAW]
     if at < r.words[block.N_STATE] and same and r.words[block.CODE_ID] == conn.words[link.CODE_ID]:
         states[at] = sample[codec.STATE]
@@ -151,7 +117,11 @@ def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: boo
         conn.words[link.SKIPPED] += missed
     conn.words[link.OVERRUNS] = int(sample[codec.OVERRUNS])
     latch_reported_faults(r, n, said, now)
-    count_motor_cuts(r, conn, said)
+    off = said & codec.FLAG_WATCHDOG != 0 and said & codec.FLAG_STOPPED == 0
+    if off and conn.words[link.MOTOR_SEEN_ON] and not r.word[arrays.STALE]:
+        cuts = arrays.STALE_CAUSES + arrays.CUT  # switched off although it was told that someone is there
+        store_release(r.control, cuts, r.control[cuts] + 1)
+    conn.words[link.MOTOR_SEEN_ON] = not off
     flags = rows.GAP if gap or said & codec.FLAG_SENSOR else 0
     if said & codec.FLAG_CLAMPED:
         flags |= rows.CLAMPED
@@ -166,17 +136,6 @@ def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: boo
     elif sample[codec.BOARD_TIME] < n[link.FADED_AT]:
         flags |= rows.FADING
     return flags
-
-
-@internal
-def count_motor_cuts(r: LoopArrays, conn: Link, said: int) -> None:
-    """Count how often the board switched its motor off although it was told that someone is there."""
-    words = conn.words
-    off = said & codec.FLAG_WATCHDOG != 0 and said & codec.FLAG_STOPPED == 0
-    if off and words[link.MOTOR_SEEN_ON] and not r.word[arrays.STALE]:
-        count = r.control[arrays.STALE_CAUSES + arrays.CUT] + 1
-        store_release(r.control, arrays.STALE_CAUSES + arrays.CUT, count)
-    words[link.MOTOR_SEEN_ON] = not off
 
 
 @internal
@@ -195,56 +154,33 @@ def latch_reported_faults(r: LoopArrays, n: np.ndarray, said: int, now: float) -
         latch(r, arrays.NOT_A_NUMBER, math.nan, position)
 
 
-@internal
-def resume_on_computer(r: LoopArrays, conn: Link, count: float) -> None:
-    """Let the computer's tick go on from the motion as the board saw it; the force fades in."""
-    position = link.position_of(conn, count)
-    estimators.resume(r.memory, position, r.real[arrays.VELOCITY])
-    r.real[arrays.LAST_POSITION] = position
-    r.real[arrays.GAIN] = 0.0
-    conn.forces[:] = 0.0
-    conn.numbers[link.EFFECT] = 0.0
-
-
+# s between two words that the computer is there. A board goes silent 25 ms after the last: five may be lost.
+# Each costs it 300 cycles.
 ALIVE_APART = 4e-3
-"""s between two words that the computer is there. A board goes silent 25 ms after the last: five may be lost.
-
-Each costs it 300 cycles.
-"""
 _HALF_FRAME = 0.5e-3
+# Pieces of a law that may go out together, one for each frame that has come: the board works one off in a
+# millisecond, and has room for 128 bytes that wait.
 AT_ONCE = 3
-"""Pieces of a law that may go out together, one for each frame that has come.
-
-The board works one off in a millisecond, and has room for 128 bytes that wait.
-"""
-WINDOW = 16 * PIECE
-"""Bytes of a law that may be under way."""
-REPEAT = 0.02
-"""s beyond a round trip after which pieces that have not arrived are sent again."""
-TUNE_AGAIN = 0.05
-"""The same for constants; those before them have moved by then and left their room."""
-STUCK = 0.5
-"""s in which a law that has arrived whole begins."""
+WINDOW = 16 * PIECE  # bytes of a law that may be under way
+REPEAT = 0.02  # s beyond a round trip after which pieces that have not arrived are sent again
+TUNE_AGAIN = 0.05  # the same for constants; those before them have moved by then and left their room
+STUCK = 0.5  # s in which a law that has arrived whole begins
 _GENERATIONS = 255
-FIRST_SLOT = 2
-"""The first slot behind position and velocity."""
+FIRST_SLOT = 2  # behind position and velocity
 
 
-@compiled
+@internal
 def answer(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
     """Encode what answers frame k, as the handover stands; return its length."""
-    n, words = conn.numbers, conn.words
-    n[link.LAST_ANSWER] = now
-    at = words[link.HANDOVER]
+    at, code_id = conn.words[link.HANDOVER], link.wanted_code(r, conn)
     if at == link.FADING_OUT:
         length = encode_zero(conn, k, frame)
         return length + begin_handover(r, conn, k, now, frame[length:])
     if at == link.SENDING_SETTINGS:
         return send_settings(conn, k, now, frame)
-    code_id = link.wanted_code(r, conn)
     if at != link.RETURNING and code_id == 0:
-        at = return_to_computer(conn)
-    if at == link.RETURNING:
+        return_to_computer(conn)
+    if at == link.RETURNING or code_id == 0:
         return send_leave(conn, k, now, frame)
     if at == link.SENDING_LAW:
         return send_law(r, conn, k, now, frame, code_id)
@@ -259,26 +195,15 @@ def encode_zero(conn: Link, k: int, frame: np.ndarray) -> int:
 
 @internal
 def begin_handover(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Begin to hand over, the force at zero: the zero first, where the board has another one."""
-    n, words = conn.numbers, conn.words
-    words[link.LAW_DUE] = 1
-    if words[link.CONFIGURABLE] and (n[link.ZERO] != 0.0 or n[link.SIGN] < 0.0):
-        put_zero_and_direction(conn)
-        words[link.HANDOVER] = link.SENDING_SETTINGS
-        n[link.ASKED_AT] = -link.REPEAT_AFTER
-        words[link.SETTINGS_SEEN] = conn.reader[codec.SETTINGS_FRAMES]
-        return send_settings(conn, k, now, frame)
-    words[link.HANDOVER] = link.SENDING_LAW
-    return send_law(r, conn, k, now, frame, link.wanted_code(r, conn))
-
-
-@internal
-def put_zero_and_direction(conn: Link) -> None:
-    """Put the zero and direction that a person has set into the settings that the board is to take over.
+    """Begin to hand over, the force at zero: zero and direction first, where a person has set another one.
 
     The board's zero counts before its sense; its force follows its direction.
     """
-    body, n = conn.settings, conn.numbers
+    n, words, body = conn.numbers, conn.words, conn.settings
+    words[link.LAW_DUE] = 1
+    if not words[link.CONFIGURABLE] or (n[link.ZERO] == 0.0 and n[link.SIGN] > 0.0):
+        words[link.HANDOVER] = link.SENDING_LAW
+        return send_law(r, conn, k, now, frame, link.wanted_code(r, conn))
     sense = law_frames.signed(body, law_frames.AT_SENSE, 1)
     zero = law_frames.signed(body, law_frames.AT_ZERO, 4) + sense * int(n[link.ZERO])
     law_frames.put_integer(body, law_frames.AT_ZERO, 4, zero)
@@ -286,6 +211,9 @@ def put_zero_and_direction(conn: Link) -> None:
         direction = law_frames.signed(body, law_frames.AT_DIRECTION, 1)
         law_frames.put_integer(body, law_frames.AT_SENSE, 1, -sense)
         law_frames.put_integer(body, law_frames.AT_DIRECTION, 1, -direction)
+    words[link.HANDOVER], n[link.ASKED_AT] = link.SENDING_SETTINGS, -link.REPEAT_AFTER
+    words[link.SETTINGS_SEEN] = conn.reader[codec.SETTINGS_FRAMES]
+    return send_settings(conn, k, now, frame)
 
 
 @internal
@@ -394,11 +322,10 @@ def send_pieces(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
 
 
 @internal
-def return_to_computer(conn: Link) -> int:
-    """Begin to hand back to the computer; return the new state."""
+def return_to_computer(conn: Link) -> None:
+    """Begin to hand back to the computer."""
     conn.words[link.HANDOVER] = link.RETURNING
     conn.numbers[link.ASKED_AT] = -link.REPEAT_AFTER
-    return link.RETURNING
 
 
 @internal
@@ -425,7 +352,8 @@ def update(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, cod
             words[link.TUNING] = words[link.PROGRAM_ID] = 0
     changed = 0
     if words[link.TUNING] == 0 and words[link.PROGRAM_ID] != r.words[block.PROGRAM_ID]:
-        changed = count_changes(r, conn)
+        for i in range(conn.law[link.STATES], conn.law[link.CONSTANTS]):
+            changed += constant_differs(r, conn, i)
     if words[link.LAW_DUE] or words[link.CODE_ID] != code_id or changed > r.words[block.BOARD_MOVING]:
         words[link.HANDOVER], words[link.LAW_DUE] = link.SENDING_LAW, 1
         return send_law(r, conn, k, now, frame, code_id)
@@ -440,15 +368,6 @@ def update(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, cod
 def constant_differs(r: LoopArrays, conn: Link, i: int) -> bool:
     """Return whether the board may have another i-th constant than it is to have."""
     return conn.unsure[i] or law_frames.constant_of(conn.program, i) != law_frames.constant_of(r.program, i)
-
-
-@internal
-def count_changes(r: LoopArrays, conn: Link) -> int:
-    """Return how many constants the board may have otherwise than it is to have them."""
-    count = 0
-    for i in range(conn.law[link.STATES], conn.law[link.CONSTANTS]):
-        count += constant_differs(r, conn, i)
-    return count
 
 
 @internal
@@ -476,14 +395,3 @@ def send_now_and_then(conn: Link, k: int, frame: np.ndarray, word: int) -> int:
         return 0
     conn.numbers[link.ALIVE_AT] = time
     return codec.encode_simple(frame, word)
-
-
-@compiled
-def take_law_away(conn: Link, frame: np.ndarray) -> int:
-    """Take the board's law away, then command zero: the last act of a loop while the board renders.
-
-    Told twice the board does so at once; told once it lets its force go out over 30 ms.
-    """
-    length = codec.encode_simple(frame, law_frames.LEAVE)
-    length += codec.encode_simple(frame[length:], law_frames.LEAVE)
-    return length + codec.encode_force(frame[length:], 0, 0, 0.0)

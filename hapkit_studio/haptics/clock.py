@@ -86,15 +86,8 @@ def windows_until(deadline: float) -> None:
     clib.CloseHandle(timer)
 
 
-def python_until(deadline: float) -> None:
-    """Sleep to an absolute time in s without compiled code."""
-    remaining = deadline - time.perf_counter()
-    if remaining > 0.0:
-        time.sleep(remaining)
-
-
 if config.DISABLE_JIT:
-    now, until = time.perf_counter, python_until
+    now, until = time.perf_counter, lambda deadline: time.sleep(max(0.0, deadline - time.perf_counter()))
 elif sys.platform == "darwin":
     now, until = macos_now, macos_until
 elif sys.platform == "win32":

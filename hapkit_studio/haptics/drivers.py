@@ -8,53 +8,41 @@ from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import DeviceError
-from hapkit_studio.haptics import arrays, block, board_plan, link, serial_loop, simulated_loop
+from hapkit_studio.haptics import arrays, board_plan, link, serial_loop, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.board_plan import BoardPlan, BoardPlanner
-from hapkit_studio.haptics.clib import store_release
 from hapkit_studio.haptics.health import silent
-from hapkit_studio.haptics.link import MeasuredDelay
-from hapkit_studio.haptics.rows import Ring, new_ring
+from hapkit_studio.haptics.link import Link
+from hapkit_studio.haptics.rows import Ring
 
 # After connecting, force stays zero that long while the delay of the line is measured.
 HOLD_SECONDS = 0.5
-LATELY = 2000
-"""Measured delays that count, a second or two of them."""
 
 
 class Driver:
-    """Owns one connection; ``run`` keeps its thread until the control words say quit."""
+    """Owns one connection; ``run`` keeps its thread until the control words say quit.
+
+    hold_seconds of zero force come first; rate: Hz that the device itself sets, None where the loop does;
+    planner: what it can render by itself, no_planner in one line why that is nothing.
+    """
 
     hold_seconds = 0.0
     rate: float | None = None
-    """Hz that the device itself sets, None where the loop does."""
     planner: BoardPlanner | None = None
-    """What the device can render by itself, and in one line why that is nothing."""
     no_planner = ""
+
+    def __init__(self, conn: Link):
+        self.conn = conn
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         """Render until told to quit; whatever ends it, the last act is a zero command."""
         raise NotImplementedError
 
-    def delay(self, r: LoopArrays) -> float:
-        """Return the measured delay in s from a sample to its force, of whoever renders."""
-        return float(r.values[block.DELAY])
-
-    def measured(self, board: bool) -> MeasuredDelay | None:
-        """Return the delay as measured lately where the board or the computer renders; None where unknown."""
-        return None
-
     def refusal(self, plan: BoardPlan) -> str:
         """Return in one line why the device has refused to render what it was sent, "" if it has not."""
-        return ""
-
-    def on_board(self) -> bool:
-        """Say whether the device renders by itself at this moment."""
-        return False
-
-    def overruns(self) -> int:
-        """Return how many ticks the device has skipped when it rendered by itself."""
-        return 0
+        words = self.conn.words
+        refused = words[link.REFUSED] == plan.code_id
+        return board_plan.refusal_text(int(words[link.REFUSAL])) if refused else ""
 
     def move_hand(self, target: float | None, grip: str) -> None:
         """Move the hand on the handle, where the device has one."""
@@ -69,6 +57,7 @@ class SimulatedDriver(Driver):
     no_planner = "The simulated Hapkit has no board: the computer renders."
 
     def __init__(self, device: SimulatedHapkit):
+        super().__init__(link.new_link(device.quantum))
         self.body = simulated_loop.new_plant(device)
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
@@ -82,14 +71,19 @@ class SerialDriver(Driver):
 
     def __init__(self, device: HapkitBoard):
         device.open()
+        super().__init__(link.new_link(device.quantum, 1e-3 * device.hello.watchdog_ms))
         self.device = device
         self.rate = device.rate
-        self.conn = link.new_link(device.quantum, 1e-3 * device.hello.watchdog_ms)
-        found = board_plan.planner_for(device)
-        self.planner = None if isinstance(found, str) else found
-        self.no_planner = found if isinstance(found, str) else ""
-        if self.planner is not None and self.planner.settings is not None:
-            board_plan.tell_link(self.conn, self.planner.settings, device.hello.pwm_top)
+        if device.hello.arena == 0:
+            self.no_planner = "This firmware renders no laws. Update firmware."
+            return
+        try:
+            settings = device.settings()
+        except DeviceError as error:
+            self.no_planner = str(error)
+            return
+        self.planner = BoardPlanner(device.hello.arena, settings)
+        board_plan.tell_link(self.conn, settings, device.hello.pwm_top)
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         if not r.control[arrays.QUIT]:
@@ -101,24 +95,6 @@ class SerialDriver(Driver):
 
     def _loop(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         serial_loop.run(r, self.conn, out, late, self.device.fileno())
-
-    def delay(self, r: LoopArrays) -> float:
-        found = self.measured(self.on_board())
-        return 0.0 if found is None else found.mean
-
-    def measured(self, board: bool) -> MeasuredDelay | None:
-        return link.measured_delay(self.conn.delays, link.OF_BOARD if board else link.OF_COMPUTER, LATELY)
-
-    def refusal(self, plan: BoardPlan) -> str:
-        words = self.conn.words
-        refused = words[link.REFUSED] == plan.code_id
-        return board_plan.refusal_text(int(words[link.REFUSAL])) if refused else ""
-
-    def on_board(self) -> bool:
-        return int(self.conn.words[link.HANDOVER]) == link.ON_BOARD
-
-    def overruns(self) -> int:
-        return int(self.conn.words[link.SKIPPED])
 
     def move_hand(self, target: float | None, grip: str) -> None:
         if isinstance(self.device, VirtualBoard):
@@ -137,13 +113,6 @@ class PortableDriver(SerialDriver):
             serial_loop.warm_up()
         else:
             serial_loop.run_portable(r, self.conn, out, late, self.device.read, self.device.write)
-
-
-def compile_ahead(driver: Driver, r: LoopArrays, late: np.ndarray) -> None:
-    """Compile or load the driver's loop by running it with the quit word set: no sample is rendered."""
-    store_release(r.control, arrays.QUIT, 1)
-    driver.run(r, new_ring(r.control, 2), late)
-    store_release(r.control, arrays.QUIT, 0)
 
 
 def driver_for(device: object) -> Driver:

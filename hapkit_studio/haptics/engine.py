@@ -13,10 +13,10 @@ from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError, StudioError
-from hapkit_studio.haptics import arrays, block, board_plan, health, passivity, priority
+from hapkit_studio.haptics import arrays, block, board_plan, health, link, passivity, priority
 from hapkit_studio.haptics.board_plan import BackgroundPlanner, BoardPlan, BoardPlanner, PlanRequest
 from hapkit_studio.haptics.clib import load_acquire, store_release
-from hapkit_studio.haptics.drivers import Driver, SimulatedDriver, compile_ahead, driver_for
+from hapkit_studio.haptics.drivers import Driver, SimulatedDriver, driver_for
 from hapkit_studio.haptics.health import Fault, Health, Watch
 from hapkit_studio.haptics.link import MeasuredDelay
 from hapkit_studio.haptics.priority import Priority
@@ -26,6 +26,7 @@ from hapkit_studio.haptics.settings import LoopSettings, Wanted
 RENDERERS = COMPUTER, BOARD = "computer", "board"
 STARTING = Priority("Starting")
 JOIN_SECONDS = 2.0
+LATELY = 2000  # measured delays that count, a second or two of them
 # Ticks whose energies are kept: what a window reads late is not known any more.
 ENERGIES = 1 << 13
 
@@ -57,7 +58,8 @@ class Engine:
         self.grip = "medium"
         self._target: float | None = None
         self.model = MODELS[0]
-        self._where = COMPUTER
+        self.where_wanted = COMPUTER
+        """Who is to render wherever that is possible."""
         self._board_rate: float | None = None
         self._planning = BackgroundPlanner(self._planned)
         chosen = _environment(environment)
@@ -67,20 +69,19 @@ class Engine:
     def start(self) -> None:
         """Open the device and start the loop; raise DeviceError. Compiles on the very first start."""
         self.close()
-        driver = driver_for(self.device)
+        self.driver, self._message = driver_for(self.device), ""
         try:
-            self._begin(driver)
+            self._begin(self.driver)
         except BaseException:
-            driver.close()
+            self.driver.close()
             raise
 
     def _begin(self, driver: Driver) -> None:
-        self.driver, self._message = driver, ""
-        loop = self.loop.changed(rate=driver.rate)
-        device = self.device
-        known = {"mass": device.mass, "viscous": device.viscous, "quantum": device.quantum}
-        self._change(max_force=device.max_force, loop=loop, **known)
-        compile_ahead(driver, self.arrays, self.lateness_bins)
+        known = {key: getattr(self.device, key) for key in ("mass", "viscous", "quantum", "max_force")}
+        self._change(loop=self.loop.changed(rate=driver.rate), **known)
+        # compile or load the loop: with the quit word set it renders no sample
+        store_release(self.arrays.control, arrays.QUIT, 1)
+        driver.run(self.arrays, new_ring(self.arrays.control, 2), self.lateness_bins)
         self.lateness_bins[:] = 0
         arrays.restart(self.arrays, driver.hold_seconds)
         self._watch.forget()
@@ -120,18 +121,16 @@ class Engine:
     def _change(self, **changes: Any) -> None:
         """Publish the settings in force with some of them replaced."""
         with self._lock:
-            self._publish(Wanted(**{**vars(self._wanted), **changes}))
-
-    def _publish(self, wanted: Wanted) -> None:
-        wanted.generation = self._wanted.generation + 1
-        wanted.grip, wanted.target = grip_named(self.grip), self._target
-        device = self._modelled(wanted.environment)
-        if device is not None:
-            wanted.viscous, wanted.coulomb = device.viscous, device.coulomb_force
-            wanted.quantum, wanted.mass = device.quantum, device.mass
-        wanted.board = self._plan_for(wanted)
-        self._write(wanted)
-        self._wanted = wanted
+            wanted = Wanted(**{**vars(self._wanted), **changes})
+            wanted.generation += 1
+            wanted.grip, wanted.target = grip_named(self.grip), self._target
+            device = self._modelled(wanted.environment)
+            if device is not None:
+                wanted.viscous, wanted.coulomb = device.viscous, device.coulomb_force
+                wanted.quantum, wanted.mass = device.quantum, device.mass
+            wanted.board = self._plan_for(wanted)
+            self._write(wanted)
+            self._wanted = wanted
 
     def _write(self, wanted: Wanted) -> None:
         """Write settings into the loop's block; every law is kept alive until the loop has left it."""
@@ -230,19 +229,13 @@ class Engine:
     @property
     def where(self) -> str:
         """Return who is to render, "computer" or "board"; what the board cannot render stays here."""
-        if self._where == BOARD and self.renders_on_boards and not self.board_refusal():
-            return BOARD
-        return COMPUTER
-
-    @property
-    def where_wanted(self) -> str:
-        """Return who is to render wherever that is possible."""
-        return self._where
+        return BOARD if self.where_wanted == BOARD and not self.board_refusal() else COMPUTER
 
     @property
     def rendering(self) -> str:
         """Return who renders at this moment; while one hands over to the other, the computer."""
-        return BOARD if self.driver is not None and self.driver.on_board() else COMPUTER
+        on_board = self.driver is not None and self.driver.conn.words[link.HANDOVER] == link.ON_BOARD
+        return BOARD if on_board else COMPUTER
 
     @property
     def renders_on_boards(self) -> bool:
@@ -267,7 +260,7 @@ class Engine:
         """Let one of them render every scene that it can; raise ParameterError for a rate no board has."""
         board_plan.check_rate(rate)
         with self._lock:
-            self._where, self._board_rate = where, rate
+            self.where_wanted, self._board_rate = where, rate
             self._change()
 
     @property
@@ -280,8 +273,7 @@ class Engine:
     @property
     def possible_plan(self) -> BoardPlan | None:
         """Return how the board would render the scene in force; None where it cannot, or nobody knows yet."""
-        planner = self._planner()
-        found = None if isinstance(planner, str) else self._answer(planner, self._wanted)
+        found = self._answer(self._wanted)
         return found if isinstance(found, BoardPlan) else None
 
     def board_refusal(self, wait: bool = False) -> str:
@@ -289,64 +281,57 @@ class Engine:
 
         A law that is new to it is compiled in the background: "" until that is done, unless one can wait.
         """
-        planner, driver = self._planner(), self.driver
-        if isinstance(planner, str):
-            return planner
-        found = self._answer(planner, self._wanted, wait)
+        found, driver = self._answer(self._wanted, wait), self.driver
         if isinstance(found, BoardPlan):
             return "" if driver is None else driver.refusal(found)
         return found or ""
-
-    def _planner(self) -> BoardPlanner | str:
-        """Return what plans laws for the open board, or in one line why the board can render none."""
-        driver = self.driver
-        if driver is None:
-            return SimulatedDriver.no_planner if self.device.simulated else "No device is open."
-        if driver.planner is None:
-            return driver.no_planner
-        if self._wanted.max_force < self.device.max_force:
-            return "The force limit is lowered, which only the computer keeps to."
-        return driver.planner
 
     def _plan_for(self, wanted: Wanted) -> BoardPlan | None:
         """Return how the board is to render what is wanted, None where the computer does.
 
         While a law is compiled the board goes on with the one that it has.
         """
-        planner = self._planner()
-        if self._where != BOARD or isinstance(planner, str) or wanted.max_force < self.device.max_force:
+        if self.where_wanted != BOARD:
             return None
-        found = self._answer(planner, wanted)
+        found = self._answer(wanted)
         if found is None:
             return self._wanted.board
         return found if isinstance(found, BoardPlan) else None
 
-    def _answer(self, planner: BoardPlanner, wanted: Wanted, wait: bool = False) -> BoardPlan | str | None:
-        """Return how the board renders what is wanted, or why not; None while that is being worked out."""
+    def _answer(self, wanted: Wanted, wait: bool = False) -> BoardPlan | str | None:
+        """Return how the open board renders what is wanted, or in one line why not.
+
+        None while that is being worked out.
+        """
+        driver = self.driver
+        if driver is None:
+            return SimulatedDriver.no_planner if self.device.simulated else "No device is open."
+        if driver.planner is None:
+            return driver.no_planner
+        if wanted.max_force < self.device.max_force:
+            return "The force limit is lowered, which only the computer keeps to."
         request = PlanRequest(
             wanted.environment, wanted.values, wanted.loop.estimator, self.device.quantum, self._board_rate
         )
-        return planner.plan(request) if wait else self._planning.plan(planner, request)
+        return driver.planner.plan(request) if wait else self._planning.plan(driver.planner, request)
 
     def _planned(self, planner: BoardPlanner) -> None:
         """Take over what the background has worked out."""
         with self._lock:
-            if self._where == BOARD and self._planner() is planner:
+            if self.where_wanted == BOARD and self.driver is not None and self.driver.planner is planner:
                 self._change()
 
     def delay_of(self, where: str) -> MeasuredDelay | None:
         """Return the delay in s as measured lately where one of them renders, None where it was not yet."""
-        return None if self.driver is None else self.driver.measured(where == BOARD)
-
-    @property
-    def overruns(self) -> int:
-        """Return how many ticks the board has skipped since it was opened."""
-        return 0 if self.driver is None else self.driver.overruns()
+        if self.driver is None:
+            return None
+        which = link.OF_BOARD if where == BOARD else link.OF_COMPUTER
+        return link.measured_delay(self.driver.conn.delays, which, LATELY)
 
     def missed_of(self, where: str) -> int:
         """Return how many ticks one of them has missed: answers too late, or ticks that the board skipped."""
-        total = int(self.arrays.control[arrays.MISSED])
-        return self.overruns if where == BOARD else max(total - self.overruns, 0)
+        skipped = 0 if self.driver is None else int(self.driver.conn.words[link.SKIPPED])
+        return skipped if where == BOARD else max(int(self.arrays.control[arrays.MISSED]) - skipped, 0)
 
     # --- the board
     def zero_here(self) -> None:
@@ -408,29 +393,27 @@ class Engine:
         return float(watch[passivity.EXCESS]), felt
 
     def health(self) -> Health:
-        """Return how the loop is doing; call it at a few hertz."""
-        control = self.arrays.control
+        """Return how the loop is doing; call it at a few hertz.
+
+        A loop that the device has left ends at once: it is not running, and its words are there by then.
+        """
+        control, thread, held = self.arrays.control, self._thread, self._priority
         rate, late, missed_lately = self._watch.look(control, self.lateness_bins)
-        running = self._thread is not None and self._thread.is_alive()
+        running, delay = thread is not None and thread.is_alive(), self.loop.delay
+        if self.driver is not None and not self.device.simulated:
+            measured = self.delay_of(self.rendering)
+            delay = 0.0 if measured is None else measured.mean
+        if thread is not None and running and thread.native_id is not None:
+            held = priority.held(held, thread.native_id)
         return Health(
             rate=rate,
             lateness_us=late,
             missed=int(control[arrays.MISSED]),
-            lost_frames=int(control[arrays.LOST_FRAMES]),
-            crc_errors=int(control[arrays.CRC_ERRORS]),
-            stale_count=int(control[arrays.STALE_COUNT]),
             stale=bool(self.arrays.word[arrays.STALE]),
             link=health.count_link(control),
-            priority=self._priority_now(),
-            delay=self.driver.delay(self.arrays) if self.driver else self.loop.delay,
+            priority=held,
+            delay=delay,
             running=running,
-            connected=running,  # a loop that the device has left ends at once, its words are there by then
             message=self._message,
             missed_lately=missed_lately,
         )
-
-    def _priority_now(self) -> Priority:
-        thread = self._thread
-        if thread is None or not thread.is_alive() or thread.native_id is None:
-            return self._priority
-        return priority.held(self._priority, thread.native_id)

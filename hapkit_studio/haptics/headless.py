@@ -8,7 +8,7 @@ import numpy as np
 
 from hapkit_studio.devices import simulated
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.hand import Grip, Hand, Prescribed
+from hapkit_studio.dynamics.hand import Hand, Prescribed
 from hapkit_studio.dynamics.jit import compiled, inlined
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
@@ -51,9 +51,7 @@ def run_batch(
         if load_acquire(r.control, arrays.QUIT):
             return k
         on = holding[k] != 0
-        simulated_loop.configure(
-            body, settings, hand[0] if on else 0.0, hand[1] if on else 0.0, hand[2] if on else 0.0
-        )
+        simulated_loop.configure(body, settings, hand, on)
         row = out[k]
         row[rows.BOARD_TIME] = k * period
         simulate_sample(r, body, row, targets[k], targets[k + 1], targets[k] if on else math.nan)
@@ -63,17 +61,16 @@ def run_batch(
 @compiled
 def run_prescribed(
     r: LoopArrays, body: Plant, positions: np.ndarray, velocities: np.ndarray, out: np.ndarray
-) -> int:
+) -> None:
     """Fill one row a sample of a motion imposed on the handle: positions, velocities (n,) in m, m/s."""
-    period = r.block.values[block.PERIOD]
-    simulated_loop.configure(body, r.block.values, 0.0, 0.0, 0.0)
+    settings = r.block.values
+    simulated_loop.configure(body, settings, settings, False)
     for k in range(out.shape[0]):
         body.dev[simulated.X] = positions[k]
         body.dev[simulated.V] = velocities[k]
         row = out[k]
-        row[rows.BOARD_TIME] = k * period
+        row[rows.BOARD_TIME] = k * settings[block.PERIOD]
         simulate_sample(r, body, row, positions[k], positions[k], positions[k])
-    return out.shape[0]
 
 
 def new_rows(count: int) -> np.ndarray:
@@ -81,7 +78,6 @@ def new_rows(count: int) -> np.ndarray:
     return np.zeros((count, rows.ROW_WIDTH))
 
 
-FAULT = arrays.FAULT
 # The hand's speed in a prescribed motion comes from its positions this far apart.
 _DIFFERENCE_SECONDS = 1e-6
 
@@ -90,9 +86,8 @@ _DIFFERENCE_SECONDS = 1e-6
 class Scene:
     """What is rendered: values may lie beyond a person's limits, they only have to be finite.
 
-    true_velocity: the law gets the paddle's own velocity in place of the loop's estimate. controller: the
-    passivity controller is on, as it is where the loop's settings have it on. designed_for: the quantum in m
-    that the velocity estimator expects, where it is not the device's own.
+    true_velocity: the law gets the paddle's own velocity in place of the loop's estimate. designed_for: the
+    quantum in m that the velocity estimator expects, where it is not the device's own.
     """
 
     environment: Environment
@@ -101,15 +96,14 @@ class Scene:
     loop: LoopSettings = field(default_factory=LoopSettings)
     max_speed: float = math.inf
     true_velocity: bool = False
-    controller: bool = False
     designed_for: float | None = None
 
-    def prepare(self) -> tuple[LoopArrays, simulated_loop.Plant]:
+    def prepare(self) -> tuple[LoopArrays, Plant]:
         """Return the arrays at full parameters, and the device at its initial motion."""
         wanted = Wanted(
             self.environment,
             self.values,
-            self.loop.changed(controller=self.controller or self.loop.controller),
+            self.loop,
             max_force=self.device.max_force,
             max_speed=self.max_speed,
             quantum=self.device.quantum,
@@ -132,7 +126,7 @@ class PreparedRun:
     """A scene and the hand on it, made ready: ``run`` is compiled code alone, and happens once."""
 
     arrays: LoopArrays
-    body: simulated_loop.Plant
+    body: Plant
     grip: np.ndarray
     targets: np.ndarray
     holding: np.ndarray
@@ -198,17 +192,3 @@ def _sampled(motion, times: np.ndarray, vectorised: bool = False) -> np.ndarray:
         when = times[np.flatnonzero(~np.isfinite(values))[0]]
         raise ParameterError(f"The hand's position must be a finite number of m; at {when:.4g} s it is not.")
     return values
-
-
-def spring_rows(
-    environment: Environment,
-    values: Mapping[str, float],
-    device: SimulatedHapkit,
-    loop: LoopSettings,
-    grip: Grip | None,
-    count: int,
-) -> np.ndarray:
-    """Return rows of a scene whose hand rests at the origin, or of a released handle."""
-    scene = Scene(environment, values, device, loop)
-    hand = Hand(grip.mass, grip.damping, grip.stiffness) if grip else None
-    return render(scene, hand, count)[0]

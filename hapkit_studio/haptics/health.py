@@ -1,5 +1,6 @@
 """How the loop is doing: rate, lateness, what was missed and lost; a latched fault in words."""
 
+import math
 import time
 from collections import deque
 from dataclasses import dataclass, field
@@ -13,15 +14,14 @@ from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.link import LONGEST_DELAY
 from hapkit_studio.haptics.priority import Priority
 
-_PER_DECADE = 1000
-LATENESS_BINS = _PER_DECADE + 2 * 900 + 1
+_FINE = np.arange(1, 1001)
+# bins 1 µs wide up to 1 ms, 10 µs up to 10 ms, 100 µs up to 100 ms, and one for all beyond
+LATENESS_EDGES_US = np.concatenate((_FINE, 1000 + 10 * _FINE[:900], 10_000 + 100 * _FINE[:900], [np.inf]))
+LATENESS_BINS = 2801
 
 
 def new_histogram() -> np.ndarray:
-    """Return empty bins, int64 (LATENESS_BINS,).
-
-    1 µs wide up to 1 ms, 10 µs up to 10 ms, 100 µs up to 100 ms, and one for all beyond.
-    """
+    """Return empty bins, int64 (LATENESS_BINS,)."""
     return np.zeros(LATENESS_BINS, dtype=np.int64)
 
 
@@ -39,14 +39,6 @@ def add_lateness(bins: np.ndarray, lateness: float) -> None:
         bins[1800 + int(us / 100.0)] += 1
     else:
         bins[LATENESS_BINS - 1] += 1
-
-
-def _upper_edges() -> np.ndarray:
-    fine = np.arange(1, 1001)
-    return np.concatenate((fine, 1000 + 10 * np.arange(1, 901), 10_000 + 100 * np.arange(1, 901), [np.inf]))
-
-
-LATENESS_EDGES_US = _upper_edges()
 
 
 def lateness_percentiles(bins: np.ndarray) -> dict[str, float]:
@@ -98,15 +90,11 @@ class Health:
     rate: float
     lateness_us: dict[str, float]
     missed: int
-    lost_frames: int
-    crc_errors: int
-    stale_count: int
     stale: bool
     link: LinkCounts
     priority: Priority
     delay: float
     running: bool
-    connected: bool
     message: str = ""
     missed_lately: int = 0
 
@@ -161,48 +149,40 @@ class Fault:
 def describe_fault(code: int, r: LoopArrays) -> Fault | None:
     """Return the fault of a code with the values the loop left, None for no fault."""
     value, second = float(r.real[arrays.FAULT_VALUE]), float(r.real[arrays.FAULT_POSITION])
-    place = f"x = {number(1e3 * second, 2)} mm"
-    cause = int(value) if code == arrays.STALE_SENSOR else arrays.NO_SAMPLE
     line, limit = int(r.fault[1]), float(r.values[block.MAX_SPEED])
-    texts = {
-        arrays.NOT_A_NUMBER: f"Fault: the law returned {_name(value)} at {place}{_at(line)}.",
-        arrays.LAW_INDEX: f"Fault: line {line} of the law reaches beyond its state.",
-        arrays.LAW_FUEL: f"Fault: line {line} of the law does not come to an end.",
-        arrays.LAW_DIVISION: f"Fault: line {line} of the law divides by zero at {place}.",
-        arrays.OVER_SPEED: f"Fault: over-speed, {_beyond(abs(value), limit)} (limit {limit:.1f} m/s).",
-        arrays.STALE_SENSOR: f"Fault: {_STALE[cause][0]}, three times in 10 s.",
-        arrays.RUNAWAY: f"Fault: this machine cannot keep {value:.0f} Hz.",
-        arrays.SLOW_LAW: f"Fault: the law takes {_ms(value)} ms, a period {_ms(second)} ms.",
-        arrays.SLOW_LINK: (
-            f"Fault: {_trip(value)} from a sample to its force; the board obeys none after {_ms(second)} ms."
+    place = f"x = {number(1e3 * second, 2)} mm"
+    name, at = "NaN" if math.isnan(value) else "infinity", f" (line {line})" if line else ""
+    stale, remedy = _STALE[int(value) if code == arrays.STALE_SENSOR else arrays.NO_SAMPLE]
+    # beyond it the board does not know
+    trip = f"more than {_ms(LONGEST_DELAY)} ms" if value >= LONGEST_DELAY else f"{_ms(value)} ms"
+    gone = silent("The board", value) if value > 0.0 else "The device is gone."
+    found = {
+        arrays.NOT_A_NUMBER: (f"the law returned {name} at {place}{at}.", ""),
+        arrays.LAW_INDEX: (f"line {line} of the law reaches beyond its state.", ""),
+        arrays.LAW_FUEL: (f"line {line} of the law does not come to an end.", ""),
+        arrays.LAW_DIVISION: (f"line {line} of the law divides by zero at {place}.", ""),
+        arrays.OVER_SPEED: (f"over-speed, {_beyond(abs(value), limit)} (limit {limit:.1f} m/s).", ""),
+        arrays.STALE_SENSOR: (f"{stale}, three times in 10 s.", f"{remedy} Hold the handle, then clear."),
+        arrays.RUNAWAY: (f"this machine cannot keep {value:.0f} Hz.", "Lower the rate, then clear."),
+        arrays.SLOW_LAW: (
+            f"the law takes {_ms(value)} ms, a period {_ms(second)} ms.",
+            "Simplify the law or lower the rate, then clear.",
         ),
-        arrays.DEVICE_GONE: _gone(value),
-    }
-    details = {
-        arrays.STALE_SENSOR: f"Force is zero. {_STALE[cause][1]} Hold the handle, then clear.",
-        arrays.RUNAWAY: "Force is zero. Lower the rate, then clear.",
-        arrays.SLOW_LAW: "Force is zero. Simplify the law or lower the rate, then clear.",
-        arrays.SLOW_LINK: "Force is zero. Let the board render, or use a faster USB port, then clear.",
-        arrays.DEVICE_GONE: "Force is zero. Nothing is lost. Looking again every second.",
-    }
-    if code not in texts:
+        arrays.SLOW_LINK: (
+            f"{trip} from a sample to its force; the board obeys none after {_ms(second)} ms.",
+            "Let the board render, or use a faster USB port, then clear.",
+        ),
+        arrays.DEVICE_GONE: (gone, "Nothing is lost. Looking again every second."),
+    }.get(code)
+    if found is None:
         return None
-    return Fault(code, texts[code], details.get(code, HOLD_THEN_CLEAR))
+    text = found[0] if code == arrays.DEVICE_GONE else f"Fault: {found[0]}"
+    return Fault(code, text, f"Force is zero. {found[1]}" if found[1] else HOLD_THEN_CLEAR)
 
 
 def _ms(seconds: float) -> str:
     """Write a time in ms with two digits that say something."""
     return f"{1e3 * seconds:.{0 if seconds >= 0.01 else 2}f}"
-
-
-def _trip(seconds: float) -> str:
-    """Write the time that a link takes; beyond LONGEST_DELAY the board does not know."""
-    return f"more than {_ms(LONGEST_DELAY)} ms" if seconds >= LONGEST_DELAY else f"{_ms(seconds)} ms"
-
-
-def _gone(seconds: float) -> str:
-    """Say whether the device went away, or has sent nothing for so many s."""
-    return silent("The board", seconds) if seconds > 0.0 else "The device is gone."
 
 
 def silent(name: str, seconds: float) -> str:
@@ -217,15 +197,5 @@ def _beyond(value: float, limit: float) -> str:
     """
     if value <= limit:
         return f"seen by the board between two frames, {value:.1f} m/s over a frame"
-    return (
-        next((t for t in (f"{value:.{d}f}" for d in (1, 2, 3)) if float(t) > limit), f"{value:.4f}") + " m/s"
-    )
-
-
-def _at(line: int) -> str:
-    """Write the line of a value that is not finite, where it is known."""
-    return f" (line {line})" if line else ""
-
-
-def _name(value: float) -> str:
-    return "NaN" if value != value else "infinity"
+    written = (f"{value:.{decimals}f}" for decimals in (1, 2, 3))
+    return next((text for text in written if float(text) > limit), f"{value:.4f}") + " m/s"

@@ -19,60 +19,40 @@ from hapkit_studio.haptics.rows import Ring
 from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale, tick
 from hapkit_studio.protocol import codec, law_frames
 
-# --- Link.numbers
-QUANTUM = 0
-SIGN = 1
-ZERO = 2
-LAST_ARRIVAL = 3
-LAST_BOARD_TIME = 4
-QUIET = 5  # s without a frame
-LOOKED_AT = 6
-EFFECT = 7  # N, the force in effect
-LAST_ANSWER = 8
-FADE_LEFT = 9  # share of the computer's force on the way to the board
-ASKED_AT = 10
-MOVED_AT = 11  # when the board's count of bytes moved last
-TUNED_AT = 12
-ALIVE_AT = 13
-FADED_AT = 14
-EXCUSED = 15
-FIRST = 16  # the coefficients of the law's estimator
-SECOND = 17
-SEEN_SPEED = 18  # m/s from one position that the board tells to the next
-ROUND_TRIP = 19  # s from a sample to its force, as measured last, without an added delay
-TOO_LONG_SINCE = 20
-WATCHDOG = 21  # s after which the board refuses a force
-MOTOR_OFF_TIME = 22  # s in which the board has kept its motor off although it was answered
+# --- Link.numbers, in SI units
+QUANTUM, SIGN, ZERO = range(3)
+EFFECT, FADE_LEFT = range(3, 5)  # the force in effect; the share of the computer's on the way to the board
+# when the last frame came, by our clock and the board's; how long it is quiet; the last look, the last answer
+LAST_ARRIVAL, LAST_BOARD_TIME, QUIET, LOOKED_AT, LAST_ANSWER = range(5, 10)
+# when something was asked for, the board's count of bytes moved, constants and a sign of life were sent
+ASKED_AT, MOVED_AT, TUNED_AT, ALIVE_AT = range(10, 14)
+FADED_AT, EXCUSED = range(14, 16)  # when the board's fade is over; until when what it latched is old
+FIRST, SECOND = range(16, 18)  # the coefficients of the law's estimator
+SEEN_SPEED = 18  # from one position that the board tells to the next
+# from a sample to its force, as measured last, without added delay; the board refuses forces after WATCHDOG
+ROUND_TRIP, TOO_LONG_SINCE, WATCHDOG = range(19, 22)
+MOTOR_OFF_TIME = 22  # in which the board has kept its motor off although it was answered
 NUMBERS = 23
 
 # --- Link.words
-STARTED = 0
-SENT_STOP = 1
-ZEROED = 2
-FLIPPED = 3
+STARTED, SENT_STOP, ZEROED, FLIPPED = range(4)
 HANDOVER = 4  # who renders, one of the six below
-SETTINGS_SEEN = 5
-GENERATION = 6  # the last one sent, of a law or of a change of its constants
-LAW_GENERATION = 7  # of the law that was sent last, 0 before the first
-CODE_ID = 8  # what that law is, as the block has it
-PROGRAM_ID = 9  # the same with its constants, 0 where they may be others than the board has
-LAW_DUE = 10  # the law is to be sent anew
-RECEIVED = 11  # bytes of it that the board has
-SENT = 12  # bytes of it that have gone out
-TUNING = 13  # generation of the change of constants under way, 0 none
-OVERRUNS = 14
-CONFIGURABLE = 15  # the board's settings are known and can be changed
-CALIBRATED = 16  # its zero is one that was stored
-SKIPPED = 17  # ticks that the board skipped since it was opened
-MOTOR_SEEN_ON = 18  # the computer's forces have reached the board
-LEFT_OUT = 19  # samples were left out of the record since the last row
-REFUSED = 20  # the CODE_ID that the board has refused, 0 none
-REFUSAL = 21  # and why
-STALE_TOLD = 22  # forces refused as too old, as the board counts them
-ERRORS_TOLD = 23  # frames that the board could not read, as it counts them
-ANSWERED = 24  # the sample that its last force answered
-TOO_LONG = 25  # answers in a row that took longer than its watchdog waits
-LAST_WAS_SAMPLE = 26  # the last frame was one of the computer's tick
+SETTINGS_SEEN, CONFIGURABLE, CALIBRATED = range(5, 8)  # known and can be changed; the zero was stored
+# the generation sent last, of a law or of a change of its constants; the law's, 0 before the first; the
+# change's under way, 0 none
+GENERATION, LAW_GENERATION, TUNING = range(8, 11)
+# the law sent last, as the block has it; the same with its constants, 0 where the board may have others
+CODE_ID, PROGRAM_ID = range(11, 13)
+LAW_DUE, RECEIVED, SENT = range(13, 16)  # to be sent anew; bytes of it that the board has, that have gone out
+REFUSED, REFUSAL = range(16, 18)  # the CODE_ID that the board has refused, 0 none, and why
+# as the board counts them: ticks missed, forces refused as too old, frames that it could not read
+OVERRUNS, STALE_TOLD, ERRORS_TOLD = range(18, 21)
+SKIPPED = 21  # ticks that the board skipped since it was opened
+MOTOR_SEEN_ON = 22  # the computer's forces have reached the board
+# samples were left out of the record since the last row; the last frame was one of the computer's tick
+LEFT_OUT, LAST_WAS_SAMPLE = range(23, 25)
+# the sample that its last force answered; answers in a row that took longer than its watchdog waits
+ANSWERED, TOO_LONG = range(25, 27)
 WORDS = 27
 
 ON_COMPUTER, FADING_OUT, SENDING_SETTINGS, SENDING_LAW, ON_BOARD, RETURNING = range(6)
@@ -81,10 +61,8 @@ sent its law; it renders; it was told to stop rendering."""
 
 OF_COMPUTER, OF_BOARD = 0, 1
 DELAYS_KEPT = 4096
-LONGEST_DELAY = 65.5e-3
-"""s: a delay from here on is only known to be longer."""
-FAR_BEHIND = 1024
-"""Samples behind which an answer is no answer."""
+LONGEST_DELAY = 65.5e-3  # s: a delay from here on is only known to be longer
+FAR_BEHIND = 1024  # samples behind which an answer is no answer
 
 
 class Delays(NamedTuple):
@@ -96,11 +74,6 @@ class Delays(NamedTuple):
     values: np.ndarray
     counts: np.ndarray
     last: np.ndarray
-
-
-def new_delays() -> Delays:
-    """Return room in which nothing is measured yet."""
-    return Delays(np.zeros((2, DELAYS_KEPT)), np.zeros(2, dtype=np.int64), np.zeros(2, dtype=np.int64))
 
 
 @compiled
@@ -120,7 +93,7 @@ def note_force_age(
     delays.last[0], delays.last[1] = answered, known
 
 
-@compiled
+@internal
 def note_delay(delays: Delays, which: int, delay: float) -> None:
     """Take one measured delay in s; 0 stands for none."""
     if delay > 0.0:
@@ -145,20 +118,14 @@ def measured_delay(delays: Delays, which: int, last: int = DELAYS_KEPT) -> Measu
     return MeasuredDelay(float(found.mean()), float(found.std()), count)
 
 
-CHUNK = 4096
-HISTORY = 2048
-MOST_ADDED = 255
-"""Periods of added delay: what a force can say of the sample that it answers."""
+CHUNK, HISTORY = 4096, 2048
+MOST_ADDED = 255  # periods of added delay: what a force can say of the sample that it answers
+# s without a frame after which a board counts as gone: it began anew, and no longer streams, or hangs
 GONE_AFTER = 1.0
-"""s without a frame after which a board counts as gone: it began anew, and no longer streams, or hangs."""
-
-MOTOR_ON_WITHIN = 0.3
-"""s after which a board that is answered has its motor on."""
-SLOW_AFTER = 0.15
-"""s in which every answer is too late, after which the computer cannot render."""
-REPEAT_AFTER = 0.1
-"""s after which what has no effect is sent once more."""
-_SLOW_ANSWERS = 4
+MOTOR_ON_WITHIN = 0.3  # s after which a board that is answered has its motor on
+# so many answers in a row, over so many s, each too late: the computer cannot render
+_SLOW_ANSWERS, SLOW_AFTER = 4, 0.15
+REPEAT_AFTER = 0.1  # s after which what has no effect is sent once more
 _SEVERAL = 3
 _ROUNDING = 1e-9
 
@@ -206,7 +173,7 @@ def new_link(quantum: float, watchdog: float = 0.025) -> Link:
         forces=np.zeros(HISTORY),
         numbers=numbers,
         words=np.zeros(WORDS, dtype=np.int64),
-        delays=new_delays(),
+        delays=Delays(np.zeros((2, DELAYS_KEPT)), *np.zeros((2, 2), dtype=np.int64)),
         law=np.zeros(CHECK + 1, dtype=np.int64),
         program=np.zeros(block.PROGRAM_WORDS, dtype=np.int64),
         unsure=np.zeros(2 * block.PROGRAM_WORDS, dtype=np.int64),
@@ -265,10 +232,10 @@ def position_of(link: Link, count: float) -> float:
 
 
 @internal
-def start_over(r: LoopArrays, link: Link, count: float) -> None:
-    """Forget motion and fade the force in from zero: position has another meaning from here."""
+def resume(r: LoopArrays, link: Link, count: float, velocity: float) -> None:
+    """Let the tick go on from another motion, or another meaning of position; the force fades in."""
     position = position_of(link, count)
-    estimators.reset(r.memory, position)
+    estimators.resume(r.memory, position, velocity)
     r.real[arrays.LAST_POSITION] = position
     r.real[arrays.GAIN] = 0.0
 
@@ -287,7 +254,7 @@ def apply_zero_and_direction(r: LoopArrays, link: Link, count: float) -> None:
         n[SIGN] = -n[SIGN]
     words[STARTED] = 1
     words[ZEROED], words[FLIPPED] = zeroed, flipped
-    start_over(r, link, count)
+    resume(r, link, count, 0.0)
 
 
 @internal
@@ -304,26 +271,20 @@ def effect(link: Link, sample: np.ndarray, period: float) -> float:
 
 
 @internal
-def measure_delay(link: Link, sample: np.ndarray, period: float) -> None:
-    """Measure the delay, from samples that follow one another while the motor is on."""
-    on = int(sample[codec.FLAGS]) & _MOTOR_OFF == 0 and sample[codec.LOST] == 0.0
-    seq, answered = int(sample[codec.SEQ]), int(sample[codec.ANSWERED])
-    note_force_age(link.delays, seq, answered, sample[codec.DELAY], period, on)
-
-
-@internal
 def note_link(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> None:
     """Measure how long samples and forces are on their way; where no force can be in time, latch that.
 
-    The board obeys no force whose newest sample is older than its watchdog's time, but for zero.
+    Delays are measured from samples that follow one another while the motor is on. The board obeys no force
+    whose newest sample is older than its watchdog's time, but for zero.
     """
-    n, words = link.numbers, link.words
-    answered = int(sample[codec.ANSWERED])
+    n, words, delay = link.numbers, link.words, sample[codec.DELAY]
+    seq, answered, period = int(sample[codec.SEQ]), int(sample[codec.ANSWERED]), r.values[block.PERIOD]
+    on = int(sample[codec.FLAGS]) & _MOTOR_OFF == 0 and sample[codec.LOST] == 0.0
+    note_force_age(link.delays, seq, answered, delay, period, on)
     new, words[ANSWERED] = answered != words[ANSWERED], answered
-    behind = (int(sample[codec.SEQ]) - 1 - answered) & 0xFFFF
-    if not new or sample[codec.DELAY] <= 0.0 or behind >= FAR_BEHIND:
+    if not new or delay <= 0.0 or (seq - 1 - answered) & 0xFFFF >= FAR_BEHIND:
         return
-    trip = sample[codec.DELAY] - added_periods(r) * r.values[block.PERIOD]
+    trip = delay - added_periods(r) * period
     n[ROUND_TRIP] = max(trip, 0.0)
     if trip <= n[WATCHDOG]:
         words[TOO_LONG] = 0
@@ -342,32 +303,27 @@ def added_periods(r: LoopArrays) -> int:
     return min(int(r.values[block.DELAY] / r.values[block.PERIOD] + 0.5), MOST_ADDED)
 
 
-@internal
-def keep_answer(link: Link, seq: int, lost: float, force: float) -> None:
-    """Keep the answer to sample seq; lost samples before it count as answered by the same."""
-    for back in range(min(int(lost), HISTORY - 1) + 1):
-        link.forces[(seq - back) % HISTORY] = force
-
-
 @compiled
-def note_gap(r: LoopArrays, link: Link, now: float) -> None:
-    """Come back from a gap in the answers, when the board had its motor off, as from a stale sensor."""
-    if link.words[STARTED] and now - link.numbers[LAST_ANSWER] >= STALE_AFTER:
-        mark_stale(r, now, cause_of_silence(r, link, now))
+def note_gap(r: LoopArrays, link: Link, now: float) -> bool:
+    """Return whether nothing was answered for STALE_AFTER; once there was a sample the sensor then is stale.
 
-
-@internal
-def cause_of_silence(r: LoopArrays, link: Link, now: float) -> int:
-    """Return why nothing was answered for STALE_AFTER: a wait never takes much longer than that."""
+    The board has its motor off then. A wait never takes much longer than STALE_AFTER.
+    """
     n = link.numbers
+    if now - n[LAST_ANSWER] < STALE_AFTER:
+        return False
     if n[LAST_ANSWER] > n[LOOKED_AT]:  # in this very pass: it took so long itself
-        return arrays.HELD_UP if r.word[arrays.LONG] >= _SEVERAL else arrays.AWAY
-    return arrays.AWAY if now - n[LOOKED_AT] > 1.5 * STALE_AFTER else arrays.NO_SAMPLE
+        cause = arrays.HELD_UP if r.word[arrays.LONG] >= _SEVERAL else arrays.AWAY
+    else:
+        cause = arrays.AWAY if now - n[LOOKED_AT] > 1.5 * STALE_AFTER else arrays.NO_SAMPLE
+    if link.words[STARTED]:
+        mark_stale(r, now, cause)
+    return True
 
 
 @compiled
-def silent_too_long(link: Link, now: float) -> bool:
-    """Return whether a board that has been heard sends nothing any more for GONE_AFTER.
+def board_gone(r: LoopArrays, link: Link, now: float) -> bool:
+    """Return whether a board that has been heard is silent for GONE_AFTER; latch that it is gone.
 
     A pass that took longer than its wait counts no more than twice that: then the computer was away.
     """
@@ -376,19 +332,10 @@ def silent_too_long(link: Link, now: float) -> bool:
         return False
     n[QUIET] += min(now - n[LOOKED_AT], 2.0 * STALE_AFTER)
     n[LOOKED_AT] = now
-    return n[QUIET] >= GONE_AFTER
-
-
-@compiled
-def lateness(link: Link, now: float, board_time: float) -> float:
-    """Return how much later than one period after the last frame this one came, by the board's clock, in s.
-
-    Against the last frame alone: the two clocks drift, and a virtual board that was held up stays behind.
-    """
-    n = link.numbers
-    late = (now - n[LAST_ARRIVAL]) - (board_time - n[LAST_BOARD_TIME])
-    n[LAST_ARRIVAL], n[LAST_BOARD_TIME] = now, board_time
-    return max(0.0, late)
+    if n[QUIET] < GONE_AFTER:
+        return False
+    latch(r, arrays.DEVICE_GONE, GONE_AFTER, r.real[arrays.LAST_POSITION])
+    return True
 
 
 @internal
@@ -413,34 +360,41 @@ def watch_motor(r: LoopArrays, link: Link, said: int, now: float) -> None:
 
 
 @internal
-def skipped_ahead(link: Link, sample: np.ndarray, period: float) -> bool:
-    """Return whether more than a period in s has passed by the board's clock: its pace was another one."""
+def time_since_last(link: Link, sample: np.ndarray) -> float:
+    """Return the time in s since the last row by the board's clock, 0 where that means nothing."""
     before = link.numbers[LAST_BOARD_TIME]
     passed = sample[codec.BOARD_TIME] - before
-    return before > 0.0 and 1.5 * period < passed < 1.0
+    return passed if before > 0.0 and 0.0 < passed < 1.0 else 0.0
 
 
-@internal
-def write_times(link: Link, sample: np.ndarray, row: np.ndarray, now: float) -> None:
-    """Fill the row's times, and nan where only a simulation knows."""
-    row[rows.LATENESS] = lateness(link, now, sample[codec.BOARD_TIME])
-    row[rows.HOST_TIME] = now
-    row[rows.BOARD_TIME] = sample[codec.BOARD_TIME]
+@compiled
+def write_times(link: Link, board_time: float, row: np.ndarray, now: float) -> None:
+    """Fill the row's times, and nan where only a simulation knows.
+
+    It is late by what came later than one period after the last frame by the board's clock. Against the last
+    frame alone: the two clocks drift, and a virtual board that was held up stays behind.
+    """
+    n = link.numbers
+    row[rows.LATENESS] = max(0.0, (now - n[LAST_ARRIVAL]) - (board_time - n[LAST_BOARD_TIME]))
+    n[LAST_ARRIVAL], n[LAST_BOARD_TIME] = now, board_time
+    row[rows.HOST_TIME], row[rows.BOARD_TIME] = now, board_time
     row[rows.TRUE_POSITION] = row[rows.TRUE_VELOCITY] = math.nan
     row[rows.HAND_FORCE] = row[rows.HAND_TARGET] = math.nan
 
 
-@compiled
+@internal
 def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
-    """Render the k-th decoded sample into the ring's next row; keep its answer."""
+    """Render the k-th decoded sample into the ring's next row; keep its answer.
+
+    There is a gap where more than a period has passed by the board's clock. Lost samples count as answered by
+    the same force.
+    """
     sample = link.samples[k]
-    nominal = r.values[block.PERIOD]
-    period = nominal * (1.0 + sample[codec.LOST])
+    lost, period = sample[codec.LOST], r.values[block.PERIOD] * (1.0 + sample[codec.LOST])
     apply_zero_and_direction(r, link, sample[codec.COUNT])
     said = int(sample[codec.FLAGS])
     watch_motor(r, link, said, now)
     if link.words[HANDOVER] == ON_COMPUTER:
-        measure_delay(link, sample, nominal)
         note_link(r, link, sample, now)
     in_effect = link.numbers[SIGN] * effect(link, sample, period)
     row = out.rows[rows.next_index(out)]
@@ -450,8 +404,8 @@ def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
         force *= share
         row[rows.APPLIED] = r.real[arrays.APPLIED] = force
         flags |= rows.FADING
-    gap = sample[codec.LOST] > 0.0 or link.words[LEFT_OUT] or skipped_ahead(link, sample, period)
-    write_times(link, sample, row, now)
+    gap = lost > 0.0 or link.words[LEFT_OUT] or time_since_last(link, sample) > 1.5 * period
+    write_times(link, sample[codec.BOARD_TIME], row, now)
     if gap or said & codec.FLAG_SENSOR:
         flags |= rows.GAP
         link.words[LEFT_OUT] = 0
@@ -460,29 +414,5 @@ def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
     row[rows.FLAGS] = flags
     if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
         link.forces[:] = 0.0
-    keep_answer(link, int(sample[codec.SEQ]), sample[codec.LOST], link.numbers[SIGN] * force)
-
-
-@compiled
-def answer(r: LoopArrays, link: Link, k: int, now: float, frame: np.ndarray) -> int:
-    """Encode into frame what answers sample k, an added delay of whole periods ago; return its length."""
-    link.numbers[LAST_ANSWER] = now
-    newest, behind = int(link.samples[k, codec.SEQ]), added_periods(r)
-    return codec.encode_force(frame, newest, behind, link.forces[(newest - behind) % HISTORY])
-
-
-@compiled
-def stop_word(r: LoopArrays, link: Link) -> int:
-    """Return the message that tells the board of a changed E-stop, 0 when nothing changed.
-
-    While the board renders, a latched fault stops it as well.
-    """
-    stopped = load_acquire(r.control, arrays.STOP)
-    if link.words[HANDOVER] != ON_COMPUTER and load_acquire(r.control, arrays.FAULT) != arrays.NO_FAULT:
-        stopped = 1
-    if stopped == link.words[SENT_STOP]:
-        return 0
-    link.words[SENT_STOP] = stopped
-    if not stopped:
-        link.words[LAW_DUE] = 1  # its state has gone on meanwhile
-    return codec.STOP if stopped else codec.RELEASE
+    for back in range(min(int(lost), HISTORY - 1) + 1):
+        link.forces[(int(sample[codec.SEQ]) - back) % HISTORY] = link.numbers[SIGN] * force

@@ -85,8 +85,10 @@ def compare(r: LoopArrays, position: float, taken: float) -> None:
         w[LIMIT] += taken
         return
     level = w[GIVEN]
-    if follows:
-        level += left(w, cell)
+    if follows:  # and what a law without a state can still give
+        below = math.floor(cell)
+        i = WORK + CELLS + int(below)
+        level += w[MOST] - (w[i] + (cell - below) * (w[i + 1] - w[i]))
     excess = level - w[LIMIT]
     if excess > 0.0:
         lifted = min(taken, excess)
@@ -96,14 +98,6 @@ def compare(r: LoopArrays, position: float, taken: float) -> None:
         w[LIMIT] = level
         excess = 0.0
     w[EXCESS] = excess
-
-
-@inlined
-def left(w: np.ndarray, cell: float) -> float:
-    """Return the energy in J that a law without a state can still give, so many cells from the beginning."""
-    below = math.floor(cell)
-    i = WORK + CELLS + int(below)
-    return w[MOST] - (w[i] + (cell - below) * (w[i + 1] - w[i]))
 
 
 @inlined

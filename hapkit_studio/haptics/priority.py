@@ -97,12 +97,9 @@ class System(NamedTuple):
     obtain: Callable[[], tuple[str, int]]
     release: Callable[[], None]
     demote: Callable[[], None]
-    how_to_get_more: Callable[[int], str]
+    how_to_get_more: str
+    enough: int = 1  # the level from which on there is no more
     is_realtime: Callable[[int], bool] = lambda thread: True  # never taken away for good
-
-
-def _unless_obtained(words: str) -> Callable[[int], str]:
-    return lambda level: "" if level else words
 
 
 SYSTEMS = {
@@ -110,24 +107,20 @@ SYSTEMS = {
         macos_obtain,
         macos_release,
         macos_demote,
-        _unless_obtained(
-            "macOS refused the time-constraint policy; close what else uses it and start again."
-        ),
+        "macOS refused the time-constraint policy; close what else uses it and start again.",
     ),
     "win32": System(
         windows_obtain,
         windows_release,
         windows_demote,
-        _unless_obtained(
-            "Start the Windows service 'Multimedia Class Scheduler' (MMCSS) and open the studio again."
-        ),
+        "Start the Windows service 'Multimedia Class Scheduler' (MMCSS) and open the studio again.",
     ),
 }
 if sys.platform not in SYSTEMS:
     from hapkit_studio.haptics import realtime_linux as linux
 
     SYSTEMS[sys.platform] = System(
-        linux.obtain, linux.release, linux.demote, linux.how_to_get_more, linux.is_realtime
+        linux.obtain, linux.release, linux.demote, linux.HOW_TO_GET_MORE, linux.FIFO_LEVEL, linux.is_realtime
     )
 _system = SYSTEMS[sys.platform]
 release, demote = _system.release, _system.demote
@@ -146,7 +139,7 @@ class Priority:
 def obtain() -> Priority:
     """Raise the calling thread's priority; call it once everything is compiled, right before the loop."""
     text, level = _system.obtain()
-    return Priority(text, level > 0, _system.how_to_get_more(level), level)
+    return Priority(text, level > 0, "" if level >= _system.enough else _system.how_to_get_more, level)
 
 
 def held(obtained: Priority, thread: int) -> Priority:

@@ -63,12 +63,6 @@ def _handler():
     return on_overrun
 
 
-def prepare_handler() -> None:
-    """Compile or load the handler; under an inherited limit a real-time thread has no time for it."""
-    if not config.DISABLE_JIT:
-        _handler()
-
-
 def watch_overrun(thread: int, hard_limit_us: int | None = None) -> None:
     """Have a thread demoted after 100 ms without blocking; optionally lower the hard limit for good."""
     if thread not in _table[1:]:
@@ -91,12 +85,11 @@ def forget_overrun(thread: int) -> None:
             _table[slot] = 0
 
 
-def demotions() -> int:
-    """Return how often a thread was demoted since the program started."""
-    return _table[0]
-
-
 FIFO_LEVEL = 80
+HOW_TO_GET_MORE = (
+    f"Add the line '{os.environ.get('USER', 'your-user')} - rtprio {FIFO_LEVEL}' to "
+    "/etc/security/limits.conf and log in again, or install the package rtkit; 'make realtime' says more."
+)
 _NICE = -11
 _PR_SET_TIMERSLACK = 29
 _MCL_CURRENT, _MCL_FUTURE, _MCL_ONFAULT = 1, 2, 4
@@ -112,7 +105,8 @@ def obtain() -> tuple[str, int]:
     Compile everything first: from here on 100 ms without blocking end the privilege.
     """
     thread = threading.get_native_id()
-    prepare_handler()
+    if not config.DISABLE_JIT:
+        _handler()  # under an inherited limit a real-time thread has no time to compile it
     set_timer_slack(1)
     lock_memory()
     keep_processors_awake()
@@ -140,28 +134,18 @@ def demote() -> None:
     clib.sched_setscheduler(0, _OTHER_RESET_ON_FORK, clib.word_pair())
 
 
-def how_to_get_more(level: int) -> str:
-    """Return in one sentence what would raise the priority, empty at the top."""
-    if level >= FIFO_LEVEL:
-        return ""
-    user = os.environ.get("USER", "your-user")
-    return (
-        f"Add the line '{user} - rtprio {FIFO_LEVEL}' to /etc/security/limits.conf and log in again, "
-        "or install the package rtkit; 'make realtime' says more."
-    )
-
-
 def set_timer_slack(nanoseconds: int) -> None:
     """Let the calling thread's sleeps end that late at most, beside the scheduler's own delay; 0: default."""
     ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, ctypes.c_ulong(nanoseconds), 0, 0, 0)
 
 
-def lock_memory() -> bool:
+def lock_memory() -> None:
     """Keep the process's pages in memory where no limit could make a later allocation fail."""
+    status = Path("/proc/thread-self/status").read_text().splitlines()
+    capabilities = next((int(line.split()[1], 16) for line in status if line.startswith("CapEff:")), 0)
     unlimited = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] == resource.RLIM_INFINITY
-    if not unlimited and not _effective_capabilities() >> _CAP_IPC_LOCK & 1:
-        return False
-    return ctypes.CDLL(None).mlockall(_MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT) == 0
+    if unlimited or capabilities >> _CAP_IPC_LOCK & 1:
+        ctypes.CDLL(None).mlockall(_MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT)
 
 
 def keep_processors_awake() -> bool:
@@ -192,28 +176,16 @@ def is_realtime(thread: int) -> bool:
     return policy in (os.SCHED_FIFO, os.SCHED_RR)
 
 
-def _effective_capabilities() -> int:
-    for line in Path("/proc/thread-self/status").read_text().splitlines():
-        if line.startswith("CapEff:"):
-            return int(line.split()[1], 16)
-    return 0
-
-
 def _take_fifo(thread: int) -> tuple[str, int] | None:
     allowed = resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
-    for level in (FIFO_LEVEL, min(allowed, FIFO_LEVEL)):
-        if level > 0 and _set_fifo(level):
-            watch_overrun(thread)
-            return f"Real-time, FIFO {level}", level
+    for level in (level for level in (FIFO_LEVEL, min(allowed, FIFO_LEVEL)) if level > 0):
+        try:
+            os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(level))
+        except OSError:
+            continue
+        watch_overrun(thread)
+        return f"Real-time, FIFO {level}", level
     return None
-
-
-def _set_fifo(level: int) -> bool:
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(level))
-    except OSError:
-        return False
-    return True
 
 
 def _ask_realtime_kit(thread: int) -> tuple[str, int] | None:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.block import STATES
 from hapkit_studio.haptics.clib import fence, load_acquire, store_release
@@ -36,13 +36,13 @@ def new_ring(control: np.ndarray, capacity: int = CAPACITY) -> Ring:
     return Ring(np.zeros((capacity, ROW_WIDTH)), control)
 
 
-@compiled
+@internal
 def next_index(ring: Ring) -> int:
     """Return the index of the row to fill next."""
     return ring.control[arrays.HEAD] & (ring.rows.shape[0] - 1)
 
 
-@compiled
+@internal
 def publish(ring: Ring) -> None:
     """Hand the filled row to the readers; what comes after is written after."""
     store_release(ring.control, arrays.HEAD, ring.control[arrays.HEAD] + 1)
@@ -74,19 +74,10 @@ class RingReader:
         # The writer may be filling the oldest row this very moment, so that one is given up as well.
         head = int(_head(self._ring))
         first = max(self._cursor, head - capacity + 1)
-        block = self._copy(first, head)
+        block = self._ring.rows[np.arange(first, head) % capacity]
         oldest = int(_head(self._ring)) - capacity + 1
         if oldest > first:
             block = block[min(oldest - first, len(block)) :]
         self.lost += head - self._cursor - len(block)
         self._cursor = head
         return block
-
-    def _copy(self, first: int, end: int) -> np.ndarray:
-        capacity = self._ring.rows.shape[0]
-        low, high = first % capacity, end % capacity
-        if first == end:
-            return np.empty((0, ROW_WIDTH))
-        if low < high:
-            return self._ring.rows[low:high].copy()
-        return np.concatenate((self._ring.rows[low:], self._ring.rows[:high]))

@@ -22,7 +22,7 @@ from hapkit_studio.haptics.link import Link, new_link
 from hapkit_studio.haptics.priority import demote
 from hapkit_studio.haptics.rows import Ring, new_ring
 from hapkit_studio.haptics.simulated_loop import MOST_PASSES_WITHOUT_WAITING
-from hapkit_studio.haptics.tick import STALE_AFTER, adopt, latch, mark_stale, note_time
+from hapkit_studio.haptics.tick import STALE_AFTER, adopt, latch, note_time
 from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Sample
@@ -61,7 +61,7 @@ def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> i
     return length
 
 
-@compiled
+@internal
 def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
     """Fill the ring's next row from frame k; return whether it is one to be shown.
 
@@ -84,7 +84,10 @@ def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
     elif words[link.HANDOVER] == link.ON_BOARD:  # the board has lost its law
         words[link.HANDOVER], words[link.LAW_DUE] = link.SENDING_LAW, 1
     if not words[link.LAST_WAS_SAMPLE]:
-        board_rendering.resume_on_computer(r, conn, conn.samples[k, codec.COUNT])
+        # the computer's tick goes on from the motion as the board saw it
+        link.resume(r, conn, conn.samples[k, codec.COUNT], r.real[arrays.VELOCITY])
+        conn.forces[:] = 0.0
+        conn.numbers[link.EFFECT] = 0.0
         words[link.LAST_WAS_SAMPLE] = 1
     link.render(r, conn, out, k, now)
     return True
@@ -106,23 +109,27 @@ def count_errors(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
         words[link.STALE_TOLD] = stale
 
 
-@compiled
+@internal
 def answer(r: LoopArrays, conn: Link, k: int, now: float) -> int:
-    """Encode what answers frame k: a changed E-stop first, then force, or a word where the board renders."""
-    word = link.stop_word(r, conn)
-    length = codec.encode_simple(conn.frame, word) if word else 0
-    if link.computer_answers(conn):
-        return length + link.answer(r, conn, k, now, conn.frame[length:])
-    return length + board_rendering.answer(r, conn, k, now, conn.frame[length:])
+    """Encode what answers frame k: a changed E-stop first, then force, or a word where the board renders.
 
-
-@compiled
-def board_gone(r: LoopArrays, conn: Link) -> bool:
-    """Return whether the board has been silent for too long; that is latched as gone, with how long in s."""
-    if not link.silent_too_long(conn, clock.now()):
-        return False
-    latch(r, arrays.DEVICE_GONE, link.GONE_AFTER, r.real[arrays.LAST_POSITION])
-    return True
+    While the board renders, a latched fault stops it as well. An added delay answers a sample of so many
+    periods ago.
+    """
+    words, length, stopped = conn.words, 0, load_acquire(r.control, arrays.STOP)
+    conn.numbers[link.LAST_ANSWER] = now
+    if words[link.HANDOVER] != link.ON_COMPUTER and load_acquire(r.control, arrays.FAULT) != arrays.NO_FAULT:
+        stopped = 1
+    if stopped != words[link.SENT_STOP]:
+        words[link.SENT_STOP] = stopped
+        if not stopped:
+            words[link.LAW_DUE] = 1  # its state has gone on meanwhile
+        length = codec.encode_simple(conn.frame, codec.STOP if stopped else codec.RELEASE)
+    if not link.computer_answers(conn):
+        return length + board_rendering.answer(r, conn, k, now, conn.frame[length:])
+    newest, behind = int(conn.samples[k, codec.SEQ]), link.added_periods(r)
+    force = conn.forces[(newest - behind) % link.HISTORY]
+    return length + codec.encode_force(conn.frame[length:], newest, behind, force)
 
 
 @compiled
@@ -132,10 +139,8 @@ def answer_silence(r: LoopArrays, conn: Link) -> int:
     A board that renders hears a question: without a word that the computer is there it switches off.
     """
     now = clock.now()
-    if now - conn.numbers[link.LAST_ANSWER] < STALE_AFTER:
+    if not link.note_gap(r, conn, now):
         return 0
-    if conn.words[link.STARTED]:
-        mark_stale(r, now, link.cause_of_silence(r, conn, now))
     conn.numbers[link.LAST_ANSWER] = now
     if conn.words[link.HANDOVER] < link.SENDING_LAW:
         return encode_zero(conn)
@@ -144,10 +149,15 @@ def answer_silence(r: LoopArrays, conn: Link) -> int:
 
 @compiled
 def encode_zero(conn: Link) -> int:
-    """Encode a zero force, the last act of every loop."""
+    """Encode a zero force, the last act of every loop; where the board renders, take its law away first.
+
+    Told twice the board does so at once; told once it lets its force go out over 30 ms.
+    """
+    length = 0
     if conn.words[link.HANDOVER] >= link.SENDING_LAW:
-        return board_rendering.take_law_away(conn, conn.frame)
-    return codec.encode_force(conn.frame, 0, 0, 0.0)
+        length = codec.encode_simple(conn.frame, law_frames.LEAVE)
+        length += codec.encode_simple(conn.frame[length:], law_frames.LEAVE)
+    return length + codec.encode_force(conn.frame[length:], 0, 0, 0.0)
 
 
 _POLLIN = 1
@@ -213,7 +223,7 @@ def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int) -> None
         if size > 0:
             send(fd, conn.frame, take(r, conn, out, late, size))
         send(fd, conn.frame, answer_silence(r, conn))
-        if board_gone(r, conn):
+        if link.board_gone(r, conn, clock.now()):
             break
         if hurried > MOST_PASSES_WITHOUT_WAITING:
             hurried = hold_back(r, before, hurried)
@@ -229,7 +239,7 @@ def warm_up() -> None:
     conn.data[: len(frame)] = frame
     take(r, conn, new_ring(r.control, 2), health.new_histogram(), len(frame))
     answer_silence(r, conn)
-    board_gone(r, conn)
+    link.board_gone(r, conn, 0.0)
     encode_zero(conn)
 
 
@@ -261,7 +271,7 @@ def run_portable(
                 conn.data[: len(part)] = part
                 send(take(r, conn, out, late, len(part)))
             send(answer_silence(r, conn))
-            if board_gone(r, conn):
+            if link.board_gone(r, conn, clock.now()):
                 break
     except OSError:
         latch(r, arrays.DEVICE_GONE, 0.0, 0.0)

@@ -100,17 +100,16 @@ class Wanted:
         expected = self.quantum if self.designed_for is None else self.designed_for
         code, coefs = estimators.design(self.loop.estimator, self.loop.rate, expected)
         values[block.COEFS : block.PERIOD] = coefs
-        values[block.PERIOD] = 1.0 / self.loop.rate
-        values[block.DELAY] = self.loop.delay
-        values[block.MAX_FORCE] = self.max_force
-        values[block.MAX_SPEED] = self.max_speed
-        values[block.FADE] = FADE_SECONDS
-        values[block.VISCOUS] = self.viscous
-        values[block.COULOMB] = self.coulomb
-        values[block.QUANTUM] = self.quantum
+        period, delay = 1.0 / self.loop.rate, self.loop.delay
+        limits = self.max_force, self.max_speed, FADE_SECONDS
+        values[block.PERIOD : block.FADE + 1] = period, delay, *limits
+        values[block.VISCOUS : block.QUANTUM + 1] = self.viscous, self.coulomb, self.quantum
         if self.loop.controller:
-            values[block.DAMPER] = most_damping(self.mass, values[block.PERIOD], self.loop.delay)
-        self._encode_hand(values, words)
+            values[block.DAMPER] = most_damping(self.mass, period, delay)
+        if self.grip is not None and self.target is not None:
+            hand = self.grip.mass, self.grip.damping, self.grip.stiffness, self.target
+            values[block.HAND_MASS : block.HAND_TARGET + 1] = hand
+            words[block.HAND_ON] = 1
         self._encode_board(values, words, program)
         words[block.LAW] = law.address
         stored = self.environment.stored
@@ -135,12 +134,3 @@ class Wanted:
         words[block.BOARD_SLOTS], words[block.BOARD_CODE] = plan.program.slots, len(plan.program.code)
         words[block.BOARD_CHECK], words[block.BOARD_MOVING] = crc16(data), plan.moving
         values[block.BOARD_FIRST], values[block.BOARD_SECOND] = plan.first, plan.second
-
-    def _encode_hand(self, values: np.ndarray, words: np.ndarray) -> None:
-        if self.grip is None or self.target is None:
-            return
-        values[block.HAND_MASS] = self.grip.mass
-        values[block.HAND_DAMPING] = self.grip.damping
-        values[block.HAND_STIFFNESS] = self.grip.stiffness
-        values[block.HAND_TARGET] = self.target
-        words[block.HAND_ON] = 1

@@ -43,68 +43,42 @@ def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
 
 
 @internal
-def configure(
-    plant: Plant, values: np.ndarray, hand_mass: float, hand_damping: float, hand_stiffness: float
-) -> None:
-    """Bring a hand and the block's period, delay and friction into force where any of them changed."""
+def configure(plant: Plant, values: np.ndarray, hand: np.ndarray, holds: bool) -> None:
+    """Bring a hand and the block's period, delay and friction into force where any of them changed.
+
+    hand begins with mass, damping, stiffness of the one that may hold.
+    """
     now = plant.constants
+    m, b, k = (hand[0], hand[1], hand[2]) if holds else (0.0, 0.0, 0.0)
     period, delay = values[block.PERIOD], values[block.DELAY]
     viscous, coulomb = values[block.VISCOUS], values[block.COULOMB]
-    same = now[HAND] == hand_mass and now[HAND + 1] == hand_damping and now[HAND + 2] == hand_stiffness
+    same = now[HAND] == m and now[HAND + 1] == b and now[HAND + 2] == k
     same = same and now[PERIOD] == period and now[DELAY] == delay
     if same and now[VISCOUS] == viscous and now[COULOMB] == coulomb:
         return
-    now[HAND], now[HAND + 1], now[HAND + 2] = hand_mass, hand_damping, hand_stiffness
+    now[HAND], now[HAND + 1], now[HAND + 2] = m, b, k
     now[PERIOD], now[DELAY], now[VISCOUS], now[COULOMB] = period, delay, viscous, coulomb
-    simulated.configure(
-        plant.dev,
-        plant.queue,
-        now[MASS],
-        viscous,
-        coulomb,
-        hand_mass,
-        hand_damping,
-        hand_stiffness,
-        period,
-        delay,
-    )
-
-
-@internal
-def change_sensor(plant: Plant, r: LoopArrays, quantum: float) -> None:
-    """Go on with another sensor: its first reading is where the handle was, so it is no motion."""
-    plant.constants[QUANTUM] = quantum
-    position = measure(plant)
-    estimators.resume(r.memory, position, r.real[arrays.VELOCITY])
-    r.real[arrays.LAST_POSITION] = position
+    simulated.configure(plant.dev, plant.queue, now[MASS], viscous, coulomb, m, b, k, period, delay)
 
 
 @compiled
 def follow_settings(plant: Plant, r: LoopArrays) -> None:
-    """Bring the block's device, hand, period and delay into force; a hand appears where the handle is."""
-    values = r.values
+    """Bring the block's device, hand, period and delay into force; a hand appears where the handle is.
+
+    Another sensor's first reading is where the handle was, so it is no motion.
+    """
+    values, constants = r.values, plant.constants
     on = r.words[block.HAND_ON] != 0
-    if on:
-        if math.isnan(plant.constants[TARGET]):
-            plant.constants[TARGET] = plant.dev[simulated.X]
-    else:
-        plant.constants[TARGET] = math.nan
-    if plant.constants[QUANTUM] != values[block.QUANTUM]:
-        change_sensor(plant, r, values[block.QUANTUM])
-    configure(
-        plant,
-        values,
-        values[block.HAND_MASS] if on else 0.0,
-        values[block.HAND_DAMPING] if on else 0.0,
-        values[block.HAND_STIFFNESS] if on else 0.0,
-    )
-
-
-@compiled
-def next_target(plant: Plant, goal: float, period: float) -> float:
-    """Return the hand's target in m one period on, following the pointer's goal smoothly."""
-    target = plant.constants[TARGET]
-    return target + (goal - target) * -math.expm1(-period / POINTER_SECONDS)
+    if not on:
+        constants[TARGET] = math.nan
+    elif math.isnan(constants[TARGET]):
+        constants[TARGET] = plant.dev[simulated.X]
+    if constants[QUANTUM] != values[block.QUANTUM]:
+        constants[QUANTUM] = values[block.QUANTUM]
+        position = measure(plant)
+        estimators.resume(r.memory, position, r.real[arrays.VELOCITY])
+        r.real[arrays.LAST_POSITION] = position
+    configure(plant, values, values[block.HAND_MASS :], on)
 
 
 @compiled
@@ -147,7 +121,8 @@ def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: f
         cut_motor(body)
     simulated.command(body.dev, body.queue, force)
     period, target = body.constants[PERIOD], body.constants[TARGET]
-    after = next_target(body, r.values[block.HAND_TARGET], period)
+    # the hand follows the pointer smoothly
+    after = target + (r.values[block.HAND_TARGET] - target) * -math.expm1(-period / POINTER_SECONDS)
     simulated.advance(body.dev, body.queue, target, after)
     body.constants[TARGET] = after
     r.real[arrays.CLOCK] += period

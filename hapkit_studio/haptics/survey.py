@@ -52,7 +52,7 @@ class Found(NamedTuple):
     """What the runs left; every array has one entry a cell."""
 
     parts: np.ndarray  # (n, PARTS, 3): LOW, HIGH, POWER; zeros where the run had ended
-    ends: np.ndarray  # (n,) int64: WHOLE, LOST, STILL or STEADY
+    ends: np.ndarray  # (n,) int64: COMPLETED, LEFT_RANGE, SETTLED, DIED_OUT or STEADY
     samples: np.ndarray  # (n,) int64: rendered ones
 
 
@@ -82,36 +82,22 @@ def packed(r: LoopArrays, body: Plant) -> tuple[LoopArrays, Plant, Flat]:
     return rebuilt(r), rebuilt(body), flat
 
 
-@internal
-def restart(r: LoopArrays, body: Plant, flat: Flat, made: Flat, numbers: np.ndarray, start: float) -> None:
-    """Bring arrays and plant back to how they were made, with other numbers and another start."""
-    for i in range(flat.numbers.shape[0]):
-        flat.numbers[i] = made.numbers[i]
-    for i in range(flat.words.shape[0]):
-        flat.words[i] = made.words[i]
-    for i in range(numbers.shape[0]):
-        r.block.values[block.PARAMS + i] = numbers[i]
-    body.dev[simulated.X] = start
-
-
 @inlined
-def _steady(parts: np.ndarray, part: int, small: float) -> bool:
-    """Return whether three parts up to this one reach equally far, and not farther than `small`."""
+def _end_of(parts: np.ndarray, part: int, limits: Limits) -> int:
+    """Return how a run ends with a part that it has rendered whole: COMPLETED if it goes on.
+
+    It is steady where three parts up to this one reach equally far, and not farther than `small`.
+    """
+    if max(-parts[part, LOW], parts[part, HIGH]) < limits.faint:
+        return DIED_OUT
     if part < 2:
-        return False
+        return COMPLETED
     reach = parts[part, HIGH] - parts[part, LOW]
     before = parts[part - 1, HIGH] - parts[part - 1, LOW]
     first = parts[part - 2, HIGH] - parts[part - 2, LOW]
     most = _STEADY_SHARE * reach
-    return 0.0 < reach <= small and abs(before - reach) <= most and abs(first - reach) <= most
-
-
-@inlined
-def _end_of(parts: np.ndarray, part: int, limits: Limits) -> int:
-    """Return how a run ends with a part that it has rendered whole: WHOLE if it goes on."""
-    if max(-parts[part, LOW], parts[part, HIGH]) < limits.faint:
-        return DIED_OUT
-    return STEADY if _steady(parts, part, limits.small) else COMPLETED
+    steady = 0.0 < reach <= limits.small and abs(before - reach) <= most and abs(first - reach) <= most
+    return STEADY if steady else COMPLETED
 
 
 @internal
@@ -167,8 +153,14 @@ def run(
     sample; hand: mass, damping, stiffness of one that rests at 0 m, zeros for none.
     """
     for i in range(cells.starts.shape[0]):
-        restart(r, body, flat, made, cells.numbers[i], cells.starts[i])
-        simulated_loop.configure(body, r.block.values, hand[0], hand[1], hand[2])
+        for j in range(flat.numbers.shape[0]):
+            flat.numbers[j] = made.numbers[j]
+        for j in range(flat.words.shape[0]):
+            flat.words[j] = made.words[j]
+        for j in range(cells.numbers.shape[1]):
+            r.block.values[block.PARAMS + j] = cells.numbers[i, j]
+        body.dev[simulated.X] = cells.starts[i]
+        simulated_loop.configure(body, r.block.values, hand, True)
         end, done = _watch(r, body, row, cells.samples[i], cells.weights[i], limits, found.parts[i])
         found.ends[i], found.samples[i] = end, done
 
@@ -178,11 +170,7 @@ def survey(scene: headless.Scene, grip: Grip | None, cells: Cells, limits: Limit
     r, body, flat = packed(*scene.prepare())
     made = Flat(*(array.copy() for array in flat))
     hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
-    found = _new_found(len(cells.starts))
+    count = len(cells.starts)
+    found = Found(np.zeros((count, PARTS, 3)), *np.zeros((2, count), dtype=np.int64))
     run(r, body, flat, made, hand, cells, limits, np.zeros(rows.ROW_WIDTH), found)
     return found
-
-
-def _new_found(count: int) -> Found:
-    ends, samples = np.zeros((2, count), dtype=np.int64)
-    return Found(np.zeros((count, PARTS, 3)), ends, samples)

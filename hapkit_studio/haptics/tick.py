@@ -158,7 +158,7 @@ def restore(r: LoopArrays, slot: int) -> None:
         r.states[slot, i] = r.values[block.INITIAL_STATE + i]
 
 
-@compiled
+@internal
 def advanced(share: float, step: float) -> float:
     """Return a share moved on towards 1; what rounding leaves to do is done."""
     share += step

@@ -7,36 +7,22 @@ from hapkit_studio.analysis import accuracy
 from hapkit_studio.charts.accuracy import accuracy_figure
 from tests.bench.frame import Row
 
-NAME = "accuracy"
-ORDER = 45
-MOST_SECONDS = 60.0
-
-
-def pictures(found: accuracy.Accuracy, folder: Path) -> list[Path]:
-    """Draw each chart into accuracy-<chart>.png in a folder; return the files."""
-    folder.mkdir(parents=True, exist_ok=True)
-    made = []
-    for chart in found.charts:
-        made.append(folder / f"accuracy-{chart.key}.png")
-        accuracy_figure(replace(found, charts=(chart,)), made[-1])
-    return made
-
-
-def rows(found: accuracy.Accuracy) -> list[Row]:
-    """Return the time of all charts, and in how many scenes the default is the cheapest that will do."""
-    count = len(found.sheets)
-    right = sum(sheet.answer.right for sheet in found.sheets)
-    points = len(found.rows())
-    name = f"speed against accuracy, {points} points"
-    return [
-        Row(name, found.seconds, "s", target="< 60 s", ok=found.seconds < MOST_SECONDS),
-        Row("scenes whose default is right", right, "", target=f"{count}", ok=right == count),
-    ]
+NAME, ORDER = "accuracy", 45
 
 
 def run(folder: Path | None = None) -> list[Row]:
-    """Compute every chart; draw them where a folder is given."""
+    """Return the time of all charts, and in how many scenes the default is the cheapest that will do.
+
+    Each is drawn into accuracy-<chart>.png where a folder is given.
+    """
     found = accuracy.compute()
     if folder is not None:
-        pictures(found, folder)
-    return rows(found)
+        folder.mkdir(parents=True, exist_ok=True)
+        for chart in found.charts:
+            accuracy_figure(replace(found, charts=(chart,)), folder / f"accuracy-{chart.key}.png")
+    count, right = len(found.sheets), sum(sheet.answer.right for sheet in found.sheets)
+    name = f"speed against accuracy, {len(found.rows())} points"
+    return [
+        Row(name, found.seconds, "s", target="< 60 s", ok=found.seconds < 60.0),
+        Row("scenes whose default is right", right, "", target=f"{count}", ok=right == count),
+    ]

@@ -7,20 +7,16 @@ from pathlib import Path
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.devices import virtual_board
-from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
 from hapkit_studio.protocol.messages import Estimator, Telemetry
-from tests.bench.frame import Row
-from tests.firmware.board_runs import Rendering, render
+from tests.bench.frame import Row, without_board
+from tests.firmware.board_runs import render
 from tests.firmware.vb import QUANTUM
 
-NAME = "board_laws"
-ORDER = 42
+NAME, ORDER = "board_laws", 42
 SECONDS = 0.4
-MOST = 0.80
-"""Share of the processor that a law, with telemetry, may take."""
+MOST = 0.80  # share of the processor that a law, with telemetry, may take
 SWEEP = ("0.02 hand 0.02 300 4 0.05 0.2", "0.3 hand -0.03 300 4 0.05 0.1", "0.45 hand 0.03 300 4 0.05 0.05")
 # The choices that cost most or that a rate of their own is promised for; the others run with the defaults.
 CHOICES: dict[str, tuple[str, tuple[str, ...]]] = {
@@ -34,27 +30,14 @@ CHOICES: dict[str, tuple[str, tuple[str, ...]]] = {
 
 def run() -> list[Row]:
     """Return three rows a law and choice; nothing where the virtual board is not built."""
-    if not virtual_board.built():
-        print("  the virtual board is not built: make firmware", file=sys.stderr)
-        return []
-    found = []
+    found: list[Row] = []
+    if without_board():
+        return found
     for key in environments.discover():
         name, options = CHOICES.get(key, ("", ("",)))
         for option in options:
             found += _rows(key, {name: option} if name else {})
     return found
-
-
-def rendered(key: str, given: dict[str, str]) -> tuple[int, Rendering]:
-    """Return the fastest rate in Hz of a law with these choices, and a run at it, the handle led about.
-
-    Raise ParameterError where the board has no room or no time for it.
-    """
-    environment = environments.named(key)
-    way = BoardPlanner(ARENA).require(PlanRequest(environment, environment.values(given), "kalman", QUANTUM))
-    filter = Estimator(way.estimator), way.first, way.second
-    with tempfile.TemporaryDirectory() as folder:
-        return way.rate, render(Path(folder), way.program, way.rate, SECONDS, SWEEP, filter)
 
 
 def jitter(shown: list[Telemetry], rate: int) -> float:
@@ -65,19 +48,21 @@ def jitter(shown: list[Telemetry], rate: int) -> float:
 
 
 def _rows(key: str, given: dict[str, str]) -> list[Row]:
-    what = f"{', '.join([key, *given.values()])} on the board"
-    try:
-        rate, run = rendered(key, given)
-    except ParameterError as error:
-        print(f"  {what}: {error}", file=sys.stderr)
+    """Return the rows of a law with these choices at its fastest rate, the handle led about."""
+    what, environment = f"{', '.join([key, *given.values()])} on the board", environments.named(key)
+    way = BoardPlanner(ARENA).plan(PlanRequest(environment, environment.values(given), "kalman", QUANTUM))
+    if isinstance(way, str):
+        print(f"  {what}: {way}", file=sys.stderr)
         return []
-    what = f"{what} at {rate:,} Hz"
-    share = 100.0 * run.share
+    filter = Estimator(way.estimator), way.first, way.second
+    with tempfile.TemporaryDirectory() as folder:
+        run = render(Path(folder), way.program, way.rate, SECONDS, SWEEP, filter)
+    what, off = f"{what} at {way.rate:,} Hz", run.summary["interrupts_off_cycles"]
     told = f" ({run.skipped} ticks skipped)" if run.skipped else ""
-    ok = run.share <= MOST and not run.skipped
-    off = run.summary["interrupts_off_cycles"]
+    reached = run.share <= MOST and not run.skipped
+    share, most = 100.0 * run.share, f"≤ {100 * MOST:.0f} %"
     return [
-        Row(f"{what}: processor{told}", share, "%", target=f"≤ {100 * MOST:.0f} %", ok=ok),
-        Row(f"{what}: jitter of the sampling", jitter(run.telemetry, rate), "µs"),
+        Row(f"{what}: processor{told}", share, "%", target=most, ok=reached),
+        Row(f"{what}: jitter of the sampling", jitter(run.telemetry, way.rate), "µs"),
         Row(f"{what}: interrupts off at most", off, "cycles", target="≤ 250", ok=off <= 250),
     ]

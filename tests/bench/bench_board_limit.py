@@ -1,26 +1,22 @@
 """Computer or board: the delay of each way, how stiff a spring each holds still, what their streams take."""
 
-import sys
 from collections.abc import Callable
 
-from hapkit_studio.devices import virtual_board
 from hapkit_studio.haptics.board_rendering import ALIVE_APART
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import BAUD, Alive, Force, Message, Sample, Telemetry
 from tests.bench import board_limit
 from tests.bench.board_limit import Swing
-from tests.bench.frame import Row
+from tests.bench.frame import Row, without_board
 
-NAME = "board_limit"
-ORDER = 41
+NAME, ORDER = "board_limit", 41
 SECONDS = 4.0
 INSIDE, OUTSIDE, TOLERANCE = 0.97, 1.03, 0.03
 
 
 def run() -> list[Row]:
     """Return delays, limits measured against theory, and bytes a second; nothing where it is not built."""
-    if not virtual_board.built():
-        print("  the virtual board is not built: make firmware", file=sys.stderr)
+    if without_board():
         return []
     rows = _streams()
     for spec, damping in (("difference", 0.0), ("kalman", 1.0)):
@@ -55,14 +51,14 @@ def _way(name: str, rate: int, damping: float, spec: str, swing: Callable[[float
 
 def _streams() -> list[Row]:
     """Return what goes over the line each second; a byte takes ten bits."""
-    up, down = _bytes(Sample) * 1000, _bytes(Force) * 1000
-    told, alive = _bytes(Telemetry) * 1000, round(_bytes(Alive) / ALIVE_APART)
-    return [
-        Row("computer renders: up", up / 1000, "kB/s", "line", BAUD / 10_000, 10 * up / BAUD),
-        Row("computer renders: down", down / 1000, "kB/s", "line", BAUD / 10_000, 10 * down / BAUD),
-        Row("board renders: up", told / 1000, "kB/s", "line", BAUD / 10_000, 10 * told / BAUD),
-        Row("board renders: down", alive / 1000, "kB/s", "line", BAUD / 10_000, 10 * alive / BAUD),
-    ]
+    streams = {
+        "computer renders: up": _bytes(Sample) * 1000,
+        "computer renders: down": _bytes(Force) * 1000,
+        "board renders: up": _bytes(Telemetry) * 1000,
+        "board renders: down": round(_bytes(Alive) / ALIVE_APART),
+    }
+    line = BAUD / 10
+    return [Row(what, n / 1000, "kB/s", "line", line / 1000, n / line) for what, n in streams.items()]
 
 
 def _bytes(kind: type[Message]) -> int:

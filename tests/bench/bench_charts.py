@@ -9,8 +9,7 @@ from pathlib import Path
 from hapkit_studio.cli import main
 from tests.bench.frame import Row
 
-NAME = "charts"
-ORDER = 46
+NAME, ORDER = "charts", 46
 LOOP = ("--viscous", "0.18", "--delay", "0.001", "--estimator", "iir")
 RECORD = ("run", "spring", "-p", "stiffness=300", "-p", "damping=2", "--hand", "shake", "--seconds", "6")
 COMMANDS = {

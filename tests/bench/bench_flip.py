@@ -6,10 +6,8 @@ import sys
 from tests.bench.frame import Row
 from tests.firmware import flips
 
-NAME = "flip"
-ORDER = 45
-MAGNETS = range(0, flips.COUNTS, 37)
-"""Counts at the middle of the travel: where the magnet happens to sit."""
+NAME, ORDER = "flip", 45
+MAGNETS = range(0, flips.COUNTS, 37)  # counts at the middle of the travel: where the magnet happens to sit
 
 
 def worst_millimetres(tracker, rate: float) -> float:

@@ -9,8 +9,7 @@ from hapkit_studio.parameters import Choice
 from tests.bench.bench_tick import TICKS, many_ticks, nanoseconds
 from tests.bench.frame import Row
 
-NAME = "laws"
-ORDER = 21
+NAME, ORDER = "laws", 21
 STATIC, ANY = 60.0, 250.0
 # back and forth through everything on the rail, fast enough to slip and slow enough to purr
 SWEEP = 0.045 * np.sin(2.0 * np.pi * 0.3e-3 * np.arange(TICKS))

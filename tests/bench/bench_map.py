@@ -4,6 +4,7 @@ import statistics
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 
@@ -14,8 +15,7 @@ from hapkit_studio.analysis.sweeps import sweep, workers
 from tests.bench import map_references as others
 from tests.bench.frame import Row
 
-NAME = "map"
-ORDER = 25
+NAME, ORDER = "map", 25
 SETTING = Setting(mass=others.MASS, viscous=others.VISCOUS)
 DAMPING = np.linspace(0.0, 40.0, 100)
 STIFFNESS = np.geomspace(100.0, 40_000.0, 100)
@@ -64,41 +64,26 @@ def cells_near_the_limit(count: int) -> tuple[np.ndarray, np.ndarray]:
     return np.array(limits) * np.tile((0.97, 1.03), count // 2), damping
 
 
-def check(name: str, theirs: np.ndarray, ours: np.ndarray) -> None:
-    """Raise where more than one cell of a hundred has another verdict."""
-    different = int(np.count_nonzero(theirs != ours))
-    if different > 0.01 * ours.size:
-        raise RuntimeError(f"{name} judges {different} of {ours.size} cells otherwise")
-
-
-def cell_rate(count: int) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-    """Return our cells per second on one core; the cells, and their verdicts."""
-    stiffness, damping = cells_near_the_limit(count)
-    what = rendered.rendered(SETTING)
-    took = best(lambda: rendered.judge(what, stiffness, damping))
-    return count / took, stiffness, damping, rendered.judge(what, stiffness, damping)
-
-
 def beside_others() -> list[Row]:
-    """Return cells per second on one core beside SciPy and MuJoCo, the same cells for the same time."""
-    rows, what = [], "cells per second, one core, 12 s at 1 kHz"
-    ours, k, b, wanted = cell_rate(4)
-    took, theirs = seconds(lambda: [others.scipy_cell(*cell) for cell in zip(k, b, strict=True)])
-    check("solve_ivp", np.array(theirs), wanted)
-    rows.append(beside(what, ours, "solve_ivp with events", 4 / took, 50.0))
-    model = others.mujoco_model(1)
-    if model is None:
-        return rows
-    ours, k, b, wanted = cell_rate(40)
-    took, theirs = seconds(lambda: [others.mujoco_cell(model, *cell) for cell in zip(k, b, strict=True)])
-    check("MuJoCo", np.array(theirs), wanted)
-    rows.append(beside(what, ours, "MuJoCo, mj_step in a loop", 40 / took, 20.0))
+    """Return cells per second on one core beside SciPy and MuJoCo, the same cells for the same time.
+
+    Raise where more than one cell of a hundred has another verdict.
+    """
+    rows, ours, model = [], rendered.rendered(SETTING), others.mujoco_model()
+    references: list[tuple] = [("solve_ivp with events", 4, others.scipy_cell, 50.0)]
+    if model is not None:
+        references.append(("MuJoCo, mj_step in a loop", 40, partial(others.mujoco_cell, model), 20.0))
+    for name, count, cell, goal in references:
+        k, b = cells_near_the_limit(count)
+        rate = count / best(lambda k=k, b=b: rendered.judge(ours, k, b))
+        took, theirs = seconds(lambda cell=cell, k=k, b=b: list(map(cell, k, b)))
+        different = np.count_nonzero(np.array(theirs) != rendered.judge(ours, k, b))
+        if different > 0.01 * count:
+            raise RuntimeError(f"{name} judges {different} of {count} cells otherwise")
+        what, ratio = "cells per second, one core, 12 s at 1 kHz", rate * took / count
+        target = f"≥ {goal:g} × faster"
+        rows.append(Row(what, rate, "1/s", name, count / took, ratio, target, ratio >= goal))
     return rows
-
-
-def beside(what: str, ours: float, name: str, theirs: float, goal: float) -> Row:
-    ratio = ours / theirs
-    return Row(what, ours, "1/s", name, theirs, ratio, f"≥ {goal:g} × faster", ratio >= goal)
 
 
 def case(rng: np.random.Generator) -> tuple[Setting, float]:
@@ -133,18 +118,8 @@ def error() -> list[Row]:
             cases.append(drawn)
     limits = np.array([exact(*drawn) for drawn in cases])
     worst = 100.0 * float(np.abs(np.array(sweep(boundaries, cases)) / limits - 1.0).max())
-    return [
-        Row(
-            f"measured boundary off the exact one, worst of {CASES}",
-            worst,
-            "%",
-            "",
-            None,
-            None,
-            "≤ 1 %",
-            worst <= 1.0,
-        )
-    ]
+    what = f"measured boundary off the exact one, worst of {CASES}"
+    return [Row(what, worst, "%", target="≤ 1 %", ok=worst <= 1.0)]
 
 
 def run() -> list[Row]:

@@ -6,8 +6,7 @@ import time
 import hapkit_studio as hs
 from tests.bench.frame import Row
 
-NAME = "simulate"
-ORDER = 30
+NAME, ORDER = "simulate", 30
 
 
 def run() -> list[Row]:

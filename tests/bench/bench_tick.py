@@ -12,10 +12,8 @@ from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.tick import tick
 from tests.bench.frame import Row
 
-NAME = "tick"
-ORDER = 20
-TICKS = 10_000
-BLOCKS = 15
+NAME, ORDER = "tick", 20
+TICKS, BLOCKS = 10_000, 15
 
 SLIDER_AND_WALL = """
 <mujoco>
@@ -51,7 +49,7 @@ def nanoseconds(function, count: int) -> float:
 
 
 def wall() -> headless.Scene:
-    return headless.Scene(environments.named("wall"), {**environments.named("wall").values({"damping": 2.0})})
+    return headless.Scene(environments.named("wall"), environments.named("wall").values({"damping": 2.0}))
 
 
 def tick_alone() -> float:

@@ -4,8 +4,8 @@ The virtual board in lockstep, without Coulomb friction and without a hand: all 
 handle rests a little way off the spring's centre; whether its swing grows or dies out is read off the peaks.
 """
 
-import os
-import select
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -16,15 +16,14 @@ from hapkit_studio.analysis.stability.limits import checked_loop, stiffness_limi
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.haptics.board_plan import coefficients
-from hapkit_studio.laws import board
-from hapkit_studio.protocol.framing import Decoder, encode
-from hapkit_studio.protocol.messages import Alive, Force, Sample, Telemetry
-from tests.firmware.board_runs import send
+from hapkit_studio.laws.board import compile
+from hapkit_studio.protocol.messages import Sample
+from tests.firmware.board_runs import frames, listen, send
+from tests.firmware.vb import exchange, opened
 
 MASS, VISCOUS = 0.044, 0.5
 _OFF, _PULL = 1.2e-3, 2.0
 """At most so many m off the centre and so many N: the clamp is far away, and so are single counts."""
-_WAIT = 5.0
 
 
 @dataclass(frozen=True)
@@ -47,89 +46,47 @@ class Swing:
         return float(np.polyfit(times, np.log(peaks), 1)[0])
 
 
-class Bench:
-    """One run of the firmware: frames are answered by board time."""
-
-    def __init__(self) -> None:
-        options = ["--coulomb", "0", "--mass", str(MASS), "--viscous", str(VISCOUS)]
-        options += ["--answer-timeout", "60"]  # its clock stands still however long a busy machine thinks
-        self.board = VirtualBoard("lockstep", options=options)
-        self.board.open()
-        self.board.start_stream()
-        self._decoder = Decoder()
-
-    def frames(self) -> list:
-        ready, _, _ = select.select([self.board.fileno()], [], [], _WAIT)
-        assert ready, "the board has gone silent"
-        return self._decoder.feed(os.read(self.board.fileno(), 4096))
-
-    def say(self, *messages) -> None:
-        os.write(self.board.fileno(), b"".join(map(encode, messages)))
-
-    def samples(self, count: int) -> list[Sample]:
-        """Return so many samples, each answered by no force."""
-        found: list[Sample] = []
-        while len(found) < count:
-            new = [m for m in self.frames() if isinstance(m, Sample)]
-            if new:
-                self.say(Force(new[-1].seq, 0, 0.0))
-            found += new
-        return found
-
-    def close(self) -> None:
-        self.board.close()
-
-
-def off_centre(stiffness: float) -> float:
-    """Return how far in m off the centre of a spring the handle begins."""
-    return min(_OFF, _PULL / stiffness)
+@contextmanager
+def _board(stiffness: float) -> Iterator[tuple[VirtualBoard, float, float]]:
+    """Open a board at rest; yield it, its place and a little off its spring's centre in m."""
+    options = ["--coulomb", "0", "--mass", str(MASS), "--viscous", str(VISCOUS)]
+    # its clock stands still however long a busy machine thinks
+    with opened(options=[*options, "--answer-timeout", "60"]) as board:
+        board.start_stream()
+        start = exchange(board.fileno(), 0.05, lambda sample: 0.0)[-1].count * board.quantum
+        yield board, start, start - min(_OFF, _PULL / stiffness)
 
 
 def on_computer(stiffness: float, damping: float, spec: str, seconds: float) -> Swing:
     """Render a spring by the answers to the board's samples."""
-    bench = Bench()
-    try:
-        quantum = bench.board.quantum
-        start = bench.samples(50)[-1]
-        centre = start.count * quantum - off_centre(stiffness)
+    with _board(stiffness) as (board, start, centre):
+        quantum = board.quantum
         code, coefs = estimators.design(spec, 1000.0, quantum)
         memory = np.zeros(estimators.MEMORY)
-        estimators.reset(memory, start.count * quantum)
-        seen: list[Sample] = []
-        while len(seen) < 1000 * seconds:
-            for sample in (m for m in bench.frames() if isinstance(m, Sample)):
-                x = sample.count * quantum
-                v = estimators.step(code, coefs, memory, x, 1e-3)
-                bench.say(Force(sample.seq, 0, -stiffness * (x - centre) - damping * v))
-                seen.append(sample)
-    finally:
-        bench.close()
-    delays = [s.delay_us * 1e-6 for s in seen[20:]]
-    return _swing(seen, quantum, centre, float(np.mean(delays)))
+        estimators.reset(memory, start)
+
+        def law(sample: Sample) -> float:
+            x = sample.count * quantum
+            return -stiffness * (x - centre) - damping * estimators.step(code, coefs, memory, x, 1e-3)
+
+        return _swing(exchange(board.fileno(), seconds, law), quantum, centre)
 
 
 def on_board(stiffness: float, damping: float, spec: str, seconds: float, rate: int) -> Swing:
     """Let the board render the spring itself."""
-    bench = Bench()
-    try:
-        quantum = bench.board.quantum
-        centre = bench.samples(50)[-1].count * quantum - off_centre(stiffness)
+    with _board(stiffness) as (board, _, centre):
         values = {"stiffness": stiffness, "damping": damping, "center": centre}
-        law = board.compile(environments.named("spring").force, values, 1.0 / rate, bench.board.hello.arena)
-        send(bench.board, law, rate, coefficients(spec, rate, quantum))
-        seen: list[Telemetry] = []
-        while len(seen) < 1000 * seconds:
-            bench.say(Alive())
-            seen += [m for m in bench.frames() if isinstance(m, Telemetry)]
-    finally:
-        bench.close()
-    delays = [s.delay_us * 1e-6 for s in seen[20:]]
-    skipped = (seen[-1].overruns - seen[0].overruns) & 0xFF
-    return _swing(seen, quantum, centre, float(np.mean(delays)), skipped)
+        law = compile(environments.named("spring").force, values, 1.0 / rate, board.hello.arena)
+        stream = frames(board)
+        send(board, law, rate, coefficients(spec, rate, board.quantum), stream)
+        seen = listen(board, seconds, stream)
+        skipped = (seen[-1].overruns - seen[0].overruns) & 0xFF
+        return _swing(seen, board.quantum, centre, skipped)
 
 
-def _swing(seen: list, quantum: float, centre: float, delay: float, skipped: int = 0) -> Swing:
+def _swing(seen: list, quantum: float, centre: float, skipped: int = 0) -> Swing:
     time = np.array([m.time_us for m in seen]) * 1e-6
+    delay = float(np.mean([m.delay_us * 1e-6 for m in seen[20:]]))
     return Swing(time, np.array([m.count for m in seen]) * quantum - centre, delay, skipped)
 
 

@@ -4,12 +4,15 @@ import importlib
 import json
 import os
 import platform
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
-ORDER = 100
+from hapkit_studio.devices import virtual_board
 
 
 @dataclass(frozen=True)
@@ -27,21 +30,40 @@ class Row:
 
 
 def discover() -> dict[str, Callable[..., list[Row]]]:
-    """Return name -> run of every ``bench_*.py`` beside this file with a NAME, in their declared order.
+    """Return name -> run of every ``bench_*.py`` beside this file, in their declared order.
 
     One that draws takes the folder for its pictures.
     """
     files = sorted(Path(__file__).parent.glob("bench_*.py"))
     modules = [importlib.import_module(f"tests.bench.{path.stem}") for path in files]
-    modules = [module for module in modules if hasattr(module, "NAME")]
-    modules.sort(key=lambda module: getattr(module, "ORDER", ORDER))
-    return {module.NAME: module.run for module in modules}
+    return {module.NAME: module.run for module in sorted(modules, key=lambda m: getattr(m, "ORDER", 100))}
+
+
+def child(module: str, *words: str, **environment: str) -> dict[str, Any]:
+    """Return the JSON object that a program of this folder prints last, run without a display."""
+    done = subprocess.run(
+        [sys.executable, "-m", f"tests.bench.{module}", *words],
+        env={"QT_QPA_PLATFORM": "offscreen", **os.environ, **environment},
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=300,
+        check=True,
+    )
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def without_board() -> bool:
+    """Return whether the virtual board is missing; say so."""
+    if not virtual_board.built():
+        print("  the virtual board is not built: make firmware", file=sys.stderr)
+    return not virtual_board.built()
 
 
 def machine() -> dict[str, object]:
     """Return what the figures depend on."""
     info = Path("/proc/cpuinfo")
-    models = [line.split(":")[1].strip() for line in _lines(info) if line.startswith("model name")]
+    lines = info.read_text().splitlines() if info.is_file() else []
+    models = [line.split(":")[1].strip() for line in lines if line.startswith("model name")]
     return {
         "processor": models[0] if models else platform.processor(),
         "cores": os.cpu_count(),
@@ -76,7 +98,3 @@ def print_table(rows: Iterable[Row]) -> None:
 def number(value: float) -> str:
     """Return a number with three significant digits, without an exponent."""
     return f"{float(f'{value:.3g}'):,.10g}"
-
-
-def _lines(path: Path) -> list[str]:
-    return path.read_text().splitlines() if path.is_file() else []

@@ -1,4 +1,4 @@
-"""The window under load, told what to measure line by line: ``engine 6``, ``python 6``, ``idle``, ``quit``.
+"""The window under load, told what to measure line by line: ``engine 6``, ``python 6``, ``idle``.
 
 Answers each line with one line of JSON; a program of its own, so that it can run without privileges.
 """
@@ -38,12 +38,10 @@ def python_block(seconds: float) -> dict[str, float]:
 
 
 def serve(window, frames: list[int], finish) -> None:
-    """Answer lines until ``quit`` or the end of the input."""
+    """Answer lines until the end of the input."""
     engine = window.studio.engine
     for line in sys.stdin:
         word, *seconds = line.split()
-        if word == "quit":
-            break
         first, begin = frames[0], time.perf_counter()
         if word == "engine":
             answer = engine_block(engine, float(seconds[0]))

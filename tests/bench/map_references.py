@@ -44,8 +44,8 @@ def scipy_cell(stiffness: float, damping: float) -> int:
     return int(verdicts(speed, np.array([lost]), np.array([stiffness]))[0])
 
 
-def mujoco_model(count: int):
-    """Return a model of so many sliders with a motor each; None where MuJoCo is not installed.
+def mujoco_model():
+    """Return a model of a slider with a motor; None where MuJoCo is not installed.
 
     RK4, because the semi-implicit steps take the held force as if it came without the half period of delay,
     and so call springs stable that are not.
@@ -54,16 +54,12 @@ def mujoco_model(count: int):
         import mujoco
     except ImportError:
         return None
-    slider = (
-        '<body><joint name="j{0}" type="slide" axis="1 0 0" damping="{1}"/>'
-        '<geom type="sphere" size="0.002" mass="{2}"/></body>'
-    )
-    bodies = "".join(slider.format(i, VISCOUS, MASS) for i in range(count))
-    motors = "".join(f'<motor joint="j{i}"/>' for i in range(count))
     return mujoco.MjModel.from_xml_string(
         f'<mujoco><option timestep="{PERIOD}" gravity="0 0 0" integrator="RK4">'
         '<flag contact="disable" constraint="disable"/></option>'
-        f"<worldbody>{bodies}</worldbody><actuator>{motors}</actuator></mujoco>"
+        f'<worldbody><body><joint name="hand" type="slide" axis="1 0 0" damping="{VISCOUS}"/>'
+        f'<geom type="sphere" size="0.002" mass="{MASS}"/></body></worldbody>'
+        '<actuator><motor joint="hand"/></actuator></mujoco>'
     )
 
 

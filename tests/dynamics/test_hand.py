@@ -13,7 +13,7 @@ MOVEMENTS = ("press", "tap", "stroke", "sweep", "hold", "pluck", "shake", "pet",
 
 
 def path(name):
-    return np.array([hand_named(name).target(t) for t in TIMES])
+    return hand_named(name).target(TIMES)
 
 
 @pytest.mark.parametrize("name", MOVEMENTS)

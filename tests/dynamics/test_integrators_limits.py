@@ -25,8 +25,7 @@ def amplitudes(method, ratio, step, count=200_000):
     given = {"mass": 1.0, "damping": 2.0 * ratio, "stiffness": 1.0, "x0": 1.0, "v0": 0.3}
     _, x, v = hs.integrate(method, dt=step, seconds=step * count, **given)
     with np.errstate(over="ignore"):
-        size = np.hypot(x, v)
-    return size[:100].max(), size[-100:].max()
+        return np.hypot(x[:100], v[:100]).max(), np.hypot(x[-100:], v[-100:]).max()
 
 
 @pytest.mark.parametrize("ratio", RATIOS)
@@ -47,19 +46,15 @@ def test_limits_are_those_of_the_table(method):
 
 
 @pytest.mark.parametrize(
-    ("method", "limit"), [("semi_implicit", 2.0), ("verlet", 2.0), ("rk4", 2.0 * 2**0.5)]
+    ("method", "limit"),
+    [("semi_implicit", 2.0), ("verlet", 2.0), ("rk4", 8**0.5), ("explicit_euler", 0.0), ("lecture", 0.0)],
 )
 def test_without_damping_they_stay_bounded_up_to_their_limit(method, limit):
-    before, after = amplitudes(method, 0.0, 0.99 * limit)
-    assert after < 1.001 * before
-    before, after = amplitudes(method, 0.0, 1.01 * limit)
+    if limit:
+        before, after = amplitudes(method, 0.0, 0.99 * limit)
+        assert after < 1.001 * before
+    before, after = amplitudes(method, 0.0, 1.01 * limit or 0.01)
     assert not after < 1e3 * before
-
-
-@pytest.mark.parametrize("method", ["explicit_euler", "lecture"])
-def test_without_damping_the_explicit_ones_grow_at_any_step(method):
-    before, after = amplitudes(method, 0.0, 0.01)
-    assert after > 1e3 * before
 
 
 @pytest.mark.parametrize("ratio", [0.0, *RATIOS])

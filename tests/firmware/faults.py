@@ -228,7 +228,7 @@ class Session:
         """Learn what the board can render and want it to, as the engine does."""
         settings = self.turns.ask(SettingsRequest(), Settings)
         offer = BoardPlanner(self.turns.ask(HelloRequest(), Hello).arena, settings)
-        way = offer.require(PlanRequest(SPRING, SPRING.values(VALUES), "difference", QUANTUM))
+        way = offer.plan(PlanRequest(SPRING, SPRING.values(VALUES), "difference", QUANTUM))
         board_plan.tell_link(conn, settings, 255)
         self.harness.set(SPRING, VALUES, board=way)
 

@@ -42,7 +42,7 @@ def test_each_law_at_its_rate_leaves_a_fifth_of_the_processor(tmp_path, key, giv
     if given and isinstance(answer, str):
         assert "bytes" in answer or "Hz" in answer
         pytest.skip(answer)
-    way = BoardPlanner(ARENA).require(wish)
+    way = BoardPlanner(ARENA).plan(wish)
     filter = Estimator(way.estimator), way.first, way.second
     run = render(tmp_path, way.program, way.rate, 0.3, SWEEP, filter)
     assert run.share <= MOST

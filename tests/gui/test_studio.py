@@ -100,7 +100,7 @@ def test_a_device_that_went_away_is_looked_for_until_it_is_back(make_window, qtb
         def health(self):
             alive = plugged.is_set()
             text = "" if alive else "Hapkit on ttyUSB0 is gone. Force is zero. Looking again every second."
-            return dataclasses.replace(super().health(), connected=alive, message=text)
+            return dataclasses.replace(super().health(), running=alive, message=text)
 
     def make():
         tries.append(1)

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from hapkit_studio.haptics import arrays
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.framing import crc16, encode
 from hapkit_studio.protocol.messages import Law, Leave, Piece, Sample, Stream, Telemetry, Tune
@@ -154,6 +155,13 @@ class BoardSetup:
         """Return what the board was told of some kinds of message."""
         return [m for m in list(self.board.received) if isinstance(m, kinds)]
 
+    def change_all_numbers(self):
+        """Change every number of the environment in force; wait until that is compiled for the board."""
+        engine = self.engine
+        numbers = {p.key: 0.9 * engine.values[p.key] for p in engine.environment.parameters if not p.discrete}
+        engine.set_environment(engine.environment, engine.values | numbers)
+        self.compiled()
+
     def compiled(self):
         """Wait until what is wanted is compiled for the board."""
         self.engine.board_refusal(wait=True)
@@ -170,6 +178,6 @@ def undisturbed(environment="spring", values=None, stale=False, **options):
         return (BoardSetup(connect, RendersItself(**options), environment, values=values),)
 
     def came_late(setup):
-        return stale or setup.engine.health().stale_count > 0
+        return stale or setup.engine.arrays.control[arrays.STALE_COUNT] > 0
 
     return lambda scenario: repeated(scenario, begin, came_late)

@@ -7,12 +7,12 @@ from hapkit_studio.haptics import drivers
 from hapkit_studio.haptics.engine import Engine
 from tests.haptics.serial_support import connector
 
-KINDS = (drivers.SerialDriver, drivers.PortableDriver)
+PORTABLE = pytest.param(drivers.PortableDriver, marks=pytest.mark.slow)
 
 
-@pytest.fixture(params=KINDS, ids=["compiled", "portable"])
+@pytest.fixture(params=[drivers.SerialDriver, PORTABLE], ids=["compiled", "portable"])
 def connect(request, monkeypatch):
-    """Return a maker of engines on a board, not started, of either kind of loop."""
+    """Return a maker of engines on a board, not started, of either kind of loop; what answers is the same."""
     return connector(request.param, monkeypatch, request.addfinalizer)
 
 

@@ -11,6 +11,7 @@ from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Force, Hello, HelloRequest, Sample, Stream
 from tests.devices.fake_board import HELLO_FIELDS, FakeBoard
+from tests.haptics import support
 from tests.lateness import ATTEMPTS
 from tests.waiting import PATIENCE, wait_until
 
@@ -151,11 +152,4 @@ def undisturbed(**options):
 
 def read(reader, count):
     """Return the next rows, at least count of them."""
-    parts = []
-
-    def came():
-        parts.append(reader.read())
-        return sum(map(len, parts)) >= count
-
-    wait_until(came)
-    return np.concatenate(parts)
+    return support.read(reader, lambda found: len(found) >= count)

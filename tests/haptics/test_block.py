@@ -8,7 +8,6 @@ import pytest
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.haptics import arrays, block, tick
 from hapkit_studio.haptics.clib import load_acquire, store_release
-from tests.waiting import PATIENCE
 
 STOP = 0
 WANTED = 5000
@@ -123,26 +122,6 @@ def test_a_law_for_the_board_is_copied_where_it_is_another_one(shared):
     publish_same(shared, block.new_block(), 2)
     assert block.take(shared, copy)
     assert (copy.program == 2).all()
-
-
-@compiled
-def spin(words):
-    """Turn until told to stop; return how often."""
-    turns = 0
-    while load_acquire(words, STOP) == 0:
-        turns += 1
-    return turns
-
-
-def test_a_word_stops_a_loop_without_the_gil():
-    words = np.ones(8, dtype=np.int64)
-    spin(words)
-    words[STOP] = 0
-    thread = threading.Thread(target=spin, args=(words,), daemon=True)
-    thread.start()
-    store_release(words, STOP, 1)
-    thread.join(PATIENCE)
-    assert not thread.is_alive()
 
 
 @compiled

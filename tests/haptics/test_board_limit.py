@@ -7,7 +7,7 @@ import pytest
 from hapkit_studio.devices.virtual_board import built
 from tests.bench import board_limit
 
-pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(not built(), reason="the virtual board is not built")]
 SECONDS, SHARE = 3.0, 0.03
 
 

@@ -4,7 +4,6 @@ import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import block
 from hapkit_studio.haptics.board_plan import CLOCK, RATES, BoardPlanner, PlanRequest, share
 from hapkit_studio.haptics.settings import Wanted
@@ -40,7 +39,7 @@ def request(environment=SPRING, rate=None, **values):
 
 @pytest.mark.parametrize("key", wide(environments.discover(), lambda key: key in ("spring", "cat")))
 def test_a_law_is_rendered_as_fast_as_its_cycles_allow(key):
-    found = planner(4096).require(request(environments.named(key)))
+    found = planner(4096).plan(request(environments.named(key)))
     usual, most = found.program.usual + REST, found.program.most + REST_AT_MOST
     assert found.share == pytest.approx((found.rate * usual + 1000 * FRAME) / CLOCK)
     assert found.share <= 0.8
@@ -51,18 +50,16 @@ def test_a_law_is_rendered_as_fast_as_its_cycles_allow(key):
 
 
 def test_a_wish_slows_it_and_never_makes_it_faster():
-    fastest = planner().require(request()).rate
-    assert planner().require(request(rate=500)).rate == 500
-    assert planner().require(request(rate=4000)).rate == fastest
+    fastest = planner().plan(request()).rate
+    assert planner().plan(request(rate=500)).rate == 500
+    assert planner().plan(request(rate=4000)).rate == fastest
 
 
 def test_what_is_too_long_says_by_how_much():
-    size = planner().require(request()).program.size
-    assert planner(size).require(request())
+    size = planner().plan(request()).program.size
+    assert not isinstance(planner(size).plan(request()), str)
     words = f"{SPRING.title} needs {size} bytes, the board has {size - 1}."
     assert planner(size - 1).plan(request()) == words
-    with pytest.raises(ParameterError, match="needs"):
-        planner(size - 1).require(request())
 
 
 def test_what_is_too_slow_says_how_fast_it_could_be():
@@ -80,25 +77,25 @@ def test_the_answer_is_worked_out_once():
     assert made.known(request()) is found
     assert made.known(request(stiffness=90.0)) is None
     assert made.known(request(rate=500)) is None
-    for stiffness in range(100, 200):
+    for stiffness in range(100, 165):
         made.plan(request(stiffness=float(stiffness)))
     assert made.known(request()) is None  # what is old is forgotten
 
 
 def test_only_constants_make_no_other_form():
     made = planner()
-    first, stiffer = made.require(request()), made.require(request(stiffness=90.0))
+    first, stiffer = made.plan(request()), made.plan(request(stiffness=90.0))
     assert (stiffer.code_id, stiffer.program_id != first.program_id) == (first.code_id, True)
     others = (
         request(rate=500),
         request(environments.named("wall")),
         PlanRequest(SPRING, SPRING.values(), "kalman"),
     )
-    assert len({made.require(w).code_id for w in others} | {first.code_id}) == 4
+    assert len({made.plan(w).code_id for w in others} | {first.code_id}) == 4
 
 
 def test_the_block_holds_what_is_sent():
-    way = planner().require(request(CONSTANT))
+    way = planner().plan(request(CONSTANT))
     _, words, program = Wanted(CONSTANT, CONSTANT.values(), board=way).encode()
     data = way.program.data
     assert program.astype("<i8").tobytes()[: len(data)] == data

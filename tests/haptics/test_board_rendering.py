@@ -56,28 +56,19 @@ def test_the_force_fades_out_before_the_board_is_told(setup):
 
 
 @undisturbed(environment="mass_spring_damper")
-def test_a_long_law_comes_whole_though_pieces_get_lost(setup):
+def test_a_long_law_comes_whole_though_pieces_get_lost_and_a_board_without_one_is_sent_it_anew(setup):
+    """So after a reset in the middle, and where a piece was damaged and the whole does not fit its check."""
     setup.run(10)
     setup.kit.deaf = {Law: 1, Piece: 3}
     setup.go()
-    pieces = setup.told(Piece)
     assert len(setup.told(Law)) == 2
-    assert len(pieces) > setup.kit.loaded.size / 32 + 3
+    assert len(setup.told(Piece)) > setup.kit.loaded.size / 32 + 3
     assert setup.kit.loaded.data == setup.engine.board_plan.program.data
-
-
-@undisturbed(environment="mass_spring_damper")
-def test_a_board_without_a_law_is_sent_it_anew(setup):
-    """So after a reset in the middle, and where a piece was damaged and the whole does not fit its check."""
-    setup.engine.board_refusal(wait=True)
-    setup.engine.set_where("board")
-    setup.until(lambda: setup.kit.received > 64)
-    setup.kit.loaded.data.clear()
-    setup.until(lambda: setup.engine.rendering == "board")
-    setup.run(5)
     setup.kit.loaded, setup.kit.generation = None, 0
     setup.run(2)
     assert setup.engine.rendering == "computer"
+    setup.until(lambda: setup.kit.received > 64)
+    setup.kit.loaded.data.clear()
     setup.until(lambda: setup.engine.rendering == "board")
     assert setup.kit.loaded.data == setup.engine.board_plan.program.data
 
@@ -85,10 +76,7 @@ def test_a_board_without_a_law_is_sent_it_anew(setup):
 @undisturbed(environment="hard_surface")
 def test_more_constants_than_one_message_holds_are_sent_one_after_the_other(setup):
     setup.go()
-    values = setup.engine.values
-    numbers = [p for p in setup.engine.environment.parameters if not p.discrete]
-    setup.engine.set_environment("hard_surface", values | {p.key: 0.9 * values[p.key] for p in numbers})
-    setup.compiled()
+    setup.change_all_numbers()
     wanted = np.array(setup.engine.board_plan.program.given, np.float32)
     assert np.count_nonzero(wanted != setup.kit.loaded.numbers) > 6
     setup.until(lambda: np.array_equal(wanted, setup.kit.loaded.numbers))
@@ -98,10 +86,8 @@ def test_more_constants_than_one_message_holds_are_sent_one_after_the_other(setu
 @undisturbed(environment="button", arena=345)
 def test_more_moving_constants_than_there_is_room_for_are_a_law(setup):
     setup.go()
-    way, values = setup.engine.board_plan, setup.engine.values
-    numbers = [p for p in setup.engine.environment.parameters if not p.discrete]
-    setup.engine.set_environment("button", values | {p.key: 0.9 * values[p.key] for p in numbers})
-    setup.compiled()
+    way = setup.engine.board_plan
+    setup.change_all_numbers()
     assert setup.engine.board_plan.code_id == way.code_id
     setup.until(lambda: len(setup.told(Law)) == 2)
     setup.until(lambda: setup.engine.rendering == "board")
@@ -322,7 +308,7 @@ def test_rows_and_counts_show_what_the_board_did(setup):
     assert row[rows.STATE : rows.STATE + len(names)].tolist() == [0.5 + at for at in range(len(names))]
     setup.telemetry = {"overruns": 3}
     setup.run(1)
-    assert setup.engine.overruns == 259
+    assert setup.engine.missed_of("board") == 259
     setup.engine.set_environment("friction")
     setup.telemetry = {"state_at": 0, "state": 9.0}
     first = setup.engine.environment.force.compiled().initial_state[0]

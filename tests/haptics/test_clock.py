@@ -72,23 +72,21 @@ def test_runs_uncompiled():
     assert done.stdout.strip() == "True 0", done.stderr
 
 
+def fill(address, form, *numbers):
+    """Write 8 bytes to an address, as a C function that returns through a pointer."""
+    ctypes.memmove(address, struct.pack(form, *numbers), 8)
+    return 1
+
+
+u64, u32, i32 = ctypes.c_uint64, ctypes.c_uint32, ctypes.c_int32
+
+
 @linux_only
 def test_macos_waits_for_the_tick_of_the_deadline():
-    fake, u64, i32 = FakeLibrary(), ctypes.c_uint64, ctypes.c_int32
-
-    @fake.add("mach_timebase_info", i32, u64)
-    def timebase(address):
-        ctypes.memmove(address, struct.pack("II", 125, 3), 8)
-        return 0
-
-    @fake.add("mach_absolute_time", u64)
-    def absolute():
-        return 24_000_000
-
-    @fake.add("mach_wait_until", i32, u64)
-    def wait(tick):
-        return 0
-
+    fake = FakeLibrary()
+    fake.add("mach_timebase_info", i32, u64)(lambda address: fill(address, "II", 125, 3))
+    fake.add("mach_absolute_time", u64)(lambda: 24_000_000)
+    fake.add("mach_wait_until", i32, u64)(lambda tick: 0)
     assert clock.macos_now() == pytest.approx(1.0, rel=1e-12)
     clock.macos_until(2.5)
     assert fake.calls[-1][0] == "mach_wait_until"
@@ -100,36 +98,18 @@ def test_macos_waits_for_the_tick_of_the_deadline():
 
 @linux_only
 def test_windows_waits_on_a_high_resolution_timer_for_what_remains():
-    fake, u64, u32, i32 = FakeLibrary(), ctypes.c_uint64, ctypes.c_uint32, ctypes.c_int32
-    due = []
+    fake, due = FakeLibrary(), []
 
-    @fake.add("QueryPerformanceFrequency", i32, u64)
-    def frequency(address):
-        ctypes.memmove(address, struct.pack("q", 10_000_000), 8)
-        return 1
-
-    @fake.add("QueryPerformanceCounter", i32, u64)
-    def counter(address):
-        ctypes.memmove(address, struct.pack("q", 70_000_000), 8)
-        return 1
-
-    @fake.add("CreateWaitableTimerExW", u64, u64, u64, u32, u32)
-    def create(attributes, name, flags, access):
-        return 0x44
-
-    @fake.add("SetWaitableTimer", i32, u64, u64, i32, u64, u64, i32)
     def set_timer(timer, address, period, routine, argument, resume):
         due.append(struct.unpack("q", ctypes.string_at(address, 8))[0])
         return 1
 
-    @fake.add("WaitForSingleObject", u32, u64, u32)
-    def wait(handle, milliseconds):
-        return 0
-
-    @fake.add("CloseHandle", i32, u64)
-    def close(handle):
-        return 1
-
+    fake.add("QueryPerformanceFrequency", i32, u64)(lambda address: fill(address, "q", 10_000_000))
+    fake.add("QueryPerformanceCounter", i32, u64)(lambda address: fill(address, "q", 70_000_000))
+    fake.add("CreateWaitableTimerExW", u64, u64, u64, u32, u32)(lambda *given: 0x44)
+    fake.add("SetWaitableTimer", i32, u64, u64, i32, u64, u64, i32)(set_timer)
+    fake.add("WaitForSingleObject", u32, u64, u32)(lambda handle, milliseconds: 0)
+    fake.add("CloseHandle", i32, u64)(lambda handle: 1)
     assert clock.windows_now() == 7.0
     fake.calls.clear()
     clock.windows_until(7.0015)

@@ -5,7 +5,6 @@ import math
 import os
 import statistics
 import threading
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -49,14 +48,18 @@ def test_the_rate_changes_while_it_runs(started):
 
 
 # --- nothing waits, nothing breaks
+@pytest.mark.alone
 def test_no_call_blocks_while_it_runs(started):
+    """While at least half of twenty calls last the loop, at 200 Hz, renders nothing."""
     engine = started()
     reader = engine.reader()
     engine.set_environment("spring")
+    engine.set_loop(rate=200.0)
+    control = engine.arrays.control
     calls = (
         lambda k: engine.set_parameter("stiffness", 100.0 + k),
         lambda k: engine.set_environment(("wall", "spring")[k % 2]),
-        lambda k: engine.set_loop(rate=1000.0 + k, delay=1e-4 * k),
+        lambda k: engine.set_loop(rate=200.0, delay=1e-4 * k),
         lambda k: engine.move_hand(1e-4 * k),
         lambda k: engine.set_grip(("light", "firm")[k % 2]),
         lambda k: engine.stop(),
@@ -69,13 +72,13 @@ def test_no_call_blocks_while_it_runs(started):
     for call in calls:
         engine.set_environment("wall")
         call(1)
-        took = []
+        ticks = []
         for k in range(20):
-            start = time.perf_counter()
+            before = control[arrays.HEAD]
             call(k)
-            took.append(time.perf_counter() - start)
+            ticks.append(control[arrays.HEAD] - before)
             engine.set_environment("wall")
-        assert statistics.median(took) < 0.005
+        assert statistics.median(ticks) == 0
 
 
 def test_bad_settings_leave_the_last_good_ones(started):
@@ -84,20 +87,20 @@ def test_bad_settings_leave_the_last_good_ones(started):
     engine.set_parameter("stiffness", 400.0)
     engine.move_hand(0.012)
     before = engine.values, engine.loop, engine.grip
-    for bad in (
-        lambda: engine.set_parameter("stiffness", float("nan")),
-        lambda: engine.set_parameter("stiffness", 1e9),
-        lambda: engine.set_parameter("nothing", 1.0),
-        lambda: engine.set_environment("nowhere"),
-        lambda: engine.set_environment("wall", {"side": "up"}),
-        lambda: engine.set_loop(rate=0.0),
-        lambda: engine.set_loop(delay=float("inf")),
-        lambda: engine.set_loop(estimator="guess"),
-        lambda: engine.set_grip("iron"),
-        lambda: engine.move_hand(float("nan")),
+    for bad, *given in (
+        (engine.set_parameter, "stiffness", math.nan),
+        (engine.set_parameter, "stiffness", 1e9),
+        (engine.set_parameter, "nothing", 1.0),
+        (engine.set_environment, "nowhere"),
+        (engine.set_environment, "wall", {"side": "up"}),
+        (engine.set_loop, 0.0),
+        (engine.set_loop, None, math.inf),
+        (engine.set_loop, None, None, "guess"),
+        (engine.set_grip, "iron"),
+        (engine.move_hand, math.nan),
     ):
         with pytest.raises(ParameterError):
-            bad()
+            bad(*given)
     assert (engine.values, engine.loop, engine.grip) == before
     read(reader, lambda found: found[-1, rows.POSITION] > 0.006)
     out = rest(reader, 100)
@@ -182,13 +185,6 @@ def test_the_stop_survives_another_device_and_is_released_on_purpose(started):
     np.testing.assert_allclose(back[:30], 0.5 * np.arange(1, 31) / 30.0, rtol=1e-9)
 
 
-def test_a_latched_fault_survives_another_device(started):
-    engine = started(environment=CONSTANT)
-    engine.arrays.control[arrays.FAULT] = arrays.OVER_SPEED
-    engine.use(SimulatedHapkit())
-    assert engine.fault.code == arrays.OVER_SPEED
-
-
 def test_closing_leaves_a_zero_command(started):
     engine = started(environment=CONSTANT)
     read(engine.reader(), lambda found: found[-1, rows.APPLIED] == 1.0)
@@ -210,7 +206,6 @@ def test_the_loop_has_a_thread_with_a_name(started):
     engine = started()
     assert len(loop_threads()) == 1
     assert engine.health().running
-    assert engine.health().connected
     engine.start()
     assert len(loop_threads()) == 1
     engine.close()
@@ -268,9 +263,9 @@ def test_laws_in_use_are_kept_alive(started):
 START = SimulatedHapkit(initial_position=0.0121, initial_velocity=0.1)
 
 
-def rendered(environment, device, count, loop=None):
+def rendered(environment, device, count, loop):
     """Return the rows of a released handle, the force fading in as in a live loop."""
-    r, body = headless.Scene(environment, environment.values(), device, loop or LoopSettings()).prepare()
+    r, body = headless.Scene(environment, environment.values(), device, loop).prepare()
     r.real[arrays.GAIN] = 0.0
     out = headless.new_rows(count)
     headless.run_batch(r, body, np.zeros(3), np.zeros(count + 1), np.zeros(count, dtype=np.int64), out)
@@ -293,22 +288,21 @@ def same(a, b):
     return np.array_equal(a[:, columns], b[:, columns], equal_nan=True)
 
 
-@pytest.mark.parametrize("needs", [(), ("coulomb", "delay"), ("quantization", "filter")])
-def test_a_live_loop_is_what_the_reduced_device_gives_bit_for_bit(needs):
-    scene = replace(SPRING, needs=needs)
-    found = live(scene, START, 300)
-    assert same(found, rendered(scene, START.reduced(needs), 300))
-    assert same(found, rendered(scene, START, 300)) != bool(needs)
-    np.testing.assert_allclose(found[:, rows.BOARD_TIME], 1e-3 * np.arange(300), atol=1e-12)
-
-
-@pytest.mark.parametrize("estimator", ["iir", "foaw"])
-def test_with_an_ideal_sensor_every_estimator_is_the_same_live(estimator):
-    scene = replace(SPRING, needs=("mass", "viscous"))
-    loop = LoopSettings(2000.0, 0.0007, estimator)
-    found = live(scene, START, 300, rate=2000.0, delay=0.0007, estimator=estimator)
-    assert same(found, rendered(scene, START.reduced(scene.needs), 300, loop))
-    assert np.abs(found[:, rows.APPLIED]).max() > 0.5
+@pytest.mark.parametrize(
+    ("needs", "rate", "delay", "estimator"),
+    [
+        ((), 1000.0, 0.0, "difference"),
+        (("coulomb", "delay"), 1000.0, 0.0, "difference"),
+        (("quantization", "filter"), 2000.0, 0.0007, "iir"),
+        (("mass", "viscous"), 2000.0, 0.0007, "foaw"),
+    ],
+)
+def test_a_live_loop_is_what_the_reduced_device_gives_bit_for_bit(needs, rate, delay, estimator):
+    scene, loop = replace(SPRING, needs=needs), LoopSettings(rate, delay, estimator)
+    found = live(scene, START, 300, rate=rate, delay=delay, estimator=estimator)
+    assert same(found, rendered(scene, START.reduced(needs), 300, loop))
+    assert same(found, rendered(scene, START, 300, loop)) != bool(needs)
+    np.testing.assert_allclose(found[:, rows.BOARD_TIME], np.arange(300) / rate, atol=1e-12)
 
 
 def test_a_person_can_have_everything(started):

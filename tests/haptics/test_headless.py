@@ -45,12 +45,6 @@ def test_hand_lets_go_at_the_first_sample_from_its_release_on():
         assert not len(held) or held[-1] == last
 
 
-def test_first_hand_force_is_that_of_its_first_instant():
-    device = SimulatedHapkit(initial_position=0.002, initial_velocity=0.1)
-    out, _ = headless.render(scene(device=device), Hand(0.0, 4.0, 200.0, lambda t: 0.01 + 0.5 * t), 5)
-    assert out[0, rows.HAND_FORCE] == pytest.approx(200.0 * 0.008 + 4.0 * 0.4, rel=1e-9)
-
-
 def test_sweeps_may_leave_a_persons_limits_but_not_the_numbers():
     out, _ = headless.render(scene(stiffness=50_000.0, damping=-3.0), None, 20)
     assert np.isfinite(out[:, rows.TRUE_POSITION]).all()

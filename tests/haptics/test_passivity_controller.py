@@ -24,7 +24,7 @@ def released(stiffness, damping=0.0, delay=0.0, controller=True, **changes):
     numbers = {"coulomb_force": 0.0, "quantum": 0.0, "max_force": math.inf, **changes}
     device = SimulatedHapkit(MASS, VISCOUS, initial_position=START, **numbers)
     values = {"stiffness": stiffness, "damping": damping, "center": 0.0}
-    scene = headless.Scene(SPRING, values, device, LoopSettings(delay=delay), controller=controller)
+    scene = headless.Scene(SPRING, values, device, LoopSettings(delay=delay, controller=controller))
     return headless.render(scene, None, 6000)[0]
 
 
@@ -76,9 +76,9 @@ def test_with_friction_and_sensor_steps_it_comes_to_rest(factor):
 def test_changes_nothing_where_nothing_is_given(key):
     scene = LIBRARY[key]
     hand = hand_named(scene.hands[0])
+    loops = LoopSettings(), LoopSettings(controller=True)
     one, other = (
-        headless.render(headless.Scene(scene, scene.values(), controller=on), hand, 2000)[0]
-        for on in (False, True)
+        headless.render(headless.Scene(scene, scene.values(), loop=loop), hand, 2000)[0] for loop in loops
     )
     np.testing.assert_array_equal(one, other)
 

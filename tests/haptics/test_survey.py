@@ -9,7 +9,7 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand
-from hapkit_studio.haptics import headless, rows, survey
+from hapkit_studio.haptics import arrays, headless, rows, survey
 from hapkit_studio.haptics.settings import LoopSettings
 
 EVERY = survey.Limits(math.inf, survey.NEVER_STILL, survey.NEVER_FAINT, survey.NEVER_SMALL)
@@ -35,11 +35,11 @@ def cells(weights: float = 0.0, part: int = PART) -> survey.Cells:
     return survey.Cells(NUMBERS, STARTS, np.full(many, part), np.full(many, weights))
 
 
-def by_batch(device: SimulatedHapkit, loop: LoopSettings, grip: Grip | None, i: int) -> np.ndarray:
+def by_batch(device: SimulatedHapkit, loop: LoopSettings, grip: Grip | None, i: int, part=PART) -> np.ndarray:
     """Return the rows of one cell, rendered by the batch in arrays of its own."""
     hand = Hand(grip.mass, grip.damping, grip.stiffness) if grip else None
     scene = scene_of(replace(device, initial_position=float(STARTS[i])), loop, NUMBERS[i])
-    return headless.render(scene, hand, survey.PARTS * PART)[0]
+    return headless.render(scene, hand, survey.PARTS * part)[0]
 
 
 @pytest.mark.parametrize(("device", "loop", "grip"), SCENES)
@@ -71,7 +71,7 @@ def test_a_rig_brought_back_is_a_new_one():
     new, still, new_flat = survey.packed(*scene.prepare())
     made = survey.Flat(*(array.copy() for array in flat))
     headless.run_batch(r, body, np.array([0.1, 1.0, 9.0]), np.ones(301), np.ones(300), headless.new_rows(300))
-    assert r.control[headless.FAULT] != 0
+    assert r.control[arrays.FAULT] != 0
     render_nothing(r, body, flat, made)
     render_nothing(new, still, new_flat, made)
     for left, fresh in zip(flat, new_flat, strict=True):
@@ -93,14 +93,9 @@ def test_what_friction_holds_ends_once_it_has_not_moved_for_long_enough():
     device, loop, grip = SCENES[0]
     found = survey.survey(scene_of(device, loop), grip, cells(part=200), limits)
     assert found.ends[1] == survey.SETTLED
-    speed = by_batch_longer(device, loop, 1, survey.PARTS * 200)[:, rows.TRUE_VELOCITY]
+    speed = by_batch(device, loop, grip, 1, 200)[:, rows.TRUE_VELOCITY]
     stopped = np.flatnonzero(speed != 0.0)[-1] + 1
     assert found.samples[1] == stopped + 51
-
-
-def by_batch_longer(device: SimulatedHapkit, loop: LoopSettings, i: int, count: int) -> np.ndarray:
-    scene = scene_of(replace(device, initial_position=float(STARTS[i])), loop, NUMBERS[i])
-    return headless.render(scene, None, count)[0]
 
 
 def test_what_has_died_out_and_what_stays_steady_end_early():

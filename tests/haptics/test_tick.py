@@ -51,25 +51,6 @@ def test_rows_are_what_the_chain_gives():
     assert 0 < np.count_nonzero(clamped) < 400
 
 
-def test_filtered_velocity_drives_the_law():
-    x, damping = motion(3), environments.named("damping")
-    out = LoopHarness(damping, {"damping": 2.0}, estimator=("iir", {"cutoff": 20.0})).run(x)
-    alpha, v, expected = 1.0 - np.exp(-2.0 * np.pi * 20.0 / RATE), 0.0, []
-    for moved in np.diff(x, prepend=x[0]):
-        v += alpha * (moved * RATE - v)
-        expected.append(v)
-    np.testing.assert_allclose(out[:, rows.VELOCITY], expected, rtol=1e-9, atol=1e-15)
-    np.testing.assert_allclose(out[:, rows.ASKED], -2.0 * np.array(expected), rtol=1e-9, atol=1e-15)
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_the_clamp_keeps_the_sign(sign):
-    row = LoopHarness(CONSTANT, {"level": 5.0 * sign}, max_force=2.5).tick()
-    assert row[rows.ASKED] == 5.0 * sign
-    assert row[rows.APPLIED] == 2.5 * sign
-    assert row[rows.FLAGS] == rows.CLAMPED
-
-
 def test_state_is_in_the_row_and_leaves_it_with_its_law():
     harness = LoopHarness(COUNTING)
     out = harness.ticks(0.003)

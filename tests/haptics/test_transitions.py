@@ -16,15 +16,20 @@ def asked(out):
 
 
 @pytest.mark.parametrize("rate", [100.0, 1000.0, 10_000.0])
-def test_a_number_moves_linearly_over_30_ms(rate):
+@pytest.mark.parametrize(
+    ("new", "force", "flag"), [(level(2.5), 2.5, 0), (level(1.0, "d"), -1.0, rows.FADING)]
+)
+def test_a_number_moves_and_a_choice_fades_linearly_over_30_ms(new, force, flag, rate):
     harness = LoopHarness(CONSTANT, level(1.0), rate)
     harness.tick()
-    harness.set(CONSTANT, level(4.0))
-    out, steps = asked(harness.ticks(0.05)), round(FADE * rate)
+    harness.set(CONSTANT, new)
+    out, steps = harness.ticks(0.05), round(FADE * rate)
     share = np.minimum((1.0 + np.arange(len(out))) / steps, 1.0)
-    np.testing.assert_allclose(out, 1.0 + 3.0 * share, rtol=1e-9)
-    assert out[steps - 2] < 4.0 - 1.0 / steps
-    np.testing.assert_array_equal(out[steps - 1 :], 4.0)
+    np.testing.assert_allclose(asked(out), 1.0 + (force - 1.0) * share, rtol=1e-9, atol=1e-12)
+    assert abs(asked(out)[steps - 2] - force) > 1.0 / steps
+    np.testing.assert_array_equal(asked(out)[steps - 1 :], force)
+    np.testing.assert_array_equal(out[: steps - 1, rows.FLAGS], flag)
+    np.testing.assert_array_equal(out[steps - 1 :, rows.FLAGS], 0)
 
 
 def test_a_change_on_the_way_starts_from_the_present_value():
@@ -47,18 +52,6 @@ def test_other_settings_do_not_disturb_a_ramp():
         out.extend(asked(harness.ticks(0.010)))
         harness.set(CONSTANT, level(4.0), target=0.01)
     np.testing.assert_allclose(out, 1.0 + np.arange(1, 31) / 10.0, rtol=1e-9)
-
-
-@pytest.mark.parametrize("rate", [100.0, 1000.0, 10_000.0])
-def test_a_choice_fades_over_30_ms(rate):
-    harness = LoopHarness(CONSTANT, level(1.0), rate)
-    harness.tick()
-    harness.set(CONSTANT, level(1.0, "d"))
-    rendered, steps = harness.ticks(0.04), round(FADE * rate)
-    share = np.minimum((1.0 + np.arange(len(rendered))) / steps, 1.0)
-    np.testing.assert_allclose(asked(rendered), 1.0 - 2.0 * share, rtol=1e-9, atol=1e-12)
-    np.testing.assert_array_equal(rendered[: steps - 1, rows.FLAGS], rows.FADING)
-    np.testing.assert_array_equal(rendered[steps - 1 :, rows.FLAGS], 0)
 
 
 def test_laws_fade_each_with_its_own_state():

@@ -21,7 +21,7 @@ lets a motion of an energy that nobody feels be: with it, what reaches less than
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -97,8 +97,7 @@ class Rendered:
         """Return the spring's scene, with numbers that every run replaces."""
         values = {"stiffness": 0.0, "damping": 0.0, "center": 0.0}
         spring = environments.named("spring")
-        how = headless.Scene(spring, values, self.device, self.loop, controller=self.controller)
-        return replace(how, designed_for=self.step)
+        return headless.Scene(spring, values, self.device, self.loop, designed_for=self.step)
 
 
 def softest(what: Rendered) -> float:

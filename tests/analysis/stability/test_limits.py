@@ -15,7 +15,7 @@ from hapkit_studio.analysis.stability.limits import (
 )
 from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.hand import GRIPS, Grip
+from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings import LoopSettings
@@ -177,7 +177,9 @@ def test_one_percent_inside_decays_and_outside_grows(part, mass, viscous, rate, 
     limit = stiffness_limit(mass, viscous, damping=damping, rate=rate, delay=loop.delay, hand=hand)
     device = SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf, initial_position=1e-6)
     values = {"stiffness": part * limit, "damping": damping, "center": 0.0}
-    out = headless.spring_rows(environments.named("spring"), values, device, loop, hand, int(16 * rate))
+    grip = Hand(hand.mass, hand.damping, hand.stiffness) if hand else None
+    scene = headless.Scene(environments.named("spring"), values, device, loop)
+    out, _ = headless.render(scene, grip, int(16 * rate))
     x = np.abs(out[:, rows.TRUE_POSITION])
     early, late_peak = x[int(2 * rate) : int(4 * rate)].max(), x[int(14 * rate) :].max()
     assert early > 0.0

@@ -18,7 +18,7 @@ def health(**changes):
         "rate": 999.96,
         "lateness_us": {"p50": 30.0, "p99": 90.0, "p99.9": 150.0, "max": 4000.0},
         "missed": 0,
-        "lost_frames": 0,
+        "link": SimpleNamespace(lost_frames=0),
         "missed_lately": 0,
         "priority": Priority("Real-time, FIFO 80", True, ""),
     }
@@ -91,7 +91,7 @@ def test_the_bar_says_rate_lateness_and_priority(bar):
 
 def test_refused_priority_says_how_late_and_offers_the_way_out(bar, qtbot):
     refused = Priority("Normal priority", False, "Do this.")
-    bar.show_health(health(priority=refused, missed=3, lost_frames=2, missed_lately=1))
+    bar.show_health(health(priority=refused, missed=3, link=SimpleNamespace(lost_frames=2), missed_lately=1))
     assert bar.priority.words.text() == "Normal priority, late up to 4.00 ms."
     assert bar.missed.words.text() == "Missed 5"
     with qtbot.waitSignal(bar.how_to_fix, timeout=PATIENCE_MS):

@@ -3,9 +3,8 @@
 Prints one JSON object; beside it the same data in pyqtgraph's own curves with its peak downsampling.
 """
 
-import argparse
 import json
-import os
+import sys
 import time
 
 import numpy as np
@@ -134,12 +133,8 @@ def measure(kind: type, seconds: float) -> dict[str, float]:
     return {name: round(value, 3) for name, value in result.items()}
 
 
-def main() -> None:
+def main(seconds: float) -> None:
     """Measure both, in turn, and print them."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=5.0)
-    seconds = parser.parse_args().seconds
-    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
     app = QApplication([])
     result = {"ours": measure(Ours, seconds), "pyqtgraph_peak": measure(Reference, seconds)}
     app.quit()
@@ -147,4 +142,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(float(sys.argv[1]))
