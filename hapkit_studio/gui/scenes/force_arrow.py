@@ -1,8 +1,8 @@
 """The force arrow beside the knob and the number at its tip."""
 
 import numpy as np
-from PySide6.QtCore import QElapsedTimer, QPointF, QRectF
-from PySide6.QtGui import QPainterPath, QPen, QPolygonF
+from PySide6.QtCore import QElapsedTimer, QRectF
+from PySide6.QtGui import QPen
 
 from hapkit_studio.gui.scenes.base import RING, Motion, apart, knob, ring_alone, ring_place
 from hapkit_studio.gui.scenes.stage import Stage
@@ -67,16 +67,10 @@ def _arrow_ends(stage: Stage, motion: Motion, per_newton: float) -> tuple[float,
 def _arrow(stage: Stage, start: float, tip: float, y: float, d: int) -> None:
     u = stage.u
     neck = tip - d * HEAD * u
-    outline = [
-        (start, -SHAFT_HALF), (neck, -SHAFT_HALF), (neck, -HEAD_HALF), (tip, 0.0),
-        (neck, HEAD_HALF), (neck, SHAFT_HALF), (start, SHAFT_HALF),
-    ]  # fmt: skip
-    path = QPainterPath()
-    path.addPolygon(QPolygonF([QPointF(a, y + b * u) for a, b in outline]))
-    path.closeSubpath()
-    stage.p.setBrush(theme.color("applied"))
-    stage.p.setPen(QPen(theme.color("scene"), 1.2 * u))
-    stage.p.drawPath(path)
+    above = [(start, -SHAFT_HALF), (neck, -SHAFT_HALF), (neck, -HEAD_HALF)]
+    outline = [*above, (tip, 0.0), *((a, -b) for a, b in reversed(above))]
+    stage.use(QPen(theme.color("scene"), 1.2 * u), "applied")
+    stage.polygon((a, y + b * u) for a, b in outline)
 
 
 def force_words(newtons: float) -> str:

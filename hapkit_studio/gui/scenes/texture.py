@@ -4,15 +4,13 @@ import math
 
 import numpy as np
 from PySide6.QtCore import QRectF
-from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.texture import BANDS, ENVIRONMENT, GRATING, grain
-from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, sampled, take_stem
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.widgets.theme import theme
 
-_value = reader(ENVIRONMENT)
 _LEVEL, _ROOM = 0.40, 0.22  # of the band
 _RIDGE = 6.5  # px at u = 1: half the height of a ridge of 0.25 N every 5 mm
 _CLOSE = 10.0  # px from ridge to ridge: closer ones are outlined by a hairline
@@ -23,7 +21,7 @@ _LEAST_BALL = 3.2  # px at u = 1
 
 def _wave(values: Values) -> float:
     """Return λ in mm."""
-    return 1e3 * _value(values, "wavelength")
+    return 1e3 * values["wavelength"]
 
 
 def _fine(stage: Stage, values: Values) -> bool:
@@ -31,14 +29,14 @@ def _fine(stage: Stage, values: Values) -> bool:
 
 
 def _flat(stage: Stage, values: Values) -> bool:
-    return height(stage, values) == 0.0 or (_value(values, "kind") == GRATING and _fine(stage, values))
+    return height(stage, values) == 0.0 or (values["kind"] == GRATING and _fine(stage, values))
 
 
 def height(stage: Stage, values: Values) -> float:
     """Return half a ridge's height in px: it grows with force and λ, and fits."""
-    if _value(values, "kind") == BANDS:
+    if values["kind"] == BANDS:
         return 0.0
-    ratio = _value(values, "amplitude") / 0.25 * _wave(values) / 5.0
+    ratio = values["amplitude"] / 0.25 * _wave(values) / 5.0
     return min(_RIDGE * stage.u * ratio**0.5, _ROOM * stage.band)
 
 
@@ -51,8 +49,8 @@ def _relief(stage: Stage, values: Values) -> Relief:
     level, wave, high = _LEVEL * stage.band, _wave(values), height(stage, values)
     if _flat(stage, values):
         return lambda mm: np.full_like(mm, level + high)
-    if _value(values, "kind") != GRATING:
-        return lambda mm: level + high * _grains(mm / (0.5 * wave), math.floor(_value(values, "seed")))
+    if values["kind"] != GRATING:
+        return lambda mm: level + high * _grains(mm / (0.5 * wave), math.floor(values["seed"]))
     return lambda mm: level + high * np.cos(math.tau * mm / wave)
 
 
@@ -68,10 +66,10 @@ def _grains(places: np.ndarray, seed: int) -> np.ndarray:
 
 def fixed(stage: Stage, values: Values) -> None:
     """Draw the ground, its bands and the mark for λ."""
-    kind = _value(values, "kind")
+    kind = values["kind"]
     close = _wave(values) * stage.per_mm < _CLOSE
     ground(stage, relief(stage, values), close and not _flat(stage, values))
-    if kind == BANDS and _value(values, "damping") > 0.0:
+    if kind == BANDS and values["damping"] > 0.0:
         _bands(stage, values)
     elif kind == GRATING and _fine(stage, values):
         _shade(stage, -HALF_TRAVEL, HALF_TRAVEL, height(stage, values), -height(stage, values))
@@ -112,13 +110,8 @@ def _measure(stage: Stage, values: Values) -> tuple[float, float, float]:
 
 def _mark(stage: Stage, values: Values) -> None:
     u, (left, right, y) = stage.u, _measure(stage, values)
-    path = QPainterPath()
-    for x in (left, right):
-        path.moveTo(x, y - 4 * u)
-        path.lineTo(x, y + 4 * u)
-    path.moveTo(left, y)
-    path.lineTo(right, y)
-    stage.stroke(path, stage.pen("ink3", 1.4))
+    ends = [[(x, y - 4 * u), (x, y + 4 * u)] for x in (left, right)]
+    stage.lines(stage.pen("ink3", 1.4), *ends, [(left, y), (right, y)])
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
@@ -142,4 +135,4 @@ def _radius(stage: Stage, values: Values) -> float:
 
 
 moving, tip = riding(relief, _radius)
-SCENE = Scene("texture", fixed, moving, words, tip)
+SCENE = Scene(ENVIRONMENT, fixed, moving, words, tip)

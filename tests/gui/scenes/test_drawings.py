@@ -356,7 +356,7 @@ def test_the_cats_looks_are_its_mood(qtbot):
 
 @pytest.mark.parametrize("mood", MOODS)
 def test_a_word_says_the_mood(mood):
-    assert cat.read(Motion(state=cat_state(**MOODS[mood]))).word == mood
+    assert cat.read(Motion(state=cat.SCENE.state(cat_state(**MOODS[mood])))).word == mood
 
 
 def test_hair_moves_in_the_picture_only_where_the_pad_is(qtbot):

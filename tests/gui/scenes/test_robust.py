@@ -76,10 +76,10 @@ def test_any_parameter_is_painted_and_in_time(qtbot, key):
 
 
 def test_a_parameter_is_read_within_its_limits():
-    read = scenes.reader(LIBRARY["texture"])
+    values = scenes.named("texture").values
     low, high, default = 0.0005, 0.02, 0.005
     cases = {0.0: low, -3.0: low, 1e12: high, math.nan: default, math.inf: default, 0.0123: 0.0123}
-    assert {given: read({"wavelength": given}, "wavelength") for given in cases} == pytest.approx(cases)
+    assert {given: values({"wavelength": given})["wavelength"] for given in cases} == pytest.approx(cases)
 
 
 def situations(environment):
@@ -133,7 +133,7 @@ def test_a_scene_stays_the_same_until_something_changes(qtbot, key):
 
 def seconds_for(view, picture, frames):
     """Return the processor seconds for so many frames of a handle that moves."""
-    key = view._scene.key
+    key = view._scene.environment.key
     known = {"object": 0.012, "object_velocity": 0.2, "contentment": 0.4, "started": 1.0}
     state = state_of(key, **{n: v for n, v in known.items() if n in LIBRARY[key].state_names})
     start = time.thread_time()

@@ -185,7 +185,7 @@ def test_a_scene_draws_at_twice_the_resolution(qapp, key):
     stage.begin(painter)
     stage.ground()
     scene = scenes.named(key)
-    scene.fixed(stage, {})
+    scene.fixed(stage, scene.values({}))
     stage.axis()
     painter.end()
     assert picture.toImage().pixelColor(1700, 16) == QColor(theme.c.scene)
