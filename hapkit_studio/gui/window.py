@@ -47,6 +47,7 @@ class MainWindow(QMainWindow):
     closed = Signal()
     studio: Studio
     live: Live
+    centre: Centre
     own: OwnEnvironments
     file_actions: FileActions
     editor: EditorController
@@ -80,12 +81,14 @@ class MainWindow(QMainWindow):
         self.passivity = Passivity(studio, self.live, self.banners)
         self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
-        self._arrange()
+        self.body.arrange()
+        self.setCentralWidget(self.body)
+        self.gallery.order()
+        self.panel.parameters.order()
         self.views = Views(studio, self.live, self.header.tabs, self.centre, self.editor, self.body.show_side)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self._connect()
-        self._guard_keys()
 
     # what the actions call
 
@@ -181,20 +184,6 @@ class MainWindow(QMainWindow):
         self.studio.close()
         super().closeEvent(event)
 
-    # putting together
-
-    def _arrange(self) -> None:
-        self.body.arrange()
-        self.setCentralWidget(self.body)
-        self.gallery.order()
-        self.panel.parameters.order()
-
-    def _guard_keys(self) -> None:
-        application = QApplication.instance()
-        assert application is not None
-        self.stop_filter = StopFilter(self.studio.stop, self)
-        application.installEventFilter(self.stop_filter)
-
     def _connect(self) -> None:
         self.header.pause_pressed.connect(self.live.toggle_paused)
         self.live.paused_changed.connect(self.header.show_paused)
@@ -216,6 +205,10 @@ class MainWindow(QMainWindow):
         for signal in (self.studio.environment_changed, self.studio.stop_changed, self.studio.link_changed):
             signal.connect(self.actions_by_key.refresh)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
+        application = QApplication.instance()
+        assert application is not None
+        self.stop_filter = StopFilter(self.studio.stop, self)
+        application.installEventFilter(self.stop_filter)
 
 
 class WindowLayout(QWidget):
@@ -240,17 +233,15 @@ class WindowLayout(QWidget):
         self.side.addWidget(window.panel)
         self.side.setMinimumWidth(breakpoints.PANEL_NARROW)
         self.side.setMaximumWidth(breakpoints.PANEL_MOST)
-        for splitter, parts in (
-            (self._inner, (window.gallery, window.centre)),
-            (self.borders, (self._left, self.side)),
+        for splitter, parts, stretched in (
+            (self._inner, (window.gallery, window.centre), 1),
+            (self.borders, (self._left, self.side), 0),
         ):
             splitter.setHandleWidth(1)
             splitter.setChildrenCollapsible(False)
             for part in parts:
                 splitter.addWidget(part)
-            splitter.setStretchFactor(
-                splitter.indexOf(self._left if splitter is self.borders else window.centre), 1
-            )
+            splitter.setStretchFactor(stretched, 1)
         self._beside = QVBoxLayout(self._left)
         self._column = QVBoxLayout(self)
         for column in (self._beside, self._column):
@@ -310,7 +301,7 @@ class WindowLayout(QWidget):
         self._gallery_width = breakpoints.RAIL if place < half else max(place, breakpoints.GALLERY)
         self._inner.setSizes([self._gallery_width, self._left.width() - self._gallery_width - 1])
 
-    def _panel_dragged(self, _place: int, _handle: int) -> None:
+    def _panel_dragged(self) -> None:
         self._panel_width = self.side.width()
 
     def _place_banners(self, across: bool) -> None:
@@ -354,17 +345,14 @@ class Collector(QObject):
     def __init__(self, parent: QObject):
         super().__init__(parent)
         gc.disable()
-        timer = QTimer(self)
+        timer = QTimer(self, interval=COLLECT_MS)
         timer.timeout.connect(collect)
-        timer.start(COLLECT_MS)
+        timer.start()
 
 
 def collect() -> None:
     """Collect the oldest generation whose turn it is."""
-    due = [
-        g
-        for g, (count, most) in enumerate(zip(gc.get_count(), gc.get_threshold(), strict=True))
-        if count > most
-    ]
-    if due:
-        gc.collect(due[-1])
+    for generation in (2, 1, 0):
+        if gc.get_count()[generation] > gc.get_threshold()[generation]:
+            gc.collect(generation)
+            return

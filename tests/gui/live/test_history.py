@@ -43,8 +43,7 @@ def brute(table, t0, t1, columns):
     return result
 
 
-@pytest.mark.parametrize("columns", [7, 61, 300])
-@pytest.mark.parametrize("span", [0.9, 12.0])
+@pytest.mark.parametrize(("columns", "span"), [(7, 12.0), (61, 0.9), (61, 12.0)])
 def test_each_column_has_the_extremes_of_its_samples(span, columns):
     history = History(seconds=8.0, rate=RATE)
     table = telemetry(40_000)
@@ -126,20 +125,14 @@ def test_a_copy_stays_while_the_original_goes_on():
     np.testing.assert_array_equal(pairs, [expected[c]["velocity"] for c in expected])
 
 
-def test_a_clock_that_goes_back_starts_afresh():
+def test_a_clock_that_goes_back_starts_afresh_and_the_pointer_is_at_the_last_sample_up_to_it():
     history = History(seconds=3.0, rate=RATE)
     history.append(telemetry(1000, start=5000))
     history.append(telemetry(10))
     assert len(history) == 10
     assert history.start == 0.0
-
-
-def test_the_sample_under_the_pointer_is_the_last_one_up_to_it():
-    history = History(seconds=3.0, rate=RATE)
-    table = telemetry(1000)
-    history.append(table)
     assert history.at(-0.1) is None
-    assert history.at(0.10001)["asked"] == table[400, rows.ASKED]
+    assert history.at(0.00101)["asked"] == telemetry(10)[4, rows.ASKED]
 
 
 def test_an_empty_history_draws_nothing():
