@@ -1,6 +1,5 @@
-"""A stretch of the past, shown grey and dotted under the live traces; the start of the present one."""
+"""A stretch of the past, shown grey and dotted under the live traces."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +12,6 @@ from hapkit_studio.gui.widgets.theme import theme
 DASH = (2.0, 3.0)
 SAMPLE = [1.0, 1.5]
 """The same in widths of a line of 2 px, for a sample beside a name."""
-CHANGEOVER = 0.06  # s: the loop's cross-fade, and the rows that are on their way
 
 
 @dataclass(frozen=True)
@@ -55,19 +53,3 @@ def paint_past(painter: QPainter, across: np.ndarray, down: np.ndarray) -> None:
     """Paint a past line given in pixels."""
     painter.setPen(strokes.pen(theme.color("hold"), 2.0))
     strokes.segments(painter, strokes.patterned(across, down, DASH))
-
-
-class EnvironmentStart:
-    """A time in a history; at the start, and in every other run, it is before all samples."""
-
-    def __init__(self) -> None:
-        self._epoch, self._time = 0, -math.inf
-
-    def set_now(self, history: History) -> None:
-        """Begin as soon as a change made now has come through."""
-        self._epoch = history.epoch
-        self._time = history.now + CHANGEOVER if len(history) else -math.inf
-
-    def time_in(self, history: History) -> float:
-        """Return the time in s."""
-        return self._time if history.epoch == self._epoch else -math.inf

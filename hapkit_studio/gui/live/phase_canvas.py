@@ -10,8 +10,8 @@ from PySide6.QtGui import QPainter, QPen, QPixmap, QPolygonF
 
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
-from hapkit_studio.gui.live.history import History, Window
-from hapkit_studio.gui.live.past_trace import EnvironmentStart, PastTrace, paint_past
+from hapkit_studio.gui.live.history import NO_MARK, History, Window
+from hapkit_studio.gui.live.past_trace import PastTrace, paint_past
 from hapkit_studio.gui.live.plots.declared import PhasePlot
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -103,7 +103,7 @@ class PhaseCanvas(Canvas):
         self._live = self._history = History(seconds=1.0, rate=1.0)
         self._key: tuple | None = None
         self._seen: tuple[int, int] | None = None  # epoch, samples
-        self._begin = EnvironmentStart()
+        self._begin = NO_MARK
         self._under: QPixmap | None = None
         self.band = _NO_BAND
         self._pointed: dict[str, float] | None = None
@@ -121,21 +121,15 @@ class PhaseCanvas(Canvas):
         self.recolor()
         self._under = self._seen = None
 
-    def recolor(self) -> None:
-        """Take the theme's colours and fonts."""
-        super().recolor()
-        self.bottom.label.setFont(theme.font("tick"))
-        self.bottom.label.setDefaultTextColor(theme.color("ink3"))
-
     def set_history(self, history: History) -> None:
         """Plot another history."""
         self._live = self._history = history
-        self._begin = EnvironmentStart()
+        self._begin = NO_MARK
         self._under = self._seen = None
 
     def begin_here(self) -> None:
         """Leave out what is older than now: it belongs to another environment."""
-        self._begin.set_now(self._live)
+        self._begin = self._live.mark()
         self._under = self._seen = None
 
     def set_past(self, past: PastTrace | None) -> None:
@@ -196,7 +190,7 @@ class PhaseCanvas(Canvas):
         return self._history.between(max(self._history.now - SECONDS, self._first()), math.inf)
 
     def _first(self) -> float:
-        return self._begin.time_in(self._history)
+        return self._history.time_of(self._begin)
 
     def _points(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
         return window.y[self.plot_of.channel] * self.plot_of.scale, window.y["applied"]
@@ -208,7 +202,7 @@ class PhaseCanvas(Canvas):
         return (
             *x,
             *y,
-            self.frame().getRect(),
+            self.measure().getRect(),
             theme.name,
             self.devicePixelRatioF(),
             self._history.epoch,
@@ -268,7 +262,7 @@ class PhaseCanvas(Canvas):
         under = QPixmap(self.viewport().size() * ratio)
         under.setDevicePixelRatio(ratio)
         painter = QPainter(under)
-        self.paint_ground(painter, QRectF(self.viewport().rect()))
+        super().drawBackground(painter, QRectF(self.viewport().rect()))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setClipRect(box)
         self.band.paint(painter, self.to_pixels)

@@ -74,8 +74,8 @@ class Header(QWidget):
         self.value.setToolTip(plot.traces[-1].help)
         self.value.setProperty("ink", plot.traces[-1].color)
         row.addWidget(self.value)
-        self.show_surface("")
-        self.show_past("")
+        self.show_part(self.surface, "")
+        self.show_part(self.past, "")
         self.show_value(0.0)
 
     def _add(self, token: str, width: float, dash: list[float] | None, text: str, help: str) -> list[QWidget]:
@@ -86,15 +86,8 @@ class Header(QWidget):
             self._row.addWidget(part)
         return parts
 
-    def show_surface(self, name: str) -> None:
-        """Show the surface line's sample under a name, or hide it."""
-        self._show(self.surface, name)
-
-    def show_past(self, name: str) -> None:
-        """Show the past trace's sample under a name, or hide it."""
-        self._show(self.past, name)
-
-    def _show(self, parts: list[QWidget], name: str) -> None:
+    def show_part(self, parts: list[QWidget], name: str) -> None:
+        """Show the sample of the surface or of the past under a name, or hide it."""
         for part in parts:
             part.setVisible(bool(name))
             if isinstance(part, QLabel):

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.live.canvas import labels, ticks, widened
-from hapkit_studio.gui.live.history import CHANNELS, History, RollingWindow
+from hapkit_studio.gui.live.history import CHANNELS
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY, canvas_of, colored, telemetry
@@ -78,7 +78,7 @@ def test_the_time_window_goes_from_1_to_60_seconds(plots, qtbot):
 
 
 def turn_wheel(canvas, qapp):
-    place = QPointF(canvas.frame().center())
+    place = QPointF(canvas.measure().center())
     there = QPointF(canvas.mapToGlobal(place.toPoint()))
     event = QWheelEvent(
         place, there, QPoint(), QPoint(0, 240), Qt.MouseButton.NoButton,
@@ -182,7 +182,7 @@ def test_the_drawn_line_lies_where_the_samples_say(plots, history):
     canvas = canvas_of(plots, "position")
     found = colored(canvas.viewport().grab().toImage(), "position")
     canvas.measure()
-    inside = canvas.frame().adjusted(4, 4, -12, -4)
+    inside = canvas.measure().adjusted(4, 4, -12, -4)
     found = found[[inside.contains(*map(float, p)) for p in found]]
     assert len(np.unique(found[:, 0])) > 0.5 * inside.width()
     time = canvas.to_x(found[:, 0] + 0.5) + plots.shown.zero
@@ -190,35 +190,6 @@ def test_the_drawn_line_lies_where_the_samples_say(plots, history):
     _, down = canvas.to_pixels(time * 0.0, expected)
     slope = 45.0 * np.abs(np.cos(3.0 * time)) * canvas._map[1] ** -1 * -canvas._map[3]
     assert (np.abs(down - found[:, 1] - 0.5) <= 2.0 + slope).all()
-
-
-def _trimmed(values):
-    """Return values without a break at the left edge, where there is nothing to part from."""
-    return values[int(np.isnan(values[0])) :]
-
-
-@pytest.mark.parametrize("rate", [1000.0, 4000.0])
-def test_rolling_columns_equal_columns_computed_anew(rate):
-    history, rolling, columns, span = History(seconds=20.0, rate=rate), RollingWindow(), 300, 6.0
-    history.append(telemetry(int(3 * rate), rate=rate))
-    width, start = span / columns, int(3 * rate)
-    random = np.random.default_rng(3)
-    for _ in range(60):
-        count = int(random.integers(1, int(rate / 4)))
-        table = telemetry(count, start, rate)
-        table[:, rows.VELOCITY] = random.normal(size=count)
-        if random.random() < 0.2:
-            table[0, rows.FLAGS] = rows.GAP
-        history.append(table)
-        start += count
-        first = int(np.ceil(history.now / width)) - columns
-        rolled = rolling.window(history, first, columns, width)
-        anew = RollingWindow().window(history, first, columns, width)
-        assert rolled.dense == anew.dense
-        rolled_x, anew_x = _trimmed(rolled.x), _trimmed(anew.x)
-        np.testing.assert_array_equal(rolled_x, anew_x)
-        for name in CHANNELS:
-            np.testing.assert_array_equal(_trimmed(rolled.y[name]), _trimmed(anew.y[name]))
 
 
 def test_lost_frames_leave_a_gap_in_the_picture(plots, history):
