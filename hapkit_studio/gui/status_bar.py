@@ -127,13 +127,12 @@ class StatusBar(QWidget):
         lost = health.missed + health.lost_frames
         lately = health.missed_lately > 0
         self.missed.show_words(f"Missed {lost:,}", "triangle" if lately else "", "warn" if lately else "ink2")
-        if health.priority.realtime:
-            self.priority.show_words(health.priority.text, "check", "ok")
-        else:
-            words = f"{health.priority.text}, late up to {late(us['max'])}."
-            self.priority.show_words(words, "triangle", "warn")
-        self.priority.link.setVisible(not health.priority.realtime)
-        self.priority.setToolTip(health.priority.how)
+        priority = health.priority
+        words = f"{priority.text}, late up to {late(us['max'])}."
+        said = (priority.text, "check", "ok") if priority.realtime else (words, "triangle", "warn")
+        self.priority.show_words(*said)
+        self.priority.link.setVisible(not priority.realtime)
+        self.priority.setToolTip(priority.how)
         self._hide_least_important()
 
     def show_clamp(self, clamped: bool, limit: float) -> None:

@@ -1,6 +1,6 @@
 """The middle of the Live view: scene on top, time plots and force–position below."""
 
-from PySide6.QtCore import QSettings, Qt, Signal
+from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QComboBox,
@@ -25,18 +25,16 @@ _EDGE = 1  # the card's line
 _VIEWS = ("Time", "Force–position")
 
 
-def card(parent: QWidget) -> QFrame:
-    """Return an empty card."""
+def card(parent: QWidget, *widgets: QWidget, edge: int = 0) -> QFrame:
+    """Return a card with widgets one below the other; the last one takes the room."""
     frame = QFrame(parent)
     frame.setProperty("card", True)
-    return frame
-
-
-def _filled(widget: QWidget, parent: QWidget) -> QFrame:
-    frame = card(parent)
     column = QVBoxLayout(frame)
-    column.setContentsMargins(0, 0, 0, 0)
-    column.addWidget(widget)
+    column.setContentsMargins(edge, edge, edge, edge)
+    column.setSpacing(0)
+    for widget in widgets:
+        column.addWidget(widget)
+    column.setStretch(len(widgets) - 1, 1)
     return frame
 
 
@@ -49,23 +47,18 @@ def remembered(settings: QSettings, name: str, usual: int) -> int:
 class Toolbar(QWidget):
     """Time window and axes of the time plots; where room is short it also switches between the plots."""
 
-    span_chosen = Signal(float)
-    fit_pressed = Signal()
-
-    def __init__(self, parent: QWidget | None = None):
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.span = QComboBox()
         self.span.addItems([f"{seconds:g} s" for seconds in SPANS])
         self.span.setAccessibleName("Time window")
         self.span.setToolTip("How much of the past is shown")
-        self.span.activated.connect(lambda index: self.span_chosen.emit(SPANS[index]))
         self.views = Segmented("Plot", _VIEWS)
         self.views.show_index(0)
         self.views.hide()
         self.fit = QPushButton("Fit axes")
         self.fit.setProperty("flat", True)
         self.fit.setToolTip("Narrow the axes to what is shown (F)")
-        self.fit.clicked.connect(self.fit_pressed)
         icons.bind(self.fit, "fit", "ink2", 18)
         row = QHBoxLayout(self)
         row.setContentsMargins(10, 5, 10, 5)
@@ -74,10 +67,6 @@ class Toolbar(QWidget):
         row.addWidget(self.views)
         row.addStretch(1)
         row.addWidget(self.fit)
-
-    def show_span(self, seconds: float) -> None:
-        """Show the time window in force."""
-        self.span.setCurrentIndex(SPANS.index(seconds))
 
 
 class Centre(QWidget):
@@ -88,9 +77,12 @@ class Centre(QWidget):
         self.scene, self.time, self.phase = SceneView(), TimePlots(), ForcePosition()
         self.toolbar = Toolbar()
         self.rows, self.columns = QSplitter(Qt.Orientation.Vertical, self), QSplitter()
-        self.scene_card = _filled(self.scene, self)
-        self.time_card, self.phase_card = card(self), _filled(self.phase, self)
-        self.stack = QStackedWidget(self.time_card)
+        self.stack, line = QStackedWidget(), QFrame()
+        self.stack.addWidget(self.time)
+        line.setProperty("rule", True)
+        line.setFixedHeight(1)
+        self.scene_card, self.phase_card = card(self, self.scene), card(self, self.phase)
+        self.time_card = card(self, self.toolbar, line, self.stack, edge=_EDGE)
         self._narrow = False
         self._page: QWidget | None = None
         self._shows_scene, self._is_law = True, False
@@ -99,6 +91,10 @@ class Centre(QWidget):
         self._arrange()
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
         self.time.pointed.connect(self.phase.point)
+        span = self.toolbar.span
+        span.setCurrentIndex(SPANS.index(self.time.span))
+        span.activated.connect(lambda index: self.time.set_span(SPANS[index]))
+        self.time.span_changed.connect(lambda seconds: span.setCurrentIndex(SPANS.index(seconds)))
         self.rows.splitterMoved.connect(self._scene_dragged)
         self.columns.splitterMoved.connect(self._phase_dragged)
 
@@ -158,11 +154,11 @@ class Centre(QWidget):
         if self.phase.isVisible():
             self.phase.refresh()
 
-    def _scene_dragged(self, _place: int, _handle: int) -> None:
+    def _scene_dragged(self) -> None:
         if self._page is None:
             self._scene_height = self.scene_card.height() - 2 * _EDGE
 
-    def _phase_dragged(self, _place: int, _handle: int) -> None:
+    def _phase_dragged(self) -> None:
         self._phase_width = self.phase_card.width()
 
     def _move_phase(self) -> None:
@@ -180,16 +176,6 @@ class Centre(QWidget):
         self.phase_card.style().polish(self.phase_card)
 
     def _arrange(self) -> None:
-        inside = QVBoxLayout(self.time_card)
-        inside.setContentsMargins(1, 1, 1, 1)
-        inside.setSpacing(0)
-        inside.addWidget(self.toolbar)
-        line = QFrame()
-        line.setProperty("rule", True)
-        line.setFixedHeight(1)
-        inside.addWidget(line)
-        self.stack.addWidget(self.time)
-        inside.addWidget(self.stack, 1)
         self.scene_card.setMinimumHeight(breakpoints.SCENE_LEAST + 2 * _EDGE)
         for splitter, parts in (
             (self.columns, (self.time_card, self.phase_card)),

@@ -22,7 +22,6 @@ _BESIDE = 0.12  # of the forces: what is left free beyond them
 _BENT = 1e-6  # of the force's span: a bend smaller than this is rounding
 _TURNS = 5  # to each side: the end of a well at the centre, then two wells more
 _BEYOND = 1.1  # a bend wants to be inside the frame, not on it
-
 _MOST_A_SECOND = 1000  # points of the curve that are drawn
 
 Mapping = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -186,11 +185,11 @@ class PhaseCanvas(Canvas):
 
     # data ---------------------------------------------------------------------------------------
 
-    def _recent(self) -> Window:
-        return self._history.between(max(self._history.now - SECONDS, self._first()), math.inf)
-
     def _first(self) -> float:
         return self._history.time_of(self._begin)
+
+    def _recent(self) -> Window:
+        return self._history.between(max(self._history.now - SECONDS, self._first()), math.inf)
 
     def _points(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
         return window.y[self.plot_of.channel] * self.plot_of.scale, window.y["applied"]
@@ -199,15 +198,8 @@ class PhaseCanvas(Canvas):
         """Return what the picture of the older seconds depends on."""
         now, (x, y) = self._history.now, self.view.viewRange()
         second = None if math.isnan(now) else math.floor(now)
-        return (
-            *x,
-            *y,
-            self.measure().getRect(),
-            theme.name,
-            self.devicePixelRatioF(),
-            self._history.epoch,
-            second,
-        )
+        look = self.measure().getRect(), theme.name, self.devicePixelRatioF()
+        return *x, *y, *look, self._history.epoch, second
 
     def refresh(self) -> None:
         """Widen the axes for the samples that came since the last frame, and paint."""
@@ -266,26 +258,18 @@ class PhaseCanvas(Canvas):
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setClipRect(box)
         self.band.paint(painter, self.to_pixels)
-        if math.isfinite(self.max_force):
-            self._limits(painter, box)
-        self._paint_past(painter)
+        for limit in (self.max_force, -self.max_force):
+            y = self.pixel(0.0, limit).y()
+            if box.top() < y < box.bottom():
+                strokes.level(painter, box, y, "danger", [1.2, 2.6])
+                self.note(painter, box.left() + 6, y - 5, f"limit {number(limit, 1)} N", "danger")
+        if self._past is not None:
+            x = self._past.values[self.plot_of.channel] * self.plot_of.scale
+            paint_past(painter, *strokes.thinned(*self.to_pixels(x, self._past.values["applied"])))
         if not math.isnan(self._history.now):
             self._paint_older(painter)
         painter.end()
         return under
-
-    def _paint_past(self, painter: QPainter) -> None:
-        if self._past is not None:
-            x = self._past.values[self.plot_of.channel] * self.plot_of.scale
-            paint_past(painter, *strokes.thinned(*self.to_pixels(x, self._past.values["applied"])))
-
-    def _limits(self, painter: QPainter, box: QRectF) -> None:
-        for sign in (1, -1):
-            y = self.pixel(0.0, sign * self.max_force).y()
-            if box.top() < y < box.bottom():
-                strokes.level(painter, box, y, "danger", [1.2, 2.6])
-                text = f"limit {number(sign * self.max_force, 1)} N"
-                self.note(painter, box.left() + 6, y - 5, text, "danger")
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
         """Paint the dots for now and for the pointer's time."""

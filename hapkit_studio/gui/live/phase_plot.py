@@ -95,7 +95,7 @@ class ForcePosition(QWidget):
         self._max_force = max_force
         if other:
             self._by_hand = False
-            self._show(self.switch.index if self._pane() else self._most_telling())
+            self._show(self.switch.index if self.pane else self._most_telling())
         else:
             self._later.start()
 
@@ -106,7 +106,7 @@ class ForcePosition(QWidget):
 
     def _show_note(self) -> None:
         """Name the past stretch in a plot of force, say what is not to be seen beside it."""
-        self.note.setText(self._past_words if self._pane() is None else self._unseen)
+        self.note.setText(self._unseen if self.pane else self._past_words)
         self.note.setVisible(bool(self.note.text()))
 
     def choose(self, index: int) -> None:
@@ -116,34 +116,27 @@ class ForcePosition(QWidget):
 
     def _show(self, index: int) -> None:
         self.switch.show_index(index)
-        pane = self._pane()
-        self._stack.setCurrentWidget(pane or self.canvas)
-        self.title.setVisible(pane is None)
+        self._stack.setCurrentWidget(self.pane or self.canvas)
+        self.title.setVisible(self.pane is None)
         self._show_note()
-        if pane is None:
+        for part in self.theory:
+            part.hide()
+        if self.pane is None:
             self.canvas.set_plot(self.plots[index])
             self._take_theory()
             self.canvas.fit_theory()
-        else:
-            self._hide_theory()
 
-    def _pane(self) -> TimePlots | None:
+    @property
+    def pane(self) -> TimePlots | None:
         """Return what is shown in place of a force plot."""
         index = self.switch.index - len(self.plots)
         return self.beside[index] if index >= 0 else None
 
-    def _hide_theory(self) -> None:
-        for part in self.theory:
-            part.hide()
-
     def fit(self) -> None:
         """Narrow the axes to what is shown."""
-        pane = self._pane()
-        if pane is not None:
-            pane.fit()
-            return
-        self.canvas.fit()
-        self.canvas.refresh()
+        shown = self.pane or self.canvas
+        shown.fit()
+        shown.refresh()
 
     def set_past(self, past: PastTrace | None) -> None:
         """Show a past stretch under the curve, or none any more."""
@@ -165,17 +158,14 @@ class ForcePosition(QWidget):
         """Draw the newest data; call once per frame, every other one counts."""
         self._odd = not self._odd
         if self._odd:
-            (self._pane() or self.canvas).refresh()
+            (self.pane or self.canvas).refresh()
 
     def _most_telling(self) -> int:
         """Return the plot in which this environment's law is a line, over velocity where it declares so."""
-        order = list(enumerate(self.plots))
+        order = list(range(len(self.plots)))
         if self._environment is not None and self._environment.over_velocity is not None:
             order.reverse()
-        for index, plot in order:
-            if self._theory(plot) is not None:
-                return index
-        return 0
+        return next((index for index in order if self._theory(self.plots[index]) is not None), 0)
 
     def _theory(self, plot: PhasePlot) -> np.ndarray | None:
         """Return a plot's theory for what is in force, computed once."""
@@ -185,7 +175,7 @@ class ForcePosition(QWidget):
 
     def _compute(self) -> None:
         """Take over changed values, in another plot if only that one has a theory now."""
-        if self._pane() is not None:
+        if self.pane is not None:
             return
         telling = self._most_telling()
         gone = self._theory(self.canvas.plot_of) is None and self._theory(self.plots[telling]) is not None
