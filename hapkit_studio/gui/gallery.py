@@ -23,7 +23,6 @@ from PySide6.QtWidgets import (
     QScrollArea,
     QSizePolicy,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -31,6 +30,7 @@ from hapkit_studio.gui import breakpoints, environment_library
 from hapkit_studio.gui.own_environments import OwnEnvironments, OwnFile
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.text import plain_tip
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -366,18 +366,10 @@ class Gallery(QScrollArea):
     def _arrange(self) -> None:
         body = QWidget(self.viewport())
         body.setObjectName("galleryBody")
-        column = QVBoxLayout(body)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.heading)
+        self._own_column = down()
+        down(self.heading, *self.rows.values(), self.own_heading, self._own_column, None, into=body)
         for key, row in self.rows.items():
             self._group.addButton(row)
-            column.addWidget(row)
             row.clicked.connect(lambda _on=False, key=key: self._own.choose_built_in(key))
-        column.addWidget(self.own_heading)
-        self._own_column = QVBoxLayout()
-        self._own_column.setSpacing(0)
-        column.addLayout(self._own_column)
-        column.addStretch(1)
         self.setWidget(body)
         self.new_row.clicked.connect(self.new_pressed)

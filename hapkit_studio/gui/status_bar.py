@@ -3,9 +3,10 @@
 import time
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QWidget
 
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import across
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
@@ -36,14 +37,7 @@ class Field(QWidget):
         edge.setVisible(edged)
         edge.setFixedSize(1, 16)
         edge.setProperty("rule", True)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(6)
-        row.addWidget(self.sign)
-        row.addWidget(self.words)
-        row.addWidget(self.link)
-        row.addSpacing(6)
-        row.addWidget(edge)
+        across(self.sign, self.words, self.link, 6, edge, into=self, gap=6)
         theme.changed.connect(self._look)
         self.show_words("…")
         self._look()
@@ -99,13 +93,8 @@ class StatusBar(QWidget):
         self.priority.link.clicked.connect(self.how_to_fix)
         self.missed.setToolTip(_MISSED)
         self._clamped_until = 0.0
-        row = QHBoxLayout(self)
-        row.setContentsMargins(_MARGIN, 0, _MARGIN, 0)
-        row.setSpacing(_SPACING)
-        for field in (self.rate, self.late, self.missed, self.priority, self.clamp, self.margin):
-            row.addWidget(field)
-        row.addStretch(1)
-        row.addWidget(self.kept)
+        fields = self.rate, self.late, self.missed, self.priority, self.clamp, self.margin
+        across(*fields, None, self.kept, into=self, margins=(_MARGIN, 0, _MARGIN, 0), gap=_SPACING)
         self.show_nothing("Preparing the loop, once only")
 
     def show_nothing(self, words: str) -> None:

@@ -5,15 +5,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, QSettings, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import (
-    QAbstractButton,
-    QApplication,
-    QMainWindow,
-    QSplitter,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QAbstractButton, QApplication, QMainWindow, QSplitter, QStackedWidget, QWidget
 
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import breakpoints
@@ -24,7 +16,7 @@ from hapkit_studio.gui.editor.controller import EditorController, FileActions, F
 from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
-from hapkit_studio.gui.live.centre import Centre, remembered
+from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.live import Live
@@ -34,6 +26,7 @@ from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.views import Views
+from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.theme import theme
 
 _SMALLEST = (800, 560)
@@ -232,24 +225,10 @@ class WindowLayout(QWidget):
         self.side.addWidget(window.panel)
         self.side.setMinimumWidth(breakpoints.PANEL_NARROW)
         self.side.setMaximumWidth(breakpoints.PANEL_MOST)
-        for splitter, parts, stretched in (
-            (self._inner, (window.gallery, window.centre), 1),
-            (self.borders, (self._left, self.side), 0),
-        ):
-            splitter.setHandleWidth(1)
-            splitter.setChildrenCollapsible(False)
-            for part in parts:
-                splitter.addWidget(part)
-            splitter.setStretchFactor(stretched, 1)
-        self._beside = QVBoxLayout(self._left)
-        self._column = QVBoxLayout(self)
-        for column in (self._beside, self._column):
-            column.setContentsMargins(0, 0, 0, 0)
-            column.setSpacing(0)
-        self._beside.addWidget(self._inner, 1)
-        self._column.addWidget(window.header)
-        self._column.addWidget(self.borders, 1)
-        self._column.addWidget(window.status)
+        fill(self._inner, 1, 1, window.gallery, window.centre)
+        fill(self.borders, 1, 0, self._left, self.side)
+        self._beside = down((self._inner, 1), into=self._left)
+        self._column = down(window.header, (self.borders, 1), window.status, into=self)
         self._place_banners(False)
         self._inner.splitterMoved.connect(self._gallery_dragged)
         self.borders.splitterMoved.connect(self._panel_dragged)

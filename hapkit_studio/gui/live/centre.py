@@ -2,16 +2,7 @@
 
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import (
-    QComboBox,
-    QFrame,
-    QHBoxLayout,
-    QPushButton,
-    QSplitter,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QSplitter, QStackedWidget, QWidget
 
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.breakpoints import GAP
@@ -19,6 +10,7 @@ from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import SPANS, TimePlots
 from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import across, down
 from hapkit_studio.gui.widgets.segmented import Segmented
 
 _EDGE = 1  # the card's line
@@ -29,13 +21,17 @@ def card(parent: QWidget, *widgets: QWidget, edge: int = 0) -> QFrame:
     """Return a card with widgets one below the other; the last one takes the room."""
     frame = QFrame(parent)
     frame.setProperty("card", True)
-    column = QVBoxLayout(frame)
-    column.setContentsMargins(edge, edge, edge, edge)
-    column.setSpacing(0)
-    for widget in widgets:
-        column.addWidget(widget)
-    column.setStretch(len(widgets) - 1, 1)
+    down(*widgets[:-1], (widgets[-1], 1), into=frame, margins=(edge,) * 4)
     return frame
+
+
+def fill(splitter: QSplitter, gap: int, stretched: int, *parts: QWidget) -> None:
+    """Fill a splitter with parts so many px apart; one of them takes the room, none collapses."""
+    splitter.setHandleWidth(gap)
+    splitter.setChildrenCollapsible(False)
+    for part in parts:
+        splitter.addWidget(part)
+    splitter.setStretchFactor(stretched, 1)
 
 
 def remembered(settings: QSettings, name: str, usual: int) -> int:
@@ -60,13 +56,7 @@ class Toolbar(QWidget):
         self.fit.setProperty("flat", True)
         self.fit.setToolTip("Narrow the axes to what is shown (F)")
         icons.bind(self.fit, "fit", "ink2", 18)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(10, 5, 10, 5)
-        row.setSpacing(8)
-        row.addWidget(self.span)
-        row.addWidget(self.views)
-        row.addStretch(1)
-        row.addWidget(self.fit)
+        across(self.span, self.views, None, self.fit, into=self, margins=(10, 5, 10, 5))
 
 
 class Centre(QWidget):
@@ -88,7 +78,12 @@ class Centre(QWidget):
         self._shows_scene, self._is_law = True, False
         self._scene_height = remembered(settings, "scene_height", 0)  # 0: nobody dragged it
         self._phase_width = remembered(settings, "phase_width", 0)
-        self._arrange()
+        self.scene_card.setMinimumHeight(breakpoints.SCENE_LEAST + 2 * _EDGE)
+        fill(self.columns, GAP, 0, self.time_card, self.phase_card)
+        fill(self.rows, GAP, 1, self.scene_card, self.columns)
+        down(self.rows, into=self, margins=(GAP,) * 4)
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setObjectName("centre")
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
         self.time.pointed.connect(self.phase.point)
         span = self.toolbar.span
@@ -174,22 +169,3 @@ class Centre(QWidget):
             self.phase_card.show()
         self.phase_card.style().unpolish(self.phase_card)
         self.phase_card.style().polish(self.phase_card)
-
-    def _arrange(self) -> None:
-        self.scene_card.setMinimumHeight(breakpoints.SCENE_LEAST + 2 * _EDGE)
-        for splitter, parts in (
-            (self.columns, (self.time_card, self.phase_card)),
-            (self.rows, (self.scene_card, self.columns)),
-        ):
-            splitter.setHandleWidth(GAP)
-            splitter.setChildrenCollapsible(False)
-            for part in parts:
-                splitter.addWidget(part)
-        self.columns.setStretchFactor(0, 1)
-        self.rows.setStretchFactor(1, 1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(GAP, GAP, GAP, GAP)
-        column.addWidget(self.rows)
-        self.setAutoFillBackground(False)
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setObjectName("centre")

@@ -23,19 +23,6 @@ class PastTrace:
     values: dict[str, np.ndarray]
     shift: float = 0.0
 
-    def part(self, channel: str, left: float, right: float, columns: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return (time, values) of a channel where shown from left to right s, about two points a column."""
-        x = self.time + self.shift
-        first, stop = np.searchsorted(x, (left, right))
-        inside = slice(max(int(first) - 1, 0), int(stop) + 1)
-        x, y = x[inside], self.values[channel][inside]
-        size = max(len(x) // max(columns, 1), 1)
-        if size < 4:
-            return x, y
-        starts = np.arange(0, len(x), size)
-        low, high = np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)
-        return np.repeat(x[starts], 2), np.column_stack([low, high]).ravel()
-
 
 def past_trace(
     history: History, words: str, start: float, stop: float, shift: float = 0.0
@@ -52,4 +39,4 @@ def past_trace(
 def paint_past(painter: QPainter, across: np.ndarray, down: np.ndarray) -> None:
     """Paint a past line given in pixels."""
     painter.setPen(strokes.pen(theme.color("hold"), 2.0))
-    strokes.segments(painter, strokes.patterned(across, down, DASH))
+    strokes.segments(painter, strokes.patterned(*strokes.thinned(across, down), DASH))

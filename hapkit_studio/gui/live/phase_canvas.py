@@ -265,7 +265,7 @@ class PhaseCanvas(Canvas):
                 self.note(painter, box.left() + 6, y - 5, f"limit {number(limit, 1)} N", "danger")
         if self._past is not None:
             x = self._past.values[self.plot_of.channel] * self.plot_of.scale
-            paint_past(painter, *strokes.thinned(*self.to_pixels(x, self._past.values["applied"])))
+            paint_past(painter, *self.to_pixels(x, self._past.values["applied"]))
         if not math.isnan(self._history.now):
             self._paint_older(painter)
         painter.end()

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QStackedWidget, QWidget
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.live.canvas import RIGHT
@@ -15,6 +15,7 @@ from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
 from hapkit_studio.gui.live.plot_header import Sample
 from hapkit_studio.gui.live.plots.declared import PhasePlot, beside_plots, phase_plots
 from hapkit_studio.gui.live.time_plots import TimePlots
+from hapkit_studio.gui.widgets.parts import across, down, hint
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -45,33 +46,19 @@ class ForcePosition(QWidget):
         self.switch.chosen.connect(self.choose)
         title = self.title = QLabel("Force, N")
         title.setFont(theme.font("strong"))
-        head = QHBoxLayout()
-        head.setContentsMargins(14, 6, RIGHT, 5)
-        head.setSpacing(7)
-        head.addWidget(title)
-        head.addSpacing(6)
         self.theory = [Sample(("edge", 8.8, None), ("theory", 6.4, None)), QLabel("theory")]
         for part in self.theory:
             part.setToolTip("The law's force at rest")
-            head.addWidget(part)
         self.canvas.setToolTip("Applied: commanded after the clamp; the Hapkit has no force sensor")
-        head.addStretch(1)
-        head.addWidget(self.switch)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 6)
-        column.setSpacing(0)
-        column.addLayout(head)
-        self.note = QLabel()
-        self.note.setProperty("role", "hint")
-        self.note.setWordWrap(True)
+        self.note = hint()
         self.note.setContentsMargins(14, 0, RIGHT, 4)
         self.note.hide()
-        column.addWidget(self.note)
         self._stack = QStackedWidget()
         self._stack.addWidget(self.canvas)
         for pane in self.beside:
             self._stack.addWidget(pane)
-        column.addWidget(self._stack, 1)
+        head = across(title, 6, *self.theory, None, self.switch, margins=(14, 6, RIGHT, 5), gap=7)
+        down(head, self.note, (self._stack, 1), into=self, margins=(0, 0, 0, 6))
         self._later = QTimer(self, singleShot=True, interval=_DEBOUNCE_MS)
         self._later.timeout.connect(self._compute)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from PySide6.QtCore import QElapsedTimer, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QBrush, QPainter, QPen
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
@@ -17,6 +17,7 @@ from hapkit_studio.gui.live.history import NO_MARK, History, Window
 from hapkit_studio.gui.live.past_trace import PastTrace, paint_past
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
 from hapkit_studio.gui.live.plots.declared import TimePlot, time_plots
+from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.theme import number, theme
 
 LEAST = 0.25
@@ -133,7 +134,7 @@ class TraceCanvas(Canvas):
             levels.append((self.shown.surface * self.plot_of.scale, "matline", [3.5, 2.5]))
         for level, token, dash in levels:
             strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
-        self._past(painter, box)
+        self._past(painter)
         if len(self.shown.window.x):
             self._traces(painter)
 
@@ -153,30 +154,25 @@ class TraceCanvas(Canvas):
         if self.shown.paused and self.first:
             self.note(painter, box.right() - 6, box.top() + 16, "Paused", "accent", right=True)
 
-    def _past(self, painter: QPainter, box: QRectF) -> None:
+    def _past(self, painter: QPainter) -> None:
         past, channel = self.shown.past, self.plot_of.traces[-1].channel
         if past is None or channel not in past.values:
             return
-        left, right = (self.shown.zero + edge for edge in self.view.viewRange()[0])
-        x, y = past.part(channel, left, right, round(box.width()))
-        if len(x) > 1:
-            paint_past(painter, *self.to_pixels(x - self.shown.zero, y * self.plot_of.scale))
+        later = past.shift - self.shown.zero
+        paint_past(painter, *self.to_pixels(past.time + later, past.values[channel] * self.plot_of.scale))
 
     def _traces(self, painter: QPainter) -> None:
         x, y = self.shown.window.x - self.shown.zero, self.shown.window.y
         lines = [self.to_pixels(x, y[trace.channel] * self.plot_of.scale) for trace in self.plot_of.traces]
-        for index, (trace, (across, down)) in enumerate(zip(self.plot_of.traces, lines, strict=True)):
+        for trace, (across, up) in zip(self.plot_of.traces, lines, strict=True):
             color = theme.paler(trace.color, "plot", _PALE if self.shown.stale else 1.0)
+            painter.setPen(strokes.pen(color, 2.0))
             if trace.dash:
-                painter.setPen(strokes.pen(color, 2.0))
-                strokes.segments(painter, strokes.patterned(across, down, trace.dash))
+                strokes.segments(painter, strokes.patterned(across, up, trace.dash))
             elif trace.dashed:
-                painter.setPen(strokes.pen(color, 2.0))
-                above = lines[-1][1] if index + 1 < len(lines) else None
-                down = down if above is None else _where_visible(down, above)
-                strokes.segments(painter, strokes.dashed(across, down))
+                strokes.segments(painter, strokes.dashed(across, _where_visible(up, lines[-1][1])))
             else:
-                strokes.trace(painter, across, down, color)
+                strokes.trace(painter, across, up, color)
 
     def _pointer(self, painter: QPainter, box: QRectF) -> None:
         if self.shown.pointer is None or self.shown.pointed is None:
@@ -225,17 +221,15 @@ class TimePlots(QWidget):
         self._begin, self._narrow = NO_MARK, False
         self._watch = QElapsedTimer()
         self._watch.start()
-        column = self._column = QVBoxLayout(self)
-        column.setContentsMargins(14, 2, 0, 6)
-        column.setSpacing(0)
+        self._column = down(into=self, margins=(14, 2, 0, 6))
         self.headers = [Header(plot) for plot in self.plots]
         last = len(self.plots) - 1
         self.canvases = [
             TraceCanvas(plot, self.shown, index == last, index == 0) for index, plot in enumerate(self.plots)
         ]
         for header, canvas in zip(self.headers, self.canvases, strict=True):
-            column.addWidget(header)
-            column.addWidget(canvas)
+            self._column.addWidget(header)
+            self._column.addWidget(canvas)
             canvas.fit_wanted.connect(self.fit)
             canvas.pointed.connect(self._point)
             canvas.view.setLimits(xMin=-SPANS[-1], xMax=0.0, minXRange=0.005)
