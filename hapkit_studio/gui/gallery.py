@@ -18,7 +18,6 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import (
     QAbstractButton,
     QButtonGroup,
-    QLabel,
     QMenu,
     QScrollArea,
     QSizePolicy,
@@ -30,7 +29,7 @@ from hapkit_studio.gui import breakpoints, environment_library
 from hapkit_studio.gui.own_environments import OwnEnvironments, OwnFile
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import down
+from hapkit_studio.gui.widgets.parts import down, label
 from hapkit_studio.gui.widgets.text import plain_tip
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -233,13 +232,6 @@ class OwnRow(GalleryRow):
         return menu
 
 
-def _heading(words: str) -> QLabel:
-    label = QLabel(words)
-    label.setProperty("role", "section")
-    label.setContentsMargins(14, 10, 14, 6)
-    return label
-
-
 class Gallery(QScrollArea):
     """A click on an environment switches at once; own ones can be edited, shown, deleted."""
 
@@ -257,7 +249,9 @@ class Gallery(QScrollArea):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setMinimumWidth(breakpoints.RAIL)
         self.setMaximumWidth(breakpoints.GALLERY_MOST)
-        self.heading, self.own_heading = _heading("Environments"), _heading("Yours")
+        self.heading, self.own_heading = (label(words, "section") for words in ("Environments", "Yours"))
+        for heading in (self.heading, self.own_heading):
+            heading.setContentsMargins(14, 10, 14, 6)
         self.rows = {
             key: GalleryRow(icon_name(e.scene), e.title, e.summary, e.shortcut)
             for key, e in studio.environments.items()

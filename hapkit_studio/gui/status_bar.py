@@ -3,13 +3,11 @@
 import time
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QWidget
 
-from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.parts import Sign, across, label
 from hapkit_studio.gui.widgets.style import mark
-from hapkit_studio.gui.widgets.text import plain
-from hapkit_studio.gui.widgets.theme import number, theme
+from hapkit_studio.gui.widgets.theme import number
 
 HEIGHT = 30
 HOLD_S = 0.5
@@ -23,12 +21,10 @@ _MISSED = (
 class Field(QWidget):
     """Sign and words with a hairline behind; width follows the words."""
 
-    def __init__(self, name: str, edged: bool = True, parent: QWidget | None = None):
-        super().__init__(parent)
+    def __init__(self, name: str, edged: bool = True):
+        super().__init__()
         self._name = name
-        self._sign_name, self._token = "", "ink2"
-        self.sign, self.words = QLabel(), plain(QLabel())
-        self.words.setProperty("role", "status")
+        self.sign, self.words = Sign(16), label("…", "status", wrap=False)
         self.link = QPushButton()
         self.link.setProperty("link", True)
         self.link.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -38,24 +34,17 @@ class Field(QWidget):
         edge.setFixedSize(1, 16)
         edge.setProperty("rule", True)
         across(self.sign, self.words, self.link, 6, edge, into=self, gap=6)
-        theme.changed.connect(self._look)
         self.show_words("…")
-        self._look()
 
     def show_words(self, words: str, sign: str = "", token: str = "ink2") -> None:
         """Show words, a sign before them, and the token both are coloured with."""
         if words != self.words.text():
             self.words.setText(words)
             self.setAccessibleName(f"{self._name}: {words}")
-        if (sign, token) != (self._sign_name, self._token):
-            self._sign_name, self._token = sign, token
-            self._look()
-
-    def _look(self) -> None:
-        mark(self.words, "ink", self._token)
-        self.sign.setVisible(bool(self._sign_name))
-        if self._sign_name:
-            self.sign.setPixmap(icons.pixmap(self._sign_name, 16, self._token, self.devicePixelRatioF()))
+        mark(self.words, "ink", token)
+        if (sign, token) != (self.sign.name, self.sign.token):
+            self.sign.show_sign(sign, token)
+        self.sign.setVisible(bool(sign))
 
 
 def late(microseconds: float) -> str:

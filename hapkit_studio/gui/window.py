@@ -87,8 +87,8 @@ class MainWindow(QMainWindow):
 
     @property
     def panel_open(self) -> bool:
-        """Say whether the parameter panel is seen."""
-        return self.body.panel_open
+        """Say whether the panel, or what a page put in its place, is seen."""
+        return not self.body.side.isHidden()
 
     def fit_axes(self) -> None:
         """Narrow the axes of every plot to what is shown."""
@@ -167,8 +167,6 @@ class MainWindow(QMainWindow):
         self.closed.emit()
         self.settings.setValue("geometry", self.saveGeometry())
         self.settings.setValue("padding", self.studio.device.padding)
-        self.body.save(self.settings)
-        self.centre.save(self.settings)
         self.live.stop()
         self.editor.end()
         self.views.end()
@@ -238,11 +236,6 @@ class WindowLayout(QWidget):
         self._drawer_open = on
         self.share()
 
-    @property
-    def panel_open(self) -> bool:
-        """Say whether the panel, or what a page put in its place, is seen."""
-        return not self.side.isHidden()
-
     def show_side(self, side: QWidget | None) -> None:
         """Put a page's own side in the panel's place, None for the panel."""
         shown = side or self._window.panel
@@ -268,19 +261,16 @@ class WindowLayout(QWidget):
         self._beside.activate()
         self._inner.setSizes([gallery, self._left.width() - gallery - 1])
 
-    def save(self, settings: QSettings) -> None:
-        """Remember where the borders were dragged to."""
-        settings.setValue("gallery_width", self._gallery_width)
-        settings.setValue("panel_width", self._panel_width)
-
     def _gallery_dragged(self, place: int, _handle: int) -> None:
         """Take a width that shows all words, or a rail."""
         half = (breakpoints.RAIL + breakpoints.GALLERY) // 2
         self._gallery_width = breakpoints.RAIL if place < half else max(place, breakpoints.GALLERY)
         self._inner.setSizes([self._gallery_width, self._left.width() - self._gallery_width - 1])
+        self._window.settings.setValue("gallery_width", self._gallery_width)
 
     def _panel_dragged(self) -> None:
         self._panel_width = self.side.width()
+        self._window.settings.setValue("panel_width", self._panel_width)
 
     def _place_banners(self, across: bool) -> None:
         """Put the banners beside the panel, so that a slider being dragged stays put; across if narrow."""

@@ -73,7 +73,7 @@ class Centre(QWidget):
         line.setFixedHeight(1)
         self.scene_card, self.phase_card = card(self, self.scene), card(self, self.phase)
         self.time_card = card(self, self.toolbar, line, self.stack, edge=_EDGE)
-        self._narrow = False
+        self._narrow, self._settings = False, settings
         self._page: QWidget | None = None
         self._shows_scene, self._is_law = True, False
         self._scene_height = remembered(settings, "scene_height", 0)  # 0: nobody dragged it
@@ -119,11 +119,6 @@ class Centre(QWidget):
             others = self.columns.count() - 1
             self.columns.setSizes([self.columns.width() - GAP - phase] * others + [phase])
 
-    def save(self, settings: QSettings) -> None:
-        """Remember where the borders were dragged to."""
-        settings.setValue("scene_height", self._scene_height)
-        settings.setValue("phase_width", self._phase_width)
-
     def add_page(self, page: QWidget) -> None:
         """Give a page its place beside the plots', out of sight for now."""
         page.hide()
@@ -144,17 +139,18 @@ class Centre(QWidget):
 
     def refresh(self) -> None:
         """Draw the newest data into the plots that are seen."""
-        if self.time.isVisible():
-            self.time.refresh()
-        if self.phase.isVisible():
-            self.phase.refresh()
+        for plots in (self.time, self.phase):
+            if plots.isVisible():
+                plots.refresh()
 
     def _scene_dragged(self) -> None:
         if self._page is None:
             self._scene_height = self.scene_card.height() - 2 * _EDGE
+            self._settings.setValue("scene_height", self._scene_height)
 
     def _phase_dragged(self) -> None:
         self._phase_width = self.phase_card.width()
+        self._settings.setValue("phase_width", self._phase_width)
 
     def _move_phase(self) -> None:
         """Put the force–position plot behind the switch, or back beside the time plots."""
