@@ -110,22 +110,6 @@ class Axis(pg.AxisItem):
         return texts
 
 
-class Ground(pg.GraphicsWidget):
-    """A view between its two axes; pyqtgraph's own plot makes a hundred widgets for menus with each."""
-
-    def __init__(self, left: Axis, bottom: Axis):
-        super().__init__()
-        self.view = pg.ViewBox(parent=self, enableMenu=False)
-        grid = QGraphicsGridLayout(self)
-        grid.setContentsMargins(1, 1, 1, 1)
-        grid.setSpacing(0)
-        grid.addItem(self.view, 0, 1)
-        for axis, place in ((left, (0, 0)), (bottom, (1, 1))):
-            axis.linkToView(self.view)
-            axis.setZValue(0.5)
-            grid.addItem(axis, *place)
-
-
 class Canvas(pg.GraphicsView):
     """A plot without a legend, menu or autoscale; ``paint_under`` and ``paint_over`` draw the data."""
 
@@ -139,10 +123,18 @@ class Canvas(pg.GraphicsView):
         self.left.setWidth(left_width)
         self.bottom.setHeight(22)
         self.bottom.setVisible(bottom)
-        self.ground = Ground(self.left, self.bottom)
-        self.ground.setContentsMargins(0, 0, RIGHT, 0 if bottom else 1)
-        self.setCentralItem(self.ground)
-        self.view = self.ground.view
+        ground = pg.GraphicsWidget()  # pyqtgraph's own plot makes a hundred widgets for menus with each
+        ground.setContentsMargins(0, 0, RIGHT, 0 if bottom else 1)
+        self.view = pg.ViewBox(parent=ground, enableMenu=False)
+        grid = QGraphicsGridLayout(ground)
+        grid.setContentsMargins(1, 1, 1, 1)
+        grid.setSpacing(0)
+        grid.addItem(self.view, 0, 1)
+        for axis, place in ((self.left, (0, 0)), (self.bottom, (1, 1))):
+            axis.linkToView(self.view)
+            axis.setZValue(0.5)
+            grid.addItem(axis, *place)
+        self.setCentralItem(ground)
         self.view.setMouseEnabled(False, False)
         self.view.setDefaultPadding(0)
         self.view.disableAutoRange()

@@ -45,12 +45,9 @@ UNWATCHED = (
 
 def _sampled(history: History, start: float, stop: float) -> np.ndarray:
     """Return the positions in m from start to stop s, one every STEP; empty where too few are known."""
-    window = history.between(start, stop)
-    known = np.isfinite(window.x)
-    if np.count_nonzero(known) < 2:
-        return np.empty(0)
-    at = start + STEP * np.arange(int((stop - start) / STEP))
-    return np.interp(at, window.x[known], window.y["position"][known])
+    window = history.between(start, stop).known()
+    at = start + STEP * np.arange(int((stop - start) / STEP) if len(window.x) > 1 else 0)
+    return np.interp(at, window.x, window.y["position"]) if len(at) else at
 
 
 def find_shift(history: History, start: float, switch: float, begin: float, now: float) -> float | None:
@@ -251,14 +248,11 @@ class RenderingComparison(QObject):
 
 def difference_words(history: History, one: Part, other: Part) -> str:
     """Say by how much the applied forces of two parts with the same movement differ."""
-    first, second = (history.between(part.start, part.stop) for part in (one, other))
-    known = [np.isfinite(w.x) for w in (first, second)]
-    if min(map(np.count_nonzero, known)) < 2:
+    first, second = (history.between(part.start, part.stop).known() for part in (one, other))
+    if min(len(first.x), len(second.x)) < 2:
         return ""
-    there = np.interp(
-        first.x[known[0]] - one.start, second.x[known[1]] - other.start, second.y["applied"][known[1]]
-    )
-    apart = np.abs(first.y["applied"][known[0]] - there)
+    there = np.interp(first.x - one.start, second.x - other.start, second.y["applied"])
+    apart = np.abs(first.y["applied"] - there)
     usual, most = (number(value, 2) for value in (float(np.sqrt(np.mean(apart**2))), float(apart.max())))
     lines = f"dotted: {one.where}, in colour: {other.where}"
     return f"Same movement of the hand, {lines}. The forces differ by {usual} N rms, {most} N at most."

@@ -45,7 +45,8 @@ class LiveDisplay(QObject):
         centre.phase.set_history(live.history)
         live.frame.connect(self.show_frame)
         live.health.connect(self.show_health)
-        live.paused_changed.connect(self.show_paused)
+        live.paused_changed.connect(centre.time.set_paused)
+        live.paused_changed.connect(centre.phase.set_paused)
         centre.time.paused_changed.connect(live.set_paused)
         centre.scene.hand_moved.connect(studio.move_hand)
         centre.scene.hand_released.connect(lambda: studio.move_hand(None))
@@ -94,11 +95,6 @@ class LiveDisplay(QObject):
             self._status.show_health(health, *self._own_rate())
             self._status.show_kept(self._live.lost, KEPT_SECONDS, self._live.paused)
             self._warnings.watch(self._live.history)
-
-    def show_paused(self, paused: bool) -> None:
-        """Hold the plots still, or let them go on."""
-        self._centre.time.set_paused(paused)
-        self._centre.phase.set_paused(paused)
 
     def show_environment(self) -> None:
         """Show another environment."""

@@ -37,6 +37,11 @@ class Window:
     y: dict[str, np.ndarray]
     dense: bool
 
+    def known(self) -> "Window":
+        """Return a copy without the breaks."""
+        known = np.isfinite(self.x)
+        return Window(self.x[known], {name: values[known] for name, values in self.y.items()}, self.dense)
+
 
 class History:
     """Ring of the channels the plots show; ``append`` takes telemetry rows as the reader gives them."""

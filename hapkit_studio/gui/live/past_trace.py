@@ -28,12 +28,9 @@ def past_trace(
     history: History, words: str, start: float, stop: float, shift: float = 0.0
 ) -> PastTrace | None:
     """Return what a history holds from start to stop s, shown so many s later; None for nothing."""
-    window = history.between(start, stop)
-    known = np.isfinite(window.x)
-    if np.count_nonzero(known) < 2:
-        return None
-    values = {name: window.y[name][known].copy() for name in CHANNELS}
-    return PastTrace(words, window.x[known].copy(), values, shift)
+    window = history.between(start, stop).known()
+    values = {name: window.y[name] for name in CHANNELS}
+    return PastTrace(words, window.x, values, shift) if len(window.x) > 1 else None
 
 
 def paint_past(painter: QPainter, across: np.ndarray, down: np.ndarray) -> None:

@@ -18,11 +18,6 @@ def _surface(values: Values) -> float:
     return 1e3 * values["position"]
 
 
-def _base(values: Values) -> float:
-    """Return where the base stands in mm: the nub reaches it when the cap has gone its whole travel."""
-    return _surface(values) + 1e3 * values["travel"] + CAP + NUB
-
-
 def fixed(stage: Stage, values: Values) -> None:
     """Mark where the button begins."""
     mark(stage, stage.x(_surface(values)), "button")
@@ -31,7 +26,8 @@ def fixed(stage: Stage, values: Values) -> None:
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw base, dome and cap."""
     cap = max(motion.position, _surface(values))
-    stop, tip = _base(values), stage.x(cap + CAP + NUB)
+    stop = _surface(values) + 1e3 * values["travel"] + CAP + NUB  # the nub is there after its whole travel
+    tip = stage.x(cap + CAP + NUB)
     face = stage.x(max(stop, cap + CAP + NUB))  # pressed in by what is pushed beyond its travel
     block(stage, face, stage.x(50.0))
     if tip > stage.x(stop):

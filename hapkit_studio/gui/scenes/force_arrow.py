@@ -19,11 +19,6 @@ def direction(force: float) -> int:
     return int(np.sign(round(force, _DECIMALS)))
 
 
-def arrow_length(force: float, per_newton: float, u: float) -> float:
-    """Return the arrow's length in px: so many px per N at u = 1, never shorter than its head."""
-    return max(LEAST_ARROW, abs(force) * per_newton) * u
-
-
 def force(stage: Stage, motion: Motion, per_newton: float) -> None:
     """Draw the force as an arrow from the knob with its number at the tip, a bar across when clamped."""
     u, y, x = stage.u, stage.knob_middle, stage.x(motion.position)
@@ -60,7 +55,7 @@ def _arrow_ends(stage: Stage, motion: Motion, per_newton: float) -> tuple[float,
     u, d, x = stage.u, direction(motion.force), stage.x(motion.position)
     start = stage.knob_width / 2 + 7 * u
     room = (stage.width - x if d > 0 else x) - (16 if motion.clamped else 6) * u
-    tip = min(start + arrow_length(motion.force, per_newton, u), room)
+    tip = min(start + max(LEAST_ARROW, abs(motion.force) * per_newton) * u, room)
     return x + d * min(start, tip - LEAST_ARROW * u), x + d * tip
 
 

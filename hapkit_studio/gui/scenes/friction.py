@@ -18,11 +18,6 @@ _REACH = 22.0  # px at u = 1: bristles lie flat from here on
 _STILL = 2.0  # mm within the last frames: slow enough for a word to be read
 
 
-def _roughness(values: Values) -> float:
-    """Return the grains' height in px at u = 1: none without friction."""
-    return 3.0 * min(1.6, values["kinetic_force"] / 0.4) ** 0.5
-
-
 def _row(stage: Stage) -> float:
     return stage.rail - stage.band * _LEVEL
 
@@ -34,7 +29,8 @@ def _pad(stage: Stage, motion: Motion) -> QRectF:
 
 def fixed(stage: Stage, values: Values) -> None:
     """Draw the ground, as rough as the friction is strong."""
-    places, height = np.linspace(-50.0, 50.0, 101), _roughness(values) * stage.u
+    places = np.linspace(-50.0, 50.0, 101)
+    height = 3.0 * min(1.6, values["kinetic_force"] / 0.4) ** 0.5 * stage.u
     ground(stage, lambda mm: stage.band * _LEVEL + height * np.interp(mm, places, _GRAINS))
 
 

@@ -95,30 +95,28 @@ def _bands(stage: Stage, values: Values) -> None:
             _shade(stage, left, right, 0.0, deep)
 
 
-def _count(stage: Stage, values: Values) -> int:
-    """Return how many λ are marked: one, or ten where one is too short to be seen."""
-    return 1 if _wave(values) * stage.per_mm > _WIDE * stage.u else 10
+def _measure(stage: Stage, values: Values) -> tuple[float, float, float, int]:
+    """Return the ends and the row of the mark above the ground, and for how many λ it stands.
 
-
-def _measure(stage: Stage, values: Values) -> tuple[float, float, float]:
-    """Return the ends and the row of the mark for λ, above the ground."""
+    One, or ten where one is too short to be seen.
+    """
     wave = _wave(values)
+    count = 1 if wave * stage.per_mm > _WIDE * stage.u else 10
     left = stage.x(wave * math.ceil(15.0 / wave))
     row = stage.rail - _LEVEL * stage.band - height(stage, values) - 10 * stage.u
-    return left, left + _count(stage, values) * wave * stage.per_mm, row
+    return left, left + count * wave * stage.per_mm, row, count
 
 
 def _mark(stage: Stage, values: Values) -> None:
-    u, (left, right, y) = stage.u, _measure(stage, values)
+    u, (left, right, y, _) = stage.u, _measure(stage, values)
     ends = [[(x, y - 4 * u), (x, y + 4 * u)] for x in (left, right)]
     stage.lines(stage.pen("ink3", 1.4), *ends, [(left, y), (right, y)])
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
     """Name the mark for λ, above it or beside it, wherever the stem is not."""
-    u, (left, right, y) = stage.u, _measure(stage, values)
+    u, (left, right, y, count) = stage.u, _measure(stage, values)
     take_stem(stage, motion, stage.rail)
-    count = _count(stage, values)
     text = f"{'' if count == 1 else '10 '}λ = {count * _wave(values):.3g} mm"
     places = [
         ((left + right) / 2, y - 8 * u, 0),
