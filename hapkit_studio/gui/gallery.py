@@ -76,14 +76,18 @@ class GalleryRow(QAbstractButton):
         self.picture, self.title, self.summary, self.waiting = icon, title, summary, waiting
         words = waiting or summary
         self.setAccessibleName(f"{title}: {words}" if words else title)
-        self.set_rail(self.rail, self.height())
+        self._show_tip()
+        self.update()
 
     def set_rail(self, rail: bool, height: int) -> None:
         """Draw icon and key alone, title and summary as a tooltip; or all of it."""
         self.rail = rail
         self.setFixedHeight(height)
-        self.setToolTip(plain_tip(self.accessibleName() if rail else self.long_tip()))
+        self._show_tip()
         self.update()
+
+    def _show_tip(self) -> None:
+        self.setToolTip(plain_tip(self.accessibleName() if self.rail else self.long_tip()))
 
     def long_tip(self) -> str:
         """Return the tooltip beside the words."""
@@ -169,9 +173,8 @@ class OwnRow(GalleryRow):
 
     def __init__(self, file: OwnFile, gallery: "Gallery"):
         self.file, self._gallery = file, gallery
-        self.pencil = QToolButton()
         super().__init__("circle", file.title, "")
-        self.pencil.setParent(self)
+        self.pencil = QToolButton(self)
         self.pencil.setFixedSize(_PENCIL, _PENCIL)
         self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys have the menu
         self.setAccessibleDescription("The menu key edits, shows or deletes its file.")
