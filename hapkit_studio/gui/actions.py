@@ -1,7 +1,7 @@
 """Every action once: key, words, shortcut, what it does, when it may. Menus, shortcuts and tests derive."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -33,10 +33,6 @@ _RULE_BEFORE = {
 }
 
 
-def _always(_window: "MainWindow") -> bool:
-    return True
-
-
 @dataclass(frozen=True)
 class Action:
     """One thing a person can do; ``menu`` is "Menu" or "Menu/Submenu".
@@ -50,10 +46,10 @@ class Action:
     menu: str
     run: Callable[["MainWindow"], object]
     shortcut: str = ""
-    enabled: Callable[["MainWindow"], bool] = _always
+    enabled: Callable[["MainWindow"], bool] = lambda _window: True
     checked: Callable[["MainWindow"], bool] | None = None
     filtered: bool = False
-    extra: tuple[str, ...] = field(default=())
+    extra: tuple[str, ...] = ()
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -80,7 +76,34 @@ def _has_law(window: "MainWindow") -> bool:
 
 def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
     """Return all actions, one per environment among them."""
-    return (*_SESSION, *_views(), *_VIEW, *_DEVICE, *_environments(environments), *_HELP)
+    views = [("live", "Live"), *((tab.key, tab.title) for tab in pages.discover().values())]
+    tabs = [(key, title, f"Ctrl+{place}") for place, (key, title) in enumerate(views, 1)]
+    laws = [(e.key, e.title, e.shortcut) for e in environments]
+    return (
+        *_SESSION,
+        *_one_of("view.tab", "View", tabs, lambda w, key: w.views.show(key), lambda w: w.views.key),
+        *_VIEW,
+        *_DEVICE,
+        *_one_of(
+            "environment", "Environment", laws, lambda w, key: w.studio.choose(key),
+            lambda w: w.studio.environment.key,
+        ),
+        *_ENVIRONMENT,
+        *_HELP,
+    )  # fmt: skip
+
+
+def _one_of(
+    prefix: str, menu: str, options: Iterable[tuple[str, str, str]],
+    choose: Callable[["MainWindow", str], object], chosen: Callable[["MainWindow"], str],
+) -> list[Action]:  # fmt: skip
+    """Return an action for each of some options (key, words, shortcut), of which one is in force."""
+
+    def option(key: str, words: str, shortcut: str) -> Action:
+        run, checked = lambda w: choose(w, key), lambda w: chosen(w) == key
+        return Action(f"{prefix}.{key}", words, menu, run, shortcut, checked=checked)
+
+    return [option(*given) for given in options]
 
 
 _SESSION = (
@@ -101,39 +124,15 @@ _SESSION = (
 )  # fmt: skip
 
 
-def _theme(mode: str, words: str) -> Action:
-    return Action(
-        f"view.theme.{mode}", words, "View/Theme", lambda w: w.set_theme(mode),
-        checked=lambda _w: theme.mode == mode,
-    )  # fmt: skip
-
-
-def _span(seconds: float) -> Action:
-    return Action(
-        f"view.span.{seconds:g}", f"{seconds:g} s", "View/Time window",
-        lambda w: w.centre.time.set_span(seconds), checked=lambda w: w.centre.time.span == seconds,
-    )  # fmt: skip
-
-
-def _views() -> tuple[Action, ...]:
-    """Return one action per view, in the order of the header."""
-    named = [("live", "Live"), *((tab.key, tab.title) for tab in pages.discover().values())]
-
-    def go(key: str) -> Callable[["MainWindow"], object]:
-        return lambda window: window.views.show(key)
-
-    def here(key: str) -> Callable[["MainWindow"], bool]:
-        return lambda window: window.views.key == key
-
-    return tuple(
-        Action(f"view.tab.{key}", title, "View", go(key), f"Ctrl+{place}", checked=here(key))
-        for place, (key, title) in enumerate(named, 1)
-    )
-
-
 _VIEW = (
-    *(_theme(mode, words) for mode, words in THEMES.items()),
-    *(_span(seconds) for seconds in SPANS),
+    *_one_of(
+        "view.theme", "View/Theme", [(mode, words, "") for mode, words in THEMES.items()],
+        lambda w, mode: w.set_theme(mode), lambda _w: theme.mode,
+    ),
+    *_one_of(
+        "view.span", "View/Time window", [(f"{s:g}", f"{s:g} s", "") for s in SPANS],
+        lambda w, seconds: w.centre.time.set_span(float(seconds)), lambda w: f"{w.centre.time.span:g}",
+    ),
     Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
     Action("view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
     Action(
@@ -170,23 +169,11 @@ _DEVICE = (
 )  # fmt: skip
 
 
-def _environment(environment: Environment) -> Action:
-    key = environment.key
-    return Action(
-        f"environment.{key}", environment.title, "Environment", lambda w: w.studio.choose(key),
-        environment.shortcut, checked=lambda w: w.studio.environment.key == key,
-    )  # fmt: skip
-
-
-def _environments(environments: Iterable[Environment]) -> tuple[Action, ...]:
-    reset = Action(
+_ENVIRONMENT = (
+    Action(
         "environment.reset", "Default values", "Environment", lambda w: w.studio.reset_values(),
         enabled=lambda w: bool(w.studio.environment.parameters),
-    )  # fmt: skip
-    return (*map(_environment, environments), reset, *_LAWS)
-
-
-_LAWS = (
+    ),
     Action("environment.new", "New environment…", "Environment", lambda w: w.editor.begin_new(), "Ctrl+N"),
     Action("environment.open", "Open…", "Environment", lambda w: w.file_actions.open(), "Ctrl+O"),
     Action("environment.export", "Export as sketch…", "Environment", lambda w: w.show_export()),
@@ -232,8 +219,7 @@ class ActionSet(QObject):
             if entry.checked is not None:
                 action.setCheckable(True)
             if "/" in entry.menu:
-                group = groups.setdefault(entry.menu, QActionGroup(self))
-                group.addAction(action)
+                groups.setdefault(entry.menu, QActionGroup(self)).addAction(action)
             window.addAction(action)
         self.set_single_keys(window.single_keys)
         self.refresh()

@@ -3,7 +3,7 @@
 import argparse
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from subprocess import Popen
 
 from PySide6.QtCore import QObject, QSettings, QSize, QTimer
@@ -88,58 +88,44 @@ def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Cal
     if prepare.possible():
         window.studio.readiness.expect(window.studio.environments, {*prepare.ALWAYS, key})
 
-    def go_on() -> None:
+    def steps() -> Iterator[Sequence[Popen | None]]:
+        yield [first]
         done()
-        _prepare_laws(window)
+        laws = prepare.begin_laws(window.studio.readiness.waiting)
+        window.studio.readiness.follow(laws)
+        yield laws
+        yield [prepare.begin("boards")]
+        yield [prepare.begin("analysis")]
 
-    Preparation(window, [first] if first else [], go_on).run()
-
-
-def _prepare_laws(window: MainWindow) -> None:
-    readiness = window.studio.readiness
-    programs = prepare.begin_laws(readiness.waiting)
-    readiness.follow(programs)
-    Preparation(window, programs, lambda: _prepare_boards(window)).run()
-
-
-def _prepare_boards(window: MainWindow) -> None:
-    boards = prepare.begin("boards")
-    Preparation(window, [boards] if boards else [], lambda: _prepare_analysis(window)).run()
-
-
-def _prepare_analysis(window: MainWindow) -> None:
-    analysis = prepare.begin("analysis")
-    Preparation(window, [analysis] if analysis else [], _no_op).run()
+    Preparation(window, steps()).run()
 
 
 class Preparation(QObject):
-    """Waits for programs that compile, if any, then calls ``done`` once; ends them with the window."""
+    """Goes on to the next step once the programs of one, None for none, have ended; ends with the window."""
 
-    def __init__(self, window: MainWindow, programs: Sequence[Popen], done: Callable[[], object]):
+    def __init__(self, window: MainWindow, steps: Iterator[Sequence[Popen | None]]):
         super().__init__(window)
-        self._programs, self._done = programs, done
+        self._steps = steps
+        self._programs: list[Popen] = []
         self._watch = QTimer(self, interval=LOOK_MS)
         self._watch.timeout.connect(self.run)
         window.closed.connect(self._cancel)
 
     def run(self) -> None:
-        """Finish if the programs have ended, else look again."""
-        if any(program.poll() is None for program in self._programs):
-            self._watch.start()
-            return
-        self._watch.stop()
-        done, self._done = self._done, _no_op
-        done()
+        """Take the next step if the programs have ended, else look again."""
+        while all(program.poll() is not None for program in self._programs):
+            step = next(self._steps, None)
+            if step is None:
+                self._watch.stop()
+                return
+            self._programs = [program for program in step if program is not None]
+        self._watch.start()
 
     def _cancel(self) -> None:
-        self._done = _no_op
+        self._steps = iter(())
         for program in self._programs:
             program.kill()
             program.wait()
-
-
-def _no_op() -> None:
-    """No-op callback."""
 
 
 def _open_device(window: MainWindow, key: str) -> None:

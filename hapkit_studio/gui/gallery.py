@@ -1,7 +1,7 @@
 """The gallery: the library, below it a person's own environments, last the row for a new one."""
 
-from collections.abc import Callable
 from functools import lru_cache, partial
+from pathlib import Path
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import (
@@ -18,12 +18,10 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import (
     QAbstractButton,
     QButtonGroup,
-    QLabel,
     QMenu,
     QScrollArea,
     QSizePolicy,
     QToolButton,
-    QVBoxLayout,
     QWidget,
 )
 
@@ -31,6 +29,7 @@ from hapkit_studio.gui import breakpoints, environment_library
 from hapkit_studio.gui.own_environments import OwnEnvironments, OwnFile
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import down, label
 from hapkit_studio.gui.widgets.text import plain_tip
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -57,48 +56,49 @@ def _picture(icon: str, _shade: str, color: str, ratio: float) -> QPixmap:
 
 
 class GalleryRow(QAbstractButton):
-    """One line of the gallery; checked while it is in force. ``color`` is the token of icon and title."""
+    """One line of the gallery; checked while it is in force. color is the token of icon and title."""
 
-    color = "ink"
-
-    def __init__(self, icon: str, title: str, summary: str, key: str = "", parent: QWidget | None = None):
-        super().__init__(parent)
-        self.picture, self.title, self.summary, self.key = icon, title, summary, key
-        self.waiting = ""
+    def __init__(self, icon: str, title: str, summary: str, key: str = "", color: str = "ink"):
+        super().__init__()
+        self.key, self.color = key, color
+        self.rail, self.waiting = False, ""
         self.setCheckable(True)
         # a click leaves the arrow keys with the scene, where they move the hand
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)  # a title may be cut
-        self._name()
-        self.set_rail(False, ROW)
+        self.setFixedHeight(ROW)
+        self.set_words(icon, title, summary)
         theme.changed.connect(self.update)
 
-    def set_words(self, icon: str, title: str, summary: str) -> None:
-        """Show other words."""
-        self.picture, self.title, self.summary = icon, title, summary
-        self._name()
-        self.set_rail(self.rail, self.height())
-
-    def set_waiting(self, words: str) -> None:
-        """Say why it cannot be had yet, in paler colours; "" if it can."""
-        if words != self.waiting:
-            self.waiting = words
-            self._name()
-            self.set_rail(self.rail, self.height())
+    def set_words(self, icon: str, title: str, summary: str, waiting: str = "") -> None:
+        """Show other words; waiting: why it cannot be had yet, in paler colours."""
+        self.picture, self.title, self.summary, self.waiting = icon, title, summary, waiting
+        words = waiting or summary
+        self.setAccessibleName(f"{title}: {words}" if words else title)
+        self._show_tip()
+        self.update()
 
     def set_rail(self, rail: bool, height: int) -> None:
         """Draw icon and key alone, title and summary as a tooltip; or all of it."""
         self.rail = rail
         self.setFixedHeight(height)
-        self.setToolTip(plain_tip(self.accessibleName()) if rail else "")
+        self._show_tip()
         self.update()
+
+    def _show_tip(self) -> None:
+        self.setToolTip(plain_tip(self.accessibleName() if self.rail else self.long_tip()))
+
+    def long_tip(self) -> str:
+        """Return the tooltip beside the words."""
+        return ""
 
     def sizeHint(self) -> QSize:
         if self.rail:
             return QSize(breakpoints.RAIL - _EDGES, LEAST_RAIL_ROW)
-        words = max(self._width("strong", self.title), self._width("hint", self.summary))
-        return QSize(_LEFT + words + (_RIGHT if self.key else 8), LEAST_ROW)
+        words = (("strong", self.title), ("hint", self.summary))
+        wide = max(QFontMetrics(theme.font(role)).horizontalAdvance(text) for role, text in words)
+        return QSize(_LEFT + wide + 2 + (_RIGHT if self.key else 8), LEAST_ROW)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Let Enter choose: Space is the pause key."""
@@ -127,10 +127,6 @@ class GalleryRow(QAbstractButton):
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(4, 3, -4, -3), 6, 6)
 
-    def _name(self) -> None:
-        words = self.waiting or self.summary
-        self.setAccessibleName(f"{self.title}: {words}" if words else self.title)
-
     def _paint_icon(self, painter: QPainter, color: str) -> None:
         picture = _picture(self.picture, theme.color(color).name(), color, self.devicePixelRatioF())
         painter.drawPixmap(12 if self.rail else _ICON, (self.height() - 24) // 2, picture)
@@ -144,17 +140,13 @@ class GalleryRow(QAbstractButton):
         if not words:
             lines = [("body", color, self.title, 0, self.height())]
         for role, token, words, top, height in lines:
+            font = theme.font(role)
+            if QFontMetrics(font).horizontalAdvance(words) > room:  # it would be cut
+                font.setLetterSpacing(QFont.SpacingType.AbsoluteSpacing, _TIGHT)
             painter.setPen(theme.color(token))
-            painter.setFont(self._fitting(theme.font(role), words, room))
+            painter.setFont(font)
             words = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, room)
             painter.drawText(QRectF(_LEFT, top, room, height), middle, words)
-
-    @staticmethod
-    def _fitting(font: QFont, words: str, room: int) -> QFont:
-        """Return a font with its letters closer together where the words would be cut otherwise."""
-        if QFontMetrics(font).horizontalAdvance(words) > room:
-            font.setLetterSpacing(QFont.SpacingType.AbsoluteSpacing, _TIGHT)
-        return font
 
     def _paint_key(self, painter: QPainter) -> None:
         painter.setFont(theme.font("hint"))
@@ -169,10 +161,6 @@ class GalleryRow(QAbstractButton):
         painter.setPen(theme.color("ink3"))
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self.key)
 
-    @staticmethod
-    def _width(role: str, text: str) -> int:
-        return QFontMetrics(theme.font(role)).horizontalAdvance(text) + 2
-
 
 def initials(title: str) -> str:
     """Return up to two letters that tell one title from another: "My two walls" is MW."""
@@ -181,20 +169,16 @@ def initials(title: str) -> str:
 
 
 class OwnRow(GalleryRow):
-    """One own environment; the pencil, or the menu, leads to its law."""
+    """One own environment; pencil and menu lead to its law by the gallery's signals."""
 
-    edit_pressed = Signal(object)
-    reveal_pressed = Signal(object)
-    delete_pressed = Signal(object)
-
-    def __init__(self, file: OwnFile, parent: QWidget | None = None):
-        self.file = file
-        super().__init__("circle", file.title, "", parent=parent)
+    def __init__(self, file: OwnFile, gallery: "Gallery"):
+        self.file, self._gallery = file, gallery
+        super().__init__("circle", file.title, "")
         self.pencil = QToolButton(self)
         self.pencil.setFixedSize(_PENCIL, _PENCIL)
         self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys have the menu
         self.setAccessibleDescription("The menu key edits, shows or deletes its file.")
-        self.pencil.clicked.connect(lambda: self.edit_pressed.emit(self.file.path))
+        self.pencil.clicked.connect(lambda: gallery.edit_pressed.emit(self.file.path))
         icons.bind(self.pencil, "pencil", "ink2", 18)
         self.show_file(file)
 
@@ -209,10 +193,10 @@ class OwnRow(GalleryRow):
 
     def set_rail(self, rail: bool, height: int) -> None:
         super().set_rail(rail, height)
-        if not rail:
-            self.setToolTip(plain_tip(f"{self.title}\n{self.summary}\n{self.file.path.name}"))
-        if hasattr(self, "pencil"):
-            self.pencil.setVisible(not rail and self.file.state != "foreign")
+        self.pencil.setVisible(not rail and self.file.state != "foreign")
+
+    def long_tip(self) -> str:
+        return f"{self.title}\n{self.summary}\n{self.file.path.name}"
 
     def sizeHint(self) -> QSize:
         """Take what the gallery gives: words of a stranger's length are cut, the tooltip has them whole."""
@@ -239,33 +223,16 @@ class OwnRow(GalleryRow):
 
     def menu(self) -> QMenu:
         """Return what can be done with the file."""
-        menu = QMenu(self)
-        entries: list[tuple[str, Callable[[object], None]]] = [
-            ("Show in folder", self.reveal_pressed.emit),
-            ("Delete…", self.delete_pressed.emit),
-        ]
-        if self.file.state != "foreign":
-            entries.insert(0, ("Edit", self.edit_pressed.emit))
-        for words, tell in entries:
-            menu.addAction(words, partial(tell, self.file.path))
+        menu, gallery = QMenu(self), self._gallery
+        asks = {
+            "Edit": gallery.edit_pressed,
+            "Show in folder": gallery.reveal_pressed,
+            "Delete…": gallery.delete_pressed,
+        }
+        for words, signal in asks.items():
+            if words != "Edit" or self.file.state != "foreign":
+                menu.addAction(words, partial(signal.emit, self.file.path))
         return menu
-
-
-class NewRow(GalleryRow):
-    """The last line: it makes a new environment."""
-
-    color = "accent"
-
-    def __init__(self, parent: QWidget | None = None):
-        super().__init__("plus", "New environment…", "", parent=parent)
-        self.setCheckable(False)
-
-
-def _heading(words: str) -> QLabel:
-    label = QLabel(words)
-    label.setProperty("role", "section")
-    label.setContentsMargins(14, 10, 14, 6)
-    return label
 
 
 class Gallery(QScrollArea):
@@ -285,13 +252,17 @@ class Gallery(QScrollArea):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setMinimumWidth(breakpoints.RAIL)
         self.setMaximumWidth(breakpoints.GALLERY_MOST)
-        self.heading, self.own_heading = _heading("Environments"), _heading("Yours")
+        self.heading, self.own_heading = (label(words, "section") for words in ("Environments", "Yours"))
+        for heading in (self.heading, self.own_heading):
+            heading.setContentsMargins(14, 10, 14, 6)
         self.rows = {
             key: GalleryRow(icon_name(e.scene), e.title, e.summary, e.shortcut)
             for key, e in studio.environments.items()
         }
         self.own_rows: dict[object, OwnRow] = {}
-        self.new_row = NewRow(self)
+        self.new_row = GalleryRow("plus", "New environment…", "", color="accent")
+        self.new_row.setParent(self)
+        self.new_row.setCheckable(False)
         self._group = QButtonGroup(self)
         self.rail = False
         self._arrange()
@@ -323,7 +294,9 @@ class Gallery(QScrollArea):
     def show_readiness(self) -> None:
         """Say which environments are still being prepared; a click on one does not put it in force."""
         for key, row in self.rows.items():
-            row.set_waiting(environment_library.WORDS.get(self._studio.readiness.state(key), ""))
+            waiting = environment_library.WORDS.get(self._studio.readiness.state(key), "")
+            if waiting != row.waiting:
+                row.set_words(row.picture, row.title, row.summary, waiting)
         in_force = self._row_in_force()
         if in_force is not None:
             in_force.setChecked(True)
@@ -341,7 +314,10 @@ class Gallery(QScrollArea):
             if path in self.own_rows:
                 self.own_rows[path].show_file(file)
             else:
-                self.own_rows[path] = self._own_row(place, file)
+                row = self.own_rows[path] = OwnRow(file, self)
+                row.clicked.connect(lambda _on=False, path=path: self._choose_own(path))
+                self._group.addButton(row)
+                self._own_column.insertWidget(place, row)
         self.set_rail(self.rail)
         self.show_state()
         self.order()
@@ -380,35 +356,17 @@ class Gallery(QScrollArea):
         else:
             self._share_height()
 
-    def _own_row(self, place: int, file) -> OwnRow:
-        row = OwnRow(file)
-        row.clicked.connect(lambda: self._choose_own(row))
-        row.edit_pressed.connect(self.edit_pressed)
-        row.reveal_pressed.connect(self.reveal_pressed)
-        row.delete_pressed.connect(self.delete_pressed)
-        self._group.addButton(row)
-        self._own_column.insertWidget(place, row)
-        return row
-
-    def _choose_own(self, row: OwnRow) -> None:
-        self._own.choose(row.file.path)
+    def _choose_own(self, path: Path) -> None:
+        self._own.choose(path)
         self.show_state()
 
     def _arrange(self) -> None:
         body = QWidget(self.viewport())
         body.setObjectName("galleryBody")
-        column = QVBoxLayout(body)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(0)
-        column.addWidget(self.heading)
+        self._own_column = down()
+        down(self.heading, *self.rows.values(), self.own_heading, self._own_column, None, into=body)
         for key, row in self.rows.items():
             self._group.addButton(row)
-            column.addWidget(row)
             row.clicked.connect(lambda _on=False, key=key: self._own.choose_built_in(key))
-        column.addWidget(self.own_heading)
-        self._own_column = QVBoxLayout()
-        self._own_column.setSpacing(0)
-        column.addLayout(self._own_column)
-        column.addStretch(1)
         self.setWidget(body)
         self.new_row.clicked.connect(self.new_pressed)

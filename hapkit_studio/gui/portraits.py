@@ -55,37 +55,29 @@ class Portraits(QObject):
 
     def _start(self) -> None:
         if self._window.studio.engine is not None:
-            self._next()
+            self._window.studio.choose(self._keys[0])
             self._frames.start()
 
-    def _next(self) -> None:
-        self._begun = 0.0
-        self._window.studio.choose(self._keys[0])
-
-    def _begin(self) -> float:
-        """Take the hand that goes with the environment; return the clock now, in s."""
-        self._window.live.history.clear()
-        self._hand = SCRIPTS[usual_hand(self._window.studio.environment)]
-        return time.monotonic()
-
     def _move(self) -> None:
-        if self._window.studio.environment.key != self._keys[0]:
+        environment = self._window.studio.environment
+        if environment.key != self._keys[0]:
             return  # its law is still being compiled
-        self._begun = self._begun or self._begin()
+        if not self._begun:
+            self._window.live.history.clear()
+            self._begun, self._hand = time.monotonic(), SCRIPTS[usual_hand(environment)]
         now = time.monotonic() - self._begun
         if now < self._seconds:
             self._window.studio.move_hand(float(self._hand.target(now % AGAIN_SECONDS)))
             return
-        self._save(self._keys.pop(0))
+        for part, suffix in ((self._window, ""), (self._window.centre.scene, "-scene")):
+            part.grab().save(str(self._folder / f"{self._keys[0]}{suffix}.png"))
+        del self._keys[0]
+        self._begun = 0.0
         if self._keys:
-            self._next()
+            self._window.studio.choose(self._keys[0])
         else:
             self._frames.stop()
             self._window.close()
-
-    def _save(self, key: str) -> None:
-        self._window.grab().save(str(self._folder / f"{key}.png"))
-        self._window.centre.scene.grab().save(str(self._folder / f"{key}-scene.png"))
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -3,12 +3,11 @@
 import time
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QFrame, QPushButton, QWidget
 
-from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import Sign, across, label
 from hapkit_studio.gui.widgets.style import mark
-from hapkit_studio.gui.widgets.text import plain
-from hapkit_studio.gui.widgets.theme import number, theme
+from hapkit_studio.gui.widgets.theme import number
 
 HEIGHT = 30
 HOLD_S = 0.5
@@ -22,12 +21,10 @@ _MISSED = (
 class Field(QWidget):
     """Sign and words with a hairline behind; width follows the words."""
 
-    def __init__(self, name: str, edged: bool = True, parent: QWidget | None = None):
-        super().__init__(parent)
+    def __init__(self, name: str, edged: bool = True):
+        super().__init__()
         self._name = name
-        self._sign_name, self._token = "", "ink2"
-        self.sign, self.words = QLabel(), plain(QLabel())
-        self.words.setProperty("role", "status")
+        self.sign, self.words = Sign(16), label("…", "status", wrap=False)
         self.link = QPushButton()
         self.link.setProperty("link", True)
         self.link.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -36,32 +33,18 @@ class Field(QWidget):
         edge.setVisible(edged)
         edge.setFixedSize(1, 16)
         edge.setProperty("rule", True)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(6)
-        row.addWidget(self.sign)
-        row.addWidget(self.words)
-        row.addWidget(self.link)
-        row.addSpacing(6)
-        row.addWidget(edge)
-        theme.changed.connect(self._look)
+        across(self.sign, self.words, self.link, 6, edge, into=self, gap=6)
         self.show_words("…")
-        self._look()
 
     def show_words(self, words: str, sign: str = "", token: str = "ink2") -> None:
         """Show words, a sign before them, and the token both are coloured with."""
         if words != self.words.text():
             self.words.setText(words)
             self.setAccessibleName(f"{self._name}: {words}")
-        if (sign, token) != (self._sign_name, self._token):
-            self._sign_name, self._token = sign, token
-            self._look()
-
-    def _look(self) -> None:
-        mark(self.words, "ink", self._token)
-        self.sign.setVisible(bool(self._sign_name))
-        if self._sign_name:
-            self.sign.setPixmap(icons.pixmap(self._sign_name, 16, self._token, self.devicePixelRatioF()))
+        mark(self.words, "ink", token)
+        if (sign, token) != (self.sign.name, self.sign.token):
+            self.sign.show_sign(sign, token)
+        self.sign.setVisible(bool(sign))
 
 
 def late(microseconds: float) -> str:
@@ -99,13 +82,8 @@ class StatusBar(QWidget):
         self.priority.link.clicked.connect(self.how_to_fix)
         self.missed.setToolTip(_MISSED)
         self._clamped_until = 0.0
-        row = QHBoxLayout(self)
-        row.setContentsMargins(_MARGIN, 0, _MARGIN, 0)
-        row.setSpacing(_SPACING)
-        for field in (self.rate, self.late, self.missed, self.priority, self.clamp, self.margin):
-            row.addWidget(field)
-        row.addStretch(1)
-        row.addWidget(self.kept)
+        fields = self.rate, self.late, self.missed, self.priority, self.clamp, self.margin
+        across(*fields, None, self.kept, into=self, margins=(_MARGIN, 0, _MARGIN, 0), gap=_SPACING)
         self.show_nothing("Preparing the loop, once only")
 
     def show_nothing(self, words: str) -> None:
@@ -127,13 +105,12 @@ class StatusBar(QWidget):
         lost = health.missed + health.link.lost_frames
         lately = health.missed_lately > 0
         self.missed.show_words(f"Missed {lost:,}", "triangle" if lately else "", "warn" if lately else "ink2")
-        if health.priority.realtime:
-            self.priority.show_words(health.priority.text, "check", "ok")
-        else:
-            words = f"{health.priority.text}, late up to {late(us['max'])}."
-            self.priority.show_words(words, "triangle", "warn")
-        self.priority.link.setVisible(not health.priority.realtime)
-        self.priority.setToolTip(health.priority.how)
+        priority = health.priority
+        words = f"{priority.text}, late up to {late(us['max'])}."
+        said = (priority.text, "check", "ok") if priority.realtime else (words, "triangle", "warn")
+        self.priority.show_words(*said)
+        self.priority.link.setVisible(not priority.realtime)
+        self.priority.setToolTip(priority.how)
         self._hide_least_important()
 
     def show_clamp(self, clamped: bool, limit: float) -> None:

@@ -5,15 +5,7 @@ from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, QSettings, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import (
-    QAbstractButton,
-    QApplication,
-    QMainWindow,
-    QSplitter,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QAbstractButton, QApplication, QMainWindow, QSplitter, QStackedWidget, QWidget
 
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import breakpoints
@@ -24,7 +16,7 @@ from hapkit_studio.gui.editor.controller import EditorController, FileActions, F
 from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
-from hapkit_studio.gui.live.centre import Centre, remembered
+from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.live import Live
@@ -34,6 +26,7 @@ from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.views import Views
+from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.theme import theme
 
 _SMALLEST = (800, 560)
@@ -47,6 +40,7 @@ class MainWindow(QMainWindow):
     closed = Signal()
     studio: Studio
     live: Live
+    centre: Centre
     own: OwnEnvironments
     file_actions: FileActions
     editor: EditorController
@@ -80,19 +74,21 @@ class MainWindow(QMainWindow):
         self.passivity = Passivity(studio, self.live, self.banners)
         self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
-        self._arrange()
+        self.body.arrange()
+        self.setCentralWidget(self.body)
+        self.gallery.order()
+        self.panel.parameters.order()
         self.views = Views(studio, self.live, self.header.tabs, self.centre, self.editor, self.body.show_side)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self._connect()
-        self._guard_keys()
 
     # what the actions call
 
     @property
     def panel_open(self) -> bool:
-        """Say whether the parameter panel is seen."""
-        return self.body.panel_open
+        """Say whether the panel, or what a page put in its place, is seen."""
+        return not self.body.side.isHidden()
 
     def fit_axes(self) -> None:
         """Narrow the axes of every plot to what is shown."""
@@ -171,8 +167,6 @@ class MainWindow(QMainWindow):
         self.closed.emit()
         self.settings.setValue("geometry", self.saveGeometry())
         self.settings.setValue("padding", self.studio.device.padding)
-        self.body.save(self.settings)
-        self.centre.save(self.settings)
         self.live.stop()
         self.editor.end()
         self.views.end()
@@ -180,20 +174,6 @@ class MainWindow(QMainWindow):
         self.loop.where.close_worker()
         self.studio.close()
         super().closeEvent(event)
-
-    # putting together
-
-    def _arrange(self) -> None:
-        self.body.arrange()
-        self.setCentralWidget(self.body)
-        self.gallery.order()
-        self.panel.parameters.order()
-
-    def _guard_keys(self) -> None:
-        application = QApplication.instance()
-        assert application is not None
-        self.stop_filter = StopFilter(self.studio.stop, self)
-        application.installEventFilter(self.stop_filter)
 
     def _connect(self) -> None:
         self.header.pause_pressed.connect(self.live.toggle_paused)
@@ -207,8 +187,7 @@ class MainWindow(QMainWindow):
         self.gallery.delete_pressed.connect(self.file_actions.delete)
         self.live.frame.connect(self.file_watcher.on_row)
         self.editor.shown.connect(lambda _on: self.actions_by_key.refresh())
-        self.centre.toolbar.span_chosen.connect(self.centre.time.set_span)
-        self.centre.toolbar.fit_pressed.connect(self.fit_axes)
+        self.centre.toolbar.fit.clicked.connect(self.fit_axes)
         self.stability.judged.connect(self.status.show_margin)
         self.stability.ask()
         self.live.health.connect(self.stability.note_health)
@@ -216,6 +195,10 @@ class MainWindow(QMainWindow):
         for signal in (self.studio.environment_changed, self.studio.stop_changed, self.studio.link_changed):
             signal.connect(self.actions_by_key.refresh)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
+        application = QApplication.instance()
+        assert application is not None
+        self.stop_filter = StopFilter(self.studio.stop, self)
+        application.installEventFilter(self.stop_filter)
 
 
 class WindowLayout(QWidget):
@@ -240,26 +223,10 @@ class WindowLayout(QWidget):
         self.side.addWidget(window.panel)
         self.side.setMinimumWidth(breakpoints.PANEL_NARROW)
         self.side.setMaximumWidth(breakpoints.PANEL_MOST)
-        for splitter, parts in (
-            (self._inner, (window.gallery, window.centre)),
-            (self.borders, (self._left, self.side)),
-        ):
-            splitter.setHandleWidth(1)
-            splitter.setChildrenCollapsible(False)
-            for part in parts:
-                splitter.addWidget(part)
-            splitter.setStretchFactor(
-                splitter.indexOf(self._left if splitter is self.borders else window.centre), 1
-            )
-        self._beside = QVBoxLayout(self._left)
-        self._column = QVBoxLayout(self)
-        for column in (self._beside, self._column):
-            column.setContentsMargins(0, 0, 0, 0)
-            column.setSpacing(0)
-        self._beside.addWidget(self._inner, 1)
-        self._column.addWidget(window.header)
-        self._column.addWidget(self.borders, 1)
-        self._column.addWidget(window.status)
+        fill(self._inner, 1, 1, window.gallery, window.centre)
+        fill(self.borders, 1, 0, self._left, self.side)
+        self._beside = down((self._inner, 1), into=self._left)
+        self._column = down(window.header, (self.borders, 1), window.status, into=self)
         self._place_banners(False)
         self._inner.splitterMoved.connect(self._gallery_dragged)
         self.borders.splitterMoved.connect(self._panel_dragged)
@@ -268,11 +235,6 @@ class WindowLayout(QWidget):
         """Show or hide the panel, whatever the size."""
         self._drawer_open = on
         self.share()
-
-    @property
-    def panel_open(self) -> bool:
-        """Say whether the panel, or what a page put in its place, is seen."""
-        return not self.side.isHidden()
 
     def show_side(self, side: QWidget | None) -> None:
         """Put a page's own side in the panel's place, None for the panel."""
@@ -299,19 +261,16 @@ class WindowLayout(QWidget):
         self._beside.activate()
         self._inner.setSizes([gallery, self._left.width() - gallery - 1])
 
-    def save(self, settings: QSettings) -> None:
-        """Remember where the borders were dragged to."""
-        settings.setValue("gallery_width", self._gallery_width)
-        settings.setValue("panel_width", self._panel_width)
-
     def _gallery_dragged(self, place: int, _handle: int) -> None:
         """Take a width that shows all words, or a rail."""
         half = (breakpoints.RAIL + breakpoints.GALLERY) // 2
         self._gallery_width = breakpoints.RAIL if place < half else max(place, breakpoints.GALLERY)
         self._inner.setSizes([self._gallery_width, self._left.width() - self._gallery_width - 1])
+        self._window.settings.setValue("gallery_width", self._gallery_width)
 
-    def _panel_dragged(self, _place: int, _handle: int) -> None:
+    def _panel_dragged(self) -> None:
         self._panel_width = self.side.width()
+        self._window.settings.setValue("panel_width", self._panel_width)
 
     def _place_banners(self, across: bool) -> None:
         """Put the banners beside the panel, so that a slider being dragged stays put; across if narrow."""
@@ -354,17 +313,14 @@ class Collector(QObject):
     def __init__(self, parent: QObject):
         super().__init__(parent)
         gc.disable()
-        timer = QTimer(self)
+        timer = QTimer(self, interval=COLLECT_MS)
         timer.timeout.connect(collect)
-        timer.start(COLLECT_MS)
+        timer.start()
 
 
 def collect() -> None:
     """Collect the oldest generation whose turn it is."""
-    due = [
-        g
-        for g, (count, most) in enumerate(zip(gc.get_count(), gc.get_threshold(), strict=True))
-        if count > most
-    ]
-    if due:
-        gc.collect(due[-1])
+    for generation in (2, 1, 0):
+        if gc.get_count()[generation] > gc.get_threshold()[generation]:
+            gc.collect(generation)
+            return

@@ -16,6 +16,17 @@ from hapkit_studio.gui.live.time_plots import SPANS
 TABLE = table(discover().values())
 
 
+def press(window, *keys):
+    """Press keys while the scene has the focus."""
+    window.centre.scene.setFocus()
+    for key in keys:
+        QTest.keyClick(window.focusWidget() or window, key)
+
+
+def sheets(window):
+    return [sheet for sheet in window.findChildren(TextDialog) if sheet.isVisible()]
+
+
 def menu_actions(menu):
     for action in menu.actions():
         if action.menu() is not None:
@@ -27,52 +38,32 @@ def menu_actions(menu):
 def test_no_key_stands_on_two_actions():
     portable = [QKeySequence(key).toString() for action in TABLE for key in action.keys]
     assert all(portable)
-    assert [key for key, times in Counter(portable).items() if times > 1] == []
-    keys = [action.key for action in TABLE]
-    assert len(keys) == len(set(keys))
+    for once in (portable, [action.key for action in TABLE]):
+        assert [key for key, times in Counter(once).items() if times > 1] == []
 
 
-def test_every_action_stands_in_a_menu(idle_window):
-    bar = idle_window.menuBar()
-    shown = {id(action) for action in menu_actions(bar)}
-    assert {id(action) for action in idle_window.actions_by_key.qt.values()} <= shown
+def test_every_action_stands_in_a_menu(shared_window):
+    shown = {id(action) for action in menu_actions(shared_window.menuBar())}
+    assert {id(action) for action in shared_window.actions_by_key.qt.values()} <= shown
 
 
-def test_every_action_runs_without_a_device(idle_window):
-    for action in TABLE:
-        if action.key != "session.quit":
-            idle_window.actions_by_key.run(action.key)
-            assert idle_window.isVisible(), action.key
+def test_digits_choose_environments_and_space_pauses(shared_window):
+    window = shared_window
+    for key, environment in window.studio.environments.items():
+        press(window, environment.shortcut)
+        assert window.studio.environment.key == key
+    window.studio.choose("wall")
+    press(window, Qt.Key.Key_Space)
+    assert window.live.paused
+    assert window.centre.time.paused
+    assert window.header.pause.word.text() == "Resume"
+    press(window, Qt.Key.Key_Space)
+    assert not window.live.paused
 
 
-@pytest.mark.slow
-def test_every_action_runs_with_a_device(window):
-    for action in TABLE:
-        if action.key not in ("session.quit", "device.reconnect"):
-            window.actions_by_key.run(action.key)
-    assert window.studio.engine is not None
-    assert window.isVisible()
-
-
-def test_digits_choose_environments(idle_window):
-    idle_window.centre.scene.setFocus()
-    for key, environment in idle_window.studio.environments.items():
-        QTest.keyClick(idle_window.focusWidget() or idle_window, environment.shortcut)
-        assert idle_window.studio.environment.key == key
-
-
-def test_space_pauses_and_resumes(idle_window):
-    idle_window.centre.scene.setFocus()
-    QTest.keyClick(idle_window.focusWidget() or idle_window, Qt.Key.Key_Space)
-    assert idle_window.live.paused
-    assert idle_window.centre.time.paused
-    assert idle_window.header.pause.word.text() == "Resume"
-    QTest.keyClick(idle_window.focusWidget() or idle_window, Qt.Key.Key_Space)
-    assert not idle_window.live.paused
-
-
-def test_keys_are_silent_in_a_field(idle_window):
-    box, field = idle_window.panel.parameters.rows["stiffness"].box, QLineEdit(idle_window)
+def test_keys_are_silent_in_a_field(shared_window):
+    window = shared_window
+    box, field = window.panel.parameters.rows["stiffness"].box, QLineEdit(window)
     field.show()
     for widget in (box, field):
         widget.setFocus()
@@ -80,13 +71,14 @@ def test_keys_are_silent_in_a_field(idle_window):
             widget.selectAll()
             QTest.keyClick(widget, key)
             assert widget is box or field.text() == key
-            assert idle_window.studio.environment.key == "wall"
-            assert not idle_window.live.paused
-            assert idle_window.findChildren(TextDialog) == []
+            assert window.studio.environment.key == "wall"
+            assert not window.live.paused
+            assert sheets(window) == []
+    field.deleteLater()
 
 
-def test_space_never_presses_a_focused_button(idle_window):
-    window = idle_window
+def test_space_never_presses_a_focused_button(shared_window):
+    window = shared_window
     buttons = [
         window.gallery.rows["spring"],
         window.header.devices,
@@ -95,57 +87,65 @@ def test_space_never_presses_a_focused_button(idle_window):
         window.panel.title.help,
         window.panel.parameters.rows["damping_mode"].picker.button(1),
     ]
+    clicks = []
     for button in buttons:
-        clicks = []
-        button.pressed.connect(lambda clicks=clicks: clicks.append(1))
+        button.pressed.connect(lambda: clicks.append(1))
         button.setFocus()
         before = window.live.paused
         QTest.keyClick(button, Qt.Key.Key_Space)
-        assert clicks == []
         assert window.live.paused != before
+    assert clicks == []
     assert window.studio.environment.key == "wall"
     assert not window.studio.stopped
+    assert not window.live.paused
 
 
-def test_single_letter_keys_can_be_switched_off(idle_window):
-    idle_window.actions_by_key.run("view.single_keys")
-    idle_window.centre.scene.setFocus()
-    for key in ("1", " "):
-        QTest.keyClick(idle_window.focusWidget() or idle_window, key)
-    assert idle_window.studio.environment.key == "wall"
-    assert not idle_window.live.paused
-    QTest.keyClick(idle_window.focusWidget() or idle_window, Qt.Key.Key_F1)
-    assert len(idle_window.findChildren(TextDialog)) == 1
+def test_single_letter_keys_can_be_switched_off(shared_window):
+    shared_window.actions_by_key.run("view.single_keys")
+    press(shared_window, "1", " ")
+    assert shared_window.studio.environment.key == "wall"
+    assert not shared_window.live.paused
+    press(shared_window, Qt.Key.Key_F1)
+    assert len(sheets(shared_window)) == 1
+    shared_window.actions_by_key.run("view.single_keys")
+    press(shared_window, "1")
+    assert shared_window.studio.environment.key == "spring"
+    shared_window.studio.choose("wall")
 
 
-def test_the_sheet_of_keys_names_every_key(idle_window):
-    sheet = keys_dialog(TABLE, idle_window)
+def test_there_is_one_sheet_of_keys_at_a_time_and_it_names_every_key(shared_window):
+    sheet = keys_dialog(TABLE, shared_window)
     words = " ".join(label.text() for label in sheet.findChildren(QLabel))
     for action in TABLE:
         assert all(action.text in words and native(key) in words for key in action.keys)
-
-
-def test_one_sheet_of_keys_at_a_time(idle_window):
     for _ in range(3):
-        idle_window.actions_by_key.run("help.keys")
-    idle_window.actions_by_key.run("help.about")
-    shown = [sheet.windowTitle() for sheet in idle_window.findChildren(TextDialog) if sheet.isVisible()]
-    assert sorted(shown) == ["Hapkit Studio", "Keys"]
+        shared_window.actions_by_key.run("help.keys")
+    shared_window.actions_by_key.run("help.about")
+    assert sorted(sheet.windowTitle() for sheet in sheets(shared_window)) == ["Hapkit Studio", "Keys"]
 
 
-def test_the_time_window_is_set_from_menu_and_list_alike(idle_window):
+def test_the_time_window_is_set_from_menu_and_list_alike(shared_window):
     for seconds in SPANS:
-        idle_window.actions_by_key.run(f"view.span.{seconds:g}")
-        assert idle_window.centre.time.span == seconds
-        assert idle_window.centre.toolbar.span.currentText() == f"{seconds:g} s"
-        assert idle_window.actions_by_key.qt[f"view.span.{seconds:g}"].isChecked()
+        shared_window.actions_by_key.run(f"view.span.{seconds:g}")
+        assert shared_window.centre.time.span == seconds
+        assert shared_window.centre.toolbar.span.currentText() == f"{seconds:g} s"
+        assert shared_window.actions_by_key.qt[f"view.span.{seconds:g}"].isChecked()
+
+
+def test_every_action_runs_without_a_device(shared_window):
+    """All but the tabs, whose pages take seconds: their own tests open them."""
+    for action in TABLE:
+        if action.key != "session.quit" and not action.key.startswith("view.tab"):
+            shared_window.actions_by_key.run(action.key)
+            assert shared_window.isVisible(), action.key
 
 
 @pytest.mark.slow
-def test_themes_recolour_at_once(idle_window):
-    from hapkit_studio.gui.widgets.theme import theme
-
-    for mode in ("dark", "contrast", "light"):
-        idle_window.actions_by_key.run(f"view.theme.{mode}")
-        side = theme.color("side").name()
-        assert idle_window.header.grab().toImage().pixelColor(3, 10).name() == side
+@pytest.mark.parametrize("fixture", ["idle_window", "window"])
+def test_every_action_and_every_tab_runs(request, fixture):
+    window = request.getfixturevalue(fixture)
+    for action in TABLE:
+        if action.key not in ("session.quit", "device.reconnect"):
+            window.actions_by_key.run(action.key)
+    assert (window.studio.engine is not None) == (fixture == "window")
+    assert window.isVisible()

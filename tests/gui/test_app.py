@@ -76,41 +76,39 @@ def test_the_stamp_follows_sources_and_cache(monkeypatch, tmp_path):
     monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(tmp_path))
     before = prepare.stamp("loop")
     assert not prepare.prepared("loop")
+    before.touch()
+    assert prepare.begin("loop") is None
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "other"))
     assert prepare.stamp("loop") != before
     monkeypatch.undo()
     assert prepare.stamp("loop") != prepare.stamp("boards")
 
 
-def test_what_was_prepared_is_not_prepared_again(idle_window, monkeypatch, tmp_path):
-    monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(tmp_path))
-    prepare.stamp("loop").touch()
-    assert prepare.begin("loop") is None
-    done = []
-    app.Preparation(idle_window, [], lambda: done.append(1)).run()
-    assert done == [1]
+def test_the_window_goes_on_step_by_step_while_programs_compile_and_its_end_is_theirs(shared_window, qtbot):
+    first, last, done = waiting_program(), waiting_program(), []
 
+    def steps():
+        yield [None]
+        yield [first]
+        done.append(first.poll())
+        yield [last]
+        done.append("never")
 
-def test_the_window_goes_on_while_a_program_compiles(idle_window, qtbot):
-    process, done = waiting_program(), []
-    app.Preparation(idle_window, [process], lambda: done.append(process.poll())).run()
+    app.Preparation(shared_window, steps()).run()
     assert done == []
-    process.stdin.close()
+    first.stdin.close()
     qtbot.waitUntil(lambda: done == [0])
+    shared_window.closed.emit()
+    assert last.poll() is not None
+    assert done == [0]
 
 
-def test_closing_the_window_ends_the_program_that_compiles(idle_window):
-    process, done = waiting_program(), []
-    app.Preparation(idle_window, [process], lambda: done.append(1)).run()
-    idle_window.close()
-    assert process.poll() is not None
-    assert done == []
-
-
-def test_every_theme_paints_the_whole_window(make_window):
-    window = make_window(size=(1280, 720))
+def test_every_theme_paints_the_whole_window(shared_window, qapp):
+    shared_window.resize(1280, 720)
     for mode in ("light", "dark", "contrast"):
         theme.set_mode(mode)
-        image = window.grab().toImage()
+        qapp.processEvents()
+        image = shared_window.grab().toImage()
         assert image.pixelColor(660, 100).name() in {theme.color(t).name() for t in ("scene", "surface")}
         assert image.pixelColor(70, 400).name() == theme.color("canvas").name()
+        assert image.pixelColor(3, 35).name() == theme.color("side").name()

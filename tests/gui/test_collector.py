@@ -30,7 +30,7 @@ def test_what_allocates_in_the_background_frees_no_widget(qtbot):
     Collector(owner)
     kept = circle(freed)
     allocated = []
-    worker = threading.Thread(target=lambda: allocated.extend([] for _ in range(200_000)))
+    worker = threading.Thread(target=lambda: allocated.extend([] for _ in range(20_000)))
     worker.start()
     worker.join()
     assert kept() is not None

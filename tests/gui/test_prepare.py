@@ -3,6 +3,8 @@
 import os
 import subprocess
 import sys
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import pytest
 
@@ -39,30 +41,21 @@ def stamped(tmp_path, monkeypatch):
         prepare.stamp(part).touch()
 
 
-def compiled_by(tmp_path, monkeypatch, *words):
-    """Return (keys of the laws that a part has compiled, how nice it was)."""
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "nice"), reason="No such thing here.")
+@pytest.mark.parametrize(
+    ("words", "laws", "nicer"),
+    [
+        (("paddle", "damping"), {"free", "wall", "damping"}, 0),
+        (("laws", "damping", "swamp", "detents"), {"damping", "detents"}, 10),
+    ],
+)
+def test_the_loop_waits_for_its_law_alone_and_the_others_give_way(tmp_path, monkeypatch, words, laws, nicer):
     command = [sys.executable, "-c", PROGRAM, str(tmp_path), *words]
     done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True)
     monkeypatch.setattr(native.numba.config, "CACHE_DIR", str(tmp_path))
-    found = {key for key, e in discover().items() if native.is_compiled(e.force.source)}
-    return found, int(done.stdout)
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "nice"), reason="No such thing here.")
-def test_the_loop_waits_for_the_law_it_begins_with_alone(tmp_path, monkeypatch):
-    assert compiled_by(tmp_path, monkeypatch, "paddle", "damping") == (
-        {"free", "wall", "damping"},
-        os.nice(0),
-    )
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "nice"), reason="No such thing here.")
-def test_the_other_laws_give_way(tmp_path, monkeypatch):
-    found, nice = compiled_by(tmp_path, monkeypatch, "laws", "damping", "swamp", "detents")
-    assert found == {"damping", "detents"}
-    assert nice == min(19, os.nice(0) + 10)
+    assert {key for key, e in discover().items() if native.is_compiled(e.force.source)} == laws
+    assert int(done.stdout) == min(19, os.nice(0) + nicer)
 
 
 def test_a_stamp_does_not_stand_for_a_law_that_is_missing(stamped, started, monkeypatch):
@@ -97,46 +90,35 @@ def test_a_frozen_program_starts_no_python(started, monkeypatch):
 
 
 def test_a_law_that_cannot_be_compiled_keeps_no_other_back(monkeypatch, capsys):
-    done = []
+    done, laws = [], {key: environment.force for key, environment in discover().items()}
 
     def compiled(law):
-        if law is discover()["wall"].force:
+        if law is laws["wall"]:
             raise LawError("no such type")
         done.append(law)
 
     monkeypatch.setattr(Law, "compiled", compiled)
     prepare.compile_laws("free", "wall", "swamp", "cat")
-    assert done == [discover()["free"].force, discover()["cat"].force]
+    assert done == [laws["free"], laws["cat"]]
     assert "wall: no such type" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("code", [0, 3])
-def test_setting_up_compiles_every_part_and_ends_where_one_fails(code, tmp_path, monkeypatch, capsys):
+def test_setting_up_compiles_every_part_and_ends_where_one_fails(stamped, code, monkeypatch, capsys):
     programs = []
 
-    class Program:
-        returncode = code
+    def program(*words):
+        programs.append(words)
+        return SimpleNamespace(returncode=code, wait=lambda: code)
 
-        def __init__(self, *words):
-            programs.append(words)
-
-        def wait(self):
-            return code
-
-    monkeypatch.setattr(prepare, "_program", Program)
-    monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(tmp_path))
+    monkeypatch.setattr(prepare, "_program", program)
+    monkeypatch.setattr(prepare, "prepared", lambda _part: False)
     monkeypatch.setattr(Law, "is_compiled", lambda _law: False)
+    with pytest.raises(SystemExit) if code else nullcontext() as end:
+        prepare.main("all")
     if code:
-        with pytest.raises(SystemExit) as end:
-            prepare.main("all")
         assert (end.value.code, programs) == (code, [("loop", prepare.FIRST)])
         return
-    prepare.main("all")
-    assert [p for p in dict.fromkeys(words[0] for words in programs)] == [
-        "loop",
-        "laws",
-        "boards",
-        "analysis",
-    ]
+    assert [*dict.fromkeys(words[0] for words in programs)] == ["loop", "laws", "boards", "analysis"]
     assert {key for words in programs if words[0] == "laws" for key in words[1:]} == set(discover())
     assert "Compiling the loop (1 of 3) ..." in capsys.readouterr().out

@@ -1,11 +1,12 @@
 """The ground of a plot: ticks, axes, frame, grid and the mapping to pixels; subclasses paint the data."""
 
 import math
+from typing import TypeVar
 
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QAction, QFontMetricsF, QPainter, QPen
+from PySide6.QtGui import QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsGridLayout, QMenu, QSizePolicy
 
 from hapkit_studio.gui.widgets.text import paint_words
@@ -14,32 +15,25 @@ from hapkit_studio.gui.widgets.theme import number, theme
 _EDGE, _MARGIN = 0.04, 0.12  # of the range: so near is on the frame; what is left free beyond the data
 _LOOSE = 1.15  # a fitted range, as a multiple of the data's
 _OVERHANG = 40  # px a label may stand out beside the frame
-_TICK_ROOM = {"left": 15.0, "bottom": 56.0}  # px from one label to the next
-_MOST = {"left": 5, "bottom": 6}
+_TICKS = {"left": (5, 15.0), "bottom": (6, 56.0)}  # how many at most; px from one label to the next
+Numbers = TypeVar("Numbers", float, np.ndarray)
 RIGHT = 16  # px kept free beside the frame, for the last label and the mark of now
 
 
-def step(low: float, high: float, most: int = 5, gaps: float = math.inf) -> float:
-    """Return the least step of 1, 2, 5 × 10ⁿ that puts at most so many ticks into [low, high].
+def ticks(low: float, high: float, most: int = 5, gaps: float = math.inf) -> list[float]:
+    """Return the multiples in [low, high] of the least step of 1, 2, 5 × 10ⁿ that makes at most so many.
 
     gaps: how many steps may lie side by side there, so that labels keep their distance.
     """
-    least = max(high - low, 1e-12) / gaps
-    raw = max(max(high - low, 1e-12) / max(most, 1), least)
-    power = 10.0 ** math.floor(math.log10(raw))
-    sizes = [factor * power for factor in (1.0, 2.0, 5.0, 10.0, 20.0) if factor * power >= least]
-    return next((size for size in sizes if len(_within(low, high, size)) <= most), sizes[-1])
-
-
-def _within(low: float, high: float, size: float) -> np.ndarray:
-    slack = 1e-9 * size
-    return np.arange(math.ceil((low - slack) / size), math.floor((high + slack) / size) + 1)
-
-
-def ticks(low: float, high: float, most: int = 5, gaps: float = math.inf) -> list[float]:
-    """Return the tick values inside [low, high]; most and gaps as in ``step``."""
-    size = step(low, high, most, gaps)
-    return [float(k * size) for k in _within(low, high, size)]
+    span = max(high - low, 1e-12)
+    least = span / gaps
+    power = 10.0 ** math.floor(math.log10(max(span / max(most, 1), least)))
+    for size in (factor * power for factor in (1.0, 2.0, 5.0, 10.0, 20.0)):
+        slack = 1e-9 * size
+        inside = range(math.ceil((low - slack) / size), math.floor((high + slack) / size) + 1)
+        if size >= least and len(inside) <= most:
+            break
+    return [k * size for k in inside]
 
 
 def labels(values: list[float]) -> list[str]:
@@ -81,16 +75,13 @@ class Axis(pg.AxisItem):
         self.setStyle(tickTextOffset=offset, autoExpandTextSpace=False, hideOverlappingLabels=_OVERHANG)
         self.setPen(pg.mkPen(None))
 
-    def tick_limits(self, size: float) -> tuple[int, float]:
-        """Return how many ticks fit into so many pixels, and how many steps."""
-        return _MOST[self.orientation], max(size / _TICK_ROOM[self.orientation], 1.0)
-
     def tickValues(self, minVal: float, maxVal: float, size: float) -> list:
-        return [(step(minVal, maxVal, *self.tick_limits(size)), self.places(minVal, maxVal, size))]
+        return [(0.0, self.places(minVal, maxVal, size))]
 
     def places(self, low: float, high: float, size: float) -> list[float]:
         """Return where ticks and grid lines stand between two values so many pixels apart."""
-        return ticks(low, high, *self.tick_limits(size))
+        most, room = _TICKS[self.orientation]
+        return ticks(low, high, most, max(size / room, 1.0))
 
     def resizeEvent(self, ev=None):
         """Write the labels anew: an update alone leaves those of the old height in Qt's cached picture."""
@@ -119,22 +110,6 @@ class Axis(pg.AxisItem):
         return texts
 
 
-class Ground(pg.GraphicsWidget):
-    """A view between its two axes; pyqtgraph's own plot makes a hundred widgets for menus with each."""
-
-    def __init__(self, left: Axis, bottom: Axis):
-        super().__init__()
-        self.view = pg.ViewBox(parent=self, enableMenu=False)
-        grid = QGraphicsGridLayout(self)
-        grid.setContentsMargins(1, 1, 1, 1)
-        grid.setSpacing(0)
-        grid.addItem(self.view, 0, 1)
-        for axis, place in ((left, (0, 0)), (bottom, (1, 1))):
-            axis.linkToView(self.view)
-            axis.setZValue(0.5)
-            grid.addItem(axis, *place)
-
-
 class Canvas(pg.GraphicsView):
     """A plot without a legend, menu or autoscale; ``paint_under`` and ``paint_over`` draw the data."""
 
@@ -142,22 +117,24 @@ class Canvas(pg.GraphicsView):
     pointed = Signal(object)
     paper = "surface"  # the token round the frame
 
-    def __init__(
-        self,
-        bottom: bool,
-        unit: str = "",
-        left_width: float = 44.0,
-        axes: tuple[type[Axis], type[Axis]] = (Axis, Axis),
-    ):
+    def __init__(self, bottom: bool, unit: str = "", left_width: float = 44.0):
         super().__init__()
-        self.bottom, self.left = axes[0]("bottom", unit), axes[1]("left")
+        self.bottom, self.left = Axis("bottom", unit), Axis("left")
         self.left.setWidth(left_width)
         self.bottom.setHeight(22)
         self.bottom.setVisible(bottom)
-        self.ground = Ground(self.left, self.bottom)
-        self.ground.setContentsMargins(0, 0, RIGHT, 0 if bottom else 1)
-        self.setCentralItem(self.ground)
-        self.view = self.ground.view
+        ground = pg.GraphicsWidget()  # pyqtgraph's own plot makes a hundred widgets for menus with each
+        ground.setContentsMargins(0, 0, RIGHT, 0 if bottom else 1)
+        self.view = pg.ViewBox(parent=ground, enableMenu=False)
+        grid = QGraphicsGridLayout(ground)
+        grid.setContentsMargins(1, 1, 1, 1)
+        grid.setSpacing(0)
+        grid.addItem(self.view, 0, 1)
+        for axis, place in ((self.left, (0, 0)), (self.bottom, (1, 1))):
+            axis.linkToView(self.view)
+            axis.setZValue(0.5)
+            grid.addItem(axis, *place)
+        self.setCentralItem(ground)
         self.view.setMouseEnabled(False, False)
         self.view.setDefaultPadding(0)
         self.view.disableAutoRange()
@@ -181,14 +158,12 @@ class Canvas(pg.GraphicsView):
         for axis in (self.left, self.bottom):
             axis.setTextPen(theme.color("axis"))
             axis.setStyle(tickFont=theme.font("tick"))
+        self.bottom.label.setFont(theme.font("tick"))
+        self.bottom.label.setDefaultTextColor(theme.color("ink3"))
         self.setBackground(None)
         self.viewport().update()
 
     # mapping ------------------------------------------------------------------------------------
-
-    def frame(self) -> QRectF:
-        """Return the plot's rectangle in pixels."""
-        return self.measure()
 
     def _invalidate(self, *_: object) -> None:
         self._box = None
@@ -208,15 +183,14 @@ class Canvas(pg.GraphicsView):
         self._grid += [QLineF(box.left(), y, box.right(), y) for y in np.round(levels)]
         return box
 
-    def to_pixels(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def to_pixels(self, x: Numbers, y: Numbers) -> tuple[Numbers, Numbers]:
         """Map data to pixels, as last measured; painting measures first."""
         left, across, bottom, up = self._map
         return left + x * across, bottom + y * up
 
     def pixel(self, x: float, y: float) -> QPointF:
         """Map one point to pixels, as last measured."""
-        left, across, bottom, up = self._map
-        return QPointF(left + x * across, bottom + y * up)
+        return QPointF(*self.to_pixels(x, y))
 
     def to_x(self, pixel: float) -> float:
         """Map a pixel column to the x axis."""
@@ -235,10 +209,6 @@ class Canvas(pg.GraphicsView):
         """Paint what may stand over the frame."""
 
     def drawBackground(self, painter: QPainter, rect: QRectF) -> None:
-        """Paint ground, grid and frame."""
-        self.paint_ground(painter, rect)
-
-    def paint_ground(self, painter: QPainter, rect: QRectF) -> None:
         """Paint ground, grid and frame, what lies below the grid included."""
         box = self.measure()
         painter.fillRect(rect, theme.color(self.paper))
@@ -254,7 +224,7 @@ class Canvas(pg.GraphicsView):
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:
         """Paint data and marks."""
-        box = self.frame()
+        box = self.measure()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
         painter.save()
         painter.setClipRect(box)
@@ -264,17 +234,11 @@ class Canvas(pg.GraphicsView):
 
     def note(self, painter: QPainter, x: float, y: float, text: str, token: str, right: bool = False) -> None:
         """Write words inside the plot with a rim of its ground, kept inside the frame."""
-        font, box = theme.font("label"), self.frame()
+        font, box = theme.font("label"), self.measure()
         width = QFontMetricsF(font).horizontalAdvance(text)
-        x = float(
-            np.clip(x - width if right else x, box.left() + 4, max(box.right() - width - 4, box.left() + 4))
-        )
+        most = max(box.right() - width - 4, box.left() + 4)
+        x = min(max(x - width if right else x, box.left() + 4), most)
         paint_words(painter, x, y, text, font, (token, "plot"), 4.0, self.devicePixelRatioF())
-
-    def resizeEvent(self, event) -> None:
-        """Measure anew."""
-        super().resizeEvent(event)
-        self._invalidate()
 
     # pointer ------------------------------------------------------------------------------------
 
@@ -282,7 +246,7 @@ class Canvas(pg.GraphicsView):
         """Say where on the x axis the pointer is."""
         super().mouseMoveEvent(event)
         place = event.position()
-        self.pointed.emit(self.to_x(place.x()) if self.frame().contains(place) else None)
+        self.pointed.emit(self.to_x(place.x()) if self.measure().contains(place) else None)
 
     def leaveEvent(self, event) -> None:
         """Say that the pointer is gone."""
@@ -296,8 +260,6 @@ class Canvas(pg.GraphicsView):
     def contextMenuEvent(self, event) -> None:
         """Offer the fit."""
         menu = QMenu(self)
-        fit = QAction("Fit axes", menu)
-        fit.triggered.connect(self.fit_wanted)
-        menu.addAction(fit)
+        menu.addAction("Fit axes", self.fit_wanted.emit)
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(event.globalPos())

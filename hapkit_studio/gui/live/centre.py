@@ -1,17 +1,8 @@
 """The middle of the Live view: scene on top, time plots and force–position below."""
 
-from PySide6.QtCore import QSettings, Qt, Signal
+from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import (
-    QComboBox,
-    QFrame,
-    QHBoxLayout,
-    QPushButton,
-    QSplitter,
-    QStackedWidget,
-    QVBoxLayout,
-    QWidget,
-)
+from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QSplitter, QStackedWidget, QWidget
 
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.breakpoints import GAP
@@ -19,25 +10,28 @@ from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import SPANS, TimePlots
 from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import across, down
 from hapkit_studio.gui.widgets.segmented import Segmented
 
 _EDGE = 1  # the card's line
 _VIEWS = ("Time", "Force–position")
 
 
-def card(parent: QWidget) -> QFrame:
-    """Return an empty card."""
+def card(parent: QWidget, *widgets: QWidget, edge: int = 0) -> QFrame:
+    """Return a card with widgets one below the other; the last one takes the room."""
     frame = QFrame(parent)
     frame.setProperty("card", True)
+    down(*widgets[:-1], (widgets[-1], 1), into=frame, margins=(edge,) * 4)
     return frame
 
 
-def _filled(widget: QWidget, parent: QWidget) -> QFrame:
-    frame = card(parent)
-    column = QVBoxLayout(frame)
-    column.setContentsMargins(0, 0, 0, 0)
-    column.addWidget(widget)
-    return frame
+def fill(splitter: QSplitter, gap: int, stretched: int, *parts: QWidget) -> None:
+    """Fill a splitter with parts so many px apart; one of them takes the room, none collapses."""
+    splitter.setHandleWidth(gap)
+    splitter.setChildrenCollapsible(False)
+    for part in parts:
+        splitter.addWidget(part)
+    splitter.setStretchFactor(stretched, 1)
 
 
 def remembered(settings: QSettings, name: str, usual: int) -> int:
@@ -49,35 +43,20 @@ def remembered(settings: QSettings, name: str, usual: int) -> int:
 class Toolbar(QWidget):
     """Time window and axes of the time plots; where room is short it also switches between the plots."""
 
-    span_chosen = Signal(float)
-    fit_pressed = Signal()
-
-    def __init__(self, parent: QWidget | None = None):
-        super().__init__(parent)
+    def __init__(self) -> None:
+        super().__init__()
         self.span = QComboBox()
         self.span.addItems([f"{seconds:g} s" for seconds in SPANS])
         self.span.setAccessibleName("Time window")
         self.span.setToolTip("How much of the past is shown")
-        self.span.activated.connect(lambda index: self.span_chosen.emit(SPANS[index]))
         self.views = Segmented("Plot", _VIEWS)
         self.views.show_index(0)
         self.views.hide()
         self.fit = QPushButton("Fit axes")
         self.fit.setProperty("flat", True)
         self.fit.setToolTip("Narrow the axes to what is shown (F)")
-        self.fit.clicked.connect(self.fit_pressed)
         icons.bind(self.fit, "fit", "ink2", 18)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(10, 5, 10, 5)
-        row.setSpacing(8)
-        row.addWidget(self.span)
-        row.addWidget(self.views)
-        row.addStretch(1)
-        row.addWidget(self.fit)
-
-    def show_span(self, seconds: float) -> None:
-        """Show the time window in force."""
-        self.span.setCurrentIndex(SPANS.index(seconds))
+        across(self.span, self.views, None, self.fit, into=self, margins=(10, 5, 10, 5))
 
 
 class Centre(QWidget):
@@ -88,17 +67,29 @@ class Centre(QWidget):
         self.scene, self.time, self.phase = SceneView(), TimePlots(), ForcePosition()
         self.toolbar = Toolbar()
         self.rows, self.columns = QSplitter(Qt.Orientation.Vertical, self), QSplitter()
-        self.scene_card = _filled(self.scene, self)
-        self.time_card, self.phase_card = card(self), _filled(self.phase, self)
-        self.stack = QStackedWidget(self.time_card)
-        self._narrow = False
+        self.stack, line = QStackedWidget(), QFrame()
+        self.stack.addWidget(self.time)
+        line.setProperty("rule", True)
+        line.setFixedHeight(1)
+        self.scene_card, self.phase_card = card(self, self.scene), card(self, self.phase)
+        self.time_card = card(self, self.toolbar, line, self.stack, edge=_EDGE)
+        self._narrow, self._settings = False, settings
         self._page: QWidget | None = None
         self._shows_scene, self._is_law = True, False
         self._scene_height = remembered(settings, "scene_height", 0)  # 0: nobody dragged it
         self._phase_width = remembered(settings, "phase_width", 0)
-        self._arrange()
+        self.scene_card.setMinimumHeight(breakpoints.SCENE_LEAST + 2 * _EDGE)
+        fill(self.columns, GAP, 0, self.time_card, self.phase_card)
+        fill(self.rows, GAP, 1, self.scene_card, self.columns)
+        down(self.rows, into=self, margins=(GAP,) * 4)
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setObjectName("centre")
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
         self.time.pointed.connect(self.phase.point)
+        span = self.toolbar.span
+        span.setCurrentIndex(SPANS.index(self.time.span))
+        span.activated.connect(lambda index: self.time.set_span(SPANS[index]))
+        self.time.span_changed.connect(lambda seconds: span.setCurrentIndex(SPANS.index(seconds)))
         self.rows.splitterMoved.connect(self._scene_dragged)
         self.columns.splitterMoved.connect(self._phase_dragged)
 
@@ -128,11 +119,6 @@ class Centre(QWidget):
             others = self.columns.count() - 1
             self.columns.setSizes([self.columns.width() - GAP - phase] * others + [phase])
 
-    def save(self, settings: QSettings) -> None:
-        """Remember where the borders were dragged to."""
-        settings.setValue("scene_height", self._scene_height)
-        settings.setValue("phase_width", self._phase_width)
-
     def add_page(self, page: QWidget) -> None:
         """Give a page its place beside the plots', out of sight for now."""
         page.hide()
@@ -153,17 +139,18 @@ class Centre(QWidget):
 
     def refresh(self) -> None:
         """Draw the newest data into the plots that are seen."""
-        if self.time.isVisible():
-            self.time.refresh()
-        if self.phase.isVisible():
-            self.phase.refresh()
+        for plots in (self.time, self.phase):
+            if plots.isVisible():
+                plots.refresh()
 
-    def _scene_dragged(self, _place: int, _handle: int) -> None:
+    def _scene_dragged(self) -> None:
         if self._page is None:
             self._scene_height = self.scene_card.height() - 2 * _EDGE
+            self._settings.setValue("scene_height", self._scene_height)
 
-    def _phase_dragged(self, _place: int, _handle: int) -> None:
+    def _phase_dragged(self) -> None:
         self._phase_width = self.phase_card.width()
+        self._settings.setValue("phase_width", self._phase_width)
 
     def _move_phase(self) -> None:
         """Put the force–position plot behind the switch, or back beside the time plots."""
@@ -178,32 +165,3 @@ class Centre(QWidget):
             self.phase_card.show()
         self.phase_card.style().unpolish(self.phase_card)
         self.phase_card.style().polish(self.phase_card)
-
-    def _arrange(self) -> None:
-        inside = QVBoxLayout(self.time_card)
-        inside.setContentsMargins(1, 1, 1, 1)
-        inside.setSpacing(0)
-        inside.addWidget(self.toolbar)
-        line = QFrame()
-        line.setProperty("rule", True)
-        line.setFixedHeight(1)
-        inside.addWidget(line)
-        self.stack.addWidget(self.time)
-        inside.addWidget(self.stack, 1)
-        self.scene_card.setMinimumHeight(breakpoints.SCENE_LEAST + 2 * _EDGE)
-        for splitter, parts in (
-            (self.columns, (self.time_card, self.phase_card)),
-            (self.rows, (self.scene_card, self.columns)),
-        ):
-            splitter.setHandleWidth(GAP)
-            splitter.setChildrenCollapsible(False)
-            for part in parts:
-                splitter.addWidget(part)
-        self.columns.setStretchFactor(0, 1)
-        self.rows.setStretchFactor(1, 1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(GAP, GAP, GAP, GAP)
-        column.addWidget(self.rows)
-        self.setAutoFillBackground(False)
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setObjectName("centre")

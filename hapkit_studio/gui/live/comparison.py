@@ -45,20 +45,9 @@ UNWATCHED = (
 
 def _sampled(history: History, start: float, stop: float) -> np.ndarray:
     """Return the positions in m from start to stop s, one every STEP; empty where too few are known."""
-    window = history.between(start, stop)
-    known = np.isfinite(window.x)
-    if np.count_nonzero(known) < 2:
-        return np.empty(0)
-    at = start + STEP * np.arange(int((stop - start) / STEP))
-    return np.interp(at, window.x[known], window.y["position"][known])
-
-
-def best_match(past: np.ndarray, now: np.ndarray) -> tuple[int, float]:
-    """Return where in the past a movement fits best, and how far off: mean square over its variance."""
-    stretches = np.lib.stride_tricks.sliding_window_view(past, len(now))
-    differences = np.mean((stretches - now) ** 2, axis=1)
-    best = int(np.argmin(differences))
-    return best, float(differences[best] / max(np.var(now), 1e-12))
+    window = history.between(start, stop).known()
+    at = start + STEP * np.arange(int((stop - start) / STEP) if len(window.x) > 1 else 0)
+    return np.interp(at, window.x, window.y["position"]) if len(at) else at
 
 
 def find_shift(history: History, start: float, switch: float, begin: float, now: float) -> float | None:
@@ -70,8 +59,11 @@ def find_shift(history: History, start: float, switch: float, begin: float, now:
     present, past = _sampled(history, begin, min(now, begin + MOST)), _sampled(history, start, switch)
     if len(present) < LEAST / STEP or len(past) < len(present) or np.ptp(present) < LEAST_WAY:
         return None
-    place, difference = best_match(past, present)
-    return begin - (start + place * STEP) if difference < _ALIKE else None
+    stretches = np.lib.stride_tricks.sliding_window_view(past, len(present))
+    differences = np.mean((stretches - present) ** 2, axis=1)
+    best = int(np.argmin(differences))
+    alike = differences[best] < _ALIKE * max(np.var(present), 1e-12)
+    return begin - (start + best * STEP) if alike else None
 
 
 class Part(NamedTuple):
@@ -192,7 +184,7 @@ class RenderingComparison(QObject):
         live.health.connect(switch.note_health)
         live.health.connect(lambda _health: self._align())
         live.frame.connect(lambda _row, _clamped: self._look())
-        live.paused_changed.connect(lambda _on: self._resume())
+        live.paused_changed.connect(self._resume)
         studio.environment_changed.connect(self._forget)
         studio.engine_changed.connect(self._forget)
 
@@ -233,20 +225,21 @@ class RenderingComparison(QObject):
     def _show_compared(self, one: Part, other: Part) -> None:
         """Hold the plots with both parts on top of each other, and say by how much the forces differ."""
         self._live.tick()
-        past = self._past(one, other.start - one.start)
-        self._centre.time.set_past(past)
-        self._centre.phase.set_past(past)
+        self._show_past(self._past(one, other.start - one.start))
         self._compared = True
         self._live.set_paused(True)
         self._switch.show_message(difference_words(self._live.history, one, other))
 
-    def _resume(self) -> None:
-        self._compared = self._compared and self._live.paused
+    def _resume(self, paused: bool) -> None:
+        self._compared &= paused
 
     def _clear(self) -> None:
         self._before = None
-        self._centre.time.set_past(None)
-        self._centre.phase.set_past(None)
+        self._show_past(None)
+
+    def _show_past(self, past: PastTrace | None) -> None:
+        self._centre.time.set_past(past)
+        self._centre.phase.set_past(past)
 
     def _forget(self) -> None:
         self._began, self._compared = time.perf_counter(), False
@@ -255,14 +248,11 @@ class RenderingComparison(QObject):
 
 def difference_words(history: History, one: Part, other: Part) -> str:
     """Say by how much the applied forces of two parts with the same movement differ."""
-    first, second = (history.between(part.start, part.stop) for part in (one, other))
-    known = [np.isfinite(w.x) for w in (first, second)]
-    if min(map(np.count_nonzero, known)) < 2:
+    first, second = (history.between(part.start, part.stop).known() for part in (one, other))
+    if min(len(first.x), len(second.x)) < 2:
         return ""
-    there = np.interp(
-        first.x[known[0]] - one.start, second.x[known[1]] - other.start, second.y["applied"][known[1]]
-    )
-    apart = np.abs(first.y["applied"][known[0]] - there)
+    there = np.interp(first.x - one.start, second.x - other.start, second.y["applied"])
+    apart = np.abs(first.y["applied"] - there)
     usual, most = (number(value, 2) for value in (float(np.sqrt(np.mean(apart**2))), float(apart.max())))
     lines = f"dotted: {one.where}, in colour: {other.where}"
     return f"Same movement of the hand, {lines}. The forces differ by {usual} N rms, {most} N at most."

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 _MAX_FORCE = 3.0
+_DRAWN = rows.POSITION, rows.APPLIED, rows.ASKED, rows.HAND_TARGET
 _USUAL_S = 12.0  # how long the first compile takes on two processors
 _NEARLY = 0.95  # where the bar waits if it takes longer
 _BAR_MS = 250
@@ -44,9 +45,9 @@ class LiveDisplay(QObject):
         centre.phase.set_history(live.history)
         live.frame.connect(self.show_frame)
         live.health.connect(self.show_health)
-        live.paused_changed.connect(self.show_paused)
+        live.paused_changed.connect(centre.time.set_paused)
+        live.paused_changed.connect(centre.phase.set_paused)
         centre.time.paused_changed.connect(live.set_paused)
-        centre.time.span_changed.connect(centre.toolbar.show_span)
         centre.scene.hand_moved.connect(studio.move_hand)
         centre.scene.hand_released.connect(lambda: studio.move_hand(None))
         studio.environment_changed.connect(self.show_environment)
@@ -55,7 +56,6 @@ class LiveDisplay(QObject):
         studio.engine_changed.connect(self.show_environment)
         studio.engine_changed.connect(self.show_link)
         studio.link_changed.connect(self.show_link)
-        centre.toolbar.show_span(centre.time.span)
         self.show_environment()
         self.show_link()
 
@@ -67,19 +67,14 @@ class LiveDisplay(QObject):
 
     def show_frame(self, row: np.ndarray, clamped: bool) -> None:
         """Show the newest row everywhere."""
-        flags, target = int(row[rows.FLAGS]), float(row[rows.HAND_TARGET])
         environment, engine = self._studio.environment, self._studio.engine
         known = engine is not None and engine.renders(environment)
         width = len(environment.state_names) if known else 0
-        self._centre.scene.update_state(
-            float(row[rows.POSITION]),
-            float(row[rows.APPLIED]),
-            float(row[rows.ASKED]),
-            None if math.isnan(target) else target,
-            clamped,
-            bool(flags & (rows.STOPPED | rows.FAULT)),
-            row[rows.STATE : rows.STATE + width],
-        )
+        position, applied, asked, target = (float(row[column]) for column in _DRAWN)
+        stopped = bool(int(row[rows.FLAGS]) & (rows.STOPPED | rows.FAULT))
+        hand = None if math.isnan(target) else target
+        state = row[rows.STATE : rows.STATE + width]
+        self._centre.scene.update_state(position, applied, asked, hand, clamped, stopped, state)
         self._centre.refresh()
         self._status.show_clamp(clamped, self.max_force)
 
@@ -88,8 +83,8 @@ class LiveDisplay(QObject):
         engine = self._studio.engine
         if engine is None or engine.device.simulated:
             return None, False
-        way = engine.board_plan if engine.rendering == engine.where else None
-        return (engine.loop.rate, False) if way is None else (float(way.rate), True)
+        plan = engine.board_plan if engine.rendering == engine.where else None
+        return (engine.loop.rate, False) if plan is None else (float(plan.rate), True)
 
     def show_health(self, health: "Health") -> None:
         """Show the loop's health in the status bar; without frames the pictures follow it as well."""
@@ -100,11 +95,6 @@ class LiveDisplay(QObject):
             self._status.show_health(health, *self._own_rate())
             self._status.show_kept(self._live.lost, KEPT_SECONDS, self._live.paused)
             self._warnings.watch(self._live.history)
-
-    def show_paused(self, paused: bool) -> None:
-        """Hold the plots still, or let them go on."""
-        self._centre.time.set_paused(paused)
-        self._centre.phase.set_paused(paused)
 
     def show_environment(self) -> None:
         """Show another environment."""
@@ -135,7 +125,5 @@ class LiveDisplay(QObject):
         preparing = self._studio.link.state == "preparing"
         fraction = min(1e-3 * self._since.elapsed() / _USUAL_S, _NEARLY)
         self._centre.scene.set_preparing(preparing, fraction if preparing else None)
-        if preparing and not self._bar.isActive():
-            self._bar.start()
-        elif not preparing:
-            self._bar.stop()
+        if preparing != self._bar.isActive():
+            self._bar.start() if preparing else self._bar.stop()

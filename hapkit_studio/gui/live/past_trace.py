@@ -1,6 +1,5 @@
-"""A stretch of the past, shown grey and dotted under the live traces; the start of the present one."""
+"""A stretch of the past, shown grey and dotted under the live traces."""
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +12,6 @@ from hapkit_studio.gui.widgets.theme import theme
 DASH = (2.0, 3.0)
 SAMPLE = [1.0, 1.5]
 """The same in widths of a line of 2 px, for a sample beside a name."""
-CHANGEOVER = 0.06  # s: the loop's cross-fade, and the rows that are on their way
 
 
 @dataclass(frozen=True)
@@ -25,49 +23,17 @@ class PastTrace:
     values: dict[str, np.ndarray]
     shift: float = 0.0
 
-    def part(self, channel: str, left: float, right: float, columns: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return (time, values) of a channel where shown from left to right s, about two points a column."""
-        x = self.time + self.shift
-        first, stop = np.searchsorted(x, (left, right))
-        inside = slice(max(int(first) - 1, 0), int(stop) + 1)
-        x, y = x[inside], self.values[channel][inside]
-        size = max(len(x) // max(columns, 1), 1)
-        if size < 4:
-            return x, y
-        starts = np.arange(0, len(x), size)
-        low, high = np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)
-        return np.repeat(x[starts], 2), np.column_stack([low, high]).ravel()
-
 
 def past_trace(
     history: History, words: str, start: float, stop: float, shift: float = 0.0
 ) -> PastTrace | None:
     """Return what a history holds from start to stop s, shown so many s later; None for nothing."""
-    window = history.between(start, stop)
-    known = np.isfinite(window.x)
-    if np.count_nonzero(known) < 2:
-        return None
-    values = {name: window.y[name][known].copy() for name in CHANNELS}
-    return PastTrace(words, window.x[known].copy(), values, shift)
+    window = history.between(start, stop).known()
+    values = {name: window.y[name] for name in CHANNELS}
+    return PastTrace(words, window.x, values, shift) if len(window.x) > 1 else None
 
 
 def paint_past(painter: QPainter, across: np.ndarray, down: np.ndarray) -> None:
     """Paint a past line given in pixels."""
     painter.setPen(strokes.pen(theme.color("hold"), 2.0))
-    strokes.segments(painter, strokes.patterned(across, down, DASH))
-
-
-class EnvironmentStart:
-    """A time in a history; at the start, and in every other run, it is before all samples."""
-
-    def __init__(self) -> None:
-        self._epoch, self._time = 0, -math.inf
-
-    def set_now(self, history: History) -> None:
-        """Begin as soon as a change made now has come through."""
-        self._epoch = history.epoch
-        self._time = history.now + CHANGEOVER if len(history) else -math.inf
-
-    def time_in(self, history: History) -> float:
-        """Return the time in s."""
-        return self._time if history.epoch == self._epoch else -math.inf
+    strokes.segments(painter, strokes.patterned(*strokes.thinned(across, down), DASH))

@@ -10,8 +10,8 @@ from PySide6.QtGui import QPainter, QPen, QPixmap, QPolygonF
 
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
-from hapkit_studio.gui.live.history import History, Window
-from hapkit_studio.gui.live.past_trace import EnvironmentStart, PastTrace, paint_past
+from hapkit_studio.gui.live.history import NO_MARK, History, Window
+from hapkit_studio.gui.live.past_trace import PastTrace, paint_past
 from hapkit_studio.gui.live.plots.declared import PhasePlot
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -22,7 +22,6 @@ _BESIDE = 0.12  # of the forces: what is left free beyond them
 _BENT = 1e-6  # of the force's span: a bend smaller than this is rounding
 _TURNS = 5  # to each side: the end of a well at the centre, then two wells more
 _BEYOND = 1.1  # a bend wants to be inside the frame, not on it
-
 _MOST_A_SECOND = 1000  # points of the curve that are drawn
 
 Mapping = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -103,7 +102,7 @@ class PhaseCanvas(Canvas):
         self._live = self._history = History(seconds=1.0, rate=1.0)
         self._key: tuple | None = None
         self._seen: tuple[int, int] | None = None  # epoch, samples
-        self._begin = EnvironmentStart()
+        self._begin = NO_MARK
         self._under: QPixmap | None = None
         self.band = _NO_BAND
         self._pointed: dict[str, float] | None = None
@@ -121,21 +120,15 @@ class PhaseCanvas(Canvas):
         self.recolor()
         self._under = self._seen = None
 
-    def recolor(self) -> None:
-        """Take the theme's colours and fonts."""
-        super().recolor()
-        self.bottom.label.setFont(theme.font("tick"))
-        self.bottom.label.setDefaultTextColor(theme.color("ink3"))
-
     def set_history(self, history: History) -> None:
         """Plot another history."""
         self._live = self._history = history
-        self._begin = EnvironmentStart()
+        self._begin = NO_MARK
         self._under = self._seen = None
 
     def begin_here(self) -> None:
         """Leave out what is older than now: it belongs to another environment."""
-        self._begin.set_now(self._live)
+        self._begin = self._live.mark()
         self._under = self._seen = None
 
     def set_past(self, past: PastTrace | None) -> None:
@@ -192,11 +185,11 @@ class PhaseCanvas(Canvas):
 
     # data ---------------------------------------------------------------------------------------
 
+    def _first(self) -> float:
+        return self._history.time_of(self._begin)
+
     def _recent(self) -> Window:
         return self._history.between(max(self._history.now - SECONDS, self._first()), math.inf)
-
-    def _first(self) -> float:
-        return self._begin.time_in(self._history)
 
     def _points(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
         return window.y[self.plot_of.channel] * self.plot_of.scale, window.y["applied"]
@@ -205,15 +198,8 @@ class PhaseCanvas(Canvas):
         """Return what the picture of the older seconds depends on."""
         now, (x, y) = self._history.now, self.view.viewRange()
         second = None if math.isnan(now) else math.floor(now)
-        return (
-            *x,
-            *y,
-            self.frame().getRect(),
-            theme.name,
-            self.devicePixelRatioF(),
-            self._history.epoch,
-            second,
-        )
+        look = self.measure().getRect(), theme.name, self.devicePixelRatioF()
+        return *x, *y, *look, self._history.epoch, second
 
     def refresh(self) -> None:
         """Widen the axes for the samples that came since the last frame, and paint."""
@@ -268,30 +254,22 @@ class PhaseCanvas(Canvas):
         under = QPixmap(self.viewport().size() * ratio)
         under.setDevicePixelRatio(ratio)
         painter = QPainter(under)
-        self.paint_ground(painter, QRectF(self.viewport().rect()))
+        super().drawBackground(painter, QRectF(self.viewport().rect()))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setClipRect(box)
         self.band.paint(painter, self.to_pixels)
-        if math.isfinite(self.max_force):
-            self._limits(painter, box)
-        self._paint_past(painter)
+        for limit in (self.max_force, -self.max_force):
+            y = self.pixel(0.0, limit).y()
+            if box.top() < y < box.bottom():
+                strokes.level(painter, box, y, "danger", [1.2, 2.6])
+                self.note(painter, box.left() + 6, y - 5, f"limit {number(limit, 1)} N", "danger")
+        if self._past is not None:
+            x = self._past.values[self.plot_of.channel] * self.plot_of.scale
+            paint_past(painter, *self.to_pixels(x, self._past.values["applied"]))
         if not math.isnan(self._history.now):
             self._paint_older(painter)
         painter.end()
         return under
-
-    def _paint_past(self, painter: QPainter) -> None:
-        if self._past is not None:
-            x = self._past.values[self.plot_of.channel] * self.plot_of.scale
-            paint_past(painter, *strokes.thinned(*self.to_pixels(x, self._past.values["applied"])))
-
-    def _limits(self, painter: QPainter, box: QRectF) -> None:
-        for sign in (1, -1):
-            y = self.pixel(0.0, sign * self.max_force).y()
-            if box.top() < y < box.bottom():
-                strokes.level(painter, box, y, "danger", [1.2, 2.6])
-                text = f"limit {number(sign * self.max_force, 1)} N"
-                self.note(painter, box.left() + 6, y - 5, text, "danger")
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
         """Paint the dots for now and for the pointer's time."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QStackedWidget, QWidget
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.live.canvas import RIGHT
@@ -15,6 +15,7 @@ from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
 from hapkit_studio.gui.live.plot_header import Sample
 from hapkit_studio.gui.live.plots.declared import PhasePlot, beside_plots, phase_plots
 from hapkit_studio.gui.live.time_plots import TimePlots
+from hapkit_studio.gui.widgets.parts import across, down, hint
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -45,33 +46,19 @@ class ForcePosition(QWidget):
         self.switch.chosen.connect(self.choose)
         title = self.title = QLabel("Force, N")
         title.setFont(theme.font("strong"))
-        head = QHBoxLayout()
-        head.setContentsMargins(14, 6, RIGHT, 5)
-        head.setSpacing(7)
-        head.addWidget(title)
-        head.addSpacing(6)
         self.theory = [Sample(("edge", 8.8, None), ("theory", 6.4, None)), QLabel("theory")]
         for part in self.theory:
             part.setToolTip("The law's force at rest")
-            head.addWidget(part)
         self.canvas.setToolTip("Applied: commanded after the clamp; the Hapkit has no force sensor")
-        head.addStretch(1)
-        head.addWidget(self.switch)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 6)
-        column.setSpacing(0)
-        column.addLayout(head)
-        self.note = QLabel()
-        self.note.setProperty("role", "hint")
-        self.note.setWordWrap(True)
+        self.note = hint()
         self.note.setContentsMargins(14, 0, RIGHT, 4)
         self.note.hide()
-        column.addWidget(self.note)
         self._stack = QStackedWidget()
         self._stack.addWidget(self.canvas)
         for pane in self.beside:
             self._stack.addWidget(pane)
-        column.addWidget(self._stack, 1)
+        head = across(title, 6, *self.theory, None, self.switch, margins=(14, 6, RIGHT, 5), gap=7)
+        down(head, self.note, (self._stack, 1), into=self, margins=(0, 0, 0, 6))
         self._later = QTimer(self, singleShot=True, interval=_DEBOUNCE_MS)
         self._later.timeout.connect(self._compute)
 
@@ -95,7 +82,7 @@ class ForcePosition(QWidget):
         self._max_force = max_force
         if other:
             self._by_hand = False
-            self._show(self.switch.index if self._pane() else self._most_telling())
+            self._show(self.switch.index if self.pane else self._most_telling())
         else:
             self._later.start()
 
@@ -106,7 +93,7 @@ class ForcePosition(QWidget):
 
     def _show_note(self) -> None:
         """Name the past stretch in a plot of force, say what is not to be seen beside it."""
-        self.note.setText(self._past_words if self._pane() is None else self._unseen)
+        self.note.setText(self._unseen if self.pane else self._past_words)
         self.note.setVisible(bool(self.note.text()))
 
     def choose(self, index: int) -> None:
@@ -116,34 +103,27 @@ class ForcePosition(QWidget):
 
     def _show(self, index: int) -> None:
         self.switch.show_index(index)
-        pane = self._pane()
-        self._stack.setCurrentWidget(pane or self.canvas)
-        self.title.setVisible(pane is None)
+        self._stack.setCurrentWidget(self.pane or self.canvas)
+        self.title.setVisible(self.pane is None)
         self._show_note()
-        if pane is None:
+        for part in self.theory:
+            part.hide()
+        if self.pane is None:
             self.canvas.set_plot(self.plots[index])
             self._take_theory()
             self.canvas.fit_theory()
-        else:
-            self._hide_theory()
 
-    def _pane(self) -> TimePlots | None:
+    @property
+    def pane(self) -> TimePlots | None:
         """Return what is shown in place of a force plot."""
         index = self.switch.index - len(self.plots)
         return self.beside[index] if index >= 0 else None
 
-    def _hide_theory(self) -> None:
-        for part in self.theory:
-            part.hide()
-
     def fit(self) -> None:
         """Narrow the axes to what is shown."""
-        pane = self._pane()
-        if pane is not None:
-            pane.fit()
-            return
-        self.canvas.fit()
-        self.canvas.refresh()
+        shown = self.pane or self.canvas
+        shown.fit()
+        shown.refresh()
 
     def set_past(self, past: PastTrace | None) -> None:
         """Show a past stretch under the curve, or none any more."""
@@ -165,17 +145,14 @@ class ForcePosition(QWidget):
         """Draw the newest data; call once per frame, every other one counts."""
         self._odd = not self._odd
         if self._odd:
-            (self._pane() or self.canvas).refresh()
+            (self.pane or self.canvas).refresh()
 
     def _most_telling(self) -> int:
         """Return the plot in which this environment's law is a line, over velocity where it declares so."""
-        order = list(enumerate(self.plots))
+        order = list(range(len(self.plots)))
         if self._environment is not None and self._environment.over_velocity is not None:
             order.reverse()
-        for index, plot in order:
-            if self._theory(plot) is not None:
-                return index
-        return 0
+        return next((index for index in order if self._theory(self.plots[index]) is not None), 0)
 
     def _theory(self, plot: PhasePlot) -> np.ndarray | None:
         """Return a plot's theory for what is in force, computed once."""
@@ -185,7 +162,7 @@ class ForcePosition(QWidget):
 
     def _compute(self) -> None:
         """Take over changed values, in another plot if only that one has a theory now."""
-        if self._pane() is not None:
+        if self.pane is not None:
             return
         telling = self._most_telling()
         gone = self._theory(self.canvas.plot_of) is None and self._theory(self.plots[telling]) is not None

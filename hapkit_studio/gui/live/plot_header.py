@@ -4,23 +4,25 @@ import math
 
 from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QPainter
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QWidget
+from PySide6.QtWidgets import QLabel, QWidget
 
 from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.past_trace import SAMPLE
 from hapkit_studio.gui.live.plots.declared import TimePlot
 from hapkit_studio.gui.live.strokes import pen
+from hapkit_studio.gui.widgets.parts import across
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
 
 HEIGHT = 29
 _WIDTH = 22
+Stroke = tuple[str, float, list[float] | None]
 
 
 class Sample(QWidget):
     """A short piece of a line as the plot draws it: strokes (token, width, dash) one over the other."""
 
-    def __init__(self, *strokes: tuple[str, float, list[float] | None]):
+    def __init__(self, *strokes: Stroke):
         super().__init__()
         self.strokes = strokes
         theme.changed.connect(self.update)
@@ -39,6 +41,15 @@ class Sample(QWidget):
             painter.drawLine(QPointF(0, middle), QPointF(_WIDTH, middle))
 
 
+def _line(stroke: Stroke, text: str, help: str) -> list[QWidget]:
+    """Return the sample of a line, and its name."""
+    parts: list[QWidget] = [Sample(stroke), plain(QLabel(text))]
+    parts[1].setProperty("ink", "axis")
+    for part in parts:
+        part.setToolTip(help)
+    return parts
+
+
 class Header(QWidget):
     """Names a time plot and shows its live value."""
 
@@ -46,55 +57,33 @@ class Header(QWidget):
         super().__init__()
         self.plot = plot
         self.setFixedHeight(HEIGHT)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, RIGHT, 0)
-        row.setSpacing(7)
-        if not plot.beside:  # there the switch names it
-            title = QLabel(plot.title)
-            title.setFont(theme.font("strong"))
-            row.addWidget(title)
-            row.addSpacing(3)
-        self._row = row
-        if len(plot.traces) > 1:
-            for trace in reversed(plot.traces):
-                dash = [d / 2.0 for d in trace.dash] or ([2.5, 1.75] if trace.dashed else None)
-                self._add(trace.color, 2.0 if trace.dash else 2.6, dash, trace.label, trace.help)
+        lines: list[QWidget] = []
+        for trace in reversed(plot.traces if len(plot.traces) > 1 else ()):
+            dash = [d / 2.0 for d in trace.dash] or ([2.5, 1.75] if trace.dashed else None)
+            lines += _line((trace.color, 2.0 if trace.dash else 2.6, dash), trace.label, trace.help)
         if plot.limits:
             limit = "The force the motor may give at most; asked is cut there"
-            self._add("danger", 1.6, [1.2, 2.6], "limit", limit)
-        self.surface: list[QWidget] = (
-            self._add("matline", 1.6, [3.5, 2.5], "", "Where the surface is") if plot.surface else []
-        )
+            lines += _line(("danger", 1.6, [1.2, 2.6]), "limit", limit)
+        surface = _line(("matline", 1.6, [3.5, 2.5]), "", "Where the surface is")
+        self.surface = surface if plot.surface else []
         past = "The same quantity before who renders was changed, moved to begin there"
-        self.past = self._add("hold", 2.0, SAMPLE, "", past)
-        row.addStretch(1)
+        self.past = _line(("hold", 2.0, SAMPLE), "", past)
         self.value = QLabel()
         self.value.setFont(theme.font("readout"))
         self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.value.setToolTip(plot.traces[-1].help)
         self.value.setProperty("ink", plot.traces[-1].color)
-        row.addWidget(self.value)
-        self.show_surface("")
-        self.show_past("")
+        title = QLabel(plot.title)
+        title.setFont(theme.font("strong"))
+        name = () if plot.beside else (title, 3)  # beside, the switch names it
+        parts = (*name, *lines, *self.surface, *self.past, None, self.value)
+        across(*parts, into=self, margins=(0, 0, RIGHT, 0), gap=7)
+        self.show_part(self.surface, "")
+        self.show_part(self.past, "")
         self.show_value(0.0)
 
-    def _add(self, token: str, width: float, dash: list[float] | None, text: str, help: str) -> list[QWidget]:
-        parts: list[QWidget] = [Sample((token, width, dash)), plain(QLabel(text))]
-        parts[1].setProperty("ink", "axis")
-        for part in parts:
-            part.setToolTip(help)
-            self._row.addWidget(part)
-        return parts
-
-    def show_surface(self, name: str) -> None:
-        """Show the surface line's sample under a name, or hide it."""
-        self._show(self.surface, name)
-
-    def show_past(self, name: str) -> None:
-        """Show the past trace's sample under a name, or hide it."""
-        self._show(self.past, name)
-
-    def _show(self, parts: list[QWidget], name: str) -> None:
+    def show_part(self, parts: list[QWidget], name: str) -> None:
+        """Show the sample of the surface or of the past under a name, or hide it."""
         for part in parts:
             part.setVisible(bool(name))
             if isinstance(part, QLabel):

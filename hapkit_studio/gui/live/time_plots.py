@@ -6,17 +6,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from PySide6.QtCore import QElapsedTimer, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QBrush, QFontMetrics, QPainter, QPen
-from PySide6.QtWidgets import QVBoxLayout, QWidget
+from PySide6.QtGui import QBrush, QPainter, QPen
+from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
-from hapkit_studio.gui.live.history import History, RollingWindow, Window
-from hapkit_studio.gui.live.past_trace import EnvironmentStart, PastTrace, paint_past
+from hapkit_studio.gui.live.history import NO_MARK, History, Window
+from hapkit_studio.gui.live.past_trace import PastTrace, paint_past
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
 from hapkit_studio.gui.live.plots.declared import TimePlot, time_plots
+from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.theme import number, theme
 
 LEAST = 0.25
@@ -43,19 +44,6 @@ def gaps(x: np.ndarray, before: float = math.nan) -> list[tuple[float, float]]:
     starts, stops = [before, *x[lost - 1]], [*x[:1], *x[lost + 1]]
     pairs = zip(starts, stops, strict=False)
     return [(float(a), float(b)) for a, b in pairs if b - a > LEAST]
-
-
-def hatch(painter: QPainter, box: QRectF, seen: list[tuple[float, float, float]]) -> None:
-    """Hatch gaps given as left and right in pixels and length in s."""
-    brush = QBrush(theme.color("line"), Qt.BrushStyle.BDiagPattern)
-    for left, right, _ in seen:
-        painter.fillRect(QRectF(left, box.top(), right - left, box.height()), brush)
-
-
-def lengths(seen: list[tuple[float, float, float]], metrics: QFontMetrics) -> list[tuple[float, str]]:
-    """Return where to say how long each gap was, in pixels, and what; nothing where there is no room."""
-    said = [(left + _BESIDE, right, f"No data for {number(s, 1)} s") for left, right, s in seen]
-    return [(x, words) for x, right, words in said if x + metrics.horizontalAdvance(words) + _BESIDE < right]
 
 
 @dataclass
@@ -91,10 +79,6 @@ class TraceCanvas(Canvas):
         self.setAccessibleName(f"{plot.title} over time, in {plot.unit}")
         self._own_range: tuple[float, float] | None = None  # wanted once older parts have left the window
         self.show_range(-plot.reach, plot.reach)
-
-    def values(self, channel: str) -> np.ndarray:
-        """Return a channel of the window in the plot's unit."""
-        return self.shown.window.y[channel] * self.plot_of.scale
 
     def show_range(self, low: float, high: float) -> None:
         """Show exactly this range."""
@@ -135,38 +119,14 @@ class TraceCanvas(Canvas):
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
         """Shade where there was contact; hatch where no data came."""
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(theme.color("contact"))
-        edges, _ = self.to_pixels(np.array(self.shown.contact).reshape(-1, 2), np.zeros(1))
-        painter.drawRects([QRectF(a, box.top(), b - a, box.height()) for a, b in edges.tolist()])
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        hatch(painter, box, self._gaps(box))
+        hatched = QBrush(theme.color("line"), Qt.BrushStyle.BDiagPattern)
+        for brush, stretches in ((theme.color("contact"), self.shown.contact), (hatched, self.shown.gaps)):
+            for start, stop in stretches:
+                left, right = self.pixel(start, 0.0).x(), self.pixel(stop, 0.0).x()
+                painter.fillRect(QRectF(left, box.top(), right - left, box.height()), brush)
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
-        """Paint level lines, then traces."""
-        self._lines(painter, box)
-        self._past(painter, box)
-        if len(self.shown.window.x):
-            self._traces(painter)
-
-    def paint_marks(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the dot for now, the pointer's read-out and the word for paused."""
-        self._now(painter)
-        self._pointer(painter, box)
-        if self.first:
-            for left, words in lengths(self._gaps(box), self.fontMetrics()):
-                self.note(painter, left, box.top() + 16, words, "warn")
-        if self.shown.paused and self.first:
-            self.note(painter, box.right() - 6, box.top() + 16, "Paused", "accent", right=True)
-
-    def _gaps(self, box: QRectF) -> list[tuple[float, float, float]]:
-        """Return left and right in pixels and the length in s of the gaps that are seen."""
-        places, _ = self.to_pixels(np.array(self.shown.gaps).reshape(-1, 2), np.zeros(1))
-        cut = np.clip(places, box.left(), box.right()).tolist()
-        found = [(a, b, stop - start) for (a, b), (start, stop) in zip(cut, self.shown.gaps, strict=True)]
-        return [gap for gap in found if gap[0] < gap[1]]
-
-    def _lines(self, painter: QPainter, box: QRectF) -> None:
+        """Paint the lines of limit and surface, what is past, then the traces."""
         levels: list[tuple[float, str, list[float]]] = []
         if self.plot_of.limits and np.isfinite(self.shown.max_force):
             levels += [(s * self.shown.max_force, "danger", [1.2, 2.6]) for s in (1, -1)]
@@ -174,39 +134,45 @@ class TraceCanvas(Canvas):
             levels.append((self.shown.surface * self.plot_of.scale, "matline", [3.5, 2.5]))
         for level, token, dash in levels:
             strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
+        self._past(painter)
+        if len(self.shown.window.x):
+            self._traces(painter)
 
-    def _past(self, painter: QPainter, box: QRectF) -> None:
+    def paint_marks(self, painter: QPainter, box: QRectF) -> None:
+        """Paint the dot for now, the pointer's read-out and the word for paused."""
+        trace = self.plot_of.traces[-1]
+        now = self.shown.now[trace.channel] * self.plot_of.scale if self.shown.now else np.nan
+        if np.isfinite(now):
+            strokes.mark(painter, self.pixel(0.0, now), trace.color, shape=self.plot_of.marker)
+        self._pointer(painter, box)
+        for start, stop in self.shown.gaps if self.first else ():
+            left = max(self.pixel(start, 0.0).x(), box.left()) + _BESIDE
+            right = min(self.pixel(stop, 0.0).x(), box.right())
+            words = f"No data for {number(stop - start, 1)} s"
+            if left + self.fontMetrics().horizontalAdvance(words) + _BESIDE < right:
+                self.note(painter, left, box.top() + 16, words, "warn")
+        if self.shown.paused and self.first:
+            self.note(painter, box.right() - 6, box.top() + 16, "Paused", "accent", right=True)
+
+    def _past(self, painter: QPainter) -> None:
         past, channel = self.shown.past, self.plot_of.traces[-1].channel
         if past is None or channel not in past.values:
             return
-        left, right = (self.shown.zero + edge for edge in self.view.viewRange()[0])
-        x, y = past.part(channel, left, right, round(box.width()))
-        if len(x) > 1:
-            paint_past(painter, *self.to_pixels(x - self.shown.zero, y * self.plot_of.scale))
+        later = past.shift - self.shown.zero
+        paint_past(painter, *self.to_pixels(past.time + later, past.values[channel] * self.plot_of.scale))
 
     def _traces(self, painter: QPainter) -> None:
-        x = self.shown.window.x - self.shown.zero
-        lines = [self.to_pixels(x, self.values(trace.channel)) for trace in self.plot_of.traces]
-        for index, (trace, (across, down)) in enumerate(zip(self.plot_of.traces, lines, strict=True)):
+        x, y = self.shown.window.x - self.shown.zero, self.shown.window.y
+        lines = [self.to_pixels(x, y[trace.channel] * self.plot_of.scale) for trace in self.plot_of.traces]
+        for trace, (across, up) in zip(self.plot_of.traces, lines, strict=True):
             color = theme.paler(trace.color, "plot", _PALE if self.shown.stale else 1.0)
+            painter.setPen(strokes.pen(color, 2.0))
             if trace.dash:
-                painter.setPen(strokes.pen(color, 2.0))
-                strokes.segments(painter, strokes.patterned(across, down, trace.dash))
+                strokes.segments(painter, strokes.patterned(across, up, trace.dash))
             elif trace.dashed:
-                painter.setPen(strokes.pen(color, 2.0))
-                above = lines[-1][1] if index + 1 < len(lines) else None
-                down = down if above is None else _where_visible(down, above)
-                strokes.segments(painter, strokes.dashed(across, down))
+                strokes.segments(painter, strokes.dashed(across, _where_visible(up, lines[-1][1])))
             else:
-                strokes.trace(painter, across, down, color)
-
-    def _now(self, painter: QPainter) -> None:
-        if self.shown.now is None:
-            return
-        trace = self.plot_of.traces[-1]
-        value = self.shown.now[trace.channel] * self.plot_of.scale
-        if np.isfinite(value):
-            strokes.mark(painter, self.pixel(0.0, value), trace.color, shape=self.plot_of.marker)
+                strokes.trace(painter, across, up, color)
 
     def _pointer(self, painter: QPainter, box: QRectF) -> None:
         if self.shown.pointer is None or self.shown.pointed is None:
@@ -250,22 +216,20 @@ class TimePlots(QWidget):
         self.span, self.paused = 10.0, False
         self.shown = PlotState()
         self._history = self._seen = History(seconds=1.0, rate=1.0)
-        self._rolling, self._shades = RollingWindow(), False
+        self._shades = False
         self._environment: Environment | None = None
-        self._begin, self._narrow = EnvironmentStart(), False
+        self._begin, self._narrow = NO_MARK, False
         self._watch = QElapsedTimer()
         self._watch.start()
-        column = self._column = QVBoxLayout(self)
-        column.setContentsMargins(14, 2, 0, 6)
-        column.setSpacing(0)
+        self._column = down(into=self, margins=(14, 2, 0, 6))
         self.headers = [Header(plot) for plot in self.plots]
         last = len(self.plots) - 1
         self.canvases = [
             TraceCanvas(plot, self.shown, index == last, index == 0) for index, plot in enumerate(self.plots)
         ]
         for header, canvas in zip(self.headers, self.canvases, strict=True):
-            column.addWidget(header)
-            column.addWidget(canvas)
+            self._column.addWidget(header)
+            self._column.addWidget(canvas)
             canvas.fit_wanted.connect(self.fit)
             canvas.pointed.connect(self._point)
             canvas.view.setLimits(xMin=-SPANS[-1], xMax=0.0, minXRange=0.005)
@@ -278,7 +242,7 @@ class TimePlots(QWidget):
 
     def set_history(self, history: History) -> None:
         """Plot another history."""
-        self._history, self._rolling, self._begin = history, RollingWindow(), EnvironmentStart()
+        self._history, self._begin = history, NO_MARK
         self._seen = history.copy() if self.paused else history
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
@@ -287,20 +251,21 @@ class TimePlots(QWidget):
         For another environment the value axes open anew, once the view is live and older parts have left it.
         """
         if environment is not self._environment and self._environment is not None:
-            self._begin.set_now(self._history)
+            self._begin = self._history.mark()
             self._narrow = True
         self._environment = environment
         self._shades = bool(environment.shades)
         self.shown.surface = values.get("position") if self._shades else None
         self.shown.max_force = max_force
         for header in self.headers:
-            header.show_surface("" if self.shown.surface is None else environment.title.lower())
+            name = "" if self.shown.surface is None else environment.title.lower()
+            header.show_part(header.surface, name)
 
     def set_past(self, past: PastTrace | None) -> None:
         """Show a past stretch under the traces, or none any more."""
         self.shown.past = past
         for header in self.headers:
-            header.show_past("" if past is None else past.words)
+            header.show_part(header.past, "" if past is None else past.words)
 
     def set_span(self, seconds: float) -> None:
         """Show the last 1 to 60 seconds; raise ParameterError outside."""
@@ -316,7 +281,6 @@ class TimePlots(QWidget):
             return
         self.paused = self.shown.paused = paused
         self._seen = self._history.copy() if paused else self._history
-        self._rolling = RollingWindow()
         for canvas in self.canvases:
             canvas.view.setMouseEnabled(paused, False)
         if not paused:
@@ -352,23 +316,22 @@ class TimePlots(QWidget):
         """Read the window from the history and widen the value axes where needed."""
         shown, canvas = self.shown, self.canvases[-1]
         left, right = canvas.view.viewRange()[0]
-        columns = max(round(canvas.frame().width() * self.devicePixelRatioF()), 2)
+        columns = max(round(canvas.measure().width() * self.devicePixelRatioF()), 2)
         width = (right - left) / columns
         now = self._seen.now
         if math.isnan(now):
-            shown.window, shown.contact, shown.gaps = Window(np.empty(0), {}, False), [], []
-            shown.now = None
+            shown.window, shown.contact, shown.gaps, shown.now = _EMPTY, [], [], None
             return
         # columns at whole multiples of their width: their samples stay the same, so peaks do not dance
         last = math.ceil(now / width)
         shown.zero = last * width
         first = last + math.floor(left / width + 1e-6)
-        shown.window = self._rolling.window(self._seen, first, columns + 1, width)
+        shown.window = self._seen.window(np.arange(first, first + columns + 2) * width)
         shown.now = None if self.paused else self._seen.latest()
         shown.contact = self._contact() if self._shades else []
         before = self._seen.before(first * width)
         shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in gaps(shown.window.x, before)]
-        shown.begin = -math.inf if self.paused else self._begin.time_in(self._seen)
+        shown.begin = -math.inf if self.paused else self._seen.time_of(self._begin)
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
         for canvas in self.canvases:
             if self._narrow and not self.paused:

@@ -1,14 +1,14 @@
 """How a scene is declared, and what every scene shares: the handle, the hand, and their motion."""
 
 import math
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QPen, QPolygonF
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QPen
 
 from hapkit_studio.discovery import declared
 from hapkit_studio.environments.base import Environment
@@ -16,6 +16,7 @@ from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
 RING = 7.5  # px at u = 1: the hand's ring's radius
+_LARGEST = 1e6  # of a state: no drawing tells more apart
 Values = Mapping[str, float]
 
 
@@ -31,7 +32,7 @@ class Motion:
     loose: bool = False
     clamped: bool = False
     stopped: bool = False
-    state: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    state: Values = field(default_factory=lambda: defaultdict(float))
     trail: deque[float] = field(default_factory=lambda: deque(maxlen=12))
     force_text: str = "0.00 N"
     position_text: float = 0.0
@@ -43,15 +44,12 @@ def handle(stage: Stage, mm: float, tip: float | None = None, alpha: float = 1.0
     p.setOpacity(alpha)
     bottom = stage.rail if tip is None else tip
     stage.line(x, stage.knob_top + stage.knob_height, x, bottom, stage.pen("handle", 4.5))
-    p.setPen(Qt.PenStyle.NoPen)
-    p.setBrush(theme.color("handle"))
+    stage.use(None, "handle")
     if tip is None:
         p.drawRoundedRect(QRectF(x - 8 * u, stage.rail - 5 * u, 16 * u, 10 * u), 3 * u, 3 * u)
     else:
         low = stage.rail + 8 * u
-        p.drawPolygon(
-            QPolygonF([QPointF(x, stage.rail - u), QPointF(x - 5 * u, low), QPointF(x + 5 * u, low)])
-        )
+        stage.polygon([(x, stage.rail - u), (x - 5 * u, low), (x + 5 * u, low)])
     p.setPen(QPen(theme.color("scene"), 1.5 * u))
     p.drawRoundedRect(knob(stage, mm), 9 * u, 9 * u)
     for i in (-1, 0, 1):
@@ -78,10 +76,8 @@ def point_out(
     u, d = stage.u, 1 if left > stage.width else -1
     edge = stage.width / 2 + d * (stage.width / 2 - 8 * u)
     back = edge - d * 11 * u
-    stage.p.setPen(stage.pen(tokens[1], 1.6))
-    stage.p.setBrush(theme.color(tokens[0]))
-    corners = [QPointF(edge, row), QPointF(back, row - 10 * u), QPointF(back, row + 10 * u)]
-    stage.p.drawPolygon(QPolygonF(corners))
+    stage.use(stage.pen(tokens[1], 1.6), tokens[0])
+    stage.polygon([(edge, row), (back, row - 10 * u), (back, row + 10 * u)])
     stage.say(text, [(back - d * 10 * u, row + 4.8 * u, -d)], "ink", 13, 600, must=True)
     return True
 
@@ -110,13 +106,11 @@ def hand_ring(stage: Stage, motion: Motion) -> None:
         return
     u, y = stage.u, stage.knob_middle
     x, ring = stage.x(motion.position), ring_place(stage, motion.hand)
-    stage.p.setBrush(Qt.BrushStyle.NoBrush)
     if not apart(stage, motion):
-        stage.p.setPen(stage.pen("accent", 2.2))
+        stage.use(stage.pen("accent", 2.2))
         around = 4.5 * u
-        stage.p.drawRoundedRect(
-            knob(stage, motion.position).adjusted(-around, -around, around, around), 13 * u, 13 * u
-        )
+        box = knob(stage, motion.position).adjusted(-around, -around, around, around)
+        stage.p.drawRoundedRect(box, 13 * u, 13 * u)
         return
     d = 1 if ring > x else -1
     start, stop = x + d * (stage.knob_width / 2 + 2 * u), ring - d * 9 * u
@@ -129,11 +123,9 @@ def hand_ring(stage: Stage, motion: Motion) -> None:
 def ring_alone(stage: Stage, x: float) -> None:
     """Draw the hand's ring at a column."""
     u, y = stage.u, stage.knob_middle
-    stage.p.setPen(stage.pen("accent", 2.2))
-    stage.p.setBrush(theme.color("scene"))
+    stage.use(stage.pen("accent", 2.2), "scene")
     stage.p.drawEllipse(QPointF(x, y), RING * u, RING * u)
-    stage.p.setPen(Qt.PenStyle.NoPen)
-    stage.p.setBrush(theme.color("accent"))
+    stage.use(None, "accent")
     stage.p.drawEllipse(QPointF(x, y), 2.2 * u, 2.2 * u)
 
 
@@ -152,57 +144,57 @@ def preparing(stage: Stage, fraction: float | None) -> None:
     width, height = 210.0, 6.0
     left, top = stage.width / 2 - width / 2, stage.top + stage.band * 0.45
     stage.say("Preparing the loop, once only", [(stage.width / 2, top - 12, 0)], "ink", 13, 500, must=True)
-    stage.p.setPen(Qt.PenStyle.NoPen)
     for token, part in (("grid", 1.0), ("accent", fraction or 0.0)):
-        stage.p.setBrush(theme.color(token))
+        stage.use(None, token)
         stage.p.drawRoundedRect(QRectF(left, top, width * min(max(part, 0.0), 1.0), height), 3, 3)
 
 
-def reader(environment: Environment) -> Callable[[Values, str], float]:
-    """Return how a drawing reads a parameter: within its limits, its default if no number is given."""
-    known = {p.key: p for p in environment.parameters}
-
-    def read(values: Values, key: str) -> float:
-        parameter = known[key]
-        value = values.get(key, parameter.default)
-        return min(max(value, parameter.low), parameter.high) if math.isfinite(value) else parameter.default
-
-    return read
-
-
-def _nothing(stage: Stage, values: Values) -> None:
-    """Draw nothing."""
-
-
-def _still(stage: Stage, values: Values, motion: Motion) -> None:
+def _nothing(*_given: object) -> None:
     """Draw nothing."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """One environment's drawing.
+    """One environment's drawing; without an environment the bare handle.
 
+    An environment from elsewhere may name it, with other parameters and another state than the drawing's own.
     fixed is painted once per size, theme and parameters, marks below the rail included; moving is painted
     behind the handle in every frame; words is called last, when the places taken are known.
     per_newton is the arrow's length in px at u = 1; tip gives the stem's end in px for a shown surface;
     height is the card's in px where there is room.
     """
 
-    key: str
+    environment: Environment | None = None
     fixed: Callable[[Stage, Values], None] = _nothing
-    moving: Callable[[Stage, Values, Motion], None] = _still
-    words: Callable[[Stage, Values, Motion], None] = _still
+    moving: Callable[[Stage, Values, Motion], None] = _nothing
+    words: Callable[[Stage, Values, Motion], None] = _nothing
     tip: Callable[[Stage, Values, Motion], float] | None = None
     per_newton: float = 46.0
     height: int = 236
 
+    def values(self, given: Values) -> Values:
+        """Return each parameter within its limits, or its default where no number is given."""
+        parameters = self.environment.parameters if self.environment else ()
+        values = {p.key: given.get(p.key, math.nan) for p in parameters}
+        return {
+            p.key: min(max(values[p.key], p.low), p.high) if math.isfinite(values[p.key]) else p.default
+            for p in parameters
+        }
+
+    def state(self, row: np.ndarray) -> Values:
+        """Return the law's state (n,) by name; what is missing or no number is 0."""
+        names = self.environment.state_names if self.environment else ()
+        known = zip(names, row.tolist(), strict=False)
+        numbers = {name: min(max(v, -_LARGEST), _LARGEST) for name, v in known if math.isfinite(v)}
+        return defaultdict(float, numbers)
+
 
 @cache
 def discover() -> dict[str, Scene]:
-    """Return every scene of this folder by its key."""
-    return {scene.key: scene for scene in declared(__package__, "SCENE", Scene)}
+    """Return every scene of this folder by its environment's key."""
+    return {s.environment.key: s for s in declared(__package__, "SCENE", Scene) if s.environment}
 
 
 def named(key: str) -> Scene:
     """Return a scene; an environment without a drawing of its own gets the bare handle."""
-    return discover().get(key) or Scene(key)
+    return discover().get(key) or Scene()

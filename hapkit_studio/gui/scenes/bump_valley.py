@@ -3,19 +3,17 @@
 import numpy as np
 
 from hapkit_studio.environments.bump_valley import ENVIRONMENT, height
-from hapkit_studio.gui.scenes.base import Scene, Values, reader
+from hapkit_studio.gui.scenes.base import Scene, Values
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, sampled, saturating
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 
-_value = reader(ENVIRONMENT)
 _LEVEL, _ROOM = 0.42, 0.38  # of the band
 _REFERENCE = 2e-3  # m: a hill of 63 % of the room
 
 
 def relief(stage: Stage, values: Values) -> Relief:
     """Return the ground that is shown: the environment's own heights, in one scale for all, that fits."""
-    given = {p.key: _value(values, p.key) for p in ENVIRONMENT.parameters}
-    return stage.once("relief", lambda: _relief(stage, given))
+    return stage.once("relief", lambda: _relief(stage, values))
 
 
 def _relief(stage: Stage, values: Values) -> Relief:
@@ -31,4 +29,4 @@ def fixed(stage: Stage, values: Values) -> None:
 
 
 moving, tip = riding(relief, lambda stage, _values: BALL * stage.u)
-SCENE = Scene("bump_valley", fixed, moving, tip=tip)
+SCENE = Scene(ENVIRONMENT, fixed, moving, tip=tip)

@@ -4,13 +4,10 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.button import ENVIRONMENT
-from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
-from hapkit_studio.gui.scenes.parts import block, mark, read, surface_line, take_stem
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values
+from hapkit_studio.gui.scenes.parts import block, mark, surface_line, take_stem
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.widgets.theme import theme
 
-STATES = ENVIRONMENT.state_names
-_value = reader(ENVIRONMENT)
 CAP, NUB = 3.6, 3.4  # mm: how far cap and nub reach from the handle
 _SHOULDER, _DIMPLE = 1.8, 0.6  # mm: how far the snapped dome stands out at least, from base and from nub
 _DOME = 0.42  # of the band: half the dome's height
@@ -18,21 +15,7 @@ _PLATE, _PIN = 0.33, 0.09  # of the band: half the heights of cap and nub
 
 
 def _surface(values: Values) -> float:
-    return 1e3 * _value(values, "position")
-
-
-def _base(values: Values) -> float:
-    """Return where the base stands in mm: the nub reaches it when the cap has gone its whole travel."""
-    return _surface(values) + 1e3 * _value(values, "travel") + CAP + NUB
-
-
-def _cap_place(values: Values, motion: Motion) -> float:
-    return max(motion.position, _surface(values))
-
-
-def _face(values: Values, motion: Motion) -> float:
-    """Return where the base's face is in mm, pressed in by what is pushed beyond its travel."""
-    return max(_base(values), _cap_place(values, motion) + CAP + NUB)
+    return 1e3 * values["position"]
 
 
 def fixed(stage: Stage, values: Values) -> None:
@@ -42,12 +25,14 @@ def fixed(stage: Stage, values: Values) -> None:
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw base, dome and cap."""
-    cap = _cap_place(values, motion)
-    stop, tip, face = _base(values), stage.x(cap + CAP + NUB), stage.x(_face(values, motion))
+    cap = max(motion.position, _surface(values))
+    stop = _surface(values) + 1e3 * values["travel"] + CAP + NUB  # the nub is there after its whole travel
+    tip = stage.x(cap + CAP + NUB)
+    face = stage.x(max(stop, cap + CAP + NUB))  # pressed in by what is pushed beyond its travel
     block(stage, face, stage.x(50.0))
     if tip > stage.x(stop):
         surface_line(stage, stage.x(stop))
-    _dome(stage, tip, face, read(motion, STATES, "pressed") > 0.5)
+    _dome(stage, tip, face, motion.state["pressed"] > 0.5)
     _cap(stage, cap)
     if cap > _surface(values):
         surface_line(stage, stage.x(_surface(values)))
@@ -72,8 +57,7 @@ def _dome(stage: Stage, apex: float, base: float, snapped: bool) -> None:
 def _cap(stage: Stage, cap: float) -> None:
     u, middle = stage.u, stage.rail - 0.5 * stage.band
     face, back, tip = stage.x(cap), stage.x(cap + CAP), stage.x(cap + CAP + NUB)
-    stage.p.setPen(stage.pen("objline", 1.8))
-    stage.p.setBrush(theme.color("obj"))
+    stage.use(stage.pen("objline", 1.8), "obj")
     pin, plate = _PIN * stage.band, _PLATE * stage.band
     stage.p.drawRoundedRect(QRectF(back - 4 * u, middle - pin, tip - back + 4 * u, 2 * pin), 2 * u, 2 * u)
     stage.p.drawRoundedRect(QRectF(face, middle - plate, back - face, 2 * plate), 4 * u, 4 * u)
@@ -81,7 +65,7 @@ def _cap(stage: Stage, cap: float) -> None:
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
     """Count the clicks in and out, before the button."""
-    downs, ups = read(motion, STATES, "downs"), read(motion, STATES, "ups")
+    downs, ups = motion.state["downs"], motion.state["ups"]
     if downs + ups > 0:
         take_stem(stage, motion, stage.rail)
         places = (_surface(values), min(motion.position, _surface(values)), motion.position)
@@ -89,4 +73,4 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
         stage.say(f"{downs:.0f} in, {ups:.0f} out", spots, "ink", 13.0, 600)
 
 
-SCENE = Scene("button", fixed, moving, words)
+SCENE = Scene(ENVIRONMENT, fixed, moving, words)

@@ -16,7 +16,6 @@ from PySide6.QtSvg import QSvgRenderer
 from hapkit_studio import resources
 from hapkit_studio.environments.cat import ENVIRONMENT, PURRS_ABOVE, SWAT_TIME, SWATS_BELOW
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values
-from hapkit_studio.gui.scenes.parts import read as number
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import MODES
@@ -100,7 +99,7 @@ class Mood:
 
 def read(motion: Motion) -> Mood:
     """Return the mood in the newest row."""
-    state = {name: number(motion, ENVIRONMENT.state_names, name) for name in ENVIRONMENT.state_names}
+    state = motion.state
     bent = (motion.position - 1e3 * state["anchor"]) / _FULL_BEND if state["started"] else 0.0
     contentment, bend = min(1.0, max(-1.0, state["contentment"])), min(1.0, max(-1.0, bent))
     return Mood(contentment, state["breath"], state["swat"], state["sulk"], bend)
@@ -286,13 +285,12 @@ def _hair(stage: Stage, mood: Mood, pad: float) -> None:
             path.moveTo(a, b)
             path.quadTo(c, d, e, f)
             path.quadTo(g, h, k, m)
-        stage.fill(path, color("hair"))
+        stage.p.fillPath(path, color("hair"))
 
 
 def _pad(stage: Stage, row: float, x: float) -> None:
     wide, high = _PAD_WIDE * stage.u, _PAD_HIGH * stage.u
-    stage.p.setPen(QPen(theme.color("scene"), 1.2 * stage.u))
-    stage.p.setBrush(theme.color("handle"))
+    stage.use(QPen(theme.color("scene"), 1.2 * stage.u), "handle")
     stage.p.drawRoundedRect(QRectF(x - wide / 2, row - high / 2, wide, high), high / 2, high / 2)
     stage.taken.append(QRectF(x - wide / 2, stage.top, wide, row - stage.top + high))
 
@@ -317,4 +315,4 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
     stage.say(read(motion).word, places, "ink3", 12.5, 500)
 
 
-SCENE = Scene("cat", moving=moving, words=words, tip=tip, per_newton=90.0, height=272)
+SCENE = Scene(ENVIRONMENT, moving=moving, words=words, tip=tip, per_newton=90.0, height=272)

@@ -5,6 +5,7 @@ import math
 from PySide6.QtCore import QPointF
 from PySide6.QtGui import QPainterPath, QPolygonF
 
+from hapkit_studio.environments.damping import ENVIRONMENT
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
@@ -47,7 +48,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
     liquid.lineTo(right, low)
     liquid.lineTo(left, low)
     liquid.closeSubpath()
-    stage.fill(liquid, theme.color("mat"))
+    stage.p.fillPath(liquid, theme.color("mat"))
     stage.p.setPen(stage.pen("matline", 2.2))
     stage.p.drawPolyline(surface)
     for x in (left, right):
@@ -70,4 +71,4 @@ def _wake(stage: Stage, motion: Motion, left: float, right: float) -> None:
                 stage.stroke(path, stage.pen("matline", 1.5, alpha=0.75 - 0.2 * j))
 
 
-SCENE = Scene("damping", moving=moving)
+SCENE = Scene(ENVIRONMENT, moving=moving)

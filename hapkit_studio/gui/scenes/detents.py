@@ -3,11 +3,10 @@
 import numpy as np
 
 from hapkit_studio.environments.detents import ENVIRONMENT
-from hapkit_studio.gui.scenes.base import Scene, Values, reader
+from hapkit_studio.gui.scenes.base import Scene, Values
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, saturating
 from hapkit_studio.gui.scenes.stage import Stage
 
-_value = reader(ENVIRONMENT)
 _LEVEL, _ROOM = 0.52, 0.42  # of the band
 _ENERGY = 1.1e-3  # J: a well of 63 % of the room
 _STEEPEST = 1.6  # a well is at most so many times as deep as half its width, and takes the ball in
@@ -16,8 +15,8 @@ _LEAST_BALL = 3.2  # px at u = 1
 
 def relief(stage: Stage, values: Values) -> Relief:
     """Return the ground: around each multiple of the pitch a parabola, as a spring's energy is."""
-    pitch, half = 1e3 * _value(values, "pitch"), 1e3 * _value(values, "half_width")
-    energy = 0.5 * _value(values, "stiffness") * (1e-3 * half) ** 2
+    pitch, half = 1e3 * values["pitch"], 1e3 * values["half_width"]
+    energy = 0.5 * values["stiffness"] * (1e-3 * half) ** 2
     depth = min(saturating(energy, _ENERGY, _ROOM * stage.band), _STEEPEST * half * stage.per_mm)
     level = _LEVEL * stage.band
 
@@ -30,7 +29,7 @@ def relief(stage: Stage, values: Values) -> Relief:
 
 def _radius(stage: Stage, values: Values) -> float:
     """Return the ball's radius in px: small enough for its well."""
-    half = 1e3 * _value(values, "half_width") * stage.per_mm
+    half = 1e3 * values["half_width"] * stage.per_mm
     return max(min(BALL * stage.u, 0.5 * half), _LEAST_BALL * stage.u)
 
 
@@ -40,4 +39,4 @@ def fixed(stage: Stage, values: Values) -> None:
 
 
 moving, tip = riding(relief, _radius)
-SCENE = Scene("detents", fixed, moving, tip=tip)
+SCENE = Scene(ENVIRONMENT, fixed, moving, tip=tip)

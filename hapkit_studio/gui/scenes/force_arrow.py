@@ -1,8 +1,8 @@
 """The force arrow beside the knob and the number at its tip."""
 
 import numpy as np
-from PySide6.QtCore import QElapsedTimer, QPointF, QRectF
-from PySide6.QtGui import QPainterPath, QPen, QPolygonF
+from PySide6.QtCore import QElapsedTimer, QRectF
+from PySide6.QtGui import QPen
 
 from hapkit_studio.gui.scenes.base import RING, Motion, apart, knob, ring_alone, ring_place
 from hapkit_studio.gui.scenes.stage import Stage
@@ -17,11 +17,6 @@ EACH_MS = 100
 def direction(force: float) -> int:
     """Return which way a force acts, 0 if it is none as it is written."""
     return int(np.sign(round(force, _DECIMALS)))
-
-
-def arrow_length(force: float, per_newton: float, u: float) -> float:
-    """Return the arrow's length in px: so many px per N at u = 1, never shorter than its head."""
-    return max(LEAST_ARROW, abs(force) * per_newton) * u
 
 
 def force(stage: Stage, motion: Motion, per_newton: float) -> None:
@@ -60,23 +55,17 @@ def _arrow_ends(stage: Stage, motion: Motion, per_newton: float) -> tuple[float,
     u, d, x = stage.u, direction(motion.force), stage.x(motion.position)
     start = stage.knob_width / 2 + 7 * u
     room = (stage.width - x if d > 0 else x) - (16 if motion.clamped else 6) * u
-    tip = min(start + arrow_length(motion.force, per_newton, u), room)
+    tip = min(start + max(LEAST_ARROW, abs(motion.force) * per_newton) * u, room)
     return x + d * min(start, tip - LEAST_ARROW * u), x + d * tip
 
 
 def _arrow(stage: Stage, start: float, tip: float, y: float, d: int) -> None:
     u = stage.u
     neck = tip - d * HEAD * u
-    outline = [
-        (start, -SHAFT_HALF), (neck, -SHAFT_HALF), (neck, -HEAD_HALF), (tip, 0.0),
-        (neck, HEAD_HALF), (neck, SHAFT_HALF), (start, SHAFT_HALF),
-    ]  # fmt: skip
-    path = QPainterPath()
-    path.addPolygon(QPolygonF([QPointF(a, y + b * u) for a, b in outline]))
-    path.closeSubpath()
-    stage.p.setBrush(theme.color("applied"))
-    stage.p.setPen(QPen(theme.color("scene"), 1.2 * u))
-    stage.p.drawPath(path)
+    above = [(start, -SHAFT_HALF), (neck, -SHAFT_HALF), (neck, -HEAD_HALF)]
+    outline = [*above, (tip, 0.0), *((a, -b) for a, b in reversed(above))]
+    stage.use(QPen(theme.color("scene"), 1.2 * u), "applied")
+    stage.polygon((a, y + b * u) for a, b in outline)
 
 
 def force_words(newtons: float) -> str:

@@ -1,5 +1,6 @@
 """Free: the handle, and pale echoes of where it was a moment ago."""
 
+from hapkit_studio.environments.free import ENVIRONMENT
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values, handle, knob
 from hapkit_studio.gui.scenes.stage import Stage
 
@@ -15,4 +16,4 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
             stage.taken.append(knob(stage, motion.trail[-1 - ago]))
 
 
-SCENE = Scene("free", moving=moving)
+SCENE = Scene(ENVIRONMENT, moving=moving)

@@ -5,24 +5,17 @@ from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.friction import ENVIRONMENT
-from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
-from hapkit_studio.gui.scenes.parts import ground, read
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values
+from hapkit_studio.gui.scenes.parts import ground
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 
-STATES = ENVIRONMENT.state_names
-_value = reader(ENVIRONMENT)
 _LEVEL = 0.34  # of the band
 _GRAINS = np.random.default_rng(4).uniform(-1.0, 1.0, 101)
 _BRISTLES = 9
 _HEIGHT = 15.0  # px at u = 1: from the pad to the ground
 _REACH = 22.0  # px at u = 1: bristles lie flat from here on
 _STILL = 2.0  # mm within the last frames: slow enough for a word to be read
-
-
-def _roughness(values: Values) -> float:
-    """Return the grains' height in px at u = 1: none without friction."""
-    return 3.0 * min(1.6, _value(values, "kinetic_force") / 0.4) ** 0.5
 
 
 def _row(stage: Stage) -> float:
@@ -36,21 +29,18 @@ def _pad(stage: Stage, motion: Motion) -> QRectF:
 
 def fixed(stage: Stage, values: Values) -> None:
     """Draw the ground, as rough as the friction is strong."""
-    places, height = np.linspace(-50.0, 50.0, 101), _roughness(values) * stage.u
+    places = np.linspace(-50.0, 50.0, 101)
+    height = 3.0 * min(1.6, values["kinetic_force"] / 0.4) ** 0.5 * stage.u
     ground(stage, lambda mm: stage.band * _LEVEL + height * np.interp(mm, places, _GRAINS))
 
 
-def _started(motion: Motion) -> bool:
-    return read(motion, STATES, "started") > 0.5
-
-
 def _sticks(motion: Motion) -> bool:
-    return _started(motion) and read(motion, STATES, "stuck") > 0.5
+    return motion.state["started"] > 0.5 and motion.state["stuck"] > 0.5
 
 
 def stretch(motion: Motion) -> float:
     """Return in mm how far the anchor that holds the bristles' ends lies from the handle."""
-    return 1e3 * read(motion, STATES, "anchor") - motion.position if _started(motion) else 0.0
+    return 1e3 * motion.state["anchor"] - motion.position if motion.state["started"] > 0.5 else 0.0
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
@@ -59,22 +49,16 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
     lean = stretch(motion) * stage.per_mm
     bent = max(-_REACH * u, min(_REACH * u, lean))
     _bristles(stage, pad, bent)
-    if bent != lean:
-        _far_anchor(stage, pad.center().x() + bent, pad.center().x() + lean)
+    if bent != lean:  # the tether goes on to an anchor that is farther than they reach
+        y, anchor = _row(stage) - 2 * u, pad.center().x() + lean
+        stage.line(pad.center().x() + bent, y, anchor, y, stage.pen("objline", 1.6))
+        stage.p.setBrush(theme.color("obj"))
+        stage.p.drawEllipse(QPointF(anchor, y), 3 * u, 3 * u)
     if _sticks(motion):
         _hold(stage, pad.center().x() + lean)
-    stage.p.setPen(stage.pen("objline", 1.8))
-    stage.p.setBrush(theme.color("obj"))
+    stage.use(stage.pen("objline", 1.8), "obj")
     stage.p.drawRoundedRect(pad, 4 * u, 4 * u)
     stage.taken.append(pad)
-
-
-def _far_anchor(stage: Stage, start: float, anchor: float) -> None:
-    """Draw the tether from the bristles' ends to an anchor that is farther than they reach."""
-    y = _row(stage) - 2 * stage.u
-    stage.line(start, y, anchor, y, stage.pen("objline", 1.6))
-    stage.p.setBrush(theme.color("obj"))
-    stage.p.drawEllipse(QPointF(anchor, y), 3 * stage.u, 3 * stage.u)
 
 
 def _bristles(stage: Stage, pad: QRectF, bent: float) -> None:
@@ -91,13 +75,9 @@ def _hold(stage: Stage, x: float) -> None:
     """Draw the sign of what is fixed to the world under the bristles' ends."""
     u, y = stage.u, _row(stage) + 5 * stage.u
     half = 23 * u
-    path = QPainterPath(QPointF(x - half, y))
-    path.lineTo(x + half, y)
-    for i in range(7):
-        start = x - half + (4 + 7 * i) * u
-        path.moveTo(start, y)
-        path.lineTo(start - 5 * u, y + 6 * u)
-    stage.stroke(path, stage.pen("matline", 1.8))
+    starts = [x - half + (4 + 7 * i) * u for i in range(7)]
+    hatches = [[(start, y), (start - 5 * u, y + 6 * u)] for start in starts]
+    stage.lines(stage.pen("matline", 1.8), [(x - half, y), (x + half, y)], *hatches)
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
@@ -114,4 +94,4 @@ def tip(stage: Stage, values: Values, motion: Motion) -> float:
     return _pad(stage, motion).top() + stage.u
 
 
-SCENE = Scene("friction", fixed, moving, words, tip)
+SCENE = Scene(ENVIRONMENT, fixed, moving, words, tip)

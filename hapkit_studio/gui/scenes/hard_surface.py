@@ -8,13 +8,11 @@ from PySide6.QtGui import QPainter, QPainterPath, QPixmap
 
 from hapkit_studio.environments.hard_surface import ENVIRONMENT, ringing
 from hapkit_studio.environments.hard_surface import sound as sound_of
-from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
-from hapkit_studio.gui.scenes.parts import block, label, mark, read, ribbon, surface_line, text_width
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values
+from hapkit_studio.gui.scenes.parts import block, label, mark, ribbon, surface_line, text_width
 from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.widgets.theme import theme
 
-STATES = ENVIRONMENT.state_names
-_value = reader(ENVIRONMENT)
 _SECONDS = 2e-3  # per mm of the block
 _LARGEST = 3.0  # N: fills the block's height
 _SPEED = 0.1  # m/s: the tap that is drawn before the first one
@@ -25,7 +23,7 @@ _ARCS = ((12.0, 0.9), (20.0, 0.6), (28.0, 0.35))  # radius at u = 1, opacity
 
 def _face(stage: Stage, values: Values, motion: Motion) -> tuple[float, bool]:
     """Return the face's column and whether the handle presses it in."""
-    surface = 1e3 * _value(values, "position")
+    surface = 1e3 * values["position"]
     if motion.position > surface:
         return stage.x(motion.position) + 2.2 * stage.u, True
     return stage.x(surface), False
@@ -33,26 +31,25 @@ def _face(stage: Stage, values: Values, motion: Motion) -> tuple[float, bool]:
 
 def sound(values: Values) -> tuple[float, float, float]:
     """Return amplitude in N per m/s, decay in 1/s and frequency in Hz: the material's, or the custom ones."""
-    keys = ("material", "amplitude", "decay", "frequency")
-    return sound_of(*(_value(values, key) for key in keys))
+    return sound_of(*(values[key] for key in ("material", "amplitude", "decay", "frequency")))
 
 
 def wave(stage: Stage, values: Values, speed: float) -> tuple[np.ndarray, np.ndarray]:
     """Return times (n,) in s, one each pixel, and the ringing (n,) in N after an entry at a speed in m/s."""
     seconds, unit = stage.once("ringing", lambda: _unit(stage, values))
-    limit = _value(values, "limit")
+    limit = values["limit"]
     return seconds, np.clip(speed * unit, -limit, limit)
 
 
 def _unit(stage: Stage, values: Values) -> tuple[np.ndarray, np.ndarray]:
-    longest = 50.0 - 1e3 * _value(values, "position")
+    longest = 50.0 - 1e3 * values["position"]
     seconds = np.arange(0.0, longest, 1.0 / stage.per_mm) * _SECONDS
     return seconds, np.array([ringing(t, *sound(values)) for t in seconds.tolist()])
 
 
 def fixed(stage: Stage, values: Values) -> None:
     """Mark the surface below the rail."""
-    mark(stage, stage.x(1e3 * _value(values, "position")), "surface")
+    mark(stage, stage.x(1e3 * values["position"]), "surface")
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
@@ -60,8 +57,8 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
     face, pressed = _face(stage, values, motion)
     block(stage, face, stage.x(50.0), "mat2", hatched=False)
     if pressed:
-        surface_line(stage, stage.x(1e3 * _value(values, "position")))
-    since, speed = read(motion, STATES, "since", -1.0), read(motion, STATES, "speed")
+        surface_line(stage, stage.x(1e3 * values["position"]))
+    since, speed = motion.state.get("since", -1.0), motion.state["speed"]
     sounding = since >= 0.0 and speed > 0.0
     _draw_wave(stage, values, face, speed or _SPEED, since if sounding else math.inf)
     if sounding and since < _SHOWN:
@@ -136,4 +133,4 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
         label(stage, pitch, stage.x(50.0) - 8 * u - half, y, ("ink", "mat2"))
 
 
-SCENE = Scene("hard_surface", fixed, moving, words)
+SCENE = Scene(ENVIRONMENT, fixed, moving, words)

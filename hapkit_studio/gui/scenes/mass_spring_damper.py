@@ -1,29 +1,25 @@
 """Mass–spring–damper: a block at its true place, tied to a fixed post, that the handle pushes."""
 
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QPainterPath
+from PySide6.QtCore import QPointF, QRectF
 
 from hapkit_studio.environments.mass_spring_damper import ENVIRONMENT
-from hapkit_studio.gui.scenes.base import Motion, Scene, Values, point_out, reader
-from hapkit_studio.gui.scenes.parts import label, mark, on_object, read, surface_line, text_width
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values, point_out
+from hapkit_studio.gui.scenes.parts import label, mark, on_object, surface_line, text_width
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.widgets.theme import number, theme
+from hapkit_studio.gui.widgets.theme import number
 
-STATES = ENVIRONMENT.state_names
-_value = reader(ENVIRONMENT)
 _POST = 47.0  # mm
 _TURNS = 7
 _COIL, _DASHPOT = 0.28, 0.74  # of the block's height, from its top
 
 
 def _rest(values: Values) -> float:
-    return 1e3 * _value(values, "rest_position")
+    return 1e3 * values["rest_position"]
 
 
 def place(values: Values, motion: Motion) -> float:
     """Return where the block's left face is in mm."""
-    started = read(motion, STATES, "started") > 0.5
-    return 1e3 * read(motion, STATES, "object") if started else _rest(values)
+    return 1e3 * motion.state["object"] if motion.state["started"] > 0.5 else _rest(values)
 
 
 def width(values: Values) -> float:
@@ -33,8 +29,7 @@ def width(values: Values) -> float:
 
 def _body(stage: Stage, values: Values, motion: Motion) -> QRectF:
     """Return the block: as high as its mass is large, its face pressed in by the handle."""
-    mass = _value(values, "mass")
-    high = stage.band * min(0.9, max(0.6, 0.8 * (mass / 2.0) ** (1.0 / 3.0)))
+    high = stage.band * min(0.9, max(0.6, 0.8 * (values["mass"] / 2.0) ** (1.0 / 3.0)))
     face = place(values, motion)
     right = stage.x(face + width(values))
     left = min(max(stage.x(face), stage.x(motion.position)), right - 2 * stage.u)
@@ -54,46 +49,35 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
     body = _body(stage, values, motion)
     post = stage.x(_POST)
     if body.right() < post:
-        if _value(values, "stiffness") > 0.0:
+        if values["stiffness"] > 0.0:
             y = body.top() + _COIL * body.height()
             stage.coil(body.right(), post, y, min(9 * stage.u, 0.2 * body.height()), _TURNS)
-        if _value(values, "damping") > 0.0:
+        if values["damping"] > 0.0:
             _dashpot(stage, body.right(), post, body.top() + _DASHPOT * body.height())
-    _block(stage, values, motion, body)
+    u, p = stage.u, stage.p
+    stage.use(None, "objline")
+    for part in (0.22, 0.78):
+        p.drawEllipse(QPointF(body.left() + part * body.width(), stage.rail - 5 * u), 4 * u, 4 * u)
+    stage.use(stage.pen("objline", 1.8), "obj")
+    p.drawRoundedRect(body, 5 * u, 5 * u)
+    if motion.position > place(values, motion):
+        surface_line(stage, stage.x(place(values, motion)), "objline")
 
 
 def _dashpot(stage: Stage, left: float, right: float, y: float) -> None:
     """Draw a piston on the block's side in a cylinder on the post's."""
     length, half = right - left, 8 * stage.u
     mouth, bottom, piston = left + 0.30 * length, left + 0.72 * length, left + 0.42 * length
-    path = QPainterPath(QPointF(mouth, y - half))
-    path.lineTo(bottom, y - half)
-    path.lineTo(bottom, y + half)
-    path.lineTo(mouth, y + half)
-    for x0, x1 in ((left, piston), (bottom, right)):
-        path.moveTo(x0, y)
-        path.lineTo(x1, y)
-    stage.stroke(path, stage.pen("matline", 2.2))
+    cylinder = [(mouth, y - half), (bottom, y - half), (bottom, y + half), (mouth, y + half)]
+    rods = [(left, y), (piston, y)], [(bottom, y), (right, y)]
+    stage.lines(stage.pen("matline", 2.2), cylinder, *rods)
     stage.line(piston, y - 0.75 * half, piston, y + 0.75 * half, stage.pen("matline", 3))
-
-
-def _block(stage: Stage, values: Values, motion: Motion, body: QRectF) -> None:
-    u, p = stage.u, stage.p
-    p.setPen(Qt.PenStyle.NoPen)
-    p.setBrush(theme.color("objline"))
-    for part in (0.22, 0.78):
-        p.drawEllipse(QPointF(body.left() + part * body.width(), stage.rail - 5 * u), 4 * u, 4 * u)
-    p.setPen(stage.pen("objline", 1.8))
-    p.setBrush(theme.color("obj"))
-    p.drawRoundedRect(body, 5 * u, 5 * u)
-    if motion.position > place(values, motion):
-        surface_line(stage, stage.x(place(values, motion)), "objline")
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
     """Write the mass on the block, or beside it where it is narrow."""
     body = _body(stage, values, motion)
-    text = f"{_value(values, 'mass'):.3g} kg"
+    text = f"{values['mass']:.3g} kg"
     where = f"block at {number(place(values, motion), 1)} mm"
     if point_out(stage, body.left(), body.right(), body.center().y(), ("obj", "objline"), where):
         return
@@ -104,4 +88,4 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
         stage.say(text, [(body.center().x(), body.top() - 7 * stage.u, 0)], "ink", 13, 700)
 
 
-SCENE = Scene("mass_spring_damper", fixed, moving, words)
+SCENE = Scene(ENVIRONMENT, fixed, moving, words)

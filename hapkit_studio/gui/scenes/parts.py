@@ -15,17 +15,9 @@ from hapkit_studio.palette import luminance
 
 BALL = 6.5  # px at u = 1, the outline's half width included
 _OUTLINE = 1.2
-_LARGEST = 1e6  # of a state: no drawing tells more apart
 
 # maps positions (n,) in mm to heights (n,) in px above the rail
 Relief = Callable[[np.ndarray], np.ndarray]
-
-
-def read(motion: Motion, states: tuple[str, ...], name: str, default: float = 0.0) -> float:
-    """Return one number of the law's state; the default before the first row, or where it is no number."""
-    column = states.index(name)
-    value = float(motion.state[column]) if column < len(motion.state) else default
-    return min(max(value, -_LARGEST), _LARGEST) if math.isfinite(value) else default
 
 
 # what stays put ---------------------------------------------------------------------------------
@@ -47,7 +39,7 @@ def block(stage: Stage, face: float, end: float, token: str = "mat", hatched: bo
     if hatched:
         stage.hatch(solid, token)
     else:
-        stage.fill(solid, theme.color(token))
+        stage.p.fillPath(solid, theme.color(token))
     edge.moveTo(end, top)
     edge.lineTo(inner, top)
     stage.stroke(edge, stage.pen("matline", 2.6))
@@ -62,9 +54,8 @@ def mark(stage: Stage, x: float, text: str) -> None:
     """Point from below the rail to a place that stays put, and name it."""
     u = stage.u
     top, low = stage.rail + u, stage.rail + 9 * u
-    stage.p.setBrush(theme.color("matline"))
-    stage.p.setPen(stage.pen("matline", 0.5))
-    stage.p.drawPolygon(QPolygonF([QPointF(x, top), QPointF(x - 4.5 * u, low), QPointF(x + 4.5 * u, low)]))
+    stage.use(stage.pen("matline", 0.5), "matline")
+    stage.polygon([(x, top), (x - 4.5 * u, low), (x + 4.5 * u, low)])
     stage.say(text, [(x, stage.rail + 22 * u, 0)], "matline", 12, 600, must=True)
 
 
@@ -136,8 +127,8 @@ def ground(stage: Stage, relief: Relief, fine: bool = False) -> None:
         return
     body = QPainterPath()
     body.addPolygon(QPolygonF([QPointF(left, low), *line, QPointF(right, low)]))
-    stage.fill(body, theme.color("mat"))
-    stage.fill(ribbon(x, rows, 2.6 * stage.u), theme.color("matline"))
+    stage.p.fillPath(body, theme.color("mat"))
+    stage.p.fillPath(ribbon(x, rows, 2.6 * stage.u), theme.color("matline"))
 
 
 def resting(stage: Stage, relief: Relief, mm: float, radius: float) -> float:
@@ -153,8 +144,7 @@ def riding(
     """Return the ``moving`` and the ``tip`` of a scene whose stem ends in a ball of a radius in px."""
 
     def moving(stage: Stage, values: Values, motion: Motion) -> None:
-        stage.p.setPen(Qt.PenStyle.NoPen)
-        stage.p.setBrush(theme.color("handle"))
+        stage.use(None, "handle")
         seen = radius(stage, values) - _OUTLINE * stage.u
         stage.p.drawEllipse(QPointF(stage.x(motion.position), tip(stage, values, motion)), seen, seen)
 

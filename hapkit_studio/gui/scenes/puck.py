@@ -1,16 +1,14 @@
 """Puck: a disc of its true size between two walls, with an arrow and echoes as fast as it slides."""
 
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QPainterPath
+from PySide6.QtCore import QRectF, Qt
 
 from hapkit_studio.environments import puck as law
 from hapkit_studio.environments.puck import ENVIRONMENT
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values, point_out
-from hapkit_studio.gui.scenes.parts import block, read
+from hapkit_studio.gui.scenes.parts import block
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.widgets.theme import number, theme
 
-STATES = ENVIRONMENT.state_names
 RADIUS, WALL = 1e3 * law.RADIUS, 1e3 * (law.REACH + law.RADIUS)  # mm
 _LEAST_WIDTH = 2.0  # mm: what is left of a puck that is pressed through
 _ECHOES = ((3, 0.12), (2, 0.20), (1, 0.32))  # steps back, opacity
@@ -22,13 +20,12 @@ _LONGEST = 46.0
 
 def place(motion: Motion) -> float:
     """Return the puck's middle in mm."""
-    started = read(motion, STATES, "started") > 0.5
-    return 1e3 * (read(motion, STATES, "object") if started else law.START)
+    return 1e3 * (motion.state["object"] if motion.state["started"] > 0.5 else law.START)
 
 
 def outline(stage: Stage, motion: Motion) -> QRectF:
     """Return the puck, pressed in where the handle or a wall pushes it, and lower where the scene is low."""
-    middle, side = place(motion), read(motion, STATES, "side")
+    middle, side = place(motion), motion.state["side"]
     left = max(middle - RADIUS, min(-WALL, middle + RADIUS - _LEAST_WIDTH))
     right = min(middle + RADIUS, max(WALL, middle - RADIUS + _LEAST_WIDTH))
     if side > 0.0:
@@ -48,11 +45,10 @@ def fixed(stage: Stage, values: Values) -> None:
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw echoes, puck and arrow."""
-    shape, speed = outline(stage, motion), read(motion, STATES, "object_velocity")
+    shape, speed = outline(stage, motion), motion.state["object_velocity"]
     if abs(speed) > _SLOW:
         _echoes(stage, motion, shape, speed)
-    stage.p.setPen(stage.pen("objline", 1.8))
-    stage.p.setBrush(theme.color("obj"))
+    stage.use(stage.pen("objline", 1.8), "obj")
     stage.p.drawEllipse(shape)
     stage.p.setBrush(Qt.BrushStyle.NoBrush)
     stage.p.drawEllipse(shape.center(), 0.21 * shape.width(), 0.21 * shape.height())
@@ -63,7 +59,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
 def _echoes(stage: Stage, motion: Motion, shape: QRectF, speed: float) -> None:
     """Draw where it was, at this speed, as far as walls and handle leave room."""
     stage.p.setPen(Qt.PenStyle.NoPen)
-    side = read(motion, STATES, "side")
+    side = motion.state["side"]
     low = max(-WALL, motion.position if side > 0.0 else -WALL) + RADIUS
     high = min(WALL, motion.position if side < 0.0 else WALL) - RADIUS
     for steps, opacity in _ECHOES:
@@ -79,12 +75,8 @@ def _arrow(stage: Stage, shape: QRectF, speed: float) -> None:
     u, d, y = stage.u, 1 if speed > 0 else -1, shape.center().y()
     start = (shape.right() if d > 0 else shape.left()) + d * 7 * u
     end = start + d * min(max(abs(speed) * _PER_SPEED, 10.0), _LONGEST) * u
-    path = QPainterPath(QPointF(start, y))
-    path.lineTo(end, y)
-    path.moveTo(end - d * 7 * u, y - 5 * u)
-    path.lineTo(end, y)
-    path.lineTo(end - d * 7 * u, y + 5 * u)
-    stage.stroke(path, stage.pen("velocity", 2.4))
+    head = [(end - d * 7 * u, y - 5 * u), (end, y), (end - d * 7 * u, y + 5 * u)]
+    stage.lines(stage.pen("velocity", 2.4), [(start, y), (end, y)], head)
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
@@ -94,4 +86,4 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
     point_out(stage, shape.left(), shape.right(), shape.center().y(), ("obj", "objline"), text)
 
 
-SCENE = Scene("puck", fixed, moving, words)
+SCENE = Scene(ENVIRONMENT, fixed, moving, words)

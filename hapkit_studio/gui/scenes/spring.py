@@ -1,24 +1,18 @@
 """Spring: a coil between a post and the handle, its centre as a dashed line."""
 
-from PySide6.QtCore import QPointF, Qt
+from PySide6.QtCore import QPointF
 
 from hapkit_studio.environments.spring import ENVIRONMENT
-from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.widgets.theme import theme
 
-_value = reader(ENVIRONMENT)
 _POST = -46.0  # mm
 _TURNS = 11
 
 
-def _height(stage: Stage) -> float:
-    return stage.rail - stage.band * 0.46
-
-
 def fixed(stage: Stage, values: Values) -> None:
     """Draw the post and the centre line."""
-    x = stage.x(1e3 * _value(values, "center"))
+    x = stage.x(1e3 * values["center"])
     stage.line(x, stage.top, x, stage.rail, stage.pen("ghost", 1.5, (5, 5)))
     stage.post(stage.x(_POST), -1)
     stage.say("x₀", [(x - 6 * stage.u, stage.top + 12 * stage.u, -1)], "ink3", 12.5)
@@ -26,11 +20,10 @@ def fixed(stage: Stage, values: Values) -> None:
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw the coil and the joint on the stem."""
-    x, y = stage.x(motion.position), _height(stage)
+    x, y = stage.x(motion.position), stage.rail - 0.46 * stage.band
     stage.coil(stage.x(_POST), x, y, 15 * stage.u, _TURNS)
-    stage.p.setPen(Qt.PenStyle.NoPen)
-    stage.p.setBrush(theme.color("matline"))
+    stage.use(None, "matline")
     stage.p.drawEllipse(QPointF(x, y), 5 * stage.u, 5 * stage.u)
 
 
-SCENE = Scene("spring", fixed, moving)
+SCENE = Scene(ENVIRONMENT, fixed, moving)

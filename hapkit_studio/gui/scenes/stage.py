@@ -3,16 +3,17 @@
 Lengths are pixels; u scales every fixed size (1.0 at 150 high, 1.32 at 236); positions on the rail are mm.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QBrush, QColor, QFont, QFontMetricsF, QPainter, QPainterPath, QPen
+from PySide6.QtGui import QBrush, QFont, QFontMetricsF, QPainter, QPainterPath, QPen, QPolygonF
 
 from hapkit_studio.gui.widgets.text import paint_words
 from hapkit_studio.gui.widgets.theme import number, theme
 
 T = TypeVar("T")
+Place = tuple[float, float]
 
 HALF_TRAVEL = 50.0  # mm
 _BESIDE = 4.0  # px between words
@@ -85,15 +86,26 @@ class Stage:
         self.p.setPen(pen)
         self.p.drawLine(QPointF(x1, y1), QPointF(x2, y2))
 
+    def use(self, pen: QPen | None, fill: str = "") -> None:
+        """Take a pen, None for no outline, and a token to fill with, if any, for the shapes to come."""
+        self.p.setPen(pen or Qt.PenStyle.NoPen)
+        self.p.setBrush(theme.color(fill) if fill else Qt.BrushStyle.NoBrush)
+
+    def polygon(self, corners: Iterable[Place]) -> None:
+        """Draw a closed shape."""
+        self.p.drawPolygon(QPolygonF([QPointF(*corner) for corner in corners]))
+
+    def lines(self, pen: QPen, *lines: Sequence[Place]) -> None:
+        """Draw lines, each through some points."""
+        path = QPainterPath()
+        for line in lines:
+            path.addPolygon(QPolygonF([QPointF(*place) for place in line]))
+        self.stroke(path, pen)
+
     def stroke(self, path: QPainterPath, pen: QPen) -> None:
         """Draw a path's outline only."""
-        self.p.setPen(pen)
-        self.p.setBrush(Qt.BrushStyle.NoBrush)
+        self.use(pen)
         self.p.drawPath(path)
-
-    def fill(self, path: QPainterPath, brush: QBrush | QColor) -> None:
-        """Fill a path without an outline."""
-        self.p.fillPath(path, brush)
 
     def hatch(self, path: QPainterPath, token: str = "mat") -> None:
         """Fill a path with a token's colour, hatched: it is fixed to the world."""
@@ -163,21 +175,16 @@ class Stage:
             x = self.x(mm) + 0.5 * self.font(11.5, 400)[1].horizontalAdvance(unit)  # the number at its tick
             self.say(number(mm, 0) + unit, [(x, self.rail + 22 * self.u, 0)], "ink3", 11.5, 400)
 
-    def coil(self, x0: float, x1: float, y: float, height: float, turns: int, token: str = "matline") -> None:
+    def coil(self, x0: float, x1: float, y: float, height: float, turns: int) -> None:
         """Draw a spring between two columns."""
         if x1 <= x0:
             return
         lead = min(8.0 * self.u, 0.2 * (x1 - x0))
         length = x1 - x0 - 2 * lead
         width = min(2.4, max(0.7, 0.45 * length / (2 * turns * self.u)))
-        path = QPainterPath(QPointF(x0, y))
-        path.lineTo(x0 + lead, y)
-        for i in range(turns):
-            path.lineTo(x0 + lead + length * (i + 0.25) / turns, y - height)
-            path.lineTo(x0 + lead + length * (i + 0.75) / turns, y + height)
-        path.lineTo(x0 + lead + length, y)
-        path.lineTo(x1, y)
-        self.stroke(path, self.pen(token, width))
+        step = 0.5 * length / turns
+        coil = [(x0 + lead + (i + 0.5) * step, y + (height if i % 2 else -height)) for i in range(2 * turns)]
+        self.lines(self.pen("matline", width), [(x0, y), (x0 + lead, y), *coil, (x1 - lead, y), (x1, y)])
 
     def post(self, x: float, side: int) -> None:
         """Draw a fixed support: its face at x, its body to the side."""

@@ -4,15 +4,13 @@ import math
 
 import numpy as np
 from PySide6.QtCore import QRectF
-from PySide6.QtGui import QPainterPath
 
 from hapkit_studio.environments.texture import BANDS, ENVIRONMENT, GRATING, grain
-from hapkit_studio.gui.scenes.base import Motion, Scene, Values, reader
+from hapkit_studio.gui.scenes.base import Motion, Scene, Values
 from hapkit_studio.gui.scenes.parts import BALL, Relief, ground, riding, sampled, take_stem
 from hapkit_studio.gui.scenes.stage import HALF_TRAVEL, Stage
 from hapkit_studio.gui.widgets.theme import theme
 
-_value = reader(ENVIRONMENT)
 _LEVEL, _ROOM = 0.40, 0.22  # of the band
 _RIDGE = 6.5  # px at u = 1: half the height of a ridge of 0.25 N every 5 mm
 _CLOSE = 10.0  # px from ridge to ridge: closer ones are outlined by a hairline
@@ -23,7 +21,7 @@ _LEAST_BALL = 3.2  # px at u = 1
 
 def _wave(values: Values) -> float:
     """Return λ in mm."""
-    return 1e3 * _value(values, "wavelength")
+    return 1e3 * values["wavelength"]
 
 
 def _fine(stage: Stage, values: Values) -> bool:
@@ -31,14 +29,14 @@ def _fine(stage: Stage, values: Values) -> bool:
 
 
 def _flat(stage: Stage, values: Values) -> bool:
-    return height(stage, values) == 0.0 or (_value(values, "kind") == GRATING and _fine(stage, values))
+    return height(stage, values) == 0.0 or (values["kind"] == GRATING and _fine(stage, values))
 
 
 def height(stage: Stage, values: Values) -> float:
     """Return half a ridge's height in px: it grows with force and λ, and fits."""
-    if _value(values, "kind") == BANDS:
+    if values["kind"] == BANDS:
         return 0.0
-    ratio = _value(values, "amplitude") / 0.25 * _wave(values) / 5.0
+    ratio = values["amplitude"] / 0.25 * _wave(values) / 5.0
     return min(_RIDGE * stage.u * ratio**0.5, _ROOM * stage.band)
 
 
@@ -51,8 +49,8 @@ def _relief(stage: Stage, values: Values) -> Relief:
     level, wave, high = _LEVEL * stage.band, _wave(values), height(stage, values)
     if _flat(stage, values):
         return lambda mm: np.full_like(mm, level + high)
-    if _value(values, "kind") != GRATING:
-        return lambda mm: level + high * _grains(mm / (0.5 * wave), math.floor(_value(values, "seed")))
+    if values["kind"] != GRATING:
+        return lambda mm: level + high * _grains(mm / (0.5 * wave), math.floor(values["seed"]))
     return lambda mm: level + high * np.cos(math.tau * mm / wave)
 
 
@@ -68,10 +66,10 @@ def _grains(places: np.ndarray, seed: int) -> np.ndarray:
 
 def fixed(stage: Stage, values: Values) -> None:
     """Draw the ground, its bands and the mark for λ."""
-    kind = _value(values, "kind")
+    kind = values["kind"]
     close = _wave(values) * stage.per_mm < _CLOSE
     ground(stage, relief(stage, values), close and not _flat(stage, values))
-    if kind == BANDS and _value(values, "damping") > 0.0:
+    if kind == BANDS and values["damping"] > 0.0:
         _bands(stage, values)
     elif kind == GRATING and _fine(stage, values):
         _shade(stage, -HALF_TRAVEL, HALF_TRAVEL, height(stage, values), -height(stage, values))
@@ -97,35 +95,28 @@ def _bands(stage: Stage, values: Values) -> None:
             _shade(stage, left, right, 0.0, deep)
 
 
-def _count(stage: Stage, values: Values) -> int:
-    """Return how many λ are marked: one, or ten where one is too short to be seen."""
-    return 1 if _wave(values) * stage.per_mm > _WIDE * stage.u else 10
+def _measure(stage: Stage, values: Values) -> tuple[float, float, float, int]:
+    """Return the ends and the row of the mark above the ground, and for how many λ it stands.
 
-
-def _measure(stage: Stage, values: Values) -> tuple[float, float, float]:
-    """Return the ends and the row of the mark for λ, above the ground."""
+    One, or ten where one is too short to be seen.
+    """
     wave = _wave(values)
+    count = 1 if wave * stage.per_mm > _WIDE * stage.u else 10
     left = stage.x(wave * math.ceil(15.0 / wave))
     row = stage.rail - _LEVEL * stage.band - height(stage, values) - 10 * stage.u
-    return left, left + _count(stage, values) * wave * stage.per_mm, row
+    return left, left + count * wave * stage.per_mm, row, count
 
 
 def _mark(stage: Stage, values: Values) -> None:
-    u, (left, right, y) = stage.u, _measure(stage, values)
-    path = QPainterPath()
-    for x in (left, right):
-        path.moveTo(x, y - 4 * u)
-        path.lineTo(x, y + 4 * u)
-    path.moveTo(left, y)
-    path.lineTo(right, y)
-    stage.stroke(path, stage.pen("ink3", 1.4))
+    u, (left, right, y, _) = stage.u, _measure(stage, values)
+    ends = [[(x, y - 4 * u), (x, y + 4 * u)] for x in (left, right)]
+    stage.lines(stage.pen("ink3", 1.4), *ends, [(left, y), (right, y)])
 
 
 def words(stage: Stage, values: Values, motion: Motion) -> None:
     """Name the mark for λ, above it or beside it, wherever the stem is not."""
-    u, (left, right, y) = stage.u, _measure(stage, values)
+    u, (left, right, y, count) = stage.u, _measure(stage, values)
     take_stem(stage, motion, stage.rail)
-    count = _count(stage, values)
     text = f"{'' if count == 1 else '10 '}λ = {count * _wave(values):.3g} mm"
     places = [
         ((left + right) / 2, y - 8 * u, 0),
@@ -142,4 +133,4 @@ def _radius(stage: Stage, values: Values) -> float:
 
 
 moving, tip = riding(relief, _radius)
-SCENE = Scene("texture", fixed, moving, words, tip)
+SCENE = Scene(ENVIRONMENT, fixed, moving, words, tip)

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 from hapkit_studio.gui.scenes.base import (
     Motion,
     Scene,
+    Values,
     beyond,
     hand_label,
     hand_ring,
@@ -51,7 +52,7 @@ class SceneView(QWidget):
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self._scene: Scene = named("")
-        self._values: dict[str, float] = {}
+        self._values: Values = {}
         self._motion = Motion()
         self._stage: Stage | None = None
         self._ground = QPixmap()
@@ -87,7 +88,7 @@ class SceneView(QWidget):
 
     def set_values(self, values: Mapping[str, float]) -> None:
         """Take over changed parameters."""
-        self._values = dict(values)
+        self._values = self._scene.values(values)
         self._forget()
 
     def update_state(
@@ -113,7 +114,7 @@ class SceneView(QWidget):
         motion.force, motion.asked = _within(applied, STRONGEST), _within(asked, STRONGEST)
         target = hand_target if self._held is None else self._held
         motion.hand = None if target is None or not np.isfinite(target) else 1e3 * target
-        motion.clamped, motion.stopped, motion.state = clamped, stopped, state
+        motion.clamped, motion.stopped, motion.state = clamped, stopped, self._scene.state(state)
         motion.trail.append(motion.position)
         if self._words.look(motion):
             said = f"{number(motion.position, 2, sign=True)} mm, force {motion.force_text}"
@@ -189,8 +190,7 @@ class SceneView(QWidget):
         else:
             self._play(stage)
         if self._ring and self.hasFocus():
-            stage.p.setBrush(Qt.BrushStyle.NoBrush)
-            stage.p.setPen(QPen(theme.color("accent"), 2))
+            stage.use(QPen(theme.color("accent"), 2))
             stage.p.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 7, 7)
         painter.end()
 

@@ -15,25 +15,22 @@ def history():
     return history
 
 
-@pytest.fixture
-def plots(qtbot, qapp, history):
-    plots = TimePlots()
-    qtbot.addWidget(plots)
-    plots.resize(560, 500)
-    plots.set_history(history)
-    plots.set_environment(LIBRARY["wall"], LIBRARY["wall"].values(), 3.0)
-    plots.show()
-    plots.refresh()
-    return plots
+def shown(qtbot, widget, size, history):
+    """Return plots of a size on a history, the wall in force."""
+    qtbot.addWidget(widget)
+    widget.resize(*size)
+    widget.show()
+    widget.set_history(history)
+    widget.set_environment(LIBRARY["wall"], LIBRARY["wall"].values({"stiffness": 400.0}), 3.0)
+    widget.refresh()
+    return widget
 
 
 @pytest.fixture
-def phase(qtbot, qapp, history):
-    phase = ForcePosition()
-    qtbot.addWidget(phase)
-    phase.resize(348, 420)
-    phase.show()
-    phase.set_history(history)
-    phase.set_environment(LIBRARY["wall"], LIBRARY["wall"].values({"stiffness": 400.0}), 3.0)
-    phase.refresh()
-    return phase
+def plots(qtbot, history):
+    return shown(qtbot, TimePlots(), (560, 500), history)
+
+
+@pytest.fixture
+def phase(qtbot, history):
+    return shown(qtbot, ForcePosition(), (348, 420), history)

@@ -23,11 +23,6 @@ def telemetry(count, start=0, rate=RATE):
     return table
 
 
-def settle(phase):
-    """Take what came since the last frame."""
-    phase.canvas.refresh()
-
-
 def canvas_of(plots, key):
     return next(c for c in plots.canvases if c.plot_of.key == key)
 

@@ -66,36 +66,26 @@ def test_the_difference_is_that_of_the_same_moments():
     assert "dotted: computer, in colour: board" in words
 
 
-def test_a_comparison_says_why_it_cannot_begin(held_board_window):
+def test_what_ends_a_comparison_is_said_and_who_rendered_renders_on(held_board_window, qtbot, monkeypatch):
     window = held_board_window
-    note, switch = window.loop.where.note, window.loop.where
+    switch, note, running = window.loop.where, window.loop.where.note, window.comparison.comparison
+    switch.compare.emit()
+    assert "1 of 2" in note.text()
+    window.studio.set_value("stiffness", 100.0)
+    assert not running.running
+    assert "nothing was compared" in note.text()
+    monkeypatch.setattr(comparison, "PATIENCE", 0.0)
+    monkeypatch.setattr(comparison, "RENDERERS", ("board", "computer"))
+    switch.compare.emit()
+    assert window.studio.loop.where == "board"
+    qtbot.waitUntil(lambda: not running.running)
+    assert window.studio.loop.where == "computer"
+    assert "did not begin to render" in note.text()
+    assert switch.button.text() == "Compare both"
     window.studio.stop()
     switch.compare.emit()
     assert "Release the E-stop" in note.text()
-    assert not window.comparison.comparison.running
-
-
-def test_a_board_that_does_not_begin_ends_it_and_who_rendered_renders_on(
-    held_board_window, qtbot, monkeypatch
-):
-    window = held_board_window
-    monkeypatch.setattr(comparison, "PATIENCE", 0.0)
-    monkeypatch.setattr(comparison, "RENDERERS", ("board", "computer"))
-    window.loop.where.compare.emit()
-    assert window.studio.loop.where == "board"
-    qtbot.waitUntil(lambda: not window.comparison.comparison.running)
-    assert window.studio.loop.where == "computer"
-    assert "did not begin to render" in window.loop.where.note.text()
-    assert window.loop.where.button.text() == "Compare both"
-
-
-def test_another_value_meanwhile_ends_it(held_board_window):
-    window = held_board_window
-    window.loop.where.compare.emit()
-    assert "1 of 2" in window.loop.where.note.text()
-    window.studio.set_value("stiffness", 100.0)
-    assert not window.comparison.comparison.running
-    assert "nothing was compared" in window.loop.where.note.text()
+    assert not running.running
 
 
 def test_the_energy_is_said_to_be_unwatched_while_the_board_renders(held_board_window):

@@ -34,7 +34,7 @@ def bar(qtbot):
     return widget
 
 
-def test_the_history_holds_the_very_rows_of_the_ring(window, qtbot):
+def test_the_history_holds_the_very_rows_of_the_ring_a_hidden_window_only_drains_it(window, qtbot):
     reader = window.studio.engine.reader()
     window.live._follow()
     window.studio.engine.move_hand(0.015)
@@ -56,9 +56,10 @@ def test_the_history_holds_the_very_rows_of_the_ring(window, qtbot):
     assert np.array_equal(ring[:, rows.HOST_TIME], kept.x)
     for name, column in CHANNELS.items():
         assert np.array_equal(kept.y[name], ring[:, column])
-
-
-def test_a_hidden_window_only_drains(window, qtbot):
+    window.live.lost = 12
+    window.live._health.stop()
+    window.display.show_health(window.studio.engine.health())
+    assert window.status.kept.words.text() == "12 rows not read"
     frames = []
     window.live.frame.connect(lambda *_: frames.append(1))
     window.live.set_hidden(True)
@@ -70,13 +71,6 @@ def test_a_hidden_window_only_drains(window, qtbot):
 
     qtbot.waitUntil(drained, timeout=PATIENCE_MS)
     assert frames == []
-
-
-def test_rows_the_window_was_too_late_for_are_said(window):
-    window.live.lost = 12
-    window.live._health.stop()
-    window.display.show_health(window.studio.engine.health())
-    assert window.status.kept.words.text() == "12 rows not read"
 
 
 def test_the_bar_says_rate_lateness_and_priority(bar):

@@ -7,26 +7,11 @@ from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.live.canvas import labels, ticks, widened
-from hapkit_studio.gui.live.history import CHANNELS, History, RollingWindow
+from hapkit_studio.gui.live.canvas import labels, ticks
+from hapkit_studio.gui.live.history import CHANNELS
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY, canvas_of, colored, telemetry
-
-
-def test_axes_widen_at_once_and_narrow_only_on_request(plots, history):
-    canvas = canvas_of(plots, "position")
-    burst = telemetry(50, 14_000)
-    burst[25, rows.POSITION] = 0.045
-    history.append(burst)
-    plots.refresh()
-    wide = canvas.view.viewRange()[1]
-    assert wide[1] > 45.0
-    history.append(telemetry(12_000, 14_050))
-    plots.refresh()
-    assert canvas.view.viewRange()[1] == wide
-    plots.fit()
-    assert 15.0 < canvas.view.viewRange()[1][1] < 20.0
 
 
 @pytest.mark.parametrize(
@@ -60,14 +45,6 @@ def test_tick_labels_have_a_true_minus_and_enough_decimals():
     assert labels([1234.5, 1235.0]) == ["1,234.5", "1,235.0"]
 
 
-def test_widening_leaves_a_margin_and_ignores_what_is_no_number():
-    assert widened((-1.0, 1.0), -0.5, 0.5) == (-1.0, 1.0)
-    low, high = widened((-1.0, 1.0), -0.5, 3.0)
-    assert low == -1.0
-    assert high > 3.0
-    assert widened((-1.0, 1.0), np.nan, np.nan) == (-1.0, 1.0)
-
-
 def test_the_time_window_goes_from_1_to_60_seconds(plots, qtbot):
     with qtbot.waitSignal(plots.span_changed):
         plots.set_span(30.0)
@@ -78,7 +55,7 @@ def test_the_time_window_goes_from_1_to_60_seconds(plots, qtbot):
 
 
 def turn_wheel(canvas, qapp):
-    place = QPointF(canvas.frame().center())
+    place = QPointF(canvas.measure().center())
     there = QPointF(canvas.mapToGlobal(place.toPoint()))
     event = QWheelEvent(
         place, there, QPoint(), QPoint(0, 240), Qt.MouseButton.NoButton,
@@ -87,7 +64,7 @@ def turn_wheel(canvas, qapp):
     qapp.sendEvent(canvas.viewport(), event)
 
 
-def test_the_wheel_zooms_into_time_only_while_paused(plots, qapp):
+def test_only_while_paused_the_wheel_zooms_into_time_and_the_view_moves(plots, history, qapp):
     canvas = canvas_of(plots, "force")
     values = canvas.view.viewRange()[1]
     turn_wheel(canvas, qapp)
@@ -98,57 +75,56 @@ def test_the_wheel_zooms_into_time_only_while_paused(plots, qapp):
     assert -10.0 < left < right < 0.0
     assert canvas.view.viewRange()[1] == values
     assert plots.shown.window.x[0] == pytest.approx(plots.shown.zero + left, abs=0.02)
-    plots.canvases[0].view.setXRange(-200.0, 50.0, padding=0)
-    left, right = plots.canvases[0].view.viewRange()[0]
-    assert left >= -60.0
-    assert right <= 0.0
+    for asked, shown in (((-200.0, 50.0), (-60.0, 0.0)), ((-8.0, -7.0), (-8.0, -7.0))):
+        plots.canvases[1].view.setXRange(*asked, padding=0)
+        for canvas in plots.canvases:
+            assert canvas.view.viewRange()[0] == pytest.approx(shown)
+    assert plots.shown.window.x[0] == pytest.approx(history.now - 8.0, abs=0.01)
+    plots.set_paused(False)
+    assert plots.canvases[0].view.viewRange()[0] == pytest.approx([-10.0, 0.0])
 
 
 def ranges_of(plots):
     return [canvas_of(plots, key).view.viewRange()[1] for key in ("position", "velocity", "force")]
 
 
-def calm(count, start):
-    """Return rows of a handle at rest."""
+def rest(count, start, **peaks):
+    """Return rows of a handle at rest but for one sample of a channel in the middle."""
     quiet = telemetry(count, start)
     quiet[:, rows.POSITION : rows.APPLIED + 1] = 0.0
+    for name, peak in peaks.items():
+        quiet[count // 2, CHANNELS[name]] = peak
     return quiet
+
+
+def show(plots, history, table):
+    history.append(table)
+    plots.refresh()
+    return ranges_of(plots)
 
 
 OPENED = [[-12.0, 12.0], [-120.0, 120.0], [-1.2, 1.2]]
 
 
+def test_axes_widen_at_once_and_narrow_only_on_request(plots, history):
+    wide = show(plots, history, rest(50, 14_000, position=0.045))
+    assert wide[0][1] > 45.0
+    assert show(plots, history, telemetry(12_000, 14_050)) == wide
+    plots.fit()
+    assert 15.0 < ranges_of(plots)[0][1] < 20.0
+
+
 def test_value_axes_open_anew_once_older_parts_have_left_the_window(plots, history):
     """What was before the change, its cross-fade included, is shown whole for as long as it is in sight."""
-    spike = telemetry(50, 14_000)
-    spike[25, rows.APPLIED : rows.APPLIED + 1] = 2.9
-    spike[25, rows.VELOCITY] = 0.9
-    history.append(spike)
-    plots.refresh()
-    before = ranges_of(plots)
+    before = show(plots, history, rest(50, 14_000, applied=2.9, velocity=0.9))
     assert before[1][1] > 900.0
     assert before[2][1] > 2.9
     plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
-    quiet = calm(12_000, 14_050)
+    quiet = rest(12_000, 14_050)
     quiet[:30, rows.APPLIED] = 2.9
-    history.append(quiet[:9900])
-    plots.refresh()
-    assert ranges_of(plots) == before
-    history.append(quiet[9900:])
-    plots.refresh()
-    assert ranges_of(plots) == OPENED
-
-
-def test_value_axes_only_widen_for_changed_values(plots, history):
-    plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
-    quiet = calm(14_000, 14_000)
-    quiet[12_000, rows.VELOCITY] = 0.5
-    history.append(quiet[:11_000])
-    plots.refresh()
-    assert ranges_of(plots) == OPENED
-    history.append(quiet[11_000:])
-    plots.refresh()
-    wide = ranges_of(plots)
+    assert show(plots, history, quiet[:9900]) == before
+    assert show(plots, history, quiet[9900:]) == OPENED
+    wide = show(plots, history, rest(3000, 26_050, velocity=0.5))
     assert 500.0 < wide[1][1] < 900.0
     plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values({"stiffness": 100.0}), 3.0)
     plots.refresh()
@@ -160,77 +136,34 @@ def test_paused_axes_stay_as_they_are_until_the_view_is_live(plots, history):
     assert wide[0][1] > 15.0
     plots.set_paused(True)
     plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
-    history.append(calm(11_000, 14_000))
-    plots.refresh()
-    assert ranges_of(plots) == wide
+    assert show(plots, history, rest(11_000, 14_000)) == wide
     plots.set_paused(False)
     plots.refresh()
     assert ranges_of(plots) == OPENED
 
 
-def test_the_window_shows_every_extreme_of_the_history(plots, history):
-    window, zero = plots.shown.window, plots.shown.zero
-    assert zero == pytest.approx(history.now, abs=0.05)
-    kept = history.between(zero - 10.0, np.inf)
-    for name in CHANNELS:
-        assert np.nanmax(window.y[name]) == kept.y[name].max()
-        assert np.nanmin(window.y[name]) == kept.y[name].min()
-    assert plots.shown.now["position"] == history.last("position")
+def drawn(plots, key):
+    """Return canvas, time (n,) in s and row (n,) of the pixels in a plot's colour, clear of the frame."""
+    canvas = canvas_of(plots, key)
+    found = colored(canvas.viewport().grab().toImage(), key)
+    inside = canvas.measure().adjusted(4, 4, -12, -4)
+    found = found[[inside.contains(*map(float, place)) for place in found]]
+    return canvas, canvas.to_x(found[:, 0] + 0.5) + plots.shown.zero, found[:, 1] + 0.5
 
 
 def test_the_drawn_line_lies_where_the_samples_say(plots, history):
-    canvas = canvas_of(plots, "position")
-    found = colored(canvas.viewport().grab().toImage(), "position")
-    canvas.measure()
-    inside = canvas.frame().adjusted(4, 4, -12, -4)
-    found = found[[inside.contains(*map(float, p)) for p in found]]
-    assert len(np.unique(found[:, 0])) > 0.5 * inside.width()
-    time = canvas.to_x(found[:, 0] + 0.5) + plots.shown.zero
-    expected = 15.0 * np.sin(3.0 * time)
-    _, down = canvas.to_pixels(time * 0.0, expected)
+    canvas, time, row = drawn(plots, "position")
+    assert plots.shown.zero == pytest.approx(history.now, abs=0.05)
+    assert len(np.unique(time)) > 0.5 * canvas.measure().width()
+    _, down = canvas.to_pixels(time * 0.0, 15.0 * np.sin(3.0 * time))
     slope = 45.0 * np.abs(np.cos(3.0 * time)) * canvas._map[1] ** -1 * -canvas._map[3]
-    assert (np.abs(down - found[:, 1] - 0.5) <= 2.0 + slope).all()
-
-
-def _trimmed(values):
-    """Return values without a break at the left edge, where there is nothing to part from."""
-    return values[int(np.isnan(values[0])) :]
-
-
-@pytest.mark.parametrize("rate", [1000.0, 4000.0])
-def test_rolling_columns_equal_columns_computed_anew(rate):
-    history, rolling, columns, span = History(seconds=20.0, rate=rate), RollingWindow(), 300, 6.0
-    history.append(telemetry(int(3 * rate), rate=rate))
-    width, start = span / columns, int(3 * rate)
-    random = np.random.default_rng(3)
-    for _ in range(60):
-        count = int(random.integers(1, int(rate / 4)))
-        table = telemetry(count, start, rate)
-        table[:, rows.VELOCITY] = random.normal(size=count)
-        if random.random() < 0.2:
-            table[0, rows.FLAGS] = rows.GAP
-        history.append(table)
-        start += count
-        first = int(np.ceil(history.now / width)) - columns
-        rolled = rolling.window(history, first, columns, width)
-        anew = RollingWindow().window(history, first, columns, width)
-        assert rolled.dense == anew.dense
-        rolled_x, anew_x = _trimmed(rolled.x), _trimmed(anew.x)
-        np.testing.assert_array_equal(rolled_x, anew_x)
-        for name in CHANNELS:
-            np.testing.assert_array_equal(_trimmed(rolled.y[name]), _trimmed(anew.y[name]))
+    assert (np.abs(down - row) <= 2.0 + slope).all()
 
 
 def test_lost_frames_leave_a_gap_in_the_picture(plots, history):
-    late = telemetry(2000, 15_500)
-    history.append(late)
-    plots.refresh()
-    canvas = canvas_of(plots, "velocity")
-    found = colored(canvas.viewport().grab().toImage(), "velocity")
-    canvas.measure()
-    time = canvas.to_x(found[:, 0].astype(float)) + plots.shown.zero
-    inside = (time > 14.05) & (time < 15.45)
-    assert not inside.any()
+    show(plots, history, telemetry(2000, 15_500))
+    _, time, _ = drawn(plots, "velocity")
+    assert not ((time > 14.05) & (time < 15.45)).any()
     assert (time < 14.0).any()
     assert (time > 15.5).any()
 
@@ -260,7 +193,7 @@ def test_asked_is_drawn_only_where_it_is_not_what_was_applied(plots):
 
 def test_contact_is_shaded_where_a_force_was_asked_for(plots, history):
     window, zero = plots.shown.window, plots.shown.zero
-    touching = [(a, b) for a, b in plots.shown.contact]
+    touching = plots.shown.contact
     for time, force in zip(window.x - zero, window.y["asked"], strict=True):
         shaded = any(a <= time <= b for a, b in touching)
         assert shaded or force == 0.0
@@ -296,17 +229,6 @@ def test_paused_freezes_the_picture_while_live_values_go_on(plots, history, qtbo
     plots.set_paused(False)
     plots.refresh()
     assert plots.shown.zero == pytest.approx(14.5, abs=0.05)
-
-
-def test_while_paused_the_view_moves_through_history_in_all_plots(plots, history):
-    plots.set_paused(True)
-    plots.canvases[1].view.setXRange(-8.0, -7.0, padding=0)
-    for canvas in plots.canvases:
-        assert canvas.view.viewRange()[0] == pytest.approx([-8.0, -7.0])
-    x = plots.shown.window.x
-    assert x[0] == pytest.approx(history.now - 8.0, abs=0.01)
-    plots.set_paused(False)
-    assert plots.canvases[0].view.viewRange()[0] == pytest.approx([-10.0, 0.0])
 
 
 def test_pointing_reads_all_plots_at_one_time(plots, history, qtbot):

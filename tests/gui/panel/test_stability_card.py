@@ -25,7 +25,7 @@ def judged(stiffness, bound, damping=0.0, setting=SETTING):
 def said(window):
     """Return headline and words of the card, and what the status bar says."""
     card, field = window.stability, window.status.margin
-    return card.headline.text(), card.words.text(), field.words.text(), (field._sign_name, field._token)
+    return card.headline.text(), card.words.text(), field.words.text(), (field.sign.name, field.sign.token)
 
 
 def test_the_boundary_passes_through_the_limit_at_the_questions_damping():

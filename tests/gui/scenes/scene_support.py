@@ -36,16 +36,16 @@ def state_of(key, **numbers):
     return state
 
 
-def paint(view, position, state=(), applied=0.0, hand=None):
+def paint(view, position, state=(), applied=0.0, hand=None, stopped=False):
     """Paint with the handle at a position in m and return the picture."""
     view._words.invalidate()
-    view.update_state(position, applied, applied, hand, False, False, np.asarray(state, dtype=float))
+    view.update_state(position, applied, applied, hand, False, stopped, np.asarray(state, dtype=float))
     return view.grab()
 
 
-def shot(view, position, state=(), applied=0.0, hand=None):
+def shot(view, *row, **given):
     """Paint and return the colours (height, width, 3)."""
-    image = paint(view, position, state, applied, hand).toImage().convertToFormat(QImage.Format.Format_RGB32)
+    image = paint(view, *row, **given).toImage().convertToFormat(QImage.Format.Format_RGB32)
     flat = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), image.width(), 4)
     return flat[:, :, 2::-1].astype(np.int32)
 

@@ -69,20 +69,26 @@ def test_there_is_an_arrow_where_the_number_is_not_zero(qtbot, force, says):
     assert bool(len(columns)) == (says != "0.00 N")
 
 
-def said(view, force, position=0.0):
-    """Return the number beside the arrow after one more row."""
-    view.update_state(position, force, force, None, False, False, np.zeros(0))
-    return view._motion.force_text
-
-
-def test_a_number_never_contradicts_its_arrow_and_does_not_dance(qtbot, monkeypatch):
+def test_numbers_do_not_dance_and_never_contradict_arrow_or_wall(qtbot, monkeypatch):
+    """While they stand still there is one for each way the force acts, and a depth is never negative."""
     monkeypatch.setattr(force_arrow, "EACH_MS", 10**9)
-    view, _ = scene_of(qtbot, "free")
-    assert [said(view, force) for force in (0.49, 0.52, -0.30, 0.0, -0.31, 0.61, -0.004)] == [
+    written, words = [], stage.paint_words
+    monkeypatch.setattr(stage, "paint_words", lambda *given: (written.append(given[3]), words(*given)))
+    view, _ = scene_of(qtbot, "wall")
+
+    def said(force, position=0.0):
+        view.update_state(position, force, force, None, False, False, np.zeros(0))
+        return view._motion.force_text
+
+    assert [said(force) for force in (0.49, 0.52, -0.30, 0.0, -0.31, 0.61, -0.004)] == [
         "+0.49 N", "+0.49 N", "−0.30 N", "0.00 N", "−0.30 N", "+0.49 N", "0.00 N",
     ]  # fmt: skip
+    for position in (0.0075, 0.0081):
+        said(-1.0, position)
+        view.grab()
+    assert [text for text in written if text.startswith("d =")] == ["d = 2.50 mm", "d = 3.10 mm"]
     monkeypatch.setattr(force_arrow, "EACH_MS", 0)
-    assert said(view, -0.31) == "−0.31 N"
+    assert said(-0.31) == "−0.31 N"
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -95,17 +101,6 @@ def test_the_force_is_not_written_over_the_hands_ring(qtbot, side):
         boxes = [box for box in view.text_boxes() if box.bottom() < stage.top]
         assert boxes
         assert not any(box.left() < ring + half and ring - half < box.right() for box in boxes)
-
-
-def test_the_walls_depth_is_never_negative(qtbot, monkeypatch):
-    monkeypatch.setattr(force_arrow, "EACH_MS", 10**9)
-    written, words = [], stage.paint_words
-    monkeypatch.setattr(stage, "paint_words", lambda *given: (written.append(given[3]), words(*given)))
-    view, _ = scene_of(qtbot, "wall")
-    for position in (0.004, 0.0075, 0.0081):
-        said(view, -1.0, position)
-        view.grab()
-    assert [text for text in written if text.startswith("d =")] == ["d = 2.50 mm", "d = 3.10 mm"]
 
 
 # objects ----------------------------------------------------------------------------------------
@@ -304,10 +299,9 @@ def test_the_drawn_line_is_the_decaying_sine(qtbot, frequency, decay):
 
 
 def test_a_material_rings_as_itself():
-    found = {
-        m: hard_surface.sound(LIBRARY["hard_surface"].values({"material": m})) for m in ("rubber", "wood")
-    }
-    assert found == {"rubber": (5.1, 60.0, 18.0), "wood": (6.6, 80.0, 100.0)}
+    values = LIBRARY["hard_surface"].values
+    found = [hard_surface.sound(values({"material": material})) for material in ("rubber", "wood")]
+    assert found == [(5.1, 60.0, 18.0), (6.6, 80.0, 100.0)]
 
 
 # the cat ----------------------------------------------------------------------------------------
@@ -341,6 +335,7 @@ def test_the_cats_looks_are_its_mood(qtbot):
     accent, row = QColor("#0A5AA8"), {}
     for mood, given in MOODS.items():
         picture = shot(view, -0.01, cat_state(-0.01, **given))
+        assert cat.read(view._motion).word == mood
         row[mood] = (
             seen(picture, stage, cat.color("iris"), -46.0, -30.0, 0.3, 0.9) > 0,
             seen(picture, stage, accent, -34.5, -28.0, 0.3, 0.62) > 0,
@@ -352,11 +347,6 @@ def test_the_cats_looks_are_its_mood(qtbot):
         "purring": (False, True, True, False), "annoyed": (True, False, False, False),
         "swat": (True, False, False, True), "sulking": (True, False, False, False),
     }  # fmt: skip
-
-
-@pytest.mark.parametrize("mood", MOODS)
-def test_a_word_says_the_mood(mood):
-    assert cat.read(Motion(state=cat_state(**MOODS[mood]))).word == mood
 
 
 def test_hair_moves_in_the_picture_only_where_the_pad_is(qtbot):

