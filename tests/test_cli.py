@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 
@@ -10,6 +11,7 @@ import pytest
 
 from hapkit_studio import __version__, commands, environments
 from hapkit_studio.cli import main
+from hapkit_studio.commands import live_run
 from tests.lateness import ATTEMPTS
 
 
@@ -34,28 +36,17 @@ def as_json(capsys, *words):
 # --- run
 
 
-def test_run_speaks_of_the_scene(capsys):
-    code, out, err = run(capsys, "run", "wall", "-p", "stiffness=400", "--hand", "press", "--seconds", "1.5")
+def test_run_says_what_was_rendered_in_words_and_as_json(capsys):
+    words = "run wall -p stiffness=400 -p damping=2 -p side=left -p damping_mode=both --hand stroke"
+    words = f"{words} --seconds 1 --rate 2000 --delay 0.0005 --estimator iir:cutoff=20 --seed 7".split()
+    code, out, err = run(capsys, *words)
     assert (code, err) == (0, "")
-    assert "wall: 1500 samples, 1.5 s" in out
-    for unit in (" mm", " N", " mJ"):
-        assert unit in out
-
-
-def test_run_as_json(capsys):
-    words = (
-        "run wall -p stiffness=400 -p damping=2 -p side=left -p damping_mode=both --hand stroke --seconds 1"
-    )
-    words += " --rate 2000 --delay 0.0005 --estimator iir:cutoff=20 --seed 7"
-    found = as_json(capsys, *words.split())
+    assert "wall: 2000 samples, 1 s" in out
+    assert all(unit in out for unit in (" mm", " N", " mJ"))
+    found = as_json(capsys, *words)
     assert found["environment"] == "wall"
-    assert found["parameters"] == {
-        "stiffness": 400.0,
-        "damping": 2.0,
-        "position": 0.005,
-        "side": "left",
-        "damping_mode": "both",
-    }
+    given = {"stiffness": 400.0, "damping": 2.0, "position": 0.005, "side": "left", "damping_mode": "both"}
+    assert found["parameters"] == given
     assert found["units"] == {"stiffness": "N/m", "damping": "N·s/m", "position": "m"}
     assert (found["hand"], found["seed"], found["estimator"]) == ("stroke", 7, ["iir", {"cutoff": 20.0}])
     assert (found["rate_Hz"], found["delay_s"]) == (2000.0, 0.0005)
@@ -146,13 +137,41 @@ WRONG = [
     ("loop-test --rate 20", "Rate goes from 100 to 10000 Hz, not 20."),
     ("loop-test --seconds 0", "Seconds goes from 0.1 to 86400 s, not 0."),
     ("dance", "invalid choice: 'dance'"),
+    # a board, or none
+    ("run wall --render board", "--device"),
+    ("run wall --board-rate 4000", "--device"),
+    ("run wall --device simulated --render board", "has no board"),
+    ("run wall --device simulated --board-rate 500", "--render board"),
+    ("loop-test --render board", "has no board"),
+    ("run wall --device nothing", "There is no device"),
+    ("flash simulated", "needs no flashing. Name a port"),
+    ("check /dev/ttyNONE7", "ttyNONE7 is not there. Plug the board in"),
+    ("export wall --port /dev/ttyNONE7", "ttyNONE7 is not there. Plug the board in"),
+    # said before the run
+    ("run wall --device simulated --csv /no-such-folder/x.csv", "there is no folder"),
+    ("run wall --device simulated --csv .", "the path of a file"),
+    ("run wall --device simulated --plot x.xyz", "A picture is one of"),
+    # a script whose variable is not set must not flash the only board, or run without one
+    ("run wall --device ''", "There is no device ''"),
+    ("check ''", ""),
+    ("flash ''", ""),
+    ("export wall --port ''", ""),
+    ("flash /dev/ttyNONE7 --hex ''", ""),
+    ("run wall --csv ''", "the path of a file"),
+    # sketches
+    ("export wall -p stiffness=-1", "N/m"),
+    ("export wal", "wal"),
+    ("export wall --kit hapkit9", "There is no kit 'hapkit9'; there are: hapkit3"),
+    ("export wall --rate 3000", "not at 3000 Hz"),
+    ("export wall --estimator butterworth", "not by butterworth"),
 ]
 
 
 @pytest.mark.parametrize(("words", "says"), WRONG, ids=[words for words, _ in WRONG])
 def test_says_what_is_wrong_in_one_line(capsys, tmp_path, monkeypatch, words, says):
     monkeypatch.chdir(tmp_path)
-    code, out, err = run(capsys, *words.split())
+    monkeypatch.setattr(live_run, "play", lambda *_: pytest.fail("it began"))
+    code, out, err = run(capsys, *shlex.split(words))
     assert code == 2
     assert out == ""
     assert err.count("\n") == 1
@@ -199,6 +218,7 @@ def test_without_a_display_runs_the_demo_and_writes_a_picture(tmp_path):
     assert (tmp_path / "hapkit-studio-demo.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_program_gives_the_exit_code_and_no_traceback(tmp_path):
     done = program(tmp_path, "run", "wal")
     assert (done.returncode, done.stdout) == (2, "")
@@ -219,12 +239,7 @@ def test_help_and_version(capsys):
 
 
 @pytest.mark.slow
-def test_a_console_that_knows_few_letters_gets_question_marks():
-    done = subprocess.run(
-        [sys.executable, "-m", "hapkit_studio", "environments"],
-        env=os.environ | {"PYTHONIOENCODING": "ascii"},
-        capture_output=True,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, b"")
-    assert b"N?s/m" in done.stdout
+def test_a_console_that_knows_few_letters_gets_question_marks(tmp_path):
+    done = program(tmp_path, "environments", PYTHONIOENCODING="ascii")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "N?s/m" in done.stdout

@@ -26,60 +26,6 @@ from tests.waiting import wait_until
 needs_board = pytest.mark.skipif(not built(), reason="the virtual board is not built")
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (("run", "wall", "--render", "board"), "--device"),
-        (("run", "wall", "--board-rate", "4000"), "--device"),
-        (("run", "wall", "--device", "simulated", "--render", "board"), "has no board"),
-        (("run", "wall", "--device", "simulated", "--board-rate", "500"), "--render board"),
-        (("loop-test", "--render", "board"), "has no board"),
-        (("run", "wall", "--device", "nothing"), "There is no device"),
-        (("flash", "simulated"), "needs no flashing. Name a port"),
-        (("check", "/dev/ttyNONE7"), "ttyNONE7 is not there. Plug the board in"),
-        (("export", "wall", "--port", "/dev/ttyNONE7"), "ttyNONE7 is not there. Plug the board in"),
-    ],
-)
-def test_what_cannot_be_is_one_line(capsys, words, said):
-    code, out, err = run(capsys, *words)
-    assert (code, out) == (2, "")
-    assert said in err
-    assert err.count("\n") == 1
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("run", "wall", "--device", ""),
-        ("check", ""),
-        ("flash", ""),
-        ("export", "wall", "--port", ""),
-        ("flash", "/dev/ttyNONE7", "--hex", ""),
-        ("firmware", "--laws", "wall", "--flash", ""),
-        ("run", "wall", "--csv", ""),
-    ],
-)
-def test_an_empty_word_is_none_that_was_left_away(capsys, words):
-    """A script whose variable is not set must not flash the only board, or run without one."""
-    code, out, err = run(capsys, *words)
-    assert (code, out) == (2, "")
-    assert err.count("\n") == 1
-
-
-def test_a_file_that_cannot_be_written_is_said_before_the_run(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr(Engine, "start", lambda engine: pytest.fail("it began"))
-    begin = ("run", "wall", "--device", "simulated")
-    for option, path, said in (
-        ("--csv", tmp_path / "none" / "x.csv", "there is no folder"),
-        ("--csv", tmp_path, "the path of a file"),
-        ("--plot", tmp_path / "none" / "x.png", "there is no folder"),
-        ("--plot", tmp_path / "x.xyz", "A picture is one of"),
-    ):
-        code, out, err = run(capsys, *begin, option, str(path))
-        assert (code, out) == (2, "")
-        assert said in err
-
-
 class Gone:
     """What a run asks of an engine whose device goes away after three looks."""
 

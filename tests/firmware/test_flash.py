@@ -40,6 +40,7 @@ def newest():
     return beside if beside.is_file() else flash.shipped()
 
 
+@pytest.mark.slow
 def test_a_firmware_is_written_verified_and_says_hello_and_the_kits_settings_stay(tmp_path):
     board, seen, image = boot.Board(tmp_path, boot.optiboot(tmp_path, SOON), newest()), [], newest()
     try:

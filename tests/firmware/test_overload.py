@@ -307,7 +307,7 @@ def hung(folder) -> np.recarray:
 
 
 @needs_compiler
-@pytest.mark.parametrize("where", [1, 2])
+@pytest.mark.parametrize("where", wide([1, 2], lambda where: where == 1))
 def test_a_hang_is_ended_with_the_motor_off_within_25_ms(tmp_path, where):
     built = make(f"BUILD={tmp_path}", f"DEFINES=-DHAPKIT_HANG={where}", f"{tmp_path}/hapkit.elf")
     assert built.returncode == 0, built.stderr

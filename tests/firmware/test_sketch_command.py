@@ -24,25 +24,6 @@ def test_it_writes_a_folder_that_the_ide_opens(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "spring" / "spring.ino").is_file()
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["wall", "-p", "stiffness=-1"], "N/m"),
-        (["wal"], "wal"),
-        (["wall", "--kit", "hapkit9"], "There is no kit 'hapkit9'; there are: hapkit3"),
-        (["wall", "--rate", "3000"], "not at 3000 Hz"),
-        (["wall", "--estimator", "butterworth"], "not by butterworth"),
-    ],
-)
-def test_what_it_does_not_take_is_one_line(words, said, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert cli.main(["export", *words]) == 2
-    error = capsys.readouterr().err
-    assert said in error
-    assert error.count("\n") == 1
-    assert not list(tmp_path.iterdir())
-
-
 @pytest.mark.skipif(os.name != "posix", reason="pseudo-terminals")
 @pytest.mark.parametrize(("origin", "known"), [(Origin.STORED, True), (Origin.DEFAULT, False)])
 def test_the_kit_of_a_connected_board_is_taken_as_it_is(origin, known, tmp_path, monkeypatch):

@@ -11,7 +11,7 @@ from hapkit_studio.devices.serial_ports import Port, Role
 from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.protocol.messages import PROTOCOL_VERSION
 from tests.firmware import boot
-from tests.gui.window_support import PATIENCE_MS, SIMULATED
+from tests.gui.window_support import SIMULATED
 
 SOON = 1_000_000
 """bit/s of a boot loader that takes a whole firmware in little time."""
@@ -93,7 +93,7 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp
     window = make_window(entries=(SIMULATED, entry))
     try:
         window.studio.device.open(entry)
-        qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+        qtbot.waitUntil(lambda: window.studio.engine is not None)
         sheet, seen = sheet_of(window), []
         assert sheet.ports.currentData() == board.port
         sheet.bar.valueChanged.connect(seen.append)
@@ -102,12 +102,12 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp
         assert window.header.devices.word.text() == "In use: flashing firmware"
         assert window.status.priority.words.text() == "In use: flashing firmware"
         assert not sheet.close()  # half a firmware is none
-        qtbot.waitUntil(lambda: not sheet.job.running, timeout=PATIENCE_MS)
+        qtbot.waitUntil(lambda: not sheet.job.running)
         assert sheet.bar.value() == sheet.bar.maximum()
         assert not sheet.write.isEnabled()  # the board has not said who it is yet
         assert len(seen) > 4
         assert seen == sorted(seen)
-        qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+        qtbot.waitUntil(lambda: window.studio.engine is not None)
         build = window.studio.engine.device.hello.build
         assert (
             f"The board says: build {build}, protocol version {PROTOCOL_VERSION}"
@@ -127,11 +127,11 @@ def test_a_flash_that_failed_says_why_and_can_be_repeated(make_window, qtbot, tm
     monkeypatch.setattr(serial_ports, "ports", lambda: [Port(board.port, "board", Role.KIT)])
     window = make_window()
     window.studio.device.open(SIMULATED)
-    qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: window.studio.engine is not None)
     sheet = sheet_of(window)
     sheet.write.click()
     assert window.studio.link.state == "running"  # another device than the one that is flashed goes on
-    qtbot.waitUntil(lambda: not sheet.job.running, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: not sheet.job.running)
     assert "another chip (signature 1e940f)" in sheet.verdict.words.text()
     assert sheet.write.text() == "Flash again"
     assert sheet.write.isEnabled()

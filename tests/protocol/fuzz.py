@@ -33,11 +33,11 @@ FRAMES_A_LINE = 40
 KINDS = 5
 
 
-def build() -> Path:
-    """Build what runs on the PC, beside the virtual board; return the folder."""
+def build(*targets: str) -> Path:
+    """Build what runs on the PC, all of it or some, beside the virtual board; return the folder."""
     folder = virtual_board.program().parent / "fuzz"
     words = ["make", "-s", "-j2", "-C", str(FOLDER), f"BUILD={folder}"]
-    subprocess.run([*words, "all"], check=True, capture_output=True, text=True)
+    subprocess.run([*words, *targets], check=True, capture_output=True, text=True)
     return folder
 
 
@@ -133,7 +133,7 @@ class Three:
         short = [body for body in bodies if len(body) <= 1 + LARGEST_TO_BOARD]
         assert self.board(line) == (short, plain.bad_frames + len(bodies) - len(short))
         state, buffer = codec.new_reader()
-        data = np.frombuffer(line, np.uint8)
+        data = np.frombuffer(bytearray(line), np.uint8)
         out = np.zeros((codec.rows_for(len(line)), codec.SAMPLE_WIDTH))
         rows = out[: codec.feed(state, buffer, data, len(line), out)]
         shown = [SHOWN[b[0]].unpack(b) for b in bodies if b[0] in SHOWN and len(b) == 1 + SHOWN[b[0]].size()]
