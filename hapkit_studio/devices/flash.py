@@ -1,5 +1,6 @@
 """Write a firmware to the board on a port through avrdude, verify it, and hear what it then says."""
 
+import contextlib
 import os
 import queue
 import subprocess
@@ -13,7 +14,7 @@ import serial
 
 from hapkit_studio import resources
 from hapkit_studio.devices import avrdude, port_errors
-from hapkit_studio.devices.avrdude import CONNECTING, STARTING, Output, Progress, no_boot_loader, not_there
+from hapkit_studio.devices.avrdude import CONNECTING, Output, Progress, no_boot_loader, not_there
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.serial_ports import holder
 from hapkit_studio.errors import FlashError, ParameterError, PortBusyError, PortGoneError
@@ -113,15 +114,11 @@ def image_of(given: str | Path | None = None) -> HexImage:
         raise ParameterError(f"{path} cannot be read: {error.strerror}. Make it readable.") from error
 
 
-def no_progress(stage: str, part: float) -> None:
-    """Follow no progress."""
-
-
 def flash(
     port: str,
     image: str | Path | None = None,
     program: str | Path | None = None,
-    progress: Progress = no_progress,
+    progress: Progress = lambda stage, part: None,
     speeds: tuple[int, ...] = SPEEDS,
     patience: float = 0.0,
 ) -> Flashed:
@@ -138,20 +135,21 @@ def flash(
         speeds = tuple(speed for speed in speeds if speed != SPEEDS[1])  # the old boot loader is in its way
     progress(CONNECTING, 0.0)
     _wait_for_port(port, patience, progress)
-    speed = _at_any_speed(found, port, checked.path, progress, speeds)
-    return Flashed(len(checked.data), speed, time.monotonic() - begin)
+    for speed in speeds * ROUNDS:
+        words = [*found.words, "-p", _PART, "-c", "arduino", "-D", "-P", port, "-b", str(speed)]
+        said = Output(progress)
+        if _run([*words, "-U", f"flash:w:{checked.path}:i"], port, said) == 0:
+            return Flashed(len(checked.data), speed, time.monotonic() - begin)
+        if not said.no_sync:
+            raise said.error(port)
+    raise no_boot_loader(port, speeds)
 
 
-def read_hello(port: str, progress: Progress = no_progress) -> Hello:
+def read_hello(port: str) -> Hello:
     """Return what the firmware on a port says about itself; raise DeviceError."""
-    progress(STARTING, 0.0)
-    board = HapkitBoard(port)
-    board.open()
-    try:
+    with contextlib.closing(HapkitBoard(port)) as board:
+        board.open()
         return board.hello
-    finally:
-        board.close()
-        progress(STARTING, 1.0)
 
 
 def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
@@ -181,21 +179,6 @@ def try_port(port: str) -> None:
         raise not_there(port) if isinstance(reason, PortGoneError) else reason from error
 
 
-def _at_any_speed(
-    found: avrdude.Avrdude, port: str, image: Path, progress: Progress, speeds: tuple[int, ...]
-) -> int:
-    """Return the speed at which it was written."""
-    for speed in speeds * ROUNDS:
-        words = [*found.words, "-p", _PART, "-c", "arduino", "-D", "-P", port, "-b", str(speed)]
-        said = Output(progress)
-        code = _run([*words, "-U", f"flash:w:{image}:i"], port, said)
-        if code == 0:
-            return speed
-        if not said.no_sync:
-            raise said.error(port)
-    raise no_boot_loader(port, speeds)
-
-
 def _run(words: list[str], port: str, said: Output) -> int:
     """Run avrdude until it ends or has called once in vain; return its exit code."""
     try:
@@ -206,15 +189,10 @@ def _run(words: list[str], port: str, said: Output) -> int:
         raise FlashError(f"avrdude does not start: {error.strerror}.") from error
     try:
         for text in _output(child, port):
-            if text:
-                said.feed(text)
-            else:
-                said.repeat()
-            if said.failed_attempts:
-                break
-        else:
-            return child.wait()
-        return 1
+            said.feed(text)
+            if said.failed:
+                return 1
+        return child.wait()
     finally:
         child.kill()
         child.wait()

@@ -103,6 +103,11 @@ def port_name(path: str) -> str:
     return path.removeprefix("/dev/")
 
 
+def is_path(key: str) -> bool:
+    """Tell whether a word looks like the path of a port, listed or not."""
+    return "/" in key or key.upper().startswith("COM")
+
+
 def ports() -> list[Port]:
     """Return the ports that have hardware behind them, the likely ones first, then by their paths."""
     found = [_port(p) for p in list_ports.comports() if p.hwid and p.hwid != "n/a"]
@@ -154,11 +159,14 @@ def holder(port: str) -> str:
     """
     real, own = os.path.realpath(port), str(os.getpid())
     for process in _listed(PROCESSES):
-        other = process.name.isdigit() and process.name != own
-        if other and any(_leads_to(file, real) for file in _listed(process / "fd")):
+        if process.name.isdigit() and process.name != own and _has_open(process, real):
             return _program_name(process)
-    locked = _locked(port)
-    return _program_name(locked) if locked is not None and locked.name != own else ""
+    try:  # terminal programs of old write a lock file
+        number, *_ = (LOCKS / f"LCK..{Path(port).name}").read_text().split()
+    except (OSError, ValueError):
+        return ""
+    alive = number.isdigit() and number != own and (PROCESSES / number).is_dir()
+    return _program_name(PROCESSES / number) if alive else ""
 
 
 def _listed(folder: Path) -> list[Path]:
@@ -169,26 +177,12 @@ def _listed(folder: Path) -> list[Path]:
         return []
 
 
-def _leads_to(file: Path, real: str) -> bool:
-    try:
-        return os.readlink(file) == real
-    except OSError:
-        return False
-
-
-def _locked(port: str) -> Path | None:
-    """Return the living process that a lock file names: terminal programs of old write one."""
-    try:
-        words = (LOCKS / f"LCK..{Path(port).name}").read_text().split()
-    except (OSError, UnicodeDecodeError):
-        return None
-    process = PROCESSES / words[0] if words and words[0].isdigit() else None
-    return process if process is not None and process.is_dir() else None
-
-
-def _is_studio(word: str) -> bool:
-    """Tell whether a word of a command line starts the studio: ``-m hapkit_studio``, or its own program."""
-    return word == "hapkit_studio" or Path(word).name in ("hapkit-studio", "hapkit-studio.exe")
+def _has_open(process: Path, real: str) -> bool:
+    for file in _listed(process / "fd"):
+        with contextlib.suppress(OSError):
+            if os.readlink(file) == real:
+                return True
+    return False
 
 
 def _program_name(process: Path) -> str:
@@ -196,7 +190,12 @@ def _program_name(process: Path) -> str:
     try:
         line = (process / "cmdline").read_bytes().decode("utf-8", "replace").split("\0")
         name = Path(line[0]).name or (process / "comm").read_text().strip()
-        name = STUDIO if any(map(_is_studio, line)) else name
+        # started as ``-m hapkit_studio``, or by its own program
+        if "hapkit_studio" in line or {Path(word).name for word in line} & {
+            "hapkit-studio",
+            "hapkit-studio.exe",
+        }:
+            name = STUDIO
     except OSError:
         name = "a program"
     return f"{name} (process {process.name})"
@@ -209,7 +208,7 @@ USUAL_TIMER, SHORT_TIMER = 0.016, 0.002
 """s: of a chip that nobody told otherwise; up to here it is not worth a remedy."""
 
 TIMERS = Path("/sys/bus/usb-serial/devices")
-_IOSSDATALAT = 0x80085400
+_IOSSDATALAT = 0x80085400  # of IOKit
 _REGISTRY = r"SYSTEM\CurrentControlSet\Enum\FTDIBUS\VID_{0:04X}+PID_{1:04X}+{2}A\0000\Device Parameters"
 
 
@@ -246,8 +245,11 @@ def shorten_latency(line: Any, port: str, identity: Identity) -> Latency:
     """Ask for the shortest latency of an open port; return what holds then. Never fails."""
     with contextlib.suppress(Exception):  # each system and driver refuses in its own way, all harmless
         line.set_low_latency_mode(True)
-    if sys.platform == "darwin":
-        _shorten_on_mac(line)
+    if sys.platform == "darwin":  # the receive latency of the driver in us; it cannot be read back
+        import fcntl
+
+        with contextlib.suppress(OSError, AttributeError):
+            fcntl.ioctl(line.fileno(), _IOSSDATALAT, struct.pack("L", 1000))
     if identity.vendor != FTDI:
         return Latency()
     timer = _timer(port, identity)
@@ -258,23 +260,11 @@ def _timer(port: str, identity: Identity) -> float | None:
     """Return the timer in s where the system shows it."""
     try:
         if sys.platform == "win32":
-            return 1e-3 * _registry_timer(identity)
+            import winreg
+
+            path = _REGISTRY.format(identity.vendor or 0, identity.product or 0, identity.serial)
+            with winreg.OpenKey(winreg.HKEY_LOCAL_MACHINE, path) as key:  # type: ignore[attr-defined,unused-ignore]
+                return 1e-3 * int(winreg.QueryValueEx(key, "LatencyTimer")[0])  # type: ignore[attr-defined,unused-ignore]
         return 1e-3 * int((TIMERS / Path(port).name / "latency_timer").read_text())
     except (OSError, ValueError):
         return None
-
-
-def _registry_timer(identity: Identity) -> int:
-    import winreg
-
-    path = _REGISTRY.format(identity.vendor or 0, identity.product or 0, identity.serial)
-    with winreg.OpenKey(winreg.HKEY_LOCAL_MACHINE, path) as key:  # type: ignore[attr-defined,unused-ignore]
-        return int(winreg.QueryValueEx(key, "LatencyTimer")[0])  # type: ignore[attr-defined,unused-ignore]
-
-
-def _shorten_on_mac(line: Any) -> None:
-    """Set the receive latency of the driver in us (IOKit's IOSSDATALAT); it cannot be read back."""
-    import fcntl
-
-    with contextlib.suppress(OSError, AttributeError):
-        fcntl.ioctl(line.fileno(), _IOSSDATALAT, struct.pack("L", 1000))

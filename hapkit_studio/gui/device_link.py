@@ -70,14 +70,15 @@ class Connector(QObject):
 
     def open(self, entry: "DeviceEntry", old: "Engine | None", ready: Callable[["Engine"], None]) -> None:
         """Close the old engine, then open an entry; ready(engine) runs in the worker before it starts."""
-        self._request += 1
-        job = self._worker.submit(self._open, entry, old, ready, self._request)
-        job.add_done_callback(partial(self._finished.emit, self._request))
+        self._submit(self._open, entry, old, ready, self._request + 1)
 
     def leave(self, engine: "Engine") -> None:
         """Close an engine and open none."""
+        self._submit(engine.close)
+
+    def _submit(self, work: Callable[..., "Engine | None"], *given: Any) -> None:
         self._request += 1
-        job = self._worker.submit(self._leave, engine)
+        job = self._worker.submit(work, *given)
         job.add_done_callback(partial(self._finished.emit, self._request))
 
     def close(self, engine: "Engine | None") -> None:
@@ -106,10 +107,6 @@ class Connector(QObject):
         self._started.append(engine)
         return engine
 
-    @staticmethod
-    def _leave(engine: Any) -> None:
-        engine.close()
-
     def _tell(self, request: int, words: str) -> None:
         if request == self._request:
             self.waiting.emit(words)
@@ -119,7 +116,8 @@ class Connector(QObject):
         error = job.exception()
         if error is not None:
             if request == self._request:
-                self.failed.emit(_as_device_error(error))
+                words = str(error) if isinstance(error, StudioError) else f"The device failed: {error!r}."
+                self.failed.emit(error if isinstance(error, DeviceError) else DeviceError(words))
             return
         engine = job.result()
         if engine is None or engine not in self._started:
@@ -129,14 +127,6 @@ class Connector(QObject):
             self._worker.submit(engine.close)
         else:
             self.opened.emit(engine)
-
-
-def _as_device_error(error: BaseException) -> DeviceError:
-    """Return an error that a window can show, whatever it was."""
-    if isinstance(error, DeviceError):
-        return error
-    text = str(error) if isinstance(error, StudioError) else f"The device failed: {error!r}."
-    return DeviceError(text)
 
 
 class DeviceLink(QObject):

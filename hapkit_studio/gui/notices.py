@@ -11,7 +11,6 @@ from PySide6.QtGui import QGuiApplication
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.banners import BannerStack, Button, Notice
-from hapkit_studio.gui.device_link import LinkStatus
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
@@ -126,12 +125,7 @@ class Notices(QObject):
     def _board_button(self) -> tuple[Button, ...]:
         """Return the way out of a slow link, where there is one."""
         engine = self._studio.engine
-        if (
-            engine is None
-            or engine.where == "board"
-            or engine.possible_plan is None
-            or engine.board_refusal()
-        ):
+        if engine is None or engine.where == "board" or not engine.possible_plan or engine.board_refusal():
             return ()
         return (("Render on the board", self._render_on_board),)
 
@@ -149,37 +143,27 @@ class Notices(QObject):
             self._banners.set(key, None)
 
     def show_link(self) -> None:
-        """Show why there is no device, the next step, and the way back to the simulated one."""
+        """Show why there is no device, the next steps, the likeliest first, and the simulated one."""
         link = self._studio.link
         if link.state not in ("gone", "failed"):
             self._banners.set("device", None)
             return
         title, _, rest = link.text.partition(". ")
-        lines = rest or "Force is zero."
-        self._banners.set(
-            "device",
-            Notice(
-                "device", _DEVICE, "warn", "unplugged", title.rstrip(".") + ".", lines, self._next_steps(link)
-            ),
-        )
-
-    def _next_steps(self, link: LinkStatus) -> tuple[Button, ...]:
-        """Return what a person can do about a device that is not there, the likeliest first."""
-        if link.state == "gone":
-            return (self._simulated(),)
-        ways: list[Button] = [("Try again", self._studio.device.reconnect), self._simulated()]
-        if link.command:
-            ways.insert(0, ("Copy command", partial(_copy_to_clipboard, link.command)))
-        if link.step in _STEPS:
-            ways.insert(0, (_STEPS[link.step], self.flash.emit))
-        return tuple(ways)
+        ways: list[Button] = []
+        if link.state == "failed":
+            if link.step in _STEPS:
+                ways.append((_STEPS[link.step], self.flash.emit))
+            if link.command:
+                ways.append(("Copy command", lambda: QGuiApplication.clipboard().setText(link.command)))
+            ways.append(("Try again", self._studio.device.reconnect))
+        notice = Notice(
+            "device", _DEVICE, "warn", "unplugged", f"{title.rstrip('.')}.", rest or "Force is zero.",
+            (*ways, self._simulated()),
+        )  # fmt: skip
+        self._banners.set("device", notice)
 
     def _simulated(self) -> Button:
         return ("Use simulated Hapkit", self._studio.device.open_simulated)
-
-
-def _copy_to_clipboard(line: str) -> None:
-    QGuiApplication.clipboard().setText(line)
 
 
 class Passivity(QObject):
@@ -223,15 +207,9 @@ class Passivity(QObject):
             return
         self._shown = excess
         title = f"Gives energy: {energy_words(excess)} more than it took."
-        on = ("Switch it on", self._switch_on)
-        notice = Notice(
-            "energy", RANK, "warn", "triangle", title, _CANNOT if controlled else _LOWER,
-            () if controlled else (on,),
-        )  # fmt: skip
-        self._banners.set("energy", notice)
-
-    def _switch_on(self) -> None:
-        self._studio.set_loop(controller=True)
+        on = ("Switch it on", partial(self._studio.set_loop, controller=True))
+        words, ways = (_CANNOT, ()) if controlled else (_LOWER, (on,))
+        self._banners.set("energy", Notice("energy", RANK, "warn", "triangle", title, words, ways))
 
 
 def energy_words(joules: float) -> str:

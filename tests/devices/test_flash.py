@@ -151,7 +151,7 @@ def test_an_image_that_is_not_there_or_not_to_be_read_is_said_in_one_line(tmp_pa
     ],
 )  # fmt: skip
 def test_each_failure_has_its_words(text, words):
-    said = Output(flash.no_progress)
+    said = Output(lambda stage, part: None)
     said.feed(text)
     assert not said.no_sync
     error = said.error(PORT)
@@ -170,7 +170,7 @@ def test_each_failure_has_its_words(text, words):
     ],
 )
 def test_a_port_that_cannot_be_opened_is_the_ports_own_error(text, kind):
-    said = Output(flash.no_progress)
+    said = Output(lambda stage, part: None)
     said.feed(text)
     assert isinstance(said.error(PORT), kind)
 

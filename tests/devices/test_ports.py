@@ -126,7 +126,8 @@ def test_a_kit_says_firmware_and_settings_in_words_and_in_the_command(plugged, c
     assert (found["settings"]["label"], found["settings"]["origin"]) == ("fake kit", "default")
     assert found["text"].startswith(
         "Firmware test, version 3, 760 bytes for a law. "
-        "Kit 'fake kit', default settings, 20.0 µm a count, limit 2.5 N. USB latency timer 16 ms"
+        "Kit 'fake kit', 20.0 µm a count, limit 2.5 N. "
+        "Settings are the usual kit's: nothing is stored. USB latency timer 16 ms"
     )
     monkeypatch.setattr("hapkit_studio.devices.virtual_board.built", lambda: False)
     assert cli.main(["devices", "--probe", "--json"]) == 0

@@ -2,7 +2,6 @@
 
 import itertools
 import math
-import re
 import struct
 from collections.abc import Iterator
 from dataclasses import replace
@@ -38,7 +37,6 @@ from hapkit_studio.protocol.messages import (
     Telemetry,
     Tune,
 )
-from tests.devices.fake_board import sample
 from tests.firmware import kits
 from tests.firmware.board_runs import announced, piece, program, usual
 from tests.firmware.test_firmware import make, stack_counted
@@ -262,32 +260,6 @@ def heard_all(line):
     assert line.of(Hello)
     assert {frame.refused for frame in line.of(Settings)} == {0, 1}
     assert {Origin.UNSAVED, Origin.STORED} <= {frame.origin for frame in line.of(Settings)}
-
-
-# --- filled frames, up to all 112 bytes of the chip's queue
-QUEUE = 112
-FRAMES = 140
-BYTE, PERIOD = 10e-6, 1e-3
-PLAIN = len(encode(sample(1)))
-
-
-@pytest.mark.parametrize("multiple", [0, 61, 62, 112, 113])
-def test_every_frame_is_as_long_as_whole_packets(tmp_path, multiple):
-    packets = -(-PLAIN // multiple) * multiple if 0 < multiple <= QUEUE else PLAIN
-    turns = Turns(tmp_path, (), ("--await", str(Sample.ID)))
-    turns.say(encode(Stream(1, multiple)))
-    said = b""
-    while len(said) < FRAMES * packets:
-        turns.turn()
-        said += turns.take(4096)
-    turns.end()
-    frames = re.findall(rb"[^\0]+\0+", said)[:-1]  # the last one may not be there wholly
-    assert {len(frame) for frame in frames} == {packets}
-    decoder = Decoder()
-    numbers = [message.seq for message in decoder.feed(b"".join(frames))]
-    periods = 1 if packets * BYTE < PERIOD else 2  # a line that is full takes every other sample
-    assert numbers == list(range(numbers[0], numbers[0] + periods * len(frames), periods))
-    assert decoder.bad_frames == 0
 
 
 # --- firmware that hangs, in its tick or in its main program: the hardware watchdog ends it

@@ -154,12 +154,6 @@ def test_a_byte_written_into_a_full_buffer_is_lost_and_counted(start):
     assert json.loads(board.end())["overwritten"] == 2
 
 
-def test_a_sleep_that_is_not_allowed_is_none(start):
-    _, host = start("wakeful", "--fast")
-    # a few cycles each; the clock would turn over
-    assert 100 <= int.from_bytes(host.read(2), "little") <= 600
-
-
 # --- the cable
 def test_an_unplugged_cable_is_a_hang_up_and_can_be_put_back(start):
     board, host = start("chatter")
@@ -367,12 +361,6 @@ def test_an_unknown_pwm_mode_ends_the_program_loudly(images, tmp_path, timer, a,
     assert f"TCCR{timer}A = 0x{a:02x}, TCCR{timer}B = 0x{b:02x}" in outcome.errors
     other = run(image, tmp_path, "--seconds", "0.01", "--pins", "5" if timer else "3")
     assert (other.code, other.errors) == (0, "")  # on the other pin nobody minds
-
-
-def test_the_known_pwm_mode_runs(images, tmp_path):
-    image = images("mode", TIMER=0, CONTROL_A=0x21, CONTROL_B=0x01)
-    outcome = run(image, tmp_path, "--seconds", "0.1")
-    assert (outcome.code, outcome.errors, outcome.summary["seconds"]) == (0, "", 0.1)
 
 
 def test_it_ends_in_order_by_a_signal_and_with_whoever_started_it(images, tmp_path):
