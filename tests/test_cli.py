@@ -5,6 +5,8 @@ import os
 import shlex
 import subprocess
 import sys
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -12,6 +14,14 @@ import pytest
 from hapkit_studio import __version__, commands, environments
 from hapkit_studio.cli import main
 from hapkit_studio.commands import live_run
+from hapkit_studio.devices import DeviceEntry, flash
+from hapkit_studio.devices.hapkit import HapkitBoard, probe
+from hapkit_studio.devices.virtual_board import built
+from hapkit_studio.haptics import arrays
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.haptics.health import Fault
+from hapkit_studio.protocol.framing import encode
+from tests.devices.fake_board import FakeBoard, FakeKit
 from tests.lateness import ATTEMPTS
 
 
@@ -186,6 +196,124 @@ def test_an_interrupt_ends_without_a_traceback(capsys, monkeypatch):
 
     monkeypatch.setattr("hapkit_studio.api.simulate", interrupted)
     assert run(capsys, "run", "wall") == (130, "", "")
+
+
+# --- live runs and boards
+
+
+class Gone:
+    """What a run asks of an engine whose device goes away after three looks."""
+
+    def __init__(self):
+        self.looks = 0
+
+    @property
+    def fault(self):
+        self.looks += 1
+        return Fault(arrays.DEVICE_GONE, "The device is gone.") if self.looks > 3 else None
+
+    def read(self):
+        return np.zeros((2, 3))
+
+
+def test_a_run_ends_when_the_device_goes_away_and_keeps_what_came():
+    engine = Gone()
+    table, played = live_run.play(engine, engine, None, 3600.0)
+    assert len(table) == 2 * (3 + 1)
+    assert played < 3600.0
+    assert live_run.fault_words(engine.fault) == (
+        "The device is gone. Force is zero. Check the USB cable, then try again."
+    )
+    assert "Let the board render (--render board)" in live_run.fault_words(Fault(arrays.SLOW_LINK, "Slow."))
+
+
+def test_a_run_that_a_person_ends_keeps_what_came(capsys, tmp_path, monkeypatch):
+    move, moves = Engine.move_hand, []
+
+    def then_end(engine, target):
+        moves.append(target)
+        if len(moves) == 30:
+            raise KeyboardInterrupt
+        move(engine, target)
+
+    monkeypatch.setattr(Engine, "move_hand", then_end)
+    words = ("--device", "simulated", "--hand", "press", "--seconds", "600", "--csv", str(tmp_path / "x.csv"))
+    code, out, err = run(capsys, "run", "wall", *words)
+    assert (code, err) == (0, "")
+    assert "s of 600 s by Ctrl-C." in out
+    assert len((tmp_path / "x.csv").read_text().splitlines()) > 100
+    assert moves[-1] is None
+
+
+def test_a_flash_that_a_person_ends_says_what_to_do(capsys, monkeypatch):
+    def ended(*_words):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(flash, "flash", ended)
+    code, _, err = run(capsys, "flash", "/dev/ttyUSB7")
+    assert code == 2
+    assert "ttyUSB7: ended in the middle. Half of a firmware may be on the board: flash it again" in err
+
+
+def test_a_board_that_sends_nothing_is_said_so_with_the_next_step(capsys, monkeypatch):
+    board = FakeBoard(FakeKit())
+    monkeypatch.setattr(live_run, "_PATIENCE", 0.2)
+    try:
+        code, out, err = run(capsys, "run", "wall", "--device", board.path, "--seconds", "1")
+    finally:
+        board.unplug()
+    assert (code, out) == (2, "")
+    assert "says hello, but no sample came for 0.2 s. Press the board's reset button" in err
+
+
+def test_old_firmware_names_the_command_that_updates_it(capsys):
+    old = replace(FakeKit().hello(), version=1)
+    board = FakeBoard(lambda message: encode(old))
+    try:
+        said = [
+            run(capsys, "check", board.path)[2],
+            probe(DeviceEntry(board.path, "", partial(HapkitBoard, board.path)))["text"],
+        ]
+    finally:
+        board.unplug()
+    for words in said:
+        assert f"Update firmware. Run `hapkit-studio flash {board.path}`." in words
+
+
+def test_a_fault_ends_a_run_with_a_code_of_its_own(capsys, monkeypatch):
+    words = ("run", "wall", "--device", "simulated", "--seconds", "0.2")
+    assert run(capsys, *words)[0] == 0
+    fault = Fault(arrays.OVER_SPEED, "Fault: over-speed, 5.2 m/s (limit 5.0 m/s).")
+    monkeypatch.setattr(Engine, "fault", property(lambda engine: fault if engine.heard else None))
+    monkeypatch.setattr(Engine, "heard", False, raising=False)
+    play = live_run.play
+
+    def then_fault(engine, *given):
+        engine.heard = True
+        return play(engine, *given)
+
+    monkeypatch.setattr(live_run, "play", then_fault)
+    code, out, err = run(capsys, *words)
+    assert (code, err) == (2, "")
+    assert fault.text in out
+
+
+@pytest.mark.alone
+@pytest.mark.skipif(not built(), reason="the virtual board is not built")
+def test_the_board_renders_and_answers_sooner(capsys):
+    for left in reversed(range(ATTEMPTS)):
+        found = as_json(
+            capsys, "run", "wall", "--device", "virtual-board", "--render", "board", "--hand", "press",
+            "--seconds", "1", "--estimator", "kalman",
+        )  # fmt: skip
+        if not found["faults"] or not left:
+            break
+    assert found["render"] == "board"
+    assert found["board"]["delay_us"] < 0.5 * found["computer"]["delay_us"]
+    assert found["board"]["rate_Hz"] == 4000.0
+    assert found["board"]["stiffness_limit"] > 2.0 * found["computer"]["stiffness_limit"]
+    assert found["board_overruns"] == 0
+    assert found["link"]["stale_forces"] == 0
 
 
 # --- the program itself

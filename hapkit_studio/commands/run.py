@@ -55,7 +55,6 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
 def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, found: dict) -> api.Run:
     """Return the rows as ``simulate`` would; times are the device's own."""
     chosen, values = engine.environment, engine.values
-    states = table[:, rows.STATE : rows.STATE + len(chosen.state_names)]
     settings = {
         "environment": chosen.key,
         "parameters": {
@@ -68,19 +67,10 @@ def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, foun
         "delay_s": engine.loop.delay,
         "estimator": engine.loop.estimator,
     }
-    time = table[:, rows.BOARD_TIME] - table[0, rows.BOARD_TIME]
     return api.Run(
-        time=time,
-        position=table[:, rows.POSITION],
-        velocity=table[:, rows.VELOCITY],
-        true_position=table[:, rows.TRUE_POSITION],
-        true_velocity=table[:, rows.TRUE_VELOCITY],
-        force=table[:, rows.ASKED],
-        applied_force=table[:, rows.APPLIED],
-        hand_force=table[:, rows.HAND_FORCE],
-        energy=table[:, rows.ENERGY],
-        flags=table[:, rows.FLAGS].astype(int),
-        state=states.copy(),
+        time=table[:, rows.BOARD_TIME] - table[0, rows.BOARD_TIME],
+        **api.columns_of(table),
+        state=table[:, rows.STATE : rows.STATE + len(chosen.state_names)].copy(),
         state_names=chosen.state_names,
         faults=(),
         warnings=(),
@@ -107,7 +97,7 @@ OPTIONS = (
 
 def run(options: argparse.Namespace) -> base.Result:
     """Render an environment, by its key or its Python file; write CSV and picture where asked."""
-    done, found = live(options) if options.device is not None else (_headless(options), {})
+    done, found = live(options) if options.device is not None else (headless(options), {})
     if options.csv:
         done.save(options.csv)
     if options.plot:
@@ -115,7 +105,8 @@ def run(options: argparse.Namespace) -> base.Result:
     return _of_run(done, [path for path in (options.csv, options.plot) if path], found)
 
 
-def _headless(options: argparse.Namespace) -> api.Run:
+def headless(options: argparse.Namespace) -> api.Run:
+    """Return the simulated run; raise ParameterError."""
     if options.render != live_run.COMPUTER or options.board_rate is not None:
         raise ParameterError("--render board needs --device with a board: --device virtual-board, or a port.")
     return api.simulate(

@@ -166,20 +166,11 @@ def _store(state, buffer, byte):
 
 
 @compiled
-def _begin(state):
-    state[_SIZE] = 0
-    state[_LEFT] = 0
-    state[_ZERO_DUE] = 0
-    state[_STARTED] = 0
-    state[_CRC] = CRC_START
-
-
-@compiled
 def _push(state, buffer, byte):
     """Take a byte that is not the delimiter."""
     if state[_STARTED] == 0:
-        _begin(state)
-        state[_STARTED] = 1
+        state[_SIZE] = state[_LEFT] = state[_ZERO_DUE] = 0
+        state[_STARTED], state[_CRC] = 1, CRC_START
     if state[_LEFT] == 0:
         if state[_ZERO_DUE]:
             _store(state, buffer, 0)

@@ -1,7 +1,5 @@
 """Write the firmware's protocol.h from the declared messages."""
 
-import argparse
-import sys
 from pathlib import Path
 
 from hapkit_studio.protocol.messages import (
@@ -82,17 +80,5 @@ def default_path() -> Path:
     return Path(__file__).resolve().parents[2] / "firmware" / "hapkit" / "protocol.h"
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Write the header; with --check only tell whether it is up to date."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("path", nargs="?", type=Path, default=default_path())
-    parser.add_argument("--check", action="store_true", help="write nothing, exit 1 if the file differs")
-    options = parser.parse_args(arguments)
-    if options.check:
-        return int(not options.path.is_file() or options.path.read_text() != text())
-    options.path.write_text(text())
-    return 0
-
-
 if __name__ == "__main__":
-    sys.exit(main())
+    default_path().write_text(text())

@@ -96,18 +96,6 @@ def test_the_same_board_is_found_again(wanted, there, path):
     assert (found.path if found else None) == path
 
 
-def test_a_board_that_came_back_under_another_name_is_opened_there(plugged, monkeypatch):
-    entry, peer = plugged(FakeKit())
-    list_ports(monkeypatch, info("/dev/ttyUSB0", FT232, "AAA"))
-    board, said = hapkit.entries()[0].make(), []
-    board.on_status = said.append
-    list_ports(monkeypatch, info("/dev/ttyUSB0", FT232, "BBB"), info(peer.path, FT232, "AAA"))
-    board.open()
-    assert (board.port, board.title) == (peer.path, entry.title)
-    assert said == ["Starting board…"]
-    board.close()
-
-
 def test_another_kit_under_its_name_is_left_alone(plugged, monkeypatch):
     entry, peer = plugged(FakeKit())
     board = entry.make()

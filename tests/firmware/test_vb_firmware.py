@@ -8,11 +8,9 @@ import pytest
 
 from hapkit_studio.devices import profiles
 from hapkit_studio.devices.flash import shipped
-from hapkit_studio.devices.virtual_board import VirtualBoard, firmware, truth
-from hapkit_studio.errors import NotAHapkitError, WrongProtocolError
+from hapkit_studio.devices.virtual_board import firmware
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
 from hapkit_studio.protocol.messages import (
-    PROTOCOL_VERSION,
     BoardFlag,
     Force,
     Hello,
@@ -22,15 +20,12 @@ from hapkit_studio.protocol.messages import (
     SettingsRequest,
     Stream,
 )
-from tests.devices.fake_board import HELLO_FIELDS
 from tests.firmware.vb import (
     LONGEST_INTERRUPT,
     QUANTUM,
-    chip,
     duty_step,
     heard,
     needs_board,
-    needs_compiler,
     opened,
     rows_of,
     session,
@@ -146,33 +141,3 @@ def test_a_lone_delimiter_is_an_answer_in_lockstep_that_the_chip_does_not_get():
             seen += new
     assert board.summary["unanswered"] == 0
     assert 0 < board.summary["received"] < 300  # what opens and closes the port, sometimes said twice
-
-
-# --- another program than the studio's
-OLD, NEW = (encode(Hello(**HELLO_FIELDS | {"version": PROTOCOL_VERSION + step})) for step in (-1, 1))
-TEXT = b"pos 0.0123 m, force -0.45 N\r\n"
-"""What the sketches of a course print."""
-
-
-@needs_compiler
-@pytest.mark.parametrize(
-    ("name", "said", "kind"),
-    [
-        ("chatter", b"", NotAHapkitError),
-        ("asleep", b"", NotAHapkitError),
-        ("says", TEXT, NotAHapkitError),
-        ("says", OLD, WrongProtocolError),
-        ("says", NEW, WrongProtocolError),
-    ],
-    ids=["noise", "silence", "text", "older", "newer"],
-)
-def test_another_program_is_told_in_words_with_the_motor_off(tmp_path, name, said, kind):
-    log = tmp_path / "truth.f64"
-    image = chip(name, tmp_path, said)
-    board = VirtualBoard("fast", log=log, firmware=image, options=("--log-period", "1e-3"))
-    with pytest.raises((NotAHapkitError, WrongProtocolError)) as caught:
-        board.open(0.6 if kind is NotAHapkitError else 30.0)
-    assert caught.type is kind
-    assert board.summary["seconds"] > 0.0
-    assert not np.any(truth(log).duty)
-    assert "\n" not in str(caught.value)

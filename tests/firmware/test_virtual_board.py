@@ -73,7 +73,8 @@ def test_a_hand_leads_the_handle_and_lets_go_and_the_log_can_be_read_while_it_gr
         assert board.max_force == 3.0
         assert board.quantum == pytest.approx(20.74e-6, rel=1e-3)
         assert board.full_force == pytest.approx(3.0093, rel=1e-4)
-        board.move_hand(np.float64(0.01), "firm")
+        board.set_grip("firm")
+        board.move_hand(np.float64(0.01))
         wait_until(lambda: abs(board.status()["position"] - 0.01) < near)
         board.move_hand(-0.02)
         wait_until(lambda: abs(board.status()["position"] + 0.02) < near)

@@ -33,13 +33,10 @@ needs_compiler = pytest.mark.skipif(
 )
 
 
-def chip(name: str, folder: Path, said: bytes = b"", **defined: int) -> Path:
-    """Compile one of the small programs, the talkative one with what it says; return its .elf."""
+def chip(name: str, folder: Path, **defined: int) -> Path:
+    """Compile one of the small programs; return its .elf."""
     elf = folder / f"{name}.elf"
     flags = [f"-D{key}={value}" for key, value in defined.items()]
-    if said:
-        (folder / "said.h").write_text(", ".join(map(str, said)))
-        flags.append(f"-I{folder}")
     words = ["avr-gcc", "-mmcu=atmega328p", "-DF_CPU=16000000UL", "-Os", "-std=gnu11", *flags]
     subprocess.run([*words, "-o", elf, CHIPS / f"{name}.c"], check=True)
     return elf
