@@ -24,43 +24,35 @@ class Role(IntEnum):
 
 
 class Chip(NamedTuple):
-    """What a vendor's and product's number stand for; no product: all the vendor's others."""
+    """What a vendor's and product's number stand for; without a product all the vendor's others."""
 
-    vendor: int
-    product: int | None
     words: str
     role: Role
+    numbers: tuple[tuple[int, int | None], ...]
 
 
 # Hapkit's board has an FT232RL; students also build with an Uno or its likes, of which many have a CH340.
+_UNO = ((0x2341, 0x0043), (0x2341, 0x0001), (0x2341, 0x0243), (0x2A03, 0x0043), (0x2A03, 0x0001))
+_MODEMS = ((0x12D1, None), (0x1199, None), (0x2C7C, None), (0x19D2, None), (0x1BC7, None))
 CHIPS = (
-    Chip(0x0403, 0x6001, "Hapkit board (FT232)", Role.KIT),
-    Chip(0x0403, 0x6015, "board with FT231X", Role.KIT),
-    Chip(0x2341, 0x0043, "Arduino Uno", Role.KIT),
-    Chip(0x2341, 0x0001, "Arduino Uno", Role.KIT),
-    Chip(0x2341, 0x0243, "Arduino Uno", Role.KIT),
-    Chip(0x2A03, 0x0043, "Arduino Uno", Role.KIT),
-    Chip(0x2A03, 0x0001, "Arduino Uno", Role.KIT),
-    Chip(0x1A86, 0x7523, "Uno-like board (CH340)", Role.KIT),
-    Chip(0x1A86, 0x7522, "Uno-like board (CH340)", Role.KIT),
-    Chip(0x1A86, 0x5523, "Uno-like board (CH341)", Role.KIT),
-    Chip(0x1A86, 0x55D4, "Uno-like board (CH9102)", Role.KIT),
-    Chip(0x10C4, 0xEA60, "Uno-like board (CP210x)", Role.KIT),
-    Chip(0x067B, 0x2303, "Uno-like board (PL2303)", Role.KIT),
-    Chip(0x0403, None, "FTDI adapter", Role.UNKNOWN),
-    Chip(0x2341, None, "Arduino, not an Uno", Role.UNKNOWN),
-    Chip(0x2A03, None, "Arduino, not an Uno", Role.UNKNOWN),
-    Chip(0x16C0, 0x0483, "Teensy", Role.OTHER),
-    Chip(0x2E8A, None, "Raspberry Pi Pico", Role.OTHER),
-    Chip(0x303A, None, "Espressif board", Role.OTHER),
-    Chip(0x0483, None, "STM32 board", Role.OTHER),
-    Chip(0x12D1, None, "mobile modem", Role.OTHER),
-    Chip(0x1199, None, "mobile modem", Role.OTHER),
-    Chip(0x2C7C, None, "mobile modem", Role.OTHER),
-    Chip(0x19D2, None, "mobile modem", Role.OTHER),
-    Chip(0x1BC7, None, "mobile modem", Role.OTHER),
-    Chip(0x1546, None, "GPS receiver", Role.OTHER),
+    Chip("Hapkit board (FT232)", Role.KIT, ((0x0403, 0x6001),)),
+    Chip("board with FT231X", Role.KIT, ((0x0403, 0x6015),)),
+    Chip("Arduino Uno", Role.KIT, _UNO),
+    Chip("Uno-like board (CH340)", Role.KIT, ((0x1A86, 0x7523), (0x1A86, 0x7522))),
+    Chip("Uno-like board (CH341)", Role.KIT, ((0x1A86, 0x5523),)),
+    Chip("Uno-like board (CH9102)", Role.KIT, ((0x1A86, 0x55D4),)),
+    Chip("Uno-like board (CP210x)", Role.KIT, ((0x10C4, 0xEA60),)),
+    Chip("Uno-like board (PL2303)", Role.KIT, ((0x067B, 0x2303),)),
+    Chip("FTDI adapter", Role.UNKNOWN, ((0x0403, None),)),
+    Chip("Arduino, not an Uno", Role.UNKNOWN, ((0x2341, None), (0x2A03, None))),
+    Chip("Teensy", Role.OTHER, ((0x16C0, 0x0483),)),
+    Chip("Raspberry Pi Pico", Role.OTHER, ((0x2E8A, None),)),
+    Chip("Espressif board", Role.OTHER, ((0x303A, None),)),
+    Chip("STM32 board", Role.OTHER, ((0x0483, None),)),
+    Chip("mobile modem", Role.OTHER, _MODEMS),
+    Chip("GPS receiver", Role.OTHER, ((0x1546, None),)),
 )
+_BY_NUMBERS = {numbers: chip for chip in CHIPS for numbers in chip.numbers}
 _NAMES = {
     "bluetooth": "Bluetooth",
     "rfcomm": "Bluetooth",
@@ -128,17 +120,12 @@ def find_same_board(wanted: Identity, among: Iterable[Port]) -> Port | None:
     return here[0] if here else alike[0] if len(alike) == 1 else None
 
 
-def chip_of(vendor: int | None, product: int | None) -> Chip | None:
-    """Return the chip of a USB port's two numbers; None for one that is in no row."""
-    return next((c for c in CHIPS if c.vendor == vendor and c.product in (product, None)), None)
-
-
 def _port(info: Any) -> Port:
     identity = Identity(info.vid, info.pid, info.serial_number or "", info.location or "")
     said = info.product or (info.description or "").replace("n/a", "")
     text = f"{info.device} {said}".lower()
     named = next((words for part, words in _NAMES.items() if part in text), None)
-    chip = chip_of(info.vid, info.pid)
+    chip = _BY_NUMBERS.get((info.vid, info.pid)) or _BY_NUMBERS.get((info.vid, None))
     if named is not None and not (chip and chip.role is Role.KIT):
         return Port(info.device, named, Role.OTHER, identity)
     if chip is not None:
@@ -147,7 +134,6 @@ def _port(info: Any) -> Port:
 
 
 PROCESSES = Path("/proc")
-LOCKS = Path("/var/lock")
 STUDIO = "Hapkit Studio"
 """What a person calls the studio, whose process is a python."""
 
@@ -161,12 +147,7 @@ def holder(port: str) -> str:
     for process in _listed(PROCESSES):
         if process.name.isdigit() and process.name != own and _has_open(process, real):
             return _program_name(process)
-    try:  # terminal programs of old write a lock file
-        number, *_ = (LOCKS / f"LCK..{Path(port).name}").read_text().split()
-    except (OSError, ValueError):
-        return ""
-    alive = number.isdigit() and number != own and (PROCESSES / number).is_dir()
-    return _program_name(PROCESSES / number) if alive else ""
+    return ""
 
 
 def _listed(folder: Path) -> list[Path]:

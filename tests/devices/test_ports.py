@@ -51,6 +51,7 @@ def test_kits_come_first_and_what_is_surely_else_last(monkeypatch):
         info("/dev/ttyACM0", UNO),
         info("/dev/ttyUSB0", FT232, "AB0LB3DQ", "1-2", "FT232R USB UART"),
         info("/dev/ttyACM2", (0x1234, 0x5678), product="Strange device"),
+        info("/dev/ttyACM3", (0x2341, 0x0042)),  # a vendor's other product
         info("/dev/cu.debug-console"),  # a Mac's
         nothing,
     )
@@ -59,6 +60,7 @@ def test_kits_come_first_and_what_is_surely_else_last(monkeypatch):
         ("/dev/ttyUSB0", "ttyUSB0: Hapkit board (FT232)"),
         ("/dev/ttyUSB1", "ttyUSB1: Uno-like board (CH340)"),
         ("/dev/ttyACM2", "ttyACM2: Strange device"),
+        ("/dev/ttyACM3", "ttyACM3: Arduino, not an Uno"),
         ("/dev/ttyS0", "ttyS0: serial port"),
         ("/dev/cu.debug-console", "cu.debug-console: console, not a Hapkit"),
         ("/dev/rfcomm0", "rfcomm0: Bluetooth, not a Hapkit"),
@@ -67,10 +69,8 @@ def test_kits_come_first_and_what_is_surely_else_last(monkeypatch):
 
 
 def test_no_row_of_the_table_is_hidden_by_another():
-    for chip in serial_ports.CHIPS:
-        number = 0xFFFF if chip.product is None else chip.product
-        assert serial_ports.chip_of(chip.vendor, number) is chip
-    assert serial_ports.chip_of(0x2341, 0x0042).role is Role.UNKNOWN  # a vendor's other product
+    rows = [numbers for chip in serial_ports.CHIPS for numbers in chip.numbers]
+    assert len(set(rows)) == len(rows)
 
 
 A, B = Identity(*FT232, "AAA", "1-1"), Identity(*FT232, "BBB", "1-2")
@@ -196,17 +196,13 @@ def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it():
         ("/usr/bin/minicom\0-D\0/dev/ttyUSB0\0", "minicom"),
     ],
 )
-def test_a_lock_file_names_who_may_not_be_looked_into_and_the_studio_by_its_name(
-    monkeypatch, tmp_path, line, name
-):
-    monkeypatch.setattr(serial_ports, "LOCKS", tmp_path)
+def test_who_holds_it_has_its_own_name_and_the_studio_is_not_called_python(monkeypatch, tmp_path, line, name):
     monkeypatch.setattr(serial_ports, "PROCESSES", tmp_path)
-    (tmp_path / "41").mkdir()
+    (tmp_path / "41" / "fd").mkdir(parents=True)
     (tmp_path / "41" / "cmdline").write_text(line)
-    (tmp_path / "LCK..ttyUSB0").write_text("        41\n")
+    (tmp_path / "41" / "fd" / "3").symlink_to("/dev/ttyUSB0")
     assert serial_ports.holder("/dev/ttyUSB0") == f"{name} (process 41)"
-    (tmp_path / "LCK..ttyUSB0").write_text("        42\n")  # long gone
-    assert serial_ports.holder("/dev/ttyUSB0") == ""
+    assert serial_ports.holder("/dev/ttyUSB1") == ""
 
 
 # --- who may not open one

@@ -6,6 +6,8 @@ import select
 import signal
 import subprocess
 import time
+from contextlib import ExitStack
+from functools import cache
 
 import numpy as np
 import pytest
@@ -29,29 +31,16 @@ UDRE, TXC = 1 << 5, 1 << 6
 @pytest.fixture(scope="module")
 def images(tmp_path_factory):
     """Return a function that compiles a small program, each once."""
-    made = {}
-
-    def image(name, **defined):
-        key = (name, *defined.values())
-        if key not in made:
-            made[key] = chip(name, tmp_path_factory.mktemp(name), **defined)
-        return made[key]
-
-    return image
+    return cache(lambda name, **defined: chip(name, tmp_path_factory.mktemp(name), **defined))
 
 
 @pytest.fixture
 def start(images, tmp_path):
     """Return a function that starts a small program's board with a host at its port."""
-    running = []
-
-    def begin(name, *options, **defined):
-        running.append(started(images(name, **defined), tmp_path, *options))
-        return running[-1].__enter__()
-
-    yield begin
-    for one in running:
-        one.__exit__(None, None, None)
+    with ExitStack() as running:
+        yield lambda name, *options, **defined: running.enter_context(
+            started(images(name, **defined), tmp_path, *options)
+        )
 
 
 # --- the device of the list
@@ -245,19 +234,12 @@ SENT = 9998
 """Bytes that a program sends in 0.1 s at 1 Mbaud, within a few."""
 
 
-@pytest.fixture
-def chatter(images, tmp_path):
-    """Return a function that lets a program send for 0.1 s and returns the counters."""
-
-    def summary(*options, script=()):
+def test_bytes_leave_at_the_pace_of_the_line_and_are_damaged_as_often_as_asked_for(images, tmp_path):
+    def chatter(*options, script=()):
         done = run(images("chatter"), tmp_path, "--seconds", "0.1", *options, script=script)
         assert done.code == 0, done.errors
         return done.summary
 
-    return summary
-
-
-def test_bytes_leave_at_the_pace_of_the_line_and_are_damaged_as_often_as_asked_for(chatter):
     assert 0.1 * 16e6 / BYTE_CYCLES - 3 <= chatter()["transmitted"] <= 0.1 * 16e6 / BYTE_CYCLES
     for kind in ("drop", "flip", "insert"):
         hurt = [chatter(f"--from-{kind}", "0.1", "--seed", seed)["hurt_from"] for seed in "112"]
@@ -266,9 +248,6 @@ def test_bytes_leave_at_the_pace_of_the_line_and_are_damaged_as_often_as_asked_f
     hurt = chatter("--from-burst", "0.002", "--from-length", "50")["hurt_from"]
     # a burst that begins within another one prolongs it to its own length
     assert 0.3 * SENT * 0.002 * 50 < hurt < 1.5 * SENT * 0.002 * 50
-
-
-def test_single_shots_and_a_fault_that_is_switched_off_hurt_as_many_bytes_as_asked_for(chatter):
     for kind in ("lose", "garble", "add"):
         assert chatter(script=[f"0.05 from {kind} 7"])["hurt_from"] == 7
     script = ["0.02 from drop 1", "0.03 from drop 0"]
@@ -276,21 +255,20 @@ def test_single_shots_and_a_fault_that_is_switched_off_hurt_as_many_bytes_as_ask
 
 
 @pytest.fixture
-def packets(images, tmp_path):
+def packets(start, tmp_path):
     """Return a function: time and bytes of what a board with a frame of 11 bytes every ms hands over."""
 
     def handed(*options, script=""):
         commands = tmp_path / "turns.txt"
         commands.write_text(script)
-        turns = ("--turns", "--await", "0", "--script", str(commands))
+        board, host = start("ticker", "--turns", "--await", "0", "--script", str(commands), *options)
         sizes, before = [], 0
-        with started(images("ticker"), tmp_path, *turns, *options) as (board, host):
-            for _ in range(60):
-                now, all_of_them = board.reply("turn").split()
-                sizes.append((float(now), int(all_of_them) - before))
-                before = int(all_of_them)
-                host.read(sizes[-1][1])
-                board.send("go 0")
+        for _ in range(60):
+            now, all_of_them = board.reply("turn").split()
+            sizes.append((float(now), int(all_of_them) - before))
+            before = int(all_of_them)
+            host.read(sizes[-1][1])
+            board.send("go 0")
         return np.array([(t, size) for t, size in sizes[2:] if size]).T
 
     return handed
@@ -316,30 +294,21 @@ def test_a_stall_hands_nothing_over_and_keeps_what_the_chip_has_room_for(packets
     assert came[first] == 512
 
 
-def readings(folder, *options, script=()):
-    done = run(virtual_board.firmware(), folder, "--seconds", "0.5", *options, script=script)
-    assert done.code == 0, done.errors
-    return done.truth
+def test_a_sensor_is_stuck_noisy_and_jumps_as_asked_for(tmp_path):
+    def readings(*options, script=()):
+        done = run(virtual_board.firmware(), tmp_path, "--seconds", "0.5", *options, script=script)
+        assert done.code == 0, done.errors
+        return done.truth.time, done.truth.converter
 
-
-def test_a_stuck_sensor_repeats_itself(tmp_path):
-    script = ["0.05 position 0.004 0.4", "0.2 sensor stuck 1", "0.3 sensor stuck 0"]
-    log = readings(tmp_path, script=script)
-    assert np.ptp(log.converter[(log.time > 0.2015) & (log.time < 0.2995)]) == 0
-    assert np.ptp(log.converter[log.time < 0.2]) > 50
-    assert np.ptp(log.converter[log.time > 0.3]) > 50
-
-
-def test_a_noisy_sensor_has_the_deviation_asked_for(tmp_path):
-    log = readings(tmp_path, "--sensor-noise", "4")
-    settled = log.converter[log.time > 0.05]
-    assert np.std(settled) == pytest.approx(4.0, rel=0.15)
-    assert np.mean(settled) == pytest.approx(351.0, abs=1.0)
-
-
-def test_a_flipping_sensor_jumps_half_a_turn_or_into_the_gap(tmp_path):
-    log = readings(tmp_path, "--sensor-jump", "0.3")
-    jumped = log.converter[(log.converter != 351) & (log.time > 0.05)]
+    time, read = readings(script=["0.05 position 0.004 0.4", "0.2 sensor stuck 1", "0.3 sensor stuck 0"])
+    assert np.ptp(read[(time > 0.2015) & (time < 0.2995)]) == 0
+    assert np.ptp(read[time < 0.2]) > 50
+    assert np.ptp(read[time > 0.3]) > 50
+    time, read = readings("--sensor-noise", "4")
+    assert np.std(read[time > 0.05]) == pytest.approx(4.0, rel=0.15)
+    assert np.mean(read[time > 0.05]) == pytest.approx(351.0, abs=1.0)
+    time, read = readings("--sensor-jump", "0.3")
+    jumped = read[(read != 351) & (time > 0.05)]  # by half a turn, or into the gap
     half = np.abs(np.abs(jumped - 351.0) - 460.0) <= 1.0
     gap = (jumped < 51) | (jumped >= 51 + 921)
     assert np.all(half | gap)

@@ -14,7 +14,7 @@ from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.gui import device_link
-from hapkit_studio.gui.device_link import Connector
+from hapkit_studio.gui.device_link import DeviceLink
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.protocol.messages import HelloRequest
 from tests.devices.fake_board import FakeBoard, FakeKit
@@ -205,7 +205,7 @@ def test_a_starting_board_is_said_and_never_started_anew(idle_window, boards, qt
 
     link.open(entry_that(make))
     until(idle_window, "failed")
-    link._connector.waiting.connect(said.append)
+    link._waits.connect(lambda _request, words: said.append(words))
     missing.error = None
     qtbot.waitUntil(lambda: said == ["Starting board…"])
     gate.set()
@@ -256,12 +256,11 @@ def test_a_device_that_opens_as_the_window_closes_is_closed_with_it(qapp):
         gate.wait(PATIENCE_MS / 1000.0)
         return build_engine(entry)
 
-    connector = Connector(build)
-    connector.opened.connect(opened.append)
-    connector.open(SIMULATED, None, ready.append)
+    link = DeviceLink(lambda: [SIMULATED], build, ready.append, opened.append)
+    link.open(SIMULATED)
     assert begun.wait(PATIENCE_MS / 1000.0)
     gate.set()
-    connector.close(None)
+    link.close()
     qapp.processEvents()  # what the worker has said meanwhile finds nobody
     (engine,) = ready
     assert not engine.health().running
