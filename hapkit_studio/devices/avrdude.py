@@ -5,7 +5,7 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,7 +63,13 @@ def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude
         if found is None:
             raise AvrdudeMissingError(f"{given} is no program. Give the path of avrdude itself.")
         return _of(Path(found))
-    for folder in (None, *_folders(system)):  # the path comes first
+    folders: list[str | None] = [None]  # the path comes first
+    for pattern in _FOLDERS.get(system, ()):
+        versions = glob.glob(os.path.expandvars(os.path.expanduser(pattern)))
+        # the newest first, by the numbers in a path: 6.10 is newer than 6.3
+        versions.sort(key=lambda path: [int(n) for n in re.findall(r"\d+", path)], reverse=True)
+        folders += versions
+    for folder in folders:
         found = shutil.which(NAME, path=folder)
         if found is not None:
             return _of(Path(found))
@@ -77,14 +83,6 @@ def _of(program: Path) -> Avrdude:
     # the Arduino IDE's avrdude was built for another place and looks for its chips there
     beside = program.resolve().parent.parent / "etc" / "avrdude.conf"
     return Avrdude(program, beside if beside.is_file() else None)
-
-
-def _folders(system: str) -> Iterator[str]:
-    """Yield the folders there are, of each pattern the newest version first."""
-    for pattern in _FOLDERS.get(system, ()):
-        found = glob.glob(os.path.expandvars(os.path.expanduser(pattern)))
-        # by the numbers in a path: 6.10 is newer than 6.3
-        yield from sorted(found, key=lambda path: [int(n) for n in re.findall(r"\d+", path)], reverse=True)
 
 
 CONNECTING, WRITING, VERIFYING = "connecting", "writing", "verifying"

@@ -194,15 +194,6 @@ def _lost_before(state, seq, kind):
 
 
 @compiled
-def _unwrapped(state, time_us):
-    """Return the board's time in s, continued where its 32 bits of microseconds overflow."""
-    if time_us < state[_LAST_TIME]:
-        state[_EPOCH] += 1 << 32
-    state[_LAST_TIME] = time_us
-    return (state[_EPOCH] + time_us) * US
-
-
-@compiled
 def _kind(state, buffer):
     """Return what row a whole frame makes, -1 for none; count the others."""
     size = state[_SIZE] - CRC_SIZE
@@ -240,7 +231,11 @@ def _finish(state, buffer, out, rows):
     else:
         row[ANSWERED] = row[SEQ]
     row[KIND], row[LOST] = kind, lost
-    row[BOARD_TIME] = _unwrapped(state, unsigned(buffer, _TIME, 4))
+    time_us = unsigned(buffer, _TIME, 4)
+    if time_us < state[_LAST_TIME]:  # its 32 bits have overflowed
+        state[_EPOCH] += 1 << 32
+    state[_LAST_TIME] = time_us
+    row[BOARD_TIME] = (state[_EPOCH] + time_us) * US
     state[FRAMES] += 1
     return 1
 

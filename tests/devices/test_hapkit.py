@@ -195,20 +195,12 @@ def test_others_are_kept_off_while_it_is_open(fake):
 
 
 # --- questions
-def test_settings_come_as_the_board_has_them_and_can_be_sent_back(opened):
-    board, peer = opened(FakeKit())
-    settings = board.settings()
-    assert near(settings, KIT)
-    assert settings.origin == Origin.DEFAULT
-    board.configure(settings)
-    (sent,) = [m for m in peer.received if isinstance(m, Board)]
-    assert near(sent, KIT)
-
-
 def test_configure_is_in_force_at_once_and_not_saved(opened):
     kit = FakeKit()
     board, peer = opened(kit)
     assert (board.mass, board.viscous, board.coulomb_force) == (0.044, 0.5, 0.10)
+    assert near(board.settings(), KIT)
+    assert near(board.configure(board.settings()), KIT)  # they can be sent back
     wanted = replace(KIT, quantum=1.5e-5, max_force=1.25, mass=0.031, viscous=0.25, label="mine")
     settings = board.configure(wanted)
     assert near(settings, wanted)

@@ -6,7 +6,7 @@ import pytest
 
 from hapkit_studio.devices import profiles, virtual_board
 from hapkit_studio.devices.avrdude import CONNECTING, VERIFYING, WRITING
-from hapkit_studio.devices.flash import flash, read_image
+from hapkit_studio.devices.flash import flash, read_image, shipped
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import FlashError
 from hapkit_studio.protocol.messages import Origin
@@ -37,7 +37,7 @@ SOON = 1_000_000
 def newest():
     """Return the image that was built beside the virtual board, else the one that ships."""
     beside = virtual_board.program().with_name("hapkit.hex")
-    return beside if beside.is_file() else flash.shipped()
+    return beside if beside.is_file() else shipped()
 
 
 @pytest.mark.slow
@@ -53,8 +53,8 @@ def test_a_firmware_is_written_verified_and_says_hello_and_the_kits_settings_sta
     finally:
         board.end()
     assert (settings.label, settings.origin) == (label, Origin.STORED)
-    assert done.size == len(read_image(image).data)
-    assert build.encode() in read_image(image).data
+    assert done.size == len(read_image(image))
+    assert build.encode() in read_image(image)
     assert seen[0] == (CONNECTING, 0.0)
     assert {(WRITING, 1.0), (VERIFYING, 1.0)} <= set(seen)
     order = [(CONNECTING, WRITING, VERIFYING).index(stage) + part for stage, part in seen]

@@ -147,28 +147,26 @@ def test_replugged_under_another_name_everything_is_as_it_was(running, kit, qtbo
 
 
 @EITHER
-def test_the_motor_is_off_while_the_cable_is_out(running, kit, qtbot, where):
-    render(running, qtbot, where)
-    until_pushed(running, kit, qtbot, 0.012)
+def test_the_motor_is_off_while_the_cable_is_out_and_a_board_that_begins_anew_is_found_again(
+    running, kit, qtbot, where
+):
+    window, studio = running, running.studio
+
+    def push(target):
+        render(window, qtbot, where)
+        until_pushed(window, kit, qtbot, target)
+
+    push(0.012)
     kit.unplug()
     begin = kit.program.status()["time"]
     # by the board's own clock: 25 ms, a tick, and what was on its way
     while (status := kit.program.status())["duty"] != 0:
         assert status["time"] - begin < 0.030
-    until_link(running, qtbot, "gone")
+    until_link(window, qtbot, "gone")
     kit.plug()
-    until_link(running, qtbot, "running")
-    rows_since(running, qtbot, 100, len(running.live.history))
-    render(running, qtbot, where)
-    # without a stored zero it is where the handle was when the board came back
-    until_pushed(running, kit, qtbot, 0.030)
-
-
-@EITHER
-def test_a_board_that_begins_anew_is_found_again(running, kit, qtbot, where):
-    window, studio = running, running.studio
-    render(window, qtbot, where)
-    until_pushed(window, kit, qtbot, 0.012)
+    until_link(window, qtbot, "running")
+    rows_since(window, qtbot, 100, len(window.live.history))
+    push(0.030)  # without a stored zero it is where the handle was when the board came back
     kit.program.send("reset")
     until_link(window, qtbot, "gone")
     assert kit.program.status()["duty"] == 0
@@ -181,8 +179,7 @@ def test_a_board_that_begins_anew_is_found_again(running, kit, qtbot, where):
     assert studio.values["stiffness"] == studio.engine.values["stiffness"] == 300.0
     assert studio.engine.loop.estimator == "kalman"
     rows_since(window, qtbot, 100, len(window.live.history))
-    render(window, qtbot, where)
-    until_pushed(window, kit, qtbot, 0.030)
+    push(0.050)
 
 
 @EITHER

@@ -17,63 +17,26 @@ SOON = 1_000_000
 """bit/s of a boot loader that takes a whole firmware in little time."""
 
 
-@pytest.fixture
-def no_ports(monkeypatch):
-    """Have a computer without serial ports."""
-    monkeypatch.setattr(serial_ports, "ports", list)
-
-
-@pytest.fixture
-def no_avrdude(monkeypatch):
-    """Have a computer without avrdude."""
-
-    monkeypatch.setattr(avrdude, "_FOLDERS", {})
-    monkeypatch.setattr(avrdude.shutil, "which", lambda *words, **more: None)
-
-
-def sheet_of(window, banner=False):
-    if banner:
-        window.notices.flash.emit()
-    else:
-        window.actions_by_key.run("device.flash")
+def sheet_of(window):
+    window.actions_by_key.run("device.flash")
     return window.findChildren(FlashDialog)[-1]
 
 
-def test_without_a_port_there_is_nothing_to_flash(window, no_ports, monkeypatch):
+def test_without_a_port_or_a_firmware_there_is_nothing_to_flash(window, tmp_path, monkeypatch):
+    monkeypatch.setattr(serial_ports, "ports", list)
     monkeypatch.setattr(avrdude, "find", lambda given=None: avrdude.Avrdude("/usr/bin/avrdude"))
-    sheet = sheet_of(window, banner=True)
+    window.notices.flash.emit()
+    sheet = window.findChildren(FlashDialog)[-1]
     assert sheet.isVisible()
     assert not sheet.write.isEnabled()
     assert sheet.verdict.words.text() == "No port: plug the board in, then look again."
     assert not sheet.ports.isEnabled()
     assert sheet.ports.placeholderText() == "No port found"
     assert not sheet.bar.isVisible()
-    monkeypatch.setattr(
-        serial_ports, "ports", lambda: [Port("/dev/ttyUSB0", "Hapkit board (FT232)", Role.KIT)]
-    )
-    sheet.again.click()
-    assert sheet.write.isEnabled()
-    assert sheet.ports.currentText() == "ttyUSB0: Hapkit board (FT232)"
-
-
-def test_without_avrdude_it_says_how_to_get_it(window, no_ports, no_avrdude, monkeypatch):
-    sheet = sheet_of(window)
-    assert not sheet.write.isEnabled()
-    assert "apt install avrdude" in sheet.verdict.words.text()
-    assert "choose it here" in sheet.verdict.words.text()
-    monkeypatch.setattr(avrdude, "find", lambda given=None: avrdude.Avrdude(given))
-    sheet.use("/opt/avrdude")
-    assert sheet.where.text() == "/opt/avrdude"
-
-
-def test_a_missing_firmware_is_said_before_anything_is_let_go(window, tmp_path, monkeypatch):
-    monkeypatch.setattr(avrdude, "find", lambda given=None: avrdude.Avrdude("/usr/bin/avrdude"))
-    monkeypatch.setattr(
-        serial_ports, "ports", lambda: [Port("/dev/ttyUSB0", "Hapkit board (FT232)", Role.KIT)]
-    )
-    there = shipped()
+    port, there = Port("/dev/ttyUSB0", "Hapkit board (FT232)", Role.KIT), shipped()
+    monkeypatch.setattr(serial_ports, "ports", lambda: [port])
     monkeypatch.setattr(flash, "shipped", lambda: tmp_path / "firmware" / "hapkit.hex")
-    sheet = sheet_of(window)
+    sheet.again.click()
     words = "The studio's own firmware, firmware/hapkit.hex, is missing. Install Hapkit Studio again."
     assert sheet.verdict.words.text() == words
     assert not sheet.write.isEnabled()
@@ -81,6 +44,20 @@ def test_a_missing_firmware_is_said_before_anything_is_let_go(window, tmp_path, 
     sheet.again.click()
     assert sheet.verdict.words.text() == "Ready."
     assert sheet.write.isEnabled()
+    assert sheet.ports.currentText() == "ttyUSB0: Hapkit board (FT232)"
+
+
+def test_without_avrdude_it_says_how_to_get_it(window, monkeypatch):
+    monkeypatch.setattr(serial_ports, "ports", list)
+    monkeypatch.setattr(avrdude, "_FOLDERS", {})
+    monkeypatch.setattr(avrdude.shutil, "which", lambda *words, **more: None)
+    sheet = sheet_of(window)
+    assert not sheet.write.isEnabled()
+    assert "apt install avrdude" in sheet.verdict.words.text()
+    assert "choose it here" in sheet.verdict.words.text()
+    monkeypatch.setattr(avrdude, "find", lambda given=None: avrdude.Avrdude(given))
+    sheet.use("/opt/avrdude")
+    assert sheet.where.text() == "/opt/avrdude"
 
 
 @pytest.mark.slow
