@@ -1,6 +1,7 @@
 """The command that shows a board's calibration, or puts a kit's or a file's on it."""
 
 import argparse
+import contextlib
 from dataclasses import replace
 
 from hapkit_studio.commands.base import Command, Result, option
@@ -29,17 +30,14 @@ def run(options: argparse.Namespace) -> Result:
     wanted = calibration_file.read(options.file) if options.file else None
     if options.kit:
         wanted = profiles.named(options.kit).board
-    board = board_named(options.device)
-    board.open()
-    try:
+    with contextlib.closing(board_named(options.device)) as board:
+        board.open()
         settings = board.settings()
         if wanted is not None or options.label:
             chosen = wanted or profiles.of_settings(settings)
             label = calibration_file.checked_label(options.label) if options.label else chosen.label
             board.configure(replace(chosen, label=label))
             settings = board.save()
-    finally:
-        board.close()
     written = str(calibration_file.write(profiles.of_settings(settings), {})) if options.write else ""
     numbers = {f.name: getattr(settings, f.name) for f in Board.layout()}
     words = {name: kind(numbers[name]).name for name, kind in _NAMES.items()}

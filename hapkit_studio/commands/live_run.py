@@ -52,16 +52,14 @@ class Played:
 def run(engine: Engine, options: argparse.Namespace, hand: Hand | None, seconds: float) -> Played:
     """Start an engine, let the side that was chosen render for so many s, close it; raise a StudioError."""
     reader = engine.reader()
-    engine.start()
-    try:
+    with contextlib.closing(engine):
+        engine.start()
         begin(engine, reader, options.render, options.board_rate)
         engine.health()  # what was before counts no more
         table, took = play(engine, reader, hand, seconds, say_doubt(engine))
         health, found = engine.health(), _both(engine, table)
         remarks = _remarks(engine, found, options.board_rate)
         return Played(table, took, found, remarks, engine.fault, health, reader.lost)
-    finally:
-        engine.close()
 
 
 def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) -> None:

@@ -74,13 +74,6 @@ def test_flash_and_ram_are_printed_and_fit(said):
             assert board.hello.arena == arena
 
 
-@needs_avr
-def test_elf_and_hex_are_the_same_program(said, tmp_path):
-    raw = tmp_path / "flash.bin"
-    subprocess.run(["avr-objcopy", "-O", "binary", "-R", ".eeprom", BUILD / "hapkit.elf", raw], check=True)
-    assert image(BUILD / "hapkit.hex") == raw.read_bytes()
-
-
 def test_prebuilt_firmware_is_of_these_sources():
     parts = (*SKETCH.glob("*.cpp"), *SKETCH.glob("*.S"), *SKETCH.rglob("*.h"), *SKETCH.glob("*.ino"))
     sources = sorted(parts, key=lambda p: p.relative_to(SKETCH).as_posix())

@@ -6,7 +6,6 @@ import os
 import numpy as np
 import pytest
 
-from hapkit_studio.devices import profiles
 from hapkit_studio.devices.flash import shipped
 from hapkit_studio.devices.virtual_board import firmware
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
@@ -84,14 +83,6 @@ def test_the_motors_force_is_the_laws_within_a_count_and_a_step(tmp_path, image)
     assert summary["overruns"] == summary["deaf"] == summary["unanswered"] == 0
     assert summary["dropped"] == summary["overwritten"] == 0
     assert 0 < summary["interrupts_off_cycles"] <= LONGEST_INTERRUPT
-
-
-def test_what_ships_is_the_usual_kit():
-    with opened("fast", firmware=shipped()) as board:
-        settings = board.settings()
-        assert len(board.hello.build) == 8
-    assert settings.quantum == pytest.approx(QUANTUM, rel=1e-3)
-    assert settings.max_force == pytest.approx(profiles.default().board.max_force)
 
 
 def test_lockstep_runs_are_identical_bit_by_bit(tmp_path):

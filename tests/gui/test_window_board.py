@@ -140,6 +140,7 @@ def compile_seconds(studio):
     return time.perf_counter() - start
 
 
+@pytest.mark.slow
 def test_a_persons_own_law_renders_on_the_board_as_soon_as_it_is_in_force(board_window, qtbot, home):
     window, studio = board_window, board_window.studio
     studio.set_loop(where="board")
