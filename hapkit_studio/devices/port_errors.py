@@ -50,9 +50,7 @@ def _group(path: str) -> str:
 
 
 def _joined(group: str) -> bool:
-    """Tell whether the system lists this person in a group that this login does not have yet."""
-    if sys.platform == "win32":
-        return False
+    """Tell whether Linux lists this person in a group that this login does not have yet."""
     import grp
 
     try:
