@@ -21,7 +21,8 @@ from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.health import Fault
 from hapkit_studio.protocol.framing import encode
-from tests.devices.fake_board import FakeBoard, FakeKit
+from hapkit_studio.protocol.messages import Origin
+from tests.devices.fake_board import KIT, FakeKit
 from tests.lateness import ATTEMPTS
 
 
@@ -76,6 +77,37 @@ def test_run_agrees_with_the_file_it_writes(capsys, tmp_path):
     assert found["position_max"] == pytest.approx(table["position_m"].max())
     assert found["final_force"] == pytest.approx(table["force_applied_N"][-1])
     assert found["energy_given"] == pytest.approx(table["energy_J"][-1])
+
+
+# --- sketches
+
+
+def test_export_writes_a_folder_that_the_ide_opens(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["export", "wall", "-p", "stiffness=400", "-o", "mine.ino", "--rate", "500"]) == 0
+    text = (tmp_path / "mine" / "mine.ino").read_text("utf-8")
+    assert "stiffness = 400.0f" in text
+    assert "kRate = 500" in text
+    assert "wrote mine/mine.ino" in capsys.readouterr().out
+    assert main(["export", "wall", "-o", "mine"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert main(["export", "wall", "-o", "mine", "--force"]) == 0
+    assert main(["export", "spring"]) == 0
+    assert (tmp_path / "spring" / "spring.ino").is_file()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pseudo-terminals")
+@pytest.mark.parametrize(("origin", "known"), [(Origin.STORED, True), (Origin.DEFAULT, False)])
+def test_export_takes_the_kit_of_a_connected_board_as_it_is(origin, known, tmp_path, monkeypatch, fake_board):
+    monkeypatch.chdir(tmp_path)
+    kit = FakeKit(replace(KIT, handle_radius=0.0875, zero=377, direction=-1))
+    kit.origin = origin
+    assert main(["export", "spring", "--port", fake_board(kit).path]) == 0
+    text = (tmp_path / "spring" / "spring.ino").read_text("utf-8")
+    assert "kHandleRadius = 0.0875f" in text
+    assert "kHighIsRight = false" in text
+    assert ("kZero = 377" in text) is known
+    assert ("fake kit, as calibrated" in text) is known
 
 
 # --- lists
@@ -255,28 +287,19 @@ def test_a_flash_that_a_person_ends_says_what_to_do(capsys, monkeypatch):
     assert "ttyUSB7: ended in the middle. Half of a firmware may be on the board: flash it again" in err
 
 
-def test_a_board_that_sends_nothing_is_said_so_with_the_next_step(capsys, monkeypatch):
-    board = FakeBoard(FakeKit())
+def test_a_board_that_sends_nothing_is_said_so_with_the_next_step(capsys, monkeypatch, fake_board):
     monkeypatch.setattr(live_run, "_PATIENCE", 0.2)
-    try:
-        code, out, err = run(capsys, "run", "wall", "--device", board.path, "--seconds", "1")
-    finally:
-        board.unplug()
+    words = ("--device", fake_board(FakeKit()).path, "--seconds", "1")
+    code, out, err = run(capsys, "run", "wall", *words)
     assert (code, out) == (2, "")
     assert "says hello, but no sample came for 0.2 s. Press the board's reset button" in err
 
 
-def test_old_firmware_names_the_command_that_updates_it(capsys):
-    old = replace(FakeKit().hello(), version=1)
-    board = FakeBoard(lambda message: encode(old))
-    try:
-        said = [
-            run(capsys, "check", board.path)[2],
-            probe(DeviceEntry(board.path, "", partial(HapkitBoard, board.path)))["text"],
-        ]
-    finally:
-        board.unplug()
-    for words in said:
+def test_old_firmware_names_the_command_that_updates_it(capsys, fake_board):
+    old = encode(replace(FakeKit().hello(), version=1))
+    board = fake_board(lambda message: old)
+    entry = DeviceEntry(board.path, "", partial(HapkitBoard, board.path))
+    for words in (run(capsys, "check", board.path)[2], probe(entry)["text"]):
         assert f"Update firmware. Run `hapkit-studio flash {board.path}`." in words
 
 

@@ -15,7 +15,7 @@ from hapkit_studio.devices.hapkit import HapkitBoard, probe
 from hapkit_studio.devices.port_errors import unopened
 from hapkit_studio.devices.serial_ports import NOWHERE, Identity, Latency, Role, port_name, shorten_latency
 from hapkit_studio.protocol.messages import SettingsRequest
-from tests.devices.fake_board import FakeBoard, FakeKit
+from tests.devices.fake_board import FakeKit
 from tests.devices.fake_ports import CH340, FT232, UNO, info, list_ports
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="Linux says who holds a port")
@@ -23,19 +23,16 @@ MODEM = (0x12D1, 0x1506)
 
 
 @pytest.fixture
-def plugged(monkeypatch):
+def plugged(monkeypatch, fake_board):
     """Return a function that plugs a board in and returns its line of the list, and the board."""
-    peers = []
 
     def plug(answer, numbers=FT232):
-        peers.append(FakeBoard(answer))
-        list_ports(monkeypatch, info(peers[-1].path, numbers, "AAA"))
+        peer = fake_board(answer)
+        list_ports(monkeypatch, info(peer.path, numbers, "AAA"))
         (entry,) = hapkit.entries()
-        return entry, peers[-1]
+        return entry, peer
 
-    yield plug
-    for peer in peers:
-        peer.unplug()
+    return plug
 
 
 # --- which there are
@@ -163,8 +160,8 @@ def test_a_kit_without_firmware_is_offered_to_be_flashed(plugged, heard, text):
 
 # --- who holds one
 @linux
-def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it():
-    peer = FakeBoard(lambda message: None)
+def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it(fake_board):
+    peer = fake_board(lambda message: None)
     words = (
         "import sys, os; os.open(sys.argv[1], os.O_RDWR | os.O_NOCTTY); print(flush=True); sys.stdin.read()"
     )
@@ -183,7 +180,6 @@ def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it():
     finally:
         child.communicate()
     assert serial_ports.holder(peer.path) == ""
-    peer.unplug()
 
 
 @linux

@@ -17,7 +17,7 @@ from hapkit_studio.gui import device_link
 from hapkit_studio.gui.device_link import DeviceLink
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.protocol.messages import HelloRequest
-from tests.devices.fake_board import FakeBoard, FakeKit
+from tests.devices.fake_board import FakeKit
 from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
 
 GONE = "Hapkit on ttyUSB0 is gone. Force is zero. Looking again every second."
@@ -53,20 +53,6 @@ class Plugged:
 def until(qtbot):
     """Return a function that waits until a window's link is in a state."""
     return lambda window, state: qtbot.waitUntil(lambda: window.studio.link.state == state)
-
-
-@pytest.fixture
-def boards():
-    """Return a maker of scripted boards that are unplugged in the end."""
-    found = []
-
-    def make(answer):
-        found.append(FakeBoard(answer))
-        return found[-1]
-
-    yield make
-    for board in found:
-        board.unplug()
 
 
 def test_each_failure_says_its_line_and_the_next_step_and_leaves_no_force(window, qtbot, until):
@@ -183,7 +169,7 @@ def test_a_port_that_was_never_there_or_comes_back_without_rights_is_tried_on(
     assert not link._again.isActive()
 
 
-def test_a_starting_board_is_said_and_never_started_anew(idle_window, boards, qtbot, until):
+def test_a_starting_board_is_said_and_never_started_anew(idle_window, fake_board, qtbot, until):
     """A look again in the middle of the handshake would open the port and reset the board once more."""
     link, word, gate = idle_window.studio.device, idle_window.header.devices.word, threading.Event()
     link._again.setInterval(5)
@@ -195,7 +181,7 @@ def test_a_starting_board_is_said_and_never_started_anew(idle_window, boards, qt
             return kit(message) if len(asked) > 3 else gate.wait(PATIENCE_MS / 1000) and None
         return kit(message)
 
-    board, missing = boards(slow), Plugged(errors.PortGoneError(GONE))
+    board, missing = fake_board(slow), Plugged(errors.PortGoneError(GONE))
 
     def make():
         if missing.error is not None:

@@ -1,5 +1,7 @@
 """Flashing from the window: the real avrdude, a real boot loader in the virtual board, and the words."""
 
+import contextlib
+from dataclasses import replace
 from functools import partial
 
 import pytest
@@ -7,9 +9,10 @@ import pytest
 from hapkit_studio.devices import DeviceEntry, avrdude, flash, serial_ports
 from hapkit_studio.devices.flash import shipped
 from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.devices.serial_ports import Port, Role
 from hapkit_studio.gui.flash_dialog import FlashDialog
-from hapkit_studio.protocol.messages import PROTOCOL_VERSION
+from hapkit_studio.protocol.messages import PROTOCOL_VERSION, Origin
 from tests.firmware import boot
 from tests.gui.window_support import SIMULATED
 
@@ -62,8 +65,14 @@ def test_without_avrdude_it_says_how_to_get_it(window, monkeypatch):
 
 @pytest.mark.slow
 @boot.needs_avrdude
-def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp_path, monkeypatch):
+def test_a_board_in_use_is_let_go_flashed_and_taken_back_with_its_settings(
+    make_window, qtbot, tmp_path, monkeypatch
+):
     board = boot.Board(tmp_path, boot.optiboot(tmp_path, SOON), firmware=shipped())
+    with contextlib.closing(HapkitBoard(board.port)) as kit:
+        kit.open()
+        kit.configure(replace(of_settings(kit.settings()), label="Mine", max_force=1.5))
+        assert kit.save().origin == Origin.STORED
     monkeypatch.setattr(flash, "flash", partial(flash.flash, speeds=(SOON,)))
     monkeypatch.setattr(serial_ports, "ports", list)
     entry = DeviceEntry(board.port, "Hapkit on port", lambda: HapkitBoard(board.port))
@@ -85,11 +94,10 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back(make_window, qtbot, tmp
         assert len(seen) > 4
         assert seen == sorted(seen)
         qtbot.waitUntil(lambda: window.studio.engine is not None)
-        build = window.studio.engine.device.hello.build
-        assert (
-            f"The board says: build {build}, protocol version {PROTOCOL_VERSION}"
-            in sheet.verdict.words.text()
-        )
+        hello, said = window.studio.engine.device.hello, sheet.verdict.words.text()
+        assert f"The board says: build {hello.build}, protocol version {PROTOCOL_VERSION}" in said
+        assert hello.build.encode() in flash.read_image(shipped())
+        assert (hello.origin, hello.max_force) == (Origin.STORED, 1.5)
         assert sheet.write.isEnabled()
         assert sheet.write.text() == "Flash"
         assert sheet.close()
