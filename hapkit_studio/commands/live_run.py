@@ -66,21 +66,19 @@ def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) ->
     """Wait until the chosen side renders, the delays measured before; raise a StudioError."""
     if rate is not None and where == COMPUTER:
         raise ParameterError("--board-rate is for --render board.")
-    if where == BOARD:
-        _check_board(engine)
+    _check_board(engine, where)
     _wait(engine, lambda: len(reader.read()) > 0, no_data(getattr(engine.device, "port", ""), _PATIENCE))
     if where == BOARD:
         time.sleep(_MEASURING)
         engine.set_where(where, rate)
-        _check_board(engine)
+        _check_board(engine, where)
     _wait(engine, lambda: engine.rendering == where or bool(where == BOARD and engine.board_refusal()))
-    if where == BOARD:
-        _check_board(engine)
+    _check_board(engine, where)
 
 
-def _check_board(engine: Engine) -> None:
-    """Raise ParameterError where the board cannot render what is wanted."""
-    refusal = engine.board_refusal(wait=True)
+def _check_board(engine: Engine, where: str) -> None:
+    """Raise ParameterError where the board is to render and cannot."""
+    refusal = engine.board_refusal(wait=True) if where == BOARD else ""
     if refusal:
         raise ParameterError(refusal)
 
