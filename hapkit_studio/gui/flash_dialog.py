@@ -3,7 +3,6 @@
 from functools import partial
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QComboBox, QLabel, QProgressBar, QPushButton, QWidget
 
 from hapkit_studio.devices import DeviceEntry, avrdude, flash, serial_ports
@@ -156,15 +155,8 @@ class FlashDialog(FormDialog):
         path = getattr(engine.device, "port", key) if engine is not None else key
         return path if key != "virtual-board" and serial_ports.is_path(path) else ""
 
-    def closeEvent(self, event: QCloseEvent) -> None:
-        """Stay while it writes: half a firmware is none."""
-        if self.job.running:
-            event.ignore()
-        else:
-            super().closeEvent(event)
-
     def reject(self) -> None:
-        """Close by a key only when nothing is under way."""
+        """Stay while it writes, whatever was to close it: half a firmware is none."""
         if not self.job.running:
             super().reject()
 
