@@ -131,7 +131,7 @@ class DeviceLink(QObject):
         while self._started:
             self._started.pop().close()
 
-    # --- in the worker
+    # --- opening, in the worker
 
     def _open(self, entry: "DeviceEntry") -> None:
         self._submit(self._start, entry, self._detach(), self._request + 1)
