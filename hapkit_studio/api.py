@@ -140,11 +140,9 @@ def simulate(
         settings["hand_grip"] = {key: float(getattr(moving, key)) for key in ("mass", "damping", "stiffness")}
     speed = float(np.abs(out[:, rows.TRUE_VELOCITY]).max())
     conditions = Conditions(1.0 / loop.rate, device.quantum, device.viscous, speed)
-    columns = {name: np.ascontiguousarray(out[:, column]) for name, (_, column) in _COLUMNS.items()}
-    columns["flags"] = columns["flags"].astype(int)
     return Run(
         time=np.arange(count) / loop.rate,
-        **columns,
+        **columns_of(out),
         state=np.ascontiguousarray(out[:, rows.STATE : rows.STATE + len(chosen.state_names)]),
         state_names=chosen.state_names,
         faults=(fault.text,) if fault else (),
@@ -152,6 +150,12 @@ def simulate(
         settings=settings,
         hand_target=out[:, rows.HAND_TARGET].copy() if own else None,
     )
+
+
+def columns_of(table: np.ndarray) -> dict[str, np.ndarray]:
+    """Return what a run holds of rows of the loop (n, width), each (n,)."""
+    found = {name: np.ascontiguousarray(table[:, column]) for name, (_, column) in _COLUMNS.items()}
+    return found | {"flags": found["flags"].astype(int)}
 
 
 def _count(seconds: float, rate: float) -> int:

@@ -30,7 +30,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         result = options.command(options)
         print(json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text, flush=True)
     except StudioError as error:
-        print(f"hapkit-studio: {error}{_next_step(error, options)}", file=sys.stderr)
+        # the step that a window would offer, for the port that was named
+        port = getattr(options, "port", None) or getattr(options, "device", None)
+        step = f" Run `hapkit-studio flash {port}`." if port and getattr(error, "step", "") else ""
+        print(f"hapkit-studio: {error}{step}", file=sys.stderr)
         return 2
     except OSError as error:
         print(f"hapkit-studio: {error.filename or 'output'}: {error.strerror}", file=sys.stderr)
@@ -38,12 +41,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     return result.code
-
-
-def _next_step(error: StudioError, options: argparse.Namespace) -> str:
-    """Return the command that takes the step which a window would offer, for the port that was named."""
-    port = getattr(options, "port", None) or getattr(options, "device", None)
-    return f" Run `hapkit-studio flash {port}`." if port and getattr(error, "step", "") else ""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -68,7 +65,8 @@ def parser() -> argparse.ArgumentParser:
 
 def _window(given: Sequence[str]) -> int:
     options = window_parser().parse_args(given)  # bad options are said before anything starts
-    if not _has_display():
+    qt = sys.platform in ("win32", "darwin") or os.environ.get("QT_QPA_PLATFORM")
+    if not (qt or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return _demo()
     from hapkit_studio.gui import prepare
 
@@ -76,12 +74,6 @@ def _window(given: Sequence[str]) -> int:
     from hapkit_studio.gui import app
 
     return app.run(given, preparing)
-
-
-def _has_display() -> bool:
-    if sys.platform in ("win32", "darwin") or os.environ.get("QT_QPA_PLATFORM"):
-        return True
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def _demo() -> int:

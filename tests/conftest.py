@@ -32,6 +32,22 @@ def rng() -> np.random.Generator:
     return np.random.default_rng(20240229)
 
 
+@pytest.fixture
+def fake_board():
+    """Return a maker of scripted boards, which are unplugged in the end."""
+    from tests.devices.fake_board import FakeBoard
+
+    boards = []
+
+    def make(answer):
+        boards.append(FakeBoard(answer))
+        return boards[-1]
+
+    yield make
+    for board in boards:
+        board.unplug()
+
+
 @pytest.fixture(autouse=True)
 def forget_settings():
     """Leave nothing that a window remembered to the next test."""

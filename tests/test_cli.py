@@ -2,14 +2,27 @@
 
 import json
 import os
+import shlex
 import subprocess
 import sys
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 
 from hapkit_studio import __version__, commands, environments
 from hapkit_studio.cli import main
+from hapkit_studio.commands import live_run
+from hapkit_studio.devices import DeviceEntry, flash
+from hapkit_studio.devices.hapkit import HapkitBoard, probe
+from hapkit_studio.devices.virtual_board import built
+from hapkit_studio.haptics import arrays
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.haptics.health import Fault
+from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.messages import Origin
+from tests.devices.fake_board import KIT, FakeKit
 from tests.lateness import ATTEMPTS
 
 
@@ -34,28 +47,17 @@ def as_json(capsys, *words):
 # --- run
 
 
-def test_run_speaks_of_the_scene(capsys):
-    code, out, err = run(capsys, "run", "wall", "-p", "stiffness=400", "--hand", "press", "--seconds", "1.5")
+def test_run_says_what_was_rendered_in_words_and_as_json(capsys):
+    words = "run wall -p stiffness=400 -p damping=2 -p side=left -p damping_mode=both --hand stroke"
+    words = f"{words} --seconds 1 --rate 2000 --delay 0.0005 --estimator iir:cutoff=20 --seed 7".split()
+    code, out, err = run(capsys, *words)
     assert (code, err) == (0, "")
-    assert "wall: 1500 samples, 1.5 s" in out
-    for unit in (" mm", " N", " mJ"):
-        assert unit in out
-
-
-def test_run_as_json(capsys):
-    words = (
-        "run wall -p stiffness=400 -p damping=2 -p side=left -p damping_mode=both --hand stroke --seconds 1"
-    )
-    words += " --rate 2000 --delay 0.0005 --estimator iir:cutoff=20 --seed 7"
-    found = as_json(capsys, *words.split())
+    assert "wall: 2000 samples, 1 s" in out
+    assert all(unit in out for unit in (" mm", " N", " mJ"))
+    found = as_json(capsys, *words)
     assert found["environment"] == "wall"
-    assert found["parameters"] == {
-        "stiffness": 400.0,
-        "damping": 2.0,
-        "position": 0.005,
-        "side": "left",
-        "damping_mode": "both",
-    }
+    given = {"stiffness": 400.0, "damping": 2.0, "position": 0.005, "side": "left", "damping_mode": "both"}
+    assert found["parameters"] == given
     assert found["units"] == {"stiffness": "N/m", "damping": "N·s/m", "position": "m"}
     assert (found["hand"], found["seed"], found["estimator"]) == ("stroke", 7, ["iir", {"cutoff": 20.0}])
     assert (found["rate_Hz"], found["delay_s"]) == (2000.0, 0.0005)
@@ -75,6 +77,37 @@ def test_run_agrees_with_the_file_it_writes(capsys, tmp_path):
     assert found["position_max"] == pytest.approx(table["position_m"].max())
     assert found["final_force"] == pytest.approx(table["force_applied_N"][-1])
     assert found["energy_given"] == pytest.approx(table["energy_J"][-1])
+
+
+# --- sketches
+
+
+def test_export_writes_a_folder_that_the_ide_opens(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["export", "wall", "-p", "stiffness=400", "-o", "mine.ino", "--rate", "500"]) == 0
+    text = (tmp_path / "mine" / "mine.ino").read_text("utf-8")
+    assert "stiffness = 400.0f" in text
+    assert "kRate = 500" in text
+    assert "wrote mine/mine.ino" in capsys.readouterr().out
+    assert main(["export", "wall", "-o", "mine"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert main(["export", "wall", "-o", "mine", "--force"]) == 0
+    assert main(["export", "spring"]) == 0
+    assert (tmp_path / "spring" / "spring.ino").is_file()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pseudo-terminals")
+@pytest.mark.parametrize(("origin", "known"), [(Origin.STORED, True), (Origin.DEFAULT, False)])
+def test_export_takes_the_kit_of_a_connected_board_as_it_is(origin, known, tmp_path, monkeypatch, fake_board):
+    monkeypatch.chdir(tmp_path)
+    kit = FakeKit(replace(KIT, handle_radius=0.0875, zero=377, direction=-1))
+    kit.origin = origin
+    assert main(["export", "spring", "--port", fake_board(kit).path]) == 0
+    text = (tmp_path / "spring" / "spring.ino").read_text("utf-8")
+    assert "kHandleRadius = 0.0875f" in text
+    assert "kHighIsRight = false" in text
+    assert ("kZero = 377" in text) is known
+    assert ("fake kit, as calibrated" in text) is known
 
 
 # --- lists
@@ -146,13 +179,41 @@ WRONG = [
     ("loop-test --rate 20", "Rate goes from 100 to 10000 Hz, not 20."),
     ("loop-test --seconds 0", "Seconds goes from 0.1 to 86400 s, not 0."),
     ("dance", "invalid choice: 'dance'"),
+    # a board, or none
+    ("run wall --render board", "--device"),
+    ("run wall --board-rate 4000", "--device"),
+    ("run wall --device simulated --render board", "has no board"),
+    ("run wall --device simulated --board-rate 500", "--render board"),
+    ("loop-test --render board", "has no board"),
+    ("run wall --device nothing", "There is no device"),
+    ("flash simulated", "needs no flashing. Name a port"),
+    ("check /dev/ttyNONE7", "ttyNONE7 is not there. Plug the board in"),
+    ("export wall --port /dev/ttyNONE7", "ttyNONE7 is not there. Plug the board in"),
+    # said before the run
+    ("run wall --device simulated --csv /no-such-folder/x.csv", "there is no folder"),
+    ("run wall --device simulated --csv .", "the path of a file"),
+    ("run wall --device simulated --plot x.xyz", "A picture is one of"),
+    # a script whose variable is not set must not flash the only board, or run without one
+    ("run wall --device ''", "There is no device ''"),
+    ("check ''", ""),
+    ("flash ''", ""),
+    ("export wall --port ''", ""),
+    ("flash /dev/ttyNONE7 --hex ''", ""),
+    ("run wall --csv ''", "the path of a file"),
+    # sketches
+    ("export wall -p stiffness=-1", "N/m"),
+    ("export wal", "wal"),
+    ("export wall --kit hapkit9", "There is no kit 'hapkit9'; there are: hapkit3"),
+    ("export wall --rate 3000", "not at 3000 Hz"),
+    ("export wall --estimator butterworth", "not by butterworth"),
 ]
 
 
 @pytest.mark.parametrize(("words", "says"), WRONG, ids=[words for words, _ in WRONG])
 def test_says_what_is_wrong_in_one_line(capsys, tmp_path, monkeypatch, words, says):
     monkeypatch.chdir(tmp_path)
-    code, out, err = run(capsys, *words.split())
+    monkeypatch.setattr(live_run, "play", lambda *_: pytest.fail("it began"))
+    code, out, err = run(capsys, *shlex.split(words))
     assert code == 2
     assert out == ""
     assert err.count("\n") == 1
@@ -167,6 +228,115 @@ def test_an_interrupt_ends_without_a_traceback(capsys, monkeypatch):
 
     monkeypatch.setattr("hapkit_studio.api.simulate", interrupted)
     assert run(capsys, "run", "wall") == (130, "", "")
+
+
+# --- live runs and boards
+
+
+class Gone:
+    """What a run asks of an engine whose device goes away after three looks."""
+
+    def __init__(self):
+        self.looks = 0
+
+    @property
+    def fault(self):
+        self.looks += 1
+        return Fault(arrays.DEVICE_GONE, "The device is gone.") if self.looks > 3 else None
+
+    def read(self):
+        return np.zeros((2, 3))
+
+
+def test_a_run_ends_when_the_device_goes_away_and_keeps_what_came():
+    engine = Gone()
+    table, played = live_run.play(engine, engine, None, 3600.0)
+    assert len(table) == 2 * (3 + 1)
+    assert played < 3600.0
+    assert live_run.fault_words(engine.fault) == (
+        "The device is gone. Force is zero. Check the USB cable, then try again."
+    )
+    assert "Let the board render (--render board)" in live_run.fault_words(Fault(arrays.SLOW_LINK, "Slow."))
+
+
+def test_a_run_that_a_person_ends_keeps_what_came(capsys, tmp_path, monkeypatch):
+    move, moves = Engine.move_hand, []
+
+    def then_end(engine, target):
+        moves.append(target)
+        if len(moves) == 30:
+            raise KeyboardInterrupt
+        move(engine, target)
+
+    monkeypatch.setattr(Engine, "move_hand", then_end)
+    words = ("--device", "simulated", "--hand", "press", "--seconds", "600", "--csv", str(tmp_path / "x.csv"))
+    code, out, err = run(capsys, "run", "wall", *words)
+    assert (code, err) == (0, "")
+    assert "s of 600 s by Ctrl-C." in out
+    assert len((tmp_path / "x.csv").read_text().splitlines()) > 100
+    assert moves[-1] is None
+
+
+def test_a_flash_that_a_person_ends_says_what_to_do(capsys, monkeypatch):
+    def ended(*_words):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(flash, "flash", ended)
+    code, _, err = run(capsys, "flash", "/dev/ttyUSB7")
+    assert code == 2
+    assert "ttyUSB7: ended in the middle. Half of a firmware may be on the board: flash it again" in err
+
+
+def test_a_board_that_sends_nothing_is_said_so_with_the_next_step(capsys, monkeypatch, fake_board):
+    monkeypatch.setattr(live_run, "_PATIENCE", 0.2)
+    words = ("--device", fake_board(FakeKit()).path, "--seconds", "1")
+    code, out, err = run(capsys, "run", "wall", *words)
+    assert (code, out) == (2, "")
+    assert "says hello, but no sample came for 0.2 s. Press the board's reset button" in err
+
+
+def test_old_firmware_names_the_command_that_updates_it(capsys, fake_board):
+    old = encode(replace(FakeKit().hello(), version=1))
+    board = fake_board(lambda message: old)
+    entry = DeviceEntry(board.path, "", partial(HapkitBoard, board.path))
+    for words in (run(capsys, "check", board.path)[2], probe(entry)["text"]):
+        assert f"Update firmware. Run `hapkit-studio flash {board.path}`." in words
+
+
+def test_a_fault_ends_a_run_with_a_code_of_its_own(capsys, monkeypatch):
+    words = ("run", "wall", "--device", "simulated", "--seconds", "0.2")
+    assert run(capsys, *words)[0] == 0
+    fault = Fault(arrays.OVER_SPEED, "Fault: over-speed, 5.2 m/s (limit 5.0 m/s).")
+    monkeypatch.setattr(Engine, "fault", property(lambda engine: fault if engine.heard else None))
+    monkeypatch.setattr(Engine, "heard", False, raising=False)
+    play = live_run.play
+
+    def then_fault(engine, *given):
+        engine.heard = True
+        return play(engine, *given)
+
+    monkeypatch.setattr(live_run, "play", then_fault)
+    code, out, err = run(capsys, *words)
+    assert (code, err) == (2, "")
+    assert fault.text in out
+
+
+@pytest.mark.alone
+@pytest.mark.skipif(not built(), reason="the virtual board is not built")
+def test_the_board_renders_and_answers_sooner(capsys):
+    for left in reversed(range(ATTEMPTS)):
+        found = as_json(
+            capsys, "run", "wall", "--device", "virtual-board", "--render", "board", "--hand", "press",
+            "--seconds", "1", "--estimator", "kalman",
+        )  # fmt: skip
+        if not found["faults"] or not left:
+            break
+    assert found["render"] == "board"
+    assert found["board"]["delay_us"] < 0.5 * found["computer"]["delay_us"]
+    assert found["board"]["rate_Hz"] == 4000.0
+    assert found["board"]["stiffness_limit"] > 2.0 * found["computer"]["stiffness_limit"]
+    assert found["board_overruns"] == 0
+    assert found["link"]["stale_forces"] == 0
 
 
 # --- the program itself
@@ -199,6 +369,7 @@ def test_without_a_display_runs_the_demo_and_writes_a_picture(tmp_path):
     assert (tmp_path / "hapkit-studio-demo.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_program_gives_the_exit_code_and_no_traceback(tmp_path):
     done = program(tmp_path, "run", "wal")
     assert (done.returncode, done.stdout) == (2, "")
@@ -219,12 +390,7 @@ def test_help_and_version(capsys):
 
 
 @pytest.mark.slow
-def test_a_console_that_knows_few_letters_gets_question_marks():
-    done = subprocess.run(
-        [sys.executable, "-m", "hapkit_studio", "environments"],
-        env=os.environ | {"PYTHONIOENCODING": "ascii"},
-        capture_output=True,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, b"")
-    assert b"N?s/m" in done.stdout
+def test_a_console_that_knows_few_letters_gets_question_marks(tmp_path):
+    done = program(tmp_path, "environments", PYTHONIOENCODING="ascii")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "N?s/m" in done.stdout

@@ -38,4 +38,14 @@ inline protocol::Board with_sensor(uint8_t sensor, uint16_t counts) {
   return kit;
 }
 
+inline protocol::Board named(const char* label, float force) {
+  protocol::Board kit = usual();
+  std::memset(kit.label, 0, sizeof(kit.label));
+  std::strncpy(kit.label, label, sizeof(kit.label));
+  kit.max_force = force;
+  return kit;
+}
+
+inline bool same(const protocol::Board& a, const protocol::Board& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
+
 }  // namespace kits

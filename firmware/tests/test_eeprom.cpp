@@ -15,9 +15,9 @@ namespace {
 
 using fake::fresh_board;
 using fake::power_on;
+using kits::named;
+using kits::same;
 using protocol::Board;
-
-bool same(const Board& a, const Board& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
 
 bool is_default() { return std::strcmp(settings::now().label, "Hapkit") == 0; }
 
@@ -28,14 +28,6 @@ int save() {
   for (int turn = 0; settings::saving() && turn < 1000; ++turn) settings::poll();
   CHECK(!settings::saving());
   return fake::eeprom_writes - before;
-}
-
-Board named(const char* label, float force) {
-  Board kit = kits::usual();
-  std::memset(kit.label, 0, sizeof(kit.label));
-  std::strncpy(kit.label, label, sizeof(kit.label));
-  kit.max_force = force;
-  return kit;
 }
 
 }  // namespace

@@ -7,12 +7,12 @@
 
 namespace {
 
-constexpr float kQuantum = 20e-6f, kFastest = 5.0f;
+constexpr float kCount = 20e-6f, kFastest = 5.0f;
 constexpr int kMost = estimator::kMostCounts;
 
 estimator::Design design(uint8_t method, float first, float second) {
   estimator::Design made{};
-  CHECK(estimator::design({1000, method, first, second}, kQuantum, kFastest, &made));
+  CHECK(estimator::design({1000, method, first, second}, kCount, kFastest, &made));
   return made;
 }
 
@@ -34,7 +34,7 @@ TEST(a_filter_that_swings_up_takes_no_undefined_step) {
       filter.restart(count);
       made = design(protocol::kEstimatorDifference, 0.0f, 0.0f);
       CHECK(filter.update(made, count + 50));
-      CHECK_NEAR(filter.velocity(made), 50 * kQuantum / 1e-3f, 1e-6f);
+      CHECK_NEAR(filter.velocity(made), 50 * kCount / 1e-3f, 1e-6f);
     }
   }
 }

@@ -16,17 +16,9 @@
 namespace {
 
 using fake::fresh_board;
+using kits::named;
+using kits::same;
 using protocol::Board;
-
-bool same(const Board& a, const Board& b) { return std::memcmp(&a, &b, sizeof(a)) == 0; }
-
-Board named(const char* label, float force) {
-  Board kit = kits::usual();
-  std::memset(kit.label, 0, sizeof(kit.label));
-  std::strncpy(kit.label, label, sizeof(kit.label));
-  kit.max_force = force;
-  return kit;
-}
 
 bool accepts(const std::function<void(Board&)>& change) {
   fresh_board();

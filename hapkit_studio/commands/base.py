@@ -18,7 +18,6 @@ from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.workshop import reading, trial
-from hapkit_studio.workshop.own import OwnEnvironment
 from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source, visible_text
 
 QUIET_SECONDS = 1.0
@@ -87,11 +86,6 @@ def progress_line(what: str) -> Callable[[int, int], None]:
 
 
 ESTIMATOR_HELP = f"{', '.join(ESTIMATORS)}; options as iir:cutoff=20"
-
-
-def environment_named(wanted: str, trust: bool) -> Environment:
-    """Return an environment by its key or its Python file; raise ParameterError."""
-    return environment_of_file(wanted, trust) if wanted.endswith(".py") else environments.named(wanted)
 
 
 def key_values(
@@ -169,32 +163,30 @@ def check_outputs(options: argparse.Namespace) -> None:
         given = getattr(options, name, None)
         if given is None:
             continue
-        _check_path(given, f"--{name}")
+        path = Path(given)
+        if not given or path.is_dir():
+            raise ParameterError(f"--{name} takes the path of a file, not {given!r}.")
+        if not path.parent.is_dir():
+            raise ParameterError(f"--{name}: there is no folder {path.parent}. Make it, or name another.")
+        if not os.access(path if path.exists() else path.parent, os.W_OK):
+            raise ParameterError(f"--{name}: you may not write {path}. Name another file.")
         if name == "plot":
             check_picture(given)
-            setattr(options, name, given if Path(given).suffix else given + _PICTURE)
-
-
-def _check_path(given: str, option: str) -> None:
-    path = Path(given)
-    if not given or path.is_dir():
-        raise ParameterError(f"{option} takes the path of a file, not {given!r}.")
-    if not path.parent.is_dir():
-        raise ParameterError(f"{option}: there is no folder {path.parent}. Make it, or name another.")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise ParameterError(f"{option}: you may not write {path}. Name another file.")
+            setattr(options, name, given if path.suffix else given + _PICTURE)
 
 
 YES = ("y", "yes")
 
 
-def environment_of_file(path: str, trusting: bool = False) -> OwnEnvironment:
-    """Return the environment of a file; raise LawError, one line with the file's name and the line in it.
+def environment_named(wanted: str, trusting: bool) -> Environment:
+    """Return an environment by its key or its Python file; raise ParameterError, or LawError with the line.
 
     A file that nobody agreed to is shown first, and executed if a person at the terminal says so; trusting
     stands for having said so.
     """
-    file = Path(path).expanduser().absolute()
+    if not wanted.endswith(".py"):
+        return environments.named(wanted)
+    file = Path(wanted).expanduser().absolute()
     try:
         source = read(file)
         _consent(source, trusting)

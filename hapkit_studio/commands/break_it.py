@@ -5,7 +5,7 @@ import textwrap
 from pathlib import Path
 
 from hapkit_studio.analysis.failures import failures, named
-from hapkit_studio.analysis.failures.base import Failure, Shown, Try, as_json, show, try_json
+from hapkit_studio.analysis.failures.base import Shown, Try, as_json, show, try_json
 from hapkit_studio.charts.failures import failure_figure
 from hapkit_studio.commands.base import Command, Result, drawn, key_values, option, progress_line, with_files
 from hapkit_studio.errors import ParameterError
@@ -35,17 +35,14 @@ def run(options: argparse.Namespace) -> Result:
     for failure in chosen:
         say = progress_line(f"{failure.key}")
         results.append(show(failure, given, chart=bool(options.plot), progress=say))
-        path = options.plot if options.failure or not options.plot else _path_for(options.plot, failure)
+        path = options.plot
+        if path and not options.failure:
+            path = str(Path(path).with_stem(f"{Path(path).stem}-{failure.key}"))
         written += drawn(path, failure_figure, results[-1])
     tried = [Try(options.at, chosen[0].try_at(options.at, given))] if options.at is not None else []
     text = _details(results[0], tried) if options.failure else _table(results)
     found = {"failures": [as_json(r) for r in results], "tried": [try_json(t) for t in tried]}
     return with_files(text, found, written)
-
-
-def _path_for(path: str, failure: Failure) -> str:
-    base = Path(path)
-    return str(base.with_name(f"{base.stem}-{failure.key}{base.suffix}"))
 
 
 def _verdict(one: Try) -> str:

@@ -1,6 +1,7 @@
 """The command that tests a connected Hapkit and says what to look at; it changes nothing on the board."""
 
 import argparse
+import contextlib
 import sys
 from typing import Any
 
@@ -35,12 +36,9 @@ def run(options: argparse.Namespace) -> Result:
         if result is None and sys.stderr.isatty():
             print(f"{check.title} …", file=sys.stderr)
 
-    runner = BoardRunner(board_named(options.device))
-    runner.open()
-    try:
+    with contextlib.closing(BoardRunner(board_named(options.device))) as runner:
+        runner.open()
         report = run_all(runner, show_progress)
-    finally:
-        runner.close()
     titles = {check.key: check.title for check in CHECKS}
     lines = []
     for key, result in report.results.items():

@@ -35,29 +35,19 @@ def environments(options: argparse.Namespace) -> Result:
 
 def page() -> str:
     """Return the page of every discovered environment, in Markdown."""
-    known = library.discover().values()
-    rows = [_row(e) for e in known]
-    head = f"# Environments\n\n{_HEAD}\n" + "\n".join(rows)
-    return "\n\n".join([head, *map(_section, known)]) + "\n"
-
-
-def _row(e: Environment) -> str:
-    state = ", ".join(f"`{name}`" for name in e.state_names) or "none"
-    return f"| `{e.key}` | {e.title} | {e.summary} | {state} | {', '.join(e.needs) or 'nothing'} |"
+    head = f"# Environments\n\n{_HEAD}"
+    for e in library.discover().values():
+        state = ", ".join(f"`{name}`" for name in e.state_names) or "none"
+        needs = ", ".join(e.needs) or "nothing"
+        head += f"\n| `{e.key}` | {e.title} | {e.summary} | {state} | {needs} |"
+    return "\n\n".join([head, *map(_section, library.discover().values())]) + "\n"
 
 
 def _section(e: Environment) -> str:
-    parts = [
-        f"## {e.title}",
-        f"![{e.title}](../pictures/{e.key}.png)",
-        e.formula,
-        e.explanation,
-    ]
+    parts = [f"## {e.title}", f"![{e.title}](../pictures/{e.key}.png)", e.formula, e.explanation]
     if e.parameters:
-        parts.append(_COLUMNS + "\n" + "\n".join(map(_parameter, e.parameters)))
-    if e.restless:
-        parts.append(e.restless)
-    return "\n\n".join(parts)
+        parts.append("\n".join([_COLUMNS, *map(_parameter, e.parameters)]))
+    return "\n\n".join([*parts, e.restless] if e.restless else parts)
 
 
 def _parameter(p: AnyParameter) -> str:

@@ -1,6 +1,7 @@
 """The command that writes an environment, as tuned, as an Arduino sketch."""
 
 import argparse
+import contextlib
 import math
 
 from hapkit_studio.analysis.stability import on_board
@@ -60,12 +61,9 @@ def _kit(key: str | None, port: str | None) -> sketch.Kit:
         raise ParameterError("Name a kit or a port, not both.")
     if port is None:
         return sketch.Kit(profiles.named(key).board) if key else sketch.Kit()
-    board = HapkitBoard(port)
-    board.open()
-    try:
+    with contextlib.closing(HapkitBoard(port)) as board:
+        board.open()
         settings = board.settings()
-    finally:
-        board.close()
     return sketch.Kit(profiles.of_settings(settings), settings.origin in (Origin.STORED, Origin.UNSAVED))
 
 

@@ -6,60 +6,44 @@ from collections.abc import Sequence
 from hapkit_studio import environments as library
 from hapkit_studio.analysis import fidelity as judge
 from hapkit_studio.charts.fidelity import fidelity_figure, outcome_word, percent
-from hapkit_studio.commands.base import (
-    PLOT,
-    Command,
-    Result,
-    drawn,
-    environment_named,
-    option,
-    progress_line,
-    with_files,
-)
+from hapkit_studio.commands import base
+from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.devices.simulated import TERMS
 
 OPTIONS = (
     option("environment", nargs="*", metavar="ENV", help="keys or files; none: all"),
     option("--trust", action="store_true", help="execute files that you have read"),
-    PLOT,
+    base.PLOT,
 )
 
 
 def fidelity(options: argparse.Namespace) -> Result:
     """Judge which terms each scene needs; draw the table where asked."""
-    scenes = [environment_named(wanted, options.trust) for wanted in options.environment]
+    scenes = [base.environment_named(wanted, options.trust) for wanted in options.environment]
     scenes = scenes or list(library.discover().values())
     results = []
     for number, scene in enumerate(scenes, 1):
-        results.append(judge.compute(scene, progress_line(f"scene {number} of {len(scenes)}, {scene.key}")))
-    return with_files(_text(results), as_json(results), drawn(options.plot, fidelity_figure, results))
+        results.append(
+            judge.compute(scene, base.progress_line(f"scene {number} of {len(scenes)}, {scene.key}"))
+        )
+    written = base.drawn(options.plot, fidelity_figure, results)
+    return base.with_files(_text(results), as_json(results), written)
 
 
 def as_json(results: Sequence[judge.Fidelity]) -> dict:
     """Return one object: a row a cell, what each scene needs."""
-    rows = [
-        {
-            "scene": e.scene,
-            "term": e.term,
-            "change": e.change,
-            "outcome": e.outcome,
-            "hand": e.hand,
-            "needed": e.needed,
-            "ns_per_simulated_s_with": e.ns_with,
-            "ns_per_simulated_s_without": e.ns_without,
-        }
-        for result in results
-        for e in (*result.effects, result.together)
-    ]
-    rows = [{k: None if v != v else v for k, v in row.items()} for row in rows]
+    rows = []
+    for effect in (e for result in results for e in (*result.effects, result.together)):
+        row = {k: None if v != v else v for k, v in vars(effect).items()} | {"needed": effect.needed}
+        for what in ("with", "without"):
+            row[f"ns_per_simulated_s_{what}"] = row.pop(f"ns_{what}")
+        rows.append(row)
     return {"rows": rows, "needs": {r.scene: list(r.needs) for r in results}}
 
 
 def _text(results: Sequence[judge.Fidelity]) -> str:
-    parts = [_details(result) for result in results]
-    parts += [_table(results)] if len(results) > 1 else []
-    parts += ["\n".join(_summary(result) for result in results)]
-    return "\n\n".join(parts)
+    table = [_table(results)] if len(results) > 1 else []
+    return "\n\n".join([*map(_details, results), *table, "\n".join(map(_summary, results))])
 
 
 def _table(results: Sequence[judge.Fidelity]) -> str:
@@ -89,10 +73,5 @@ def _summary(result: judge.Fidelity) -> str:
     return f"{words}; the others together change {percent(whole.change)}, {share} without them"
 
 
-COMMAND = Command(
-    "fidelity",
-    "compute what a scene's simulated device must model, and what each term costs",
-    fidelity,
-    OPTIONS,
-    order=40,
-)
+_HELP = "compute what a scene's simulated device must model, and what each term costs"
+COMMAND = Command("fidelity", _HELP, fidelity, OPTIONS, 40)

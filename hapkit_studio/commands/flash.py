@@ -6,14 +6,15 @@ import sys
 from hapkit_studio import devices
 from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.devices import flash, serial_ports
-from hapkit_studio.devices.avrdude import CONNECTING, STARTING, VERIFYING, WRITING
+from hapkit_studio.devices.avrdude import CONNECTING, VERIFYING, WRITING
 from hapkit_studio.errors import DeviceError
 
+_STARTING = "starting"
 _WORDS = {
     CONNECTING: "Looking for the boot loader",
     WRITING: "Writing",
     VERIFYING: "Verifying",
-    STARTING: "Starting the firmware",
+    _STARTING: "Starting the firmware",
 }
 _BAR = 40
 _HALF = "Half of a firmware may be on the board: flash it again before you use it."
@@ -28,28 +29,20 @@ OPTIONS = (
 
 def run(options: argparse.Namespace) -> Result:
     """Write the firmware, verify it and let the board say who it is."""
-    return flash_and_greet(port_to_flash(options.port), options.hex, options.avrdude)
-
-
-def port_to_flash(given: str | None) -> str:
-    """Return the port to write to, by default the only one; raise DeviceError for what needs no flashing."""
-    listed = {entry.key: entry.title for entry in devices.available()} if given else {}
-    ports = {port.path for port in serial_ports.ports()} if given in listed else set()
-    if given in listed and given not in ports:
-        raise DeviceError(f"{listed[given]} needs no flashing. Name a port: hapkit-studio flash PORT.")
-    return _only_port() if given is None else given
-
-
-def flash_and_greet(port: str, image: str | None, program: str | None) -> Result:
-    """Write an image to the board on a port; return what was done and what it says; raise StudioError."""
-    try:
-        done = flash.flash(port, image, program, show)
-        hello = flash.read_hello(port, show)
-    except KeyboardInterrupt:
-        raise DeviceError(f"{serial_ports.port_name(port)}: ended in the middle. {_HALF}") from None
-    finally:
-        _clear()
+    port = _only_port() if options.port is None else options.port
+    for entry in devices.available():
+        if entry.key == port and not serial_ports.is_path(port):
+            raise DeviceError(f"{entry.title} needs no flashing. Name a port: hapkit-studio flash PORT.")
     name = serial_ports.port_name(port)
+    try:
+        done = flash.flash(port, options.hex, options.avrdude, show)
+        show(_STARTING, 0.0)
+        hello = flash.read_hello(port)
+    except KeyboardInterrupt:
+        raise DeviceError(f"{name}: ended in the middle. {_HALF}") from None
+    finally:
+        if sys.stderr.isatty():
+            print(f"\r{'':<72}\r", end="", file=sys.stderr, flush=True)
     text = (
         f"{name}: {done.size:,} bytes written and verified in {done.seconds:.1f} s at {done.speed:,} baud.\n"
         f"The board says: firmware build {hello.build}, protocol version {hello.version}, "
@@ -64,11 +57,6 @@ def show(stage: str, part: float) -> None:
     if sys.stderr.isatty():
         bar = f" {'█' * round(part * _BAR):·<{_BAR}} {part:4.0%}" if stage in (WRITING, VERIFYING) else " …"
         print(f"\r{_WORDS[stage] + bar:<72}", end="", file=sys.stderr, flush=True)
-
-
-def _clear() -> None:
-    if sys.stderr.isatty():
-        print(f"\r{'':<72}\r", end="", file=sys.stderr, flush=True)
 
 
 def _only_port() -> str:

@@ -39,17 +39,12 @@ def run(options: argparse.Namespace) -> Result:
 
 def _text(found) -> str:
     lines = [f"The piece from {found.begin:.3g} s to {found.end:.3g} s:"]
-    for part in (found.rendered, found.handle):
-        lines.append("")
-        lines.append("What was rendered" if part.key == "rendered" else _handle_title(part))
-        lines += [f"  {line}" for line in found.sentences(part)]
+    handle = "What the handle is"
+    if found.handle.estimates:
+        handle += ", let go" if found.handle.released else ", the hand's mass with it"
+    for title, part in (("What was rendered", found.rendered), (handle, found.handle)):
+        lines += ["", title, *(f"  {line}" for line in found.sentences(part))]
     return "\n".join(lines)
-
-
-def _handle_title(part) -> str:
-    if not part.estimates:
-        return "What the handle is"
-    return "What the handle is, let go" if part.released else "What the handle is, the hand's mass with it"
 
 
 COMMAND = Command("identify", _HELP, run, OPTIONS, 70)

@@ -1,9 +1,11 @@
 """Live runs on a device for the command line: who renders, the hand's script, the resulting figures."""
 
+import argparse
 import contextlib
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,13 +18,11 @@ from hapkit_studio.errors import DeviceError, ParameterError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.arrays import DEVICE_GONE, SLOW_LINK
 from hapkit_studio.haptics.engine import BOARD, COMPUTER, RENDERERS, Engine
-from hapkit_studio.haptics.health import Fault, LinkCounts
+from hapkit_studio.haptics.health import Fault, Health
 from hapkit_studio.haptics.rows import RingReader
 
 FRAME_SECONDS = 1 / 60
 _PATIENCE = 10.0
-_WHOLE = 0.9
-"""Share of the time that samples must cover; less is said."""
 _AGAIN = "Check the USB cable, then try again."
 _MEASURING = 0.6
 """s in which the connection holds the force at zero and the computer's delay is measured."""
@@ -36,25 +36,49 @@ OPTIONS = (
 )
 
 
+@dataclass(frozen=True)
+class Played:
+    """What a live run came to: rows, s that it took, figures of both sides, remarks, fault and health."""
+
+    table: np.ndarray
+    seconds: float
+    found: dict[str, Any]
+    remarks: list[str]
+    fault: Fault | None
+    health: Health
+    lost_rows: int
+
+
+def run(engine: Engine, options: argparse.Namespace, hand: Hand | None, seconds: float) -> Played:
+    """Start an engine, let the side that was chosen render for so many s, close it; raise a StudioError."""
+    reader = engine.reader()
+    with contextlib.closing(engine):
+        engine.start()
+        begin(engine, reader, options.render, options.board_rate)
+        engine.health()  # what was before counts no more
+        table, took = play(engine, reader, hand, seconds, say_doubt(engine))
+        health, found = engine.health(), _both(engine, table)
+        remarks = _remarks(engine, found, options.board_rate)
+        return Played(table, took, found, remarks, engine.fault, health, reader.lost)
+
+
 def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) -> None:
     """Wait until the chosen side renders, the delays measured before; raise a StudioError."""
     if rate is not None and where == COMPUTER:
         raise ParameterError("--board-rate is for --render board.")
-    if where == BOARD:
-        _check_board(engine)
+    _check_board(engine, where)
     _wait(engine, lambda: len(reader.read()) > 0, no_data(getattr(engine.device, "port", ""), _PATIENCE))
     if where == BOARD:
         time.sleep(_MEASURING)
         engine.set_where(where, rate)
-        _check_board(engine)
+        _check_board(engine, where)
     _wait(engine, lambda: engine.rendering == where or bool(where == BOARD and engine.board_refusal()))
-    if where == BOARD:
-        _check_board(engine)
+    _check_board(engine, where)
 
 
-def _check_board(engine: Engine) -> None:
-    """Raise ParameterError where the board cannot render what is wanted."""
-    refusal = engine.board_refusal(wait=True)
+def _check_board(engine: Engine, where: str) -> None:
+    """Raise ParameterError where the board is to render and cannot."""
+    refusal = engine.board_refusal(wait=True) if where == BOARD else ""
     if refusal:
         raise ParameterError(refusal)
 
@@ -136,7 +160,7 @@ def play(
     return np.concatenate(pieces), min(time.perf_counter() - begin, seconds)
 
 
-def remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[str]:
+def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[str]:
     """Return remarks: a board's rate below the one asked for, the motor off, too stiff a spring."""
     said = []
     rate = found[BOARD]["rate_Hz"]
@@ -148,33 +172,20 @@ def remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[s
     said += [doubt] if doubt else []
     without = found["link"]["without_force_s"]
     if without > 0.0:
-        said.append(f"No force for {without:.2f} s. {' '.join(reasons(engine.health().link))}".rstrip())
+        counted = engine.health().link
+        causes = {
+            "The line brought no sample for 20 ms": counted.no_sample,
+            "This computer was busy elsewhere for 20 ms": counted.away,
+            "The law held the loop up for 20 ms": counted.held_up,
+            "The board switched its motor off, as forces came too late or not at all": counted.cut,
+        }
+        why = [f"{cause}: {n} times." if n > 1 else f"{cause}." for cause, n in causes.items() if n]
+        said.append(" ".join([f"No force for {without:.2f} s.", *why]))
     return said
 
 
-def reasons(counted: LinkCounts) -> list[str]:
-    """Return why the force went to zero for a while, a sentence each."""
-    causes = {
-        "The line brought no sample for 20 ms": counted.no_sample,
-        "This computer was busy elsewhere for 20 ms": counted.away,
-        "The law held the loop up for 20 ms": counted.held_up,
-        "The board switched its motor off, as forces came too late or not at all": counted.cut,
-    }
-    return [
-        f"{words}: {count} times." if count > 1 else f"{words}." for words, count in causes.items() if count
-    ]
-
-
-def too_few(seconds: float, got: float) -> list[str]:
-    """Return a remark where samples cover too little of the time asked for."""
-    return [] if got >= _WHOLE * seconds else [f"Only {got:.2f} s of samples came in {seconds:g} s."]
-
-
-def both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
-    """Return the figures of computer, board and link; call it while the device is open.
-
-    table: the rows of the run.
-    """
+def _both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
+    """Return the figures of computer, board and link while the device is open; table: the rows of the run."""
     found: dict[str, Any] = {"render": engine.where, "board_overruns": engine.missed_of("board")}
     for where in RENDERERS:
         delay = engine.delay_of(where)

@@ -28,18 +28,9 @@ def loop_test(options: argparse.Namespace) -> Result:
     """Run the loop on a device with a hand pressing into the wall; measure lateness and period."""
     seconds = TEST_SECONDS.check(options.seconds)
     engine = Engine(device_list.named(options.device), options.environment)
-    reader = engine.reader()
     engine.set_loop(rate=options.rate)
-    engine.start()
-    try:
-        live_run.begin(engine, reader, options.render, options.board_rate)
-        engine.health()
-        table, _ = live_run.play(engine, reader, hand_named("press"), seconds, live_run.say_doubt(engine))
-        health, found = engine.health(), live_run.both(engine, table)
-        remarks = live_run.remarks(engine, found, options.board_rate)
-        fault = engine.fault
-    finally:
-        engine.close()
+    played = live_run.run(engine, options, hand_named("press"), seconds)
+    table, health = played.table, played.health
     periods = 1e6 * np.diff(table[:, rows.HOST_TIME]) if len(table) > 1 else np.zeros(1)
     numbers = {
         "device": options.device,
@@ -54,12 +45,12 @@ def loop_test(options: argparse.Namespace) -> Result:
         "compute_us": {"p50": 1e6 * float(np.median(table[:, rows.COMPUTE])) if len(table) else 0.0},
         "missed": health.missed,
         "lost_frames": health.link.lost_frames,
-        "lost_rows": reader.lost,
+        "lost_rows": played.lost_rows,
         "delay_us": 1e6 * health.delay,
         "priority": health.priority.text,
-        "fault": fault.text if fault else "",
-        "warnings": remarks,
-        **found,
+        "fault": played.fault.text if played.fault else "",
+        "warnings": played.remarks,
+        **played.found,
     }
     late, period = health.lateness_us, numbers["period_us"]
     text = (
@@ -68,7 +59,7 @@ def loop_test(options: argparse.Namespace) -> Result:
         f"late: median {late['p50']:.0f} µs, p99 {late['p99']:.0f}, p99.9 {late['p99.9']:.0f}, "
         f"worst {late['max']:.0f}\n"
         f"missed {health.missed}, lost frames {health.link.lost_frames}, delay {numbers['delay_us']:.0f} µs\n"
-        + "".join(f"{line}\n" for line in (*live_run.words(found), *remarks))
+        + "".join(f"{line}\n" for line in (*live_run.words(played.found), *played.remarks))
         + f"{health.priority.text}. {health.priority.how}".rstrip()
     )
     return Result(text, numbers)

@@ -18,6 +18,8 @@ from hapkit_studio.workshop.own import switched_off
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.1, 3600.0)
 FAULT = 2
 """Exit code of a run that a fault has ended."""
+_WHOLE = 0.9
+"""Share of the time that samples must cover; less is said."""
 
 
 def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
@@ -35,32 +37,24 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
     engine.set_loop(delay=options.delay, estimator=base.estimator_spec(options.estimator))
     if engine.device.simulated:
         engine.set_loop(rate=options.rate)
-    reader = engine.reader()
-    engine.start()
-    try:
-        live_run.begin(engine, reader, options.render, options.board_rate)
-        table, played = live_run.play(engine, reader, hand, seconds, live_run.say_doubt(engine))
-        found = live_run.both(engine, table)
-        remarks = live_run.remarks(engine, found, options.board_rate)
-        fault = engine.fault
-    finally:
-        engine.close()
-    if not len(table):
-        raise ParameterError(f"Not one sample came in {played:.3g} s.")
-    run = _as_run(table, engine, options, found)
+    played = live_run.run(engine, options, hand, seconds)
+    fault, took = played.fault, played.seconds
+    if not len(played.table):
+        raise ParameterError(f"Not one sample came in {took:.3g} s.")
+    run = _as_run(played.table, engine, options, played.found)
     got = float(run.time[-1])
-    remarks += switched_off(chosen)
-    remarks += [] if live_run.is_gone(fault) else live_run.too_few(played, got)
-    if played < seconds and fault is None:
-        remarks.append(f"Ended after {played:.2f} s of {seconds:g} s by Ctrl-C.")
+    remarks = [*played.remarks, *switched_off(chosen)]
+    if got < _WHOLE * took and not live_run.is_gone(fault):
+        remarks.append(f"Only {got:.2f} s of samples came in {took:g} s.")
+    if took < seconds and fault is None:
+        remarks.append(f"Ended after {took:.2f} s of {seconds:g} s by Ctrl-C.")
     faults = (live_run.fault_words(fault),) if fault else ()
-    return dataclasses.replace(run, faults=faults, warnings=tuple(remarks)), found
+    return dataclasses.replace(run, faults=faults, warnings=tuple(remarks)), played.found
 
 
 def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, found: dict) -> api.Run:
     """Return the rows as ``simulate`` would; times are the device's own."""
     chosen, values = engine.environment, engine.values
-    states = table[:, rows.STATE : rows.STATE + len(chosen.state_names)]
     settings = {
         "environment": chosen.key,
         "parameters": {
@@ -73,19 +67,10 @@ def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, foun
         "delay_s": engine.loop.delay,
         "estimator": engine.loop.estimator,
     }
-    time = table[:, rows.BOARD_TIME] - table[0, rows.BOARD_TIME]
     return api.Run(
-        time=time,
-        position=table[:, rows.POSITION],
-        velocity=table[:, rows.VELOCITY],
-        true_position=table[:, rows.TRUE_POSITION],
-        true_velocity=table[:, rows.TRUE_VELOCITY],
-        force=table[:, rows.ASKED],
-        applied_force=table[:, rows.APPLIED],
-        hand_force=table[:, rows.HAND_FORCE],
-        energy=table[:, rows.ENERGY],
-        flags=table[:, rows.FLAGS].astype(int),
-        state=states.copy(),
+        time=table[:, rows.BOARD_TIME] - table[0, rows.BOARD_TIME],
+        **api.columns_of(table),
+        state=table[:, rows.STATE : rows.STATE + len(chosen.state_names)].copy(),
         state_names=chosen.state_names,
         faults=(),
         warnings=(),
@@ -112,7 +97,7 @@ OPTIONS = (
 
 def run(options: argparse.Namespace) -> base.Result:
     """Render an environment, by its key or its Python file; write CSV and picture where asked."""
-    done, found = live(options) if options.device is not None else (_headless(options), {})
+    done, found = live(options) if options.device is not None else (headless(options), {})
     if options.csv:
         done.save(options.csv)
     if options.plot:
@@ -120,7 +105,8 @@ def run(options: argparse.Namespace) -> base.Result:
     return _of_run(done, [path for path in (options.csv, options.plot) if path], found)
 
 
-def _headless(options: argparse.Namespace) -> api.Run:
+def headless(options: argparse.Namespace) -> api.Run:
+    """Return the simulated run; raise ParameterError."""
     if options.render != live_run.COMPUTER or options.board_rate is not None:
         raise ParameterError("--render board needs --device with a board: --device virtual-board, or a port.")
     return api.simulate(

@@ -2,12 +2,13 @@
 
 import argparse
 import time
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from hapkit_studio.analysis.cluster import cluster
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import RENDERED_DAMPING, WIDTH, Plane, plane
 from hapkit_studio.analysis.stability.margin import hand_words, sentence
@@ -38,7 +39,7 @@ def run(options: argparse.Namespace) -> base.Result:
     _check(options)
     found = plane(base.setting_of(options), options.stiffness, options.damping, width=options.to)
     begin = time.monotonic()
-    with _executor(options.scheduler) as executor:
+    with cluster(options.scheduler) if options.scheduler is not None else nullcontext() as executor:
         found = _measured(options, found, executor)
     seconds = time.monotonic() - begin if found.points or found.cells else None
     as_json = {**kb_plane.as_json(found), "measuring_seconds": seconds}
@@ -55,14 +56,6 @@ def _check(options: argparse.Namespace) -> None:
         )
     if options.controller and not (options.measure or options.map):
         raise ParameterError("The passivity controller has no exact limit: add --measure or --map.")
-
-
-def _executor(scheduler: str | None) -> AbstractContextManager[Any]:
-    if scheduler is None:
-        return nullcontext()
-    from hapkit_studio.analysis.cluster import cluster
-
-    return cluster(scheduler)
 
 
 def _measured(options: argparse.Namespace, found: Plane, executor: Any) -> Plane:
@@ -85,6 +78,7 @@ def _measured(options: argparse.Namespace, found: Plane, executor: Any) -> Plane
 
 def _text(found: Plane, seconds: float | None) -> str:
     margin, setting = found.margin, found.setting
+    limits = ", ".join(f"{hand_words(hand)} {_newtons(limit)}" for hand, limit in found.hands.items())
     lines = [
         f"{margin.stiffness:g} N/m and {margin.damping:g} N·s/m: {sentence(margin)}",
         ", ".join(f"{name.lower()} {value}" for name, value in kb_plane.conditions(setting)),
@@ -92,19 +86,20 @@ def _text(found: Plane, seconds: float | None) -> str:
         *_table(found),
         "",
         *([f"Passive up to {found.edge_damping[-1]:.3g} N·s/m."] if found.edge.size else []),
-        _friction(found),
-        _hands(found),
+        "An ideal sensor: no steps for friction to hide."
+        if np.isinf(found.coulomb)
+        else f"Friction hides the sensor's steps up to {found.coulomb:.0f} N/m.",
+        f"Limit in N/m at {margin.damping:g} N·s/m: {limits}.",
     ]
     if seconds is not None:
-        what = ", with friction and sensor steps" if _real(found) else ""
-        lines.append(f"measured in {seconds:.1f} s{what}")
+        real = any(part.real for part in (found.points, found.cells) if part is not None)
+        lines.append(f"measured in {seconds:.1f} s{', with friction and sensor steps' if real else ''}")
     if found.cells is not None:
-        lines.append(_cells(found))
+        classes = found.cells.classes
+        counts = np.bincount(classes.ravel().astype(int), minlength=len(kb_plane.CLASS_NAMES))
+        words = ", ".join(f"{n} {verb}" for n, verb in zip(counts, ("decay", "buzz", "grow"), strict=True))
+        lines.append(f"{classes.size} cells: {words}")
     return "\n".join(lines)
-
-
-def _real(found: Plane) -> bool:
-    return any(part.real for part in (found.points, found.cells) if part is not None)
 
 
 def _table(found: Plane) -> list[str]:
@@ -125,25 +120,6 @@ def _table(found: Plane) -> list[str]:
 
 def _newtons(value: float) -> str:
     return "–" if np.isnan(value) else "unlimited" if np.isinf(value) else f"{value:.1f}"
-
-
-def _friction(found: Plane) -> str:
-    if np.isinf(found.coulomb):
-        return "An ideal sensor: no steps for friction to hide."
-    return f"Friction hides the sensor's steps up to {found.coulomb:.0f} N/m."
-
-
-def _hands(found: Plane) -> str:
-    limits = ", ".join(f"{hand_words(hand)} {_newtons(limit)}" for hand, limit in found.hands.items())
-    return f"Limit in N/m at {found.margin.damping:g} N·s/m: {limits}."
-
-
-def _cells(found: Plane) -> str:
-    cells = found.cells
-    assert cells is not None
-    counts = np.bincount(cells.classes.ravel().astype(int), minlength=len(kb_plane.CLASS_NAMES))
-    words = ", ".join(f"{n} {verb}" for n, verb in zip(counts, ("decay", "buzz", "grow"), strict=True))
-    return f"{cells.classes.size} cells: {words}"
 
 
 COMMAND = base.Command(

@@ -1,8 +1,10 @@
 """The command that measures the Z-width: by simulation, or on a device with a hand that presses."""
 
 import argparse
+import contextlib
 import math
 import sys
+from functools import partial
 
 from hapkit_studio import devices
 from hapkit_studio.analysis.zwidth import (
@@ -68,19 +70,15 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
     hit = {"hit": options.speed} if options.speed is not None else {}
     limits = TrialLimits(**base.of_options(options, ("max_force", "push")), **hit)
     levels = dampings(options.damping, DEVICE_DAMPING)
-    device = _device(options)
-    engine = Engine(device, "wall")
-    if options.hand is not None:
-        engine.set_grip(options.hand)
-    engine.start()
-    try:
+    with contextlib.closing(Engine(_device(options), "wall")) as engine:
+        if options.hand is not None:
+            engine.set_grip(options.hand)
+        engine.start()
         loop = base.of_options(options, ("rate", "delay", "estimator"))
         engine.set_loop(**loop, controller=options.controller)
         engine.set_model("everything")
-        watch = base.progress_line("trial")
-        return on_device.measure(engine, levels, limits, progress=watch, say=_say)
-    finally:
-        engine.close()
+        say = partial(print, file=sys.stderr, flush=True)
+        return on_device.measure(engine, levels, limits, progress=base.progress_line("trial"), say=say)
 
 
 def _device(options: argparse.Namespace) -> object:
@@ -93,10 +91,6 @@ def _device(options: argparse.Namespace) -> object:
         return VirtualBoard("lockstep") if isinstance(device, VirtualBoard) else device
     own = {"viscous": "damping", "coulomb": "coulomb_force"}
     return SimulatedHapkit(**{own.get(name, name): value for name, value in given.items()})
-
-
-def _say(words: str) -> None:
-    print(words, file=sys.stderr, flush=True)
 
 
 def dampings(given: str | None, usual: tuple[float, ...]) -> tuple[float, ...]:

@@ -5,7 +5,7 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -63,7 +63,13 @@ def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude
         if found is None:
             raise AvrdudeMissingError(f"{given} is no program. Give the path of avrdude itself.")
         return _of(Path(found))
-    for folder in (None, *_folders(system)):  # the path comes first
+    folders: list[str | None] = [None]  # the path comes first
+    for pattern in _FOLDERS.get(system, ()):
+        versions = glob.glob(os.path.expandvars(os.path.expanduser(pattern)))
+        # the newest first, by the numbers in a path: 6.10 is newer than 6.3
+        versions.sort(key=lambda path: [int(n) for n in re.findall(r"\d+", path)], reverse=True)
+        folders += versions
+    for folder in folders:
         found = shutil.which(NAME, path=folder)
         if found is not None:
             return _of(Path(found))
@@ -79,22 +85,14 @@ def _of(program: Path) -> Avrdude:
     return Avrdude(program, beside if beside.is_file() else None)
 
 
-def _folders(system: str) -> Iterator[str]:
-    """Yield the folders there are, of each pattern the newest version first."""
-    for pattern in _FOLDERS.get(system, ()):
-        found = glob.glob(os.path.expandvars(os.path.expanduser(pattern)))
-        # by the numbers in a path: 6.10 is newer than 6.3
-        yield from sorted(found, key=lambda path: [int(n) for n in re.findall(r"\d+", path)], reverse=True)
-
-
-CONNECTING, WRITING, VERIFYING, STARTING = "connecting", "writing", "verifying", "starting"
+CONNECTING, WRITING, VERIFYING = "connecting", "writing", "verifying"
 Progress = Callable[[str, float], object]
 """Called often with one of these stages and how much of it is done, 0 to 1; may raise to end the work."""
 
 _BAR = 50
 _AGAIN = "Flash again; if it happens again, use another cable or another port."
 _NO_SYNC = re.compile(r"not in sync|not responding|out of sync|protocol error")
-_ATTEMPT = re.compile(r"attempt (\d+) of")
+_ATTEMPT = re.compile(r"attempt \d+ of")
 _MISMATCH = re.compile(r"verification (error|mismatch)", re.IGNORECASE)
 _WHERE = re.compile(r"device (0x\w+) != input (0x\w+) at addr (0x\w+)|mismatch at byte (0x\w+)")
 _SIGNATURE = re.compile(r"signature = (0x)?((?:[0-9a-f]{2} ?){3})", re.IGNORECASE)
@@ -125,34 +123,26 @@ class Output:
         self._progress = progress
 
     def feed(self, text: str) -> None:
-        """Take the next characters."""
+        """Take the next characters; without any, report once more: who follows may want to end it."""
         self.text += text
         stage, part = self._where()
-        if (stage, part) == (self.stage, self.part):
+        if text and (stage, part) == (self.stage, self.part):
             return
         if self.stage == WRITING and stage == VERIFYING and self.part < 1.0:
             self._progress(WRITING, 1.0)  # both came in one piece
         self.stage, self.part = stage, part
         self._progress(stage, part)
 
-    def repeat(self) -> None:
-        """Report where it is, though nothing new was said: whoever follows may want to end it."""
-        self._progress(self.stage, self.part)
-
     @property
-    def failed_attempts(self) -> int:
-        """Return how often the boot loader was called in vain."""
-        found = _ATTEMPT.findall(self.text)
-        return int(found[-1]) if found else 0
+    def failed(self) -> bool:
+        """Say whether the boot loader was called in vain at least once."""
+        return bool(_ATTEMPT.search(self.text))
 
     @property
     def no_sync(self) -> bool:
         """Say whether nothing but silence or noise has come from the boot loader."""
-        return self.stage == CONNECTING and bool(_NO_SYNC.search(self.text)) and not self._other_chip
-
-    @property
-    def _other_chip(self) -> bool:
-        return bool(_OTHER_CHIP.search(self.text))
+        found = _NO_SYNC.search(self.text) and not _OTHER_CHIP.search(self.text)
+        return self.stage == CONNECTING and bool(found)
 
     def _where(self) -> tuple[str, float]:
         writing = self.text.rfind("Writing |")
@@ -165,37 +155,28 @@ class Output:
 
     def error(self, port: str) -> DeviceError:
         """Return what went wrong, in words with what to do."""
+        name = port_errors.port_name(port)
         if _MISMATCH.search(self.text):
-            return FlashError(f"What was written reads back differently{self._place()}. {_AGAIN}")
-        if self._other_chip:
-            return FlashError(self._chip(port))
+            where = ""
+            if found := _WHERE.search(self.text):
+                device, wanted, address, only = found.groups()
+                where = f" from {only} on" if only else f": {device} instead of {wanted} at {address}"
+            return FlashError(f"What was written reads back differently{where}. {_AGAIN}")
+        if _OTHER_CHIP.search(self.text):
+            found = _SIGNATURE.search(self.text)
+            seen = f" (signature {found[2].strip()})" if found else ""
+            return FlashError(
+                f"The board on {name} has another chip{seen}; the firmware is for the ATmega328P (1e950f). "
+                "Choose the Hapkit's port."
+            )
         if self.stage == CONNECTING:
             for pattern, words in _PORT:
                 if pattern.search(self.text):
                     return words(port)
-        return FlashError(f"{self._last_words(port)} {_AGAIN}")
-
-    def _place(self) -> str:
-        found = _WHERE.search(self.text)
-        if found is None:
-            return ""
-        device, wanted, address, only = found.groups()
-        return f" from {only} on" if only else f": {device} instead of {wanted} at {address}"
-
-    def _chip(self, port: str) -> str:
-        found = _SIGNATURE.search(self.text)
-        seen = f" (signature {found[2].strip()})" if found else ""
-        name = port_errors.port_name(port)
-        return (
-            f"The board on {name} has another chip{seen}; the firmware is for the ATmega328P (1e950f). "
-            "Choose the Hapkit's port."
-        )
-
-    def _last_words(self, port: str) -> str:
-        found = _ANY_ERROR.findall(self.text)
-        said = next((words for pair in reversed(found) for words in pair if words), "")
-        what = f"avrdude gave up on {port_errors.port_name(port)}"
-        return f"{what}: {said.strip().rstrip('.')}." if said else f"{what}."
+        said = [
+            words.strip().rstrip(".") for pair in _ANY_ERROR.findall(self.text) for words in pair if words
+        ]
+        return FlashError(f"avrdude gave up on {': '.join([name, *said[-1:]])}. {_AGAIN}")
 
 
 def no_boot_loader(port: str, speeds: tuple[int, ...]) -> FlashError:

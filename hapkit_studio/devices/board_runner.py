@@ -91,16 +91,15 @@ def track_of(samples: list[Sample], settings: Board) -> Track:
         name: np.array([getattr(s, name) for s in samples], dtype=np.int64)
         for name in ("time_us", "count", "raw", "pwm", "flags", "seq", "answered", "delay_us")
     }
-    steps = np.diff(columns["time_us"], prepend=columns["time_us"][:1]) % 2**32
+    clock, late = columns.pop("time_us"), columns.pop("delay_us")
+    time = np.cumsum(np.diff(clock, prepend=clock[:1]) % 2**32) * 1e-6
     columns["raw"] = readings(columns["raw"], settings.sensor)
-    late = columns["delay_us"]
-    kept = {name: columns[name] for name in ("count", "raw", "pwm", "flags", "seq", "answered")}
     delay = np.where(late < _NO_DELAY_KNOWN, late * 1e-6, np.inf)
-    return Track(time=np.cumsum(steps) * 1e-6, delay=delay, settings=settings, **kept)
+    return Track(time=time, delay=delay, settings=settings, **columns)
 
 
-def torque_share(board: Board, pwm: np.ndarray) -> np.ndarray:
-    """Return the share (n,) of the full torque, signed, at signed duties pwm (n,) of 255."""
+def motor_force(board: Board, pwm: np.ndarray) -> np.ndarray:
+    """Return the force on the handle (n,) in N at signed duties pwm (n,) of 255, positive to the right."""
     size = np.abs(np.asarray(pwm, dtype=float))
     duty = np.clip((size - board.dead_band) / (FULL_DUTY - board.dead_band), 0.0, 1.0)
     if board.motor_map == MotorMap.SQUARE:
@@ -109,12 +108,7 @@ def torque_share(board: Board, pwm: np.ndarray) -> np.ndarray:
         share = duty
     else:
         share = np.interp(duty, np.arange(9) / 8.0, np.array((0.0, *board.table)) / FULL_DUTY)
-    return np.sign(pwm) * share
-
-
-def motor_force(board: Board, pwm: np.ndarray) -> np.ndarray:
-    """Return the force on the handle (n,) in N at signed duties pwm (n,) of 255, positive to the right."""
-    return full_force(board) * torque_share(board, pwm)
+    return full_force(board) * np.sign(pwm) * share
 
 
 class _Handle:
@@ -218,9 +212,6 @@ class BoardRunner:
         if self.stopped:
             self.board.send_messages(Stop())
             raise StoppedError("Stopped. Force is zero.")
-        self._check_cancelled()
-
-    def _check_cancelled(self) -> None:
         if self._cancel.is_set():
             raise CancelledError
 
@@ -244,7 +235,7 @@ class BoardRunner:
         """Keep the motor at zero and show the samples as ``recent``, keep no others; raise DeviceError."""
         with contextlib.closing(self.samples()) as samples:
             for sample in samples:
-                self._send(sample, 0.0)
+                self.board.send_messages(Force(sample.seq, 0, 0.0))
                 if until():
                     break
 
@@ -290,22 +281,19 @@ class BoardRunner:
 
     def _answer(self, sample: Sample, motion: Motion | None, handle: _Handle, limits: Limits) -> None:
         """Send the force that answers a sample; stop at once if anything is wrong."""
-        if motion is None:
-            self._check_cancelled()
-            self._send(sample, 0.0)
-            return
-        self.check_stopped()
-        if handle.was_cut(sample):
-            raise LateError
-        _check(sample, handle, limits)
-        force = motion(handle.t, handle.x - handle.start, handle.v)
-        handle.driven = force != 0.0
-        if not math.isfinite(force):
-            raise AbortedError("The force is no number. Force is zero.")
-        self._send(sample, min(max(force, -limits.force), limits.force))
-
-    def _send(self, sample: Sample, force: float) -> None:
-        self.board.send_messages(Force(sample.seq, 0, force))
+        force = 0.0
+        if motion is not None:
+            self.check_stopped()
+            if handle.was_cut(sample):
+                raise LateError
+            _check(sample, handle, limits)
+            force = motion(handle.t, handle.x - handle.start, handle.v)
+            handle.driven = force != 0.0
+            if not math.isfinite(force):
+                raise AbortedError("The force is no number. Force is zero.")
+        elif self._cancel.is_set():
+            raise CancelledError
+        self.board.send_messages(Force(sample.seq, 0, min(max(force, -limits.force), limits.force)))
 
 
 def _check(sample: Sample, handle: _Handle, limits: Limits) -> None:

@@ -1,5 +1,7 @@
 """Calibrations as text: a board's settings with their units, and TOML files in the person's own folder."""
 
+import contextlib
+import itertools
 import json
 import os
 import re
@@ -60,12 +62,13 @@ MEASURED = (
 )  # fmt: skip
 """What a calibration may change, in the order of its steps."""
 SHOWN = ("label", "profile", "pins", "sensor", "motor_map", *MEASURED, "table")
-_ORIGINS = {
+ORIGINS = {
     Origin.DEFAULT: "the usual kit's: nothing is stored",
     Origin.STORED: "stored on the board",
     Origin.DAMAGED: "the usual kit's: what is stored is damaged",
     Origin.UNSAVED: "changed, not stored yet",
 }
+"""Where settings in force come from."""
 _LABELS = {"label": "Name", "profile": "Kit", "table": "Torque at 1/8 to 8/8, of 255"}
 
 
@@ -89,24 +92,15 @@ def write(board: Board, notes: dict[str, str], day: date | None = None) -> Path:
     name = re.sub(r"[^A-Za-z0-9]+", "-", board.label).strip("-").lower() or "hapkit"
     written = (day or date.today()).isoformat()
     folder().mkdir(parents=True, exist_ok=True)
-    path = _claimed(f"{name} {written}")
+    for count in itertools.count(1):  # a number behind the name from the second file on
+        path = folder() / f"{name} {written}{f' {count}' if count > 1 else ''}.toml"
+        with contextlib.suppress(FileExistsError):
+            path.touch(exist_ok=False)
+            break
     part = path.with_suffix(".part")
     part.write_text(_text(board, notes, written), encoding="utf-8")
     os.replace(part, path)
     return path
-
-
-def _claimed(name: str) -> Path:
-    """Return a new empty file of a name, with a number behind it from the second on."""
-    number = 1
-    while True:
-        path = folder() / f"{name}{f' {number}' if number > 1 else ''}.toml"
-        try:
-            path.touch(exist_ok=False)
-        except FileExistsError:
-            number += 1
-        else:
-            return path
 
 
 def read(path: str | Path) -> Board:
@@ -176,8 +170,3 @@ def setting_text(board: Board, name: str) -> str:
         kit = numbered(value)
         return kit.title if kit else "a kit of its own"
     return str(value) if name == "label" else ", ".join(str(int(part)) for part in value)
-
-
-def origin_text(origin: int) -> str:
-    """Return where settings in force come from."""
-    return _ORIGINS.get(Origin(origin), str(origin))

@@ -1,5 +1,6 @@
 """Write a firmware to the board on a port through avrdude, verify it, and hear what it then says."""
 
+import contextlib
 import os
 import queue
 import subprocess
@@ -13,7 +14,7 @@ import serial
 
 from hapkit_studio import resources
 from hapkit_studio.devices import avrdude, port_errors
-from hapkit_studio.devices.avrdude import CONNECTING, STARTING, Output, Progress, no_boot_loader, not_there
+from hapkit_studio.devices.avrdude import CONNECTING, Output, Progress, no_boot_loader, not_there
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.serial_ports import holder
 from hapkit_studio.errors import FlashError, ParameterError, PortBusyError, PortGoneError
@@ -27,20 +28,11 @@ _DATA, _END, _SEGMENT, _HIGHER = 0, 1, 2, 4
 _HARMLESS = (3, 5)  # where to start, which a chip knows by itself
 
 
-@dataclass(frozen=True)
-class HexImage:
-    """A file and its bytes by address, from 0 on; gaps hold 0xFF as erased flash does."""
-
-    path: Path
-    data: bytes
-
-
-def read_image(path: str | Path) -> HexImage:
-    """Return the image in an Intel hex file, checked before anything is touched.
+def read_image(path: Path) -> bytes:
+    """Return the bytes by address in an Intel hex file, from 0 on; gaps hold 0xFF as erased flash does.
 
     Raise ParameterError that names what is wrong with it, OSError.
     """
-    path = Path(path)
     memory: dict[int, int] = {}
     base, ended = 0, False
     for number, line in enumerate(path.read_text("ascii", "replace").split(), 1):
@@ -59,7 +51,7 @@ def read_image(path: str | Path) -> HexImage:
     size = max(memory) + 1
     if size > FLASH_BYTES:
         raise ParameterError(f"{path.name} takes {size:,} bytes; the chip has room for {FLASH_BYTES:,}.")
-    return HexImage(path, bytes(memory.get(at, 0xFF) for at in range(size)))
+    return bytes(memory.get(at, 0xFF) for at in range(size))
 
 
 def _record(path: Path, number: int, line: str) -> tuple[int, int, bytes]:
@@ -99,11 +91,11 @@ def shipped() -> Path:
     return resources.path("firmware", "hapkit.hex")
 
 
-def image_of(given: str | Path | None = None) -> HexImage:
-    """Return what is to be written, the shipped firmware by default; raise ParameterError."""
+def image_of(given: str | Path | None = None) -> tuple[Path, bytes]:
+    """Return what is to be written, the shipped firmware by default, checked; raise ParameterError."""
     path = shipped() if given is None else Path(given)
     try:
-        return read_image(path)
+        return path, read_image(path)
     except FileNotFoundError:
         if given is not None:
             raise ParameterError(f"There is no file {path}. Give the path of a .hex file.") from None
@@ -113,15 +105,11 @@ def image_of(given: str | Path | None = None) -> HexImage:
         raise ParameterError(f"{path} cannot be read: {error.strerror}. Make it readable.") from error
 
 
-def no_progress(stage: str, part: float) -> None:
-    """Follow no progress."""
-
-
 def flash(
     port: str,
     image: str | Path | None = None,
     program: str | Path | None = None,
-    progress: Progress = no_progress,
+    progress: Progress = lambda stage, part: None,
     speeds: tuple[int, ...] = SPEEDS,
     patience: float = 0.0,
 ) -> Flashed:
@@ -133,25 +121,26 @@ def flash(
     """
     begin = time.monotonic()
     found = avrdude.find(program)
-    checked = image_of(image)
-    if len(checked.data) > OLD_FLASH_BYTES:
+    path, data = image_of(image)
+    if len(data) > OLD_FLASH_BYTES:
         speeds = tuple(speed for speed in speeds if speed != SPEEDS[1])  # the old boot loader is in its way
     progress(CONNECTING, 0.0)
     _wait_for_port(port, patience, progress)
-    speed = _at_any_speed(found, port, checked.path, progress, speeds)
-    return Flashed(len(checked.data), speed, time.monotonic() - begin)
+    for speed in speeds * ROUNDS:
+        words = [*found.words, "-p", _PART, "-c", "arduino", "-D", "-P", port, "-b", str(speed)]
+        said = Output(progress)
+        if _run([*words, "-U", f"flash:w:{path}:i"], port, said) == 0:
+            return Flashed(len(data), speed, time.monotonic() - begin)
+        if not said.no_sync:
+            raise said.error(port)
+    raise no_boot_loader(port, speeds)
 
 
-def read_hello(port: str, progress: Progress = no_progress) -> Hello:
+def read_hello(port: str) -> Hello:
     """Return what the firmware on a port says about itself; raise DeviceError."""
-    progress(STARTING, 0.0)
-    board = HapkitBoard(port)
-    board.open()
-    try:
+    with contextlib.closing(HapkitBoard(port)) as board:
+        board.open()
         return board.hello
-    finally:
-        board.close()
-        progress(STARTING, 1.0)
 
 
 def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
@@ -181,21 +170,6 @@ def try_port(port: str) -> None:
         raise not_there(port) if isinstance(reason, PortGoneError) else reason from error
 
 
-def _at_any_speed(
-    found: avrdude.Avrdude, port: str, image: Path, progress: Progress, speeds: tuple[int, ...]
-) -> int:
-    """Return the speed at which it was written."""
-    for speed in speeds * ROUNDS:
-        words = [*found.words, "-p", _PART, "-c", "arduino", "-D", "-P", port, "-b", str(speed)]
-        said = Output(progress)
-        code = _run([*words, "-U", f"flash:w:{image}:i"], port, said)
-        if code == 0:
-            return speed
-        if not said.no_sync:
-            raise said.error(port)
-    raise no_boot_loader(port, speeds)
-
-
 def _run(words: list[str], port: str, said: Output) -> int:
     """Run avrdude until it ends or has called once in vain; return its exit code."""
     try:
@@ -206,15 +180,10 @@ def _run(words: list[str], port: str, said: Output) -> int:
         raise FlashError(f"avrdude does not start: {error.strerror}.") from error
     try:
         for text in _output(child, port):
-            if text:
-                said.feed(text)
-            else:
-                said.repeat()
-            if said.failed_attempts:
-                break
-        else:
-            return child.wait()
-        return 1
+            said.feed(text)
+            if said.failed:
+                return 1
+        return child.wait()
     finally:
         child.kill()
         child.wait()
@@ -226,17 +195,24 @@ def _output(child: subprocess.Popen[bytes], port: str) -> Iterator[str]:
     avrdude reads on for ever from a port that has gone.
     """
     chunks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-    threading.Thread(target=_pump, args=(child, chunks), name="avrdude", daemon=True).start()
+    assert child.stdout is not None
+    pipe = child.stdout
+
+    def pump() -> None:
+        with pipe:
+            while chunk := os.read(pipe.fileno(), 4096):
+                chunks.put(chunk)
+        chunks.put(b"")
+
+    threading.Thread(target=pump, name="avrdude", daemon=True).start()
     heard = time.monotonic()
     while True:
         try:
             chunk = chunks.get(timeout=_LOOK)
         except queue.Empty:
             if os.name == "posix" and not os.path.exists(port):
-                name = port_errors.port_name(port)
-                raise FlashError(
-                    f"{name} went away before the firmware was whole. Plug it in, then flash again."
-                ) from None
+                words = f"{port_errors.port_name(port)} went away before the firmware was whole."
+                raise FlashError(f"{words} Plug it in, then flash again.") from None
             if time.monotonic() - heard > SILENCE:
                 raise FlashError(f"avrdude has said nothing for {SILENCE:g} s. Flash again.") from None
             yield ""
@@ -245,11 +221,3 @@ def _output(child: subprocess.Popen[bytes], port: str) -> Iterator[str]:
             return
         heard = time.monotonic()
         yield chunk.decode("utf-8", "replace")
-
-
-def _pump(child: subprocess.Popen[bytes], chunks: "queue.SimpleQueue[bytes]") -> None:
-    assert child.stdout is not None
-    with child.stdout as pipe:
-        while chunk := os.read(pipe.fileno(), 4096):
-            chunks.put(chunk)
-    chunks.put(b"")

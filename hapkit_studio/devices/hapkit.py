@@ -16,27 +16,11 @@ import numpy as np
 import serial
 
 from hapkit_studio.devices import DeviceEntry, DeviceKind, serial_ports
-from hapkit_studio.devices.port_errors import (
-    gone,
-    impossible,
-    no_answer,
-    no_data,
-    not_a_hapkit,
-    settings_refused,
-    unopened,
-    wrong_version,
-)
-from hapkit_studio.devices.profiles import of_settings
-from hapkit_studio.devices.serial_ports import (
-    NOWHERE,
-    Identity,
-    Latency,
-    Role,
-    at,
-    port_name,
-    shorten_latency,
-)
-from hapkit_studio.errors import DeviceError
+from hapkit_studio.devices.calibration_file import ORIGINS
+from hapkit_studio.devices.port_errors import FLASH, gone, no_answer, no_data, not_a_hapkit, unopened
+from hapkit_studio.devices.profiles import full_force, of_settings
+from hapkit_studio.devices.serial_ports import NOWHERE, Identity, Latency, Role, port_name, shorten_latency
+from hapkit_studio.errors import DeviceError, NotAHapkitError, ParameterError, WrongProtocolError
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
 from hapkit_studio.protocol.messages import (
     BAUD,
@@ -143,8 +127,7 @@ class HapkitBoard:
     @property
     def full_force(self) -> float:
         """Force at full duty [N]; at duty d it is full_force * d^2 (reference: torque = C * duty^2)."""
-        h = self.hello
-        return h.motor_constant * h.sector_radius / (h.handle_radius * h.pulley_radius)
+        return full_force(self.hello)
 
     @property
     def name(self) -> str:
@@ -154,8 +137,18 @@ class HapkitBoard:
 
     def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
         """Open the port and learn who is there; raise the DeviceError that fits. Motor off, samples off."""
-        self._find()
-        self._serial = _open_port(self.port)
+        if self.identity.vendor is not None:  # it may have another name now; another board is not it
+            found = serial_ports.find_same_board(self.identity, serial_ports.ports())
+            if found is None:
+                raise gone(self.port)
+            if found.path != self.port:
+                self.port, self.title = found.path, found.title
+        try:
+            self._serial = serial.Serial(
+                self.port, BAUD, timeout=READ_TIME, write_timeout=WRITE_TIME, exclusive=True
+            )
+        except (serial.SerialException, OSError) as error:
+            raise unopened(self.port, error) from error
         # A serial monitor would take half of the frames and restart the board; pyserial's own lock is only
         # heeded by those who ask for it.
         self._set_exclusive("TIOCEXCL")
@@ -201,16 +194,6 @@ class HapkitBoard:
         while (now := time.monotonic()) < min(quiet, end):
             if self._arrived():
                 quiet = now + _SILENCE
-
-    def _find(self) -> None:
-        """Follow the board to the name it has now; without it, raise PortGoneError: another is not it."""
-        if self.identity.vendor is None:
-            return
-        found = serial_ports.find_same_board(self.identity, serial_ports.ports())
-        if found is None:
-            raise gone(self.port)
-        if found.path != self.port:
-            self.port, self.title = found.path, found.title
 
     def fileno(self) -> int:
         """Return the descriptor of the open port."""
@@ -284,7 +267,10 @@ class HapkitBoard:
         """Put settings in force, not yet saved; raise ParameterError where the board refuses them."""
         answer = self.request(of_settings(board), Settings)
         if answer.refused:
-            raise settings_refused(self.port)
+            raise ParameterError(
+                f"The Hapkit on {port_name(self.port)} refused these settings: a number in them is one that "
+                "no kit has. Nothing was changed. Check geometry, motor constant and force limit."
+            )
         self._hello = self.request(HelloRequest(), Hello)
         return self._learn(answer)
 
@@ -338,23 +324,22 @@ def _checked(body: bytes, port: str) -> Hello:
     """Return the Hello in a body whose version and size are ours, and whose numbers a Hapkit can have."""
     version = int.from_bytes(body[_VERSION], "little")
     if version != PROTOCOL_VERSION:
-        raise wrong_version(version, PROTOCOL_VERSION)
+        words = f"Firmware speaks version {version}; this studio needs {PROTOCOL_VERSION}."
+        if version < PROTOCOL_VERSION:
+            raise WrongProtocolError(f"{words} Update firmware.", step="update")
+        raise WrongProtocolError(f"{words} Update the studio.")
     try:
         hello = Hello.unpack(body)
     except ValueError as error:
         raise not_a_hapkit(port, body) from error
-    words = {w.name: w for w in Hello.layout()}
-    for name, (low, high) in _POSSIBLE.items():
-        if not np.float32(low) <= (value := getattr(hello, name)) <= np.float32(high):
-            raise impossible(port, words[name].help, value, (low, high), words[name].unit)
+    for wire in Hello.layout():
+        low, high = _POSSIBLE.get(wire.name, (-np.inf, np.inf))
+        value = getattr(hello, wire.name)
+        if wire.name in _POSSIBLE and not np.float32(low) <= value <= np.float32(high):
+            possible = f"a Hapkit has {low:g} to {high:g} {wire.unit}".rstrip()
+            words = f"{port_name(port)} says {value:g} for {wire.help}; {possible}."
+            raise NotAHapkitError(f"{words} Flash the firmware.", step=FLASH)
     return hello
-
-
-def _open_port(port: str) -> serial.Serial:
-    try:
-        return serial.Serial(port, BAUD, timeout=READ_TIME, write_timeout=WRITE_TIME, exclusive=True)
-    except (serial.SerialException, OSError) as error:
-        raise unopened(port, error) from error
 
 
 def entries() -> list[DeviceEntry]:
@@ -367,23 +352,15 @@ def entries() -> list[DeviceEntry]:
 
 def unlisted(key: str) -> HapkitBoard | None:
     """Take what looks like a port for one, e.g. a pseudo-terminal, which no list holds."""
-    return HapkitBoard(key) if "/" in key or key.upper().startswith("COM") else None
+    return HapkitBoard(key) if serial_ports.is_path(key) else None
 
 
 DEVICE = DeviceKind(2, entries, unlisted)
 
 
-_ORIGIN = {
-    Origin.DEFAULT: "default settings",
-    Origin.STORED: "stored settings",
-    Origin.DAMAGED: "stored settings damaged, defaults instead",
-    Origin.UNSAVED: "settings not saved",
-}
-
-
 def probe(entry: DeviceEntry) -> dict[str, Any]:
     """Return what a device says of itself: ``text`` in words, ``ok``, and the numbers behind it."""
-    port = at(entry.key)
+    port = serial_ports.at(entry.key)
     if port is not None and port.role is Role.OTHER:
         return {"ok": False, "text": "Not asked: not a Hapkit."}
     device = entry.make()
@@ -406,8 +383,9 @@ def _answers(board: HapkitBoard) -> dict[str, Any]:
     found |= {"arena": hello.arena, "rate_Hz": board.rate, "latency_timer_s": latency.timer}
     try:
         settings = board.settings()
-        kit = f"Kit {settings.label!r}, {_ORIGIN[Origin(settings.origin)]}"
-        words.append(f"{kit}, {1e6 * settings.quantum:.1f} µm a count, limit {settings.max_force:.1f} N")
+        kit = f"Kit {settings.label!r}, {1e6 * settings.quantum:.1f} µm a count"
+        words.append(f"{kit}, limit {settings.max_force:.1f} N")
+        words.append(f"Settings are {ORIGINS[Origin(settings.origin)]}")
         found["settings"] = {f.name: getattr(settings, f.name) for f in Board.layout()}
         found["settings"]["origin"] = Origin(settings.origin).name.lower()
     except DeviceError as error:

@@ -14,11 +14,9 @@ from hapkit_studio.errors import (
     NoDataError,
     NoFirmwareError,
     NotAHapkitError,
-    ParameterError,
     PortBusyError,
     PortGoneError,
     PortPermissionError,
-    WrongProtocolError,
 )
 
 RULES = "/etc/udev/rules.d/60-hapkit.rules"
@@ -30,18 +28,15 @@ def permission_remedy(path: str, port: Port | None) -> tuple[str, str]:
         return "Ask for the right to use it.", ""
     group = _group(path)
     if not group:
-        return "Then plug the board in again.", _rule(port)
+        # whoever sits at the computer may then open this kind of port
+        vendor = port.identity.vendor if port else None
+        which = f', ATTRS{{idVendor}}=="{vendor:04x}"' if vendor else ', KERNEL=="ttyUSB*|ttyACM*"'
+        rule = f'SUBSYSTEM=="tty"{which}, MODE="0660", TAG+="uaccess"'
+        then = "sudo udevadm control --reload && sudo udevadm trigger"
+        return "Then plug the board in again.", f"echo '{rule}' | sudo tee {RULES} && {then}"
     if _joined(group):
         return f"You are in the group {group} since you logged in: log out and in again.", ""
     return "Then log out and in again.", f"sudo usermod -a -G {group} $USER"
-
-
-def _rule(port: Port | None) -> str:
-    """Return the line that lets whoever sits at the computer open this kind of port."""
-    vendor = port.identity.vendor if port else None
-    which = f', ATTRS{{idVendor}}=="{vendor:04x}"' if vendor else ', KERNEL=="ttyUSB*|ttyACM*"'
-    rule = f'SUBSYSTEM=="tty"{which}, MODE="0660", TAG+="uaccess"'
-    return f"echo '{rule}' | sudo tee {RULES} && sudo udevadm control --reload && sudo udevadm trigger"
 
 
 def _group(path: str) -> str:
@@ -55,9 +50,7 @@ def _group(path: str) -> str:
 
 
 def _joined(group: str) -> bool:
-    """Tell whether the system lists this person in a group that this login does not have yet."""
-    if sys.platform == "win32":
-        return False
+    """Tell whether Linux lists this person in a group that this login does not have yet."""
     import grp
 
     try:
@@ -67,8 +60,8 @@ def _joined(group: str) -> bool:
         return False
 
 
-FLASH, UPDATE = "flash", "update"
-"""Next steps that a window can offer, see DeviceError.step."""
+FLASH = "flash"
+"""A next step that a window can offer, see DeviceError.step."""
 
 _BUSY = {errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK}
 _GONE = {errno.ENOENT, errno.ENXIO, errno.ENODEV, errno.EIO}
@@ -119,45 +112,13 @@ def not_a_hapkit(port: str, heard: bytes) -> DeviceError:
         return NotAHapkitError(f"{name} is a port of another kind: {known.words}. Choose another port.")
     if by := holder(port):  # two readers share what comes: neither gets it whole
         return busy(port, by)
-    if known is not None and known.role is Role.KIT:
-        return _no_firmware(name, heard)
-    what = "answers, but not as a Hapkit" if heard else "does not answer"
-    return NotAHapkitError(f"{name} {what}. Flash the firmware, or choose another port.", step=FLASH)
-
-
-def _no_firmware(name: str, heard: bytes) -> NoFirmwareError:
-    """Return the error of a kit's board that runs something else, or nothing."""
-    if not heard:
-        why = f"{name} does not answer. The board has no firmware yet, or another sketch"
-    elif _is_text(heard):
-        why = f"{name} sends text, not frames. Another sketch is on the board"
-    else:
-        why = f"{name} answers, but not as a Hapkit. Another sketch is on the board"
-    return NoFirmwareError(f"{why}: flash the firmware.", step=FLASH)
-
-
-def _is_text(heard: bytes) -> bool:
-    printable = sum(byte in b"\r\n\t" or 32 <= byte < 127 for byte in heard)
-    return printable >= _TEXT_SHARE * len(heard)
-
-
-def wrong_version(firmware: int, studio: int) -> WrongProtocolError:
-    """Return the error of firmware that is older or newer than the studio."""
-    old = firmware < studio
-    remedy = "Update firmware" if old else "Update the studio"
-    return WrongProtocolError(
-        f"Firmware speaks version {firmware}; this studio needs {studio}. {remedy}.",
-        step=UPDATE if old else "",
-    )
-
-
-def impossible(port: str, what: str, value: float, limits: tuple[float, float], unit: str) -> NotAHapkitError:
-    """Return the error of a board that says a number of itself which no Hapkit has."""
-    possible = " ".join(f"{limits[0]:g} to {limits[1]:g} {unit}".split())
-    return NotAHapkitError(
-        f"{port_name(port)} says {value:g} for {what}; a Hapkit has {possible}. Flash the firmware.",
-        step=FLASH,
-    )
+    what = f"{name} answers, but not as a Hapkit." if heard else f"{name} does not answer."
+    if known is None or known.role is not Role.KIT:
+        return NotAHapkitError(f"{what} Flash the firmware, or choose another port.", step=FLASH)
+    if sum(byte in b"\r\n\t" or 32 <= byte < 127 for byte in heard) >= _TEXT_SHARE * max(len(heard), 1):
+        what = f"{name} sends text, not frames."
+    why = "Another sketch is on the board" if heard else "The board has no firmware yet, or another sketch"
+    return NoFirmwareError(f"{what} {why}: flash the firmware.", step=FLASH)
 
 
 def no_answer(port: str, question: str, seconds: float) -> NoDataError:
@@ -173,14 +134,6 @@ def no_data(port: str, seconds: float) -> NoDataError:
     return NoDataError(
         f"The Hapkit on {port_name(port)} says hello, but no sample came for {seconds:g} s. "
         "Press the board's reset button, then try again."
-    )
-
-
-def settings_refused(port: str) -> ParameterError:
-    """Return the error of settings that the board does not take."""
-    return ParameterError(
-        f"The Hapkit on {port_name(port)} refused these settings: a number in them is one that no kit has. "
-        "Nothing was changed. Check geometry, motor constant and force limit."
     )
 
 

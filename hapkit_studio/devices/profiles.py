@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.protocol.messages import Board, MotorMap, Pins, Sensor
+from hapkit_studio.protocol.messages import Board, Hello, MotorMap, Pins, Sensor
 
 MR_COUNTS = 921
 """Counts per half turn: the sensor spans 5 to 95 % of its supply."""
@@ -26,11 +26,6 @@ class Kit:
     board: Board
 
 
-def turns_per_repeat(sensor: int) -> float:
-    """Return the turns of the motor from one repeat of the sensor to the next."""
-    return 0.5 if sensor == Sensor.MAGNETORESISTIVE else 1.0
-
-
 def readings(raw: np.ndarray, sensor: int) -> np.ndarray:
     """Return readings (n,) as a sensor means them: an encoder counts both ways from where it began."""
     return (raw + 2**15) % 2**16 - 2**15 if sensor == Sensor.QUADRATURE else raw
@@ -39,11 +34,12 @@ def readings(raw: np.ndarray, sensor: int) -> np.ndarray:
 def quantum_of(board: Board) -> float:
     """Return the handle's travel per count in m that the radii make: turn * rp / rs * rh / counts."""
     gear = board.pulley_radius / board.sector_radius
-    turn = 2.0 * math.pi * turns_per_repeat(board.sensor)
-    return turn * gear * board.handle_radius / board.counts_per_flip
+    # the magnetoresistive sensor repeats every half turn of the motor, the others every turn
+    repeat = math.pi if board.sensor == Sensor.MAGNETORESISTIVE else 2.0 * math.pi
+    return repeat * gear * board.handle_radius / board.counts_per_flip
 
 
-def full_force(board: Board) -> float:
+def full_force(board: Board | Hello) -> float:
     """Return the force on the handle at full duty in N: torque * rs / (rh * rp)."""
     return board.motor_constant * board.sector_radius / (board.handle_radius * board.pulley_radius)
 
@@ -114,10 +110,10 @@ def default() -> Kit:
 
 def named(key: str) -> Kit:
     """Return a kit by its key; raise ParameterError."""
-    for kit in KITS:
-        if kit.key == key:
-            return kit
-    raise ParameterError(f"There is no kit {key!r}; there are: {', '.join(kit.key for kit in KITS)}.")
+    found = {kit.key: kit for kit in KITS}
+    if key not in found:
+        raise ParameterError(f"There is no kit {key!r}; there are: {', '.join(found)}.")
+    return found[key]
 
 
 def numbered(profile: int) -> Kit | None:

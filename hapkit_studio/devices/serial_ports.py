@@ -24,43 +24,35 @@ class Role(IntEnum):
 
 
 class Chip(NamedTuple):
-    """What a vendor's and product's number stand for; no product: all the vendor's others."""
+    """What a vendor's and product's number stand for; without a product all the vendor's others."""
 
-    vendor: int
-    product: int | None
     words: str
     role: Role
+    numbers: tuple[tuple[int, int | None], ...]
 
 
 # Hapkit's board has an FT232RL; students also build with an Uno or its likes, of which many have a CH340.
+_UNO = ((0x2341, 0x0043), (0x2341, 0x0001), (0x2341, 0x0243), (0x2A03, 0x0043), (0x2A03, 0x0001))
+_MODEMS = ((0x12D1, None), (0x1199, None), (0x2C7C, None), (0x19D2, None), (0x1BC7, None))
 CHIPS = (
-    Chip(0x0403, 0x6001, "Hapkit board (FT232)", Role.KIT),
-    Chip(0x0403, 0x6015, "board with FT231X", Role.KIT),
-    Chip(0x2341, 0x0043, "Arduino Uno", Role.KIT),
-    Chip(0x2341, 0x0001, "Arduino Uno", Role.KIT),
-    Chip(0x2341, 0x0243, "Arduino Uno", Role.KIT),
-    Chip(0x2A03, 0x0043, "Arduino Uno", Role.KIT),
-    Chip(0x2A03, 0x0001, "Arduino Uno", Role.KIT),
-    Chip(0x1A86, 0x7523, "Uno-like board (CH340)", Role.KIT),
-    Chip(0x1A86, 0x7522, "Uno-like board (CH340)", Role.KIT),
-    Chip(0x1A86, 0x5523, "Uno-like board (CH341)", Role.KIT),
-    Chip(0x1A86, 0x55D4, "Uno-like board (CH9102)", Role.KIT),
-    Chip(0x10C4, 0xEA60, "Uno-like board (CP210x)", Role.KIT),
-    Chip(0x067B, 0x2303, "Uno-like board (PL2303)", Role.KIT),
-    Chip(0x0403, None, "FTDI adapter", Role.UNKNOWN),
-    Chip(0x2341, None, "Arduino, not an Uno", Role.UNKNOWN),
-    Chip(0x2A03, None, "Arduino, not an Uno", Role.UNKNOWN),
-    Chip(0x16C0, 0x0483, "Teensy", Role.OTHER),
-    Chip(0x2E8A, None, "Raspberry Pi Pico", Role.OTHER),
-    Chip(0x303A, None, "Espressif board", Role.OTHER),
-    Chip(0x0483, None, "STM32 board", Role.OTHER),
-    Chip(0x12D1, None, "mobile modem", Role.OTHER),
-    Chip(0x1199, None, "mobile modem", Role.OTHER),
-    Chip(0x2C7C, None, "mobile modem", Role.OTHER),
-    Chip(0x19D2, None, "mobile modem", Role.OTHER),
-    Chip(0x1BC7, None, "mobile modem", Role.OTHER),
-    Chip(0x1546, None, "GPS receiver", Role.OTHER),
+    Chip("Hapkit board (FT232)", Role.KIT, ((0x0403, 0x6001),)),
+    Chip("board with FT231X", Role.KIT, ((0x0403, 0x6015),)),
+    Chip("Arduino Uno", Role.KIT, _UNO),
+    Chip("Uno-like board (CH340)", Role.KIT, ((0x1A86, 0x7523), (0x1A86, 0x7522))),
+    Chip("Uno-like board (CH341)", Role.KIT, ((0x1A86, 0x5523),)),
+    Chip("Uno-like board (CH9102)", Role.KIT, ((0x1A86, 0x55D4),)),
+    Chip("Uno-like board (CP210x)", Role.KIT, ((0x10C4, 0xEA60),)),
+    Chip("Uno-like board (PL2303)", Role.KIT, ((0x067B, 0x2303),)),
+    Chip("FTDI adapter", Role.UNKNOWN, ((0x0403, None),)),
+    Chip("Arduino, not an Uno", Role.UNKNOWN, ((0x2341, None), (0x2A03, None))),
+    Chip("Teensy", Role.OTHER, ((0x16C0, 0x0483),)),
+    Chip("Raspberry Pi Pico", Role.OTHER, ((0x2E8A, None),)),
+    Chip("Espressif board", Role.OTHER, ((0x303A, None),)),
+    Chip("STM32 board", Role.OTHER, ((0x0483, None),)),
+    Chip("mobile modem", Role.OTHER, _MODEMS),
+    Chip("GPS receiver", Role.OTHER, ((0x1546, None),)),
 )
+_BY_NUMBERS = {numbers: chip for chip in CHIPS for numbers in chip.numbers}
 _NAMES = {
     "bluetooth": "Bluetooth",
     "rfcomm": "Bluetooth",
@@ -103,6 +95,11 @@ def port_name(path: str) -> str:
     return path.removeprefix("/dev/")
 
 
+def is_path(key: str) -> bool:
+    """Tell whether a word looks like the path of a port, listed or not."""
+    return "/" in key or key.upper().startswith("COM")
+
+
 def ports() -> list[Port]:
     """Return the ports that have hardware behind them, the likely ones first, then by their paths."""
     found = [_port(p) for p in list_ports.comports() if p.hwid and p.hwid != "n/a"]
@@ -123,17 +120,12 @@ def find_same_board(wanted: Identity, among: Iterable[Port]) -> Port | None:
     return here[0] if here else alike[0] if len(alike) == 1 else None
 
 
-def chip_of(vendor: int | None, product: int | None) -> Chip | None:
-    """Return the chip of a USB port's two numbers; None for one that is in no row."""
-    return next((c for c in CHIPS if c.vendor == vendor and c.product in (product, None)), None)
-
-
 def _port(info: Any) -> Port:
     identity = Identity(info.vid, info.pid, info.serial_number or "", info.location or "")
     said = info.product or (info.description or "").replace("n/a", "")
     text = f"{info.device} {said}".lower()
     named = next((words for part, words in _NAMES.items() if part in text), None)
-    chip = chip_of(info.vid, info.pid)
+    chip = _BY_NUMBERS.get((info.vid, info.pid)) or _BY_NUMBERS.get((info.vid, None))
     if named is not None and not (chip and chip.role is Role.KIT):
         return Port(info.device, named, Role.OTHER, identity)
     if chip is not None:
@@ -142,7 +134,6 @@ def _port(info: Any) -> Port:
 
 
 PROCESSES = Path("/proc")
-LOCKS = Path("/var/lock")
 STUDIO = "Hapkit Studio"
 """What a person calls the studio, whose process is a python."""
 
@@ -154,11 +145,9 @@ def holder(port: str) -> str:
     """
     real, own = os.path.realpath(port), str(os.getpid())
     for process in _listed(PROCESSES):
-        other = process.name.isdigit() and process.name != own
-        if other and any(_leads_to(file, real) for file in _listed(process / "fd")):
+        if process.name.isdigit() and process.name != own and _has_open(process, real):
             return _program_name(process)
-    locked = _locked(port)
-    return _program_name(locked) if locked is not None and locked.name != own else ""
+    return ""
 
 
 def _listed(folder: Path) -> list[Path]:
@@ -169,26 +158,12 @@ def _listed(folder: Path) -> list[Path]:
         return []
 
 
-def _leads_to(file: Path, real: str) -> bool:
-    try:
-        return os.readlink(file) == real
-    except OSError:
-        return False
-
-
-def _locked(port: str) -> Path | None:
-    """Return the living process that a lock file names: terminal programs of old write one."""
-    try:
-        words = (LOCKS / f"LCK..{Path(port).name}").read_text().split()
-    except (OSError, UnicodeDecodeError):
-        return None
-    process = PROCESSES / words[0] if words and words[0].isdigit() else None
-    return process if process is not None and process.is_dir() else None
-
-
-def _is_studio(word: str) -> bool:
-    """Tell whether a word of a command line starts the studio: ``-m hapkit_studio``, or its own program."""
-    return word == "hapkit_studio" or Path(word).name in ("hapkit-studio", "hapkit-studio.exe")
+def _has_open(process: Path, real: str) -> bool:
+    for file in _listed(process / "fd"):
+        with contextlib.suppress(OSError):
+            if os.readlink(file) == real:
+                return True
+    return False
 
 
 def _program_name(process: Path) -> str:
@@ -196,7 +171,12 @@ def _program_name(process: Path) -> str:
     try:
         line = (process / "cmdline").read_bytes().decode("utf-8", "replace").split("\0")
         name = Path(line[0]).name or (process / "comm").read_text().strip()
-        name = STUDIO if any(map(_is_studio, line)) else name
+        # started as ``-m hapkit_studio``, or by its own program
+        if "hapkit_studio" in line or {Path(word).name for word in line} & {
+            "hapkit-studio",
+            "hapkit-studio.exe",
+        }:
+            name = STUDIO
     except OSError:
         name = "a program"
     return f"{name} (process {process.name})"
@@ -209,7 +189,7 @@ USUAL_TIMER, SHORT_TIMER = 0.016, 0.002
 """s: of a chip that nobody told otherwise; up to here it is not worth a remedy."""
 
 TIMERS = Path("/sys/bus/usb-serial/devices")
-_IOSSDATALAT = 0x80085400
+_IOSSDATALAT = 0x80085400  # of IOKit
 _REGISTRY = r"SYSTEM\CurrentControlSet\Enum\FTDIBUS\VID_{0:04X}+PID_{1:04X}+{2}A\0000\Device Parameters"
 
 
@@ -246,8 +226,11 @@ def shorten_latency(line: Any, port: str, identity: Identity) -> Latency:
     """Ask for the shortest latency of an open port; return what holds then. Never fails."""
     with contextlib.suppress(Exception):  # each system and driver refuses in its own way, all harmless
         line.set_low_latency_mode(True)
-    if sys.platform == "darwin":
-        _shorten_on_mac(line)
+    if sys.platform == "darwin":  # the receive latency of the driver in us; it cannot be read back
+        import fcntl
+
+        with contextlib.suppress(OSError, AttributeError):
+            fcntl.ioctl(line.fileno(), _IOSSDATALAT, struct.pack("L", 1000))
     if identity.vendor != FTDI:
         return Latency()
     timer = _timer(port, identity)
@@ -258,23 +241,11 @@ def _timer(port: str, identity: Identity) -> float | None:
     """Return the timer in s where the system shows it."""
     try:
         if sys.platform == "win32":
-            return 1e-3 * _registry_timer(identity)
+            import winreg
+
+            path = _REGISTRY.format(identity.vendor or 0, identity.product or 0, identity.serial)
+            with winreg.OpenKey(winreg.HKEY_LOCAL_MACHINE, path) as key:  # type: ignore[attr-defined,unused-ignore]
+                return 1e-3 * int(winreg.QueryValueEx(key, "LatencyTimer")[0])  # type: ignore[attr-defined,unused-ignore]
         return 1e-3 * int((TIMERS / Path(port).name / "latency_timer").read_text())
     except (OSError, ValueError):
         return None
-
-
-def _registry_timer(identity: Identity) -> int:
-    import winreg
-
-    path = _REGISTRY.format(identity.vendor or 0, identity.product or 0, identity.serial)
-    with winreg.OpenKey(winreg.HKEY_LOCAL_MACHINE, path) as key:  # type: ignore[attr-defined,unused-ignore]
-        return int(winreg.QueryValueEx(key, "LatencyTimer")[0])  # type: ignore[attr-defined,unused-ignore]
-
-
-def _shorten_on_mac(line: Any) -> None:
-    """Set the receive latency of the driver in us (IOKit's IOSSDATALAT); it cannot be read back."""
-    import fcntl
-
-    with contextlib.suppress(OSError, AttributeError):
-        fcntl.ioctl(line.fileno(), _IOSSDATALAT, struct.pack("L", 1000))

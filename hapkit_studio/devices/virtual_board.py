@@ -230,13 +230,10 @@ class VirtualBoard(HapkitBoard):
         self._grip = grip_named(grip) if isinstance(grip, str) else grip
         self._move()
 
-    def move_hand(self, target: float | None, grip: Grip | str | None = "") -> None:
-        """Move the hand's target to a position in m, None lets go; with a grip, change that too."""
+    def move_hand(self, target: float | None) -> None:
+        """Move the hand's target to a position in m; None lets go."""
         self._target = target
-        if grip == "":
-            self._move()
-        else:
-            self.set_grip(grip)
+        self._move()
 
     def _move(self) -> None:
         if self._grip is None or self._target is None:
@@ -273,8 +270,4 @@ def listed() -> VirtualBoard:
     return VirtualBoard(options=["--eeprom", os.path.join(_home().name, "eeprom"), "--stop", "0.05"])
 
 
-def _entries() -> list[DeviceEntry]:
-    return [DeviceEntry("virtual-board", "Virtual board", listed)] if built() else []
-
-
-DEVICE = DeviceKind(1, _entries)
+DEVICE = DeviceKind(1, lambda: [DeviceEntry("virtual-board", "Virtual board", listed)] if built() else [])

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
-from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import Sign, across, down
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -28,6 +28,11 @@ class Notice:
     text: str
     buttons: tuple[Button, ...] = ()
 
+    @property
+    def shape(self) -> tuple:
+        """Return all but its words: what differs in these only is shown without a flicker."""
+        return self.key, self.rank, self.tone, self.icon, [words for words, _ in self.buttons]
+
 
 class Banner(QWidget):
     """Sign, title, one line, buttons."""
@@ -39,43 +44,21 @@ class Banner(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedHeight(HEIGHT)
         self.setProperty("tone", notice.tone)
-        self.sign = QLabel()
-        self.sign.setPixmap(icons.pixmap(notice.icon, 24, notice.tone, self.devicePixelRatioF()))
         self.title, self.text = plain(QLabel()), plain(QLabel())
         self.title.setFont(theme.font("banner"))
         self.text.setWordWrap(True)
         self.buttons = [self._button(at, words) for at, (words, _) in enumerate(notice.buttons)]
-        self._arrange()
+        words = down(None, self.title, self.text, None, gap=1)
+        sign = Sign(24, notice.icon, notice.tone)
+        across(sign, (words, 1), *self.buttons, into=self, margins=(14, 0, 12, 0), gap=12)
         self.say(notice)
 
-    def fits(self, notice: Notice) -> bool:
-        """Tell whether a notice differs in words only: it is then shown without a flicker."""
-        mine, other = (
-            (n.key, n.rank, n.tone, n.icon, [words for words, _ in n.buttons]) for n in (self.notice, notice)
-        )
-        return mine == other
-
     def say(self, notice: Notice) -> None:
-        """Show the words of a notice that fits."""
+        """Show the words of a notice of the same shape."""
         self.notice = notice
         self.title.setText(notice.title)
         self.text.setText(notice.text)
         self.setAccessibleName(f"{notice.title} {notice.text}")
-
-    def _arrange(self) -> None:
-        words = QVBoxLayout()
-        words.setSpacing(1)
-        words.addStretch(1)
-        words.addWidget(self.title)
-        words.addWidget(self.text)
-        words.addStretch(1)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(14, 0, 12, 0)
-        row.setSpacing(12)
-        row.addWidget(self.sign)
-        row.addLayout(words, 1)
-        for button in self.buttons:
-            row.addWidget(button)
 
     def _button(self, at: int, words: str) -> QPushButton:
         button = QPushButton(words)
@@ -95,9 +78,7 @@ class BannerStack(QWidget):
         super().__init__(parent)
         self._notices: dict[str, Notice] = {}
         self.banners: list[Banner] = []
-        self._column = QVBoxLayout(self)
-        self._column.setContentsMargins(0, 0, 0, 0)
-        self._column.setSpacing(0)
+        self._column = down(into=self)
         theme.changed.connect(self._rebuild)
         self.hide()
 
@@ -110,9 +91,8 @@ class BannerStack(QWidget):
         else:
             self._notices[key] = notice
         worst = self._worst()
-        pairs = list(zip(self.banners, worst, strict=False))
-        if len(self.banners) == len(worst) and all(banner.fits(shown) for banner, shown in pairs):
-            for banner, shown in pairs:
+        if [banner.notice.shape for banner in self.banners] == [shown.shape for shown in worst]:
+            for banner, shown in zip(self.banners, worst, strict=True):
                 banner.say(shown)
         else:
             self._rebuild()

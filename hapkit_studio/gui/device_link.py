@@ -42,111 +42,17 @@ def build_engine(entry: "DeviceEntry") -> "Engine":
     return Engine(entry.make())
 
 
-class Connector(QObject):
-    """Opens engines in a thread; emits ``opened`` with a started one, or ``failed`` with a DeviceError.
-
-    Only the newest request counts. ``waiting`` says in words what opening waits for.
-    """
-
-    opened = Signal(object)
-    failed = Signal(object)
-    waiting = Signal(str)
-    _finished = Signal(int, object)
-    _waits = Signal(int, str)
-
-    def __init__(self, build: Build = build_engine, parent: QObject | None = None):
-        super().__init__(parent)
-        self._build = build
-        self._request = self._served = 0
-        self._started: list[Engine] = []
-        self._worker = ThreadPoolExecutor(1, thread_name_prefix="connect")
-        self._finished.connect(self._deliver)
-        self._waits.connect(self._tell)
-
-    @property
-    def busy(self) -> bool:
-        """Say whether the newest request is still being served."""
-        return self._served < self._request
-
-    def open(self, entry: "DeviceEntry", old: "Engine | None", ready: Callable[["Engine"], None]) -> None:
-        """Close the old engine, then open an entry; ready(engine) runs in the worker before it starts."""
-        self._request += 1
-        job = self._worker.submit(self._open, entry, old, ready, self._request)
-        job.add_done_callback(partial(self._finished.emit, self._request))
-
-    def leave(self, engine: "Engine") -> None:
-        """Close an engine and open none."""
-        self._request += 1
-        job = self._worker.submit(self._leave, engine)
-        job.add_done_callback(partial(self._finished.emit, self._request))
-
-    def close(self, engine: "Engine | None") -> None:
-        """Close an engine and those not delivered yet, wait for them, and serve no request any more."""
-        self._request += 1
-        if engine is not None:
-            self._worker.submit(engine.close)
-        self._worker.shutdown(wait=True)
-        while self._started:
-            self._started.pop().close()
-
-    def _open(self, entry: Any, old: Any, ready: Callable[[Any], None], request: int) -> "Engine | None":
-        if old is not None:
-            old.close()
-        if request != self._request:
-            return None
-        engine = self._build(entry)
-        if hasattr(engine.device, "on_status"):
-            engine.device.on_status = partial(self._waits.emit, request)
-        ready(engine)
-        try:
-            engine.start()
-        except Exception:
-            engine.close()
-            raise
-        self._started.append(engine)
-        return engine
-
-    @staticmethod
-    def _leave(engine: Any) -> None:
-        engine.close()
-
-    def _tell(self, request: int, words: str) -> None:
-        if request == self._request:
-            self.waiting.emit(words)
-
-    def _deliver(self, request: int, job: "Future[Engine | None]") -> None:
-        self._served = max(self._served, request)
-        error = job.exception()
-        if error is not None:
-            if request == self._request:
-                self.failed.emit(_as_device_error(error))
-            return
-        engine = job.result()
-        if engine is None or engine not in self._started:
-            return
-        self._started.remove(engine)
-        if request != self._request:
-            self._worker.submit(engine.close)
-        else:
-            self.opened.emit(engine)
-
-
-def _as_device_error(error: BaseException) -> DeviceError:
-    """Return an error that a window can show, whatever it was."""
-    if isinstance(error, DeviceError):
-        return error
-    text = str(error) if isinstance(error, StudioError) else f"The device failed: {error!r}."
-    return DeviceError(text)
-
-
 class DeviceLink(QObject):
     """Keeps the device in use open and looks for it again when it is gone; ``engine`` is None meanwhile.
 
-    before_start(engine) runs in the worker, configure(engine) in the window once the engine has started.
+    Engines are opened and closed in a thread, and only the newest request counts. before_start(engine) runs
+    there, configure(engine) in the window once the engine has started.
     """
 
     engine_changed = Signal()
     link_changed = Signal()
+    _finished = Signal(int, object)
+    _waits = Signal(int, str)
 
     def __init__(
         self,
@@ -158,16 +64,17 @@ class DeviceLink(QObject):
     ):
         super().__init__(parent)
         self.entries = entries
-        self._before_start, self._configure = before_start, configure
+        self._build, self._before_start, self._configure = build, before_start, configure
         self.engine: Engine | None = None
         self.entry: DeviceEntry | None = None
         self.link = LinkStatus("preparing")
         self.padding = 0
         self._refusals = 0
-        self._connector = Connector(build, self)
-        self._connector.opened.connect(self._adopt)
-        self._connector.failed.connect(self._fail)
-        self._connector.waiting.connect(self._note_waiting)
+        self._request = self._served = 0
+        self._started: list[Engine] = []
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="connect")
+        self._finished.connect(self._deliver)
+        self._waits.connect(self._note_waiting)
         self._again = QTimer(self, interval=LOOK_AGAIN_MS)
         self._again.timeout.connect(self._look_again)
 
@@ -195,7 +102,7 @@ class DeviceLink(QObject):
         self._set_link(LinkStatus("idle", self.entry.title if self.entry else "", text))
         old = self._detach()
         if old is not None:
-            self._connector.leave(old)
+            self._submit(old.close)
 
     def set_padding(self, size: int) -> None:
         """Choose to how many bytes a board fills its frames, 0 not at all; in force at once."""
@@ -214,24 +121,70 @@ class DeviceLink(QObject):
             self._again.start()
 
     def close(self) -> None:
-        """Stop the loop and wait for its last zero command."""
+        """Stop the loop and wait for its last zero command; serve no request any more."""
         self._again.stop()
+        self._request += 1
         engine, self.engine = self.engine, None
-        self._connector.close(engine)
+        if engine is not None:
+            self._worker.submit(engine.close)
+        self._worker.shutdown(wait=True)
+        while self._started:
+            self._started.pop().close()
 
-    def _set_up(self, engine: "Engine") -> None:
-        """Tell an engine what it must know before it starts; runs in the worker."""
-        if hasattr(engine.device, "padding"):
-            engine.device.padding = self.padding
+    # --- opening, in the worker
+
+    def _open(self, entry: "DeviceEntry") -> None:
+        self._submit(self._start, entry, self._detach(), self._request + 1)
+
+    def _submit(self, work: Callable[..., "Engine | None"], *given: Any) -> None:
+        self._request += 1
+        job = self._worker.submit(work, *given)
+        job.add_done_callback(partial(self._finished.emit, self._request))
+
+    def _start(self, entry: "DeviceEntry", old: "Engine | None", request: int) -> "Engine | None":
+        """Close the old engine and start a new one, unless a newer request has come."""
+        if old is not None:
+            old.close()
+        if request != self._request:
+            return None
+        engine = self._build(entry)
+        device: Any = engine.device
+        if hasattr(device, "on_status"):
+            device.on_status = partial(self._waits.emit, request)
+        if hasattr(device, "padding"):
+            device.padding = self.padding
         self._before_start(engine)
+        try:
+            engine.start()
+        except Exception:
+            engine.close()
+            raise
+        self._started.append(engine)
+        return engine
+
+    # --- what comes of it
+
+    def _deliver(self, request: int, job: "Future[Engine | None]") -> None:
+        self._served = max(self._served, request)
+        error = job.exception()
+        if error is not None:
+            if request == self._request:
+                words = str(error) if isinstance(error, StudioError) else f"The device failed: {error!r}."
+                self._fail(error if isinstance(error, DeviceError) else DeviceError(words))
+            return
+        engine = job.result()
+        if engine is None or engine not in self._started:
+            return
+        self._started.remove(engine)
+        if request != self._request:
+            self._worker.submit(engine.close)
+        else:
+            self._adopt(engine)
 
     def _look_again(self) -> None:
         """Try once more, but never while a board is still starting: that would start it anew for ever."""
-        if self.entry is not None and not self._connector.busy:
+        if self.entry is not None and self._served == self._request:
             self._open(self.entry)
-
-    def _open(self, entry: "DeviceEntry") -> None:
-        self._connector.open(entry, self._detach(), self._set_up)
 
     def _detach(self) -> "Engine | None":
         old, self.engine = self.engine, None
@@ -239,9 +192,11 @@ class DeviceLink(QObject):
             self.engine_changed.emit()
         return old
 
-    def _note_waiting(self, words: str) -> None:
+    def _note_waiting(self, request: int, words: str) -> None:
         """Say what opening waits for; a board that was gone has come back by then."""
         link = self.link
+        if request != self._request:
+            return
         if link.state == "connecting":
             self._set_link(LinkStatus("connecting", link.title, words))
         elif link.state == "gone":

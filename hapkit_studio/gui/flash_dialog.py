@@ -3,7 +3,6 @@
 from functools import partial
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QComboBox, QLabel, QProgressBar, QPushButton, QWidget
 
 from hapkit_studio.devices import DeviceEntry, avrdude, flash, serial_ports
@@ -37,6 +36,7 @@ class FlashDialog(FormDialog):
         self._flashed: Flashed | None = None
         self.job = Job(self, needs="")
         self.ports, self.where, self.choose = QComboBox(), QLabel(), QPushButton("Choose…")
+        self.ports.setPlaceholderText("No port found")
         self.bar = QProgressBar()
         self.again, self.write = QPushButton("Look again"), QPushButton("Flash")
         self._arrange()
@@ -85,32 +85,20 @@ class FlashDialog(FormDialog):
         try:
             found = str(avrdude.find(self._program).program)
         except AvrdudeMissingError as error:
-            self._say(
-                str(error).replace("say where it is with --avrdude", "choose it here"), "warn", "triangle"
-            )
+            words = str(error).replace("say where it is with --avrdude", "choose it here")
+            self.verdict.say(words, "triangle", "warn")
             found = ""
-        self.where.setText(found or "not found")
-        able = bool(found) and self._image_is_there()
+        able, there = bool(found), self.ports.count() > 0
         if able:
-            self.verdict.say(
-                "Ready." if self.ports.count() else "No port: plug the board in, then look again."
-            )
-        self.write.setEnabled(able and self.ports.count() > 0)
-        self._hide_what_is_empty()
-
-    def _image_is_there(self) -> bool:
-        """Return whether there is a firmware to write; say what is wrong with it."""
-        try:
-            flash.image_of()
-        except ParameterError as error:
-            self._say(str(error), "danger", "triangle")
-            return False
-        return True
-
-    def _hide_what_is_empty(self) -> None:
-        """Show no list without a port in it, and no bar before something is written."""
-        self.ports.setPlaceholderText("No port found")
-        self.ports.setEnabled(self.ports.count() > 0)
+            self.verdict.say("Ready." if there else "No port: plug the board in, then look again.")
+            try:
+                flash.image_of()
+            except ParameterError as error:
+                self.verdict.say(str(error), "triangle", "danger")
+                able = False
+        self.where.setText(found or "not found")
+        self.write.setEnabled(able and there)
+        self.ports.setEnabled(there)
         self.bar.setVisible(self.job.running or self._flashed is not None)
 
     def _follow(self, done: int, of: int) -> None:
@@ -134,27 +122,20 @@ class FlashDialog(FormDialog):
         link, engine = self._studio.link, self._studio.engine
         if self._flashed is None or link.state in ("connecting", "idle", "preparing"):
             return
-        if link.state == "running" and engine is None:
+        wrote = f"{self._flashed.size:,} bytes written and verified in {self._flashed.seconds:.0f} s."
+        if link.state != "running":
+            self.verdict.say(f"{wrote} {link.text}", "triangle", "warn")
+        elif engine is None:
             return  # the engine's own signal follows
-        self._show_greeting(link.text)
+        else:
+            hello = engine.device.hello
+            words = f"The board says: build {hello.build}, protocol version {hello.version}."
+            self.verdict.say(f"{wrote} {words}", "check", "ok")
         self._flashed = None
         self._look_at_job(False)
 
-    def _show_greeting(self, failure: str) -> None:
-        assert self._flashed is not None
-        wrote = f"{self._flashed.size:,} bytes written and verified in {self._flashed.seconds:.0f} s."
-        if self._studio.link.state != "running" or self._studio.engine is None:
-            self._say(f"{wrote} {failure}", "warn", "triangle")
-            return
-        hello = self._studio.engine.device.hello
-        words = f"The board says: build {hello.build}, protocol version {hello.version}."
-        self._say(f"{wrote} {words}", "ok", "check")
-
-    def _say(self, text: str, token: str, sign: str) -> None:
-        self.verdict.say(text, sign, token)
-
     def _failed(self, text: str) -> None:
-        self._say(text, "danger", "triangle")
+        self.verdict.say(text, "triangle", "danger")
         self.write.setText("Flash again")
         if self._studio.link.state == "idle":
             self._studio.device.reconnect()
@@ -170,19 +151,12 @@ class FlashDialog(FormDialog):
     def _own_port(self) -> str:
         """Return the port of the device in use, if it is a board on a port."""
         engine, entry = self._studio.engine, self._studio.entry
-        path = getattr(engine.device, "port", "") if engine is not None else ""
         key = entry.key if entry is not None else ""
-        return path if path and key != "virtual-board" else key if "/" in key or key.startswith("COM") else ""
-
-    def closeEvent(self, event: QCloseEvent) -> None:
-        """Stay while it writes: half a firmware is none."""
-        if self.job.running:
-            event.ignore()
-        else:
-            super().closeEvent(event)
+        path = getattr(engine.device, "port", key) if engine is not None else key
+        return path if key != "virtual-board" and serial_ports.is_path(path) else ""
 
     def reject(self) -> None:
-        """Close by a key only when nothing is under way."""
+        """Stay while it writes, whatever was to close it: half a firmware is none."""
         if not self.job.running:
             super().reject()
 

@@ -1,13 +1,18 @@
 """The header: device list, views, Pause, and the E-stop at the far right, the same in every view."""
 
+from collections.abc import Callable
+from functools import partial
+
 from PySide6.QtCore import QPointF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QMenu, QPushButton, QTabBar, QWidget
+from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QTabBar, QWidget
 
 from hapkit_studio.devices.hapkit import PACKET
+from hapkit_studio.devices.serial_ports import is_path
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import across
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -35,12 +40,12 @@ class ShortcutButton(QPushButton):
         self.picture, self.word, self.cap = QLabel(), QLabel(text), QLabel(key)
         self.word.setProperty("role", self.word_role)
         self.cap.setProperty("role", "key")
-        self._row = row = QHBoxLayout(self)
-        row.setContentsMargins(14, 0, 12, 0)
-        row.setSpacing(8)
-        for part in (self.picture, self.word, self.cap):
+        parts = (self.picture, self.word, self.cap)
+        for part in parts:
             part.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-            row.addWidget(part, 0, Qt.AlignmentFlag.AlignVCenter)
+        self._row = across(*parts, into=self, margins=(14, 0, 12, 0))
+        for part in parts:
+            self._row.setAlignment(part, Qt.AlignmentFlag.AlignVCenter)
         self._icon, self._color, self._cap_color = icon, "ink", "ink3"
         theme.changed.connect(self.show_look)
         self.show_look()
@@ -101,18 +106,17 @@ class DeviceList(QPushButton):
         self.setFixedHeight(34)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.dot, self.word, self._arrow = StateDot(), QLabel(), QLabel()
-        self._row = row = QHBoxLayout(self)
-        row.setContentsMargins(10, 0, 10, 0)
-        row.setSpacing(8)
-        row.addWidget(self.dot)
-        row.addWidget(self.word, 1)
-        row.addWidget(self._arrow)
+        self._row = across(self.dot, (self.word, 1), self._arrow, into=self, margins=(10, 0, 10, 0))
         for part in (self.dot, self.word, self._arrow):
             part.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.menu_of_devices = QMenu(self)
         self.menu_of_devices.aboutToShow.connect(lambda: fill_menu(self.menu_of_devices, studio))
-        self.menu_of_devices.aboutToHide.connect(self._forget_pointer)
-        self.clicked.connect(self._open_menu)
+        # no leave event comes while a menu is open
+        self.menu_of_devices.aboutToHide.connect(
+            lambda: self.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
+        )
+        self.menu_of_devices.aboutToHide.connect(self.update)
+        self.clicked.connect(lambda: self.menu_of_devices.popup(self.mapToGlobal(self.rect().bottomLeft())))
         studio.link_changed.connect(self.show_state)
         theme.changed.connect(self.show_state)
         self.show_state()
@@ -136,27 +140,23 @@ class DeviceList(QPushButton):
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()
 
-    def _forget_pointer(self) -> None:
-        """Clear the hover state: no leave event comes while a menu is open."""
-        self.setAttribute(Qt.WidgetAttribute.WA_UnderMouse, False)
-        self.update()
-
-    def _open_menu(self) -> None:
-        self.menu_of_devices.popup(self.mapToGlobal(self.rect().bottomLeft()))
-
 
 def fill_menu(menu: QMenu, studio: Studio) -> None:
     """Fill a menu with every device there is now, the one in use marked."""
     menu.clear()
     device = studio.engine.device if studio.engine is not None else None
     own = studio.entry.key if studio.entry is not None else ""
-    here = getattr(device, "port", own)  # a board that came back may have another port than its entry says
+    if is_path(own):  # a board that came back may have another port than its entry says
+        own = getattr(device, "port", own)
     for entry in studio.device.entries():
-        action = QAction(entry.title, menu)
-        action.setCheckable(True)
-        action.setChecked(entry.key == (here if "/" in own or own.startswith("COM") else own))
-        action.triggered.connect(lambda _on=False, entry=entry: studio.device.open(entry))
-        menu.addAction(action)
+        _add_choice(menu, entry.title, entry.key == own, partial(studio.device.open, entry))
+
+
+def _add_choice(menu: QMenu, words: str, chosen: bool, choose: Callable[[], None]) -> QAction:
+    action = QAction(words, menu, checkable=True, checked=chosen)
+    action.triggered.connect(lambda _on=False: choose())
+    menu.addAction(action)
+    return action
 
 
 def fill_frames_menu(menu: QMenu, studio: Studio) -> None:
@@ -164,12 +164,8 @@ def fill_frames_menu(menu: QMenu, studio: Studio) -> None:
     menu.clear()
     device = studio.engine.device if studio.engine is not None else None
     for words, size in _FRAMES:
-        action = QAction(words, menu)
-        action.setCheckable(True)
-        action.setChecked(studio.device.padding == size)
-        action.setEnabled(hasattr(device, "padding"))
-        action.triggered.connect(lambda _on=False, size=size: studio.device.set_padding(size))
-        menu.addAction(action)
+        choose = partial(studio.device.set_padding, size)
+        _add_choice(menu, words, studio.device.padding == size, choose).setEnabled(hasattr(device, "padding"))
 
 
 class StopButton(ShortcutButton):
@@ -201,12 +197,10 @@ class StopButton(ShortcutButton):
         """Show red while the force may act, hollow once stopped."""
         stopped = self._studio.stopped
         mark(self, "latched", stopped)
-        self.set_look(
-            "octagon", "STOPPED" if stopped else "E-STOP", "danger" if stopped else "onstop", "onstop"
-        )
+        self.set_look("octagon", *(("STOPPED", "danger") if stopped else ("E-STOP", "onstop")), "onstop")
         self.set_cap(not stopped)
-        words = "Stopped. Release in the line below." if stopped else "Force to zero at the next tick (Esc)"
-        self.setToolTip(words)
+        released = "Force to zero at the next tick (Esc)"
+        self.setToolTip("Stopped. Release in the line below." if stopped else released)
 
 
 class Header(QWidget):
@@ -222,13 +216,10 @@ class Header(QWidget):
         self.setFixedHeight(HEIGHT)
         self.devices = DeviceList(studio)
         self.devices.setMinimumWidth(breakpoints.GALLERY - 24)
-        self.tabs = QTabBar()
-        self.tabs.addTab("Live")
-        self.tabs.setDrawBase(False)
-        self.tabs.setExpanding(False)
-        self.tabs.setUsesScrollButtons(True)
-        self.tabs.setElideMode(Qt.TextElideMode.ElideNone)
+        self.tabs = QTabBar(drawBase=False, expanding=False, usesScrollButtons=True)
         self.tabs.setAccessibleName("Views")
+        self.tabs.setElideMode(Qt.TextElideMode.ElideNone)
+        self.tabs.addTab("Live")
         self.pause = ShortcutButton("pause", "Pause", "Space")
         self.pause.setAccessibleName("Pause the plots")
         self.pause.setToolTip("Hold the plots still; the record goes on (Space)")
@@ -238,15 +229,9 @@ class Header(QWidget):
         self.panel.clicked.connect(self.panel_pressed)
         self.panel.hide()
         self.stop = StopButton(studio)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(12, 0, 12, 0)
-        row.setSpacing(12)
-        row.addWidget(self.devices)
-        row.addWidget(self.tabs, 1, Qt.AlignmentFlag.AlignBottom)
-        row.addWidget(self.panel)
-        row.addWidget(self.pause)
-        row.addSpacing(4)
-        row.addWidget(self.stop)
+        parts = (self.devices, (self.tabs, 1), self.panel, self.pause, 4, self.stop)
+        row = across(*parts, into=self, margins=(12, 0, 12, 0), gap=12)
+        row.setAlignment(self.tabs, Qt.AlignmentFlag.AlignBottom)
 
     def show_paused(self, paused: bool) -> None:
         """Offer Resume while the plots are held."""

@@ -11,7 +11,6 @@ from PySide6.QtGui import QGuiApplication
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.banners import BannerStack, Button, Notice
-from hapkit_studio.gui.device_link import LinkStatus
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
@@ -51,6 +50,7 @@ class Notices(QObject):
         self._heard, self._silent, self._stale = False, QElapsedTimer(), QElapsedTimer()
         self._silent.start()
         self._unmeasured = QElapsedTimer()
+        self._simulated: Button = ("Use simulated Hapkit", studio.device.open_simulated)
         studio.engine_changed.connect(self._listen)
         studio.stop_changed.connect(self.show_stop)
         studio.link_changed.connect(self.show_link)
@@ -60,11 +60,9 @@ class Notices(QObject):
 
     def show_stop(self) -> None:
         """Show or take down the E-stop's banner."""
-        notice = Notice(
-            "stop", _STOP, "danger", "octagon", "Stopped. Force is zero.", "Release when the handle is free.",
-            (("Release E-stop", self._studio.release_stop),),
-        )  # fmt: skip
-        self._banners.set("stop", notice if self._studio.stopped else None)
+        ways = (("Release E-stop", self._studio.release_stop),)
+        words = ("Stopped. Force is zero.", "Release when the handle is free.")
+        self._show(self._studio.stopped, "stop", _STOP, words, ways, "danger", "octagon")
 
     def on_row(self, row: np.ndarray, _clamped: bool) -> None:
         """Notice a fault in the very frame it happens in."""
@@ -82,7 +80,7 @@ class Notices(QObject):
         held = self._stale.isValid() and self._stale.elapsed() < HOLD_MS
         silent = held and self._studio.fault is None and self._studio.link.state == "running"
         words = ("Fault: no sensor frame for 20 ms.", "Force is zero. It comes back when frames return.")
-        self._banners.set("stale", Notice("stale", _FAULT, "danger", "triangle", *words) if silent else None)
+        self._show(silent, "stale", _FAULT, words, tone="danger")
 
     def show_fault(self) -> None:
         """Show the latched fault, unless it only says what the device's own banner says better."""
@@ -91,21 +89,19 @@ class Notices(QObject):
             self._banners.set("fault", None)
             return
         slow = fault.code == arrays.SLOW_LINK
-        buttons = (*(self._board_button() if slow else ()), ("Clear fault", self._studio.clear_fault))
-        self._banners.set(
-            "fault", Notice("fault", _FAULT, "danger", "triangle", fault.text, fault.detail, buttons)
-        )
+        ways = (*(self._board_button() if slow else ()), ("Clear fault", self._studio.clear_fault))
+        self._show(True, "fault", _FAULT, (fault.text, fault.detail), ways, "danger")
 
     def show_silence(self, health: "Health") -> None:
         """Show that a board said hello and then sent nothing: no row since it was opened."""
         link = self._studio.link
         silent = not self._heard and self._silent.elapsed() > NO_DATA_MS and health.running
-        notice = Notice(
-            "silence", _DEVICE, "warn", "unplugged", f"{link.title} says hello, but sends no samples.",
+        words = (
+            f"{link.title} says hello, but sends no samples.",
             "Force is zero. Press the board's reset button, then try again.",
-            (("Try again", self._studio.device.reconnect), self._simulated()),
-        )  # fmt: skip
-        self._banners.set("silence", notice if silent and link.state == "running" else None)
+        )
+        ways = (("Try again", self._studio.device.reconnect), self._simulated)
+        self._show(silent and link.state == "running", "silence", _DEVICE, words, ways, icon="unplugged")
 
     def show_unmeasured(self, health: "Health") -> None:
         """Show that the delay, and so the limit, is unknown although forces have gone out for a while."""
@@ -116,22 +112,28 @@ class Notices(QObject):
         elif not self._unmeasured.isValid():
             self._unmeasured.start()
         late = self._unmeasured.isValid() and self._unmeasured.elapsed() > NO_DELAY_MS
-        notice = Notice(
-            "delay", _LIMIT, "warn", "triangle", "The delay of the link cannot be measured.",
+        words = (
+            "The delay of the link cannot be measured.",
             "The stability limit is unknown: contact that feels calm may start to oscillate.",
-            self._board_button(),
-        )  # fmt: skip
-        self._banners.set("delay", notice if late else None)
+        )
+        self._show(late, "delay", _LIMIT, words, self._board_button())
+
+    def _show(
+        self,
+        shown: bool,
+        key: str,
+        rank: int,
+        words: tuple[str, str],
+        ways: tuple[Button, ...] = (),
+        tone: str = "warn",
+        icon: str = "triangle",
+    ) -> None:
+        self._banners.set(key, Notice(key, rank, tone, icon, *words, ways) if shown else None)
 
     def _board_button(self) -> tuple[Button, ...]:
         """Return the way out of a slow link, where there is one."""
         engine = self._studio.engine
-        if (
-            engine is None
-            or engine.where == "board"
-            or engine.possible_plan is None
-            or engine.board_refusal()
-        ):
+        if engine is None or engine.where == "board" or not engine.possible_plan or engine.board_refusal():
             return ()
         return (("Render on the board", self._render_on_board),)
 
@@ -149,37 +151,19 @@ class Notices(QObject):
             self._banners.set(key, None)
 
     def show_link(self) -> None:
-        """Show why there is no device, the next step, and the way back to the simulated one."""
+        """Show why there is no device, the next steps, the likeliest first, and the simulated one."""
         link = self._studio.link
-        if link.state not in ("gone", "failed"):
-            self._banners.set("device", None)
-            return
         title, _, rest = link.text.partition(". ")
-        lines = rest or "Force is zero."
-        self._banners.set(
-            "device",
-            Notice(
-                "device", _DEVICE, "warn", "unplugged", title.rstrip(".") + ".", lines, self._next_steps(link)
-            ),
-        )
-
-    def _next_steps(self, link: LinkStatus) -> tuple[Button, ...]:
-        """Return what a person can do about a device that is not there, the likeliest first."""
-        if link.state == "gone":
-            return (self._simulated(),)
-        ways: list[Button] = [("Try again", self._studio.device.reconnect), self._simulated()]
-        if link.command:
-            ways.insert(0, ("Copy command", partial(_copy_to_clipboard, link.command)))
-        if link.step in _STEPS:
-            ways.insert(0, (_STEPS[link.step], self.flash.emit))
-        return tuple(ways)
-
-    def _simulated(self) -> Button:
-        return ("Use simulated Hapkit", self._studio.device.open_simulated)
-
-
-def _copy_to_clipboard(line: str) -> None:
-    QGuiApplication.clipboard().setText(line)
+        ways: list[Button] = []
+        if link.state == "failed":
+            if link.step in _STEPS:
+                ways.append((_STEPS[link.step], self.flash.emit))
+            if link.command:
+                ways.append(("Copy command", lambda: QGuiApplication.clipboard().setText(link.command)))
+            ways.append(("Try again", self._studio.device.reconnect))
+        words = (f"{title.rstrip('.')}.", rest or "Force is zero.")
+        away = link.state in ("gone", "failed")
+        self._show(away, "device", _DEVICE, words, (*ways, self._simulated), icon="unplugged")
 
 
 class Passivity(QObject):
@@ -223,15 +207,9 @@ class Passivity(QObject):
             return
         self._shown = excess
         title = f"Gives energy: {energy_words(excess)} more than it took."
-        on = ("Switch it on", self._switch_on)
-        notice = Notice(
-            "energy", RANK, "warn", "triangle", title, _CANNOT if controlled else _LOWER,
-            () if controlled else (on,),
-        )  # fmt: skip
-        self._banners.set("energy", notice)
-
-    def _switch_on(self) -> None:
-        self._studio.set_loop(controller=True)
+        on = ("Switch it on", partial(self._studio.set_loop, controller=True))
+        words, ways = (_CANNOT, ()) if controlled else (_LOWER, (on,))
+        self._banners.set("energy", Notice("energy", RANK, "warn", "triangle", title, words, ways))
 
 
 def energy_words(joules: float) -> str:

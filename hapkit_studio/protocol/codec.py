@@ -166,20 +166,11 @@ def _store(state, buffer, byte):
 
 
 @compiled
-def _begin(state):
-    state[_SIZE] = 0
-    state[_LEFT] = 0
-    state[_ZERO_DUE] = 0
-    state[_STARTED] = 0
-    state[_CRC] = CRC_START
-
-
-@compiled
 def _push(state, buffer, byte):
     """Take a byte that is not the delimiter."""
     if state[_STARTED] == 0:
-        _begin(state)
-        state[_STARTED] = 1
+        state[_SIZE] = state[_LEFT] = state[_ZERO_DUE] = 0
+        state[_STARTED], state[_CRC] = 1, CRC_START
     if state[_LEFT] == 0:
         if state[_ZERO_DUE]:
             _store(state, buffer, 0)
@@ -200,15 +191,6 @@ def _lost_before(state, seq, kind):
     lost = (seq - state[_LAST_SEQ] - 1) & 0xFFFF if follows else 0
     state[_LAST_SEQ], state[_LAST_KIND] = seq, kind
     return lost
-
-
-@compiled
-def _unwrapped(state, time_us):
-    """Return the board's time in s, continued where its 32 bits of microseconds overflow."""
-    if time_us < state[_LAST_TIME]:
-        state[_EPOCH] += 1 << 32
-    state[_LAST_TIME] = time_us
-    return (state[_EPOCH] + time_us) * US
 
 
 @compiled
@@ -249,7 +231,11 @@ def _finish(state, buffer, out, rows):
     else:
         row[ANSWERED] = row[SEQ]
     row[KIND], row[LOST] = kind, lost
-    row[BOARD_TIME] = _unwrapped(state, unsigned(buffer, _TIME, 4))
+    time_us = unsigned(buffer, _TIME, 4)
+    if time_us < state[_LAST_TIME]:  # its 32 bits have overflowed
+        state[_EPOCH] += 1 << 32
+    state[_LAST_TIME] = time_us
+    row[BOARD_TIME] = (state[_EPOCH] + time_us) * US
     state[FRAMES] += 1
     return 1
 

@@ -3,22 +3,19 @@
 import pytest
 
 from hapkit_studio.devices.hapkit import HapkitBoard
-from tests.devices.fake_board import FakeBoard
 
 
 @pytest.fixture
-def opened():
+def opened(fake_board):
     """Return a maker of open boards, each with the scripted one behind it."""
-    pairs = []
+    boards = []
 
     def make(answer):
-        peer = FakeBoard(answer)
-        board = HapkitBoard(peer.path)
-        pairs.append((board, peer))
-        board.open()
-        return board, peer
+        peer = fake_board(answer)
+        boards.append(HapkitBoard(peer.path))
+        boards[-1].open()
+        return boards[-1], peer
 
     yield make
-    for board, peer in pairs:
+    for board in boards:
         board.close()
-        peer.unplug()

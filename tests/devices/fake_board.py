@@ -6,6 +6,7 @@ import threading
 import tty
 from dataclasses import replace
 
+from hapkit_studio.devices import profiles
 from hapkit_studio.protocol.framing import Decoder, encode
 from hapkit_studio.protocol.messages import (
     Board,
@@ -20,27 +21,11 @@ from hapkit_studio.protocol.messages import (
 )
 from tests.waiting import PATIENCE
 
-HELLO_FIELDS = {
-    "version": 3,
-    "quantum": 2e-5,
-    "max_force": 2.5,
-    "motor_constant": 0.0183,
-    "handle_radius": 0.09,
-    "pulley_radius": 0.005,
-    "sector_radius": 0.074,
-    "tick_us": 0.5,
-    "counts_per_flip": 921,
-    "sample_rate": 1000,
-    "watchdog_ms": 25,
-    "pwm_top": 255,
-    "profile": 1,
-    "arena": 0,
-    "origin": 0,
-    "reset": 1,
-    "build": "test",
-}
-
-
+HELLO_FIELDS = dict(
+    version=3, quantum=2e-5, max_force=2.5, motor_constant=0.0183, handle_radius=0.09, pulley_radius=0.005,
+    sector_radius=0.074, tick_us=0.5, counts_per_flip=921, sample_rate=1000, watchdog_ms=25, pwm_top=255,
+    profile=1, arena=0, origin=0, reset=1, build="test",
+)  # fmt: skip
 UNPLUG = b"unplug"
 
 
@@ -104,12 +89,7 @@ class FakeBoard:
         return True
 
 
-KIT = Board(
-    profile=1, pins=0, sensor=0, motor_map=0, direction=1, sense=1, counts_per_flip=921, zero=0,
-    quantum=2e-5, max_force=2.5, motor_constant=0.0183, handle_radius=0.09, pulley_radius=0.005,
-    sector_radius=0.074, mass=0.044, viscous=0.5, coulomb=0.1, dead_band=0,
-    table=(32, 64, 96, 128, 159, 191, 223, 255), label="fake kit",
-)  # fmt: skip
+KIT = replace(profiles.default().board, quantum=2e-5, max_force=2.5, label="fake kit")
 ARENA = 760
 MOST_FORCE = 20.0
 """N: a fake board refuses more."""
@@ -141,16 +121,15 @@ class FakeKit:
         return answer(message) if answer else None
 
     def hello(self):
-        same = {f.name for f in Hello.layout()} & {f.name for f in Board.layout()}
-        fields = HELLO_FIELDS | {name: getattr(self.settings, name) for name in same}
-        return Hello(**fields | {"arena": self.arena, "origin": int(self.origin)})
+        same = {name: value for name, value in vars(self.settings).items() if name in HELLO_FIELDS}
+        return Hello(**HELLO_FIELDS | same | {"arena": self.arena, "origin": int(self.origin)})
 
     def _hellorequest(self, _message: HelloRequest):
         return encode(self.hello())
 
     def _answer(self, refused=False):
-        fields = {f.name: getattr(self.settings, f.name) for f in Board.layout()}
-        return encode(Settings(**fields, origin=int(self.origin), refused=int(refused)))
+        kit = {f.name: getattr(self.settings, f.name) for f in Board.layout()}
+        return encode(Settings(**kit, origin=int(self.origin), refused=int(refused)))
 
     def _settingsrequest(self, _message: SettingsRequest):
         return self._answer()

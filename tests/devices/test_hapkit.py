@@ -26,7 +26,7 @@ from hapkit_studio.protocol.messages import (
     SettingsRequest,
     Stream,
 )
-from tests.devices.fake_board import HELLO_FIELDS, KIT, UNPLUG, FakeBoard, FakeKit, sample
+from tests.devices.fake_board import HELLO_FIELDS, KIT, UNPLUG, FakeKit, sample
 
 HELLO = Hello(**HELLO_FIELDS)
 
@@ -41,20 +41,6 @@ def near(got, want):
         a, b = getattr(got, f.name), getattr(want, f.name)
         assert a == (pytest.approx(b, rel=1e-6) if f.code == "f" else b), f.name
     return True
-
-
-@pytest.fixture
-def fake():
-    """Return a maker of scripted boards that are unplugged in the end."""
-    boards = []
-
-    def make(answer=says_hello):
-        boards.append(FakeBoard(answer))
-        return boards[-1]
-
-    yield make
-    for board in boards:
-        board.unplug()
 
 
 def refused(kind, path, words, seconds=0.3):
@@ -90,8 +76,8 @@ def test_every_constant_comes_from_the_board(opened):
         ("sample_rate", 0, "samples per second"),
     ],
 )
-def test_numbers_that_no_hapkit_has_are_refused(fake, name, value, said):
-    path = fake(lambda m: says_hello(m, replace(HELLO, **{name: value}))).path
+def test_numbers_that_no_hapkit_has_are_refused(fake_board, name, value, said):
+    path = fake_board(lambda m: says_hello(m, replace(HELLO, **{name: value}))).path
     error = refused(errors.NotAHapkitError, path, f"{value:g}")
     assert said in str(error)
     assert "Flash the firmware." in str(error)
@@ -136,20 +122,20 @@ def test_asks_again_while_the_board_starts_past_half_a_frame_and_noise(opened):
 @pytest.mark.parametrize(
     "noise", [None, b"x=0.0123,F=0.5\r\n", b"\x00\x00", frame(b"\x81"), frame(b"\x81\x03\x00abc")]
 )
-def test_something_else_answers_or_nothing(fake, noise):
+def test_something_else_answers_or_nothing(fake_board, noise):
     what = "answers, but not as a Hapkit" if noise else "does not answer"
     words = f"{{}} {what}. Flash the firmware, or choose another port."
-    refused(errors.NotAHapkitError, fake(lambda m: noise).path, words)
+    refused(errors.NotAHapkitError, fake_board(lambda m: noise).path, words)
 
 
 @pytest.mark.parametrize(
     ("version", "remedy", "step"), [(2, "Update firmware.", "update"), (4, "Update the studio.", "")]
 )
 @pytest.mark.parametrize("rest", [b"", b"another layout altogether"])
-def test_another_version_of_the_protocol(fake, version, remedy, step, rest):
+def test_another_version_of_the_protocol(fake_board, version, remedy, step, rest):
     other = frame(bytes([Hello.ID]) + version.to_bytes(2, "little") + rest)
     words = f"Firmware speaks version {version}; this studio needs 3. {remedy}"
-    assert refused(errors.WrongProtocolError, fake(lambda m: other).path, words).step == step
+    assert refused(errors.WrongProtocolError, fake_board(lambda m: other).path, words).step == step
 
 
 def test_a_port_in_use_missing_or_none_at_all(opened, tmp_path):
@@ -164,9 +150,9 @@ def test_a_port_in_use_missing_or_none_at_all(opened, tmp_path):
     refused(errors.NotAHapkitError, file, "{} is not a serial port. Choose another port.")
 
 
-def test_unplugged_during_the_handshake_a_question_or_while_open(fake, opened):
+def test_unplugged_during_the_handshake_a_question_or_while_open(fake_board, opened):
     words = "Hapkit on {} is gone. Force is zero. Plug it in, then try again."
-    refused(errors.PortGoneError, fake(lambda m: UNPLUG).path, words, seconds=5.0)
+    refused(errors.PortGoneError, fake_board(lambda m: UNPLUG).path, words, seconds=5.0)
     kit = FakeKit()
     board, _ = opened(lambda m: UNPLUG if isinstance(m, SettingsRequest) else kit(m))
     with pytest.raises(errors.PortGoneError):
@@ -178,12 +164,12 @@ def test_unplugged_during_the_handshake_a_question_or_while_open(fake, opened):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux tells who may open a port")
-def test_others_are_kept_off_while_it_is_open(fake):
+def test_others_are_kept_off_while_it_is_open(fake_board):
     def claimed():
         answer = fcntl.ioctl(line, 0x80045440, struct.pack("i", 0))  # TIOCGEXCL
         return struct.unpack("i", answer)[0] != 0
 
-    peer = fake()
+    peer = fake_board(says_hello)
     line = os.open(peer.path, os.O_RDWR | os.O_NOCTTY)
     board = HapkitBoard(peer.path)
     assert not claimed()
@@ -195,20 +181,12 @@ def test_others_are_kept_off_while_it_is_open(fake):
 
 
 # --- questions
-def test_settings_come_as_the_board_has_them_and_can_be_sent_back(opened):
-    board, peer = opened(FakeKit())
-    settings = board.settings()
-    assert near(settings, KIT)
-    assert settings.origin == Origin.DEFAULT
-    board.configure(settings)
-    (sent,) = [m for m in peer.received if isinstance(m, Board)]
-    assert near(sent, KIT)
-
-
 def test_configure_is_in_force_at_once_and_not_saved(opened):
     kit = FakeKit()
     board, peer = opened(kit)
     assert (board.mass, board.viscous, board.coulomb_force) == (0.044, 0.5, 0.10)
+    assert near(board.settings(), KIT)
+    assert near(board.configure(board.settings()), KIT)  # they can be sent back
     wanted = replace(KIT, quantum=1.5e-5, max_force=1.25, mass=0.031, viscous=0.25, label="mine")
     settings = board.configure(wanted)
     assert near(settings, wanted)

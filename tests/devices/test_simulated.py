@@ -1,5 +1,6 @@
 """The simulated Hapkit against matrix exponentials: delays of any fraction, hands, changes while running."""
 
+import itertools
 import math
 
 import numpy as np
@@ -9,6 +10,7 @@ from hapkit_studio.devices import simulated
 from hapkit_studio.devices.simulated import EFFECT, HAND_FORCE, SimulatedHapkit, V, X
 from hapkit_studio.errors import ParameterError
 from tests.dynamics import reference_paddle
+from tests.wide import wide
 
 NO_HAND = (0.0, 0.0, 0.0)
 MEDIUM = (0.05, 4.0, 200.0)
@@ -45,8 +47,16 @@ def applied(dev, queue, forces):
     return mean
 
 
-@pytest.mark.parametrize("hand", [NO_HAND, MEDIUM, (0.0, 0.0, 90.0)])
-@pytest.mark.parametrize("periods_late", [0.0, 0.3, 0.999, 1.0, 3.7, 12.25])
+HANDS = (NO_HAND, MEDIUM, (0.0, 0.0, 90.0))
+DELAYS = (0.0, 0.3, 0.999, 1.0, 3.7, 12.25)
+
+
+@pytest.mark.parametrize(
+    ("hand", "periods_late"),
+    wide(
+        itertools.product(HANDS, DELAYS), lambda hand, late: (HANDS.index(hand) + DELAYS.index(late)) % 3 == 0
+    ),
+)
 def test_motion_is_exact_for_any_delay_and_hand(hand, periods_late, rng):
     for _ in range(4):
         period, mass, viscous = 10 ** rng.uniform(-4, -2), 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-2, 1)

@@ -6,7 +6,6 @@ What a fault did is in the truth log of the board and the rows of the studio.
 import argparse
 import dataclasses
 import json
-import math
 import sys
 import tempfile
 from dataclasses import dataclass
@@ -15,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from hapkit_studio.haptics import arrays, rows
-from tests.firmware.faults import BOARD_RENDERS, CASES, END, START, STIFFNESS, TESTED, Case, Run, run_case
+from tests.firmware.faults import BOARD_RENDERS, CASES, END, START, STIFFNESS, Case, Run, run_case
 from tests.firmware.vb import FULL_FORCE, QUANTUM
 
 DUTY = 255
@@ -62,10 +61,11 @@ class Measured:
         return self.wrong_rows + self.unmarked_gaps + self.foreign
 
 
-def measure(run: Run) -> Measured:
-    """Measure one run."""
-    case, truth = run.case, run.truth
-    every = np.concatenate(run.rows)
+def measure(case: Case) -> Measured:
+    """Run one case and measure what it did."""
+    with tempfile.TemporaryDirectory() as folder:
+        run = run_case(case, Path(folder))
+    truth = run.truth
     off = time_off(run)
     return Measured(
         name=case.name,
@@ -73,10 +73,10 @@ def measure(run: Run) -> Measured:
         off=off,
         on_while_off=on_again(run, off),
         back=time_back(run),
-        rows=len(every),
+        rows=sum(map(len, run.rows)),
         wrong_rows=sum(wrong_rows(run, k) for k in range(len(run.rows))),
         unmarked_gaps=sum(unmarked_gaps(found) for found in run.rows),
-        foreign=foreign(run),
+        foreign=(foreign_to_the_law if case.board else foreign_to_the_loop)(run),
         overruns=run.summary["overruns"],
         late_ticks=sum(late_ticks(found) for found in run.rows),
         **{key: run.summary[key] for key in ("silent_offs", "hurt_to", "hurt_from")},
@@ -164,11 +164,6 @@ def late_ticks(found: np.ndarray) -> int:
     return int(np.count_nonzero(np.abs(steps - np.round(steps)) > 0.05))
 
 
-def foreign(run: Run) -> int:
-    """Count log rows with a force that nobody asked for: the loop lately, or the board's own law."""
-    return foreign_to_the_law(run) if run.case.board else foreign_to_the_loop(run)
-
-
 def foreign_to_the_law(run: Run) -> int:
     """Count log rows whose force does not lie between none and the spring's, where the handle was lately.
 
@@ -229,8 +224,8 @@ def duty_of(force: np.ndarray) -> np.ndarray:
 HEAD = """\
 # What faults do
 
-Made by `python -m tests.firmware.faults_table > assets/docs/faults.md`; `make test` holds each line to its
-bounds.
+Made by `python -m tests.firmware.faults_table > assets/docs/faults.md`; `make test-all` holds each line to
+its bounds.
 
 The real firmware runs in the virtual board, the studio's own compiled loop renders a spring of 120 N/m, and
 a hand leads the handle to and fro. Each fault lasts from 0.5 s to 0.8 s. All times are the board's, so every
@@ -257,31 +252,18 @@ FAULTS = {
 }
 
 
-def run_all(names: list[str], cases: list[Case]) -> list[Measured]:
-    """Run the cases, those whose name holds one of the words; all without any."""
-    found = []
-    for case in cases:
-        if names and not any(name in case.name for name in names):
-            continue
-        with tempfile.TemporaryDirectory() as folder:
-            found.append(measure(run_case(case, Path(folder))))
-    return found
-
-
-def _time(value: float, bound: float | None) -> str:
-    if bound is None or math.isnan(value):
-        return ""
-    return f"{1e3 * value:.1f} ms (≤ {1e3 * bound:.0f})"
-
-
 def line_of(m: Measured, case: Case) -> str:
     """Return one line of the table."""
+
+    def within(value: float, bound: float | None) -> str:
+        return "" if bound is None else f"{1e3 * value:.1f} ms (≤ {1e3 * bound:.0f})"
+
     cells = [
         "board" if case.board else "computer",
         case.name.removesuffix(BOARD_RENDERS),
         f"{m.peak:.2f} N",
-        _time(m.off, case.off),
-        _time(m.back, case.back),
+        within(m.off, case.off),
+        within(m.back, case.back),
         str(m.lost),
         str(m.bad),
         str(m.told),
@@ -293,18 +275,20 @@ def line_of(m: Measured, case: Case) -> str:
 
 def main(words: list[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true", help="one object for each case of the tests")
+    parser.add_argument("--serve", action="store_true", help="an object for each name of a case that is read")
     parser.add_argument("names", nargs="*", help="parts of the names of cases")
     given = parser.parse_args(words)
-    found = run_all(given.names, TESTED if given.json else CASES)
-    if given.json:
-        print(json.dumps([dataclasses.asdict(m) for m in found]))
+    if given.serve:
+        cases = {case.name: case for case in CASES}
+        for line in sys.stdin:
+            print(json.dumps(dataclasses.asdict(measure(cases[line.strip()]))), flush=True)
         return
-    cases = {case.name: case for case in CASES}
     print(HEAD)
     print("| " + " | ".join(COLUMNS) + " |")
     print("|" + "---|" * len(COLUMNS))
-    print("\n".join(line_of(m, cases[m.name]) for m in found))
+    for case in CASES:
+        if not given.names or any(name in case.name for name in given.names):
+            print(line_of(measure(case), case))
 
 
 if __name__ == "__main__":

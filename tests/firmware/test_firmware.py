@@ -26,13 +26,15 @@ def make(*arguments, folder=FIRMWARE):
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
+BUILD = FIRMWARE / "build"
+
+
 @pytest.fixture(scope="module")
-def build(tmp_path_factory):
-    """Return the folder of a fresh build and what the build said."""
-    folder = tmp_path_factory.mktemp("firmware")
-    done = make(f"BUILD={folder}")
+def said():
+    """Have the firmware built; return what the build says of its size."""
+    done = make()
     assert done.returncode == 0, done.stderr
-    return folder, done.stdout
+    return done.stdout
 
 
 def stack_counted():
@@ -48,8 +50,8 @@ def image(path):
 
 
 @needs_gcc
-def test_parts_without_a_chip(tmp_path):
-    done = make(f"BUILD={tmp_path}", folder=FIRMWARE / "tests")
+def test_parts_without_a_chip():
+    done = make(f"BUILD={BUILD / 'tests'}", folder=FIRMWARE / "tests")
     assert done.returncode == 0, done.stdout + done.stderr
     count, failures = map(int, re.search(r"(\d+) tests, (\d+) failures", done.stdout).groups())
     assert count > 25
@@ -57,8 +59,7 @@ def test_parts_without_a_chip(tmp_path):
 
 
 @needs_avr
-def test_flash_and_ram_are_printed_and_fit(build):
-    _, said = build
+def test_flash_and_ram_are_printed_and_fit(said):
     flash, flash_limit = map(int, re.search(r"flash (\d+) of (\d+) bytes", said).groups())
     words = r"RAM +(\d+) of (\d+) bytes, (\d+) of them the arena; the stack takes (\d+), (\d+) stay free"
     ram, ram_limit, arena, stack, free = map(int, re.search(words, said).groups())
@@ -66,29 +67,11 @@ def test_flash_and_ram_are_printed_and_fit(build):
     assert 1000 < flash <= flash_limit
     assert arena >= 600
     assert free == ram_limit - ram - stack >= FREE
-
-
-@needs_avr
-@pytest.mark.parametrize("limit", ["FLASH_LIMIT=1000", "RAM_LIMIT=100", "STACK=600"])
-def test_build_fails_above_a_limit(build, limit):
-    folder, _ = build
-    assert make(f"BUILD={folder}", "sizes", limit).returncode != 0
-
-
-@needs_avr
-@pytest.mark.skipif(not virtual_board.built(), reason="the virtual board is not built")
-def test_the_arena_is_as_large_as_the_firmware_says(build):
-    folder, said = build
-    with opened("fast", firmware=folder / "hapkit.elf") as board:
-        assert f"{board.hello.arena} of them the arena" in said
-
-
-@needs_avr
-def test_elf_and_hex_are_the_same_program(build):
-    folder, _ = build
-    raw = folder / "flash.bin"
-    subprocess.run(["avr-objcopy", "-O", "binary", "-R", ".eeprom", folder / "hapkit.elf", raw], check=True)
-    assert image(folder / "hapkit.hex") == raw.read_bytes()
+    for limit in ("FLASH_LIMIT=1000", "RAM_LIMIT=100", "STACK=600"):
+        assert make("sizes", limit).returncode != 0
+    if virtual_board.built():
+        with opened("fast", firmware=BUILD / "hapkit.elf") as board:
+            assert board.hello.arena == arena
 
 
 def test_prebuilt_firmware_is_of_these_sources():
@@ -99,12 +82,11 @@ def test_prebuilt_firmware_is_of_these_sources():
 
 
 @needs_avr
-def test_prebuilt_firmware_is_what_its_compiler_makes_of_these_sources(build):
-    folder, _ = build
+def test_prebuilt_firmware_is_what_its_compiler_makes_of_these_sources(said):
     recorded = resources.path("firmware", "made-with.txt").read_text()
     if make("-s", "--no-print-directory", "made-with").stdout != recorded:
         pytest.skip("another compiler than the prebuilt one's; test_vb_firmware.py looks at what it does")
-    assert (folder / "hapkit.hex").read_bytes() == resources.path("firmware", "hapkit.hex").read_bytes()
+    assert (BUILD / "hapkit.hex").read_bytes() == resources.path("firmware", "hapkit.hex").read_bytes()
 
 
 def test_sketch_is_setup_and_loop():

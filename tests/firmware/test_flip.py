@@ -5,7 +5,6 @@ import shutil
 import numpy as np
 import pytest
 
-from tests.bench import bench_flip
 from tests.firmware import flips
 
 pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
@@ -36,10 +35,3 @@ def test_an_angle_of_14_bits_is_followed_too():
     counts = 7000.0 * np.sin(np.linspace(0.0, 12.0, 4000)) * 9.0
     found = flips.ours(np.mod(np.floor(counts), 16384), 16384)
     np.testing.assert_array_equal(found - found[0], np.floor(counts) - np.floor(counts[0]))
-
-
-def test_the_benchmark_reaches_its_targets():
-    rows = bench_flip.run()
-    assert len(rows) == 4
-    assert all(row.ok for row in rows)
-    assert rows[0].reference_value == pytest.approx(0.8, abs=0.15)

@@ -107,11 +107,6 @@ def test_every_motor_gives_the_force_that_was_asked_for(tmp_path, motor_map, dea
     assert np.all(np.abs(rows.motor_force - asked) <= step + bend + 1e-4)
 
 
-def test_the_force_limit_is_the_settings_own(tmp_path):
-    _, rows = drive(tmp_path, kits.board(max_force=1.25))
-    assert np.abs(rows.motor_force).max() == pytest.approx(1.25, abs=0.5 * 1.25 / 80)
-
-
 @pytest.mark.parametrize(("pins", "wired"), [(Pins.D5_D8, 3), (Pins.D3_D12, 5)])
 def test_a_motor_on_the_other_pins_stays_off(tmp_path, pins, wired):
     _, log, _ = play(tmp_path, kits.board(pins=pins), 0.1, wave, (), pins=wired)
@@ -180,23 +175,6 @@ def test_counts_follow_the_handle_within_one_and_readings_are_handed_on(tmp_path
     assert np.ptp(moved.view(np.int16)) <= (1 + late if sensor == Sensor.QUADRATURE else 0)
 
 
-@pytest.mark.parametrize("sensor", [Sensor.MAGNETORESISTIVE, Sensor.AS5048A])
-@pytest.mark.parametrize("position", [-0.0090, 0.0090])
-def test_after_a_start_the_zero_is_its_nearest_repeat(tmp_path, sensor, position):
-    kit = kits.board(sensor=sensor, zero=kits.COUNTS[sensor] * 7 + 400)
-    # at position 0 the sensor reads its zero: 349 counts above where it begins, 51
-    magnet = 349 if sensor == Sensor.MAGNETORESISTIVE else 400
-    samples, rows, _ = follow(tmp_path, kit, (), 0.02, position=position, magnet=magnet)
-    assert rows.position[0] == position
-    assert samples[-1].count == pytest.approx(position / kit.quantum, abs=1.0)
-
-
-def test_an_encoder_begins_at_zero_wherever_it_stands(tmp_path):
-    kit = kits.board(sensor=Sensor.QUADRATURE, zero=12345)
-    samples, *_ = follow(tmp_path, kit, (), 0.02, position=0.03)
-    assert {s.count for s in samples} == {0}
-
-
 def test_bits_turned_on_the_bus_never_reach_the_position(tmp_path):
     kit = kits.board(sensor=Sensor.AS5048A)
     samples, rows, summary = follow(tmp_path, kit, **{"spi-flip": 0.02, "seed": 3})
@@ -207,19 +185,3 @@ def test_bits_turned_on_the_bus_never_reach_the_position(tmp_path):
     flagged = np.array([bool(s.flags & BoardFlag.SENSOR) for s in samples])
     assert np.all(worst[~flagged] <= 1.0 + 1e-6)
     assert 0.01 < flagged.mean() < 0.15
-
-
-def test_a_sensor_that_is_not_there_is_told(tmp_path):
-    samples, *_ = follow(tmp_path, kits.board(sensor=Sensor.AS5048A), (), 0.1, **{"sensor-absent": 1})
-    assert all(s.flags & BoardFlag.SENSOR for s in samples[1:])
-    assert {s.count for s in samples} == {0}
-
-
-def test_readings_half_a_turn_off_are_bridged(tmp_path):
-    kit = kits.board()
-    samples, rows, summary = follow(tmp_path, kit, **{"sensor-jump": 0.01, "seed": 5})
-    assert summary["misread"] > 5
-    # what is not far off cannot be told from a handle that speeds up, by an eighth of the range at most
-    assert error(kit, samples, rows).max() <= 921 / 8 + 5.0
-    assert error(kit, samples, rows)[-5:].max() <= 1.0 + 1e-6
-    assert any(s.flags & BoardFlag.SENSOR for s in samples)

@@ -2,22 +2,14 @@
 
 import itertools
 import os
-import resource
-import signal
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from hapkit_studio.devices import profiles
 from hapkit_studio.devices.flash import shipped
-from hapkit_studio.devices.virtual_board import VirtualBoard, firmware, truth
-from hapkit_studio.errors import NotAHapkitError, PortGoneError, WrongProtocolError
+from hapkit_studio.devices.virtual_board import firmware
 from hapkit_studio.protocol.framing import DELIMITER, Decoder, encode
 from hapkit_studio.protocol.messages import (
-    PROTOCOL_VERSION,
     BoardFlag,
     Force,
     Hello,
@@ -27,27 +19,19 @@ from hapkit_studio.protocol.messages import (
     SettingsRequest,
     Stream,
 )
-from tests.devices.fake_board import HELLO_FIELDS
 from tests.firmware.vb import (
     LONGEST_INTERRUPT,
     QUANTUM,
-    chip,
     duty_step,
-    exchange,
     heard,
     needs_board,
-    needs_compiler,
     opened,
     rows_of,
-    run,
     session,
 )
-from tests.waiting import wait_until
 
 pytestmark = needs_board
 
-WATCHDOG = 0.025
-LOG_PERIOD = 1e-4
 SWEEP = ("0.1 position -0.05 0.25", "0.4 position 0.05 0.5", "1.0 position 0 0.04")
 PUSH = ("0.1 hand 0.015 400 8 0.1 0.2", "0.6 hand -0.01 400 8 0.1 0.3")
 QUESTIONS = (HelloRequest(), SettingsRequest())
@@ -101,14 +85,6 @@ def test_the_motors_force_is_the_laws_within_a_count_and_a_step(tmp_path, image)
     assert 0 < summary["interrupts_off_cycles"] <= LONGEST_INTERRUPT
 
 
-def test_what_ships_is_the_usual_kit():
-    with opened("fast", firmware=shipped()) as board:
-        settings = board.settings()
-        assert len(board.hello.build) == 8
-    assert settings.quantum == pytest.approx(QUANTUM, rel=1e-3)
-    assert settings.max_force == pytest.approx(profiles.default().board.max_force)
-
-
 def test_lockstep_runs_are_identical_bit_by_bit(tmp_path):
     logs, streams = [], []
     for name in ("one", "two"):
@@ -120,57 +96,6 @@ def test_lockstep_runs_are_identical_bit_by_bit(tmp_path):
     assert streams[0] == streams[1]
     assert logs[0] == logs[1]
     assert np.ptp(np.frombuffer(logs[0])) > 0.0
-
-
-@pytest.mark.parametrize("mode", ["paced", "lockstep"])
-def test_a_killed_host_leaves_the_motor_off_within_25_ms(tmp_path, mode):
-    log = tmp_path / "truth.f64"
-    board = VirtualBoard(mode, log=log, options=("--log-period", str(LOG_PERIOD)))
-    board.open()
-    board.start_stream()
-    root = str(Path(__file__).parents[2])
-    host = subprocess.Popen([sys.executable, "-m", "tests.firmware.vb", board.port, "2.0"], cwd=root)
-    board._abandon()  # the port is the other program's now; nobody says goodbye
-    try:
-        wait_until(lambda: board.status()["motor_force"] > 1.9)
-        pushed = board.status()["time"]
-        os.kill(host.pid, signal.SIGKILL)
-        host.wait()
-        wait_until(lambda: board.status()["duty"] == 0)
-        stopped = board.status()["time"]
-        wait_until(lambda: board.status()["time"] > stopped + LOG_PERIOD)
-    finally:
-        host.kill()
-        board.end()
-    rows = truth(log)
-    end = np.flatnonzero(rows.duty)[-1] + 1
-    assert rows.time[end] >= pushed
-    off = rows.time[end] - board.summary["last_byte"]
-    assert 0.5 * WATCHDOG < off <= WATCHDOG + LOG_PERIOD
-    assert board.summary["silent_offs"] >= 1
-
-
-def test_a_pulled_cable_leaves_the_motor_off_and_a_new_one_serves():
-    with opened("paced") as board:
-        board.start_stream()
-        exchange(board.fileno(), 0.1, lambda s: 1.0)
-        assert board.status()["duty"] > 0
-        board.unplug()
-        wait_until(lambda: board.status()["duty"] == 0)
-        with pytest.raises(PortGoneError):
-            wait_until(board.start_stream)
-        board._abandon()
-        board.plug()
-        super(VirtualBoard, board).open()
-        board.start_stream()
-        assert len(exchange(board.fileno(), 0.1, quiet, halves=1)) >= 100
-
-
-def test_board_time_passes_faster_than_real_time(tmp_path):
-    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    assert run(firmware(), tmp_path, "--seconds", "4").summary["seconds"] == pytest.approx(4.0, abs=2e-6)
-    busy = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
-    assert 4.0 / busy > 1.5  # of processor time: what else the machine does is not in it
 
 
 # --- what it says
@@ -207,33 +132,3 @@ def test_a_lone_delimiter_is_an_answer_in_lockstep_that_the_chip_does_not_get():
             seen += new
     assert board.summary["unanswered"] == 0
     assert 0 < board.summary["received"] < 300  # what opens and closes the port, sometimes said twice
-
-
-# --- another program than the studio's
-OLD, NEW = (encode(Hello(**HELLO_FIELDS | {"version": PROTOCOL_VERSION + step})) for step in (-1, 1))
-TEXT = b"pos 0.0123 m, force -0.45 N\r\n"
-"""What the sketches of a course print."""
-
-
-@needs_compiler
-@pytest.mark.parametrize(
-    ("name", "said", "kind"),
-    [
-        ("chatter", b"", NotAHapkitError),
-        ("asleep", b"", NotAHapkitError),
-        ("says", TEXT, NotAHapkitError),
-        ("says", OLD, WrongProtocolError),
-        ("says", NEW, WrongProtocolError),
-    ],
-    ids=["noise", "silence", "text", "older", "newer"],
-)
-def test_another_program_is_told_in_words_with_the_motor_off(tmp_path, name, said, kind):
-    log = tmp_path / "truth.f64"
-    image = chip(name, tmp_path, said)
-    board = VirtualBoard("fast", log=log, firmware=image, options=("--log-period", "1e-3"))
-    with pytest.raises((NotAHapkitError, WrongProtocolError)) as caught:
-        board.open(0.6 if kind is NotAHapkitError else 30.0)
-    assert caught.type is kind
-    assert board.summary["seconds"] > 0.0
-    assert not np.any(truth(log).duty)
-    assert "\n" not in str(caught.value)

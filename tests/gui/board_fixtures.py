@@ -5,15 +5,13 @@ import pytest
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.haptics import drivers
-from tests.devices.fake_board import FakeBoard, FakeKit
+from tests.devices.fake_board import FakeKit
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
 
 
 @pytest.fixture
-def scripted():
-    board = FakeBoard(FakeKit())
-    yield board
-    board.unplug()
+def scripted(fake_board):
+    return fake_board(FakeKit())
 
 
 @pytest.fixture

@@ -1,10 +1,11 @@
-"""The link in the window: each failure with its next step, a board that takes its time, a mute one."""
+"""Devices from the window: slow, busy, gone, wrong; the window stays alive and says what is the matter."""
 
+import dataclasses
 import threading
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
@@ -12,241 +13,241 @@ from hapkit_studio import errors
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.gui import device_link, notices
-from hapkit_studio.gui.banners import Notice
-from hapkit_studio.gui.live.time_plots import gaps
-from hapkit_studio.haptics.rows import HOST_TIME
-from hapkit_studio.protocol.framing import encode
+from hapkit_studio.gui import device_link
+from hapkit_studio.gui.device_link import DeviceLink
+from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.protocol.messages import HelloRequest
-from tests.devices.fake_board import FakeBoard, FakeKit
-from tests.gui.live.plot_support import colored
-from tests.gui.window_support import PATIENCE_MS, SIMULATED
+from tests.devices.fake_board import FakeKit
+from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
 
-PORT = "Hapkit on ttyUSB0"
+GONE = "Hapkit on ttyUSB0 is gone. Force is zero. Looking again every second."
+COMMAND = "sudo usermod -a -G dialout $USER"
+NO_RIGHT = f"You may not open ttyUSB0. Run `{COMMAND}`. Then log out and in again."
+FAILURES = [
+    (ZeroDivisionError("division by zero"), "The device failed:", []),
+    (errors.PortBusyError("ttyUSB0 is used by minicom (process 41). Close it."), "ttyUSB0 is used by", []),
+    (errors.NoFirmwareError("ttyUSB0 does not answer.", step="flash"), "ttyUSB0 does", ["Flash firmware"]),
+    (errors.WrongProtocolError("Firmware speaks version 1.", step="update"), "Firm", ["Update firmware"]),
+    (errors.PortPermissionError(NO_RIGHT, command=COMMAND), NO_RIGHT, ["Copy command"]),
+]
 
 
 def entry_that(make):
     return DeviceEntry("/dev/ttyUSB0", "ttyUSB0: Hapkit board (FT232)", make)
 
 
-def failing(error):
-    def make():
-        raise error
+class Plugged:
+    """A device that fails with ``error`` while there is one; ``tries``: how often it was looked for."""
 
-    return entry_that(make)
+    def __init__(self, error=None):
+        self.error, self.tries = error, 0
+
+    def __call__(self):
+        self.tries += 1
+        if self.error is not None:
+            raise self.error
+        return SimulatedHapkit()
 
 
 @pytest.fixture
-def peers():
-    """Return a list of scripted boards; they are unplugged in the end."""
-    found = []
-    yield found
-    for peer in found:
-        peer.unplug()
+def until(qtbot):
+    """Return a function that waits until a window's link is in a state."""
+    return lambda window, state: qtbot.waitUntil(lambda: window.studio.link.state == state)
 
 
-def failed(make_window, qtbot, error):
-    """Return the window and the one banner after a device failed to open."""
-    window = make_window((SIMULATED, failing(error)))
-    window.studio.device.open(failing(error))
-    qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
+def test_each_failure_says_its_line_and_the_next_step_and_leaves_no_force(window, qtbot, until):
+    studio, flash = window.studio, []
+    window.notices.flash.disconnect()
+    window.notices.flash.connect(lambda: flash.append(1))
+    for error, line, steps in FAILURES:
+        before = studio.engine
+        studio.device.open(entry_that(Plugged(error)))
+        until(window, "failed")
+        (banner,) = window.banners.banners
+        assert f"{banner.title.text()} {banner.text.text()}".startswith(line)
+        assert [b.text() for b in banner.buttons] == [*steps, "Try again", "Use simulated Hapkit"]
+        assert "\n" not in studio.link.text
+        assert studio.engine is None
+        assert not before.health().running
+        assert not window.header.devices.dot.filled
+        for button in (*banner.buttons[: len(steps)], banner.buttons[-1]):
+            QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+        qtbot.waitUntil(lambda: studio.engine is not None)
+        assert window.banners.banners == []
+    assert len(flash) == 2
+    assert QGuiApplication.clipboard().text() == COMMAND
+
+
+def test_the_window_goes_on_while_a_port_takes_its_time(idle_window, qtbot):
+    gate, beats, studio = threading.Event(), [], idle_window.studio
+
+    def slowly():
+        gate.wait(PATIENCE_MS / 1000)
+        return SimulatedHapkit()
+
+    studio.device.open(DeviceEntry("slow", "Slow Hapkit", slowly))
+    assert idle_window.header.devices.word.text() == "Connecting…"
+    timer = QTimer(idle_window, interval=1)
+    timer.timeout.connect(lambda: beats.append(1))
+    timer.start()
+    qtbot.waitUntil(lambda: len(beats) >= 10)
+    studio.set_value("stiffness", 444.0)
+    studio.stop()
+    gate.set()
+    qtbot.waitUntil(lambda: studio.engine is not None)
+    assert studio.engine.values["stiffness"] == 444.0
+    assert studio.engine.stopped
+
+
+def test_of_two_wishes_the_newest_wins(make_window, qtbot):
+    gate, begun, engines = threading.Event(), threading.Event(), []
+
+    def build(entry):
+        engines.append(build_engine(entry))
+        return engines[-1]
+
+    def slowly():
+        begun.set()
+        gate.wait(PATIENCE_MS / 1000)
+        return SimulatedHapkit(mass=0.1)
+
+    window = make_window(build=build)
+    window.studio.device.open(DeviceEntry("slow", "Slow Hapkit", slowly))
+    assert begun.wait(PATIENCE_MS / 1000)
+    window.studio.device.open(SIMULATED)
+    gate.set()
+    qtbot.waitUntil(lambda: window.studio.engine is not None)
+    assert window.studio.engine.device.mass == 0.044
+    assert [engine.device.mass for engine in engines] == [0.1, 0.044]
+    qtbot.waitUntil(lambda: not engines[0].health().running)
+    assert engines[1].health().running
+
+
+def test_a_device_that_went_away_is_looked_for_until_it_is_back(make_window, qtbot, monkeypatch, until):
+    monkeypatch.setattr(device_link, "LOOK_AGAIN_MS", 10)
+    device = Plugged()
+
+    class Pluggable(Engine):
+        def health(self):
+            message = GONE if device.error else ""
+            return dataclasses.replace(super().health(), running=not message, message=message)
+
+    window = make_window(build=lambda e: Pluggable(e.make(), realtime=False))
+    window.studio.device.open(entry_that(device))
+    qtbot.waitUntil(lambda: window.studio.engine is not None)
+    device.error = errors.PortGoneError("ttyUSB0 is gone.")
+    window.live.look()
     (banner,) = window.banners.banners
-    return window, banner
+    assert banner.title.text() == "Hapkit on ttyUSB0 is gone."
+    assert banner.text.text() == "Force is zero. Looking again every second."
+    qtbot.waitUntil(lambda: device.tries >= 3)
+    assert window.studio.link.state == "gone"
+    device.error = None
+    until(window, "running")
+    assert window.banners.banners == []
 
 
-def words(banner):
-    return [button.text() for button in banner.buttons]
+def test_a_port_that_was_never_there_or_comes_back_without_rights_is_tried_on(
+    idle_window, qtbot, monkeypatch, until
+):
+    link = idle_window.studio.device
+    link._again.setInterval(5)
+    device = Plugged(errors.PortGoneError(GONE))
+    link.open(entry_that(device))
+    qtbot.waitUntil(lambda: device.tries >= 3)
+    assert link.link.state == "failed"
+    (banner,) = idle_window.banners.banners
+    assert "Looking again" in banner.text.text()
+    device.error = errors.PortPermissionError("You may not open ttyUSB0. Run it.", command="x")
+    qtbot.waitUntil(lambda: link.link.command == "x")
+    assert link._refusals >= device_link.TRIES
+    device.error = errors.PortGoneError(GONE)
+    qtbot.waitUntil(lambda: "is gone" in link.link.text)
+    device.error = None
+    until(idle_window, "running")
+    assert idle_window.banners.banners == []
+    assert not link._again.isActive()
 
 
-@pytest.mark.parametrize(
-    ("error", "first"),
-    [
-        (errors.NoFirmwareError("ttyUSB0 does not answer.", step="flash"), "Flash firmware"),
-        (errors.WrongProtocolError("Firmware speaks version 1.", step="update"), "Update firmware"),
-        (errors.PortBusyError("ttyUSB0 is used by minicom (process 41). Close it."), None),
-    ],
-)
-def test_what_flashing_mends_is_offered_to_be_flashed(make_window, qtbot, error, first):
-    window, banner = failed(make_window, qtbot, error)
-    assert words(banner) == [*([first] if first else []), "Try again", "Use simulated Hapkit"]
-    if first is None:
-        return
-    with qtbot.waitSignal(window.notices.flash, timeout=PATIENCE_MS):
-        QTest.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
-
-
-def test_the_line_to_run_can_be_copied(make_window, qtbot):
-    command = "sudo usermod -a -G dialout $USER"
-    text = f"You may not open ttyUSB0. Run `{command}`. Then log out and in again."
-    _, banner = failed(make_window, qtbot, errors.PortPermissionError(text, command=command))
-    assert words(banner) == ["Copy command", "Try again", "Use simulated Hapkit"]
-    assert command in banner.text.text()
-    QTest.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
-    assert QGuiApplication.clipboard().text() == command
-
-
-def test_a_starting_board_is_said_and_never_started_anew(make_window, qtbot, monkeypatch, peers):
+def test_a_starting_board_is_said_and_never_started_anew(idle_window, fake_board, qtbot, until):
     """A look again in the middle of the handshake would open the port and reset the board once more."""
-    monkeypatch.setattr(device_link, "LOOK_AGAIN_MS", 5)
-    plugged, kit, opened, asked = threading.Event(), FakeKit(), [], []
+    link, word, gate = idle_window.studio.device, idle_window.header.devices.word, threading.Event()
+    link._again.setInterval(5)
+    kit, opened, asked, said = FakeKit(), [], [], []
 
     def slow(message):
         if isinstance(message, HelloRequest):
             asked.append(message)
-            return kit(message) if len(asked) > 3 else None
+            return kit(message) if len(asked) > 3 else gate.wait(PATIENCE_MS / 1000) and None
         return kit(message)
 
+    board, missing = fake_board(slow), Plugged(errors.PortGoneError(GONE))
+
     def make():
-        if not plugged.is_set():
-            raise errors.PortGoneError(f"{PORT} is gone. Force is zero. Looking again every second.")
+        if missing.error is not None:
+            missing()
         opened.append(1)
-        return HapkitBoard(peers[0].path)
+        return HapkitBoard(board.path)
 
-    peers.append(FakeBoard(slow))
-    window = make_window()
-    window.studio.device.open(entry_that(make))
-    qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
-    said = []
-    window.studio.device._connector.waiting.connect(said.append)
-    plugged.set()
-    qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
-    assert opened == [1]
-    assert said == ["Starting board…"]
-
-
-def test_the_header_says_what_it_waits_for(idle_window, qtbot, peers):
-    gate = threading.Event()
-    kit = FakeKit()
-
-    def waits(message):
-        gate.wait(PATIENCE_MS / 1000)
-        return kit(message)
-
-    peers.append(FakeBoard(waits))
-    idle_window.studio.device.open(entry_that(lambda: HapkitBoard(peers[0].path)))
-    word = idle_window.header.devices.word
-    qtbot.waitUntil(lambda: word.text() == "Starting board…", timeout=PATIENCE_MS)
+    link.open(entry_that(make))
+    until(idle_window, "failed")
+    link._waits.connect(lambda _request, words: said.append(words))
+    missing.error = None
+    qtbot.waitUntil(lambda: said == ["Starting board…"])
     gate.set()
-    qtbot.waitUntil(lambda: idle_window.studio.link.state == "running", timeout=PATIENCE_MS)
-    assert word.text() == f"Hapkit on {peers[0].path.removeprefix('/dev/')}"
-
-
-def test_a_board_without_samples_is_noticed_until_they_come(make_window, qtbot, monkeypatch, peers):
-    monkeypatch.setattr(notices, "NO_DATA_MS", 50)
-    peers.append(FakeBoard(FakeKit()))
-    window = make_window()
-    window.studio.device.open(entry_that(lambda: HapkitBoard(peers[0].path)))
-    qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
-
-    def shown():
-        window.live.look()
-        return window.banners.get("silence") is not None
-
-    qtbot.waitUntil(shown, timeout=PATIENCE_MS)
-    notice = window.banners.get("silence")
-    assert notice.title.endswith("says hello, but sends no samples.")
-    assert [text for text, _ in notice.buttons] == ["Try again", "Use simulated Hapkit"]
-    from tests.devices.fake_board import sample
-
-    def heard():
-        peers[0].say(encode(sample(heard.seq, answered=0)))
-        heard.seq += 1
-        window.live.tick()
-        window.live.look()
-        return window.banners.get("silence") is None
-
-    heard.seq = 0
-    qtbot.waitUntil(heard, timeout=PATIENCE_MS)
-
-
-def test_a_port_that_comes_back_without_rights_is_said_in_the_end_and_tried_on(
-    make_window, qtbot, monkeypatch
-):
-    monkeypatch.setattr(device_link, "LOOK_AGAIN_MS", 5)
-    error = [errors.PortGoneError(f"{PORT} is gone. Force is zero. Looking again every second.")]
-
-    def make():
-        if error:
-            raise error[0]
-        return SimulatedHapkit()
-
-    window = make_window()
-    window.studio.device.open(entry_that(make))
-    qtbot.waitUntil(lambda: window.studio.link.state == "failed", timeout=PATIENCE_MS)
-    error[0] = errors.PortPermissionError("You may not open ttyUSB0. Run it.", command="x")
-    qtbot.waitUntil(lambda: window.studio.link.command == "x", timeout=PATIENCE_MS)
-    assert window.studio.device._refusals >= device_link.TRIES
-    error[0] = errors.PortGoneError(f"{PORT} is gone. Force is zero. Looking again every second.")
-    qtbot.waitUntil(lambda: "is gone" in window.studio.link.text, timeout=PATIENCE_MS)
-    error.clear()
-    qtbot.waitUntil(lambda: window.studio.link.state == "running", timeout=PATIENCE_MS)
+    until(idle_window, "running")
+    assert opened == [1]
+    assert word.text() == f"Hapkit on {board.path.removeprefix('/dev/')}"
+    gate.clear()
+    asked.clear()
+    link.reconnect()
+    qtbot.waitUntil(lambda: word.text() == "Starting board…")
+    gate.set()
 
 
 def test_letting_go_frees_the_port_and_reconnect_takes_it_back(window, qtbot):
     engine = window.studio.engine
     window.studio.device.let_go()
-    qtbot.waitUntil(lambda: not engine.health().running, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: not engine.health().running)
     assert window.studio.engine is None
     assert window.header.devices.word.text() == "Not connected"
     assert window.banners.banners == []
     window.studio.device.reconnect()
-    qtbot.waitUntil(lambda: window.studio.engine is not None, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: window.studio.engine is not None)
 
 
-def test_a_gap_is_hatched_and_named_in_the_picture(window, qtbot):
-    """Also the part of it that is seen while its beginning has left the picture on the left."""
-    history, plots = window.live.history, window.centre.time
+def test_history_survives_a_reconnection_with_a_gap_but_not_another_device(window, qtbot):
+    def kept(least):
+        qtbot.waitUntil(lambda: window.live.tick() or len(window.live.history) >= least)
+        return window.live.history.start
 
-    def take():
-        window.live.tick()
-        return len(history) > 200
-
-    qtbot.waitUntil(take, timeout=PATIENCE_MS)
-    window.live._reader = None  # from here on only these rows
-    history._time[: history._end] -= 8.0
-    rows = np.zeros((50, len(window.live.last)))
-    rows[:, 0] = 10**6 + np.arange(50)
-    rows[:, HOST_TIME] = history.now + 8.0 + 1e-3 * np.arange(50)
-    history.append(rows)
-    for span in (10.0, 5.0):
-        plots.set_span(span)
-        plots.refresh()
-        ((start, stop),) = plots.shown.gaps
-        assert stop - start == pytest.approx(8.0, abs=0.01)
-        assert len(colored(plots.canvases[0].grab().toImage(), "warn")) > 20
+    other = DeviceEntry("other", "Another Hapkit", SimulatedHapkit)
+    for entry, same in ((SIMULATED, True), (other, False)):
+        start = kept(100)
+        with qtbot.waitSignal(window.studio.engine_changed):
+            window.studio.device.open(entry)
+        qtbot.waitUntil(lambda: window.studio.engine is not None)
+        before = len(window.live.history)
+        assert (before >= 100) == same
+        assert (kept(before + 100) == start) == same
+        shown = window.live.history.between(-np.inf, np.inf)
+        assert np.isnan(shown.x).any() == same
 
 
-def test_gaps_lie_between_the_last_and_the_first_sample():
-    nan = np.nan
-    x = np.array([0.0, 0.1, nan, 2.1, 2.2, nan, 2.3, nan])
-    assert gaps(x) == [(0.1, 2.1)]
-    assert gaps(np.array([nan, 1.0])) == []
-    # one that began left of the window is a gap all the same; nothing was ever before the first sample
-    assert gaps(np.array([5.0, 5.1]), before=1.0) == [(1.0, 5.0)]
-    assert gaps(np.array([nan, 5.0, 5.1]), before=1.0) == [(1.0, 5.0)]
-    assert gaps(np.array([5.0, 5.1]), before=4.9) == []
-    assert gaps(np.empty(0), before=1.0) == []
-    assert gaps(np.empty(0)) == []
+def test_a_device_that_opens_as_the_window_closes_is_closed_with_it(qapp):
+    begun, gate, ready, opened = threading.Event(), threading.Event(), [], []
 
+    def build(entry):
+        begun.set()
+        gate.wait(PATIENCE_MS / 1000.0)
+        return build_engine(entry)
 
-def test_new_words_change_a_banner_in_its_place(window):
-    """A measured number changes twice a second: banner and button must not be built anew each time."""
-    done = []
-
-    def notice(words, result, *more):
-        return Notice(
-            "device", 2, "danger", "cross", words, "…", (("Do", lambda: done.append(result)), *more)
-        )
-
-    window.banners.set("device", notice("181 N/m", 1))
-    (banner,) = window.banners.banners
-    window.banners.set("device", notice("182 N/m", 2))
-    assert window.banners.banners == [banner]
-    assert banner.title.text() == "182 N/m"
-    assert banner.accessibleName().startswith("182")
-    QTest.mouseClick(banner.buttons[0], Qt.MouseButton.LeftButton)
-    assert done == [2]
-    window.banners.set("device", notice("182 N/m", 2, ("Else", done.clear)))
-    assert words(window.banners.banners[0]) == ["Do", "Else"]
-    window.banners.set("device", None)
-    assert window.banners.banners == []
+    link = DeviceLink(lambda: [SIMULATED], build, ready.append, opened.append)
+    link.open(SIMULATED)
+    assert begun.wait(PATIENCE_MS / 1000.0)
+    gate.set()
+    link.close()
+    qapp.processEvents()  # what the worker has said meanwhile finds nobody
+    (engine,) = ready
+    assert not engine.health().running
+    assert not opened

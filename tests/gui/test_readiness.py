@@ -75,15 +75,11 @@ def words(window, key):
     return window.gallery.rows[key].accessibleName().partition(": ")[2]
 
 
-def look(window):
-    window.studio.readiness.look()
-
-
 def test_rows_say_which_environments_are_not_ready(window, compiler):
     assert {key for key in window.gallery.rows if words(window, key) != "Preparing…"} == set(READY)
     before = window.gallery.rows["puck"].grab().toImage()
     compiler.finish("puck")
-    look(window)
+    window.studio.readiness.look()
     assert words(window, "puck") == "Shove it, catch it"
     assert window.gallery.rows["puck"].grab().toImage() != before
     assert words(window, "cat") == "Preparing…"
@@ -97,7 +93,7 @@ def test_a_click_is_remembered_and_nothing_is_compiled_here(window, compiler, fo
     assert not window.gallery.rows["puck"].isChecked()
     assert words(window, "puck") == environment_library.WORDS["next"]
     compiler.finish("cat")
-    look(window)
+    window.studio.readiness.look()
     assert forced == []
     compiler.finish("puck")
     qtbot.waitUntil(lambda: forced == ["puck"])
@@ -106,14 +102,14 @@ def test_a_click_is_remembered_and_nothing_is_compiled_here(window, compiler, fo
     assert compiler.here == []
 
 
-@pytest.mark.parametrize("other", ["spring", "wall", "cat"])
-def test_another_choice_takes_the_wish_back(window, compiler, forced, other):
-    window.actions_by_key.run("environment.puck")
-    window.actions_by_key.run(f"environment.{other}")
-    assert words(window, "puck") == "Preparing…"
+def test_another_choice_takes_the_wish_back(window, compiler, forced):
+    for other in ("spring", "wall", "cat"):  # in force, chosen anew, not ready either
+        window.actions_by_key.run("environment.puck")
+        window.actions_by_key.run(f"environment.{other}")
+        assert words(window, "puck") == "Preparing…"
     compiler.finish("puck", "cat")
-    look(window)
-    assert window.studio.environment.key == other
+    window.studio.readiness.look()
+    assert window.studio.environment.key == "cat"
     assert "puck" not in forced
 
 
@@ -158,15 +154,13 @@ def test_a_law_that_cannot_be_compiled_says_so(window, compiler, forced):
     assert forced == []
 
 
-@pytest.mark.parametrize("why", ["frozen", "interpreted"])
-def test_where_nothing_can_be_compiled_elsewhere_everything_is_ready(idle_window, monkeypatch, why):
+def test_where_nothing_can_be_compiled_elsewhere_everything_is_ready(idle_window, monkeypatch):
     monkeypatch.setattr(Law, "is_compiled", lambda _law: False)
-    if why == "frozen":
-        monkeypatch.setattr(sys, "frozen", True, raising=False)
-    else:
-        monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
     monkeypatch.setattr(prepare, "_program", lambda *_: pytest.fail("A program was started."))
     done = []
-    app.prepare_all(idle_window, "wall", None, lambda: done.append(1))
-    assert done == [1]
-    assert idle_window.studio.readiness.waiting == ()
+    for frozen, interpreted in ((True, "0"), (False, "1")):
+        monkeypatch.setattr(sys, "frozen", frozen, raising=False)
+        monkeypatch.setenv("NUMBA_DISABLE_JIT", interpreted)
+        app.prepare_all(idle_window, "wall", None, lambda: done.append(1))
+        assert idle_window.studio.readiness.waiting == ()
+    assert done == [1, 1]

@@ -11,16 +11,6 @@ from hapkit_studio.protocol.messages import MESSAGES, PROTOCOL_VERSION, BoardFla
 
 def test_header_is_up_to_date():
     assert header.default_path().read_text() == header.text()
-    assert header.main(["--check"]) == 0
-
-
-def test_check_notices_a_change(tmp_path):
-    copy = tmp_path / "protocol.h"
-    assert header.main([str(copy), "--check"]) == 1
-    assert header.main([str(copy)]) == 0
-    assert header.main([str(copy), "--check"]) == 0
-    copy.write_text(copy.read_text().replace("kVersion = ", "kVersion = 9"))
-    assert header.main([str(copy), "--check"]) == 1
 
 
 @pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
