@@ -104,21 +104,19 @@ def compile(law: Law, values: Mapping[str, float], period: float, room: int = 0)
     Functions are inlined as far as the room in bytes allows; where none does, it is the smallest code.
     """
     known = {i: float(values[p.key]) for i, p in enumerate(law.parameters)}
-    found: Program | None = None
-    reason = ""
+    found: list[Program] = []
     for small in _SMALL:
         made = specialise.specialise(_trees(law), known, period, small)
         try:
-            program = assemble(made, law.initial_state.tolist())
+            found.append(assemble(made, law.initial_state.tolist()))
         except LawError as error:
-            reason = str(error)
-            continue
-        found = program if found is None or program.size < found.size else found
-        if program.size <= room:
-            return program
-    if found is None:
-        raise LawError(reason)
-    return found
+            reason = error
+        else:
+            if found[-1].size <= room:
+                return found[-1]
+    if not found:
+        raise reason
+    return min(found, key=lambda program: program.size)
 
 
 def assemble(law: t.Specialised, start: Sequence[float]) -> Program:
@@ -128,29 +126,24 @@ def assemble(law: t.Specialised, start: Sequence[float]) -> Program:
     _lay_out([*sections, main])
     numbers: dict[str, int] = {}
     given = list(start)
-    for section in (*sections, main):
-        constants = [o for c in section.code for o in c.operands if isinstance(o, t.Num)]
-        for one in constants:
-            if one.key not in numbers:
-                numbers[one.key] = FIRST + len(given)
-                given.append(one.value)
+    operands = [o for section in (*sections, main) for c in section.code for o in c.operands]
+    for one in operands:
+        if isinstance(one, t.Num) and one.key not in numbers:
+            numbers[one.key] = FIRST + len(given)
+            given.append(one.value)
     first = FIRST + len(given)
     slots = first + max(section.top for section in (*sections, main))
-    _check(slots, machine.MOST_SLOTS, "values at a time")
-    _check(len(sections), machine.MOST_SUBROUTINES, "functions that are called from several places")
-    _check(main.depth, machine.MOST_CALLS, "functions inside one another")
-    _check(main.counter, machine.MOST_COUNTERS, "loops inside one another")
+    for count, most, what in (
+        (slots, machine.MOST_SLOTS, "values at a time"),
+        (len(sections), machine.MOST_SUBROUTINES, "functions that are called from several places"),
+        (main.depth, machine.MOST_CALLS, "functions inside one another"),
+        (main.counter, machine.MOST_COUNTERS, "loops inside one another"),
+    ):
+        if count > most:
+            raise LawError(f"This law has {count} {what}; the board takes up to {most}.")
     code, lines = _Encoder(numbers, first).encoded([*sections, main])
-    return Program(code, len(start), tuple(map(_single, given)), slots, machine.longest_path(code), lines)
-
-
-def _check(count: int, most: int, what: str) -> None:
-    if count > most:
-        raise LawError(f"This law has {count} {what}; the board takes up to {most}.")
-
-
-def _single(value: float) -> float:
-    return struct.unpack("<f", struct.pack("<f", value))[0]
+    single = struct.unpack(f"<{len(given)}f", struct.pack(f"<{len(given)}f", *given))
+    return Program(code, len(start), single, slots, machine.longest_path(code), lines)
 
 
 class _Section:
@@ -196,10 +189,13 @@ class _Section:
             self._held = self._held & brought
         self.code.append(Code("LABEL", (label,)))
 
-    def extra(self) -> t.Var:
-        """Return a variable of our own."""
+    def kept(self, value: t.Expr) -> t.Var:
+        """Return a variable of our own that has a value."""
+        self.load(value)
         self._extra += 1
-        return t.Var(f"#{self._extra}")
+        made = t.Var(f"#{self._extra}")
+        self.store(made)
+        return made
 
     # --- statements
     def statements(self, statements: Sequence[t.Statement]) -> None:
@@ -243,7 +239,7 @@ class _Section:
         if not then:
             test, then, other = t.Not(test), other, then
         no, end = Label(), Label()
-        self.jump_unless(test, no)
+        self.jump(test, no, False)
         self.statements(then)
         if other:
             self.put("JUMP", end)
@@ -270,9 +266,6 @@ class _Section:
         self.counter = max(outside, number + 1)
 
     # --- tests
-    def jump_unless(self, test: t.Test, label: Label) -> None:
-        self.jump(test, label, False)
-
     def jump(self, test: t.Test, label: Label, when: bool) -> None:
         """Jump to a label where a test's outcome is `when`."""
         match test:
@@ -300,10 +293,7 @@ class _Section:
         if not isinstance(right, t.Num | t.Var) or (right in self._held and isinstance(left, t.Num | t.Var)):
             left, right = right, left
             mask = (mask & (EQUAL | UNORDERED)) | sum(_MIRROR[m] for m in (LESS, GREATER) if mask & m)
-        if not isinstance(right, t.Num | t.Var):
-            self.load(right)
-            right = self.extra()
-            self.store(right)
+        right = right if isinstance(right, t.Num | t.Var) else self.kept(right)
         self.load(left)
         self.put("COMPARE", right, label, mask=mask)
 
@@ -319,15 +309,18 @@ class _Section:
         if value in self._held:
             return
         match value:
-            case t.Num() if not t.is_single(value.value):
-                self.load_beyond(value.value)
+            case t.Num(number) if abs(number) > t.MOST_FLOAT:  # it becomes infinite
+                self.load(t.literal(math.copysign(3e38, number)))
+                self.put("MULTIPLY", t.literal(3e38))
+            case t.Num(number) if not t.is_single(number):
+                self.load(t.literal(0.0))
             case t.Num() | t.Var():
                 self.put("LOAD", value)
             case t.At(index, start, size):
                 self.put("LOAD_AT", index, FIRST + start, size)
             case t.Select(test, yes, no):
                 other, end = Label(), Label()
-                self.jump_unless(test, other)
+                self.jump(test, other, False)
                 self.load(yes)
                 self.put("JUMP", end)
                 self.label(other)
@@ -340,15 +333,6 @@ class _Section:
                 self.combine(name, left, right)
         if isinstance(value, t.Num | t.Var):
             self._held.add(value)
-
-    def load_beyond(self, value: float) -> None:
-        """Load what single precision does not have: it becomes infinite there, or 0."""
-        if abs(value) < 1.0:
-            return self.load(t.literal(0.0))
-        large = t.literal(math.copysign(3e38, value))
-        self.load(large)
-        self.put("MULTIPLY", t.literal(3e38))
-        return None
 
     def combine(self, name: str, left: t.Expr, right: t.Expr) -> None:
         """Put an operation on two values, of which one is in A and the other in a slot."""
@@ -364,9 +348,7 @@ class _Section:
             self.load(left)
             self.put(_BINARY[name], right)
         else:
-            self.load(right)
-            kept = self.extra()
-            self.store(kept)
+            kept = self.kept(right)
             self.load(left)
             self.put(_BINARY[name], kept)
 
@@ -378,7 +360,9 @@ class _Section:
             size = len(self.code)
             self._shorten()
             self._drop_dead()
-            self._drop_loops()
+            # loops whose end is not reached run once
+            turned = {id(c.operands[-1]) for c in self.code if c.name == "NEXT"}
+            self.code = [c for c in self.code if c.name != "LOOP" or id(self._starts[id(c)]) in turned]
             self._join()
 
     def _shorten(self) -> None:
@@ -424,11 +408,6 @@ class _Section:
                 continue
             kept.append(code)
         self.code = kept
-
-    def _drop_loops(self) -> None:
-        """Drop the beginning of loops whose end is not reached: they run once."""
-        turned = {id(c.operands[-1]) for c in self.code if c.name == "NEXT"}
-        self.code = [c for c in self.code if c.name != "LOOP" or id(self._starts[id(c)]) in turned]
 
     def _join(self) -> None:
         """Give two variables one slot where one is only a copy of the other."""
@@ -489,10 +468,11 @@ class _Section:
             if code.name not in ("STORE", "STORE_AT", "CALL"):
                 continue
             before = self.code[i - 1]
-            copied = self.bit(before.operands[0]) if before.name == "LOAD" and self._is_var(before) else 0
+            is_copy = code.name == "STORE" and before.name == "LOAD" and isinstance(before.operands[0], t.Var)
+            copied = self.bit(before.operands[0]) if is_copy else 0
             for name in self.overwritten(code):
                 bit = self.bit(name)
-                others = live[i + 1] & ~bit & ~(copied if code.name == "STORE" else 0)
+                others = live[i + 1] & ~bit & ~copied
                 found[bit] = found.get(bit, 0) | others
                 while others:
                     other = others & -others
@@ -515,14 +495,12 @@ class _Section:
         found = {n for f in self.called for n in (*f.parameters, *f.results)}
         return sorted(found - set(function.parameters))
 
-    def _is_var(self, code: Code) -> bool:
-        return isinstance(code.operands[0], t.Var)
-
     def live(self) -> list[int]:
         """Return the variables, as bits, that are wanted before each instruction, and behind the last one."""
         # who calls a function may know what it was given the last time
         lasting = self._bits((*self.function.parameters, *self.function.results)) if self.function else 0
-        states = self._bits({o.name for c in self.code for o in c.operands if _is_state(o)})
+        used = {o.name for c in self.code for o in c.operands if isinstance(o, t.Var)}
+        states = self._bits(name for name in used if name.startswith("s["))
         places = {c.operands[0]: i for i, c in enumerate(self.code) if c.name == "LABEL"}
         steps = [(self.written(c), self.read(c)) for c in self.code]
         live = [0] * (len(self.code) + 1)
@@ -554,10 +532,6 @@ class _Section:
 _ENDING_MAYBE = frozenset(
     ("DIVIDE", "DIVIDE_INTO", "FLOOR_DIVIDE", "MODULO", "REMAINDER", "LOAD_AT", "STORE_AT")
 )
-
-
-def _is_state(operand: object) -> bool:
-    return isinstance(operand, t.Var) and operand.name.startswith("s[")
 
 
 def _falls(codes: Sequence[Code], at: int) -> bool:

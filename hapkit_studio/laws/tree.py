@@ -264,14 +264,14 @@ def inner_lists(s: Statement) -> list[list[Statement]]:
 _WEIGHTS = {**dict.fromkeys((Assign, SetAt, Return, If, Op, Select, Not, Compare), 1), Loop: 2}
 
 
-def weight(statements: Sequence[Statement]) -> int:
+def weight(statements: object) -> int:
     """Return about how many operations some statements are."""
     found = list(walk(statements))
     calls = sum(1 + len(n.function.parameters) for n in found if isinstance(n, Call))
     return calls + sum(_WEIGHTS.get(type(n), 0) for n in found)
 
 
-def called(statements: Sequence[Statement]) -> list[str]:
+def called(statements: object) -> list[str]:
     """Return the keys of the functions that statements call, one for each place."""
     return [n.function.key for n in walk(statements) if isinstance(n, Call)]
 
