@@ -18,11 +18,10 @@ from hapkit_studio.errors import LawError
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.workshop import folder, trial
 from hapkit_studio.workshop.own import OwnEnvironment, built_in
-from hapkit_studio.workshop.reading import load_source, without_line
+from hapkit_studio.workshop.reading import calls, load_source, without_line
 from hapkit_studio.workshop.source import Source, is_trusted, read
 from hapkit_studio.workshop.trying import TrialResult, failed
 
-_WORDS = ("title", "summary", "scene")
 _LONGEST = 60
 BARE = "bare handle"
 LOOK_SECONDS = 0.02
@@ -56,12 +55,10 @@ def declared_words(text: str) -> Mapping[str, str]:
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return {}
     found: dict[str, str] = {}
-    for call in ast.walk(tree):
-        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "Environment":
-            for given in call.keywords:
-                value = given.value
-                if given.arg in _WORDS and isinstance(value, ast.Constant) and isinstance(value.value, str):
-                    found[given.arg] = " ".join(value.value.split())
+    for given in (given for call in calls(tree, "Environment") for given in call.keywords):
+        match given:
+            case ast.keyword(arg="title" | "summary" | "scene" as name, value=ast.Constant(value=str(words))):
+                found[name] = " ".join(words.split())
     return found
 
 
