@@ -6,7 +6,7 @@ Nothing of a file is executed in this process before a trial of the very same te
 import ast
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -25,7 +25,6 @@ from hapkit_studio.workshop.trying import TrialResult, failed
 _LONGEST = 60
 BARE = "bare handle"
 LOOK_SECONDS = 0.02
-Holder = Callable[[str, Path], str]
 _WAIT_MS = 10
 
 
@@ -135,51 +134,6 @@ def _run_trial(source: Source, unwanted: threading.Event) -> TrialResult:
     return trial.result(process)
 
 
-class Loader(QObject):
-    """Emits ``loaded(environment, verdict)``, or ``failed(source, verdict)`` with what was in the way."""
-
-    loaded = Signal(object, object)
-    failed = Signal(object, object)
-
-    def __init__(self, holder: Holder, parent: QObject | None = None):
-        """holder returns who else has a key, "" for none."""
-        super().__init__(parent)
-        self._holder = holder
-        self._latest: dict[Path, Source] = {}
-
-    def begin(self, source: Source, verdict: TrialResult) -> None:
-        """Load the very text whose trial went well; an older one of its file is not wanted any more."""
-        self._latest[source.path] = source
-        self._go_on(self._steps(source, verdict))
-
-    def _go_on(self, pieces: Iterator[int]) -> None:
-        wait = next(pieces, None)
-        if wait is not None:
-            QTimer.singleShot(wait, self, lambda: self._go_on(pieces))
-
-    def _steps(self, source: Source, verdict: TrialResult) -> Iterator[int]:
-        try:
-            environment = with_fitting_scene(load_source(source))
-            functions = environment.functions
-            if functions:
-                functions.begin()
-            yield 0
-            environment.force.compiled()
-            yield 0
-        except LawError as error:
-            self.failed.emit(source, failed(without_line(error), error.line))
-            return
-        other = self._holder(environment.key, source.path)
-        if other:
-            words = f'the key "{environment.key}" is that of {other} too: choose another one'
-            self.failed.emit(source, failed(words))
-            return
-        while functions and not functions.ready:
-            yield _WAIT_MS
-        if self._latest[source.path] is source:
-            self.loaded.emit(environment, verdict)
-
-
 class OwnEnvironments(QObject):
     """Nothing of a file is executed here before a trial of the very same text went well elsewhere.
 
@@ -203,9 +157,7 @@ class OwnEnvironments(QObject):
         self.files: list[OwnFile] = []
         self.runner = TrialRunner(self)
         self.runner.finished.connect(self._judge)
-        self._loader = Loader(self._holder, self)
-        self._loader.loaded.connect(self._put_in_force)
-        self._loader.failed.connect(self._refuse)
+        self._latest: dict[Path, Source] = {}  # what is to be loaded
         self.refresh()
 
     # what there is
@@ -258,7 +210,7 @@ class OwnEnvironments(QObject):
         if loaded is not None and loaded.source == source:
             self._studio.choose(loaded.key)
         elif trial.has_passed(source):
-            self._loader.begin(source, TrialResult())
+            self._load(source, TrialResult())
         else:
             self.run(source)
 
@@ -281,9 +233,41 @@ class OwnEnvironments(QObject):
     def _judge(self, source: Source, verdict: TrialResult) -> None:
         trial.remember(source, verdict.ok)
         if verdict.ok:
-            self._loader.begin(source, verdict)
+            self._load(source, verdict)
         else:
             self._refuse(source, verdict)
+
+    def _load(self, source: Source, verdict: TrialResult) -> None:
+        """Load the very text whose trial went well; an older one of its file is not wanted any more."""
+        self._latest[source.path] = source
+        self._go_on(self._steps(source, verdict))
+
+    def _go_on(self, pieces: Iterator[int]) -> None:
+        wait = next(pieces, None)
+        if wait is not None:
+            QTimer.singleShot(wait, self, lambda: self._go_on(pieces))
+
+    def _steps(self, source: Source, verdict: TrialResult) -> Iterator[int]:
+        """Load a text and put it in force, or refuse it; yield how many ms the window may have in between."""
+        try:
+            environment = with_fitting_scene(load_source(source))
+            functions = environment.functions
+            if functions:
+                functions.begin()
+            yield 0
+            environment.force.compiled()
+            yield 0
+        except LawError as error:
+            self._refuse(source, failed(without_line(error), error.line))
+            return
+        if other := self._holder(environment.key, source.path):
+            words = f'the key "{environment.key}" is that of {other} too: choose another one'
+            self._refuse(source, failed(words))
+            return
+        while functions and not functions.ready:
+            yield _WAIT_MS
+        if self._latest[source.path] is source:
+            self._put_in_force(environment, verdict)
 
     def _refuse(self, source: Source, verdict: TrialResult) -> None:
         self._broken[source.path] = source.digest
@@ -318,15 +302,9 @@ class OwnEnvironments(QObject):
             source = self.seen(path)
         except LawError:
             return describe(path, "", "broken")
-        return describe(path, source.text, self._state(source))
-
-    def _state(self, source: Source) -> str:
-        if self.runner.path == source.path:
-            return "checking"
-        if not is_trusted(source):
-            return "foreign"
-        broken = self._broken.get(source.path) == source.digest or trial.has_failed(source)
-        return "broken" if broken else "ready"
+        broken = self._broken.get(path) == source.digest or trial.has_failed(source)
+        state = "checking" if self.runner.path == path else "foreign" if not is_trusted(source) else ""
+        return describe(path, source.text, state or ("broken" if broken else "ready"))
 
     def _forget(self, path: Path) -> None:
         environment = self._loaded.pop(path)

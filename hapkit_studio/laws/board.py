@@ -142,8 +142,11 @@ def assemble(law: t.Specialised, start: Sequence[float]) -> Program:
         if count > most:
             raise LawError(f"This law has {count} {what}; the board takes up to {most}.")
     code, lines = _Encoder(numbers, first).encoded([*sections, main])
-    single = struct.unpack(f"<{len(given)}f", struct.pack(f"<{len(given)}f", *given))
-    return Program(code, len(start), single, slots, machine.longest_path(code), lines)
+    return Program(code, len(start), tuple(map(_single, given)), slots, machine.longest_path(code), lines)
+
+
+def _single(value: float) -> float:
+    return struct.unpack("<f", struct.pack("<f", value))[0]
 
 
 class _Section:

@@ -114,10 +114,8 @@ class _Readable(Specialiser):
             written = frozenset(self.written([target]))
             for j, other in enumerate(values[i + 1 :], i + 1):
                 if t.mentions(other, written):
-                    behind = targets[j]
-                    values[j] = self.copy(
-                        other, f"new_{behind.id}" if isinstance(behind, ast.Name) else "new"
-                    )
+                    name = getattr(targets[j], "id", "")  # of the state none
+                    values[j] = self.copy(other, f"new_{name}" if name else "new")
             self.assign(target, values[i])
 
     # --- functions
