@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import hapkit_studio as hs
-from hapkit_studio.dynamics.hand import SCRIPTS, Prescribed
+from hapkit_studio.dynamics.hand import SCRIPTS
 from hapkit_studio.environments import cat
+from tests.environments.calling import column, imposed
 
 STROKE = {"pet": 1.2, "rub": 0.3}  # s from one end to the other
 
@@ -123,13 +124,8 @@ def test_purr_is_higher_and_louder_breathing_out(frequency):
 def test_theory_is_a_slow_stroke():
     """Both branches, once the hair is bent; the tufts ripple around them."""
     for branch, sign in ((0, 1.0), (1, -1.0)):
-        run = moved(
-            lambda t, sign=sign: sign * (-0.02 + 0.005 * t),
-            6.0,
-            fur_damping=0.0,
-            purr_force=0.0,
-            nap_ratio=2.5,
-        )
+        quiet = {"fur_damping": 0.0, "purr_force": 0.0, "nap_ratio": 2.5}
+        run = moved(lambda t, sign=sign: sign * (-0.02 + 0.005 * t), 6.0, **quiet)
         ripple = 0.06 * np.sin(2.0 * np.pi * run.position / 0.003)
         theory = cat.over_position(cat.ENVIRONMENT.values({"nap_ratio": 2.5}), run.position)
         assert theory.shape == (2, run.position.size)
@@ -163,16 +159,9 @@ def test_the_fur_alone_only_takes():
     assert run.energy[-1] < -0.1
 
 
-IDEAL = hs.SimulatedHapkit(quantum=0.0)
-
-
-def column(run, name):
-    return run.state[:, run.state_names.index(name)]
-
-
-def moved(position, seconds, device=IDEAL, rate=1000.0, **values):
+def moved(position, seconds, **values):
     """Return the run of a handle that is led along position(t), whatever the cat does."""
-    return hs.simulate("cat", values, hand=Prescribed(position), device=device, seconds=seconds, rate=rate)
+    return imposed("cat", values, position, seconds)
 
 
 def contented(t):
