@@ -124,4 +124,4 @@ class Environment:
 
     def curve(self, values: Values, position: np.ndarray, velocity: float = 0.0) -> np.ndarray:
         """Return the law's static force (n,) in N over position (n,) in m, its state at the start."""
-        return np.array(self.force.over(values, map(float, position), velocity))
+        return np.array([self.force.plain(values, x, velocity) for x in map(float, position)])

@@ -3,7 +3,6 @@
 A compiled law is called many times in a row from compiled code, or once without compiling anything.
 """
 
-import ctypes
 import math
 import pkgutil
 from collections.abc import Callable, Mapping
@@ -24,10 +23,6 @@ from hapkit_studio.workshop.source import Source
 # what `call_law` returns where every call gave a force
 NO_FAULT = -1
 _DT = 1e-3
-
-# numba would compile a way in from Python, for a tenth of a second in which a window stands still
-_real, _reals, _words = ctypes.c_double, np.ctypeslib.ndpointer(float), np.ctypeslib.ndpointer(np.int64)
-_Function = ctypes.CFUNCTYPE(_real, _reals, _reals, _real, _real, _real, _words)
 
 
 @compiled
@@ -58,7 +53,7 @@ class OwnEnvironment(Environment):
     def curve(self, values: Values, position: np.ndarray, velocity: float = 0.0) -> np.ndarray:
         """Return the compiled law's force (n,) in N, its state at the start; nan where it faults."""
         law = self.force.compiled()
-        call = partial(native.call, law.address) if native.INTERPRETED else _Function(law.address)
+        call = partial(native.call, law.address) if native.INTERPRETED else native.Function(law.address)
         p = np.array([values[q.key] for q in self.parameters] + [0.0])
         forces = np.empty(len(position))
         for i, x in enumerate(position):

@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import asdict
 from pathlib import Path
 
 import platformdirs
@@ -131,7 +132,7 @@ def main(path: str) -> None:
 
     try:
         tried = source.typed(Path(path), heard.read().decode())
-        tell(trying.try_out(tried, lambda name, line: tell({"function": name, "line": line})).as_json())
+        tell(asdict(trying.try_out(tried, lambda name, line: tell({"function": name, "line": line}))))
     finally:
         os._exit(0)  # not a moment longer: threads and exit functions of the file do not run on
 

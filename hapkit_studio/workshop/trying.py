@@ -58,15 +58,10 @@ class TrialResult:
     def ok(self) -> bool:
         return not self.problems
 
-    def as_json(self) -> dict:
-        """Return plain words and numbers, which from_json takes back."""
-        problems = [[p.line, p.text] for p in self.problems]
-        return {**vars(self), "ok": self.ok, "problems": problems, "warnings": list(self.warnings)}
-
     @classmethod
     def from_json(cls, found: dict) -> "TrialResult":
-        """Return the verdict of as_json's object; raise ValueError, TypeError or KeyError for any other."""
-        problems = tuple(Problem(int(line), str(text)) for line, text in found["problems"])
+        """Return the verdict of asdict's object; raise ValueError, TypeError or KeyError for any other."""
+        problems = tuple(Problem(int(p["line"]), str(p["text"])) for p in found["problems"])
         warnings = tuple(str(w) for w in found["warnings"])
         return cls(problems, warnings, float(found["ns_per_call"]), int(found["calls"]))
 

@@ -31,15 +31,12 @@ _LINE = re.compile(r"\bline (\d+)")
 
 def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
     """Return a trial's outcome in words, and their tone; unsaved: the text has changed since."""
-    since = (_SINCE,) if unsaved else ()
-    if not verdict.ok:
-        more = len(verdict.problems) - 1
-        others = (f"({more} more)",) if more else ()
-        return " ".join((str(verdict.problems[0]), *others, _GOES_ON, *since)), "danger"
-    if verdict.warnings:
-        return " ".join(("In force.", *verdict.warnings, *since)), "warn"
-    cost = f"Tried in {verdict.calls:,} calls, {verdict.ns_per_call:.0f} ns each."
-    return " ".join(("In force.", *((cost,) if verdict.calls else ()), *since)), "ok"
+    since = [_SINCE] if unsaved else []
+    if verdict.problems:
+        return " ".join([*map(str, verdict.problems), _GOES_ON, *since]), "danger"
+    cost = [f"Tried in {verdict.calls:,} calls, {verdict.ns_per_call:.0f} ns each."] if verdict.calls else []
+    words = " ".join(["In force.", *(verdict.warnings or cost), *since])
+    return words, "warn" if verdict.warnings else "ok"
 
 
 def write_error(error: OSError) -> str:
@@ -260,19 +257,16 @@ class EditorController(QObject):
             self.page.code.bring_into_sight(verdict.problems[0].line)
 
 
-class FileActions(QObject):
+class FileActions:
     """Its dialogs stand beside the window; none of them blocks it while the motor is on."""
 
     def __init__(self, controller: EditorController, window: QWidget):
-        super().__init__(window)
         self._controller, self._window = controller, window
 
     def open(self) -> None:
         """Let a file be chosen from anywhere; its source is shown before anything else."""
-        choose_file(
-            self._window, "Open an environment", "Python files (*.py)",
-            lambda name: self._controller.bring(Path(name)),
-        )  # fmt: skip
+        words = "Open an environment", "Python files (*.py)"
+        choose_file(self._window, *words, lambda name: self._controller.bring(Path(name)))
 
     def reveal(self, path: Path) -> None:
         """Open the folder a file is in."""
@@ -339,9 +333,8 @@ class FileWatcher(QObject):
 
     def _watch(self) -> None:
         """Listen to the folder and its files; before there is a folder, to the nearest one above it."""
-        wanted = {
-            str(path) for path in (folder.existing(), *(file.path for file in self._controller.own.files))
-        }
+        files = [file.path for file in self._controller.own.files]
+        wanted = {str(path) for path in (folder.existing(), *files)}
         heard = {*self._files.directories(), *self._files.files()}
         if heard - wanted:
             self._files.removePaths(sorted(heard - wanted))
