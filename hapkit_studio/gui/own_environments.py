@@ -4,17 +4,16 @@ Nothing of a file is executed in this process before a trial of the very same te
 """
 
 import ast
-import threading
 import time
 from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.errors import LawError
+from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.workshop import folder, trial
 from hapkit_studio.workshop.own import OwnEnvironment, built_in
@@ -81,57 +80,21 @@ def with_fitting_scene(environment: OwnEnvironment) -> OwnEnvironment:
     return replace(environment, scene=BARE)
 
 
-class TrialRunner(QObject):
-    """Emits ``finished(source, verdict)``; beginning again gives up what has not ended yet."""
-
-    finished = Signal(object, object)
-    _ended = Signal(object, object, object)
-
-    def __init__(self, parent: QObject | None = None):
-        super().__init__(parent)
-        self.path: Path | None = None
-        self._unwanted = threading.Event()
-        self._worker = ThreadPoolExecutor(1, thread_name_prefix="trial")
-        self._ended.connect(self._deliver)
-
-    def begin(self, source: Source) -> None:
-        """Start the trial of a text."""
-        self.give_up()
-        self.path = source.path
-        self._worker.submit(self._work, source, self._unwanted)
-
-    def give_up(self) -> None:
-        """Want no verdict any more; the program ends soon."""
-        self._unwanted.set()
-        self._unwanted = threading.Event()
-        self.path = None
-
-    def close(self) -> None:
-        """Give up and wait until no program is left."""
-        self.give_up()
-        self._worker.shutdown(wait=True, cancel_futures=True)
-
-    def _work(self, source: Source, unwanted: threading.Event) -> None:
-        try:
-            verdict = _run_trial(source, unwanted)
-        except OSError as error:
-            verdict = failed(f"the file cannot be tried out: {error.strerror}")
-        self._ended.emit(source, verdict, unwanted)
-
-    def _deliver(self, source: Source, verdict: TrialResult, unwanted: threading.Event) -> None:
-        if not unwanted.is_set():
-            self.path = None
-            self.finished.emit(source, verdict)
-
-
-def _run_trial(source: Source, unwanted: threading.Event) -> TrialResult:
-    """Return the verdict on a text; end its program where it takes too long or is not wanted any more."""
-    process = trial.begin(source)
+def _tried(source: Source, progress: Progress) -> tuple[Source, TrialResult]:
+    """Return a text with the verdict on it; its program ends where it takes too long or is not wanted."""
+    try:
+        process = trial.begin(source)
+    except OSError as error:
+        return source, failed(f"the file cannot be tried out: {error.strerror}")
     end = time.monotonic() + trial.TIMEOUT
-    while process.poll() is None:
-        if unwanted.wait(LOOK_SECONDS) or time.monotonic() > end:
-            return trial.stop(process)
-    return trial.result(process)
+    try:
+        while process.poll() is None and time.monotonic() < end:
+            progress(0, 0)  # ends this where the trial was cancelled
+            time.sleep(LOOK_SECONDS)
+        return source, trial.result(process, 0.0)
+    finally:
+        if process.poll() is None:
+            trial.stop(process)
 
 
 class OwnEnvironments(QObject):
@@ -155,8 +118,9 @@ class OwnEnvironments(QObject):
         self._broken: dict[Path, str] = {}
         self._seen: dict[Path, tuple[tuple[int, ...], Source]] = {}
         self.files: list[OwnFile] = []
-        self.runner = TrialRunner(self)
-        self.runner.finished.connect(self._judge)
+        self.runner = Job(self, needs="")
+        self.runner.finished.connect(lambda found: self._judge(*found))
+        self.checking: Path | None = None
         self._latest: dict[Path, Source] = {}  # what is to be loaded
         self.refresh()
 
@@ -222,15 +186,17 @@ class OwnEnvironments(QObject):
     def run(self, source: Source) -> None:
         """Try out a text that may run, in a program of its own; the law in force goes on meanwhile."""
         self._seen[source.path] = _stamp(source.path), source
-        self.runner.begin(source)
+        self.checking = source.path
+        self.runner.start(partial(_tried, source))
         self.refresh()
         self.began.emit(source.path)
 
     def close(self) -> None:
         """End a trial that is under way."""
-        self.runner.close()
+        self.runner.end()
 
     def _judge(self, source: Source, verdict: TrialResult) -> None:
+        self.checking = None
         trial.remember(source, verdict.ok)
         if verdict.ok:
             self._load(source, verdict)
@@ -303,7 +269,7 @@ class OwnEnvironments(QObject):
         except LawError:
             return describe(path, "", "broken")
         broken = self._broken.get(path) == source.digest or trial.has_failed(source)
-        state = "checking" if self.runner.path == path else "foreign" if not is_trusted(source) else ""
+        state = "checking" if self.checking == path else "foreign" if not is_trusted(source) else ""
         return describe(path, source.text, state or ("broken" if broken else "ready"))
 
     def _forget(self, path: Path) -> None:
