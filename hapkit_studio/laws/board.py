@@ -5,6 +5,7 @@ import struct
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import accumulate
 from typing import Any
 
 from hapkit_studio.errors import LawError
@@ -441,7 +442,7 @@ class _Section:
         if not isinstance(variable, t.Var) or variable.name in ("x", "v") or variable.name.startswith("s["):
             return False
         functions = [*self.called, *([self.function] if self.function else [])]
-        return not any(variable.name in (*f.parameters, *f.results) for f in functions)
+        return not any(variable.name in f.lasting for f in functions)
 
     def bit(self, variable: t.Expr | str) -> int:
         name = variable.name if isinstance(variable, t.Var) else variable
@@ -487,21 +488,20 @@ class _Section:
         """Return the variables that an instruction may write; a call: all but what is given to it."""
         if code.name == "STORE":
             name = code.operands[0].name
-            takers = [f for f in self.called if name in (*f.parameters, *f.results)]
             # what another function takes and gives may lie in the same place
-            others = [f for f in self.called if f not in takers] if takers else []
-            return [name, *(n for f in others for n in (*f.parameters, *f.results))]
+            others = [f for f in self.called if name not in f.lasting]
+            others = others if len(others) < len(self.called) else []
+            return [name, *(n for f in others for n in f.lasting)]
         if code.name == "STORE_AT":
             _, first, size = code.operands
             return [f"s[{first - FIRST + i}]" for i in range(size)]
-        function = code.operands[0]
-        found = {n for f in self.called for n in (*f.parameters, *f.results)}
-        return sorted(found - set(function.parameters))
+        found = {n for f in self.called for n in f.lasting}
+        return sorted(found - set(code.operands[0].parameters))
 
     def live(self) -> list[int]:
         """Return the variables, as bits, that are wanted before each instruction, and behind the last one."""
         # who calls a function may know what it was given the last time
-        lasting = self._bits((*self.function.parameters, *self.function.results)) if self.function else 0
+        lasting = self._bits(self.function.lasting) if self.function else 0
         used = {o.name for c in self.code for o in c.operands if isinstance(o, t.Var)}
         states = self._bits(name for name in used if name.startswith("s["))
         places = {c.operands[0]: i for i, c in enumerate(self.code) if c.name == "LABEL"}
@@ -564,31 +564,22 @@ def _lay_out(sections: Sequence[_Section]) -> None:
                     code.operands = (code.operands[0] + inner, *code.operands[1:])
             section.counter += inner
         for other in below:
-            section.places |= {
-                n: other.places[n]
-                for n in (*other.function.parameters, *other.function.results)  # type: ignore
-            }
+            section.places |= {n: other.places[n] for n in other.function.lasting}  # type: ignore[union-attr]
         _colour(section)
 
 
 def _colour(section: _Section) -> None:
     """Give the section's own variables places from its base on."""
-    lasting = (*section.function.parameters, *section.function.results) if section.function else ()
-    place = section.base
-    for name in lasting:
-        section.places[name] = place
-        place += 1
-    section.top = place
+    lasting = section.function.lasting if section.function else ()
+    section.places |= {name: section.base + i for i, name in enumerate(lasting)}
+    section.top = place = section.base + len(lasting)
     clashes = section.clashes()
     own = dict.fromkeys(
         o.name for code in section.code for o in code.operands if isinstance(o, t.Var) and section.is_local(o)
     )
     for name in own:
-        taken = {
-            p
-            for n, p in section.places.items()
-            if n in own and clashes.get(section.bit(n), 0) & section.bit(name)
-        }
+        near = clashes.get(section.bit(name), 0)
+        taken = {at for n, at in section.places.items() if n in own and section.bit(n) & near}
         section.places[name] = next(n for n in range(place, place + len(own)) if n not in taken)
         section.top = max(section.top, section.places[name] + 1)
 
@@ -617,23 +608,17 @@ class _Encoder:
         """Return the bytes and the line of each instruction; a jump too far for one byte becomes two."""
         far: set[int] = set()
         while True:
-            places, position = {}, 0
-            for i, code in enumerate(section.code):
-                if code.name == "LABEL":
-                    places[code.operands[0]] = position
-                else:
-                    position += _size(code, i in far)
+            ends = list(accumulate(_size(code, i in far) for i, code in enumerate(section.code)))
+            places = {
+                c.operands[0]: end for c, end in zip(section.code, ends, strict=True) if c.name == "LABEL"
+            }
             out: list[tuple[bytes, int]] = []
             longer: set[int] = set()
-            end = 0
-            for i, code in enumerate(section.code):
-                if code.name == "LABEL":
-                    continue
-                end += _size(code, i in far)
+            for i, (code, end) in enumerate(zip(section.code, ends, strict=True)):
                 piece = self.instruction(section, code, places, end, i in far)
                 if piece is None:
                     longer.add(i)
-                else:
+                elif piece:
                     out.append((piece, code.line))
             if not longer:
                 return out
@@ -642,7 +627,9 @@ class _Encoder:
     def instruction(
         self, section: _Section, code: Code, places: Mapping[Label, int], end: int, far: bool
     ) -> bytes | None:
-        """Return an instruction's bytes, None where a jump is too long for one byte."""
+        """Return an instruction's bytes, of a label none; None where a jump is too long for one byte."""
+        if code.name == "LABEL":
+            return b""
         operation = _OPERATIONS[code.name]
         if far:
             distance = places[code.operands[-1]] - end
@@ -684,7 +671,7 @@ class _Encoder:
 
 
 def _size(code: Code, far: bool) -> int:
+    if code.name == "LABEL":
+        return 0
     size = _OPERATIONS[code.name].size
-    if not far:
-        return size
-    return 3 if code.name == "JUMP" else size + 3
+    return size if not far else 3 if code.name == "JUMP" else size + 3
