@@ -48,11 +48,8 @@ def test_a_file_runs_like_a_built_in_environment(tmp_path, capsys):
     code, out, err = run(capsys, "my_env.py", *given, "--json")
     assert (code, err) == (0, "")
     mine = json.loads(out)
-    assert (mine["environment"], mine["parameters"]["stiffness"], mine["samples"]) == (
-        "my_spring",
-        200.0,
-        2000,
-    )
+    assert (mine["environment"], mine["parameters"]["stiffness"]) == ("my_spring", 200.0)
+    assert mine["samples"] == 2000
     table = np.loadtxt(csv, delimiter=",", skiprows=2)
     names = csv.read_text(encoding="utf-8").splitlines()[1].split(",")
     force, position = (table[:, names.index(name)] for name in ("force_asked_N", "position_m"))
@@ -60,19 +57,13 @@ def test_a_file_runs_like_a_built_in_environment(tmp_path, capsys):
     assert np.allclose(force, -200.0 * position)
 
 
-@pytest.mark.parametrize(
-    ("body", "where", "said"),
-    [
-        ("return -p.stifness * x", "stifness", "'p.stifness' is not a parameter; there is: stiffness, mass"),
-        ("return x / p.mass", "/ p.mass", "a division by zero at x = 0 mm, v = 0 m/s, mass = 0 kg: test the"),
-    ],
-)
-def test_a_mistake_is_one_line_with_file_and_line(tmp_path, capsys, body, where, said):
-    whole = text(body)
+def test_a_mistake_is_one_line_with_file_and_line(tmp_path, capsys):
+    whole = text("return x / p.mass")
     write(tmp_path, whole, "my env.py")
     code, out, err = run(capsys, str(tmp_path / "my env.py"), "--trust")
     assert (code, out) == (2, "")
-    assert err.startswith(f"hapkit-studio: my env.py, line {line_of(whole, where)}: {said}")
+    said = "a division by zero at x = 0 mm, v = 0 m/s, mass = 0 kg: test the"
+    assert err.startswith(f"hapkit-studio: my env.py, line {line_of(whole, '/ p.mass')}: {said}")
     assert err.count("\n") == 1
 
 

@@ -88,9 +88,9 @@ def rendered(folder, program: Program, rate: int) -> Run:
 
 
 @pytest.fixture(scope="module")
-def twin(tmp_path_factory):
+def twin():
     """Return the machine on this computer."""
-    with Machine(build(tmp_path_factory.mktemp("machine"))) as made:
+    with Machine(build()) as made:
         yield made
 
 

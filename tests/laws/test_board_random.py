@@ -35,14 +35,8 @@ def useful(force: float) -> float:
 
 
 @pytest.fixture(scope="module")
-def machine(tmp_path_factory):
-    with Machine(build(tmp_path_factory.mktemp("machine"), arena=16384)) as made:
-        yield made
-
-
-@pytest.fixture(scope="module")
-def watched(tmp_path_factory):
-    with Machine(build(tmp_path_factory.mktemp("machine"), True, 16384)) as made:
+def watched():
+    with Machine(build(True)) as made:
         yield made
 
 
