@@ -12,11 +12,7 @@ from hapkit_studio.parameters import Choice
 
 LOOK_MS = 100
 # What a row says instead of its summary.
-WORDS = {
-    "preparing": "Preparing…",
-    "next": "Preparing, comes next…",
-    "broken": "Its law cannot be compiled",
-}
+WORDS = {"preparing": "Preparing…", "next": "Preparing, comes next…", "broken": "Its law cannot be compiled"}
 
 
 class EnvironmentLibrary:

@@ -147,10 +147,7 @@ def _ends(p: AnyParameter) -> list[float]:
 SLOW_NS = 5_000.0
 ALONG = np.linspace(-FAR, FAR, 25)
 _SAID = {
-    arrays.LAW_INDEX: (
-        "the index lies beyond the state",
-        "keep it from 0 to below the number of values",
-    ),
+    arrays.LAW_INDEX: ("the index lies beyond the state", "keep it from 0 to below the number of values"),
     arrays.LAW_FUEL: ("this does not come to an end", "use fewer turns"),
     arrays.LAW_DIVISION: (
         "a division by zero",

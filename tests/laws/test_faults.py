@@ -77,14 +77,7 @@ def test_what_is_not_finite_raises_nothing_and_latches(tmp_path, value, name, ca
     assert capfd.readouterr() == ("", "")
 
 
-BY_ZERO = (
-    "1.0 / (x - x)",
-    "0.0 / (x - x)",
-    "x // 0.0",
-    "x % 0.0",
-    "math.fmod(x, 0.0)",
-    "(x > 0) // (x < 0)",
-)
+BY_ZERO = ("1.0 / (x - x)", "0.0 / (x - x)", "x // 0.0", "x % 0.0", "math.fmod(x, 0.0)", "(x > 0) // (x < 0)")
 
 
 @pytest.mark.parametrize("value", [*BY_ZERO, "quotient(x - x)", "min(1.0, 1.0 / (x - x))"])
