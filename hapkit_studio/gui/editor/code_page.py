@@ -169,7 +169,12 @@ class CodePage(QWidget):
             words = "Unsaved changes from last time are back. Ctrl+Z shows the file as it was."
             self.message.say(words, "warn")
         else:
-            self.opened.emit()
+            delete_draft(path)
+            self.message.say("")
+        # the first line inside the law, where it is changed most
+        heads = (n for n, line in enumerate(self.text.splitlines(), 1) if line.startswith("def force("))
+        self.code.go_to(next(heads, 0) + 1)
+        self.opened.emit()
 
     def leave(self) -> None:
         """Show nothing any more, the draft kept if there is one."""

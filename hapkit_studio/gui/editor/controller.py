@@ -80,7 +80,7 @@ class EditorController(QObject):
 
     def begin_new(self) -> None:
         """Offer the templates."""
-        self.editor.show_page(self.editor.chooser)
+        self.editor.setCurrentWidget(self.editor.chooser)
         self.shown.emit(True)
         self.editor.chooser.begin([file.title for file in self.own.files])
 
@@ -105,7 +105,7 @@ class EditorController(QObject):
         path = source.path
         if path != self.path or (source.text != self.page.text and not self.page.unsaved):
             self.page.open(path, source.text)
-        self.editor.show_page(self.page)
+        self.editor.setCurrentWidget(self.page)
         self.shown.emit(True)
         self.page.code.setFocus()
 
@@ -124,7 +124,7 @@ class EditorController(QObject):
     def ask(self, source: Source) -> None:
         """Show the source of a file that is not trusted; nothing of it is executed."""
         self.editor.source.show_source(source)
-        self.editor.show_page(self.editor.source)
+        self.editor.setCurrentWidget(self.editor.source)
         self.shown.emit(True)
         self.editor.source.leave.setFocus()
 
@@ -196,7 +196,7 @@ class EditorController(QObject):
         if not self.page.unsaved or self._asked_to_quit:
             return True
         self._asked_to_quit = True
-        self.editor.show_page(self.page)
+        self.editor.setCurrentWidget(self.page)
         self.shown.emit(True)
         self._ask(("Save and quit", lambda: self._save_and(quit_)), ("Quit, keep as draft", quit_))
         return False
@@ -225,7 +225,7 @@ class EditorController(QObject):
         if self.path is None:
             self.shown.emit(False)
         else:
-            self.editor.show_page(self.page)
+            self.editor.setCurrentWidget(self.page)
 
     def _leave_for_the_library(self) -> None:
         """Close a stranger's source where the library was chosen instead; a trial may end beside it."""
@@ -237,7 +237,7 @@ class EditorController(QObject):
             self._leave_source()
 
     def _leave_source(self) -> None:
-        if self.editor.shows(self.editor.source):
+        if self.editor.currentWidget() is self.editor.source:
             self._back()
 
     # how it stands

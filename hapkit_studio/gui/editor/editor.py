@@ -116,22 +116,13 @@ class SourcePage(QWidget):
         self.code.setAccessibleName(f"Source of {name}, to read")
 
 
-class Editor(QtWidgets.QFrame):
+class Editor(QtWidgets.QStackedWidget):
     """Shows one page at a time."""
 
     def __init__(self, templates: Sequence[Template], parent: QWidget | None = None):
         super().__init__(parent)
         self.setProperty("card", True)
+        self.setContentsMargins(1, 1, 1, 1)
         self.chooser, self.page, self.source = Chooser(templates), CodePage(), SourcePage()
-        self.stack = QtWidgets.QStackedWidget(self)
         for page in (self.chooser, self.page, self.source):
-            self.stack.addWidget(page)
-        down(self.stack, into=self, margins=(1, 1, 1, 1))
-
-    def show_page(self, page: QWidget) -> None:
-        """Bring one of the three to the front."""
-        self.stack.setCurrentWidget(page)
-
-    def shows(self, page: QWidget) -> bool:
-        """Say whether one of the three is in front."""
-        return self.stack.currentWidget() is page
+            self.addWidget(page)

@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
+from hapkit_studio.gui.editor import code_page
 from hapkit_studio.haptics import rows
 from hapkit_studio.workshop.source import is_trusted, read, typed
 from hapkit_studio.workshop.trying import TrialResult, failed
@@ -186,6 +187,9 @@ def test_discarding_leaves_the_file_alone(opened):
     window.editor.edit(path)
     assert window.editor.page.text == spring()
     assert not window.editor.page.unsaved
+    assert window.editor.page.code.textCursor().blockNumber() == LAW_LINE - 1
+    assert window.editor.message.words.text() == ""
+    assert not code_page.draft_path(path).exists()
 
 
 def test_what_was_not_saved_comes_back_after_the_window_was_closed(opened, make_window, home):
