@@ -48,11 +48,8 @@ def test_a_file_runs_like_a_built_in_environment(tmp_path, capsys):
     code, out, err = run(capsys, "my_env.py", *given, "--json")
     assert (code, err) == (0, "")
     mine = json.loads(out)
-    assert (mine["environment"], mine["parameters"]["stiffness"], mine["samples"]) == (
-        "my_spring",
-        200.0,
-        2000,
-    )
+    assert (mine["environment"], mine["parameters"]["stiffness"]) == ("my_spring", 200.0)
+    assert mine["samples"] == 2000
     table = np.loadtxt(csv, delimiter=",", skiprows=2)
     names = csv.read_text(encoding="utf-8").splitlines()[1].split(",")
     force, position = (table[:, names.index(name)] for name in ("force_asked_N", "position_m"))
@@ -60,22 +57,13 @@ def test_a_file_runs_like_a_built_in_environment(tmp_path, capsys):
     assert np.allclose(force, -200.0 * position)
 
 
-@pytest.mark.parametrize(
-    ("body", "where", "said"),
-    [
-        ("return -p.stifness * x", "stifness", "'p.stifness' is not a parameter; there is: stiffness, mass"),
-        ("while x > 0.0:\n    a = 0.0\nreturn x", "while", "`while` is not allowed in a law: use `for i in"),
-        ("return x / p.mass", "/ p.mass", "a division by zero at x = 0 mm, v = 0 m/s, mass = 0 kg: test the"),
-        ("return (x", "(x", "Python cannot read this line: '(' was never closed"),
-        ("for i in range(10**9):\n    a = i\nreturn x", "for i", "a loop runs over a constant range"),
-    ],
-)
-def test_a_mistake_is_one_line_with_file_and_line(tmp_path, capsys, body, where, said):
-    whole = text(body)
+def test_a_mistake_is_one_line_with_file_and_line(tmp_path, capsys):
+    whole = text("return x / p.mass")
     write(tmp_path, whole, "my env.py")
     code, out, err = run(capsys, str(tmp_path / "my env.py"), "--trust")
     assert (code, out) == (2, "")
-    assert err.startswith(f"hapkit-studio: my env.py, line {line_of(whole, where)}: {said}")
+    said = "a division by zero at x = 0 mm, v = 0 m/s, mass = 0 kg: test the"
+    assert err.startswith(f"hapkit-studio: my env.py, line {line_of(whole, '/ p.mass')}: {said}")
     assert err.count("\n") == 1
 
 
@@ -100,7 +88,7 @@ def test_a_strangers_file_is_not_executed_unread(tmp_path, capsys):
     "command",
     [
         ("run", "--seconds", "0.1", "--device", "simulated"),
-        ("export", "-o", "sketch"),
+        pytest.param(("export", "-o", "sketch"), marks=pytest.mark.slow),
     ],
 )
 def test_a_check_without_end_is_named_in_one_line_and_the_command_goes_on(tmp_path, capsys, command):
@@ -130,7 +118,7 @@ def test_once_trusted_it_runs_until_it_changes(tmp_path, capsys):
     assert not (tmp_path / "mark").exists()
 
 
-@pytest.mark.parametrize(("answer", "code"), [("y", 0), ("", 2)])
+@pytest.mark.parametrize(("answer", "code"), [pytest.param("y", 0, marks=pytest.mark.slow), ("", 2)])
 def test_at_a_terminal_its_source_is_shown_and_a_person_asked(tmp_path, answer, code):
     hidden = leaving_a_mark(tmp_path).replace("A law of mine", "A law \x1b[8mof\u202e mine")
     write(tmp_path, hidden)

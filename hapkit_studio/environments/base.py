@@ -26,18 +26,6 @@ class Conditions:
     speed: float = 0.0
 
 
-def _no_complaint(values: Values) -> str:
-    return ""
-
-
-def _all_used(values: Values) -> Mapping[str, str]:
-    return {}
-
-
-def _no_warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    return ()
-
-
 @dataclass(frozen=True)
 class ForceTerms:
     """The spring, damper and friction that a law asks for at given values; None for what it does not set.
@@ -91,9 +79,9 @@ class Environment:
     scene: str = ""
     impedance: Callable[[Values], tuple[float, float]] | None = None
     terms: Callable[[Values], ForceTerms] | None = None
-    check: Callable[[Values], str] = _no_complaint
-    warnings: Callable[[Values, Conditions], Iterable[str]] = _no_warnings
-    unused: Callable[[Values], Mapping[str, str]] = _all_used
+    check: Callable[[Values], str] = lambda values: ""
+    warnings: Callable[[Values, Conditions], Iterable[str]] = lambda values, conditions: ()
+    unused: Callable[[Values], Mapping[str, str]] = lambda values: {}
     over_position: Curve | None = None
     over_velocity: Curve | None = None
     restless: str = ""
@@ -123,8 +111,7 @@ class Environment:
             )
         numbers = resolve(self.parameters, given, self.title)
         values = {p.key: n for p, n in zip(self.parameters, numbers, strict=True)}
-        complaint = self.check(values)
-        if complaint:
+        if complaint := self.check(values):
             raise ParameterError(complaint)
         return values
 
@@ -137,4 +124,4 @@ class Environment:
 
     def curve(self, values: Values, position: np.ndarray, velocity: float = 0.0) -> np.ndarray:
         """Return the law's static force (n,) in N over position (n,) in m, its state at the start."""
-        return np.array(self.force.over(values, map(float, position), velocity))
+        return np.array([self.force.plain(values, x, velocity) for x in map(float, position)])

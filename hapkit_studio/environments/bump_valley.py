@@ -81,12 +81,8 @@ ENVIRONMENT = Environment(
     title="Bump and valley",
     summary="Hills made of force",
     parameters=(
-        Parameter(
-            "peak_force", "Peak force", "N", 0.7, 0.0, 3.0, "The largest force on the way", "F<sub>p</sub>"
-        ),
-        Parameter(
-            "width", "Width", "m", 0.02, 0.004, 0.04, "From where the force begins to where it ends", "w"
-        ),
+        Parameter("peak_force", "Peak force", "N", 0.7, 0.0, 3.0, "The largest on the way", "F<sub>p</sub>"),
+        Parameter("width", "Width", "m", 0.02, 0.004, 0.04, "From where force begins to where it ends", "w"),
         Choice("profile", "Profile", ("gaussian", "cosine"), "gaussian", "The shape of both in section"),
         Choice(
             "law",

@@ -85,18 +85,10 @@ ENVIRONMENT = Environment(
     title="Button",
     summary="Click in, click out",
     parameters=(
-        Parameter(
-            "peak_force", "Peak force", "N", 1.0, 0.2, 3.0, "The force at which it snaps", "F<sub>1</sub>"
-        ),
-        Parameter(
-            "snap_force", "Snap force", "N", 0.5, 0.0, 3.0, "The force after the snap", "F<sub>2</sub>"
-        ),
-        Parameter(
-            "snap_start", "Snap starts", "m", 0.004, 0.001, 0.01, "The travel up to the peak", "s<sub>1</sub>"
-        ),
-        Parameter(
-            "travel", "Travel", "m", 0.007, 0.002, 0.015, "The travel up to the hard stop", "s<sub>2</sub>"
-        ),
+        Parameter("peak_force", "Peak force", "N", 1.0, 0.2, 3.0, "Force at which it snaps", "F<sub>1</sub>"),
+        Parameter("snap_force", "Snap force", "N", 0.5, 0.0, 3.0, "Force after the snap", "F<sub>2</sub>"),
+        Parameter("snap_start", "Snap starts", "m", 0.004, 0.001, 0.01, "Up to the peak", "s<sub>1</sub>"),
+        Parameter("travel", "Travel", "m", 0.007, 0.002, 0.015, "Up to the hard stop", "s<sub>2</sub>"),
         Parameter(
             "stop_stiffness", "Stop stiffness", "N/m", 500.0, 0.0, 2000.0, "Past the travel", "K<sub>e</sub>"
         ),

@@ -15,9 +15,7 @@ ENVIRONMENT = Environment(
     title="Damping",
     summary="Slower is easier",
     parameters=(
-        Parameter(
-            "damping", "Damping", "N·s/m", 4.0, 0.0, 50.0, "Force per metre per second, against motion", "b"
-        ),
+        Parameter("damping", "Damping", "N·s/m", 4.0, 0.0, 50.0, "Force per m/s, against the motion", "b"),
     ),
     force=force,
     shortcut="3",

@@ -23,12 +23,8 @@ ENVIRONMENT = Environment(
         Parameter(
             "stiffness", "Stiffness", "N/m", 400.0, 0.0, 2000.0, "Force per metre from a notch's centre", "k"
         ),
-        Parameter(
-            "damping", "Damping", "N·s/m", 2.0, 0.0, 50.0, "Force per metre per second inside a notch", "b"
-        ),
-        Parameter(
-            "pitch", "Pitch", "m", 0.02, 0.005, 0.04, "From one centre to the next; the first is at 0", "p"
-        ),
+        Parameter("damping", "Damping", "N·s/m", 2.0, 0.0, 50.0, "Force per m/s inside a notch", "b"),
+        Parameter("pitch", "Pitch", "m", 0.02, 0.005, 0.04, "From one centre to the next, one at 0", "p"),
         Parameter(
             "half_width", "Half width", "m", 0.003, 0.0005, 0.005, "How far a notch reaches either way", "w"
         ),

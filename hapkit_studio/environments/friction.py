@@ -181,9 +181,7 @@ ENVIRONMENT = Environment(
             labels=LABELS,
         ),
         Parameter("kinetic_force", "Kinetic force", "N", 0.4, 0.0, 3.0, "Friction while sliding", "F_k"),
-        Parameter(
-            "static_force", "Static force", "N", 0.6, 0.0, 3.0, "The pull at which it breaks away", "F_s"
-        ),
+        Parameter("static_force", "Static force", "N", 0.6, 0.0, 3.0, "Pull at which it breaks away", "F_s"),
         Parameter("viscous", "Viscous", "N·s/m", 1.0, 0.0, 20.0, "Force per metre per second", "b"),
         Parameter(
             "stribeck_velocity",

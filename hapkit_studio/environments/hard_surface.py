@@ -101,12 +101,8 @@ ENVIRONMENT = Environment(
     title="Hard surface",
     summary="A tap that rings",
     parameters=(
-        Parameter(
-            "stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0, "Force per metre inside the surface", "k"
-        ),
-        Parameter(
-            "damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force per metre per second, on the way in", "b"
-        ),
+        Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0, "Force per m inside the surface", "k"),
+        Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force per m/s, on the way in", "b"),
         Parameter("position", "Position", "m", 0.005, -0.04, 0.04, "Where the surface is", "x<sub>w</sub>"),
         Choice(
             "material",
@@ -115,9 +111,7 @@ ENVIRONMENT = Environment(
             "custom",
             "Rubber, wood, aluminium: their own amplitude, decay and frequency. Custom: those below.",
         ),
-        Parameter(
-            "amplitude", "Amplitude", "N·s/m", 15.0, 0.0, 100.0, "Force of ringing per speed of entry", "A"
-        ),
+        Parameter("amplitude", "Amplitude", "N·s/m", 15.0, 0.0, 100.0, "Ringing per speed of entry", "A"),
         Parameter("decay", "Decay", "1/s", 60.0, 5.0, 300.0, "How fast the ringing dies out", "γ"),
         Parameter("frequency", "Frequency", "Hz", 50.0, 5.0, 400.0, "How fast it rings", "f"),
         Parameter("limit", "Limit", "N", 1.5, 0.0, 3.0, "The most that the ringing alone may push or pull"),

@@ -26,24 +26,10 @@ def force(p, s, x, v, dt):
         s.object_velocity = 0.0
     elif dt > 0.0:
         s.object, s.object_velocity, s.object_acceleration = step(
-            p.integrator,
-            s.object,
-            s.object_velocity,
-            s.object_acceleration,
-            dt,
-            0.0,
-            p.mass,
-            p.damping,
-            p.stiffness,
-            p.stiffness * p.rest_position,
-            s.handle,
-            1.0,
-            s.handle_velocity,
-            p.contact_stiffness,
-            p.contact_damping,
-            FAR,
-            0.0,
-        )
+            p.integrator, s.object, s.object_velocity, s.object_acceleration, dt, 0.0,
+            p.mass, p.damping, p.stiffness, p.stiffness * p.rest_position, s.handle, 1.0, s.handle_velocity,
+            p.contact_stiffness, p.contact_damping, FAR, 0.0,
+        )  # fmt: skip
         if flown_apart(s.object, s.object_velocity) > 0.0:
             s.started, s.object = 0.0, p.rest_position
             s.object_velocity = 0.0
@@ -84,9 +70,7 @@ ENVIRONMENT = Environment(
     parameters=(
         Parameter("mass", "Mass", "kg", 2.0, 0.05, 5.0, "Of the object that is pushed", "m"),
         Parameter("damping", "Damping", "N·s/m", 1.0, 0.0, 20.0, "Brakes the object", "b"),
-        Parameter(
-            "stiffness", "Stiffness", "N/m", 300.0, 0.0, 2000.0, "Of the spring that holds the object", "k"
-        ),
+        Parameter("stiffness", "Stiffness", "N/m", 300.0, 0.0, 2000.0, "Of the spring that holds it", "k"),
         *contact("object"),
         Parameter(
             "rest_position", "Rest position", "m", 0.01, -0.04, 0.04, "Of the spring", "x<sub>eq</sub>"

@@ -38,25 +38,12 @@ def force(p, s, x, v, dt):
         s.object_velocity = 0.0
         s.object_acceleration = 0.0
     elif dt > 0.0:
+        touch = s.handle + (RADIUS if s.side > 0.0 else -RADIUS)
         s.object, s.object_velocity, s.object_acceleration = step(
-            p.integrator,
-            s.object,
-            s.object_velocity,
-            s.object_acceleration,
-            dt,
-            p.friction,
-            p.mass,
-            0.0,
-            0.0,
-            0.0,
-            s.handle + (RADIUS if s.side > 0.0 else -RADIUS),
-            s.side,
-            s.handle_velocity,
-            p.contact_stiffness,
-            p.contact_damping,
-            REACH,
-            p.wall_stiffness,
-        )
+            p.integrator, s.object, s.object_velocity, s.object_acceleration, dt, p.friction,
+            p.mass, 0.0, 0.0, 0.0, touch, s.side, s.handle_velocity,
+            p.contact_stiffness, p.contact_damping, REACH, p.wall_stiffness,
+        )  # fmt: skip
         if flown_apart(s.object, s.object_velocity) > 0.0:
             s.started, s.object = 0.0, START
             s.object_velocity = 0.0
@@ -96,9 +83,7 @@ ENVIRONMENT = Environment(
         Parameter(
             "wall_stiffness", "Wall stiffness", "N/m", 500.0, 50.0, 5000.0, "Of both walls", "k<sub>w</sub>"
         ),
-        Parameter(
-            "friction", "Friction", "N", 0.0, 0.0, 3.0, "Dry, between puck and ground", "F<sub>c</sub>"
-        ),
+        Parameter("friction", "Friction", "N", 0.0, 0.0, 3.0, "Dry, of puck on ground", "F<sub>c</sub>"),
         integrator("puck"),
     ),
     force=force,

@@ -8,25 +8,18 @@ from hapkit_studio.parameters import Choice, Parameter
 
 # one for each of INTEGRATORS
 LABELS = (
-    "Explicit Euler",
-    "Lecture's rule",
-    "Semi-implicit",
-    "Verlet",
-    "RK4",
-    "Implicit Euler",
-    "Trapezoid",
-    "Exact",
-)
+    "Explicit Euler", "Lecture's rule", "Semi-implicit", "Verlet", "RK4", "Implicit Euler",
+    "Trapezoid", "Exact",
+)  # fmt: skip
 
 
 def contact(what: str) -> tuple[Parameter, Parameter]:
     """Return the stiffness and damping between the handle and an object of this name."""
     inside = f"Force per metre that the handle is inside the {what}"
     closing = f"Force per metre per second while handle and {what} approach each other in contact"
+    symbol = "k<sub>u</sub>"
     return (
-        Parameter(
-            "contact_stiffness", "Contact stiffness", "N/m", 500.0, 50.0, 5000.0, inside, "k<sub>u</sub>"
-        ),
+        Parameter("contact_stiffness", "Contact stiffness", "N/m", 500.0, 50.0, 5000.0, inside, symbol),
         Parameter("contact_damping", "Contact damping", "N·s/m", 0.0, 0.0, 50.0, closing, "b<sub>u</sub>"),
     )
 
@@ -41,10 +34,6 @@ def growth(values: Values, damping: float, stiffness: float, conditions: Conditi
     """Say where the chosen integrator makes an object of that damping, stiffness in contact gain energy."""
     index = int(values["integrator"])
     longest = longest_step(INTEGRATORS[index], values["mass"], damping, stiffness)
-    if conditions.period <= longest:
-        return
-    rule = f"{LABELS[index]} adds energy in contact"
-    if longest == 0.0:
-        yield f"{rule} at every step."
-    else:
-        yield f"{rule} at steps above {1e3 * longest:.3g} ms; they take {1e3 * conditions.period:.3g} ms."
+    if conditions.period > longest:
+        long = f"steps above {1e3 * longest:.3g} ms; they take {1e3 * conditions.period:.3g} ms"
+        yield f"{LABELS[index]} adds energy in contact at {long if longest else 'every step'}."

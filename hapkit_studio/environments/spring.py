@@ -18,9 +18,7 @@ ENVIRONMENT = Environment(
         Parameter(
             "stiffness", "Stiffness", "N/m", 80.0, 0.0, 2000.0, "Force per metre away from the centre", "k"
         ),
-        Parameter(
-            "damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force per metre per second, against motion", "b"
-        ),
+        Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force per m/s, against the motion", "b"),
         Parameter("center", "Centre", "m", 0.0, -0.04, 0.04, "Where the spring pulls to", "x₀"),
     ),
     force=force,

@@ -53,17 +53,12 @@ def force(p, s, x, v, dt):
     return sandpaper(2.0 * u, p.amplitude, p.seed)
 
 
-def steepness(values: Values) -> float:
-    """Return the most N/m by which a grating or sandpaper can rise."""
-    factor = math.tau if values["kind"] == GRATING else 2.0 * STEEPEST
-    return factor * values["amplitude"] / values["wavelength"]
-
-
 def impedance(values: Values) -> tuple[float, float]:
     """Return the steepest slope of the ridges, or the damping of the bands."""
     if values["kind"] == BANDS:
         return 0.0, values["damping"]
-    return steepness(values), 0.0
+    factor = math.tau if values["kind"] == GRATING else 2.0 * STEEPEST
+    return factor * values["amplitude"] / values["wavelength"], 0.0
 
 
 def unused(values: Values) -> dict[str, str]:
@@ -116,12 +111,8 @@ ENVIRONMENT = Environment(
             "bands",
             "Bands: damping in every other stripe. Grating: a wave of force. Sandpaper: random grains.",
         ),
-        Parameter(
-            "damping", "Damping", "N·s/m", 8.0, 0.0, 50.0, "Force per metre per second inside a band", "b"
-        ),
-        Parameter(
-            "amplitude", "Amplitude", "N", 0.25, 0.0, 2.0, "The most that a ridge or a grain can push", "A"
-        ),
+        Parameter("damping", "Damping", "N·s/m", 8.0, 0.0, 50.0, "Force per m/s inside a band", "b"),
+        Parameter("amplitude", "Amplitude", "N", 0.25, 0.0, 2.0, "The most a ridge or grain can push", "A"),
         Parameter("wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "From one ridge to the next", "λ"),
         Parameter("seed", "Seed", "", 1.0, 0.0, 99.0, "Another whole number is another piece of sandpaper"),
     ),

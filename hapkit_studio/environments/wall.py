@@ -41,12 +41,8 @@ ENVIRONMENT = Environment(
     title="Wall",
     summary="Push: it pushes back",
     parameters=(
-        Parameter(
-            "stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0, "Force per metre of depth in the wall", "k"
-        ),
-        Parameter(
-            "damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force per metre per second inside the wall", "b"
-        ),
+        Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0, "Force per m of depth in it", "k"),
+        Parameter("damping", "Damping", "N·s/m", 0.0, 0.0, 50.0, "Force per m/s inside the wall", "b"),
         Parameter("position", "Position", "m", 0.005, -0.04, 0.04, "Where the surface is", "x<sub>w</sub>"),
         Choice("side", "Side", ("right", "left"), "right", "On which side of the surface the wall stands"),
         Choice(

@@ -1,6 +1,7 @@
 """The environments that can be chosen, the values of each, and which are compiled already."""
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from subprocess import Popen
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -11,11 +12,7 @@ from hapkit_studio.parameters import Choice
 
 LOOK_MS = 100
 # What a row says instead of its summary.
-WORDS = {
-    "preparing": "Preparing…",
-    "next": "Preparing, comes next…",
-    "broken": "Its law cannot be compiled",
-}
+WORDS = {"preparing": "Preparing…", "next": "Preparing, comes next…", "broken": "Its law cannot be compiled"}
 
 
 class EnvironmentLibrary:
@@ -47,13 +44,10 @@ def carried(old: Environment, values: Mapping[str, float], new: Environment) -> 
     kept: dict[str, object] = {}
     for parameter in new.parameters:
         was = before.get(parameter.key)
-        if was is None or type(was) is not type(parameter) or values[was.key] == was.default:
-            continue
-        value = was.text(values[was.key]) if isinstance(was, Choice) else values[was.key]
-        try:
-            kept[parameter.key] = parameter.check(value)
-        except ParameterError:
-            continue
+        if was is not None and type(was) is type(parameter) and values[was.key] != was.default:
+            value = was.text(values[was.key]) if isinstance(was, Choice) else values[was.key]
+            with suppress(ParameterError):
+                kept[parameter.key] = parameter.check(value)
     return kept
 
 

@@ -4,29 +4,26 @@ Nothing of a file is executed in this process before a trial of the very same te
 """
 
 import ast
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.errors import LawError
+from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.workshop import folder, trial
 from hapkit_studio.workshop.own import OwnEnvironment, built_in
-from hapkit_studio.workshop.reading import load_source, without_line
+from hapkit_studio.workshop.reading import calls, load_source, without_line
 from hapkit_studio.workshop.source import Source, is_trusted, read
 from hapkit_studio.workshop.trying import TrialResult, failed
 
-_WORDS = ("title", "summary", "scene")
 _LONGEST = 60
 BARE = "bare handle"
 LOOK_SECONDS = 0.02
-Holder = Callable[[str, Path], str]
 _WAIT_MS = 10
 
 
@@ -56,12 +53,10 @@ def declared_words(text: str) -> Mapping[str, str]:
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return {}
     found: dict[str, str] = {}
-    for call in ast.walk(tree):
-        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "Environment":
-            for given in call.keywords:
-                value = given.value
-                if given.arg in _WORDS and isinstance(value, ast.Constant) and isinstance(value.value, str):
-                    found[given.arg] = " ".join(value.value.split())
+    for given in (given for call in calls(tree, "Environment") for given in call.keywords):
+        match given:
+            case ast.keyword(arg="title" | "summary" | "scene" as name, value=ast.Constant(value=str(words))):
+                found[name] = " ".join(words.split())
     return found
 
 
@@ -85,102 +80,21 @@ def with_fitting_scene(environment: OwnEnvironment) -> OwnEnvironment:
     return replace(environment, scene=BARE)
 
 
-class TrialRunner(QObject):
-    """Emits ``finished(source, verdict)``; beginning again gives up what has not ended yet."""
-
-    finished = Signal(object, object)
-    _ended = Signal(object, object, object)
-
-    def __init__(self, parent: QObject | None = None):
-        super().__init__(parent)
-        self.path: Path | None = None
-        self._unwanted = threading.Event()
-        self._worker = ThreadPoolExecutor(1, thread_name_prefix="trial")
-        self._ended.connect(self._deliver)
-
-    def begin(self, source: Source) -> None:
-        """Start the trial of a text."""
-        self.give_up()
-        self.path = source.path
-        self._worker.submit(self._work, source, self._unwanted)
-
-    def give_up(self) -> None:
-        """Want no verdict any more; the program ends soon."""
-        self._unwanted.set()
-        self._unwanted = threading.Event()
-        self.path = None
-
-    def close(self) -> None:
-        """Give up and wait until no program is left."""
-        self.give_up()
-        self._worker.shutdown(wait=True, cancel_futures=True)
-
-    def _work(self, source: Source, unwanted: threading.Event) -> None:
-        try:
-            verdict = _run_trial(source, unwanted)
-        except OSError as error:
-            verdict = failed(f"the file cannot be tried out: {error.strerror}")
-        self._ended.emit(source, verdict, unwanted)
-
-    def _deliver(self, source: Source, verdict: TrialResult, unwanted: threading.Event) -> None:
-        if not unwanted.is_set():
-            self.path = None
-            self.finished.emit(source, verdict)
-
-
-def _run_trial(source: Source, unwanted: threading.Event) -> TrialResult:
-    """Return the verdict on a text; end its program where it takes too long or is not wanted any more."""
-    process = trial.begin(source)
+def _tried(source: Source, progress: Progress) -> tuple[Source, TrialResult]:
+    """Return a text with the verdict on it; its program ends where it takes too long or is not wanted."""
+    try:
+        process = trial.begin(source)
+    except OSError as error:
+        return source, failed(f"the file cannot be tried out: {error.strerror}")
     end = time.monotonic() + trial.TIMEOUT
-    while process.poll() is None:
-        if unwanted.wait(LOOK_SECONDS) or time.monotonic() > end:
-            return trial.stop(process)
-    return trial.result(process)
-
-
-class Loader(QObject):
-    """Emits ``loaded(environment, verdict)``, or ``failed(source, verdict)`` with what was in the way."""
-
-    loaded = Signal(object, object)
-    failed = Signal(object, object)
-
-    def __init__(self, holder: Holder, parent: QObject | None = None):
-        """holder returns who else has a key, "" for none."""
-        super().__init__(parent)
-        self._holder = holder
-        self._latest: dict[Path, Source] = {}
-
-    def begin(self, source: Source, verdict: TrialResult) -> None:
-        """Load the very text whose trial went well; an older one of its file is not wanted any more."""
-        self._latest[source.path] = source
-        self._go_on(self._steps(source, verdict))
-
-    def _go_on(self, pieces: Iterator[int]) -> None:
-        wait = next(pieces, None)
-        if wait is not None:
-            QTimer.singleShot(wait, self, lambda: self._go_on(pieces))
-
-    def _steps(self, source: Source, verdict: TrialResult) -> Iterator[int]:
-        try:
-            environment = with_fitting_scene(load_source(source))
-            functions = environment.functions
-            if functions:
-                functions.begin()
-            yield 0
-            environment.force.compiled()
-            yield 0
-        except LawError as error:
-            self.failed.emit(source, failed(without_line(error), error.line))
-            return
-        other = self._holder(environment.key, source.path)
-        if other:
-            words = f'the key "{environment.key}" is that of {other} too: choose another one'
-            self.failed.emit(source, failed(words))
-            return
-        while functions and not functions.ready:
-            yield _WAIT_MS
-        if self._latest[source.path] is source:
-            self.loaded.emit(environment, verdict)
+    try:
+        while process.poll() is None and time.monotonic() < end:
+            progress(0, 0)  # ends this where the trial was cancelled
+            time.sleep(LOOK_SECONDS)
+        return source, trial.result(process, 0.0)
+    finally:
+        if process.poll() is None:
+            trial.stop(process)
 
 
 class OwnEnvironments(QObject):
@@ -204,11 +118,10 @@ class OwnEnvironments(QObject):
         self._broken: dict[Path, str] = {}
         self._seen: dict[Path, tuple[tuple[int, ...], Source]] = {}
         self.files: list[OwnFile] = []
-        self.runner = TrialRunner(self)
-        self.runner.finished.connect(self._judge)
-        self._loader = Loader(self._holder, self)
-        self._loader.loaded.connect(self._put_in_force)
-        self._loader.failed.connect(self._refuse)
+        self.runner = Job(self, needs="")
+        self.runner.finished.connect(lambda found: self._judge(*found))
+        self.checking: Path | None = None
+        self._latest: dict[Path, Source] = {}  # what is to be loaded
         self.refresh()
 
     # what there is
@@ -261,7 +174,7 @@ class OwnEnvironments(QObject):
         if loaded is not None and loaded.source == source:
             self._studio.choose(loaded.key)
         elif trial.has_passed(source):
-            self._loader.begin(source, TrialResult())
+            self._load(source, TrialResult())
         else:
             self.run(source)
 
@@ -273,20 +186,54 @@ class OwnEnvironments(QObject):
     def run(self, source: Source) -> None:
         """Try out a text that may run, in a program of its own; the law in force goes on meanwhile."""
         self._seen[source.path] = _stamp(source.path), source
-        self.runner.begin(source)
+        self.checking = source.path
+        self.runner.start(partial(_tried, source))
         self.refresh()
         self.began.emit(source.path)
 
     def close(self) -> None:
         """End a trial that is under way."""
-        self.runner.close()
+        self.runner.end()
 
     def _judge(self, source: Source, verdict: TrialResult) -> None:
+        self.checking = None
         trial.remember(source, verdict.ok)
         if verdict.ok:
-            self._loader.begin(source, verdict)
+            self._load(source, verdict)
         else:
             self._refuse(source, verdict)
+
+    def _load(self, source: Source, verdict: TrialResult) -> None:
+        """Load the very text whose trial went well; an older one of its file is not wanted any more."""
+        self._latest[source.path] = source
+        self._go_on(self._steps(source, verdict))
+
+    def _go_on(self, pieces: Iterator[int]) -> None:
+        wait = next(pieces, None)
+        if wait is not None:
+            QTimer.singleShot(wait, self, lambda: self._go_on(pieces))
+
+    def _steps(self, source: Source, verdict: TrialResult) -> Iterator[int]:
+        """Load a text and put it in force, or refuse it; yield how many ms the window may have in between."""
+        try:
+            environment = with_fitting_scene(load_source(source))
+            functions = environment.functions
+            if functions:
+                functions.begin()
+            yield 0
+            environment.force.compiled()
+            yield 0
+        except LawError as error:
+            self._refuse(source, failed(without_line(error), error.line))
+            return
+        if other := self._holder(environment.key, source.path):
+            words = f'the key "{environment.key}" is that of {other} too: choose another one'
+            self._refuse(source, failed(words))
+            return
+        while functions and not functions.ready:
+            yield _WAIT_MS
+        if self._latest[source.path] is source:
+            self._put_in_force(environment, verdict)
 
     def _refuse(self, source: Source, verdict: TrialResult) -> None:
         self._broken[source.path] = source.digest
@@ -321,15 +268,9 @@ class OwnEnvironments(QObject):
             source = self.seen(path)
         except LawError:
             return describe(path, "", "broken")
-        return describe(path, source.text, self._state(source))
-
-    def _state(self, source: Source) -> str:
-        if self.runner.path == source.path:
-            return "checking"
-        if not is_trusted(source):
-            return "foreign"
-        broken = self._broken.get(source.path) == source.digest or trial.has_failed(source)
-        return "broken" if broken else "ready"
+        broken = self._broken.get(path) == source.digest or trial.has_failed(source)
+        state = "checking" if self.checking == path else "foreign" if not is_trusted(source) else ""
+        return describe(path, source.text, state or ("broken" if broken else "ready"))
 
     def _forget(self, path: Path) -> None:
         environment = self._loaded.pop(path)

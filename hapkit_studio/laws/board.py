@@ -5,6 +5,7 @@ import struct
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from itertools import accumulate
 from typing import Any
 
 from hapkit_studio.errors import LawError
@@ -104,21 +105,19 @@ def compile(law: Law, values: Mapping[str, float], period: float, room: int = 0)
     Functions are inlined as far as the room in bytes allows; where none does, it is the smallest code.
     """
     known = {i: float(values[p.key]) for i, p in enumerate(law.parameters)}
-    found: Program | None = None
-    reason = ""
+    found: list[Program] = []
     for small in _SMALL:
         made = specialise.specialise(_trees(law), known, period, small)
         try:
-            program = assemble(made, law.initial_state.tolist())
+            found.append(assemble(made, law.initial_state.tolist()))
         except LawError as error:
-            reason = str(error)
-            continue
-        found = program if found is None or program.size < found.size else found
-        if program.size <= room:
-            return program
-    if found is None:
-        raise LawError(reason)
-    return found
+            reason = error
+        else:
+            if found[-1].size <= room:
+                return found[-1]
+    if not found:
+        raise reason
+    return min(found, key=lambda program: program.size)
 
 
 def assemble(law: t.Specialised, start: Sequence[float]) -> Program:
@@ -128,25 +127,23 @@ def assemble(law: t.Specialised, start: Sequence[float]) -> Program:
     _lay_out([*sections, main])
     numbers: dict[str, int] = {}
     given = list(start)
-    for section in (*sections, main):
-        constants = [o for c in section.code for o in c.operands if isinstance(o, t.Num)]
-        for one in constants:
-            if one.key not in numbers:
-                numbers[one.key] = FIRST + len(given)
-                given.append(one.value)
+    operands = [o for section in (*sections, main) for c in section.code for o in c.operands]
+    for one in operands:
+        if isinstance(one, t.Num) and one.key not in numbers:
+            numbers[one.key] = FIRST + len(given)
+            given.append(one.value)
     first = FIRST + len(given)
     slots = first + max(section.top for section in (*sections, main))
-    _check(slots, machine.MOST_SLOTS, "values at a time")
-    _check(len(sections), machine.MOST_SUBROUTINES, "functions that are called from several places")
-    _check(main.depth, machine.MOST_CALLS, "functions inside one another")
-    _check(main.counter, machine.MOST_COUNTERS, "loops inside one another")
+    for count, most, what in (
+        (slots, machine.MOST_SLOTS, "values at a time"),
+        (len(sections), machine.MOST_SUBROUTINES, "functions that are called from several places"),
+        (main.depth, machine.MOST_CALLS, "functions inside one another"),
+        (main.counter, machine.MOST_COUNTERS, "loops inside one another"),
+    ):
+        if count > most:
+            raise LawError(f"This law has {count} {what}; the board takes up to {most}.")
     code, lines = _Encoder(numbers, first).encoded([*sections, main])
     return Program(code, len(start), tuple(map(_single, given)), slots, machine.longest_path(code), lines)
-
-
-def _check(count: int, most: int, what: str) -> None:
-    if count > most:
-        raise LawError(f"This law has {count} {what}; the board takes up to {most}.")
 
 
 def _single(value: float) -> float:
@@ -196,10 +193,13 @@ class _Section:
             self._held = self._held & brought
         self.code.append(Code("LABEL", (label,)))
 
-    def extra(self) -> t.Var:
-        """Return a variable of our own."""
+    def kept(self, value: t.Expr) -> t.Var:
+        """Return a variable of our own that has a value."""
+        self.load(value)
         self._extra += 1
-        return t.Var(f"#{self._extra}")
+        made = t.Var(f"#{self._extra}")
+        self.store(made)
+        return made
 
     # --- statements
     def statements(self, statements: Sequence[t.Statement]) -> None:
@@ -243,7 +243,7 @@ class _Section:
         if not then:
             test, then, other = t.Not(test), other, then
         no, end = Label(), Label()
-        self.jump_unless(test, no)
+        self.jump(test, no, False)
         self.statements(then)
         if other:
             self.put("JUMP", end)
@@ -270,9 +270,6 @@ class _Section:
         self.counter = max(outside, number + 1)
 
     # --- tests
-    def jump_unless(self, test: t.Test, label: Label) -> None:
-        self.jump(test, label, False)
-
     def jump(self, test: t.Test, label: Label, when: bool) -> None:
         """Jump to a label where a test's outcome is `when`."""
         match test:
@@ -300,10 +297,7 @@ class _Section:
         if not isinstance(right, t.Num | t.Var) or (right in self._held and isinstance(left, t.Num | t.Var)):
             left, right = right, left
             mask = (mask & (EQUAL | UNORDERED)) | sum(_MIRROR[m] for m in (LESS, GREATER) if mask & m)
-        if not isinstance(right, t.Num | t.Var):
-            self.load(right)
-            right = self.extra()
-            self.store(right)
+        right = right if isinstance(right, t.Num | t.Var) else self.kept(right)
         self.load(left)
         self.put("COMPARE", right, label, mask=mask)
 
@@ -319,15 +313,18 @@ class _Section:
         if value in self._held:
             return
         match value:
-            case t.Num() if not t.is_single(value.value):
-                self.load_beyond(value.value)
+            case t.Num(number) if abs(number) > t.MOST_FLOAT:  # it becomes infinite
+                self.load(t.literal(math.copysign(3e38, number)))
+                self.put("MULTIPLY", t.literal(3e38))
+            case t.Num(number) if not t.is_single(number):
+                self.load(t.literal(0.0))
             case t.Num() | t.Var():
                 self.put("LOAD", value)
             case t.At(index, start, size):
                 self.put("LOAD_AT", index, FIRST + start, size)
             case t.Select(test, yes, no):
                 other, end = Label(), Label()
-                self.jump_unless(test, other)
+                self.jump(test, other, False)
                 self.load(yes)
                 self.put("JUMP", end)
                 self.label(other)
@@ -340,15 +337,6 @@ class _Section:
                 self.combine(name, left, right)
         if isinstance(value, t.Num | t.Var):
             self._held.add(value)
-
-    def load_beyond(self, value: float) -> None:
-        """Load what single precision does not have: it becomes infinite there, or 0."""
-        if abs(value) < 1.0:
-            return self.load(t.literal(0.0))
-        large = t.literal(math.copysign(3e38, value))
-        self.load(large)
-        self.put("MULTIPLY", t.literal(3e38))
-        return None
 
     def combine(self, name: str, left: t.Expr, right: t.Expr) -> None:
         """Put an operation on two values, of which one is in A and the other in a slot."""
@@ -364,9 +352,7 @@ class _Section:
             self.load(left)
             self.put(_BINARY[name], right)
         else:
-            self.load(right)
-            kept = self.extra()
-            self.store(kept)
+            kept = self.kept(right)
             self.load(left)
             self.put(_BINARY[name], kept)
 
@@ -378,7 +364,9 @@ class _Section:
             size = len(self.code)
             self._shorten()
             self._drop_dead()
-            self._drop_loops()
+            # loops whose end is not reached run once
+            turned = {id(c.operands[-1]) for c in self.code if c.name == "NEXT"}
+            self.code = [c for c in self.code if c.name != "LOOP" or id(self._starts[id(c)]) in turned]
             self._join()
 
     def _shorten(self) -> None:
@@ -425,11 +413,6 @@ class _Section:
             kept.append(code)
         self.code = kept
 
-    def _drop_loops(self) -> None:
-        """Drop the beginning of loops whose end is not reached: they run once."""
-        turned = {id(c.operands[-1]) for c in self.code if c.name == "NEXT"}
-        self.code = [c for c in self.code if c.name != "LOOP" or id(self._starts[id(c)]) in turned]
-
     def _join(self) -> None:
         """Give two variables one slot where one is only a copy of the other."""
         clashes: dict[int, int] | None = None
@@ -459,7 +442,7 @@ class _Section:
         if not isinstance(variable, t.Var) or variable.name in ("x", "v") or variable.name.startswith("s["):
             return False
         functions = [*self.called, *([self.function] if self.function else [])]
-        return not any(variable.name in (*f.parameters, *f.results) for f in functions)
+        return not any(variable.name in f.lasting for f in functions)
 
     def bit(self, variable: t.Expr | str) -> int:
         name = variable.name if isinstance(variable, t.Var) else variable
@@ -489,10 +472,11 @@ class _Section:
             if code.name not in ("STORE", "STORE_AT", "CALL"):
                 continue
             before = self.code[i - 1]
-            copied = self.bit(before.operands[0]) if before.name == "LOAD" and self._is_var(before) else 0
+            is_copy = code.name == "STORE" and before.name == "LOAD" and isinstance(before.operands[0], t.Var)
+            copied = self.bit(before.operands[0]) if is_copy else 0
             for name in self.overwritten(code):
                 bit = self.bit(name)
-                others = live[i + 1] & ~bit & ~(copied if code.name == "STORE" else 0)
+                others = live[i + 1] & ~bit & ~copied
                 found[bit] = found.get(bit, 0) | others
                 while others:
                     other = others & -others
@@ -504,25 +488,22 @@ class _Section:
         """Return the variables that an instruction may write; a call: all but what is given to it."""
         if code.name == "STORE":
             name = code.operands[0].name
-            takers = [f for f in self.called if name in (*f.parameters, *f.results)]
             # what another function takes and gives may lie in the same place
-            others = [f for f in self.called if f not in takers] if takers else []
-            return [name, *(n for f in others for n in (*f.parameters, *f.results))]
+            others = [f for f in self.called if name not in f.lasting]
+            others = others if len(others) < len(self.called) else []
+            return [name, *(n for f in others for n in f.lasting)]
         if code.name == "STORE_AT":
             _, first, size = code.operands
             return [f"s[{first - FIRST + i}]" for i in range(size)]
-        function = code.operands[0]
-        found = {n for f in self.called for n in (*f.parameters, *f.results)}
-        return sorted(found - set(function.parameters))
-
-    def _is_var(self, code: Code) -> bool:
-        return isinstance(code.operands[0], t.Var)
+        found = {n for f in self.called for n in f.lasting}
+        return sorted(found - set(code.operands[0].parameters))
 
     def live(self) -> list[int]:
         """Return the variables, as bits, that are wanted before each instruction, and behind the last one."""
         # who calls a function may know what it was given the last time
-        lasting = self._bits((*self.function.parameters, *self.function.results)) if self.function else 0
-        states = self._bits({o.name for c in self.code for o in c.operands if _is_state(o)})
+        lasting = self._bits(self.function.lasting) if self.function else 0
+        used = {o.name for c in self.code for o in c.operands if isinstance(o, t.Var)}
+        states = self._bits(name for name in used if name.startswith("s["))
         places = {c.operands[0]: i for i, c in enumerate(self.code) if c.name == "LABEL"}
         steps = [(self.written(c), self.read(c)) for c in self.code]
         live = [0] * (len(self.code) + 1)
@@ -556,10 +537,6 @@ _ENDING_MAYBE = frozenset(
 )
 
 
-def _is_state(operand: object) -> bool:
-    return isinstance(operand, t.Var) and operand.name.startswith("s[")
-
-
 def _falls(codes: Sequence[Code], at: int) -> bool:
     """Return whether a jump leads to what follows it."""
     for code in codes[at + 1 :]:
@@ -587,31 +564,22 @@ def _lay_out(sections: Sequence[_Section]) -> None:
                     code.operands = (code.operands[0] + inner, *code.operands[1:])
             section.counter += inner
         for other in below:
-            section.places |= {
-                n: other.places[n]
-                for n in (*other.function.parameters, *other.function.results)  # type: ignore
-            }
+            section.places |= {n: other.places[n] for n in other.function.lasting}  # type: ignore[union-attr]
         _colour(section)
 
 
 def _colour(section: _Section) -> None:
     """Give the section's own variables places from its base on."""
-    lasting = (*section.function.parameters, *section.function.results) if section.function else ()
-    place = section.base
-    for name in lasting:
-        section.places[name] = place
-        place += 1
-    section.top = place
+    lasting = section.function.lasting if section.function else ()
+    section.places |= {name: section.base + i for i, name in enumerate(lasting)}
+    section.top = place = section.base + len(lasting)
     clashes = section.clashes()
     own = dict.fromkeys(
         o.name for code in section.code for o in code.operands if isinstance(o, t.Var) and section.is_local(o)
     )
     for name in own:
-        taken = {
-            p
-            for n, p in section.places.items()
-            if n in own and clashes.get(section.bit(n), 0) & section.bit(name)
-        }
+        near = clashes.get(section.bit(name), 0)
+        taken = {at for n, at in section.places.items() if n in own and section.bit(n) & near}
         section.places[name] = next(n for n in range(place, place + len(own)) if n not in taken)
         section.top = max(section.top, section.places[name] + 1)
 
@@ -640,23 +608,17 @@ class _Encoder:
         """Return the bytes and the line of each instruction; a jump too far for one byte becomes two."""
         far: set[int] = set()
         while True:
-            places, position = {}, 0
-            for i, code in enumerate(section.code):
-                if code.name == "LABEL":
-                    places[code.operands[0]] = position
-                else:
-                    position += _size(code, i in far)
+            ends = list(accumulate(_size(code, i in far) for i, code in enumerate(section.code)))
+            places = {
+                c.operands[0]: end for c, end in zip(section.code, ends, strict=True) if c.name == "LABEL"
+            }
             out: list[tuple[bytes, int]] = []
             longer: set[int] = set()
-            end = 0
-            for i, code in enumerate(section.code):
-                if code.name == "LABEL":
-                    continue
-                end += _size(code, i in far)
+            for i, (code, end) in enumerate(zip(section.code, ends, strict=True)):
                 piece = self.instruction(section, code, places, end, i in far)
                 if piece is None:
                     longer.add(i)
-                else:
+                elif piece:
                     out.append((piece, code.line))
             if not longer:
                 return out
@@ -665,7 +627,9 @@ class _Encoder:
     def instruction(
         self, section: _Section, code: Code, places: Mapping[Label, int], end: int, far: bool
     ) -> bytes | None:
-        """Return an instruction's bytes, None where a jump is too long for one byte."""
+        """Return an instruction's bytes, of a label none; None where a jump is too long for one byte."""
+        if code.name == "LABEL":
+            return b""
         operation = _OPERATIONS[code.name]
         if far:
             distance = places[code.operands[-1]] - end
@@ -707,7 +671,7 @@ class _Encoder:
 
 
 def _size(code: Code, far: bool) -> int:
+    if code.name == "LABEL":
+        return 0
     size = _OPERATIONS[code.name].size
-    if not far:
-        return size
-    return 3 if code.name == "JUMP" else size + 3
+    return size if not far else 3 if code.name == "JUMP" else size + 3

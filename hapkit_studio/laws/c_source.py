@@ -28,7 +28,7 @@ j0 j1 jn y0 y1 yn sin cos tan exp log pow sqrt floor ceil fabs gamma
 p s law stopped smaller larger modulo floorDivide divisor index expMinusOne logOnePlus
 """
 _TAKEN = frozenset(_WORDS.split())
-WIDTH = 105
+WIDTH, _SHORT = 105, 80  # of a line, and of two declarations that may stand in one
 _LEVELS = {"?": 1, "or": 2, "and": 3, "==": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5}
 _SUM, _PRODUCT, _SIGN, _ATOM = 6, 7, 8, 9
 # What C has under another name, and what the sketch's helpers do.
@@ -52,7 +52,10 @@ def translate(law: Law, values: Sequence[float]) -> Source:
     trees = checked(law.function, law.parameters, law.state)
     choices = frozenset(i for i, p in enumerate(law.parameters) if isinstance(p, Choice))
     made = specialise(trees, values, choices)
-    names = {f"p[{i}]": f"p.{mangled(p.key)}" for i, p in enumerate(law.parameters)} | _states(law)
+    names = {f"p[{i}]": f"p.{mangled(p.key)}" for i, p in enumerate(law.parameters)}
+    for i, state in enumerate(law.state_names):
+        key, bracket, place = state.partition("[")
+        names[f"s[{i}]"] = f"s.{mangled(key)}{bracket}{place}"
     functions = {f.name: f for f in made.functions}
     used = {n.name for n in t.walk([made.body, [f.body for f in made.functions]]) if isinstance(n, t.Var)}
     given = [n for n in ("x", "v") if n in used]
@@ -70,14 +73,6 @@ def translate(law: Law, values: Sequence[float]) -> Source:
         text.insert(0, _memory(law, writer.states))
     places = frozenset(int(n[2:-1]) for n in used if n.startswith("p["))
     return Source("\n\n".join(text), f"law::force({', '.join(given)})", frozenset(writer.helpers), places)
-
-
-def _states(law: Law) -> dict[str, str]:
-    names: dict[str, str] = {}
-    for key, value in law.state.items():
-        rows = [f"[{i}]" for i in range(len(value))] if isinstance(value, tuple) else [""]
-        names |= {f"s[{len(names) + i}]": f"s.{mangled(key)}{row}" for i, row in enumerate(rows)}
-    return names
 
 
 def _memory(law: Law, used: set[str]) -> str:
@@ -138,22 +133,12 @@ class _Writer:
             elif isinstance(s, t.If):
                 lines += self.branch(s, indent, declared)
             else:
-                self.join(lines, f"{indent}{self.simple(s, declared)}", s, statements[i - 1] if i else None)
+                line = f"{indent}{self.simple(s, declared)}"
+                kind = next((k for k in ("const float ", "float ") if line.startswith(indent + k)), "")
+                if kind and lines and lines[-1].startswith(indent + kind) and len(lines[-1] + line) < _SHORT:
+                    line = f"{lines.pop()[:-1]}, {line.removeprefix(indent + kind)}"
+                lines.append(line)
         return lines
-
-    def join(self, lines: list[str], line: str, s: t.Statement, before: t.Statement | None) -> None:
-        """Add a line, to the one before where both take results of one call, or begin names with little."""
-        kind = next((k for k in ("const float ", "float ") if line.lstrip().startswith(k)), "")
-        last = lines[-1].lstrip() if lines and _is_short(s) and _is_short(before) else ""
-        joined = ""
-        if kind and last.startswith(kind):
-            joined = f"{lines[-1][:-1]}, {line.lstrip().removeprefix(kind)}"
-        elif not kind and _is_taken(s) and _is_taken(before) and not last.startswith(("const ", "float ")):
-            joined = f"{lines[-1]} {line.lstrip()}"
-        if joined and len(joined) <= WIDTH:
-            lines[-1] = joined
-        else:
-            lines.append(line)
 
     def is_new(self, name: str, declared: set[str]) -> bool:
         return name not in declared and name not in self.names and not name.startswith("@")
@@ -212,15 +197,15 @@ class _Writer:
             kind = "uint16_t" if s.times < 2**16 else "uint32_t"
             head = f"for ({kind} turn_ = 0; turn_ < {s.times}; turn_++)"
             return [f"{indent}{head} {{", *self.block(s.body, f"{indent}  ", declared), f"{indent}}}"]
-        assert isinstance(begin, t.Assign)
-        assert isinstance(begin.value, t.Num)
-        step = _step(s)
-        kind = "float " if self.is_new(begin.to, declared) else ""
-        name, end = mangled(begin.to), begin.value.value + s.times * step
-        test = f"{name} {'<' if step > 0.0 else '>'} {number(end)}"
-        head = f"for ({kind}{name} = {number(begin.value.value)}; {test}; {name} += {number(step)})"
-        body = self.block(s.body, f"{indent}  ", declared | {begin.to})
-        return [f"{indent}{head} {{", *body, f"{indent}}}"]
+        match begin, s.after:
+            case t.Assign(counter, t.Num(first)), [t.Assign(_, t.Op("+", (_, t.Num(step))))]:
+                kind = "float " if self.is_new(counter, declared) else ""
+                name, sign = mangled(counter), "<" if step > 0.0 else ">"
+                test = f"{name} {sign} {number(first + s.times * step)}"
+                head = f"for ({kind}{name} = {number(first)}; {test}; {name} += {number(step)})"
+                body = self.block(s.body, f"{indent}  ", declared | {counter})
+                return [f"{indent}{head} {{", *body, f"{indent}}}"]
+        raise AssertionError(s.after)
 
     # --- values
     def is_truth(self, value: t.Expr) -> bool:
@@ -299,38 +284,18 @@ class _Writer:
         raise AssertionError(test)
 
 
-def _is_taken(s: t.Statement | None) -> bool:
-    """Return whether a statement takes one of several results of a call."""
-    return isinstance(s, t.Assign) and isinstance(s.value, t.Op) and s.value.name.startswith(".")
-
-
-def _is_short(s: t.Statement | None) -> bool:
-    return _is_taken(s) or (isinstance(s, t.Assign) and isinstance(s.value, t.Num | t.Var))
-
-
 def _counter(s: t.Statement) -> str:
     """Return the name that a loop counts with, nothing where nobody reads it."""
     after = s.after if isinstance(s, t.Loop) else []
     return after[0].to if after and isinstance(after[0], t.Assign) else ""
 
 
-def _step(s: t.Loop) -> float:
-    match s.after:
-        case [t.Assign(_, t.Op("+", (_, t.Num(value=step))))]:
-            return step
-    raise AssertionError(s.after)
-
-
 def _is_read(name: str, statements: Sequence[t.Statement]) -> bool:
     """Return whether statements begin with another use of a name than setting it anew."""
-    first = next((s for s in statements if name in _mentioned(s)), None)
-    anew = isinstance(first, t.Assign) and t.Var(name) not in t.walk(first.value)
-    return first is not None and not anew
-
-
-def _mentioned(statement: t.Statement) -> set[str]:
-    found = list(t.walk(statement))
-    return {n.name for n in found if isinstance(n, t.Var)} | {n.to for n in found if isinstance(n, t.Assign)}
+    for s in statements:
+        if any(n == t.Var(name) or (isinstance(n, t.Assign) and n.to == name) for n in t.walk(s)):
+            return not isinstance(s, t.Assign) or t.Var(name) in t.walk(s.value)
+    return False
 
 
 # --- words

@@ -1,7 +1,7 @@
 """A force law: the student's Python function with its state, checked and compiled on first use."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -83,22 +83,11 @@ class Law:
 
     def plain(self, values: Mapping[str, float], x: float, v: float, dt: float = 1e-3) -> float:
         """Return the force in N by the Python function itself, its state at the start, nan if none."""
-        return self.over(values, (x,), v, dt)[0]
-
-    def over(
-        self, values: Mapping[str, float], places: Iterable[float], v: float, dt: float = 1e-3
-    ) -> list[float]:
-        """Return ``plain`` at one place after the other, in m."""
-        named = {
-            p.key: _Option(values[p.key], p) if isinstance(p, Choice) else values[p.key]
-            for p in self.parameters
-        }
-        return [self._force(named, x, v, dt) for x in places]
-
-    def _force(self, named: Mapping[str, float], x: float, v: float, dt: float) -> float:
+        choices = {p.key: _Option(values[p.key], p) for p in self.parameters if isinstance(p, Choice)}
         state = {k: _Values(v) if isinstance(v, tuple) else v for k, v in self.state.items()}
+        p, s = SimpleNamespace(**{**values, **choices}), SimpleNamespace(**state)
         try:
-            return float(self.function(SimpleNamespace(**named), SimpleNamespace(**state), x, v, dt))
+            return float(self.function(p, s, x, v, dt))
         except (ArithmeticError, ValueError, LookupError):
             return math.nan
 

@@ -11,9 +11,7 @@ What is smaller than 2^-126 counts as 0, in operands and results of arithmetic. 
 fmod is by 0, or an index is none of the table's, the law ends at once with nan.
 """
 
-import argparse
 import math
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
@@ -95,52 +93,35 @@ OPERATIONS = (
     Operation(0x40, "COMPARE", "sd", "jump if A against s has an outcome in bits 0 to 3", 63, 86),
     Operation(0x50, "TEST", "d", "jump if A against 0 has an outcome in bits 0 to 3", 30, 36),
 )
-X, V, FIRST = 0, 1, 2
-"""The slots of position and velocity, and the first of the state."""
+X, V, FIRST = 0, 1, 2  # the slots of position and velocity, and the first of the state
 MOST_SLOTS = 255
 MOST_SUBROUTINES = 8
-MOST_CALLS = 4
-"""Depth of calls."""
-MOST_COUNTERS = 4
-"""Counters of loops. A loop's body, what it calls included, uses lower ones only."""
-MOST_JUMPS = 16
-"""Places in one section that jumps may be under way to at a time."""
-MOST_CYCLES = 65534
-"""What the board can count; the longest period has 32,000."""
-ARENA = 768
-"""Bytes for the slots, the code and the moving constants of the one law in force."""
+MOST_CALLS = 4  # depth of calls
+MOST_COUNTERS = 4  # of loops; a loop's body, what it calls included, uses lower ones only
+MOST_JUMPS = 16  # places in one section that jumps may be under way to at a time
+MOST_CYCLES = 65534  # what the board can count; the longest period has 32,000
+ARENA = 768  # bytes for the slots, the code and the moving constants of the one law in force
 RAMPS, RAMP = 8, 6
 """Constants that must be able to move at a time, and the bytes that each takes: slot, time left, target."""
 REST, REST_AT_MOST = 1400, 1700
 """Cycles of a tick besides the law, with a force that is not zero: as a rule, and at most."""
-FRAME = 3000
-"""Cycles of telemetry and messages, every millisecond."""
+FRAME = 3000  # cycles of telemetry and messages, every millisecond
 
 
 class Refusal(IntEnum):
     """Why a board does not run a law that it was sent."""
 
     NONE = 0
-    TOO_LARGE = 1
-    """Slots and code take more than the board has for them."""
-    OPERATION = 2
-    """There is no such operation, or it is cut off, or stands where it may not."""
-    SLOT = 3
-    """An operand is no slot of this law, or a constant is written to."""
-    JUMP = 4
-    """A jump leaves its section, or enters a loop from outside."""
-    LOOP = 5
-    """Loops that are not one inside the other with falling counters, or run no time."""
-    CALL = 6
-    """A call of what is no subroutine before it, or too deep."""
-    END = 7
-    """A section that does not end with a RETURN."""
-    CONSTANT = 8
-    """A number of the table is not finite."""
-    TOO_SLOW = 9
-    """Its longest way takes longer than a period leaves."""
-    RATE = 10
-    """No board has this rate, or this estimator with these coefficients."""
+    TOO_LARGE = 1  # slots and code take more than the board has for them
+    OPERATION = 2  # there is no such operation, or it is cut off, or stands where it may not
+    SLOT = 3  # an operand is no slot of this law, or a constant is written to
+    JUMP = 4  # a jump leaves its section, or enters a loop from outside
+    LOOP = 5  # loops that are not one inside the other with falling counters, or run no time
+    CALL = 6  # a call of what is no subroutine before it, or too deep
+    END = 7  # a section that does not end with a RETURN
+    CONSTANT = 8  # a number of the table is not finite
+    TOO_SLOW = 9  # its longest way takes longer than a period leaves
+    RATE = 10  # no board has this rate, or this estimator with these coefficients
 
 
 # --- what code takes
@@ -309,23 +290,17 @@ _HEAD = """\
 """
 _MASKED, _MASKS = 0x40, 16
 _SHAPES = {
-    "": "None",
-    "s": "Slot",
-    "ssn": "Indexed",
-    "d": "Near",
-    "sd": "SlotNear",
-    "w": "Far",
-    "nw": "Counter",
-}
+    "": "None", "s": "Slot", "ssn": "Indexed", "d": "Near", "sd": "SlotNear", "w": "Far", "nw": "Counter",
+}  # fmt: skip
+_LIMITS = {
+    "MostCalls": MOST_CALLS, "MostCounters": MOST_COUNTERS, "MostJumps": MOST_JUMPS,
+    "MostSubroutines": MOST_SUBROUTINES, "MostCycles": MOST_CYCLES, "UsualArena": ARENA, "Ramps": RAMPS,
+    "Ramp": RAMP, "RestAtMost": REST_AT_MOST, "Frame": FRAME,
+}  # fmt: skip
 
 
 def _camel(name: str) -> str:
     return "k" + "".join(word.title() for word in name.split("_"))
-
-
-def _shapes() -> list[tuple[str, int]]:
-    """Return the name of each kind of operands, and the bytes of an instruction with them."""
-    return [(_SHAPES[kind], next(o.size for o in OPERATIONS if o.operands == kind)) for kind in _SHAPES]
 
 
 def text() -> str:
@@ -333,18 +308,7 @@ def text() -> str:
     known = {o.code: o for o in OPERATIONS}
     single = 1 + max(code for code in known if code < _MASKED)
     rows = [known.get(code) for code in [*range(single), *(code for code in known if code >= _MASKED)]]
-    limits = {
-        "MostCalls": MOST_CALLS,
-        "MostCounters": MOST_COUNTERS,
-        "MostJumps": MOST_JUMPS,
-        "MostSubroutines": MOST_SUBROUTINES,
-        "MostCycles": MOST_CYCLES,
-        "UsualArena": ARENA,
-        "Ramps": RAMPS,
-        "Ramp": RAMP,
-        "RestAtMost": REST_AT_MOST,
-        "Frame": FRAME,
-    }
+    sizes = {o.operands: o.size for o in OPERATIONS}
     lines = [
         "#ifdef __ASSEMBLER__",
         *(f".equ OP_{o.name}, 0x{o.code:02x}" for o in OPERATIONS),
@@ -354,7 +318,7 @@ def text() -> str:
         "",
         "namespace machine {",
         "",
-        *(f"constexpr uint16_t k{name} = {value};" for name, value in limits.items()),
+        *(f"constexpr uint16_t k{name} = {value};" for name, value in _LIMITS.items()),
         "",
         "enum class Refusal : uint8_t {",
         *(f"  {_camel(one.name)} = {one.value}," for one in Refusal),
@@ -368,7 +332,7 @@ def text() -> str:
         "// The lower bits tell how long all of it is.",
         "enum Operands : uint8_t {",
         "  kUnknown = 0,",
-        *(f"  k{name} = 0x{16 * n + size:02x}," for n, (name, size) in enumerate(_shapes())),
+        *(f"  k{name} = 0x{16 * n + sizes[kind]:02x}," for n, (kind, name) in enumerate(_SHAPES.items())),
         "};",
         "constexpr uint8_t kSizeOf = 0x0f;",
         "",
@@ -392,22 +356,7 @@ def text() -> str:
     return _HEAD + "\n".join(lines) + "\n"
 
 
-def default_path() -> Path:
-    """Return where the header lies in a checkout."""
-    return Path(__file__).resolve().parents[2] / "firmware" / "hapkit" / "opcodes.h"
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """Write the header; with --check only tell whether it is up to date."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("path", nargs="?", type=Path, default=default_path())
-    parser.add_argument("--check", action="store_true", help="write nothing, exit 1 if the file differs")
-    options = parser.parse_args(arguments)
-    if options.check:
-        return int(not options.path.is_file() or options.path.read_text() != text())
-    options.path.write_text(text())
-    return 0
-
+HEADER = Path(__file__).resolve().parents[2] / "firmware" / "hapkit" / "opcodes.h"
 
 if __name__ == "__main__":
-    sys.exit(main())
+    HEADER.write_text(text())

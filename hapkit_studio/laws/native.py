@@ -1,5 +1,6 @@
 """Compiled laws by address: loaded from the cache, called without numba knowing which law it is."""
 
+import ctypes
 import hashlib
 import importlib.util
 import os
@@ -12,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 
 import numba
+import numpy as np
 import platformdirs
 from llvmlite import ir
 from numba import types
@@ -26,6 +28,9 @@ FAULT_WORDS = 3
 # what a law's first fault word may hold besides 0
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL, LAW_DIVISION = 1, 2, 3, 8
 INTERPRETED = bool(numba.config.DISABLE_JIT)
+_real, _reals, _words = ctypes.c_double, np.ctypeslib.ndpointer(float), np.ctypeslib.ndpointer(np.int64)
+# a law's address as a function for Python: numba would take a tenth of a second to compile a way in
+Function = ctypes.CFUNCTYPE(_real, _reals, _reals, _real, _real, _real, _words)
 _functions: dict[int, object] = {}
 _loading = threading.Lock()
 

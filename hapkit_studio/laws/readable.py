@@ -67,14 +67,10 @@ class _Readable(Specialiser):
 
     def pin_changing(self, statements: Sequence[ast.stmt]) -> None:
         """Give names that are set more than once, or were given, one variable for the whole function."""
-        stores = Counter(
-            n.id
-            for s in statements
-            for n in ast.walk(s)
-            if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
-        )
-        heads = [n.body[0] for s in statements for n in ast.walk(s) if isinstance(n, ast.For)]
-        counters = {n.targets[0].id for n in heads if isinstance(n, ast.Assign)}  # type: ignore[attr-defined]
+        nodes = [n for s in statements for n in ast.walk(s)]
+        stores = Counter(n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store))
+        heads = [n.body[0] for n in nodes if isinstance(n, ast.For)]
+        counters = {n.targets[0].id for n in heads}  # type: ignore[attr-defined]
         changing = {n for n, times in stores.items() if times > 1 and n != "_"}
         self.changing[id(self.scope.tree)] = changing | counters
         for name in stores:
@@ -102,8 +98,11 @@ class _Readable(Specialiser):
                 self.truths.add(self.env[name])
 
     def emit(self, statement: t.Statement) -> None:
-        if not _changes_nothing(statement):
-            super().emit(statement)
+        match statement:
+            case t.If(t.Compare("==", t.Var(name), t.Num(0.0)), [t.Assign(to, t.Num(0.0))], []) if name == to:
+                pass  # it only makes 0 what is 0
+            case _:
+                super().emit(statement)
 
     def keep_unless_select(self, value: t.Expr) -> t.Expr:
         return value
@@ -115,10 +114,8 @@ class _Readable(Specialiser):
             written = frozenset(self.written([target]))
             for j, other in enumerate(values[i + 1 :], i + 1):
                 if t.mentions(other, written):
-                    behind = targets[j]
-                    made = self.fresh(f"new_{behind.id}" if isinstance(behind, ast.Name) else "new")
-                    self.emit(t.Assign(made, other))
-                    values[j] = t.Var(made)
+                    name = getattr(targets[j], "id", "")  # of the state none
+                    values[j] = self.copy(other, f"new_{name}" if name else "new")
             self.assign(target, values[i])
 
     # --- functions
@@ -130,7 +127,8 @@ class _Readable(Specialiser):
         given = {n: self.value(a) for n, a in zip(names, node.args, strict=False)}
         if key in self.inlined:
             self.own = set()
-            return self.write_in(tree, {n: self.keep_unless_constant(v, n) for n, v in given.items()})
+            kept = {n: v if _is_constant(v) else self.keep(v, n) for n, v in given.items()}
+            return self.write_in(tree, kept)
         known = {n: v for n, v in given.items() if _is_constant(v) and (key, n) not in self.moving}
         before = self.given.setdefault(key, known)
         self.differing |= {(key, n) for n in {*before, *known} if before.get(n) != known.get(n)}
@@ -148,9 +146,6 @@ class _Readable(Specialiser):
         got = self.keep(made, "got")
         return [r or t.Op(f".{'abcdefghijklmnop'[i]}", (got,)) for i, r in enumerate(known_results)]
 
-    def keep_unless_constant(self, value: t.Expr, name: str) -> t.Expr:
-        return value if _is_constant(value) else self.keep(value, name)
-
     def made(
         self, key: str, tree: ast.FunctionDef, given: dict[str, t.Expr], moving: list[str]
     ) -> t.Function:
@@ -162,8 +157,8 @@ class _Readable(Specialiser):
         block, self.own = t.Block(), set(moving)
         found = self.enter(tree, given | {n: t.Var(n) for n in moving}, block)
         self.frames, self.states, self.used, self.truths = outside
-        results = tuple(f"@{i}" for i in range(len(found[0])))
-        for leave, values in zip(self._leaves, found, strict=True):
+        results = tuple(f"@{i}" for i in range(len(found[0][1])))
+        for leave, values in found:
             leave.moves += [t.Assign(r, v) for r, v in zip(results, values, strict=True)]
         function = t.Function(key, name, (), results, block)
         t.drop_unused(t.Specialised([], [function]))
@@ -173,18 +168,17 @@ class _Readable(Specialiser):
         fails = any(isinstance(n, t.Op) and n.name == "divisor()" for n in t.walk(block))
         self.known_results[key] = [
             v[0] if not fails and isinstance(v[0], t.Num) and all(o == v[0] for o in v) else None
-            for v in zip(*found, strict=True)
+            for v in zip(*(values for _, values in found), strict=True)
         ]
         return function
 
     # --- values
     def value(self, node: ast.expr) -> t.Expr:
-        if not (
-            isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "_divisor"
-        ):
-            return super().value(node)
-        value = self.value(node.args[0])
-        return value if self.never_zero(value) else t.Op("divisor()", (value,))
+        match node:
+            case ast.Call(func=ast.Name(id="_divisor"), args=args):
+                value = self.value(args[0])
+                return value if self.never_zero(value) else t.Op("divisor()", (value,))
+        return super().value(node)
 
     def never_zero(self, value: t.Expr) -> bool:
         found = self.evaluated(value)
@@ -234,14 +228,6 @@ class _Readable(Specialiser):
         return made
 
 
-def _changes_nothing(statement: t.Statement) -> bool:
-    """Return whether a statement only makes 0 what is 0."""
-    match statement:
-        case t.If(t.Compare("==", t.Var(name), t.Num(value=0.0)), [t.Assign(to, t.Num(value=0.0))], []):
-            return name == to
-    return False
-
-
 def _beside_huge(name: str, *args: t.Expr) -> t.Expr | None:
     """Return a sum, or the least or most, of a number beyond single precision and another value."""
     huge, other = args if isinstance(args[0], t.Num) else args[::-1]
@@ -270,13 +256,8 @@ def _called(value: object) -> set[str]:
 
 def _state_read(value: object) -> Counter[str]:
     """Return how often each place of state is read."""
-    found: Counter[str] = Counter()
-    for part in t.walk(value):
-        if isinstance(part, t.At):
-            found.update(f"s[{part.start + i}]" for i in range(part.size))
-        elif isinstance(part, t.Var):
-            found[part.name] += 1
-    return found
+    parts = [n for n in t.walk(value) if isinstance(n, t.Var | t.At)]
+    return Counter(name for n in parts for name in (n.state() if isinstance(n, t.At) else [n.name]))
 
 
 def _drop_unread_state(statements: list[t.Statement]) -> None:
@@ -305,10 +286,8 @@ def _join_copies(statements: list[t.Statement], given: Sequence[str]) -> None:
 
 def _drop(statements: list[t.Statement], which: t.Statement) -> None:
     statements[:] = [s for s in statements if s is not which]
-    for s in statements:
-        if isinstance(s, t.If | t.Loop):
-            for inner in (s.then, s.other) if isinstance(s, t.If) else (s.body,):
-                _drop(inner, which)
+    for inner in (inner for s in statements for inner in t.inner_lists(s)):
+        _drop(inner, which)
 
 
 def _rename(statements: list[t.Statement], old: str, new: str) -> None:

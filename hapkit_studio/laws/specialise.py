@@ -7,6 +7,7 @@ import ast
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial, reduce
 
 from hapkit_studio.laws import tree as t
 from hapkit_studio.laws.translate import CheckedLaw
@@ -31,22 +32,16 @@ def specialise(law: CheckedLaw, known: Mapping[int, float], period: float, small
     while True:
         walk = Specialiser(law, known, period, inlined)
         made = t.Specialised(walk.law(), list(walk.functions.values()))
-        more = _worth_inlining(walk, small)
+        sizes: dict[str, int] = {}  # of functions, with all that they call
+        for key, function in walk.functions.items():
+            sizes[key] = t.weight(function.body) + sum(sizes[k] for k in t.called(function.body))
+        more = {key for key, size in sizes.items() if walk.calls[key] == 1 or size <= small}
         if not more:
             break
         inlined |= more
     t.drop_unused(made)
     t.substitute(made)
     return made
-
-
-def _worth_inlining(walk: "Specialiser", small: int) -> set[str]:
-    """Return the keys of the functions left that are called once, or are small with all that they call."""
-    sizes: dict[str, int] = {}
-    for key, function in walk.functions.items():
-        body = function.body.body
-        sizes[key] = t.weight(body) + sum(sizes[k] for k in t.called(body))
-    return {key for key, size in sizes.items() if walk.calls[key] == 1 or size <= small}
 
 
 @dataclass
@@ -107,8 +102,10 @@ class Specialiser:
 
     def keep(self, value: t.Expr, name: str = "t") -> t.Expr:
         """Return a value that costs nothing to read: known, or a variable's."""
-        if isinstance(value, t.Num | t.Var):
-            return value
+        return value if isinstance(value, t.Num | t.Var) else self.copy(value, name)
+
+    def copy(self, value: t.Expr, name: str = "t") -> t.Var:
+        """Return a new variable that has a value."""
         made = self.fresh(name)
         self.emit(t.Assign(made, value))
         return t.Var(made)
@@ -118,23 +115,17 @@ class Specialiser:
         copies: dict[t.Expr, t.Expr] = {}
         for frame in self.frames:
             for name, value in frame.items():
-                if not t.mentions(value, names):
-                    continue
-                if value not in copies:
-                    made = self.fresh(name)
-                    self.emit(t.Assign(made, value))
-                    copies[value] = t.Var(made)
-                frame[name] = copies[value]
+                if t.mentions(value, names):
+                    frame[name] = copies[value] = copies.get(value) or self.copy(value, name)
         self.states = {k: v for k, v in self.states.items() if k not in names and not t.mentions(v, names)}
 
     def bind(self, name: str, value: t.Expr) -> None:
         """Let a name stand for a value from now on."""
         if name in self.scope.pinned:
             variable = self.scope.pinned[name]
-            if value == t.Var(variable):
-                return
-            self.detach_others(variable)
-            self.emit(t.Assign(variable, value))
+            if value != t.Var(variable):
+                self.detach_others(variable)
+                self.emit(t.Assign(variable, value))
             return
         lazy = isinstance(value, t.Num | t.Var)
         if isinstance(value, t.Select):
@@ -148,16 +139,6 @@ class Specialiser:
             del self.env[name]
         self.detach(frozenset((variable,)))
         self.env.update(own)
-
-    def set_state(self, place: int, value: t.Expr) -> None:
-        """Write a value of the state."""
-        name = f"s[{place}]"
-        if self.states.get(name) == value or value == t.Var(name):
-            return
-        self.detach(frozenset((name,)))
-        self.emit(t.Assign(name, value))
-        if isinstance(value, t.Num | t.Var):
-            self.states[name] = value  # until one of the two is written again
 
     # --- statements
     def walk(self, statements: Sequence[ast.stmt]) -> bool:
@@ -174,6 +155,8 @@ class Specialiser:
                 self.bind(name, self.truth(value, self.reads(name) == 1))
             case ast.Assign(targets=[target], value=value):
                 self.assign(target, self.value(value))
+            case ast.If(test=ast.Call(func=ast.Name(id="_spent"))):
+                pass
             case ast.If():
                 return self.branch(node)
             case ast.For():
@@ -195,12 +178,14 @@ class Specialiser:
             return
         place = self.place(target)
         if isinstance(place, t.At):
-            changed = frozenset(f"s[{place.start + i}]" for i in range(place.size))
             value = self.keep(value)
-            self.detach(changed)
+            self.detach(frozenset(place.state()))
             self.emit(t.SetAt(place, value))
-        else:
-            self.set_state(int(place.name[2:-1]), value)
+        elif self.states.get(place.name) != value and value != place:
+            self.detach(frozenset((place.name,)))
+            self.emit(t.Assign(place.name, value))
+            if isinstance(value, t.Num | t.Var):
+                self.states[place.name] = value  # until one of the two is written again
 
     def assign_several(self, targets: Sequence[ast.expr], value: ast.expr) -> None:
         if isinstance(value, ast.Tuple):
@@ -208,35 +193,27 @@ class Specialiser:
         else:
             values = self.call(value)
         written = frozenset(self.written(targets))
-        values = [self.copied(v, written) for v in values]
+        values = [self.copy(v) if t.mentions(v, written) else v for v in values]
         for target, one in zip(targets, values, strict=True):
             self.assign(target, one)
 
     def keep_unless_select(self, value: t.Expr) -> t.Expr:
         return value if isinstance(value, t.Select) else self.keep(value)
 
-    def copied(self, value: t.Expr, written: frozenset[str]) -> t.Expr:
-        """Return a value that stays when these variables are written."""
-        if not t.mentions(value, written):
-            return value
-        made = self.fresh("t")
-        self.emit(t.Assign(made, value))
-        return t.Var(made)
-
     def written(self, targets: Sequence[ast.expr]) -> list[str]:
         """Return the lasting variables that targets write."""
-        found = []
+        found: list[str] = []
         for target in targets:
-            if isinstance(target, ast.Name):
-                if target.id in self.scope.pinned:
-                    found.append(self.scope.pinned[target.id])
-            else:
-                found += [f"s[{place}]" for place in _places(target)]
+            match target:
+                case ast.Name(id=name):
+                    found += [self.scope.pinned[name]] if name in self.scope.pinned else []
+                case ast.Subscript(slice=ast.Constant(value=int() as place)):
+                    found.append(f"s[{place}]")
+                case ast.Subscript(slice=ast.BinOp(ast.Constant(int() as start), _, ast.Call(args=args))):
+                    found += [f"s[{start + i}]" for i in range(ast.literal_eval(args[1]))]
         return found
 
     def branch(self, node: ast.If) -> bool:
-        if _is_fuel(node.test):
-            return False
         test = self.test(node.test)
         if isinstance(test, bool):
             return self.walk(node.body if test else node.orelse)
@@ -248,19 +225,14 @@ class Specialiser:
         gone = self.walk(node.orelse)
         other = self.out
         self.out, self.line = outside, line
-        if left and gone:
-            self.emit(t.If(test, then, other))
-            return True
-        if left:
-            pass
-        elif gone:
+        if gone and not left:
             self.frames, self.states = then_frames, then_states
-        else:
+        elif not left:
             self.merge(test, then, then_frames, other)
             self.states = {k: v for k, v in self.states.items() if then_states.get(k) == v}
         if then or other or t.may_fail(test):
             self.emit(t.If(test, then, other))
-        return False
+        return left and gone
 
     def merge(
         self,
@@ -281,8 +253,8 @@ class Specialiser:
                 if yes == no:
                     continue
                 if (yes, no) not in chosen:
-                    if _is_no_change(test, yes, no):
-                        chosen[yes, no] = no
+                    if yes == t.literal(0.0) and test == t.Compare("==", no, yes):
+                        chosen[yes, no] = no  # it is only made 0 where it is 0
                     elif empty and isinstance(yes, t.Num) and isinstance(no, t.Num):
                         chosen[yes, no] = t.Select(test, yes, no)
                     else:
@@ -309,14 +281,16 @@ class Specialiser:
         turns = range(*(ast.literal_eval(a) for a in call.args))
         if not turns:
             return
-        counter, body = _counter(node)
-        assigned = _assigned(body)
+        counter, body = node.body[0].targets[0].id, node.body[1:]  # type: ignore[attr-defined]
+        targets = _targets(body)
+        assigned = {one.id for one in targets if isinstance(one, ast.Name)}
         outer = self.scope.pinned
-        self.detach(frozenset(self.state_written(body)))
+        self.detach(frozenset(self.written([one for one in targets if not isinstance(one, ast.Name)])))
         for name in sorted((assigned | {counter}) & set(outer)):
             self.detach_others(outer[name])
         known = counter in self.env
-        counted = known or counter in _loaded(body)
+        names = [n for s in body for n in ast.walk(s) if isinstance(n, ast.Name)]
+        counted = known or any(n.id == counter and not isinstance(n.ctx, ast.Store) for n in names)
         self.scope.pinned = dict(outer)
         for name in sorted(assigned | ({counter} if counted else set())):
             if name not in outer:
@@ -346,10 +320,6 @@ class Specialiser:
         self.scope.pinned[name] = variable
         self.env[name] = t.Var(variable)
 
-    def state_written(self, statements: Sequence[ast.stmt]) -> list[str]:
-        targets = [one for s in statements for n in ast.walk(s) for one in _targets(n)]
-        return self.written([one for one in targets if not isinstance(one, ast.Name)])
-
     def leave(self, value: ast.expr | None) -> None:
         assert value is not None
         block = self.scope.block
@@ -369,15 +339,18 @@ class Specialiser:
         assert isinstance(node.func, ast.Name)
         tree = self.source.helpers[node.func.id]
         names = [a.arg for a in tree.args.args if a.arg != "_fault"]
-        values = [self.keep_unless_select(self.value(a)) for a in node.args if not _is_fault(a)]
+        # the last argument is the fault words'
+        values = [self.keep_unless_select(self.value(a)) for a in node.args[:-1]]
         given = dict(zip(names, values, strict=True))
         key = f"{node.func.id}({','.join(v.key if isinstance(v, t.Num) else '' for v in values)})"
-        if key not in self.inlined:
-            return self.call_function(key, tree, given)
-        return self.write_in(tree, given)
+        if key in self.inlined:
+            return self.write_in(tree, given)
+        return self.call_function(key, tree, given)
 
-    def enter(self, tree: ast.FunctionDef, given: dict[str, t.Expr], block: t.Block) -> list[list[t.Expr]]:
-        """Walk a function's body into the block; return what its returns give, one list each."""
+    def enter(
+        self, tree: ast.FunctionDef, given: dict[str, t.Expr], block: t.Block
+    ) -> list[tuple[t.Leave, list[t.Expr]]]:
+        """Walk a function's body into the block; return its returns, each with what it gives."""
         scope = _Scope(tree, self.scope.shows and tree.name in self.source.own, block)
         self.frames.append(given)
         self.scopes.append(scope)
@@ -386,48 +359,32 @@ class Specialiser:
         self.line, self.out = line, outside
         self.frames.pop()
         self.scopes.pop()
-        self._leaves = [leave for leave, _ in scope.found]
-        return [values for _, values in scope.found]
+        return scope.found
 
     def write_in(self, tree: ast.FunctionDef, given: dict[str, t.Expr]) -> list[t.Expr]:
         """Return the results of a function inlined here."""
         block = t.Block()
         found = self.enter(tree, given, block)
-        leaves = self._leaves
-        last = block.body[-1] if block.body else None
-        if len(found) == 1 and last is leaves[0]:
+        if len(found) == 1 and block.body[-1] is found[0][0]:
             self.out += block.body[:-1]
-            return found[0]
+            return found[0][1]
         results: list[t.Expr] = []
-        for values in zip(*found, strict=True):
-            if all(v == values[0] for v in values):
-                results.append(values[0])
+        columns = list(zip(*(values for _, values in found), strict=True))
+        for column in columns:
+            if all(v == column[0] for v in column):
+                results.append(column[0])
                 continue
             made = self.fresh("r")
-            for leave, value in zip(leaves, values, strict=True):
+            for (leave, _), value in zip(found, column, strict=True):
                 leave.moves.append(t.Assign(made, value))
             results.append(t.Var(made))
-        selected = self.selected(block, found, results)
-        if selected is not None:
-            return selected
+        match block.body:
+            case [t.If(test, [_], []), _] if len(found) == 2 and self.stays(test):
+                # nothing but a choice
+                if all(a == b or (isinstance(a, t.Num) and isinstance(b, t.Num)) for a, b in columns):
+                    return [a if a == b else t.Select(test, a, b) for a, b in columns]
         self.emit(block)
         return results
-
-    def selected(
-        self, block: t.Block, found: list[list[t.Expr]], results: list[t.Expr]
-    ) -> list[t.Expr] | None:
-        """Return the results where the body is nothing but a choice between known numbers."""
-        if len(found) != 2 or len(block.body) != 2:
-            return None
-        first = block.body[0]
-        if not (isinstance(first, t.If) and len(first.then) == 1 and not first.other):
-            return None
-        if not self.stays(first.test):
-            return None
-        pairs = list(zip(*found, strict=True))
-        if not all(a == b or (isinstance(a, t.Num) and isinstance(b, t.Num)) for a, b in pairs):
-            return None
-        return [a if a == b else t.Select(first.test, a, b) for a, b in pairs]  # type: ignore[arg-type]
 
     def call_function(self, key: str, tree: ast.FunctionDef, given: dict[str, t.Expr]) -> list[t.Expr]:
         """Return the results of a function that stays one, made when it is first called."""
@@ -444,12 +401,7 @@ class Specialiser:
         # what it calls itself may be given something else now
         own = frozenset(function.parameters)
         self.states = {k: v for k, v in self.states.items() if k in own or k.startswith("s[")}
-        results: list[t.Expr] = []
-        for name in function.results:
-            made = self.fresh("r")
-            self.emit(t.Assign(made, t.Var(name)))
-            results.append(t.Var(made))
-        return results
+        return [self.copy(t.Var(name), "r") for name in function.results]
 
     def made(
         self, key: str, tree: ast.FunctionDef, given: dict[str, t.Expr], moving: list[str]
@@ -462,8 +414,8 @@ class Specialiser:
         block = t.Block()
         found = self.enter(tree, inside, block)
         self.frames, self.states = frames, states
-        results = tuple(self.fresh(f"{name}_out") for _ in found[0])
-        for leave, values in zip(self._leaves, found, strict=True):
+        results = tuple(self.fresh(f"{name}_out") for _ in found[0][1])
+        for leave, values in found:
             leave.moves += [t.Assign(r, v) for r, v in zip(results, values, strict=True)]
         return t.Function(key, name, parameters, results, block)
 
@@ -475,10 +427,8 @@ class Specialiser:
                 return t.literal(float(value))
             case ast.Name(id=name):
                 return self.env[name]
-            case ast.Subscript(value=ast.Name(id="p"), slice=ast.Constant(value=int() as number)):
-                if number in self.known:
-                    return t.Num(self.known[number], f"p{number}")
-                return t.Var(f"p[{number}]")
+            case ast.Subscript(ast.Name("p"), ast.Constant(int() as n)):
+                return t.Num(self.known[n], f"p{n}") if n in self.known else t.Var(f"p[{n}]")
             case ast.Subscript(value=ast.Name(id="s")):
                 place = self.place(node)
                 return place if isinstance(place, t.At) else self.states.get(place.name, place)
@@ -494,8 +444,10 @@ class Specialiser:
                 return self.call(node)[0]
             case ast.Call(func=ast.Name(id=name), args=args) if name in _TRANSPARENT:
                 return self.value(args[0])
+            case ast.Call(func=ast.Name(id="min" | "max" as name), args=args):
+                return reduce(partial(self.op, name), [self.value(a) for a in args])
             case ast.Call(func=ast.Name(id=name), args=args):
-                return self.pairwise(name, [self.value(a) for a in args])
+                return self.op(name, *(self.value(a) for a in args))
             case ast.Call(func=ast.Attribute(attr=name), args=[ast.BinOp(op=ast.Div()) as quotient]) if (
                 self.folds and name in _ROUNDING
             ):
@@ -525,9 +477,7 @@ class Specialiser:
         """Return whether a value is 1 or 0 by a test."""
         if isinstance(node, ast.Name):
             value = self.env[node.id]
-            return value in self.truths or (
-                isinstance(value, t.Select) and (value.yes, value.no) == (t.literal(1.0), t.literal(0.0))
-            )
+            return value in self.truths or t.is_truth(value)
         return all(map(self.is_truth, node.values)) if isinstance(node, ast.BoolOp) else is_test(node)
 
     def one_of(self, node: ast.BoolOp) -> t.Expr:
@@ -544,9 +494,7 @@ class Specialiser:
         outside, self.out = self.out, []
         other = self.one_of(rest)
         inner, self.out = self.out, outside
-        made = self.fresh("t")
-        self.emit(t.If(test, [t.Assign(made, value)], [*inner, t.Assign(made, other)]))
-        return t.Var(made)
+        return self.branched(test, value, other, (), inner)
 
     def reads(self, name: str) -> int:
         """Return how often the function that is being walked reads a name."""
@@ -556,10 +504,19 @@ class Specialiser:
         return self.scope.loads[name]
 
     def choice(self, test: t.Test, yes: t.Num, no: t.Num) -> t.Expr:
-        if self.stays(test):
-            return t.Select(test, yes, no)
+        return t.Select(test, yes, no) if self.stays(test) else self.branched(test, yes, no)
+
+    def branched(
+        self,
+        test: t.Test,
+        yes: t.Expr,
+        no: t.Expr,
+        then: Sequence[t.Statement] = (),
+        other: Sequence[t.Statement] = (),
+    ) -> t.Var:
+        """Return a variable that is one of two values, each computed by statements where it is taken."""
         made = self.fresh("t")
-        self.emit(t.If(test, [t.Assign(made, yes)], [t.Assign(made, no)]))
+        self.emit(t.If(test, [*then, t.Assign(made, yes)], [*other, t.Assign(made, no)]))
         return t.Var(made)
 
     def either(self, node: ast.IfExp) -> t.Expr:
@@ -573,23 +530,12 @@ class Specialiser:
         other, self.out = self.out, outside
         if not then and not other and (chosen := self.chosen(test, yes, no)):
             return chosen
-        made = self.fresh("t")
-        self.emit(t.If(test, [*then, t.Assign(made, yes)], [*other, t.Assign(made, no)]))
-        return t.Var(made)
+        return self.branched(test, yes, no, then, other)
 
     def chosen(self, test: t.Test, yes: t.Expr, no: t.Expr) -> t.Expr | None:
         """Return one of two values as an expression, None where it takes a branch."""
         both = isinstance(yes, t.Num) and isinstance(no, t.Num)
         return t.Select(test, yes, no) if both and self.stays(test, True) else None
-
-    def pairwise(self, name: str, values: list[t.Expr]) -> t.Expr:
-        """Return abs, min, max or a function imported by its name, of as many values as there are."""
-        if name not in ("min", "max"):
-            return self.op(name, *values)
-        found = values[0]
-        for value in values[1:]:
-            found = self.op(name, found, value)
-        return found
 
     def place(self, node: ast.expr) -> t.At | t.Var:
         """Return the value of state that a subscript names."""
@@ -684,12 +630,6 @@ class Specialiser:
         return t.Compare(op, left, right)
 
 
-def _is_no_change(test: t.Test, yes: t.Expr, no: t.Expr) -> bool:
-    """Return whether a value is only made 0 where it is 0."""
-    zero = t.literal(0.0)
-    return yes == zero and test == t.Compare("==", no, zero)
-
-
 def _is_cheap(value: t.Expr) -> bool:
     """Return whether a value costs next to nothing to read."""
     inner = value.args[0] if isinstance(value, t.Op) and value.name in ("abs", "neg") else value
@@ -702,46 +642,8 @@ def is_test(node: ast.expr) -> bool:
     )
 
 
-def _is_fuel(test: ast.expr) -> bool:
-    return isinstance(test, ast.Call) and isinstance(test.func, ast.Name) and test.func.id == "_spent"
-
-
-def _is_fault(node: ast.expr) -> bool:
-    return isinstance(node, ast.Name) and node.id == "_fault"
-
-
-def _places(node: ast.expr) -> range:
-    """Return the numbers of the values of state that a subscript may mean."""
-    match node:
-        case ast.Subscript(slice=ast.Constant(value=int() as place)):
-            return range(place, place + 1)
-        case ast.Subscript(
-            slice=ast.BinOp(left=ast.Constant(value=int() as start), right=ast.Call(args=[_, size, *_]))
-        ):
-            return range(start, start + ast.literal_eval(size))
-    raise AssertionError(ast.dump(node))
-
-
-def _targets(node: ast.AST) -> list[ast.expr]:
-    if not isinstance(node, ast.Assign):
-        return []
-    return [e for one in node.targets for e in (one.elts if isinstance(one, ast.Tuple) else [one])]
-
-
-def _assigned(statements: Sequence[ast.stmt]) -> set[str]:
-    """Return the names that statements assign, loops' counters among them."""
-    return {a.id for s in statements for n in ast.walk(s) for a in _targets(n) if isinstance(a, ast.Name)}
-
-
-def _loaded(statements: Sequence[ast.stmt]) -> set[str]:
-    """Return the names that statements read."""
-    names = [n for s in statements for n in ast.walk(s) if isinstance(n, ast.Name)]
-    return {n.id for n in names if not isinstance(n.ctx, ast.Store)}
-
-
-def _counter(node: ast.For) -> tuple[str, list[ast.stmt]]:
-    """Return the name that a watched loop counts with, and its body."""
-    first = node.body[0]
-    assert isinstance(first, ast.Assign)
-    assert isinstance(first.targets[0], ast.Name)
-    return first.targets[0].id, node.body[1:]
+def _targets(statements: Sequence[ast.stmt]) -> list[ast.expr]:
+    """Return what statements assign to, names that loops count with among them."""
+    nodes = [n for s in statements for n in ast.walk(s) if isinstance(n, ast.Assign)]
+    targets = [one for n in nodes for one in n.targets]
+    return [e for one in targets for e in (one.elts if isinstance(one, ast.Tuple) else [one])]

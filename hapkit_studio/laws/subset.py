@@ -5,6 +5,7 @@ parameters ``p.name``, state ``s.name`` or ``s.name[i]``, and helper functions o
 """
 
 import ast
+from typing import Any
 
 from hapkit_studio.errors import LawError
 
@@ -19,34 +20,28 @@ MATH_CONSTANTS = frozenset(("pi", "e", "tau", "inf"))
 BUILTINS = {"abs": (1, 1), "min": (2, 8), "max": (2, 8), "int": (1, 1), "float": (1, 1)}
 MOST_TURNS = 2**31
 
-_INSTEAD = {
+# what else no law may contain is named as Python names it
+_INSTEAD: dict[Any, str] = {
     ast.While: "`while` is not allowed in a law: use `for i in range(10)`",
     ast.Try: "`try` is not allowed in a law: nothing in it can raise an error",
-    ast.With: "`with` is not allowed in a law",
-    ast.Import: "`import` stands at the top of the file, not in a law",
-    ast.ImportFrom: "`import` stands at the top of the file, not in a law",
+    (ast.Import, ast.ImportFrom): "`import` stands at the top of the file, not in a law",
     ast.Lambda: "`lambda` is not allowed in a law: write a function beside it",
     ast.FunctionDef: "a function inside a law is not allowed: write it beside the law",
-    ast.ListComp: "a list is not allowed in a law: use numbers and the state `s`",
-    ast.List: "a list is not allowed in a law: use numbers and the state `s`",
-    ast.Dict: "a dictionary is not allowed in a law: use numbers and the state `s`",
+    (ast.List, ast.ListComp): "a list is not allowed in a law: use numbers and the state `s`",
+    (ast.Dict, ast.DictComp): "a dictionary is not allowed in a law: use numbers and the state `s`",
+    (ast.Set, ast.SetComp): "a set is not allowed in a law: use numbers and the state `s`",
     ast.Tuple: "several values at once stand only in `a, b = ...` and in a helper's `return a, b`",
-    ast.Raise: "`raise` is not allowed in a law",
-    ast.Assert: "`assert` is not allowed in a law",
-    ast.Global: "`global` is not allowed in a law: keep memory in the state `s`",
+    (ast.Global, ast.Nonlocal): "`{}` is not allowed in a law: keep memory in the state `s`",
     ast.JoinedStr: "text is not allowed in a law",
     ast.Delete: "`del` is not allowed in a law",
     ast.Match: "`match` is not allowed in a law: use `if`",
     ast.NamedExpr: "`:=` is not allowed in a law: write one line for it",
     ast.AnnAssign: "a type is not allowed in a law: write `name = value`",
     ast.Starred: "`*` before a name is not allowed in a law",
-    ast.Nonlocal: "`nonlocal` is not allowed in a law: keep memory in the state `s`",
     ast.ClassDef: "a class is not allowed in a law",
-    ast.SetComp: "a set is not allowed in a law: use numbers and the state `s`",
-    ast.Set: "a set is not allowed in a law: use numbers and the state `s`",
-    ast.DictComp: "a dictionary is not allowed in a law: use numbers and the state `s`",
     ast.GeneratorExp: "a generator is not allowed in a law: use `for i in range(10)`",
     ast.Yield: "`yield` is not allowed in a law: end it with `return`",
+    ast.AST: "`{}` is not allowed in a law",
 }
 _OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow)
 _COMPARISONS = (ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE)
@@ -59,19 +54,11 @@ def fail(node: ast.AST, message: str) -> LawError:
 
 def check_range(node: ast.For) -> None:
     """Raise LawError unless the loop runs over ``range`` of whole constants."""
-    call = node.iter
-    bounded = (
-        isinstance(call, ast.Call)
-        and isinstance(call.func, ast.Name)
-        and call.func.id == "range"
-        and 1 <= len(call.args) <= 3
-        and not call.keywords
-        and all(_is_integer(a) for a in call.args)
-    )
-    if not bounded:
-        raise fail(node, "a loop runs over a constant range: `for i in range(10)`")
-    assert isinstance(call, ast.Call)
-    numbers = [ast.literal_eval(a) for a in call.args]
+    match node.iter:
+        case ast.Call(ast.Name("range"), [_] | [_, _] | [_, _, _] as args, []) if all(map(_is_whole, args)):
+            numbers = [ast.literal_eval(a) for a in args]
+        case _:
+            raise fail(node, "a loop runs over a constant range: `for i in range(10)`")
     if any(abs(n) > MOST_TURNS for n in numbers) or (len(numbers) == 3 and numbers[2] == 0):
         raise fail(node, "a loop's range goes up to 2147483648, in steps other than 0")
     if not isinstance(node.target, ast.Name):
@@ -80,7 +67,7 @@ def check_range(node: ast.For) -> None:
         raise fail(node, "`else` after a loop is not allowed in a law")
 
 
-def _is_integer(node: ast.expr) -> bool:
+def _is_whole(node: ast.expr) -> bool:
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         node = node.operand
     return isinstance(node, ast.Constant) and type(node.value) is int
@@ -119,7 +106,5 @@ def check_comparison(node: ast.Compare) -> None:
 
 def refuse(node: ast.AST) -> LawError:
     """Return the error for a kind of node that no law may contain."""
-    for kind, message in _INSTEAD.items():
-        if isinstance(node, kind):
-            return fail(node, message)
-    return fail(node, f"`{type(node).__name__.lower()}` is not allowed in a law")
+    message = next(words for kind, words in _INSTEAD.items() if isinstance(node, kind))
+    return fail(node, message.format(type(node).__name__.lower()))

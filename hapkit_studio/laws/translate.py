@@ -24,20 +24,15 @@ PREFIX = "_of_"
 _PROVEN = "hapkit_studio.dynamics."
 
 
-class Helpers:
-    """The functions one law calls, by the names they have in its generated file."""
+class Helpers(dict[FunctionType, str]):
+    """The functions one law calls, each with its name in the generated file; no two have the same."""
 
-    def __init__(self) -> None:
-        self.names: dict[FunctionType, str] = {}
-
-    def name(self, function: FunctionType) -> str:
-        """Return a function's name in the generated file; two of the same name differ there."""
-        if function not in self.names:
-            wanted = PREFIX + function.__name__
-            while wanted in self.names.values():
-                wanted += "_"
-            self.names[function] = wanted
-        return self.names[function]
+    def __missing__(self, function: FunctionType) -> str:
+        wanted = PREFIX + function.__name__
+        while wanted in self.values():
+            wanted += "_"
+        self[function] = wanted
+        return wanted
 
 
 def is_proven(function: FunctionType) -> bool:
@@ -77,9 +72,7 @@ class Names:
     """The parameters, the state values and the globals of a law's file."""
 
     def __init__(self, parameters: Sequence[AnyParameter], state: Mapping[str, object], scope: dict):
-        self.parameters: dict[str, tuple[int, AnyParameter | None]] = {
-            p.key: (i, p) for i, p in enumerate(parameters)
-        }
+        self.parameters = {p.key: (i, p) for i, p in enumerate(parameters)}
         self.globals = scope
         self.places: dict[str, tuple[int, int]] = {}
         start = 0
@@ -96,27 +89,17 @@ class Names:
             return None
         return found if found.__globals__ is self.globals or is_proven(found) else None
 
-    def math_function(self, name: str) -> bool:
-        """Return whether a name is one of `math`'s functions, imported by itself."""
-        return name in MATH and self.globals.get(name) is getattr(math, name)
-
-    def is_compiling(self, decorator: ast.expr) -> bool:
-        """Return whether a decorator only says how numba compiles the function."""
-        known = (jit.compiled, jit.internal, jit.inlined)
-        return isinstance(decorator, ast.Name) and self.globals.get(decorator.id) in known
-
     def parameter(self, node: ast.Attribute) -> int:
         if node.attr not in self.parameters:
             raise fail(node, f"'p.{node.attr}' is not a parameter; there is: {', '.join(self.parameters)}")
         return self.parameters[node.attr][0]
 
     def choice(self, node: ast.expr) -> Choice | None:
-        if not (
-            isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "p"
-        ):
-            return None
-        _, found = self.parameters.get(node.attr, (0, None))
-        return found if isinstance(found, Choice) else None
+        match node:
+            case ast.Attribute(value=ast.Name(id="p"), attr=key) if key in self.parameters:
+                found = self.parameters[key][1]
+                return found if isinstance(found, Choice) else None
+        return None
 
     def state(self, node: ast.Attribute) -> tuple[int, int]:
         if node.attr not in self.places:
@@ -143,10 +126,7 @@ class Rewriter(ast.NodeTransformer):
         self.names, self.helpers, self.is_law = names, helpers, is_law
         self.proven = is_proven(function)
         self.known = {a.arg for a in tree.args.args}
-        self.local = {
-            n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
-        }
-        self.local |= self.known
+        self.local = self.known | _stored(tree)
         self.called: list[FunctionType] = []
 
     # --- statements
@@ -205,11 +185,10 @@ class Rewriter(ast.NodeTransformer):
         test = self.visit(node.test)
         before = set(self.known)
         body = self.block(node.body)
-        after_body = self.known if not _leaves(node.body) else None
-        self.known = set(before)
+        after_body, self.known = self.known, set(before)
         orelse = self.block(node.orelse)
-        after_else = self.known if not _leaves(node.orelse) else None
-        kept = [k for k in (after_body, after_else) if k is not None]
+        sides = ((node.body, after_body), (node.orelse, self.known))
+        kept = [known for side, known in sides if not _leaves(side, ast.Break, ast.Continue)]
         self.known = set.intersection(*kept) if kept else before
         return ast.If(test, body or [ast.Pass()], orelse)
 
@@ -228,24 +207,15 @@ class Rewriter(ast.NodeTransformer):
         if node.value is None:
             raise fail(node, "a law returns a force: `return 0.0`")
         if not self.is_law and isinstance(node.value, ast.Tuple):
-            several: list[ast.expr] = [
-                ast.Call(ast.Name("_float", ast.Load()), [self.visit(v)], []) for v in node.value.elts
-            ]
+            several: list[ast.expr] = [_call("_float", [self.visit(v)]) for v in node.value.elts]
             return ast.Return(ast.Tuple(several, ast.Load()))
         value = self.visit(node.value)
-        if self.is_law:
-            line, fault = ast.Constant(node.lineno), ast.Name("_fault", ast.Load())
-            value = ast.Call(ast.Name("_force", ast.Load()), [value, line, fault], [])
-        return ast.Return(value)
+        return ast.Return(_watched("_force", value, node.lineno) if self.is_law else value)
 
-    def visit_Pass(self, node: ast.Pass) -> ast.stmt:
+    def visit_Pass(self, node: ast.Pass | ast.Break | ast.Continue) -> ast.stmt:
         return node
 
-    def visit_Break(self, node: ast.Break) -> ast.stmt:
-        return node
-
-    def visit_Continue(self, node: ast.Continue) -> ast.stmt:
-        return node
+    visit_Break = visit_Continue = visit_Pass
 
     def _target(self, node: ast.expr) -> ast.expr:
         if isinstance(node, ast.Name):
@@ -267,8 +237,9 @@ class Rewriter(ast.NodeTransformer):
     def _arithmetic(self, left: ast.expr, op: ast.operator, right: ast.expr, line: int) -> ast.expr:
         """Return left op right; what differs between whole numbers and floats is done on floats."""
         if isinstance(op, ast.FloorDiv | ast.Mod | ast.Pow):
-            left, right = _as_float(left), _as_float(right)
-        if isinstance(op, ast.Div | ast.FloorDiv | ast.Mod) and not self.proven and not _never_zero(right):
+            left, right = _call("_float", [left]), _call("_float", [right])
+        never_zero = isinstance(right, ast.Constant) and bool(right.value)
+        if isinstance(op, ast.Div | ast.FloorDiv | ast.Mod) and not self.proven and not never_zero:
             right = _watched("_divisor", right, line)
         result = ast.BinOp(left, op, right)
         return self._noted(result, line) if isinstance(op, ast.Pow) else result
@@ -292,23 +263,19 @@ class Rewriter(ast.NodeTransformer):
         subset.check_comparison(node)
         sides = [node.left, *node.comparators]
         choice = next((c for c in map(self.names.choice, sides) if c), None)
-        if choice is None or not all(isinstance(op, ast.Eq | ast.NotEq) for op in node.ops):
-            new = [self.visit(s) for s in sides]
-        else:
-            new = [self._option(s, choice) for s in sides]
+        named = all(isinstance(op, ast.Eq | ast.NotEq) for op in node.ops)
+        new = [self._option(s, choice) if choice and named else self.visit(s) for s in sides]
         return ast.Compare(new[0], node.ops, new[1:])
 
     def _option(self, node: ast.expr, choice: Choice) -> ast.expr:
         """Return the index of a choice or of its option's name."""
         if self.names.choice(node) is choice:
-            assert isinstance(node, ast.Attribute)
             return self._parameter(node)
-        text = _constant(node)
-        if not isinstance(text, str):
+        if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
             raise fail(node, f"{choice.label} is compared with a name: {', '.join(choice.options)}")
-        if text not in choice.options:
-            raise fail(node, f"{choice.label} is one of {', '.join(choice.options)}, not {text!r}")
-        return ast.Constant(float(choice.options.index(text)))
+        if node.value not in choice.options:
+            raise fail(node, f"{choice.label} is one of {', '.join(choice.options)}, not {node.value!r}")
+        return ast.Constant(float(choice.options.index(node.value)))
 
     def visit_Constant(self, node: ast.Constant) -> ast.expr:
         if isinstance(node.value, bool):
@@ -345,9 +312,10 @@ class Rewriter(ast.NodeTransformer):
             if choice:
                 raise fail(node, f"{choice.label} is compared with a name: {', '.join(choice.options)}")
             return self._parameter(node)
-        return self._load_state(node)
+        return self.visit_Subscript(node)
 
-    def _parameter(self, node: ast.Attribute) -> ast.expr:
+    def _parameter(self, node: ast.expr) -> ast.expr:
+        assert isinstance(node, ast.Attribute)
         return ast.Subscript(ast.Name("p", ast.Load()), ast.Constant(self.names.parameter(node)), ast.Load())
 
     def _is_math(self, node: ast.expr) -> bool:
@@ -355,10 +323,7 @@ class Rewriter(ast.NodeTransformer):
             raise fail(node, "`math` is not the module: write `import math` at the top of the file")
         return True
 
-    def visit_Subscript(self, node: ast.Subscript) -> ast.expr:
-        return self._load_state(node)
-
-    def _load_state(self, node: ast.expr) -> ast.expr:
+    def visit_Subscript(self, node: ast.Subscript | ast.Attribute) -> ast.expr:
         place = self._state(node)
         if place is None:
             known = "`p.name`, `s.name`" if self.is_law else "its own arguments"
@@ -368,9 +333,9 @@ class Rewriter(ast.NodeTransformer):
     def _state(self, node: ast.expr) -> ast.expr | None:
         """Return the index expression of ``s.name`` or ``s.name[i]``, checked at run time if it varies."""
         inner = node.value if isinstance(node, ast.Subscript) else node
-        if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
+        if not (self.is_law and isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
             return None
-        if inner.value.id != "s" or not self.is_law:
+        if inner.value.id != "s":
             return None
         start, size = self.names.state(inner)
         if not isinstance(node, ast.Subscript):
@@ -379,10 +344,8 @@ class Rewriter(ast.NodeTransformer):
             return ast.Constant(start)
         if not size:
             raise fail(node, "this state has one value: use it without an index")
-        index = self.visit(node.slice)
-        call = ast.parse(f"_index(0.0, {size}, {node.lineno}, _fault)", mode="eval").body
-        assert isinstance(call, ast.Call)
-        call.args[0] = index
+        call = _watched("_index", self.visit(node.slice), node.lineno)
+        call.args.insert(1, ast.Constant(size))
         return ast.BinOp(ast.Constant(start), ast.Add(), call)
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
@@ -392,25 +355,27 @@ class Rewriter(ast.NodeTransformer):
         if isinstance(func, ast.Name) and self._helper(func.id):
             return self.call_of(node, 1)
         args = [self.visit(a) for a in node.args]
-        if isinstance(func, ast.Attribute) and isinstance(func.value, ast.Name) and func.value.id == "math":
-            if func.attr not in subset.MATH or not self._is_math(func):
-                raise fail(func, f"math.{func.attr} is not in the law language")
-            return self._math_call(node, func.attr, args)
-        if not isinstance(func, ast.Name):
-            raise fail(func, "this call is not allowed in a law")
-        return self._builtin_call(node, func.id, args)
+        match func:
+            case ast.Attribute(value=ast.Name(id="math"), attr=name):
+                if name not in MATH or not self._is_math(func):
+                    raise fail(func, f"math.{name} is not in the law language")
+                return self._math_call(node, name, args)
+            case ast.Name(id=name):
+                return self._builtin_call(node, name, args)
+        raise fail(func, "this call is not allowed in a law")
 
     def _math_call(self, node: ast.Call, name: str, args: list[ast.expr]) -> ast.expr:
-        subset.check_count(node, f"math.{name}", subset.MATH[name])
+        subset.check_count(node, f"math.{name}", MATH[name])
         if name == "fmod" and not self.proven:
             args[1] = _watched("_divisor", args[1], node.lineno)
         value = _call(FUNCTIONS.get(name, f"_math.{name}"), args)
         return self._noted(value, node.lineno) if name in RISKY else value
 
     def _builtin_call(self, node: ast.Call, name: str, args: list[ast.expr]) -> ast.expr:
-        if name not in self.local and self.names.math_function(name):
-            return self._math_call(node, name, args)
-        if name in self.local or name in self.names.globals or name not in subset.BUILTINS:
+        scope = self.names.globals
+        if name not in self.local and name in MATH and scope.get(name) is getattr(math, name):
+            return self._math_call(node, name, args)  # imported by itself
+        if name in self.local or name in scope or name not in subset.BUILTINS:
             raise fail(node, f"'{name}' is not a function that a law can call")
         subset.check_count(node, name, subset.BUILTINS[name])
         return _call(FUNCTIONS.get(name, name), args)
@@ -428,59 +393,37 @@ class Rewriter(ast.NodeTransformer):
         name = found.__name__
         given = values_returned(function_tree(found))
         if given != size:
-            raise fail(
-                node, f"`{name}` returns {_count(given)}, taken apart with `{_example(given)} = {name}(…)`"
-            )
+            values = f"{given} value{'s' * (given != 1)}"
+            names = ", ".join("abcdefghijklmnop"[:given])
+            raise fail(node, f"`{name}` returns {values}, taken apart with `{names} = {name}(…)`")
         if node.keywords:
             raise fail(node, "arguments are given in order in a law, without names")
         subset.check_count(node, name, (found.__code__.co_argcount, found.__code__.co_argcount))
         self.called.append(found)
-        args = [self._argument(a) for a in node.args]
-        return _call(self.helpers.name(found), [*args, ast.Name("_fault", ast.Load())])
-
-    def _argument(self, node: ast.expr) -> ast.expr:
-        """Return a helper's argument; a choice arrives as the number of its option."""
-        if isinstance(node, ast.Attribute) and self.is_law and self.names.choice(node):
-            return self._parameter(node)
-        return _as_float(self.visit(node))
+        args: list[ast.expr] = []
+        for one in node.args:
+            is_choice = self.is_law and self.names.choice(one)  # which arrives as its option's number
+            args.append(self._parameter(one) if is_choice else _call("_float", [self.visit(one)]))
+        return _call(self.helpers[found], [*args, ast.Name("_fault", ast.Load())])
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
         raise subset.refuse(node)
 
 
-def _call(name: str, args: list[ast.expr]) -> ast.expr:
+def _call(name: str, args: list[ast.expr]) -> ast.Call:
     return ast.Call(ast.parse(name, mode="eval").body, args, [])
 
 
-def _as_float(node: ast.expr) -> ast.expr:
-    return _call("_float", [node])
-
-
-def _constant(node: ast.expr) -> object:
-    return node.value if isinstance(node, ast.Constant) else None
-
-
-def _watched(function: str, value: ast.expr, line: int) -> ast.expr:
+def _watched(function: str, value: ast.expr, line: int) -> ast.Call:
     return _call(function, [value, ast.Constant(line), ast.Name("_fault", ast.Load())])
 
 
-def _never_zero(node: ast.expr) -> bool:
-    return isinstance(node, ast.Constant) and bool(node.value)
-
-
-def _count(values: int) -> str:
-    return "1 value" if values == 1 else f"{values} values"
-
-
-def _example(values: int) -> str:
-    return ", ".join("abcdefghijklmnop"[:values])
-
-
-def _leaves(statements: list[ast.stmt]) -> bool:
+def _leaves(statements: list[ast.stmt], *ends: type[ast.stmt]) -> bool:
+    """Return whether every way through statements ends with a `return`, or with one of these."""
     last = statements[-1] if statements else None
     if isinstance(last, ast.If):
-        return _leaves(last.body) and _leaves(last.orelse)
-    return isinstance(last, ast.Return | ast.Break | ast.Continue)
+        return _leaves(last.body, *ends) and _leaves(last.orelse, *ends)
+    return isinstance(last, (ast.Return, *ends))
 
 
 # Functions of the generated file that give a float whatever they are given.
@@ -491,7 +434,10 @@ _ARRAYS = ("p", "s", "_fault")
 
 
 class _Floats(ast.NodeTransformer):
-    """Knows the names of one function that hold nothing but floats."""
+    """Takes conversions of what is surely a float out of a generated function; its types stay what they were.
+
+    They are half of the calls that numba would compile. ``names`` hold nothing but floats.
+    """
 
     def __init__(self, function: ast.FunctionDef):
         self.names = {a.arg for a in function.args.args} | _stored(function)
@@ -545,14 +491,6 @@ class _Floats(ast.NodeTransformer):
 
 def _stored(function: ast.FunctionDef) -> set[str]:
     return {n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
-
-
-def without_conversions(function: ast.FunctionDef) -> ast.FunctionDef:
-    """Return a generated function without the conversions of surely floats; its types stay what they were.
-
-    They are half of the calls that numba would compile.
-    """
-    return _Floats(function).visit(function)
 
 
 FUEL = 20_000
@@ -630,30 +568,25 @@ _fault[1] = {FUEL}
 _fault[2] = 0"""
 
 
-def _returns(statements: list[ast.stmt]) -> bool:
-    last = statements[-1] if statements else None
-    if isinstance(last, ast.If):
-        return _returns(last.body) and _returns(last.orelse)
-    return isinstance(last, ast.Return)
-
-
 def rewritten(
     function: FunctionType, names: Names, helpers: Helpers, is_law: bool
 ) -> tuple[ast.FunctionDef, list[FunctionType]]:
     """Return a checked function's tree, names replaced and faults watched, and the helpers it calls."""
     tree = function_tree(function)
     subset.check_arguments(tree, is_law)
-    if not is_law and not all(map(names.is_compiling, tree.decorator_list)):
-        raise fail(tree, f"`{tree.name}` is called by a law: it may not have a decorator")
+    compiling = (jit.compiled, jit.internal, jit.inlined)  # they only say how numba compiles
+    for one in [] if is_law else tree.decorator_list:
+        if not (isinstance(one, ast.Name) and names.globals.get(one.id) in compiling):
+            raise fail(tree, f"`{tree.name}` is called by a law: it may not have a decorator")
     body = Rewriter(names, tree, function, helpers, is_law)
     body.size = 1 if is_law else values_returned(tree)
     statements = ([] if is_law else body.burn(tree)) + body.block(tree.body)
-    if not _returns(tree.body):  # what is not allowed at all was named before
+    if not _leaves(tree.body):  # what is not allowed at all was named before
         what = "a law must return a force" if is_law else f"`{tree.name}` must return a number"
         raise fail(tree.body[-1], f"{what} on every path: end it with `return 0.0`")
     arguments = [ast.arg(a.arg) for a in (*tree.args.args, ast.arg("_fault"))]
     signature = ast.arguments([], arguments, None, [], [], None, [])
-    name = "law" if is_law else helpers.name(function)
+    name = "law" if is_law else helpers[function]
     return ast.FunctionDef(name, signature, statements, [], None), body.called
 
 
@@ -684,27 +617,27 @@ def checked(
         for one in wanted:
             if one in callers:
                 raise fail(function_tree(one), f"`{one.__name__}` calls itself; a law's functions may not")
-            if helpers.name(one) not in trees:
+            if helpers[one] not in trees:
                 made, inner = rewritten(one, Names((), {}, one.__globals__), helpers, False)
                 add(inner, (*callers, one))
-                trees[helpers.name(one)] = made
+                trees[helpers[one]] = made
 
     tree, called = rewritten(function, Names(parameters, state, function.__globals__), helpers, True)
     add(called, ())
     same = function.__code__.co_filename
-    own = frozenset(name for f, name in helpers.names.items() if f.__code__.co_filename == same)
-    documents = {name: f.__doc__ or "" for f, name in helpers.names.items()}
+    own = frozenset(name for f, name in helpers.items() if f.__code__.co_filename == same)
+    documents = {name: f.__doc__ or "" for f, name in helpers.items()}
     return CheckedLaw(tree, trees, own, documents)
 
 
 def translate(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> str:
     """Return the bare source of a law and its helpers; raise LawError with the line of what is wrong."""
+
+    def source(tree: ast.FunctionDef) -> str:
+        return ast.unparse(ast.fix_missing_locations(_Floats(tree).visit(tree)))
+
     law = checked(function, parameters, state)
     law.tree.body[:0] = ast.parse(LAW_START).body
-    parts = [HEADER, *(f"@_helper\n{_source(helper)}" for helper in law.helpers.values())]
-    parts.append(f'@cfunc(_SIGNATURE, cache=True, error_model="numpy", _nrt=False)\n{_source(law.tree)}')
+    parts = [HEADER, *(f"@_helper\n{source(helper)}" for helper in law.helpers.values())]
+    parts.append(f'@cfunc(_SIGNATURE, cache=True, error_model="numpy", _nrt=False)\n{source(law.tree)}')
     return "\n\n".join(parts) + "\n"
-
-
-def _source(tree: ast.FunctionDef) -> str:
-    return ast.unparse(ast.fix_missing_locations(without_conversions(tree)))

@@ -174,6 +174,11 @@ class Function:
     results: tuple[str, ...]
     body: Block
 
+    @property
+    def lasting(self) -> tuple[str, ...]:
+        """Return the variables that it takes and gives."""
+        return (*self.parameters, *self.results)
+
 
 @dataclass
 class Specialised:
@@ -264,14 +269,14 @@ def inner_lists(s: Statement) -> list[list[Statement]]:
 _WEIGHTS = {**dict.fromkeys((Assign, SetAt, Return, If, Op, Select, Not, Compare), 1), Loop: 2}
 
 
-def weight(statements: Sequence[Statement]) -> int:
+def weight(statements: object) -> int:
     """Return about how many operations some statements are."""
     found = list(walk(statements))
     calls = sum(1 + len(n.function.parameters) for n in found if isinstance(n, Call))
     return calls + sum(_WEIGHTS.get(type(n), 0) for n in found)
 
 
-def called(statements: Sequence[Statement]) -> list[str]:
+def called(statements: object) -> list[str]:
     """Return the keys of the functions that statements call, one for each place."""
     return [n.function.key for n in walk(statements) if isinstance(n, Call)]
 
@@ -291,7 +296,7 @@ def may_fail(value: object) -> bool:
 def drop_unused(law: Specialised) -> None:
     """Leave out what is given to names that nothing reads."""
     bodies = [law.body, *(f.body.body for f in law.functions)]
-    lasting = {r for f in law.functions for r in (*f.results, *f.parameters)}
+    lasting = {name for f in law.functions for name in f.lasting}
     dropped = True
     while dropped:
         read = lasting | set(reads(bodies))
@@ -462,7 +467,7 @@ def substitute(law: Specialised) -> None:
     """
     bodies = [law.body, *(f.body.body for f in law.functions)]
     read, written = Counter(reads(bodies)), Counter(writes(bodies))
-    lasting = {name for f in law.functions for name in (*f.parameters, *f.results)}
+    lasting = {name for f in law.functions for name in f.lasting}
     single = {n for n, times in read.items() if times == 1 and written[n] == 1} - lasting
     for body in bodies:
         _in_list(body, {n for n in single if not n.startswith("s[")}, lasting)

@@ -100,23 +100,16 @@ class Template:
 def templates() -> tuple[Template, ...]:
     """Return every template, the shortest first."""
     files = resources.path("templates").glob("*.py")
-    return tuple(sorted(map(_read_template, files), key=lambda t: len(t.text)))
+    found = [Template(f.stem, f.stem.replace("_", " "), f.read_text(encoding="utf-8")) for f in files]
+    return tuple(sorted(found, key=lambda t: len(t.text)))
 
 
 def fill_template(template: Template, title: str, key: str) -> str:
     """Return a template's text with a title and a key of its own."""
-    text = template.text
-    for name, value in (("key", key), ("title", title)):
-        old = _argument_text(text, name)
-        text = text.replace(f"{name}={old}", f"{name}={json.dumps(value, ensure_ascii=False)}", 1)
+    text, new = template.text, {"key": key, "title": title}
+    for given in ast.walk(ast.parse(text)):
+        if isinstance(given, ast.keyword) and given.arg in new:
+            old = ast.get_source_segment(template.text, given)
+            words = json.dumps(new[given.arg], ensure_ascii=False)
+            text = text.replace(str(old), f"{given.arg}={words}", 1)
     return text
-
-
-def _read_template(file: Path) -> Template:
-    return Template(file.stem, file.stem.replace("_", " "), file.read_text(encoding="utf-8"))
-
-
-def _argument_text(text: str, name: str) -> str:
-    """Return how a value stands in the text of Environment(…)."""
-    made = [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.keyword) and n.arg == name]
-    return ast.get_source_segment(text, made[0].value) or ""

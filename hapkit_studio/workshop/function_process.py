@@ -34,7 +34,7 @@ def main(path: str) -> None:
 
 def _called(environment: Environment, name: str, values: Mapping[str, float], *more: Any) -> Any:
     """Return a function's result as JSON has it; None where it raises or returns the wrong type."""
-    convert, _ = GIVES[name]
+    convert = GIVES[name][0]
     args = [Conditions(**m) if isinstance(m, dict) else np.array(m) for m in more]
     try:
         found = convert(getattr(environment, name)(values, *args))

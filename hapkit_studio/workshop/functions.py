@@ -13,7 +13,7 @@ import threading
 import weakref
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,17 +28,7 @@ MOST_BYTES = 1_000_000
 _MODULE = "hapkit_studio.workshop.function_process"
 
 
-def lines(found: Any) -> tuple[str, ...]:
-    """Return what stands in a list as text; raise TypeError."""
-    return tuple(map(str, found))
-
-
-def reasons(found: Any) -> dict[str, str]:
-    """Return a mapping of text to text; raise TypeError or ValueError."""
-    return {str(key): str(words) for key, words in dict(found).items()}
-
-
-def pair(found: Any) -> tuple[float, float]:
+def _pair(found: Any) -> tuple[float, float]:
     """Return an impedance as two finite numbers; raise TypeError or ValueError."""
     stiffness, damping = map(float, found)
     if not (math.isfinite(stiffness) and math.isfinite(damping)):
@@ -46,23 +36,20 @@ def pair(found: Any) -> tuple[float, float]:
     return stiffness, damping
 
 
-def numbers(found: Any) -> np.ndarray:
-    """Return a curve's values as floats; raise TypeError or ValueError."""
-    return np.asarray(found, dtype=float)
-
-
-def _nowhere(values: Any, along: np.ndarray) -> np.ndarray:
-    return np.full(len(along), math.nan)
-
-
-# what a function of an environment returns, and what stands for it where it gives nothing of the kind
-GIVES: Mapping[str, tuple[Callable, Callable]] = {
-    "check": (str, lambda values: ""),
-    "warnings": (lines, lambda values, conditions: ()),
-    "unused": (reasons, lambda values: {}),
-    "impedance": (pair, lambda values: (0.0, 0.0)),
-    "over_position": (numbers, _nowhere),
-    "over_velocity": (numbers, _nowhere),
+_CURVE = (partial(np.asarray, dtype=float), lambda values, along: np.full(len(along), math.nan), "numbers")
+# what a function of an environment returns: made so from what it gives, or else TypeError or ValueError; what
+# stands for it where it gives nothing of the kind; in words
+GIVES: Mapping[str, tuple[Callable, Callable, str]] = {
+    "check": (str, lambda values: "", "text"),
+    "warnings": (lambda found: tuple(map(str, found)), lambda values, conditions: (), "a list of text"),
+    "unused": (
+        lambda found: {str(key): str(words) for key, words in dict(found).items()},
+        lambda values: {},
+        "text by the names of parameters",
+    ),
+    "impedance": (_pair, lambda values: (0.0, 0.0), "(stiffness, damping)"),
+    "over_position": _CURVE,
+    "over_velocity": _CURVE,
 }
 
 
@@ -102,7 +89,7 @@ class Functions:
 
     def call(self, name: str, *args: Any) -> Any:
         """Return a function's result; its default where it raises, returns a wrong type or is off."""
-        convert, otherwise = GIVES[name]
+        convert, otherwise, _ = GIVES[name]
         found = self._answer(name, *args)
         return otherwise(*args) if found is None else convert(found)
 
@@ -113,23 +100,20 @@ class Functions:
                 return None
             try:
                 self._hello.result(START_SECONDS)  # type: ignore[union-attr]
-                return json.loads(self._ask([name, *map(_plain, args)]).result(CALL_SECONDS))
+                return json.loads(self._ask([name, *args]).result(CALL_SECONDS))
             except (TimeoutError, OSError, ValueError):
-                self._switch_off(name)
+                isolated.end(self._process)  # type: ignore[arg-type]
+                self._process.wait()  # type: ignore[union-attr]
+                self.off = (
+                    f"`{name}` of {self._source.path.name} took more than {CALL_SECONDS:g} s or too much "
+                    "memory: the functions beside its law are switched off."
+                )
                 return None
-
-    def _switch_off(self, name: str) -> None:
-        assert self._process is not None
-        isolated.end(self._process)
-        self._process.wait()
-        self.off = (
-            f"`{name}` of {self._source.path.name} took more than {CALL_SECONDS:g} s or too much memory: "
-            "the functions beside its law are switched off."
-        )
 
     def _ask(self, words: Any) -> "Future[bytes]":
         """Send a line; return the answer to come, which is empty where the program ended."""
-        return self._worker.submit(_exchange, self._process, json.dumps(words).encode() + b"\n")
+        line = json.dumps(words, default=_plain).encode() + b"\n"
+        return self._worker.submit(_exchange, self._process, line)
 
 
 def _exchange(process: Any, line: bytes) -> bytes:
@@ -149,6 +133,6 @@ def _end(process: Any) -> None:
 
 def _plain(value: Any) -> Any:
     """Return an argument of a function as JSON has it."""
-    if isinstance(value, Conditions):
-        return asdict(value)
-    return dict(value) if isinstance(value, Mapping) else np.asarray(value).tolist()
+    if isinstance(value, Conditions | Mapping):
+        return vars(value) if isinstance(value, Conditions) else dict(value)
+    return np.asarray(value).tolist()

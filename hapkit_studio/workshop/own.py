@@ -3,7 +3,6 @@
 A compiled law is called many times in a row from compiled code, or once without compiling anything.
 """
 
-import ctypes
 import math
 import pkgutil
 from collections.abc import Callable, Mapping
@@ -25,9 +24,6 @@ from hapkit_studio.workshop.source import Source
 NO_FAULT = -1
 _DT = 1e-3
 
-_real, _reals = ctypes.c_double, ctypes.POINTER(ctypes.c_double)
-_Function = ctypes.CFUNCTYPE(_real, _reals, _reals, _real, _real, _real, ctypes.POINTER(ctypes.c_int64))
-
 
 @compiled
 def call_law(address, p, s, x, v, dt, fault, force):
@@ -47,32 +43,6 @@ def law_memory(law: CompiledLaw) -> tuple[np.ndarray, np.ndarray]:
     return np.append(law.initial_state, 0.0), np.zeros(FAULT_WORDS, dtype=np.int64)
 
 
-def law_function(law: CompiledLaw) -> Callable[[np.ndarray, float, float], float]:
-    """Return a law as a function (parameters, x m, v m/s) -> N, its state at the start; nan where it faults.
-
-    numba would compile a way in from Python, for a tenth of a second in which a window stands still.
-    """
-    if not native.INTERPRETED:
-        function = _Function(law.address)
-
-    def force(p: np.ndarray, x: float, v: float) -> float:
-        state, fault = law_memory(law)
-        if native.INTERPRETED:
-            found = native.call(law.address, p, state, x, v, _DT, fault)
-        else:
-            found = function(
-                p.ctypes.data_as(_reals),
-                state.ctypes.data_as(_reals),
-                x,
-                v,
-                _DT,
-                fault.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
-            )
-        return math.nan if fault[0] else float(found)
-
-    return force
-
-
 @dataclass(frozen=True, kw_only=True)
 class OwnEnvironment(Environment):
     """An environment read from a person's file, and that file as it was read."""
@@ -82,9 +52,16 @@ class OwnEnvironment(Environment):
 
     def curve(self, values: Values, position: np.ndarray, velocity: float = 0.0) -> np.ndarray:
         """Return the compiled law's force (n,) in N, its state at the start; nan where it faults."""
-        force = law_function(self.force.compiled())
+        law = self.force.compiled()
+        call = partial(native.call, law.address) if native.INTERPRETED else native.Function(law.address)
         p = np.array([values[q.key] for q in self.parameters] + [0.0])
-        return np.array([force(p, x, velocity) for x in map(float, position)])
+        forces = np.empty(len(position))
+        for i, x in enumerate(position):
+            state, fault = law_memory(law)
+            forces[i] = call(p, state, x, velocity, _DT, fault)
+            if fault[0]:
+                forces[i] = math.nan
+        return forces
 
 
 @cache

@@ -7,6 +7,7 @@ import math
 import re
 import sys
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType, TracebackType
 
@@ -14,25 +15,18 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws import Law
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
+from hapkit_studio.workshop.functions import GIVES
 from hapkit_studio.workshop.own import OwnEnvironment, owned, taken_keys
 from hapkit_studio.workshop.source import Source, read
 
 _MOST = 300
 # (what Python says, what a student reads); the groups of the first fill the second
+_MADE = r"(?:\w+\.)?(\w+)\.__init__\(\) "
 _OTHER = (
     (r"cannot import name ('\w+') from '([\w.]+)'.*", r"there is no \1 in \2"),
-    (
-        r"(?:\w+\.)?(\w+)\.__init__\(\) missing \d+ required positional arguments?: (.+)",
-        r"\1 also needs \2",
-    ),
-    (
-        r"(?:\w+\.)?(\w+)\.__init__\(\) got an unexpected keyword argument (.+)",
-        r"\1 has nothing named \2",
-    ),
-    (
-        r"(?:\w+\.)?(\w+)\.__init__\(\) takes .* but \d+ were given",
-        r"\1 is given more values than it takes",
-    ),
+    (_MADE + r"missing \d+ required positional arguments?: (.+)", r"\1 also needs \2"),
+    (_MADE + r"got an unexpected keyword argument (.+)", r"\1 has nothing named \2"),
+    (_MADE + r"takes .* but \d+ were given", r"\1 is given more values than it takes"),
     (
         r"object of type '(?:Parameter|Choice)' has no len\(\)",
         "`parameters` is a list in brackets; a single one ends with a comma: (Parameter(…),)",
@@ -44,12 +38,6 @@ _OTHER = (
 def without_line(error: LawError) -> str:
     """Return an error's words without its line."""
     return str(error).removeprefix(f"Line {error.line}: ")
-
-
-def syntax_error(error: SyntaxError, lines: int) -> LawError:
-    """Return what Python cannot read, with its line in a file of so many lines."""
-    words = f"Python cannot read this line: {error.msg}"
-    return LawError(_short(words), min(error.lineno or 1, max(lines, 1)))
 
 
 def law_error(error: BaseException, file: str, otherwise: int = 0) -> LawError:
@@ -66,25 +54,25 @@ def law_error(error: BaseException, file: str, otherwise: int = 0) -> LawError:
 
 def _words_for(error: BaseException, inside: bool) -> str:
     """Return words for an exception; inside says whether the person's own line raised it."""
-    name = getattr(error, "name", None)
-    if isinstance(error, NameError) and name:
-        return f"'{name}' is not defined"
-    if isinstance(error, AttributeError) and name == "state_names":
-        return "the force is not a law: write `@law` above its `def`"
-    if isinstance(error, AttributeError) and name == "key":
-        return "`parameters` holds Parameter(…) and Choice(…) only"
-    if isinstance(error, KeyError) and error.args:
-        return f"there is no {error.args[0]!r}"
-    if isinstance(error, ModuleNotFoundError):
-        return f"there is no module '{name}'"
-    if isinstance(error, RecursionError):
-        return "a function calls itself without end" if inside else "a line of the law is nested too deep"
-    if isinstance(error, MemoryError):
-        return "this takes more memory than there is"
-    if isinstance(error, SystemExit | EOFError | KeyboardInterrupt):
-        return "a file may not end the program or ask for input"
-    if isinstance(error, ZeroDivisionError):
-        return "a division by zero"
+    match error:
+        case NameError(name=str(name)):
+            return f"'{name}' is not defined"
+        case AttributeError(name="state_names"):
+            return "the force is not a law: write `@law` above its `def`"
+        case AttributeError(name="key"):
+            return "`parameters` holds Parameter(…) and Choice(…) only"
+        case KeyError(args=[key, *_]):
+            return f"there is no {key!r}"
+        case ModuleNotFoundError(name=name):
+            return f"there is no module '{name}'"
+        case RecursionError():
+            return "a function calls itself without end" if inside else "a line of the law is nested too deep"
+        case MemoryError():
+            return "this takes more memory than there is"
+        case SystemExit() | EOFError() | KeyboardInterrupt():
+            return "a file may not end the program or ask for input"
+        case ZeroDivisionError():
+            return "a division by zero"
     message = str(error).strip()
     for pattern, words in _OTHER:
         if found := re.fullmatch(pattern, message):
@@ -114,33 +102,26 @@ _KEY = re.compile(r"[a-z][a-z0-9_]*")
 def checked_environment(module: ModuleType, tree: ast.Module, lines: int) -> Environment:
     """Return a module's checked ENVIRONMENT; raise LawError with its line, of so many, in the tree."""
     made = getattr(module, NAME, None)
+    if made is None and not _assigned(tree):
+        words = f"the file does not say what it is: end it with `{NAME} = Environment(…)`"
+        raise LawError(words, max(lines, 1))
     if not isinstance(made, Environment):
-        raise _missing(made, tree, lines)
+        kind = "a law" if isinstance(made, Law) else f"'{type(made).__name__}'"
+        raise LawError(f"{NAME} is {kind}: write `{NAME} = Environment(…)`", _assigned(tree))
     _check_words(made, tree)
     seen: set[str] = set()
     for parameter in made.parameters:
-        line = _call_line(tree, parameter)
         complaint = _complaint(parameter)
         if not complaint and parameter.key in seen:
             complaint = f"there are two parameters '{parameter.key}'"
         if complaint:
-            raise LawError(complaint, line or _assigned(tree))
+            raise LawError(complaint, _call_line(tree, parameter) or _assigned(tree))
         seen.add(parameter.key)
     return made
 
 
-def _missing(found: object, tree: ast.Module, lines: int) -> LawError:
-    if found is None and not _assigned(tree):
-        return LawError(
-            f"the file does not say what it is: end it with `{NAME} = Environment(…)`", max(lines, 1)
-        )
-    kind = "a law" if isinstance(found, Law) else f"'{type(found).__name__}'"
-    return LawError(f"{NAME} is {kind}: write `{NAME} = Environment(…)`", _assigned(tree))
-
-
 def _check_words(made: Environment, tree: ast.Module) -> None:
     """Raise LawError unless key, title and what else is read by a person are what they should be."""
-    line = _assigned(tree)
     if not isinstance(made.key, str) or not _KEY.fullmatch(made.key):
         raise LawError(f'`key` is made of a–z, 0–9 and _, like "my_wall", not {made.key!r}', _at(tree, "key"))
     if made.key in taken_keys():
@@ -152,10 +133,10 @@ def _check_words(made: Environment, tree: ast.Module) -> None:
         raise LawError("`title` is what the studio calls it: it may not be empty", _at(tree, "title"))
     if not all(type(p) in (Parameter, Choice) for p in made.parameters):
         raise LawError("`parameters` holds Parameter(…) and Choice(…) only", _at(tree, "parameters"))
-    for name in ("impedance", "over_position", "over_velocity", "check", "warnings", "unused"):
+    for name in GIVES:
         function = getattr(made, name)
         if function is not None and not callable(function):
-            raise LawError(f"`{name}` is a function", _at(tree, name) or line)
+            raise LawError(f"`{name}` is a function", _at(tree, name))
 
 
 def _complaint(parameter: AnyParameter) -> str:
@@ -194,6 +175,14 @@ def _of_number(parameter: Parameter) -> str:
     return ""
 
 
+def calls(tree: ast.Module, name: str) -> Iterator[ast.Call]:
+    """Yield every call of a function of this name."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Call(func=ast.Name(id=found)) if found == name:
+                yield node
+
+
 def _assigned(tree: ast.Module) -> int:
     """Return the line on which ENVIRONMENT is assigned last, 0 for none."""
     names = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
@@ -202,22 +191,17 @@ def _assigned(tree: ast.Module) -> int:
 
 def _at(tree: ast.Module, keyword: str) -> int:
     """Return the line of a value given by this name to Environment, else that of ENVIRONMENT."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "Environment":
-            for given in node.keywords:
-                if given.arg == keyword:
-                    return given.value.lineno
-    return _assigned(tree)
+    given = [k for call in calls(tree, "Environment") for k in call.keywords if k.arg == keyword]
+    return given[0].value.lineno if given else _assigned(tree)
 
 
 def _call_line(tree: ast.Module, parameter: AnyParameter) -> int:
     """Return the last line on which a parameter of this key is declared, 0 where it is not found."""
-    kind, lines = type(parameter).__name__, [0]
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == kind:
-            given = [*node.args[:1], *(k.value for k in node.keywords if k.arg == "key")]
-            if given and isinstance(given[0], ast.Constant) and given[0].value == parameter.key:
-                lines.append(node.lineno)
+    lines = [0]
+    for call in calls(tree, type(parameter).__name__):
+        match [*call.args[:1], *(k.value for k in call.keywords if k.arg == "key")]:
+            case [ast.Constant(value=key), *_] if key == parameter.key:
+                lines.append(call.lineno)
     return max(lines)
 
 
@@ -252,7 +236,8 @@ def execute(source: Source) -> Environment:
     except SyntaxError as error:
         if error.filename not in (name, None):
             raise law_error(error, name) from None
-        raise syntax_error(error, len(lines)) from None
+        words = f"Python cannot read this line: {error.msg}"
+        raise LawError(_short(words), min(error.lineno or 1, max(len(lines), 1))) from None
     except (Exception, SystemExit) as error:
         raise law_error(error, name) from None
     finally:

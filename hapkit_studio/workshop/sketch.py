@@ -71,13 +71,9 @@ _LEVER = """\
 // N*m on the motor for 1 N on the handle: the gear multiplies the motor's torque, the handle divides it.
 constexpr float kLever = kHandleRadius * kPulleyRadius / kSectorRadius;"""
 
-_SENSORS = {
-    Sensor.MAGNETORESISTIVE: "sensor-a2",
-    Sensor.AS5048A: "sensor-as5048a",
-    Sensor.QUADRATURE: "sensor-encoder",
-}
-_MAPS = {MotorMap.SQUARE: "map-square", MotorMap.LINEAR: "map-linear", MotorMap.TABLE: "map-table"}
-_MOTORS = {Pins.D5_D8: "motor-d5", Pins.D3_D12: "motor-d3"}
+_SENSORS = {Sensor.MAGNETORESISTIVE: "a2", Sensor.AS5048A: "as5048a", Sensor.QUADRATURE: "encoder"}
+_MAPS = {MotorMap.SQUARE: "square", MotorMap.LINEAR: "linear", MotorMap.TABLE: "table"}
+_MOTORS = {Pins.D5_D8: "d5", Pins.D3_D12: "d3"}
 _UPRIGHT = (
     "Before the board starts, hold the handle where its zero shall be, usually upright: at every start it "
     "takes the handle's place as position 0. Then give the motor its supply."
@@ -114,21 +110,25 @@ def text(
     kit, values = kit or Kit(), environment.values(values)
     rate = usual_rate(environment, values) if rate is None else rate
     check(rate, estimator, prints)
-    law = translated(environment, values)
+    law, board = translated(environment, values), kit.board
+    reach = 500.0 * board.counts_per_flip * board.quantum
+    before_start = _NEAR.format(reach=reach) if _zero_known(kit) else _UPRIGHT
+    zero = "zero-known" if _zero_known(kit) else "zero-start"
+    table = ", ".join(number(t / 255.0) for t in (0, *board.table))
     return _piece("sketch").substitute(
         title=one_line(environment.title),
         about=_comment(one_line(environment.summary)),
         version=version("hapkit-studio"),
-        before_start="\n//\n".join(_comment(words) for words in (remark, _start_words(kit)) if words),
+        before_start="\n//\n".join(_comment(words) for words in (remark, before_start) if words),
         rate=rate,
         loop=_loop(rate, prints),
         parameters=constants(environment, values, law),
         kit=_kit(kit),
         law=law_text(law),
-        sensor=_sensor(kit),
-        velocity=_velocity(estimator, rate, kit.board.quantum),
-        motor_map=_map(kit.board),
-        motor=_piece(_MOTORS[Pins(kit.board.pins)]).template,
+        sensor=_piece(f"sensor-{_SENSORS[Sensor(board.sensor)]}").template + _piece(zero).template,
+        velocity=_velocity(estimator, rate, board.quantum),
+        motor_map=_piece(f"map-{_MAPS[MotorMap(board.motor_map)]}").safe_substitute(table=table),
+        motor=_piece(f"motor-{_MOTORS[Pins(board.pins)]}").template,
         call=law.call,
     )
 
@@ -159,11 +159,6 @@ def _comment(words: str) -> str:
     return "\n".join(f"// {line}" for line in textwrap.wrap(words.replace("×", "times"), _WIDTH))
 
 
-def _start_words(kit: Kit) -> str:
-    reach = 500.0 * kit.board.counts_per_flip * kit.board.quantum
-    return _NEAR.format(reach=reach) if _zero_known(kit) else _UPRIGHT
-
-
 def _zero_known(kit: Kit) -> bool:
     return kit.calibrated and kit.board.sensor != Sensor.QUADRATURE
 
@@ -185,19 +180,21 @@ def _kit(kit: Kit) -> str:
     ]
     if _zero_known(kit):
         rows.append(("int32_t kZero", str(b.zero), "the count at the handle's zero"))
-    return f"{_comment(_whose(kit))}\n{_rows(rows)}\n{_LEVER}"
+    known = profiles.numbered(b.profile)
+    name = one_line(b.label) or (known.title if known else "Hapkit")
+    sure = "as calibrated" if kit.calibrated else "the usual numbers of this kind of kit: measure your own"
+    return f"{_comment(f'{name}, {sure}.')}\n{_rows(rows)}\n{_LEVER}"
 
 
 def _loop(rate: int, prints: int) -> str:
-    return _rows(
-        [
-            ("uint16_t kRate", str(rate), "times a second"),
-            ("float kPeriod", "1.0f / kRate", "s from one time to the next"),
-            ("float kFadeIn", "0.5f", "s in which the force comes up after a start"),
-            ("float kMaxSpeed", "3.0f", "m/s; a hand is slower: beyond it something is wrong"),
-            ("uint8_t kPrintsPerSecond", str(prints), "lines on the serial monitor at 115200 baud; 0: none"),
-        ]
-    )
+    rows = [
+        ("uint16_t kRate", str(rate), "times a second"),
+        ("float kPeriod", "1.0f / kRate", "s from one time to the next"),
+        ("float kFadeIn", "0.5f", "s in which the force comes up after a start"),
+        ("float kMaxSpeed", "3.0f", "m/s; a hand is slower: beyond it something is wrong"),
+        ("uint8_t kPrintsPerSecond", str(prints), "lines on the serial monitor at 115200 baud; 0: none"),
+    ]
+    return _rows(rows)
 
 
 def _rows(rows: Sequence[tuple[str, str, str]]) -> str:
@@ -207,19 +204,6 @@ def _rows(rows: Sequence[tuple[str, str, str]]) -> str:
     return "\n".join(f"{code:<{width}}  // {row[2]}" for code, row in zip(codes, rows, strict=True))
 
 
-def _whose(kit: Kit) -> str:
-    known = profiles.numbered(kit.board.profile)
-    name = one_line(kit.board.label) or (known.title if known else "Hapkit")
-    if kit.calibrated:
-        return f"{name}, as calibrated."
-    return f"{name}, the usual numbers of this kind of kit: measure your own."
-
-
-def _sensor(kit: Kit) -> str:
-    zero = "zero-known" if _zero_known(kit) else "zero-start"
-    return _piece(_SENSORS[Sensor(kit.board.sensor)]).template + _piece(zero).template
-
-
 def _velocity(estimator: Spec, rate: int, quantum: float) -> str:
     method, options = estimators.parse(estimator)
     _, first, second = coefficients(estimator, rate, quantum)
@@ -227,11 +211,6 @@ def _velocity(estimator: Spec, rate: int, quantum: float) -> str:
     return _piece(f"velocity-{method.key}").safe_substitute(
         first=number(first), second=number(second), words=words
     )
-
-
-def _map(board: Board) -> str:
-    table = ", ".join(number(t / 255.0) for t in (0, *board.table))
-    return _piece(_MAPS[MotorMap(board.motor_map)]).safe_substitute(table=table)
 
 
 ENDING = ".ino"

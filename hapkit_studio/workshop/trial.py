@@ -1,7 +1,7 @@
 """Try out a file in another process, ``python -m hapkit_studio.workshop.trial PATH``, which prints JSON.
 
 Whatever the file does, the window that asked goes on: it only waits for words on a pipe. Knows no Qt. How a
-text fared is remembered: a record for each file, with a mark for each of its last versions.
+text fared is remembered: going back to an older version of a file needs no trial.
 """
 
 import contextlib
@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import asdict
 from pathlib import Path
 
 import platformdirs
@@ -21,60 +22,45 @@ from hapkit_studio.workshop import isolated, source, trying
 from hapkit_studio.workshop.source import Source
 from hapkit_studio.workshop.trying import TrialResult, failed
 
-# how many versions of a file are known: going back to one of them needs no trial
-KEPT = 10
-_FAILED = "!"
+_PASSED, _FAILED = "passed", "failed"
 
 
 def has_passed(source: Source) -> bool:
     """Say whether this text of a file passed its trial with this studio, this Python and this cache."""
-    return _mark(source) in _marks(_record(source.path))
+    return _outcome(source) == _PASSED
 
 
 def has_failed(source: Source) -> bool:
     """Say whether this text of a file failed its last trial, in the same surroundings."""
-    return _FAILED + _mark(source) in _marks(_record(source.path))
+    return _outcome(source) == _FAILED
 
 
 def remember(source: Source, passed: bool) -> None:
-    """Remember how a trial ended; where nothing can be written, it is tried again another time."""
-    record, mark = _record(source.path), _mark(source)
-    marks = [m for m in _marks(record) if m.removeprefix(_FAILED) != mark]
-    marks.append(mark if passed else _FAILED + mark)
+    """Remember how a trial ended; where nothing can be written, it is tried again another time.
+
+    Records as old as the oldest compiled laws go.
+    """
+    record = _record(source)
     with contextlib.suppress(OSError):
         record.parent.mkdir(parents=True, exist_ok=True)
-        part = record.with_suffix(f".{os.getpid()}.part")
-        part.write_text("\n".join(marks[-KEPT:]), encoding="ascii")
-        part.replace(record)
-        _forget_unused(record.parent)
+        record.write_text(_PASSED if passed else _FAILED, encoding="ascii")
+        for other in record.parent.glob("*"):
+            if time.time() - other.stat().st_mtime > KEPT_SECONDS:
+                other.unlink(missing_ok=True)
 
 
-def _forget_unused(folder: Path) -> None:
-    """Remove the records of files that passed no trial for as long as a compiled law is kept."""
-    for record in folder.glob("*"):
-        if time.time() - record.stat().st_mtime > KEPT_SECONDS:
-            record.unlink(missing_ok=True)
-
-
-def _marks(record: Path) -> list[str]:
+def _outcome(source: Source) -> str:
     try:
-        return record.read_text(encoding="ascii").split()
+        return _record(source).read_text(encoding="ascii")
     except (OSError, ValueError):
-        return []
+        return ""
 
 
-def _mark(source: Source) -> str:
-    where = os.environ.get("NUMBA_CACHE_DIR", "")
-    return _hashed(source.digest, sys.version, sys.prefix, hapkit_studio.__version__, where)
-
-
-def _record(file: Path) -> Path:
-    folder = Path(platformdirs.user_cache_dir("hapkit-studio", appauthor=False)) / "tried"
-    return folder / f"{_hashed(str(file.absolute()))}.txt"
-
-
-def _hashed(*facts: str) -> str:
-    return hashlib.sha256("\n".join(facts).encode("utf-8", "surrogatepass")).hexdigest()[:20]
+def _record(source: Source) -> Path:
+    cache, file = os.environ.get("NUMBA_CACHE_DIR", ""), str(source.path.absolute())
+    facts = (file, source.digest, sys.version, sys.prefix, hapkit_studio.__version__, cache)
+    name = hashlib.sha256("\n".join(facts).encode("utf-8", "surrogatepass")).hexdigest()[:20]
+    return Path(platformdirs.user_cache_dir("hapkit-studio", appauthor=False)) / "tried" / f"{name}.txt"
 
 
 TIMEOUT = 20.0
@@ -146,7 +132,7 @@ def main(path: str) -> None:
 
     try:
         tried = source.typed(Path(path), heard.read().decode())
-        tell(trying.try_out(tried, lambda name, line: tell({"function": name, "line": line})).as_json())
+        tell(asdict(trying.try_out(tried, lambda name, line: tell({"function": name, "line": line}))))
     finally:
         os._exit(0)  # not a moment longer: threads and exit functions of the file do not run on
 

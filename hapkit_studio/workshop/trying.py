@@ -8,7 +8,7 @@ import random
 import re
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -58,15 +58,10 @@ class TrialResult:
     def ok(self) -> bool:
         return not self.problems
 
-    def as_json(self) -> dict:
-        """Return plain words and numbers, which from_json takes back."""
-        problems = [[p.line, p.text] for p in self.problems]
-        return {**vars(self), "ok": self.ok, "problems": problems, "warnings": list(self.warnings)}
-
     @classmethod
     def from_json(cls, found: dict) -> "TrialResult":
-        """Return the verdict of as_json's object; raise ValueError, TypeError or KeyError for any other."""
-        problems = tuple(Problem(int(line), str(text)) for line, text in found["problems"])
+        """Return the verdict of asdict's object; raise ValueError, TypeError or KeyError for any other."""
+        problems = tuple(Problem(int(p["line"]), str(p["text"])) for p in found["problems"])
         warnings = tuple(str(w) for w in found["warnings"])
         return cls(problems, warnings, float(found["ns_per_call"]), int(found["calls"]))
 
@@ -151,56 +146,31 @@ def _ends(p: AnyParameter) -> list[float]:
 # what a law may take of the shortest period, 100 µs, before it is said
 SLOW_NS = 5_000.0
 ALONG = np.linspace(-FAR, FAR, 25)
-_WHAT = {
-    arrays.LAW_INDEX: "the index lies beyond the state",
-    arrays.LAW_FUEL: "this does not come to an end",
-    arrays.LAW_DIVISION: "a division by zero",
+_SAID = {
+    arrays.LAW_INDEX: ("the index lies beyond the state", "keep it from 0 to below the number of values"),
+    arrays.LAW_FUEL: ("this does not come to an end", "use fewer turns"),
+    arrays.LAW_DIVISION: (
+        "a division by zero",
+        "test the divisor first, or begin the parameter's limits above 0",
+    ),
+    arrays.NOT_A_NUMBER: (
+        "this gives no finite number",
+        "test for it first, or narrow the parameter's limits",
+    ),
 }
-_DO = {
-    arrays.LAW_INDEX: "keep it from 0 to below the number of values",
-    arrays.LAW_FUEL: "use fewer turns",
-    arrays.LAW_DIVISION: "test the divisor first, or begin the parameter's limits above 0",
-}
-_NO_NUMBER, _DO_NUMBER = "this gives no finite number", "test for it first, or narrow the parameter's limits"
-
-
-# what the other functions are given beside the values, and what they return
+# what the other functions are given beside the values
 _MORE = {"warnings": (Conditions(),), "over_position": (ALONG,), "over_velocity": (ALONG,)}
-_RETURNS = {
-    "check": "text",
-    "warnings": "a list of text",
-    "unused": "text by the names of parameters",
-    "impedance": "(stiffness, damping)",
-    "over_position": "numbers",
-    "over_velocity": "numbers",
-}
-
-
-@dataclass
-class _Tally:
-    """The calls so far, the ns of a call in each sequence, and whether any force was not 0."""
-
-    calls: int = 0
-    costs: list[float] = field(default_factory=list)
-    pushes: bool = False
-
-    @property
-    def cost(self) -> float:
-        """Return the median in ns: other load on the machine does not count."""
-        return float(np.median(self.costs))
 
 
 def try_out(source: Source, tell: Callable[[str, int], object] = lambda name, line: None) -> TrialResult:
     """Return the verdict on a text; tell each function's name and line before it is called."""
     try:
-        environment = reading.execute(source)
-        tally = _try(environment, source.path, tell)
+        return _try(reading.execute(source), source.path, tell)
     except LawError as error:
         return failed(reading.without_line(error), error.line)
-    return TrialResult((), _remarks(environment, tally), tally.cost, tally.calls)
 
 
-def _try(environment: Environment, path: Path, tell: Callable[[str, int], object]) -> _Tally:
+def _try(environment: Environment, path: Path, tell: Callable[[str, int], object]) -> TrialResult:
     """Compile the law, call it and the environment's other functions; raise LawError with its line."""
     law_line = environment.force.function.__code__.co_firstlineno
     try:
@@ -217,7 +187,7 @@ def _try(environment: Environment, path: Path, tell: Callable[[str, int], object
 
 def _try_function(environment: Environment, name: str) -> None:
     """Call one of the environment's own functions at its corners; raise LawError for nonsense."""
-    function, (convert, _) = getattr(environment, name), functions.GIVES[name]
+    function, (convert, _, wanted) = getattr(environment, name), functions.GIVES[name]
     if complaint := environment.check({p.key: p.default for p in environment.parameters}):
         raise LawError(f"the defaults do not go together: {complaint}", _first_line(environment.check))
     for values in near(environment.parameters):
@@ -228,32 +198,31 @@ def _try_function(environment: Environment, name: str) -> None:
             shape = np.shape(convert(found))
         except (TypeError, ValueError):
             line = _first_line(function)
-            raise LawError(f"this function returns {_RETURNS[name]}, not {found!r:.60}", line) from None
-        if convert is functions.numbers and shape[-1:] != ALONG.shape:
+            raise LawError(f"this function returns {wanted}, not {found!r:.60}", line) from None
+        if name.startswith("over_") and shape[-1:] != ALONG.shape:
             raise LawError("a curve has one value for each place it is asked at", _first_line(function))
 
 
 def _first_line(function: Callable) -> int:
-    code = getattr(function, "__code__", None)
-    return code.co_firstlineno if code else 0
+    return getattr(getattr(function, "__code__", None), "co_firstlineno", 0)
 
 
-def _try_law(environment: Environment) -> _Tally:
+def _try_law(environment: Environment) -> TrialResult:
     """Call the law at its corners; raise LawError where it gives no force."""
-    law, tally = environment.force.compiled(), _Tally()
+    law, costs, calls, pushes = environment.force.compiled(), [], 0, False
     for sequence in sequences(environment):
         p = np.array([sequence.values[q.key] for q in environment.parameters] + [0.0])
         state, fault = own.law_memory(law)
         force = np.zeros(len(sequence.x))
         begin = time.perf_counter_ns()
         wrong = own.call_law(law.address, p, state, sequence.x, sequence.v, sequence.dt, fault, force)
-        spent = time.perf_counter_ns() - begin
+        costs.append((time.perf_counter_ns() - begin) / len(force))
         if wrong != own.NO_FAULT:
             raise LawError(_words(environment, sequence, wrong, int(fault[0])), int(fault[1]))
-        tally.costs.append(spent / len(force))
-        tally.calls += len(force)
-        tally.pushes = tally.pushes or bool(force.any())
-    return tally
+        calls += len(force)
+        pushes = pushes or bool(force.any())
+    cost = float(np.median(costs))  # other load on the machine does not count
+    return TrialResult((), tuple(_remarks(environment, cost, pushes)), cost, calls)
 
 
 def _words(environment: Environment, sequence: Sequence, call: int, code: int) -> str:
@@ -261,19 +230,17 @@ def _words(environment: Environment, sequence: Sequence, call: int, code: int) -
     at = [f"x = {1e3 * sequence.x[call]:.6g} mm", f"v = {sequence.v[call]:.6g} m/s"]
     changed = [p for p in environment.parameters if sequence.values[p.key] != p.default]
     at += [f"{p.key} = {p.text(sequence.values[p.key])}" for p in changed]
-    where = ", ".join(at).replace("-", "−")
-    return f"{_WHAT.get(code, _NO_NUMBER)} at {where}: {_DO.get(code, _DO_NUMBER)}"
+    what, to_do = _SAID[code]
+    return f"{what} at {', '.join(at).replace('-', '−')}: {to_do}"
 
 
-def _remarks(environment: Environment, tally: _Tally) -> tuple[str, ...]:
-    """Return what is no problem, but worth a look."""
-    found = []
-    if tally.cost > SLOW_NS:
-        found.append(f"One call of the law takes {tally.cost / 1000:.0f} µs: the loop may not keep 10 kHz.")
-    if not tally.pushes:
-        found.append("The law never pushed: its force was 0 N in every call.")
+def _remarks(environment: Environment, cost: float, pushes: bool) -> Iterator[str]:
+    """Yield what is no problem, but worth a look."""
+    if cost > SLOW_NS:
+        yield f"One call of the law takes {cost / 1000:.0f} µs: the loop may not keep 10 kHz."
+    if not pushes:
+        yield "The law never pushed: its force was 0 N in every call."
     used = set(re.findall(r"\bp\[(\d+)\]", environment.force.source.partition("\ndef law(")[2]))
     for i, p in enumerate(environment.parameters):
         if str(i) not in used:
-            found.append(f"{p.label} changes nothing: the law does not use p.{p.key}.")
-    return tuple(found)
+            yield f"{p.label} changes nothing: the law does not use p.{p.key}."

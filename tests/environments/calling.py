@@ -7,6 +7,7 @@ import numpy as np
 
 import hapkit_studio as hs
 from hapkit_studio import environments
+from hapkit_studio.environments.base import Conditions
 from hapkit_studio.laws import native
 from hapkit_studio.parameters import Choice
 
@@ -36,17 +37,25 @@ def corners(environment):
     return [values for values in map(dict, taken) if not environment.check(values)]
 
 
+def drawn(environment, rng):
+    """Return values anywhere within the limits, whether they go together or not."""
+    return {
+        p.key: float(rng.integers(len(p.options))) if isinstance(p, Choice) else rng.uniform(p.low, p.high)
+        for p in environment.parameters
+    }
+
+
 def anywhere(environment, rng):
     """Return values anywhere within the limits that go together."""
-    while True:
-        values = {
-            p.key: float(rng.integers(len(p.options)))
-            if isinstance(p, Choice)
-            else rng.uniform(p.low, p.high)
-            for p in environment.parameters
-        }
-        if not environment.check(values):
-            return values
+    while environment.check(values := drawn(environment, rng)):
+        pass
+    return values
+
+
+def warned(key, conditions=None, **given):
+    """Return an environment's warnings at values that differ from the defaults."""
+    environment = LIBRARY[key]
+    return list(environment.warnings(environment.values(given), conditions or Conditions()))
 
 
 def force(key, x, v=0.0, **given):

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.environments.base import Conditions
 from hapkit_studio.errors import ParameterError
-from tests.environments.calling import LIBRARY, along, forces
+from tests.environments.calling import LIBRARY, along, forces, warned
 
 BUTTON = LIBRARY["button"]
 STIFFNESS, FADE = 1500.0, 0.5e-3
@@ -116,11 +115,7 @@ def test_a_snap_that_starts_behind_its_end_is_refused():
 
 
 def test_a_snap_that_does_not_drop_is_warned_of():
-    def warned(snap):
-        return list(BUTTON.warnings(BUTTON.values({"snap_force": snap}), Conditions()))
-
-    assert not warned(0.5)
-    assert not warned(0.99)
+    assert not warned("button", snap_force=0.99)
     for snap in (1.0, 1.01):
-        (line,) = warned(snap)
+        (line,) = warned("button", snap_force=snap)
         assert "no click" in line

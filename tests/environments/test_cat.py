@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import hapkit_studio as hs
-from hapkit_studio.dynamics.hand import SCRIPTS, Prescribed
+from hapkit_studio.dynamics.hand import SCRIPTS
 from hapkit_studio.environments import cat
+from tests.environments.calling import column, imposed
+from tests.wide import wide
 
 STROKE = {"pet": 1.2, "rub": 0.3}  # s from one end to the other
 
@@ -26,7 +28,10 @@ BANDS = [
 
 
 @pytest.mark.parametrize(
-    ("temper", "liking", "dislike"), [("easy", 1, 1), ("choosy", 0.8, 1.25), ("grumpy", 0.7, 1.5)]
+    ("temper", "liking", "dislike"),
+    wide(
+        [("easy", 1, 1), ("choosy", 0.8, 1.25), ("grumpy", 0.7, 1.5)], lambda temper, *_: temper != "choosy"
+    ),
 )
 @pytest.mark.parametrize(("speed", "gain"), BANDS)
 def test_mood_goes_by_the_way_and_by_the_pace(speed, gain, temper, liking, dislike):
@@ -46,7 +51,10 @@ def test_left_alone_it_forgets_in_ten_seconds():
 
 
 LOOPS = [(500.0, 0.0), (1000.0, 1e-3), (4000.0, 0.0)]
-EVERY_LOOP = [(r, d, e) for r, d in LOOPS for e in ("difference", "iir")]
+EVERY_LOOP = wide(
+    ((r, d, e) for r, d in LOOPS for e in ("difference", "iir")),
+    lambda rate, delay, estimator: rate == 1000.0,
+)
 
 
 def strokes(run, hand):
@@ -103,7 +111,7 @@ def test_left_alone_it_does_not_swat_however_cross_it_is():
     assert column(run, "swats")[-1] == 1.0
 
 
-@pytest.mark.parametrize("frequency", [20.0, 26.3, 30.0])
+@pytest.mark.parametrize("frequency", wide([20.0, 26.3, 30.0], lambda hertz: hertz == 26.3))
 def test_purr_is_higher_and_louder_breathing_out(frequency):
     run = moved(contented, RESTED + 4.0, purr_frequency=frequency, purr_force=1.0, hair=0.0)
     rest = slice(round(RESTED * 1000), None)
@@ -123,13 +131,8 @@ def test_purr_is_higher_and_louder_breathing_out(frequency):
 def test_theory_is_a_slow_stroke():
     """Both branches, once the hair is bent; the tufts ripple around them."""
     for branch, sign in ((0, 1.0), (1, -1.0)):
-        run = moved(
-            lambda t, sign=sign: sign * (-0.02 + 0.005 * t),
-            6.0,
-            fur_damping=0.0,
-            purr_force=0.0,
-            nap_ratio=2.5,
-        )
+        quiet = {"fur_damping": 0.0, "purr_force": 0.0, "nap_ratio": 2.5}
+        run = moved(lambda t, sign=sign: sign * (-0.02 + 0.005 * t), 6.0, **quiet)
         ripple = 0.06 * np.sin(2.0 * np.pi * run.position / 0.003)
         theory = cat.over_position(cat.ENVIRONMENT.values({"nap_ratio": 2.5}), run.position)
         assert theory.shape == (2, run.position.size)
@@ -163,16 +166,9 @@ def test_the_fur_alone_only_takes():
     assert run.energy[-1] < -0.1
 
 
-IDEAL = hs.SimulatedHapkit(quantum=0.0)
-
-
-def column(run, name):
-    return run.state[:, run.state_names.index(name)]
-
-
-def moved(position, seconds, device=IDEAL, rate=1000.0, **values):
+def moved(position, seconds, **values):
     """Return the run of a handle that is led along position(t), whatever the cat does."""
-    return hs.simulate("cat", values, hand=Prescribed(position), device=device, seconds=seconds, rate=rate)
+    return imposed("cat", values, position, seconds)
 
 
 def contented(t):

@@ -16,7 +16,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.parameters import Choice
-from tests.environments.calling import LIBRARY, anywhere, call, corners
+from tests.environments.calling import LIBRARY, anywhere, call, corners, drawn
 from tests.haptics.support import read
 
 every = pytest.mark.parametrize("key", LIBRARY)
@@ -28,13 +28,11 @@ def test_is_described(key):
     e = LIBRARY[key]
     assert isinstance(e, Environment)
     assert e.key == key
-    for words in (e.title, e.summary, e.explanation, e.formula):
-        assert words
-        assert words == words.strip()
+    assert all(words == words.strip() for words in (e.title, e.summary, e.explanation, e.formula))
     assert "F" in e.formula
     assert len(e.explanation) > 80
-    assert "\n" not in e.summary
-    assert len(e.summary) < 40
+    assert 0 < len(e.summary) < 40
+    assert "\n" not in e.summary + e.title
     if e.scene != key:  # its own key is the default: without an icon and a drawing it gets plain ones
         assert resources.path("icons", f"{e.scene}.svg").exists()
     for p in e.parameters:
@@ -57,22 +55,10 @@ def test_force_is_finite_at_every_corner(key):
 
 
 @every
-def test_every_place_of_the_handle_is_finite_too(key, rng):
-    e = LIBRARY[key]
-    state = None
-    for _ in range(1000):
-        values = anywhere(e, rng)
-        force, state, fault = call(e, values, rng.uniform(-REACH, REACH), rng.uniform(-SPEED, SPEED), state)
-        assert math.isfinite(force)
-        assert fault == 0
-        assert np.isfinite(state).all()
-
-
-@every
 def test_curve_is_the_compiled_law(key):
     e = LIBRARY[key]
     position = np.linspace(-REACH, REACH, 121)
-    for values in corners(e)[::19]:
+    for values in corners(e)[::57]:
         for velocity in (0.0, 0.1, -0.1):
             want = [call(e, values, x, velocity)[0] for x in position]
             got = e.curve(values, position, velocity)
@@ -97,7 +83,7 @@ def test_impedance_bounds_the_slopes_of_the_law(key, rng):
     if e.impedance is None:
         return
     x = rng.uniform(-0.05, 0.05, 100)
-    for values in corners(e)[::5]:
+    for values in corners(e)[::15]:
         stiffness, damping = e.impedance(values)
         slope = np.abs(e.curve(values, x + STEP) - e.curve(values, x)).max() / STEP
         assert slope <= stiffness * (1.0 + 1e-6) + 1e-6, values
@@ -112,9 +98,8 @@ def test_warns_in_whole_sentences_only_when_pushed(key, rng):
     e = LIBRARY[key]
     assert tuple(e.warnings(e.values(), Conditions(speed=0.1))) == ()
     for _ in range(200):
-        conditions = Conditions(
-            10 ** rng.uniform(-4, -2), rng.choice([0.0, 20.7e-6, 1e-3]), rng.uniform(0, 2)
-        )
+        quantum = rng.choice([0.0, 20.7e-6, 1e-3])
+        conditions = Conditions(10 ** rng.uniform(-4, -2), quantum, rng.uniform(0, 2))
         for line in e.warnings(anywhere(e, rng), conditions):
             assert line
             assert "\n" not in line
@@ -126,12 +111,7 @@ def test_values_that_do_not_go_together_are_refused_in_one_line(key, rng):
     """Whatever check complains about, simulate and the window refuse with its words."""
     e = LIBRARY[key]
     for _ in range(200):
-        values = {
-            p.key: float(rng.integers(len(p.options)))
-            if isinstance(p, Choice)
-            else rng.uniform(p.low, p.high)
-            for p in e.parameters
-        }
+        values = drawn(e, rng)
         complaint = e.check(values)
         if complaint:
             assert "\n" not in complaint

@@ -5,15 +5,7 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.dynamics.hand import Prescribed
-from tests.environments.calling import LIBRARY, call
-
-
-def values_of(key, **given):
-    return LIBRARY[key].values(given)
-
-
-def force(key, x, v=0.0, **given):
-    return call(LIBRARY[key], values_of(key, **given), x, v)[0]
+from tests.environments.calling import force
 
 
 def test_free_is_no_force():

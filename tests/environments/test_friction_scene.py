@@ -7,9 +7,8 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.dynamics.hand import Hand, Prescribed
-from hapkit_studio.environments.base import Conditions
 from hapkit_studio.environments.friction import MODELS
-from tests.environments.calling import LIBRARY, along
+from tests.environments.calling import LIBRARY, along, warned
 
 FRICTION = LIBRARY["friction"]
 HOLDING = ("stribeck", "projection", "tether", "lugre")
@@ -105,13 +104,8 @@ def test_a_steady_slide_feels_as_the_curve_says(model, speed):
     """An ideal sensor, 40 mm at most: the last quarter."""
     device = hs.SimulatedHapkit(quantum=0.0)
     seconds = min(0.03 / abs(speed), 2.0)
-    run = hs.simulate(
-        "friction",
-        {"model": model},
-        hand=Prescribed(lambda t: speed * t),
-        device=device,
-        seconds=seconds,
-    )
+    hand = Prescribed(lambda t: speed * t)
+    run = hs.simulate("friction", {"model": model}, hand=hand, device=device, seconds=seconds)
     want = FRICTION.over_velocity(FRICTION.values({"model": model}), np.array([speed]))[0]
     late = run.force[-len(run.force) // 4 :]
     assert late == pytest.approx(want, rel=0.01, abs=0.002)
@@ -152,10 +146,6 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
     assert np.array_equal(low, same)
 
 
-def warned(conditions=None, **given):
-    return list(FRICTION.warnings(FRICTION.values(given), conditions or Conditions()))
-
-
 @pytest.mark.parametrize(
     ("inside", "outside", "words"),
     [
@@ -166,7 +156,7 @@ def warned(conditions=None, **given):
     ],
 )
 def test_what_is_beyond_a_models_limit_is_said_in_one_line(inside, outside, words):
-    assert not any(words in line.replace("Above", "above") for line in warned(**inside))
-    (line,) = warned(**(inside | outside))
+    assert not any(words in line.replace("Above", "above") for line in warned("friction", **inside))
+    (line,) = warned("friction", **(inside | outside))
     assert words in line.replace("Above", "above")
     assert "\n" not in line

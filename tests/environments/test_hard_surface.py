@@ -7,9 +7,9 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.environments.base import Conditions
-from tests.environments.calling import LIBRARY, along
+from tests.environments import calling
+from tests.environments.calling import along
 
-SURFACE = LIBRARY["hard_surface"]
 COUNT = 20.7e-6
 # theory §6, the accelerations as forces on a handle of 0.044 kg
 MATERIALS = {"rubber": (116.7, 60.0, 18.0), "wood": (150.0, 80.0, 100.0), "aluminium": (300.0, 90.0, 300.0)}
@@ -102,7 +102,7 @@ def test_a_tapping_hand_rings_it_once_a_tap(delay):
 
 
 def warned(period=1e-3, **given):
-    return list(SURFACE.warnings(SURFACE.values(given), Conditions(period=period)))
+    return calling.warned("hard_surface", Conditions(period=period), **given)
 
 
 def test_warns_of_fewer_than_10_samples_a_cycle():

@@ -10,9 +10,7 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio import discovery, environments
 from hapkit_studio.environments import with_shortcuts
-from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.laws import law
 from tests.environments.calling import LIBRARY
 
 
@@ -45,30 +43,6 @@ def test_unknown_environments_are_named_with_those_there_are():
             ParameterError, match=r"There is no environment .*; there are: free, spring, wall"
         ):
             environments.named(wrong)
-
-
-def test_environments_of_other_packages_are_found(monkeypatch):
-    """By the entry-point group, behind those of this package."""
-
-    @law
-    def force(p, s, x, v, dt):
-        return -x
-
-    mine = Environment("mine", "Mine", "From elsewhere", (), force)
-
-    class Point:
-        def load(self):
-            return mine
-
-    def points(group):
-        assert group == "hapkit_studio.environments"
-        return [Point()]
-
-    monkeypatch.setattr(discovery, "entry_points", points)
-    found = environments.discover.__wrapped__()
-    assert found["mine"].force is mine.force
-    assert list(found)[: len(LIBRARY)] == list(LIBRARY)
-    assert hs.simulate(mine, device=hs.SimulatedHapkit(initial_position=0.01), seconds=0.01).force[0] < 0.0
 
 
 def test_a_broken_environment_of_another_package_is_left_out_with_a_warning(monkeypatch):

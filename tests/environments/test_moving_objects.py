@@ -9,6 +9,7 @@ import hapkit_studio as hs
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.environments.base import Conditions
 from tests.dynamics import growth
+from tests.environments import calling
 from tests.environments.calling import LIBRARY, call, column, imposed, smoothly
 
 MASS, PUCK = LIBRARY["mass_spring_damper"], LIBRARY["puck"]
@@ -61,12 +62,8 @@ def test_objects_begin_at_rest_where_they_belong():
         run = imposed("mass_spring_damper", values, lambda t: -0.05, 0.01)
         assert np.all(column(run, "object") == values.get("rest_position", 0.01))
         assert np.all(column(run, "object_velocity") == 0.0)
-    for handle, begins, side in (
-        (-0.05, 0.010, 1.0),
-        (0.05, 0.010, -1.0),
-        (0.008, 0.013, 1.0),
-        (0.01, 0.005, -1.0),
-    ):
+    puck = ((-0.05, 0.010, 1.0), (0.05, 0.010, -1.0), (0.008, 0.013, 1.0), (0.01, 0.005, -1.0))
+    for handle, begins, side in puck:
         run = imposed("puck", {}, lambda t, handle=handle: handle, 0.01)
         assert column(run, "object") == pytest.approx(np.full(10, begins), abs=1e-15)
         assert np.all(column(run, "side") == side)
@@ -87,21 +84,17 @@ def test_pushed_slowly_the_mass_gives_contact_and_spring_in_series():
         assert run.force[-1] == pytest.approx(want, abs=1e-6)
 
 
-def values_of_contact(values):
-    return {key: values[key] for key in ("contact_stiffness", "contact_damping")}
-
-
 def test_contact_damping_acts_on_the_way_in_only():
-    values = MASS.values({"contact_stiffness": 100.0, "contact_damping": 7.0})
+    contact = {"contact_stiffness": 100.0, "contact_damping": 7.0}
+    values = MASS.values(contact)
     for v, want in ((0.2, -100.0 * 0.003 - 7.0 * 0.2), (0.0, -0.3), (-0.2, -0.3)):
         assert call(MASS, values, 0.013, v)[0] == pytest.approx(want, rel=1e-12)
     assert call(MASS, values, 0.009, 0.2)[0] == 0.0
-    assert MASS.impedance(values) == PUCK.impedance(PUCK.values(values_of_contact(values))) == (100.0, 7.0)
+    assert MASS.impedance(values) == PUCK.impedance(PUCK.values(contact)) == (100.0, 7.0)
 
 
 def warned(key, period=1e-3, **values):
-    e = LIBRARY[key]
-    return list(e.warnings(e.values(values), Conditions(period=period)))
+    return calling.warned(key, Conditions(period=period), **values)
 
 
 def test_an_integrator_that_grows_is_warned_of():

@@ -1,11 +1,14 @@
 """Texture: its vibration, its grains, and what no loop can render of it."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.environments.base import Conditions
 from hapkit_studio.environments.texture import grain
+from tests.environments import calling
 from tests.environments.calling import LIBRARY, force, forces, frequency
 
 TEXTURE = LIBRARY["texture"]
@@ -80,8 +83,7 @@ def test_sandpaper_is_bounded_steady_and_of_zero_mean(seed):
     assert np.abs(np.diff(got)).max() > 0.8 * stiffness * (x[1] - x[0])
 
 
-def warned(conditions=None, **given):
-    return list(TEXTURE.warnings(TEXTURE.values(given), conditions or Conditions()))
+warned = partial(calling.warned, "texture")
 
 
 @pytest.mark.parametrize("kind", ["bands", "grating", "sandpaper"])

@@ -21,11 +21,15 @@ _names = itertools.count()
 
 def module(folder, text):
     """Return the module of a file with this text after HEAD."""
-    path = folder / f"student_{next(_names)}.py"
-    path.write_text(HEAD + textwrap.dedent(text), encoding="utf-8")
-    spec = importlib.util.spec_from_file_location(path.stem, path)
+    return written(folder / f"student_{next(_names)}.py", HEAD + textwrap.dedent(text))
+
+
+def written(path, text):
+    """Write a file and return its module."""
+    path.write_text(text, encoding="utf-8")
+    spec = importlib.util.spec_from_file_location(f"{path.stem}_{path.parent.name}", path)
     made = importlib.util.module_from_spec(spec)
-    sys.modules[path.stem] = made
+    sys.modules[spec.name] = made
     spec.loader.exec_module(made)
     return made
 

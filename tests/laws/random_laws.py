@@ -1,8 +1,6 @@
 """Random laws of the whole law language, each from its seed: as a person may write them, only sillier."""
 
-import importlib.util
 import random
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +8,7 @@ import numpy as np
 
 from hapkit_studio.laws.law import Law
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
+from tests.laws.law_files import written
 
 PARAMETERS: tuple[AnyParameter, ...] = (
     Parameter("a", "A", "", 1.5, -4.0, 4.0),
@@ -223,13 +222,10 @@ class _Writer:
                 self.put(f"{self.target()} = {value}")
         elif kind < 9:
             operator = self.pick(("+", "-", "*", "/", "+", "//", "%", "**"))
-            value = (
-                "2"
-                if operator == "**"
-                else f"(2.0 + abs({self.value(1)}))"
-                if operator in "//%"
-                else self.value(2)
-            )
+            if operator == "**":
+                value = "2"
+            else:
+                value = f"(2.0 + abs({self.value(1)}))" if operator in "//%" else self.value(2)
             self.put(f"{self.target()} {operator}= {value}")
         elif kind < 11:
             self.several()
@@ -343,16 +339,9 @@ def text(seed: int) -> str:
 
 def law(folder: Path, seed: int) -> Law:
     """Return a random law, its file in a folder; raise LawError where it leaves the language after all."""
-    path = folder / f"random_{seed}.py"
-    path.write_text(text(seed), encoding="utf-8")
-    spec = importlib.util.spec_from_file_location(f"{path.stem}_{folder.name}", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    module.force.bind(PARAMETERS)
-    return module.force
+    made = written(folder / f"random_{seed}.py", text(seed)).force
+    made.bind(PARAMETERS)
+    return made
 
 
 def settings(seed: int) -> dict[str, float]:

@@ -5,7 +5,7 @@ import pytest
 from tests.laws import random_laws
 from tests.laws.error_analysis import compile_unrounded
 from tests.laws.law_files import law_text, module
-from tests.laws.machine_pc import Machine, build, needs_compiler
+from tests.laws.machine_pc import needs_compiler
 from tests.laws.twins import Plain, compare
 
 pytestmark = needs_compiler
@@ -158,12 +158,6 @@ CASES = {
         return f + g - (not f)
     """,
 }
-
-
-@pytest.fixture(scope="module")
-def machine(tmp_path_factory):
-    with Machine(build(tmp_path_factory.mktemp("machine"))) as made:
-        yield made
 
 
 @pytest.mark.parametrize("room", [0, 10_000])

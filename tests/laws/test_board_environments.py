@@ -36,10 +36,9 @@ KEYS = wide(ENVIRONMENTS, lambda key: key not in LENGTHY)
     scope="module",
     params=[pytest.param(False, id="plain"), pytest.param(True, id="watched", marks=pytest.mark.slow)],
 )
-def machine(request, tmp_path_factory):
+def machine(request):
     """Return the board's machine on this computer, once watched by the sanitizers and with more settings."""
-    program = build(tmp_path_factory.mktemp("machine"), request.param, 16384)
-    with Machine(program) as made:
+    with Machine(build(request.param)) as made:
         made.settings = 3 if request.param else 1
         yield made
 

@@ -35,14 +35,8 @@ def useful(force: float) -> float:
 
 
 @pytest.fixture(scope="module")
-def machine(tmp_path_factory):
-    with Machine(build(tmp_path_factory.mktemp("machine"), arena=16384)) as made:
-        yield made
-
-
-@pytest.fixture(scope="module")
-def watched(tmp_path_factory):
-    with Machine(build(tmp_path_factory.mktemp("machine"), True, 16384)) as made:
+def watched():
+    with Machine(build(True)) as made:
         yield made
 
 
@@ -82,15 +76,10 @@ def hold(seen: Seen, count: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "seeds", [range(1000, 1040), pytest.param(range(1040, 1120), marks=pytest.mark.slow)]
+    "seeds", [range(1016, 1036), pytest.param(range(1000, 1120), marks=pytest.mark.slow)]
 )
 def test_random_laws(machine, tmp_path, seeds):
     hold(run(machine, tmp_path, seeds, Plain), len(seeds))
-
-
-@pytest.mark.slow
-def test_random_laws_compiled(machine, tmp_path):
-    assert run(machine, tmp_path, range(1, 3), Compiled).laws >= 1
 
 
 @pytest.mark.slow

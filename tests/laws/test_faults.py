@@ -1,7 +1,5 @@
 """What goes wrong inside a law raises nothing and hangs nothing: it latches, with its line, and no force."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -49,49 +47,35 @@ def test_an_index_out_of_range_faults_on_its_line(tmp_path, index, use):
 def test_a_loop_without_end_faults_on_its_line(tmp_path, loop):
     text = law_text(loop + "\nreturn 5.0", RING, SLOW + FAN)
     made = environment(tmp_path, text)
-    held(made)
-    begin = time.process_time()
     run = held(made)
-    assert time.process_time() - begin < 1.0
     assert_faulted(run, "of the law does not come to an end")
     line = int(run.faults[0].split("line ")[1].split()[0])
     assert (HEAD + text).splitlines()[line - 1].strip().startswith(("for ", "def "))
 
 
-NOT_FINITE = [
-    ("math.sqrt(-x)", "NaN"),
-    ("math.log(0.0)", "infinity"),
-    ("math.exp(1e9)", "infinity"),
-    ("1e300 * 1e300", "infinity"),
-    ("10.0 ** 1000.0", "infinity"),
-    ("0.0 ** -1", "infinity"),
-    ("(-1.0) ** 0.5", "NaN"),
-    ("int(math.sqrt(-x))", "NaN"),
-    ("(x < 0) ** -(x > 0)", "infinity"),
-]
+NOT_FINITE = {
+    "NaN": ("math.sqrt(-x)", "(-1.0) ** 0.5", "int(math.sqrt(-x))"),
+    "infinity": (
+        *("math.log(0.0)", "math.exp(1e9)", "1e300 * 1e300", "10.0 ** 1000.0", "0.0 ** -1"),
+        "(x < 0) ** -(x > 0)",
+    ),
+}
 
 
-@pytest.mark.parametrize(("value", "name"), NOT_FINITE)
+@pytest.mark.parametrize(("name", "value"), [(n, v) for n, values in NOT_FINITE.items() for v in values])
 def test_what_is_not_finite_raises_nothing_and_latches(tmp_path, value, name, capfd):
     made = environment(tmp_path, law_text(f"return {value}"))
     run = held(made)
-    assert any(n in run.faults[0] for n in name.split("|"))
+    assert name in run.faults[0]
     assert "at x = 10." in run.faults[0] or "at x = 9.9" in run.faults[0]
     assert_faulted(run, "the law returned")
     assert capfd.readouterr() == ("", "")
 
 
-DIVISIONS = [
-    "1.0 / (x - x)",
-    "0.0 / (x - x)",
-    "x // 0.0",
-    "x % 0.0",
-    "math.fmod(x, 0.0)",
-    "(x > 0) // (x < 0)",
-]
+BY_ZERO = ("1.0 / (x - x)", "0.0 / (x - x)", "x // 0.0", "x % 0.0", "math.fmod(x, 0.0)", "(x > 0) // (x < 0)")
 
 
-@pytest.mark.parametrize("value", [*DIVISIONS, "quotient(x - x)", "min(1.0, 1.0 / (x - x))"])
+@pytest.mark.parametrize("value", [*BY_ZERO, "quotient(x - x)", "min(1.0, 1.0 / (x - x))"])
 def test_a_division_by_zero_faults_on_its_line(tmp_path, value):
     """Even where what comes after would hide it."""
     text = law_text(f"a = 1.0\nb = {value}\nreturn 1.0", beside="def quotient(a):\n    return 1.0 / a\n")

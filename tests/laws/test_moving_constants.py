@@ -10,18 +10,12 @@ from hapkit_studio.laws.board import Program
 from hapkit_studio.laws.machine import FIRST, MOST_CYCLES, Refusal
 from hapkit_studio.laws.specialise import Specialiser
 from hapkit_studio.workshop.own import built_in
-from tests.laws.machine_pc import Machine, build, needs_compiler
+from tests.laws.machine_pc import Machine, needs_compiler
 from tests.laws.test_board_environments import PERIOD, TOO_SLOW, motion, options, settings
 from tests.wide import wide
 
 ENVIRONMENTS = built_in()
 STEPS = 30  # of 1 ms
-
-
-@pytest.fixture(scope="module")
-def machine(tmp_path_factory):
-    with Machine(build(tmp_path_factory.mktemp("machine"), arena=16384)) as made:
-        yield made
 
 
 @pytest.fixture

@@ -167,11 +167,8 @@ RING = "{'ring': (0.0, 0.0, 0.0), 'last': 0.0}"
 
 
 def test_state_is_kept_from_sample_to_sample_and_starts_afresh(tmp_path):
-    text = law_text(
-        "s.count += 1\ns.ring[int(s.count) % 3] = x\nreturn 0.001 * s.count",
-        "{'count': 0.0, 'ring': (0.0,) * 3}",
-    )
-    made = environment(tmp_path, text)
+    body = "s.count += 1\ns.ring[int(s.count) % 3] = x\nreturn 0.001 * s.count"
+    made = environment(tmp_path, law_text(body, "{'count': 0.0, 'ring': (0.0,) * 3}"))
     assert made.state_names == ("count", "ring[0]", "ring[1]", "ring[2]")
     for _ in range(2):
         run = held(made)
@@ -183,13 +180,8 @@ def test_state_is_kept_from_sample_to_sample_and_starts_afresh(tmp_path):
 
 def test_plain_is_nan_where_the_function_has_no_value(tmp_path):
     """The curve beneath a plot must not end a window."""
-    for body in (
-        "return 1.0 / (x - x)",
-        "return math.sqrt(-1.0)",
-        "return math.exp(1e9)",
-        "return s.ring[7]",
-    ):
-        made = environment(tmp_path, law_text(body, RING))
+    for value in ("1.0 / (x - x)", "math.sqrt(-1.0)", "math.exp(1e9)", "s.ring[7]"):
+        made = environment(tmp_path, law_text(f"return {value}", RING))
         assert math.isnan(made.force.plain(made.values(), 0.0, 0.0))
         assert np.isnan(made.curve(made.values(), np.zeros(3))).all()
 
@@ -221,6 +213,9 @@ def test_generated_files_that_nobody_loads_are_cleared_away(tmp_path, monkeypatc
     assert list((tmp_path / "cache").rglob(f"{files[1].stem}.*.nbi"))
 
 
+compiled = pytest.mark.skipif(native.INTERPRETED, reason="Nothing is compiled.")
+
+
 @pytest.fixture
 def kept(tmp_path, monkeypatch):
     """Return a law compiled into a place of its own, and a twin of it that is not loaded."""
@@ -233,7 +228,7 @@ def kept(tmp_path, monkeypatch):
     return law, twin
 
 
-@pytest.mark.skipif(native.INTERPRETED, reason="Nothing is compiled.")
+@compiled
 @pytest.mark.parametrize("ending", ["nbi", "nbc"])
 def test_half_of_it_is_not_enough(kept, tmp_path, ending):
     """numba writes the index first: a law whose data are still missing would be compiled here."""
@@ -244,14 +239,14 @@ def test_half_of_it_is_not_enough(kept, tmp_path, ending):
     assert law.is_compiled()
 
 
-@pytest.mark.skipif(native.INTERPRETED, reason="Nothing is compiled.")
+@compiled
 def test_another_numba_s_is_not_ours(kept, monkeypatch):
     _, twin = kept
     monkeypatch.setattr(native.numba, "__version__", "0.1")
     assert not twin.is_compiled()
 
 
-@pytest.mark.skipif(native.INTERPRETED, reason="Nothing is compiled.")
+@compiled
 def test_loading_leaves_a_generated_file_as_old_as_it_is(kept):
     """Some versions of numba take a file of another time for another file, and would compile it anew."""
     law, twin = kept

@@ -1,6 +1,5 @@
 """A law on the board's machine, built for this computer, held row by row to the law in double precision."""
 
-import ctypes
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -16,10 +15,6 @@ from hapkit_studio.parameters import Choice
 from tests.laws.error_analysis import Analysis, Fault, Unclear, single
 from tests.laws.machine_pc import Machine
 
-_real, _reals = ctypes.c_double, ctypes.POINTER(ctypes.c_double)
-_words = ctypes.POINTER(ctypes.c_int64)
-_Law = ctypes.CFUNCTYPE(_real, _reals, _reals, _real, _real, _real, _words)
-
 
 class NoNumber(Exception):
     """Plain Python raises where compiled code goes on with inf or nan."""
@@ -30,7 +25,7 @@ class Compiled:
 
     def __init__(self, law: Law, values: Mapping[str, float], period: float):
         self._law, self.period = law.compiled(), period
-        self._function = _Law(self._law.address)
+        self._function = native.Function(self._law.address)
         self._p = np.array([values[p.key] for p in law.parameters] + [0.0])
         self._s = np.append(law.initial_state, 0.0)
         self._fault = np.zeros(native.FAULT_WORDS, np.int64)
@@ -45,8 +40,7 @@ class Compiled:
     def call(self, x: float, v: float) -> float:
         """Return the force in N, nan where the law latches a fault."""
         self._fault[:] = 0
-        places = (self._p.ctypes.data_as(_reals), self._s.ctypes.data_as(_reals))
-        force = self._function(*places, x, v, self.period, self._fault.ctypes.data_as(_words))
+        force = self._function(self._p, self._s, x, v, self.period, self._fault)
         return math.nan if self._fault[0] else force
 
 

@@ -79,7 +79,6 @@ def test_a_template_passes_its_trial_without_a_remark(template, tmp_path):
     verdict = trying.try_out(saved(tmp_path, template.text))
     assert verdict.problems == verdict.warnings == ()
     assert verdict.calls >= 10_000
-    assert 0.0 < verdict.ns_per_call < 250.0
 
 
 @pytest.mark.parametrize("template", ALL, ids=lambda t: t.key)

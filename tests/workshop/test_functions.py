@@ -10,6 +10,7 @@ import hapkit_studio as hs
 from hapkit_studio.environments.base import Conditions
 from hapkit_studio.workshop import isolated, reading, trial
 from tests.waiting import PATIENCE
+from tests.wide import wide
 from tests.workshop.student import END, line_of, saved, text
 
 GOOD = """
@@ -82,9 +83,9 @@ TAKES_TOO_MUCH = {
 }
 
 
-@pytest.mark.parametrize("statement", TAKES_TOO_MUCH.values(), ids=TAKES_TOO_MUCH)
-def test_what_takes_too_much_is_switched_off_and_named_in_one_line(tmp_path, statement):
-    own = made(tmp_path, with_check(statement))
+@pytest.mark.parametrize("how", wide(TAKES_TOO_MUCH, lambda how: how in ("a loop", "crashes", "memory")))
+def test_what_takes_too_much_is_switched_off_and_named_in_one_line(tmp_path, how):
+    own = made(tmp_path, with_check(TAKES_TOO_MUCH[how]))
     assert own.check(VALUES) == ""
     begin = time.monotonic()
     run = hs.simulate(own, {"stiffness": 123.5}, hand="press", seconds=0.3)

@@ -1,10 +1,10 @@
 """The first 10,000 calls of a law, in a row and one at a time: a fault at a corner is refused."""
 
+import math
+
 import numpy as np
 import pytest
 
-import hapkit_studio as hs
-from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.parameters import Choice, Parameter
 from hapkit_studio.workshop import own, reading, trying
 from tests.workshop.student import END, line_of, saved, text, write
@@ -45,31 +45,12 @@ def test_a_fault_at_a_corner_is_refused_at_its_line(tmp_path, body, state, where
     assert where in lines[problem.line - 1]
 
 
-@pytest.mark.parametrize("body", [FAULTS[i][0] for i in (0, 2, 5, 7, 8, 13, 15)])
-def test_the_same_fault_in_a_run_latches_at_its_line_without_force(tmp_path, body):
-    """Untried, in the loop itself: at rest, at -60 mm, at 60 mm, or falling through them."""
-    whole = text(body, RING)
-    line = trying.try_out(saved(tmp_path, whole)).problems[0].line
-    made = reading.load(write(tmp_path, whole))
-    values = {"mass": 1.0 if "mass - 1" in body else 0.0, "side": "left"}
-    for way in (lambda t: 0.06, lambda t: -0.06, lambda t: 0.06 - 3.0 * t):
-        run = hs.simulate(
-            made, values, hand=Prescribed(way), seconds=0.04, device=hs.SimulatedHapkit(quantum=0.0)
-        )
-        if run.faults:
-            break
-    (fault,) = run.faults
-    assert f"line {line}" in fault
-    first = int(np.flatnonzero(run.flags)[0])
-    assert not run.applied_force[first:].any()
-
-
 def test_a_guarded_law_passes(tmp_path):
     guarded = "if p.mass < 0.01 or x == 0.0:\n    return 0.0\nreturn p.stiffness * v / p.mass + 1.0 / x"
     verdict = trying.try_out(saved(tmp_path, text(guarded + " if p.side == 'right' else 0.0")))
     assert verdict.problems == verdict.warnings == ()
     assert verdict.calls >= 10_000
-    assert 0.0 < verdict.ns_per_call < 1000.0
+    assert verdict.ns_per_call > 0.0
 
 
 # (what Environment is given besides, the line of the error, what is said)
@@ -156,9 +137,8 @@ def test_a_law_writes_into_no_more_words_than_it_has(tmp_path, body):
     assert (len(state), len(words)) == (1, own.FAULT_WORDS)
 
 
-def test_one_call_begins_at_the_start_and_is_nan_where_it_faults(tmp_path):
-    force = own.law_function(law_of(tmp_path, "s.n += 1.0\nreturn s.n * x / (0.02 - x)", '{"n": 1.0}'))
-    p = np.zeros(4)
-    assert [force(p, x, 0.0) for x in (0.01, 0.01)] == [2.0, 2.0]
-    assert np.isnan(force(p, 0.02, 0.0))
-    assert force(p, 0.01, 0.0) == 2.0
+def test_each_place_of_a_curve_begins_at_the_start_and_is_nan_where_it_faults(tmp_path):
+    body = "s.n += 1.0\nreturn s.n * x / (0.02 - x)"
+    made = reading.load(write(tmp_path, text(body, '{"n": 1.0}')))
+    curve = made.curve(made.values(), np.array([0.01, 0.01, 0.02, 0.01]))
+    assert curve.tolist() == pytest.approx([2.0, 2.0, math.nan, 2.0], nan_ok=True, abs=0.0)

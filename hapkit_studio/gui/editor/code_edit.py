@@ -4,22 +4,9 @@ import keyword
 import re
 from collections.abc import Iterable, Mapping
 
+from PySide6 import QtGui
 from PySide6.QtCore import QPointF, QRect, QRectF, Qt, Signal
-from PySide6.QtGui import (
-    QFont,
-    QFontDatabase,
-    QFontMetrics,
-    QKeyEvent,
-    QPainter,
-    QPaintEvent,
-    QResizeEvent,
-    QSyntaxHighlighter,
-    QTextBlock,
-    QTextCharFormat,
-    QTextCursor,
-    QTextDocument,
-    QTextFormat,
-)
+from PySide6.QtGui import QFont, QFontDatabase, QFontMetrics, QPainter, QTextCharFormat, QTextCursor
 from PySide6.QtWidgets import QPlainTextEdit, QTextEdit, QWidget
 
 from hapkit_studio.gui.widgets.theme import theme
@@ -69,12 +56,8 @@ def _depth(text: str) -> int:
 def newline(cursor: QTextCursor) -> None:
     """Break the line; the next one starts as deep, deeper after a colon, less deep after a return."""
     before = cursor.block().text()[: cursor.positionInBlock()]
-    depth = _depth(before)
-    if _OPENS.match(before):
-        depth += STEP
-    elif _LEAVES.match(before):
-        depth = max(0, depth - STEP)
-    cursor.insertText("\n" + " " * depth)
+    deeper = STEP if _OPENS.match(before) else -STEP if _LEAVES.match(before) else 0
+    cursor.insertText("\n" + " " * (_depth(before) + deeper))
 
 
 def indent(cursor: QTextCursor) -> None:
@@ -113,10 +96,10 @@ def _shift_lines(cursor: QTextCursor, steps: int) -> None:
     cursor.endEditBlock()
 
 
-class Highlighter(QSyntaxHighlighter):
+class Highlighter(QtGui.QSyntaxHighlighter):
     """Colours one document, in the theme's tokens, following it."""
 
-    def __init__(self, document: QTextDocument):
+    def __init__(self, document: QtGui.QTextDocument):
         super().__init__(document)
         self._formats: dict[str, QTextCharFormat] = {}
         theme.changed.connect(self._recolour)
@@ -173,16 +156,13 @@ class Gutter(QWidget):
     @property
     def wanted_width(self) -> int:
         """Return the width that the last line's number needs, and the figures' column if there is one."""
-        return self._numbers + (0 if self._code.counts is None else self._column)
+        column = 2 * _SIDE + QFontMetrics(self._code.font()).horizontalAdvance(_FIGURE)
+        return self._numbers + (0 if self._code.counts is None else column)
 
     @property
     def _numbers(self) -> int:
         digits = max(_LEAST_DIGITS, len(str(self._code.blockCount())))
         return _SIGN + _SIDE + digits * QFontMetrics(self._code.font()).horizontalAdvance("0")
-
-    @property
-    def _column(self) -> int:
-        return 2 * _SIDE + QFontMetrics(self._code.font()).horizontalAdvance(_FIGURE)
 
     def follow(self, rect: QRect, dy: int) -> None:
         """Scroll, or paint anew beside what of the text is painted anew."""
@@ -191,7 +171,7 @@ class Gutter(QWidget):
         else:
             self.update(0, rect.y(), self.width(), rect.height())
 
-    def paintEvent(self, event: QPaintEvent) -> None:
+    def paintEvent(self, event: QtGui.QPaintEvent) -> None:
         painter = QPainter(self)
         painter.fillRect(event.rect(), theme.color("side"))
         painter.setFont(self._code.font())
@@ -200,18 +180,15 @@ class Gutter(QWidget):
         most = max(counts.values(), default=0.0)
         block = self._code.firstVisibleBlock()
         while block.isValid():
-            box = self._box(block)
-            if box.top() > event.rect().bottom():
+            place = self._code.box(block)
+            if place.top() > event.rect().bottom():
                 return
+            box = QRectF(0, place.top(), self.width(), place.height())
             number = block.blockNumber()
             self._paint_line(painter, box, number + 1, number == current, number + 1 in marks)
             if most > 0.0 and number + 1 in counts:
                 self._paint_figure(painter, box, counts[number + 1], most)
             block = block.next()
-
-    def _box(self, block: QTextBlock) -> QRectF:
-        place = self._code.blockBoundingGeometry(block).translated(self._code.contentOffset())
-        return QRectF(0, place.top(), self.width(), place.height())
 
     def _paint_figure(self, painter: QPainter, box: QRectF, value: float, most: float) -> None:
         """Paint a figure with a bar behind it, as long as its share of the largest one."""
@@ -253,11 +230,11 @@ class CodeEdit(QPlainTextEdit):
         self.setTabStopDistance(STEP * QFontMetrics(code_font()).horizontalAdvance(" "))
         self.highlighter = Highlighter(self.document())
         self.gutter = Gutter(self)
-        self.blockCountChanged.connect(self._set_gutter_margin)
+        self.blockCountChanged.connect(self._place_gutter)
         self.updateRequest.connect(self.gutter.follow)
         self.cursorPositionChanged.connect(self._show_lines)
         theme.changed.connect(self._show_lines)
-        self._set_gutter_margin()
+        self._place_gutter()
         self._show_lines()
 
     # marks
@@ -269,11 +246,7 @@ class CodeEdit(QPlainTextEdit):
 
     def mark(self, problems: Iterable[tuple[int, str]]) -> None:
         """Mark lines anew; a line beyond the text is its last one, line 0 marks nothing."""
-        self._marks = []
-        for line, words in problems:
-            if line > 0:
-                block = self.document().findBlockByNumber(min(line, self.blockCount()) - 1)
-                self._marks.append((QTextCursor(block), words))
+        self._marks = [(QTextCursor(self.block(line)), words) for line, words in problems if line > 0]
         self._show_lines()
         self.viewport().update()  # the words may change where the coloured lines do not
         self.gutter.update()
@@ -293,19 +266,26 @@ class CodeEdit(QPlainTextEdit):
         if by_line is not None:
             blocks = ((self.document().findBlockByNumber(line - 1), value) for line, value in by_line.items())
             self._counts = [(QTextCursor(b), b.text(), value) for b, value in blocks if b.isValid()]
-        self._set_gutter_margin()
+        self._place_gutter()
         self.gutter.update()
+
+    def block(self, line: int) -> QtGui.QTextBlock:
+        """Return a line's block; for a line beyond the text that of the last one."""
+        return self.document().findBlockByNumber(min(max(line, 1), self.blockCount()) - 1)
+
+    def box(self, block: QtGui.QTextBlock) -> QRectF:
+        """Return where a block is drawn, in pixels from the viewport's corner."""
+        return self.blockBoundingGeometry(block).translated(self.contentOffset())
 
     def bring_into_sight(self, line: int) -> None:
         """Leave the cursor where a person types, unless the line is out of sight."""
-        block = self.document().findBlockByNumber(min(max(line, 1), self.blockCount()) - 1)
-        box = self.blockBoundingGeometry(block).translated(self.contentOffset())
+        box = self.box(self.block(line))
         if box.top() < 0 or box.bottom() > self.viewport().height():
             self.go_to(line)
 
     def go_to(self, line: int) -> None:
         """Put the cursor at the first word of a line and bring it into sight."""
-        block = self.document().findBlockByNumber(min(max(line, 1), self.blockCount()) - 1)
+        block = self.block(line)
         cursor = QTextCursor(block)
         cursor.setPosition(block.position() + _depth(block.text()))
         self.setTextCursor(cursor)
@@ -320,41 +300,36 @@ class CodeEdit(QPlainTextEdit):
     def _ground(cursor: QTextCursor, token: str) -> QTextEdit.ExtraSelection:
         ground = QTextEdit.ExtraSelection()
         ground.format.setBackground(theme.color(token))  # type: ignore[attr-defined]
-        ground.format.setProperty(QTextFormat.Property.FullWidthSelection, True)  # type: ignore[attr-defined]
+        ground.format.setProperty(QtGui.QTextFormat.Property.FullWidthSelection, True)  # type: ignore[attr-defined]
         ground.cursor = QTextCursor(cursor)  # type: ignore[attr-defined]
         ground.cursor.clearSelection()  # type: ignore[attr-defined]
         return ground
 
-    def paintEvent(self, event: QPaintEvent) -> None:
+    def paintEvent(self, event: QtGui.QPaintEvent) -> None:
         """Paint the text, then behind each marked line what is wrong with it."""
         super().paintEvent(event)
         painter = QPainter(self.viewport())
         painter.setPen(theme.color("danger"))
         painter.setFont(theme.font("label"))
+        metrics = painter.fontMetrics()
         for cursor, words in self._marks:
-            self._say(painter, cursor, words)
-
-    def _say(self, painter: QPainter, cursor: QTextCursor, words: str) -> None:
-        block = cursor.block()
-        box: QRectF = self.blockBoundingGeometry(block).translated(self.contentOffset())
-        left = box.left() + block.layout().lineAt(0).naturalTextWidth() + _GAP
-        room = self.viewport().width() - left - 8
-        if block.isVisible() and room >= _LEAST_WORDS:
-            text = painter.fontMetrics().elidedText("✕ " + words, Qt.TextElideMode.ElideRight, int(room))
-            middle = box.top() + (box.height() + painter.fontMetrics().capHeight()) / 2
-            painter.drawText(QPointF(left, middle), text)
+            box = self.box(cursor.block())
+            left = box.left() + cursor.block().layout().lineAt(0).naturalTextWidth() + _GAP
+            room = self.viewport().width() - left - 8
+            if room >= _LEAST_WORDS:
+                text = metrics.elidedText("✕ " + words, Qt.TextElideMode.ElideRight, int(room))
+                middle = box.top() + (box.height() + metrics.capHeight()) / 2
+                painter.drawText(QPointF(left, middle), text)
 
     # typing
 
-    def keyPressEvent(self, event: QKeyEvent) -> None:
+    def keyPressEvent(self, event: QtGui.QKeyEvent) -> None:
         """Indent as Python is written; everything else is as in every text."""
-        if self.isReadOnly() or not self._indents(event):
-            super().keyPressEvent(event)
-
-    def _indents(self, event: QKeyEvent) -> bool:
         key, cursor = event.key(), self.textCursor()
-        if event.modifiers() & ~(Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.KeypadModifier):
-            return False
+        plain = Qt.KeyboardModifier.ShiftModifier | Qt.KeyboardModifier.KeypadModifier
+        if self.isReadOnly() or event.modifiers() & ~plain:
+            super().keyPressEvent(event)
+            return
         if key in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
             newline(cursor)
         elif key == Qt.Key.Key_Tab:
@@ -362,21 +337,18 @@ class CodeEdit(QPlainTextEdit):
         elif key == Qt.Key.Key_Backtab:
             _shift_lines(cursor, -STEP)
         elif key != Qt.Key.Key_Backspace or not backspace(cursor):
-            return False
+            super().keyPressEvent(event)
+            return
         self.setTextCursor(cursor)
-        return True
 
     # room for the line numbers
 
-    def _set_gutter_margin(self) -> None:
-        self.setViewportMargins(self.gutter.wanted_width, 0, 0, 0)
-        self._place_gutter()
-
     def _place_gutter(self) -> None:
-        inside = self.contentsRect()
-        self.gutter.setGeometry(QRect(inside.left(), inside.top(), self.gutter.wanted_width, inside.height()))
+        inside, width = self.contentsRect(), self.gutter.wanted_width
+        self.setViewportMargins(width, 0, 0, 0)
+        self.gutter.setGeometry(QRect(inside.left(), inside.top(), width, inside.height()))
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
+    def resizeEvent(self, event: QtGui.QResizeEvent) -> None:
         super().resizeEvent(event)
         self._place_gutter()
         if self.hasFocus():

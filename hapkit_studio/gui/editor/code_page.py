@@ -17,12 +17,7 @@ Button = tuple[str, Callable[[], object]]
 
 _HEIGHT = 40
 # tone: sign, colour of sign and words
-_TONES = {
-    "": ("", "ink2"),
-    "ok": ("check", "ok"),
-    "warn": ("info", "warn"),
-    "danger": ("cross", "danger"),
-}
+_TONES = {"": ("", "ink2"), "ok": ("check", "ok"), "warn": ("info", "warn"), "danger": ("cross", "danger")}
 DRAFT_MS = 800
 CYCLES, CYCLES_KEY = "Cycles by line", "Ctrl+Shift+C"
 _CYCLES_TIP = (
@@ -89,12 +84,6 @@ class MessageLine(QWidget):
         self._row.addWidget(button)
         button.show()
         return button
-
-
-def law_line(text: str) -> int:
-    """Return the first line inside the law, where it is changed most; 1 where there is none."""
-    lines = text.splitlines()
-    return next((n + 2 for n, line in enumerate(lines) if line.startswith("def force(")), 1)
 
 
 class CodePage(QWidget):
@@ -172,17 +161,19 @@ class CodePage(QWidget):
         self.code.setPlainText(text)
         self.code.mark(())
         self.code.count({} if self.counting else None)
-        self._show_name()
+        self.name.setText(path.name)
+        self.code.setAccessibleName(f"Law, {path.name}")
         if draft is not None and draft != text:
             self.code.selectAll()
             self.code.insertPlainText(draft)  # one step of undo back to the file
-            self.message.say(
-                "Unsaved changes from last time are back. Ctrl+Z shows the file as it was.", "warn"
-            )
+            words = "Unsaved changes from last time are back. Ctrl+Z shows the file as it was."
+            self.message.say(words, "warn")
         else:
             delete_draft(path)
             self.message.say("")
-        self.code.go_to(law_line(self.text))
+        # the first line inside the law, where it is changed most
+        heads = (n for n, line in enumerate(self.text.splitlines(), 1) if line.startswith("def force("))
+        self.code.go_to(next(heads, 0) + 1)
         self.opened.emit()
 
     def leave(self) -> None:
@@ -216,7 +207,3 @@ class CodePage(QWidget):
             self.message.say("Not in force yet. Ctrl+S saves it and runs it.")
         self.marker.setVisible(modified)
         self.unsaved_changed.emit()
-
-    def _show_name(self) -> None:
-        self.name.setText(self.path.name if self.path else "")
-        self.code.setAccessibleName(f"Law, {self.path.name}" if self.path else "Law")

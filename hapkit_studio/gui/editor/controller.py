@@ -31,15 +31,12 @@ _LINE = re.compile(r"\bline (\d+)")
 
 def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
     """Return a trial's outcome in words, and their tone; unsaved: the text has changed since."""
-    since = (_SINCE,) if unsaved else ()
-    if not verdict.ok:
-        more = len(verdict.problems) - 1
-        others = (f"({more} more)",) if more else ()
-        return " ".join((str(verdict.problems[0]), *others, _GOES_ON, *since)), "danger"
-    if verdict.warnings:
-        return " ".join(("In force.", *verdict.warnings, *since)), "warn"
-    cost = f"Tried in {verdict.calls:,} calls, {verdict.ns_per_call:.0f} ns each."
-    return " ".join(("In force.", *((cost,) if verdict.calls else ()), *since)), "ok"
+    since = [_SINCE] if unsaved else []
+    if verdict.problems:
+        return " ".join([*map(str, verdict.problems), _GOES_ON, *since]), "danger"
+    cost = [f"Tried in {verdict.calls:,} calls, {verdict.ns_per_call:.0f} ns each."] if verdict.calls else []
+    words = " ".join(["In force.", *(verdict.warnings or cost), *since])
+    return words, "warn" if verdict.warnings else "ok"
 
 
 def write_error(error: OSError) -> str:
@@ -83,7 +80,7 @@ class EditorController(QObject):
 
     def begin_new(self) -> None:
         """Offer the templates."""
-        self.editor.show_page(self.editor.chooser)
+        self.editor.setCurrentWidget(self.editor.chooser)
         self.shown.emit(True)
         self.editor.chooser.begin([file.title for file in self.own.files])
 
@@ -108,7 +105,7 @@ class EditorController(QObject):
         path = source.path
         if path != self.path or (source.text != self.page.text and not self.page.unsaved):
             self.page.open(path, source.text)
-        self.editor.show_page(self.page)
+        self.editor.setCurrentWidget(self.page)
         self.shown.emit(True)
         self.page.code.setFocus()
 
@@ -127,7 +124,7 @@ class EditorController(QObject):
     def ask(self, source: Source) -> None:
         """Show the source of a file that is not trusted; nothing of it is executed."""
         self.editor.source.show_source(source)
-        self.editor.show_page(self.editor.source)
+        self.editor.setCurrentWidget(self.editor.source)
         self.shown.emit(True)
         self.editor.source.leave.setFocus()
 
@@ -199,7 +196,7 @@ class EditorController(QObject):
         if not self.page.unsaved or self._asked_to_quit:
             return True
         self._asked_to_quit = True
-        self.editor.show_page(self.page)
+        self.editor.setCurrentWidget(self.page)
         self.shown.emit(True)
         self._ask(("Save and quit", lambda: self._save_and(quit_)), ("Quit, keep as draft", quit_))
         return False
@@ -228,7 +225,7 @@ class EditorController(QObject):
         if self.path is None:
             self.shown.emit(False)
         else:
-            self.editor.show_page(self.page)
+            self.editor.setCurrentWidget(self.page)
 
     def _leave_for_the_library(self) -> None:
         """Close a stranger's source where the library was chosen instead; a trial may end beside it."""
@@ -240,7 +237,7 @@ class EditorController(QObject):
             self._leave_source()
 
     def _leave_source(self) -> None:
-        if self.editor.shows(self.editor.source):
+        if self.editor.currentWidget() is self.editor.source:
             self._back()
 
     # how it stands
@@ -260,19 +257,16 @@ class EditorController(QObject):
             self.page.code.bring_into_sight(verdict.problems[0].line)
 
 
-class FileActions(QObject):
+class FileActions:
     """Its dialogs stand beside the window; none of them blocks it while the motor is on."""
 
     def __init__(self, controller: EditorController, window: QWidget):
-        super().__init__(window)
         self._controller, self._window = controller, window
 
     def open(self) -> None:
         """Let a file be chosen from anywhere; its source is shown before anything else."""
-        choose_file(
-            self._window, "Open an environment", "Python files (*.py)",
-            lambda name: self._controller.bring(Path(name)),
-        )  # fmt: skip
+        words = "Open an environment", "Python files (*.py)"
+        choose_file(self._window, *words, lambda name: self._controller.bring(Path(name)))
 
     def reveal(self, path: Path) -> None:
         """Open the folder a file is in."""
@@ -339,9 +333,8 @@ class FileWatcher(QObject):
 
     def _watch(self) -> None:
         """Listen to the folder and its files; before there is a folder, to the nearest one above it."""
-        wanted = {
-            str(path) for path in (folder.existing(), *(file.path for file in self._controller.own.files))
-        }
+        files = [file.path for file in self._controller.own.files]
+        wanted = {str(path) for path in (folder.existing(), *files)}
         heard = {*self._files.directories(), *self._files.files()}
         if heard - wanted:
             self._files.removePaths(sorted(heard - wanted))

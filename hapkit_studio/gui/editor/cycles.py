@@ -15,7 +15,6 @@ from hapkit_studio.laws.machine import ARENA
 
 if TYPE_CHECKING:
     from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
-    from hapkit_studio.laws.board import Program
 
 SOON_MS = 100
 _NOT_YET = "Not counted yet: save and run the law first."
@@ -42,11 +41,15 @@ class Count:
 def count(question: Question) -> Count:
     """Count a law's cycles, one that the board refuses too."""
     from hapkit_studio.haptics import board_plan  # late: keeps start-up fast
+    from hapkit_studio.laws import board
 
     offer, request = question.offer, question.request
-    found = offer.plan(request)
+    found, period = offer.plan(request), 1.0 / board_plan.RATES[-1]
     try:
-        program = _refused(offer, request) if isinstance(found, str) else found.program
+        if isinstance(found, str):
+            program = board.compile(request.environment.force, request.values, period, offer.arena)
+        else:
+            program = found.program
     except LawError:
         return Count(question, {}, str(found))
     cost = f"A call takes about {program.usual:,.0f} cycles on the board, {program.most:,} at most"
@@ -56,14 +59,6 @@ def count(question: Question) -> Count:
         share, most = 100.0 * found.share, board_plan.fastest(program)
         words = f"{cost}: {found.rate:,} Hz with {share:.0f} % of its processor, {most:,.0f} Hz at most."
     return Count(question, program.cycles_by_line(), words)
-
-
-def _refused(offer: "BoardPlanner", request: "PlanRequest") -> "Program":
-    """Return the program of a law that the board does not render; raise LawError."""
-    from hapkit_studio.haptics import board_plan
-    from hapkit_studio.laws import board
-
-    return board.compile(request.environment.force, request.values, 1.0 / board_plan.RATES[-1], offer.arena)
 
 
 class Cycles(QObject):

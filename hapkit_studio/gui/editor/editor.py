@@ -3,17 +3,9 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from PySide6 import QtWidgets
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import (
-    QButtonGroup,
-    QFrame,
-    QGridLayout,
-    QLabel,
-    QLineEdit,
-    QPushButton,
-    QStackedWidget,
-    QWidget,
-)
+from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
 from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.editor.code_page import CodePage, MessageLine
@@ -38,14 +30,12 @@ class Chooser(QWidget):
     def __init__(self, templates: Sequence[Template], parent: QWidget | None = None):
         super().__init__(parent)
         self._templates, self._taken = tuple(templates), tuple[str, ...]()
-        self.title = QLineEdit(maxLength=40)
+        self.title = QtWidgets.QLineEdit(maxLength=40)
         self.title.setAccessibleName("Title of the new environment")
-        self.make, self.leave = (
-            QPushButton("Create", autoDefault=True),
-            QPushButton("Cancel", autoDefault=True),
-        )
+        self.make = QPushButton("Create", autoDefault=True)
+        self.leave = QPushButton("Cancel", autoDefault=True)
         self.message = MessageLine()
-        self.group = QButtonGroup(self)
+        self.group = QtWidgets.QButtonGroup(self)
         for index, template in enumerate(self._templates):
             said = declared_words(template.text)
             icon = icon_name(said.get("scene") or _ICONS.get(template.key, template.key))
@@ -83,7 +73,7 @@ class Chooser(QWidget):
             self.title.setFocus()
 
     def _arrange(self) -> None:
-        choices = QGridLayout()
+        choices = QtWidgets.QGridLayout()
         choices.setSpacing(8)
         for index, row in enumerate(self.group.buttons()):
             choices.addWidget(row, index // 2, index % 2)
@@ -107,24 +97,15 @@ class SourcePage(QWidget):
         self.title, self.ask = label(role="headline"), label(_ASK)
         self.code = CodeEdit()
         self.code.setReadOnly(True)
-        self.run, self.leave = (
-            QPushButton("Run it", autoDefault=True),
-            QPushButton("Leave it", autoDefault=True),
-        )
+        self.run = QPushButton("Run it", autoDefault=True)
+        self.leave = QPushButton("Leave it", autoDefault=True)
         self.run.clicked.connect(lambda: self.run_pressed.emit(self.source))
         self.leave.clicked.connect(self.left)
         head = QWidget()
         head.setObjectName("foreign")
         words = down(self.title, self.ask, gap=2)
-        across(
-            Sign(24, "lock", "warn"),
-            (words, 1),
-            self.leave,
-            self.run,
-            into=head,
-            margins=(12, 8, 12, 8),
-            gap=12,
-        )
+        row = (Sign(24, "lock", "warn"), (words, 1), self.leave, self.run)
+        across(*row, into=head, margins=(12, 8, 12, 8), gap=12)
         down(head, rule(), (self.code, 1), into=self)
 
     def show_source(self, source: Source) -> None:
@@ -135,22 +116,13 @@ class SourcePage(QWidget):
         self.code.setAccessibleName(f"Source of {name}, to read")
 
 
-class Editor(QFrame):
+class Editor(QtWidgets.QStackedWidget):
     """Shows one page at a time."""
 
     def __init__(self, templates: Sequence[Template], parent: QWidget | None = None):
         super().__init__(parent)
         self.setProperty("card", True)
+        self.setContentsMargins(1, 1, 1, 1)
         self.chooser, self.page, self.source = Chooser(templates), CodePage(), SourcePage()
-        self.stack = QStackedWidget(self)
         for page in (self.chooser, self.page, self.source):
-            self.stack.addWidget(page)
-        down(self.stack, into=self, margins=(1, 1, 1, 1))
-
-    def show_page(self, page: QWidget) -> None:
-        """Bring one of the three to the front."""
-        self.stack.setCurrentWidget(page)
-
-    def shows(self, page: QWidget) -> bool:
-        """Say whether one of the three is in front."""
-        return self.stack.currentWidget() is page
+            self.addWidget(page)

@@ -38,36 +38,33 @@ def test_every_colour_can_be_read_on_every_ground():
                 assert (lights[1] + 0.05) / (lights[0] + 0.05) >= 4.5, (token, ground)
 
 
-@pytest.mark.parametrize(
-    ("text", "word", "token"),
-    [
-        ("return x", "return", "asked"),
-        ("a = x * 2", "x", "position"),
-        ("a = v * 2", "v", "velocity"),
-        ("call(x=2)", "x=", "ink"),
-        ("a = p.stiffness", "p.", "accent"),
-        ("maximum = 1", "max", "ink"),
-        ("a = 'x # v'  # why", "'x", "energy"),
-        ("a = 'x # v'  # why", "# why", "ink3"),
-        ('"""long\nreturn v\nend""" + x', "return", "energy"),
-        ('"""long\nreturn v\nend""" + x', "x", "position"),
-        ('a = """one""" + x', "x", "position"),
-    ],
-)
-def test_words_have_the_colour_of_what_they_are(code, text, word, token):
-    code.setPlainText(text)
-    for mode in ("dark", "light"):
-        theme.set_mode(mode)
-        assert color_of(code, word) == theme.color(token).name()
+COLOURS = [
+    ("return x", "return", "asked"),
+    ("a = x * 2", "x", "position"),
+    ("a = v * 2", "v", "velocity"),
+    ("call(x=2)", "x=", "ink"),
+    ("a = p.stiffness", "p.", "accent"),
+    ("maximum = 1", "max", "ink"),
+    ("a = 'x # v'  # why", "'x", "energy"),
+    ("a = 'x # v'  # why", "# why", "ink3"),
+    ('"""long\nreturn v\nend""" + x', "return", "energy"),
+    ('"""long\nreturn v\nend""" + x', "x", "position"),
+    ('a = """one""" + x', "x", "position"),
+]
+
+
+def test_words_have_the_colour_of_what_they_are(code):
+    for text, word, token in COLOURS:
+        code.setPlainText(text)
+        for mode in ("dark", "light"):
+            theme.set_mode(mode)
+            assert color_of(code, word) == theme.color(token).name(), text
 
 
 def test_enter_keeps_the_depth_and_goes_deeper_after_a_colon(code):
-    QTest.keyClicks(code, "if x > 0:  # in")
-    QTest.keyClick(code, Qt.Key.Key_Return)
-    QTest.keyClicks(code, "y = 1")
-    QTest.keyClick(code, Qt.Key.Key_Return)
-    QTest.keyClicks(code, "return y")
-    QTest.keyClick(code, Qt.Key.Key_Return)
+    for line in ("if x > 0:  # in", "y = 1", "return y"):
+        QTest.keyClicks(code, line)
+        QTest.keyClick(code, Qt.Key.Key_Return)
     QTest.keyClicks(code, "z")
     assert code.toPlainText() == "if x > 0:  # in\n    y = 1\n    return y\nz"
 

@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
+from hapkit_studio.gui.editor import code_page
 from hapkit_studio.haptics import rows
 from hapkit_studio.workshop.source import is_trusted, read, typed
 from hapkit_studio.workshop.trying import TrialResult, failed
@@ -28,7 +29,7 @@ def opened(home, make_window, qtbot):
 @pytest.fixture
 def no_trials(monkeypatch):
     """Let no program be started; a test says itself what a trial has found."""
-    monkeypatch.setattr("hapkit_studio.gui.own_environments.TrialRunner._work", lambda *_: None)
+    monkeypatch.setattr("hapkit_studio.gui.own_environments.Job.start", lambda *_: None)
 
 
 def force_at(window, qtbot, place: float) -> float:
@@ -114,7 +115,7 @@ def test_what_is_typed_during_a_trial_stays_and_is_not_called_saved(opened, no_t
     assert window.editor.message.busy.isVisible()
     assert window.gallery.own_rows[window.editor.path].summary == "Checking line by line…"
     QTest.keyClicks(window.editor.page.code, "#")
-    window.own.runner.finished.emit(read(window.editor.path), failed("this is wrong", 3))
+    window.own.runner.finished.emit((read(window.editor.path), failed("this is wrong", 3)))
     assert not window.editor.message.busy.isVisible()
     assert "#" in window.editor.page.text
     assert window.editor.page.unsaved
@@ -125,7 +126,8 @@ def test_a_fault_marks_its_line(window, qtbot, home):
     text = spring(key="fault", force="-p.stiffness * x / max(x - 0.2, -0.2 * (x < 0.01))")
     path = put(home, "fault.py", text)
     # a trial would have found it: this is what only shows in the loop
-    wait_for_verdict(window, qtbot, lambda: window.own.runner.finished.emit(typed(path, text), TrialResult()))
+    found = typed(path, text), TrialResult()
+    wait_for_verdict(window, qtbot, lambda: window.own.runner.finished.emit(found))
     window.editor.edit(path)
     window.studio.move_hand(0.02)
     qtbot.waitUntil(lambda: window.studio.fault is not None)
@@ -185,6 +187,9 @@ def test_discarding_leaves_the_file_alone(opened):
     window.editor.edit(path)
     assert window.editor.page.text == spring()
     assert not window.editor.page.unsaved
+    assert window.editor.page.code.textCursor().blockNumber() == LAW_LINE - 1
+    assert window.editor.message.words.text() == ""
+    assert not code_page.draft_path(path).exists()
 
 
 def test_what_was_not_saved_comes_back_after_the_window_was_closed(opened, make_window, home):
@@ -232,7 +237,7 @@ def test_a_file_that_cannot_be_written_loses_nothing(opened, monkeypatch):
     window.editor.save()
     assert window.editor.page.unsaved
     assert "No space left" in window.editor.message.words.text()
-    assert window.own.runner.path is None
+    assert window.own.checking is None
 
 
 def test_ctrl_e_goes_to_the_law_and_back_and_every_control_has_a_name(opened):

@@ -13,8 +13,8 @@ def saved(window, text):
     """Save a text and take it for tried out, without the program that tries it."""
     window.editor.page.code.setPlainText(text)
     window.editor.save()
-    window.own.runner.give_up()
-    window.own.runner.finished.emit(typed(window.editor.path, text), TrialResult())
+    window.own.runner.cancel()
+    window.own.runner.finished.emit((typed(window.editor.path, text), TrialResult()))
 
 
 @pytest.fixture
