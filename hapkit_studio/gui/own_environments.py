@@ -15,6 +15,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from hapkit_studio.errors import LawError
 from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.laws.translate import parse
 from hapkit_studio.workshop import folder, trial
 from hapkit_studio.workshop.own import OwnEnvironment, built_in
 from hapkit_studio.workshop.reading import calls, load_source, without_line
@@ -49,7 +50,7 @@ def describe(path: Path, text: str, state: str) -> OwnFile:
 def declared_words(text: str) -> Mapping[str, str]:
     """Return title, summary and scene as they stand in ``Environment(…)``, read but not executed."""
     try:
-        tree = ast.parse(text)
+        tree = parse(text)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return {}
     found: dict[str, str] = {}

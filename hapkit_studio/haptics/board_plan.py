@@ -1,7 +1,6 @@
 """What a board can render by itself, and how a law is to be rendered there."""
 
 import hashlib
-import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -154,10 +153,6 @@ class BackgroundPlanner:
         return found
 
 
-# CPython 3.11 fails where two threads parse at a time ("AST constructor recursion depth mismatch")
-_parsing = threading.Lock()
-
-
 @lru_cache(maxsize=_KEPT)
 def _compiled(law: Law, numbers: tuple[float, ...], period: float, room: int) -> "Program | str":
     """Return a law's program for a room in bytes, or in words why there is none."""
@@ -165,8 +160,7 @@ def _compiled(law: Law, numbers: tuple[float, ...], period: float, room: int) ->
 
     values = dict(zip((p.key for p in law.parameters), numbers, strict=True))
     try:
-        with _parsing:
-            return board.compile(law, values, period, room)
+        return board.compile(law, values, period, room)
     except LawError as error:
         return str(error)
 

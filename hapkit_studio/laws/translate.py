@@ -7,6 +7,7 @@ import ast
 import inspect
 import math
 import textwrap
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import FunctionType
@@ -40,13 +41,23 @@ def is_proven(function: FunctionType) -> bool:
     return (function.__module__ or "").startswith(_PROVEN)
 
 
+# CPython 3.11 fails where two threads parse at a time ("AST constructor recursion depth mismatch")
+_PARSING = threading.Lock()
+
+
+def parse(text: str, name: str = "<unknown>") -> ast.Module:
+    """Return the syntax tree of a file's text, in one thread at a time; raise what ``ast.parse`` raises."""
+    with _PARSING:
+        return ast.parse(text, name)
+
+
 def function_tree(function: Callable) -> ast.FunctionDef:
     """Return a function's syntax tree with the line numbers of its file."""
     if not isinstance(function, FunctionType):
         raise LawError(f"A law is a function (p, s, x, v, dt), not {function!r}.")
     try:
         lines, first = inspect.getsourcelines(function)
-        tree = ast.parse(textwrap.dedent("".join(lines)))
+        tree = parse(textwrap.dedent("".join(lines)))
     except (OSError, SyntaxError):
         raise LawError(f"The source of {function.__name__!r} cannot be read; write it in a file.") from None
     ast.increment_lineno(tree, first - 1)
@@ -138,7 +149,7 @@ class Rewriter(ast.NodeTransformer):
         """Return the lines that take one unit of fuel and leave the function where none is left."""
         if self.proven:
             return []
-        return ast.parse(f"if _spent({node.lineno}, _fault):\n    return {self.nothing()}").body
+        return parse(f"if _spent({node.lineno}, _fault):\n    return {self.nothing()}").body
 
     def block(self, statements: list[ast.stmt]) -> list[ast.stmt]:
         out: list[ast.stmt] = []
@@ -198,7 +209,7 @@ class Rewriter(ast.NodeTransformer):
         target = self._target(node.target)
         assert isinstance(target, ast.Name)
         count = f"_count_{target.id}"
-        start = ast.parse(f"{target.id} = _float({count})").body + self.burn(node)
+        start = parse(f"{target.id} = _float({count})").body + self.burn(node)
         body = start + self.block(node.body)
         self.known = before
         return ast.For(ast.Name(count, ast.Store()), node.iter, body, [])
@@ -411,7 +422,9 @@ class Rewriter(ast.NodeTransformer):
 
 
 def _call(name: str, args: list[ast.expr]) -> ast.Call:
-    return ast.Call(ast.parse(name, mode="eval").body, args, [])
+    (statement,) = parse(name).body
+    assert isinstance(statement, ast.Expr)
+    return ast.Call(statement.value, args, [])
 
 
 def _watched(function: str, value: ast.expr, line: int) -> ast.Call:
@@ -637,7 +650,7 @@ def translate(function: Callable, parameters: Sequence[AnyParameter], state: Map
         return ast.unparse(ast.fix_missing_locations(_Floats(tree).visit(tree)))
 
     law = checked(function, parameters, state)
-    law.tree.body[:0] = ast.parse(LAW_START).body
+    law.tree.body[:0] = parse(LAW_START).body
     parts = [HEADER, *(f"@_helper\n{source(helper)}" for helper in law.helpers.values())]
     parts.append(f'@cfunc(_SIGNATURE, cache=True, error_model="numpy", _nrt=False)\n{source(law.tree)}')
     return "\n\n".join(parts) + "\n"

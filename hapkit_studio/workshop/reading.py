@@ -14,6 +14,7 @@ from types import ModuleType, TracebackType
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws import Law
+from hapkit_studio.laws.translate import parse
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
 from hapkit_studio.workshop.functions import GIVES
 from hapkit_studio.workshop.own import OwnEnvironment, owned, taken_keys
@@ -230,8 +231,8 @@ def execute(source: Source) -> Environment:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            tree = ast.parse(source.text, name)
-            exec(compile(tree, name, "exec", dont_inherit=True), module.__dict__)
+            tree = parse(source.text, name)
+            exec(compile(source.text, name, "exec", dont_inherit=True), module.__dict__)
         return checked_environment(module, tree, len(lines))
     except SyntaxError as error:
         if error.filename not in (name, None):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 from numba.core import event
-from PySide6.QtCore import QElapsedTimer, Qt
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 from hapkit_studio.gui.environment_library import EnvironmentLibrary

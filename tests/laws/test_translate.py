@@ -2,6 +2,7 @@
 
 import math
 import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hapkit_studio.laws import native
+from hapkit_studio.laws import native, translate
 from tests.laws.law_files import environment, held, law_text
 
 HELPERS = """
@@ -255,3 +256,11 @@ def test_loading_leaves_a_generated_file_as_old_as_it_is(kept):
     twin.compiled()
     assert path.stat().st_mtime == 1e9
     assert path.stat().st_atime > 1e9
+
+
+def test_syntax_is_read_in_one_thread_at_a_time():
+    """CPython 3.11 counts the depth of two threads' trees as one, and fails."""
+    text = "\n".join(f"x{i} = ((((1 + {i}) * 2) - 3) / 4)" for i in range(200))
+    with ThreadPoolExecutor(4) as several:
+        found = list(several.map(lambda _: len(translate.parse(text).body), range(200)))
+    assert found == [200] * 200
