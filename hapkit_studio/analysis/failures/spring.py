@@ -59,11 +59,10 @@ def rate_of(where: Setting, stiffness: float, out: np.ndarray) -> float:
 
 
 def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
-    """Return how the handle moves once it is let go: whether the spring calms it or shakes it."""
+    """Return how the handle moves, let go 1 mm from the centre: whether the spring calms or shakes it."""
     out = released(where, damping, stiffness)
-    time = np.arange(len(out)) * where.period
     rate = rate_of(where, stiffness, out)
-    return base.growth_evidence(time, 1e3 * out[:, rows.TRUE_POSITION], rate)
+    return base.growth_evidence(1e3 * out[:, rows.TRUE_POSITION], where.period, rate)
 
 
 def loop_of(case: Case, estimator: Spec = "difference") -> dict[str, object]:

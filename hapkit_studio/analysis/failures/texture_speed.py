@@ -11,7 +11,6 @@ from hapkit_studio.haptics import rows
 SAMPLES = 400
 # What is felt may differ by this share from what is there.
 TRUE_WITHIN = 0.005
-_SHARES = np.linspace(0.1, 1.95, 38)
 
 
 def limit(case: base.Case) -> float:
@@ -31,21 +30,14 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
     there = speed / case["wavelength"]
     holds = abs(frequency - there) <= TRUE_WITHIN * there
     words = f"vibrates at {with_unit(frequency, 'Hz', 4)}, its ridges come at {with_unit(there, 'Hz', 4)}"
-    return stroking.counted(out[:80, rows.ASKED], "N", case, holds, frequency, words, "Hz")
+    force, step = out[:80, rows.ASKED], 1.0 / case["rate"]
+    return base.Evidence(force, step, "force", "N", holds, frequency, "Hz", words, held=True)
 
 
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the frequency felt over the speed, beside that of the ridges and of theory."""
-    speeds = limit(case) * _SHARES
-    there = speeds / case["wavelength"]
-    folded = np.abs(there - case["rate"] * np.round(there / case["rate"]))
-    lines = (
-        base.Line("the ridges, v/λ", speeds, there, base.OTHER),
-        base.Line("folded at half the rate", speeds, folded, base.THEORY),
-        base.Line("rendered", speeds, base.swept(speeds, lambda speed: felt(speed, case)[0], progress)),
-    )
-    marks = (base.Mark("λ/(2T)", limit(case)), base.Mark("λ/(10T)", 0.2 * limit(case)))
-    return base.Chart("speed, m/s", "vibration, Hz", lines, marks)
+def folded(speed: float, case: base.Case) -> float:
+    """Return the frequency in Hz at which samples show the ridges."""
+    there = speed / case["wavelength"]
+    return abs(there - case["rate"] * round(there / case["rate"]))
 
 
 FAILURE = base.Failure(
@@ -60,11 +52,19 @@ FAILURE = base.Failure(
     knob=stroking.SPEED,
     limit=limit,
     probe=probe,
-    curve=curve,
-    options=(
-        replace(stroking.WAVELENGTH, default=0.001),
-        spring.RATE,
+    plot=base.Plot(
+        "speed, m/s",
+        "vibration, Hz",
+        np.linspace(0.1, 1.95, 38),
+        (
+            base.Curve("the ridges, v/λ", lambda speed, case: speed / case["wavelength"], base.OTHER),
+            base.Curve("folded at half the rate", folded, base.THEORY),
+            base.Curve("rendered", lambda speed, case: felt(speed, case)[0]),
+        ),
+        "λ/(2T)",
+        lambda case: {"λ/(10T)": 0.2 * limit(case)},
     ),
+    options=(replace(stroking.WAVELENGTH, default=0.001), spring.RATE),
     live=stroking.live,
     span=(0.1, 1.9),
     order=11,

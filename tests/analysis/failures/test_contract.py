@@ -48,9 +48,10 @@ def test_it_holds_inside_and_fails_outside(key):
     assert shown.inside.value < shown.limit < shown.outside.value
     for one in (shown.inside, shown.outside):
         found = one.evidence
-        assert len(found.time) == len(found.trace) > 4
-        assert np.isfinite(found.trace).all()
-        assert np.all(np.diff(found.time) > 0.0)
+        time, trace = found.trace
+        assert len(time) == len(trace) > 4
+        assert np.isfinite(trace).all()
+        assert np.all(np.diff(time) > 0.0)
         assert found.words
         assert "\n" not in found.words
 
@@ -67,8 +68,8 @@ def test_its_chart_has_a_boundary_and_measures_what_theory_says(key):
         assert line.x.shape == line.y.shape
         assert np.isfinite(line.y).sum() >= 0.4 * len(line.y)
     low, high = min(line.x.min() for line in chart.lines), max(line.x.max() for line in chart.lines)
-    assert low <= chart.marks[0].x <= high
-    if chart.log_y:
+    assert low <= next(iter(chart.marks.values())) <= high
+    if chart.plot.log_y:
         assert all(np.all(line.y[np.isfinite(line.y)] > 0.0) for line in chart.lines)
 
     theory = [line for line in chart.lines if line.role == THEORY]

@@ -72,8 +72,8 @@ def test_filtered_damping_lowers_the_stable_stiffness():
 def test_where_there_is_no_limit_it_is_said():
     """Beyond every limit no damping helps; a heavy handle is calm with any."""
     for given, limit, words in (
-        ({"stiffness": 5000.0}, 0.0, "nothing holds"),
-        ({"mass": 1.0}, math.inf, "nothing fails"),
+        ({"stiffness": 5000.0}, 0.0, "Nothing holds"),
+        ({"mass": 1.0}, math.inf, "Nothing fails"),
     ):
         assert WORSE.limit(WORSE.case(given)) == limit
         with pytest.raises(ParameterError, match=words):

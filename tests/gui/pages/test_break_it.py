@@ -31,7 +31,7 @@ def spoken(page):
 def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit(page):
     record = page.record
     assert (record.limit, record.signs) == (200.0, (True, False))
-    assert (record.below.value, record.above.value) == pytest.approx((198.0, 202.0))
+    assert (record.inside.value, record.outside.value) == pytest.approx((198.0, 202.0))
     assert page.verdict.words.text() == "Decays by 0.01 1/s"
     assert page.verdict.more.text() == "198 N/m, 0.99 of the limit 200 N/m. In truth it decays by 1 1/s."
     first, second, curve = drawn(page.detail.chart)
@@ -55,13 +55,13 @@ def test_buttons_slider_box_and_chart_turn_the_knob(page, qtbot):
     for _ in range(4):
         QTest.keyClick(page.knob.row.slider, Qt.Key.Key_Right)
     settled(page, qtbot)
-    assert page.record.here.value == page.record.above.value == pytest.approx(206.0)
+    assert page.record.here.value == page.record.outside.value == pytest.approx(206.0)
     assert page.knob.row.box.text() == "206"
     assert page.knob.row.slider.accessibleName() == "Stiffness, 206 N/m"
     page.knob.row.box.entered.emit(150.0)
     settled(page, qtbot)
     assert page.record.share == pytest.approx(0.75)
-    assert (page.record.below.value, page.record.above.value) == pytest.approx((150.0, 206.0))
+    assert (page.record.inside.value, page.record.outside.value) == pytest.approx((150.0, 206.0))
     click(page.detail.chart, 260.0, 0.2, axes=2)
     settled(page, qtbot)
     assert page.record.here.value == pytest.approx(260.0, rel=0.01)
@@ -97,7 +97,7 @@ def test_a_knob_in_seconds_is_shown_in_milliseconds(page, qtbot):
 
 def test_other_conditions_move_the_limit_and_keep_the_old_results_paler(page, qtbot):
     page.side.changed.emit("damping", 4.0)
-    assert page.record.old == {"below", "above", "chart", "limit", "here"}
+    assert page.record.old == {"inside", "outside", "chart", "limit", "here"}
     assert not page.knob.isEnabled()
     assert page.record.chart is not None
     qtbot.waitUntil(lambda: page.record.complete and page.record.limit == 400.0)
