@@ -30,12 +30,10 @@ from hapkit_studio.analysis.zwidth.result import (
     TrialOutcome,
     ZWidth,
     levels_of,
-    linear_curve,
-    linear_limits,
     loop_conditions,
     stiffest,
 )
-from hapkit_studio.analysis.zwidth.simulation import Arrived, ignore_point
+from hapkit_studio.analysis.zwidth.simulation import Arrived
 from hapkit_studio.dynamics.hand import GRIPS, Grip
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
@@ -58,10 +56,6 @@ ASK = "Press gently into the wall and hold"
 USUAL_GRIP = "medium"
 
 
-def ignore_words(words: str) -> None:
-    """No-op callback."""
-
-
 def measure(
     engine: Engine,
     damping: Sequence[float] = DEVICE_DAMPING,
@@ -69,8 +63,8 @@ def measure(
     *,
     person: bool | None = None,
     progress: Progress = no_progress,
-    arrived: Arrived = ignore_point,
-    say: Callable[[str], None] = ignore_words,
+    arrived: Arrived = lambda damping, point: None,
+    say: Callable[[str], object] = lambda words: None,
 ) -> ZWidth:
     """Return the Z-width of a running engine's device, its loop as it is set.
 
@@ -89,9 +83,15 @@ def measure(
             steps.next_level()
             arrived(level, points[-1])
         setting = setting_of(engine, hand.grip)
-    linear, curve = linear_limits(setting, levels), linear_curve(setting, levels[-1])
-    found = _conditions(guarded, setting) + hand.conditions
-    return ZWidth.of(engine.device.title, levels, points, linear, curve, found)
+    force, share = limits.max_force, limits.precision
+    found = (
+        *loop_conditions(setting, friction=engine.modelled is not None),
+        Condition("measured_rate_Hz", guarded.rate, "Rate measured", f"{guarded.rate:.0f} Hz"),
+        Condition("max_force", force, "Force limit", f"{force:g} N"),
+        Condition("precision", share, "Stiffness to", f"{100.0 * share:g} %"),
+        *hand.conditions,
+    )
+    return ZWidth.of(engine.device.title, levels, points, setting, found)
 
 
 def setting_of(engine: Engine, grip: str) -> Setting:
@@ -101,17 +101,6 @@ def setting_of(engine: Engine, grip: str) -> Setting:
     loop, delay = engine.loop, engine.health().delay
     handle = device.mass, device.viscous, coulomb, device.quantum
     return Setting(*handle, loop.rate, delay, loop.estimator, grip, loop.controller)
-
-
-def _conditions(guarded: GuardedDevice, setting: Setting) -> tuple[Condition, ...]:
-    """Return device and loop as they are, how fast the loop really went, and the limits of a trial."""
-    rate, limits = guarded.rate, guarded.limits
-    return (
-        *loop_conditions(setting, friction=guarded.engine.modelled is not None),
-        Condition("measured_rate_Hz", rate, "Rate measured", f"{rate:.0f} Hz"),
-        Condition("max_force", limits.max_force, "Force limit", f"{limits.max_force:g} N"),
-        Condition("precision", limits.precision, "Stiffness to", f"{100.0 * limits.precision:g} %"),
-    )
 
 
 class SimulatedHand:
@@ -184,7 +173,10 @@ class Person:
         end = time.monotonic() + _PATIENCE_SECONDS
         said = ""
         while not self.presses(found := self._guarded.collect(0.2, judged=False)):
-            words = self._words(found)
+            force, words = pressing_force(found, self._guarded.into), f"{ASK}."
+            if force > self._most:
+                push = self._guarded.limits.push
+                words = f"Press more gently: {force:.1f} N now, {push:g} N is enough."
             if words != said:
                 self._guarded.say(words)
             said = words
@@ -196,16 +188,8 @@ class Person:
         """Leave it to the person."""
 
     def presses(self, found: np.ndarray) -> bool:
-        return (
-            not force_withheld(found)
-            and self._least <= pressing_force(found, self._guarded.into) <= self._most
-        )
-
-    def _words(self, found: np.ndarray) -> str:
         force = pressing_force(found, self._guarded.into)
-        if force <= self._most:
-            return f"{ASK}."
-        return f"Press more gently: {force:.1f} N now, {self._guarded.limits.push:g} N is enough."
+        return not force_withheld(found) and self._least <= force <= self._most
 
 
 class _Steps:
@@ -259,14 +243,11 @@ class _Trials:
             why = unsafe.why
         if not why:
             self._held = stiffness
-        self._soften()
-        return TrialOutcome(why, self._guarded.clamped)
-
-    def _soften(self) -> None:
         if self._held:
             self._guarded.wall(self._held, self._damping)
         else:
             self._guarded.calm()
+        return TrialOutcome(why, self._guarded.clamped)
 
     def _watched(self, stiffness: float) -> str:
         """Watch until the motion has died out, or does not any more; return why the wall fails."""
