@@ -110,9 +110,15 @@ def draw(figure: Any, c: Colors, shown: Map) -> "Dot":
     _measured(axes, measured, shown)
     _regions(axes, c, measured, shown)
     legend(axes, c)
-    if shown.hands:
+    ends = []  # the names of the other hands' boundaries, where they leave the map
+    for hand, limits in shown.hands.items():
+        inside = np.flatnonzero(limits <= 0.96 * plane.top)
+        if hand != plane.setting.hand and inside.size:
+            last = inside[-1]
+            ends.append(Label(plane.damping[last], limits[last], hand_words(hand), c.ink2, left=True))
+    if ends:
         figure.draw_without_rendering()
-        write_labels(axes, c, [*_ends(c, shown)])
+        write_labels(axes, c, ends)
     dot = Dot(axes, c)
     dot.place(plane, shown.dotted)
     return dot
@@ -193,17 +199,6 @@ def _cells(axes: Any, c: Colors, cells: Cells) -> None:
         hatched.set(edgecolor=c.danger + _FAINT, linewidth=0.0)
 
 
-def _ends(c: Colors, shown: Map) -> list[Label]:
-    """Return the names of the other hands' boundaries, where they leave the map."""
-    plane, found = shown.plane, []
-    for hand, limits in shown.hands.items():
-        inside = np.flatnonzero(limits <= 0.96 * plane.top)
-        if hand != plane.setting.hand and inside.size:
-            last = inside[-1]
-            found.append(Label(plane.damping[last], limits[last], hand_words(hand), c.ink2, left=True))
-    return found
-
-
 class Dot:
     """The rendered impedance with its values, and an arrow to the boundary; ``artists`` are drawn last."""
 
@@ -238,21 +233,12 @@ class Dot:
         self._arrow.arrow_patch.set_color(color)
         high = 0.75 * 72.0 * self._dot.figure.get_figheight()
         far = abs(tip - y) * high > _ROOM_FOR_WORDS * plane.top
-        self._say(self.words, plane, y, here(plane), color)
-        self._say(
-            self._factor, plane, 0.5 * (tip + y) if far else y, factor(margin.ratio) if far else "", color
-        )
+        left = x > _TURNS * plane.width
+        middle, ratio = (0.5 * (tip + y), factor(margin.ratio)) if far else (y, "")
+        for words, height, text in ((self.words, y, f"{y:,.0f} N/m, {x:.1f} N·s/m"), (self._factor, middle, ratio)):
+            words.set(text=text, color=color, ha="right" if left else "left")
+            words.xy = x, height
+            words.xyann = -_AWAY if left else _AWAY, 10.0 if height < 0.05 * plane.top else 0.0
         for artist in self.artists:
             artist.set_visible(dotted)
         self._arrow.set_visible(dotted and abs(tip - y) > 0.03 * plane.top)
-
-    def _say(self, words: Any, plane: Plane, height: float, text: str, color: str) -> None:
-        left = plane.margin.damping > _TURNS * plane.width
-        low = 10.0 if height < 0.05 * plane.top else 0.0
-        words.set(text=text, color=color, ha="right" if left else "left")
-        words.xy, words.xyann = (plane.margin.damping, height), (-_AWAY if left else _AWAY, low)
-
-
-def here(plane: Plane) -> str:
-    """Return the dot's label."""
-    return f"{plane.margin.stiffness:,.0f} N/m, {plane.margin.damping:.1f} N·s/m"
