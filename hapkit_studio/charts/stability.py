@@ -235,7 +235,10 @@ class Dot:
         far = abs(tip - y) * high > _ROOM_FOR_WORDS * plane.top
         left = x > _TURNS * plane.width
         middle, ratio = (0.5 * (tip + y), factor(margin.ratio)) if far else (y, "")
-        for words, height, text in ((self.words, y, f"{y:,.0f} N/m, {x:.1f} N·s/m"), (self._factor, middle, ratio)):
+        for words, height, text in (
+            (self.words, y, f"{y:,.0f} N/m, {x:.1f} N·s/m"),
+            (self._factor, middle, ratio),
+        ):
             words.set(text=text, color=color, ha="right" if left else "left")
             words.xy = x, height
             words.xyann = -_AWAY if left else _AWAY, 10.0 if height < 0.05 * plane.top else 0.0

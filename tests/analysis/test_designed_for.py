@@ -9,7 +9,6 @@ from scipy.linalg import expm, solve_discrete_are
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary, passive_edge, passivity_line
 from hapkit_studio.analysis.stability.limits import stiffness_limit
-from hapkit_studio.analysis.zwidth.result import linear_limits
 
 MASS, VISCOUS, PERIOD, DAMPING = 0.044, 0.5, 1e-3, 5.0
 # Quantum in m, agility q in m²/s³, limit in N/m: a reference made of scipy's Riccati solver and eigenvalues.
@@ -65,7 +64,6 @@ def test_the_exact_limit_is_that_of_the_devices_own_filter(quantum, q, limit):
         < largest_root(1.01 * found, DAMPING, quantum, q)
     )
     assert stiffness_limit(MASS, VISCOUS, damping=DAMPING, estimator=spec(q), quantum=quantum) == found
-    assert linear_limits(setting(quantum, q), [DAMPING])[0] == found
 
 
 @pytest.mark.parametrize("quantum", [5e-6, 61e-6])
