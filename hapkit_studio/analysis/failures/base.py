@@ -86,17 +86,18 @@ class Plot:
     """How a failure is charted: curves over shares (n,) of its limit, or over the places (n,) of a case.
 
     boundary labels the limit; "" where x_label says that x is not the knob (times ``factor``). marks: other
-    places worth seeing, by their labels. level: the y at which it begins to fail.
+    places worth seeing, by their labels. level: the y at which it begins to fail. Unless declared otherwise
+    y is a growth, which must stay below 0.
     """
 
     x_label: str
-    y_label: str
     at: np.ndarray | Callable[[Case], np.ndarray]
     curves: tuple[Curve, ...]
     boundary: str = ""
     marks: Callable[[Case], dict[str, float]] = lambda case: {}
-    level: float | Callable[[Case], float] | None = None
-    level_label: str = ""
+    y_label: str = "growth, 1/s"
+    level: float | Callable[[Case], float] | None = 0.0
+    level_label: str = "neither grows nor decays"
     log_x: bool = False
     log_y: bool = False
     factor: float = 1.0
@@ -342,19 +343,6 @@ def growth_evidence(
     """Return the evidence of a motion x (n,) that grows by rate in 1/s; it holds where that is below 0."""
     words = f"{'decays' if rate < 0.0 else 'grows'} by {with_unit(abs(rate), '1/s')}{more}"
     return Evidence(x, step, label, unit, rate < 0.0, rate, "1/s", words)
-
-
-def growth_plot(
-    x_label: str,
-    at: np.ndarray | Callable[[Case], np.ndarray],
-    curves: tuple[Curve, ...],
-    boundary: str,
-    marks: Callable[[Case], dict[str, float]] = lambda case: {},
-    **more: Any,
-) -> Plot:
-    """Declare the chart of a growth in 1/s, which must stay below 0."""
-    level = "neither grows nor decays"
-    return Plot(x_label, "growth, 1/s", at, curves, boundary, marks, 0.0, level, **more)
 
 
 def before_lost(x: np.ndarray, most: float) -> int:

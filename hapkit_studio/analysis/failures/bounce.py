@@ -117,7 +117,6 @@ FAILURE = base.Failure(
     probe=probe,
     plot=base.Plot(
         "ω T (1 + 2 td/T)",
-        "the formula is off by, %",
         lambda case: np.linspace(0.05, 0.6, 12),
         (
             error(0.0, "b = 0, rendered", base.MEASURED),
@@ -128,6 +127,7 @@ FAILURE = base.Failure(
         level=100.0 * WITHIN,
         level_label="1 %",
         log_y=True,
+        y_label="the formula is off by, %",
     ),
     options=(base.Choice("late", "Delay", ("none", "one_period"), "none"), MASS, RATE),
     live=live,

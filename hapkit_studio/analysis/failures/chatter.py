@@ -96,7 +96,6 @@ FAILURE = base.Failure(
     probe=probe,
     plot=base.Plot(
         "friction, N",
-        "chatter, counts p-p",
         _SHARES,
         (
             base.Curve("by the sign of the velocity", lambda force, case: peak_to_peak(force, case)[0]),
@@ -108,8 +107,9 @@ FAILURE = base.Failure(
         ),
         "limit",
         lambda case: {"m Δ/T²": count_force(case)},
-        FLICKER,
-        "more than a flicker",
+        level=FLICKER,
+        level_label="more than a flicker",
+        y_label="chatter, counts p-p",
     ),
     options=(
         base.Choice("late", "Delay", ("none", "one_period"), "none"),

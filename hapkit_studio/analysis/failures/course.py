@@ -93,7 +93,7 @@ FAILURE = base.Failure(
     knob=base.Parameter("step", "Step", "s", 1e-3, 1e-4, 0.2, "Of the loop and of the integrator", "dt"),
     limit=limit,
     probe=probe,
-    plot=base.growth_plot(
+    plot=base.Plot(
         "step, ms",
         lambda case: np.geomspace(0.1e-3, 7e-3, 25),
         (

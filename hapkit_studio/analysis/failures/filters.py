@@ -56,8 +56,8 @@ def over_damping(
         base.Curve("filtered, exact", exact, base.THEORY),
         base.Curve("rendered", rendered, at=lambda case: dampings(case)[::every]),
     )
-    labels = "virtual damping, N·s/m", "largest stable stiffness, N/m"
-    return base.Plot(*labels, dampings, curves, **more)
+    y_label = "largest stable stiffness, N/m"
+    return base.Plot("virtual damping, N·s/m", dampings, curves, y_label=y_label, **more)
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
@@ -84,6 +84,7 @@ FAILURE = base.Failure(
         2,
         chosen,
         marks=lambda case: {"this damping": case["damping"]},
+        level=None,
     ),
     options=(
         base.Choice(

@@ -123,7 +123,7 @@ FAILURE = base.Failure(
     knob=base.Parameter("step", "Step", "", 1.0, 1e-3, 10.0, "How far the swing turns in one step", "ω·dt"),
     limit=limit,
     probe=probe,
-    plot=base.growth_plot(
+    plot=base.Plot(
         "ω·dt",
         _SHARES,
         (

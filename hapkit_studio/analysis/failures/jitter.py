@@ -133,7 +133,7 @@ FAILURE = base.Failure(
     knob=replace(spring.STIFFNESS, default=500.0, high=50_000.0),
     limit=limit,
     probe=probe,
-    plot=base.growth_plot(
+    plot=base.Plot(
         "stiffness, N/m",
         charted,
         (

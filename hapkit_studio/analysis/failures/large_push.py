@@ -75,7 +75,6 @@ FAILURE = base.Failure(
     probe=probe,
     plot=base.Plot(
         "stiffness, N/m",
-        "largest push that settles, mm",
         lambda case: edge(case) * np.array([1.15, 1.25, 1.4, 1.6, 1.9, 2.3, 3.0, 4.0]),
         (
             base.Curve(
@@ -90,6 +89,7 @@ FAILURE = base.Failure(
         level=lambda case: 1e3 * amplitude(case, case["stiffness"]),
         level_label="its largest push",
         log_y=True,
+        y_label="largest push that settles, mm",
     ),
     options=(
         replace(spring.STIFFNESS, default=2000.0, high=50_000.0),

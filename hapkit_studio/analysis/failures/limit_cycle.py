@@ -60,11 +60,12 @@ FAILURE = base.Failure(
     probe=probe,
     plot=base.Plot(
         "stiffness, N/m",
-        "buzz, counts p-p",
         _SHARES,
         (base.Curve("rendered", buzz),),
         "2 F_c/Δ",
         lambda case: {"2 b/T": 2.0 * case["viscous"] * case["rate"]},
+        y_label="buzz, counts p-p",
+        level=None,
     ),
     options=(
         spring.MASS,

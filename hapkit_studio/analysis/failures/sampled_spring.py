@@ -48,7 +48,7 @@ FAILURE = base.Failure(
     knob=spring.STIFFNESS,
     limit=limit,
     probe=lambda k, case: spring.evidence(spring.setting(case), case["damping"], k),
-    plot=base.growth_plot(
+    plot=base.Plot(
         "stiffness, N/m",
         np.linspace(0.5, 2.0, 31),
         (base.Curve("largest root", exact, base.THEORY), base.Curve("rendered", rendered)),

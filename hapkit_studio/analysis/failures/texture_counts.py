@@ -43,7 +43,6 @@ FAILURE = base.Failure(
     probe=probe,
     plot=base.Plot(
         "sensor step, mm",
-        "largest step of the force, % of A",
         np.geomspace(0.2, 4.0, 24),
         (
             base.Curve(
@@ -55,10 +54,11 @@ FAILURE = base.Failure(
         ),
         "λ/10",
         lambda case: {"a Hapkit's count": 20.7e-6},
-        200.0 * math.sin(math.pi / stroking.WANTED),
-        "ten counts",
+        level=200.0 * math.sin(math.pi / stroking.WANTED),
+        level_label="ten counts",
         log_x=True,
         factor=1e3,
+        y_label="largest step of the force, % of A",
     ),
     options=(replace(stroking.WAVELENGTH, default=0.001), spring.RATE),
     span=(0.2, 3.0),

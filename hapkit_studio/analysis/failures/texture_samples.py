@@ -38,7 +38,6 @@ FAILURE = base.Failure(
     probe=probe,
     plot=base.Plot(
         "speed, m/s",
-        "force in the worst ridge, % of A",
         np.geomspace(0.2, 3.7, 24),
         (
             base.Curve(
@@ -52,6 +51,7 @@ FAILURE = base.Failure(
         level=100.0 * math.cos(math.pi / stroking.WANTED),
         level_label="ten samples",
         log_x=True,
+        y_label="force in the worst ridge, % of A",
     ),
     options=(stroking.WAVELENGTH, spring.RATE),
     live=stroking.live,

@@ -54,7 +54,6 @@ FAILURE = base.Failure(
     probe=probe,
     plot=base.Plot(
         "speed, m/s",
-        "vibration, Hz",
         np.linspace(0.1, 1.95, 38),
         (
             base.Curve("the ridges, v/λ", lambda speed, case: speed / case["wavelength"], base.OTHER),
@@ -63,6 +62,8 @@ FAILURE = base.Failure(
         ),
         "λ/(2T)",
         lambda case: {"λ/(10T)": 0.2 * limit(case)},
+        y_label="vibration, Hz",
+        level=None,
     ),
     options=(replace(stroking.WAVELENGTH, default=0.001), spring.RATE),
     live=stroking.live,

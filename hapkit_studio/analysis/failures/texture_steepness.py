@@ -74,7 +74,7 @@ FAILURE = base.Failure(
     knob=base.Parameter("amplitude", "Amplitude", "N", 0.8, 1e-4, 50.0, "The most a ridge pushes", "A"),
     limit=limit,
     probe=probe,
-    plot=base.growth_plot(
+    plot=base.Plot(
         "amplitude, N",
         np.linspace(0.5, 1.5, 21),
         (

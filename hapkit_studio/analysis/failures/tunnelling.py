@@ -105,7 +105,6 @@ FAILURE = base.Failure(
     probe=probe,
     plot=base.Plot(
         "speed, m/s",
-        "worst throw, % of the whole",
         np.geomspace(0.2, 6.0, 26),
         (
             base.Curve("worst sample, theory", theory, base.THEORY),
@@ -115,6 +114,8 @@ FAILURE = base.Failure(
         "w/(4T)",
         lambda case: {"w/T: unseen": WANTED * limit(case)},
         log_x=True,
+        y_label="worst throw, % of the whole",
+        level=None,
     ),
     options=(
         base.Parameter("width", "Width of the bump", "m", 0.005, 5e-4, 0.04, "From foot to foot", "w"),

@@ -31,14 +31,12 @@ def probe(stiffness, case):
 
 PLOT = Plot(
     "stiffness, N/m",
-    "growth, 1/s",
     np.linspace(0.5, 1.5, 5),
     (
         Curve("formula", lambda x, case: x / limit(case) - 1.0, "theory"),
         Curve("measured", lambda x, case: x / limit(case) - 1.0),
     ),
     "limit",
-    level=0.0,
     level_label="neither",
 )
 
@@ -88,7 +86,7 @@ def library(gate):
             limit=lambda case: 2e-3,
             probe=lambda value, case: probe(value * 1e5, {"damping": 2.0}),
             plot=Plot(
-                "step, ms", "growth, 1/s", np.linspace(0.2, 2.0, 5),
+                "step, ms", np.linspace(0.2, 2.0, 5),
                 (Curve("measured", lambda x, case: -1.0 if x < 2e-3 else math.inf),), "limit", factor=1e3,
             ),
         ),
