@@ -72,11 +72,12 @@ class Evidence:
 class Curve:
     """One curve to chart: of(x, case) is y, nan where it is not drawn; at(case): places of its own.
 
-    role is "theory", "measured" (points) or "other" (to compare).
+    Without ``of`` y is what the failure's probe measures, without ``at`` it runs over the plot's places. role
+    is "theory", "measured" (points) or "other" (to compare).
     """
 
     label: str
-    of: Callable[[float, Case], float]
+    of: Callable[[float, Case], float] | None = None
     role: str = MEASURED
     at: Callable[[Case], np.ndarray] | None = None
 
@@ -209,7 +210,7 @@ class Failure:
         for xs, curve in zip(places, plot.curves, strict=True):
             y = np.empty(len(xs))
             for index, x in enumerate(xs):
-                y[index] = curve.of(float(x), case)
+                y[index] = curve.of(float(x), case) if curve.of else self.probe(float(x), case).measure
                 if curve.role != THEORY:
                     done += 1
                     progress(done, of)

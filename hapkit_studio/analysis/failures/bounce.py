@@ -78,13 +78,13 @@ def probe(lateness: float, case: base.Case) -> base.Evidence:
     return base.Evidence(x, 1.0 / case["rate"], "depth in the wall", "mm", holds, 100.0 * error, "%", words)
 
 
-def error(balance: float, label: str, role: str = base.OTHER) -> base.Curve:
+def error(balance: float, label: str) -> base.Curve:
     """Declare by how many % the formula is off where b is a share of the balance K (T/2 + td)."""
 
     def of(lateness: float, case: base.Case) -> float:
         return 100.0 * off(lateness, case, rendered(lateness, case, balance), balance)
 
-    return base.Curve(label, of, role)
+    return base.Curve(label, of, base.OTHER)
 
 
 def live(lateness: float, case: base.Case) -> base.Live:
@@ -119,7 +119,7 @@ FAILURE = base.Failure(
         "ω T (1 + 2 td/T)",
         lambda case: np.linspace(0.05, 0.6, 12),
         (
-            error(0.0, "b = 0, rendered", base.MEASURED),
+            base.Curve("b = 0, rendered"),
             error(0.5, "b everywhere, half the balance"),
             error(1.0, "b everywhere, the balance"),
         ),

@@ -98,7 +98,7 @@ FAILURE = base.Failure(
         "friction, N",
         _SHARES,
         (
-            base.Curve("by the sign of the velocity", lambda force, case: peak_to_peak(force, case)[0]),
+            base.Curve("by the sign of the velocity"),
             base.Curve(
                 "implicit projection",
                 lambda force, case: peak_to_peak(force, case, PROJECTION)[0],

@@ -75,8 +75,8 @@ def limit(case: base.Case) -> float:
     return longest_step(method_of(case), 1.0, 2.0 * _ratio(case), 1.0)
 
 
-def swing(step: float, case: base.Case) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return place and size (swing with speed), each (n,), until lost or dead; and the growth."""
+def probe(step: float, case: base.Case) -> base.Evidence:
+    """Let the mass go and follow it over many steps, until it is lost or dead."""
     damping, dt = 2.0 * _ratio(case) * OMEGA, step / OMEGA
     with np.errstate(over="ignore", invalid="ignore"):
         _, x, v = integrate(
@@ -84,16 +84,10 @@ def swing(step: float, case: base.Case) -> tuple[np.ndarray, np.ndarray, float]:
             seconds=STEPS * dt,
         )  # fmt: skip
         size = np.hypot(x, v / OMEGA)
-    n = base.alive(size[: base.before_lost(size, LOST * START)], DEAD * START)
-    return x[:n], size[:n], base.growth(size[:n], dt)
-
-
-def probe(step: float, case: base.Case) -> base.Evidence:
-    """Let the mass go and follow it over many steps."""
-    x, size, rate = swing(step, case)
+    size = size[: base.alive(size[: base.before_lost(size, LOST * START)], DEAD * START)]
     shown = base.alive(size[: base.before_lost(size, 30.0 * START)], 1e-3 * START)
     true = f"; in truth it decays by {with_unit(-_growth('exact', 1.0, case), '1/s')}"
-    return base.growth_evidence(1e3 * x[:shown], step / OMEGA, rate, more=true)
+    return base.growth_evidence(1e3 * x[:shown], dt, base.growth(size, dt), more=true)
 
 
 def live(step: float, case: base.Case) -> base.Live:
@@ -128,7 +122,7 @@ FAILURE = base.Failure(
         _SHARES,
         (
             base.Curve("largest root", lambda step, case: _growth(method_of(case), step, case), base.THEORY),
-            base.Curve("measured", lambda step, case: swing(step, case)[2]),
+            base.Curve("measured"),
             base.Curve("the truth", lambda step, case: _growth("exact", 1.0, case), base.OTHER),
         ),
         "limit",

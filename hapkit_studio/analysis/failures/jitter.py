@@ -138,7 +138,7 @@ FAILURE = base.Failure(
         charted,
         (
             base.Curve("largest root", lambda k, case: exact(k, case, pattern(case)), base.THEORY),
-            base.Curve("rendered", lambda k, case: rate_of(k, case, swing(k, case))),
+            base.Curve("rendered"),
             base.Curve("never late", lambda k, case: exact(k, case, (1.0 / case["rate"],)), base.OTHER),
             base.Curve("always late", always_late, base.OTHER),
         ),

@@ -11,19 +11,6 @@ def limit(case: base.Case) -> float:
     return bound(case, case["damping"], "difference")
 
 
-def exact(stiffness: float, case: base.Case) -> float:
-    """Return the growth in 1/s from the loop's largest root."""
-    period = 1.0 / case["rate"]
-    loop = case["mass"], case["viscous"], stiffness, case["damping"], period, case["delay"]
-    return spring.exact_rate(spring.step_matrix(*loop), period)
-
-
-def rendered(stiffness: float, case: base.Case) -> float:
-    """Return the growth in 1/s of the rendered spring."""
-    where = spring.setting(case)
-    return spring.rate_of(where, stiffness, spring.released(where, case["damping"], stiffness))
-
-
 def rule(case: base.Case) -> dict[str, float]:
     """Return the limit in N/m by the rule of thumb."""
     return {"(b + B)/(T/2 + td)": (case["viscous"] + case["damping"]) / (0.5 / case["rate"] + case["delay"])}
@@ -51,7 +38,10 @@ FAILURE = base.Failure(
     plot=base.Plot(
         "stiffness, N/m",
         np.linspace(0.5, 2.0, 31),
-        (base.Curve("largest root", exact, base.THEORY), base.Curve("rendered", rendered)),
+        (
+            base.Curve("largest root", lambda k, case: spring.exact(case, k), base.THEORY),
+            base.Curve("rendered"),
+        ),
         "exact limit",
         rule,
     ),

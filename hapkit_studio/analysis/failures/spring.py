@@ -118,6 +118,13 @@ def exact_rate(matrix: np.ndarray, seconds: float) -> float:
     return math.log(np.abs(np.linalg.eigvals(matrix)).max()) / seconds
 
 
+def exact(case: Case, stiffness: float) -> float:
+    """Return the growth in 1/s from the loop's largest root; a case without damping or delay has none."""
+    period = 1.0 / case["rate"]
+    extra = case.get("damping", 0.0), period, case.get("delay", 0.0)
+    return exact_rate(step_matrix(case["mass"], case["viscous"], stiffness, *extra), period)
+
+
 RESTS, CYCLES, GROWS = "rests", "cycles", "grows"
 FRICTION_SECONDS = 6.0
 # A motion that has become this many times as large as it began is lost.

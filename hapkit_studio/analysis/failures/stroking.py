@@ -67,9 +67,3 @@ def least_peak(out: np.ndarray, wavelength: float) -> float:
     peaks = np.full(ridge.max() - ridge.min() + 1, -np.inf)
     np.maximum.at(peaks, ridge - ridge.min(), out[:, rows.ASKED])
     return float(peaks[1:-1].min() / AMPLITUDE) if len(peaks) > 2 else float(peaks.max() / AMPLITUDE)
-
-
-def felt(force: np.ndarray, rate: float) -> float:
-    """Return the frequency in Hz of a sampled sine (n,): F_k+1 + F_k-1 = 2 cos(2 π f/rate) F_k."""
-    cosine = force[1:-1] @ (force[2:] + force[:-2]) / (2.0 * force[1:-1] @ force[1:-1])
-    return rate * math.acos(min(max(float(cosine), -1.0), 1.0)) / math.tau

@@ -27,28 +27,16 @@ def limit(case: base.Case) -> float:
     return most * case["wavelength"] / math.tau
 
 
-def swing(amplitude: float, case: base.Case) -> tuple[np.ndarray, float]:
-    """Return the place (n,) in m of a handle let go beside the middle of a valley, and its growth in 1/s."""
+def probe(amplitude: float, case: base.Case) -> base.Evidence:
+    """Let the handle go beside the middle of a valley."""
     where, wavelength = spring.setting(case), case["wavelength"]
     device = where.device(real=False, position=(0.5 + START) * wavelength)
     count = round(spring.SECONDS * case["rate"])
     out = base.render("texture", stroking.grating(wavelength, amplitude), device, where.loop, count)
     place = out[:, rows.TRUE_POSITION] - 0.5 * wavelength
     n = base.alive(np.abs(place[: base.before_lost(place, REACH * wavelength)]), DEAD * START * wavelength)
-    return place[:n], spring.rate_of(where, stiffness(amplitude, case), out[:n])
-
-
-def probe(amplitude: float, case: base.Case) -> base.Evidence:
-    """Let the handle go beside the middle of a valley."""
-    place, rate = swing(amplitude, case)
-    return base.growth_evidence(1e6 * place, 1.0 / case["rate"], rate, "position in the valley", "µm")
-
-
-def exact(amplitude: float, case: base.Case) -> float:
-    """Return the growth in 1/s of the spring that the valley is."""
-    period = 1.0 / case["rate"]
-    loop = case["mass"], case["viscous"], stiffness(amplitude, case), 0.0, period, 0.0
-    return spring.exact_rate(spring.step_matrix(*loop), period)
+    rate = spring.rate_of(where, stiffness(amplitude, case), out[:n])
+    return base.growth_evidence(1e6 * place[:n], where.period, rate, "position in the valley", "µm")
 
 
 def live(amplitude: float, case: base.Case) -> base.Live:
@@ -78,8 +66,8 @@ FAILURE = base.Failure(
         "amplitude, N",
         np.linspace(0.5, 1.5, 21),
         (
-            base.Curve("largest root", exact, base.THEORY),
-            base.Curve("rendered", lambda amplitude, case: swing(amplitude, case)[1]),
+            base.Curve("largest root", lambda a, case: spring.exact(case, stiffness(a, case)), base.THEORY),
+            base.Curve("rendered"),
         ),
         "exact limit",
         lambda case: {"b λ/(π T)": case["viscous"] * case["wavelength"] * case["rate"] / math.pi},

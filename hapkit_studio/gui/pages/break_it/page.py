@@ -77,13 +77,13 @@ class BreakItPage(MeasuringPage):
         """Try the failure in sight and measure its curve."""
         self._settle.stop()
         self.record.stopped = False
-        self.runner.run(self.record)
+        self.runner.run([self.record])
 
     def run_all(self) -> None:
         """Try every failure that was not measured yet; all of them where none is left."""
         left = [record for record in self.records.values() if not record.complete]
         self._settle.stop()
-        self.runner.run_all(left or self.records.values())
+        self.runner.run(left or list(self.records.values()))
 
     def turn(self, share: float) -> None:
         """Turn the knob to a share of the limit and see what that does."""

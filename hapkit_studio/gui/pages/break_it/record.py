@@ -1,7 +1,7 @@
 """What is known of one failure, and the runner that tries failures off the window's thread."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from PySide6.QtCore import QObject, Signal
@@ -129,15 +129,34 @@ class FailureRunner(QObject):
         self._key = ""
         self._next: tuple[Record, float] | None = None
 
-    def run(self, record: Record) -> None:
-        """Try one failure and measure its curve; what was under way is cancelled."""
-        self.many = False
-        self._start([record])
+    def run(self, records: list[Record]) -> None:
+        """Try failures in turn and measure their curves; of several, one that raises stops no other.
 
-    def run_all(self, records: Iterable[Record]) -> None:
-        """Try these failures in turn; one that raises does not stop the others."""
-        self.many = True
-        self._start(list(records))
+        What was under way is cancelled.
+        """
+        plans = [(record.failure, dict(record.case), record.share) for record in records]
+        self.many = many = len(plans) > 1
+
+        def work(progress: Progress) -> int:
+            for number, (failure, case, share) in enumerate(plans):
+
+                def say(done: int, of: int, before: int = number) -> None:
+                    progress(round((before + done / max(of, 1)) * _FINE), len(plans) * _FINE)
+
+                self.begun.emit(failure.key)
+                try:
+                    for part in measure(failure, case, share, say):
+                        say(0, _FINE)
+                        self.arrived.emit(part)
+                except Exception as error:
+                    say(0, _FINE)  # whatever it was: cancelled work says nothing
+                    words = str(error) if isinstance(error, StudioError) else f"This went wrong: {error}"
+                    self.wrong.emit(failure.key, words)
+                    if not many:
+                        raise
+            return len(plans)
+
+        self.job.start(work)
 
     def try_at(self, record: Record, value: float) -> None:
         """Try one value of a knob; of several asked for meanwhile only the newest."""
@@ -150,30 +169,6 @@ class FailureRunner(QObject):
         self._next = None
         self.job.end()
         self._quick.end()
-
-    def _start(self, records: list[Record]) -> None:
-        plans = [(record.failure, dict(record.case), record.share) for record in records]
-
-        def work(progress: Progress) -> int:
-            for number, (failure, case, share) in enumerate(plans):
-                self._one(failure, case, share, _part_of(progress, number, len(plans)), alone=len(plans) == 1)
-            return len(plans)
-
-        self.job.start(work)
-
-    def _one(self, failure: Failure, case: dict, share: float, progress: Progress, alone: bool) -> None:
-        self.begun.emit(failure.key)
-        try:
-            for part in measure(failure, case, share, progress):
-                progress(0, _FINE)
-                self.arrived.emit(part)
-        except Exception as error:
-            progress(0, _FINE)  # whatever it was: cancelled work says nothing
-            self.wrong.emit(
-                failure.key, str(error) if isinstance(error, StudioError) else f"This went wrong: {error}"
-            )
-            if alone:
-                raise
 
     def _go_on(self) -> None:
         if self._next is None:
@@ -189,8 +184,3 @@ class FailureRunner(QObject):
         else:
             self.wrong.emit(self._key, found)
         self._go_on()
-
-
-def _part_of(progress: Progress, number: int, of: int) -> Progress:
-    """Return the progress of one failure among several."""
-    return lambda done, whole: progress(round((number + done / max(whole, 1)) * _FINE), of * _FINE)
