@@ -50,8 +50,9 @@ def some_settings(rng: np.random.Generator, count: int):
             yield setting, damping
 
 
-def test_the_boundary_is_the_exact_one_within_one_percent(rng, threads):
-    for setting, damping in some_settings(rng, 16):
+@pytest.mark.parametrize("count", [6, pytest.param(24, marks=pytest.mark.slow)])
+def test_the_boundary_is_the_exact_one_within_one_percent(rng, threads, count):
+    for setting, damping in some_settings(rng, count):
         found = rendered.boundary(setting, [damping], executor=threads)
         assert found == pytest.approx([exact(setting, damping)], rel=0.01), setting
 

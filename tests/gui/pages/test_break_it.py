@@ -28,7 +28,7 @@ def spoken(page):
     return page.list.currentItem().data(Qt.ItemDataRole.AccessibleTextRole)
 
 
-def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit(page):
+def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit_and_exported(page, tmp_path):
     record = page.record
     assert (record.limit, record.signs) == (200.0, (True, False))
     assert (record.inside.value, record.outside.value) == pytest.approx((198.0, 202.0))
@@ -44,9 +44,17 @@ def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit(page):
     assert "b<sub>h</sub>" in page.side.formula.text()
     assert spoken(page) == "A spring too stiff. Inside the limit it holds, outside it fails"
     assert page.list.currentItem().text() == "A spring too stiff\nLimit 200 N/m   in ✓ out ✕"
+    figure, numbers = page.exports()
+    found = json.loads(json.dumps(numbers()))
+    assert found["limit"] == 200.0
+    assert (found["inside"]["holds"], found["outside"]["holds"]) == (True, False)
+    assert found["options"] == {"damping": 2.0, "hand": "none"}
+    assert [line["label"] for line in found["chart"]["lines"]] == ["formula", "measured"]
+    figure(str(tmp_path / "failure.png"))
+    assert (tmp_path / "failure.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_buttons_slider_box_and_chart_turn_the_knob(page, qtbot):
+def test_buttons_slider_box_and_chart_turn_the_knob_and_other_conditions_move_the_limit(page, qtbot):
     QTest.keyClick(page.knob.outside, Qt.Key.Key_Return)
     settled(page, qtbot)
     assert page.record.here.value == pytest.approx(202.0)
@@ -77,9 +85,18 @@ def test_buttons_slider_box_and_chart_turn_the_knob(page, qtbot):
     assert page.knob.row.box.property("invalid") is True
     assert page.knob.row.error.text() == "Stiffness goes from 100 to 300 N/m."
     assert page.record.share == pytest.approx(0.8)
+    page.turn(0.99)
+    page.side.changed.emit("damping", 4.0)
+    assert page.record.old == {"inside", "outside", "chart", "limit", "here"}
+    assert not page.knob.isEnabled()
+    assert page.record.chart is not None
+    qtbot.waitUntil(lambda: page.record.complete and page.record.limit == 400.0)
+    settled(page, qtbot)
+    assert page.record.here.value == pytest.approx(396.0)
+    assert page.knob.isEnabled()
 
 
-def test_a_knob_in_seconds_is_shown_in_milliseconds(page, qtbot):
+def test_a_knob_in_seconds_is_shown_in_milliseconds_and_run_all_tries_the_rest(page, gate, qtbot):
     page.list.setFocus()
     QTest.keyClick(page.list, Qt.Key.Key_End)
     assert page.record.failure.key == "step"
@@ -93,28 +110,15 @@ def test_a_knob_in_seconds_is_shown_in_milliseconds(page, qtbot):
     page.detail.picked.connect(heard.append)
     page.detail.chart.clicked.emit(3.0, 0.0)
     assert heard == [pytest.approx(1.5)]
-
-
-def test_other_conditions_move_the_limit_and_keep_the_old_results_paler(page, qtbot):
-    page.side.changed.emit("damping", 4.0)
-    assert page.record.old == {"inside", "outside", "chart", "limit", "here"}
-    assert not page.knob.isEnabled()
-    assert page.record.chart is not None
-    qtbot.waitUntil(lambda: page.record.complete and page.record.limit == 400.0)
-    settled(page, qtbot)
-    assert page.record.here.value == pytest.approx(396.0)
-    assert page.knob.isEnabled()
-
-
-def test_export_writes_both_tries_and_the_lines(page, tmp_path):
-    figure, numbers = page.exports()
-    found = json.loads(json.dumps(numbers()))
-    assert found["limit"] == 200.0
-    assert (found["inside"]["holds"], found["outside"]["holds"]) == (True, False)
-    assert found["options"] == {"damping": 2.0, "hand": "none"}
-    assert [line["label"] for line in found["chart"]["lines"]] == ["formula", "measured"]
-    figure(str(tmp_path / "failure.png"))
-    assert (tmp_path / "failure.png").read_bytes()[:4] == b"\x89PNG"
+    gate.go_on.set()
+    page.all.click()
+    assert not page.all.isEnabled()
+    qtbot.waitUntil(lambda: not page.job.running)
+    both = (True, False)
+    done = {key: record.signs for key, record in page.records.items()}
+    assert done == {"grows": both, "slow": both, "refuses": (None, None), "step": both}
+    assert page.records["refuses"].wrong.startswith("Damping of 2 N·s/m")
+    assert page.all.isEnabled()
 
 
 def test_a_limit_without_a_unit_names_its_quantity():
@@ -152,18 +156,6 @@ def test_cancel_ends_the_work_and_keeps_what_had_come(page, gate, qtbot):
         assert not page._settle.isActive()  # what was cancelled begins again only when a person says so
     page.bar.run.click()
     qtbot.waitUntil(lambda: page.record.complete)
-
-
-def test_run_all_tries_the_rest_and_one_that_cannot_be_keeps_no_other_back(page, gate, qtbot):
-    gate.go_on.set()
-    page.all.click()
-    assert not page.all.isEnabled()
-    qtbot.waitUntil(lambda: not page.job.running)
-    both = (True, False)
-    done = {key: record.signs for key, record in page.records.items()}
-    assert done == {"grows": both, "slow": both, "refuses": (None, None), "step": both}
-    assert page.records["refuses"].wrong.startswith("Damping of 2 N·s/m")
-    assert page.all.isEnabled()
 
 
 def test_what_cannot_be_tried_is_said_in_one_line(page, qtbot):
