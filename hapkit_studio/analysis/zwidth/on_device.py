@@ -79,7 +79,7 @@ def measure(
     with GuardedDevice(engine, limits, say, steps.look) as guarded:
         hand: SimulatedHand | Person = Person(guarded) if person else SimulatedHand(guarded)
         for level in levels:
-            points.append(_Trials(guarded, hand, level, steps).point())
+            points.append(_stiffest_at(guarded, hand, level, steps))
             steps.next_level()
             arrived(level, points[-1])
         setting = setting_of(engine, hand.grip)
@@ -217,62 +217,60 @@ class _Steps:
         self.look()
 
 
-class _Trials:
-    """The trials at one damping."""
+def _stiffest_at(
+    guarded: GuardedDevice, hand: SimulatedHand | Person, damping: float, steps: _Steps
+) -> Point:
+    """Return the stiffest wall that held at one damping."""
+    limits, held = guarded.limits, 0.0
 
-    def __init__(self, guarded: GuardedDevice, hand: SimulatedHand | Person, damping: float, steps: _Steps):
-        self._guarded, self._hand, self._damping, self._steps = guarded, hand, damping, steps
-        self._held = 0.0
-
-    def point(self) -> Point:
-        """Return the stiffest wall that held."""
-        limits = self._guarded.limits
-        self._guarded.calm()
-        return stiffest(self._held_at, limits.softest, limits.raised, limits.highest, self._steps.halvings)
-
-    def _held_at(self, stiffness: float) -> TrialOutcome:
+    def tried(stiffness: float) -> TrialOutcome:
         """Try one wall; after it the last one that held is in force."""
-        self._steps.next_trial()
-        self._hand.begin()
-        self._guarded.clamped = False
-        self._guarded.wall(stiffness, self._damping)
+        nonlocal held
+        steps.next_trial()
+        hand.begin()
+        guarded.clamped = False
+        guarded.wall(stiffness, damping)
         try:
-            self._hand.press(stiffness)
-            why = self._watched(stiffness)
+            hand.press(stiffness)
+            why = _watched(guarded, hand, stiffness)
         except Unsafe as unsafe:
             why = unsafe.why
-        if not why:
-            self._held = stiffness
-        if self._held:
-            self._guarded.wall(self._held, self._damping)
+        held = held if why else stiffness
+        if held:
+            guarded.wall(held, damping)
         else:
-            self._guarded.calm()
-        return TrialOutcome(why, self._guarded.clamped)
+            guarded.calm()
+        return TrialOutcome(why, guarded.clamped)
 
-    def _watched(self, stiffness: float) -> str:
-        """Watch until the motion has died out, or does not any more; return why the wall fails."""
-        limit = self._guarded.limits.counts * self._guarded.quantum
-        calm, before = 0, math.inf
-        for window in range(_MOST_WINDOWS):
-            found = self._window(stiffness)
-            now = ripple(found[:, rows.POSITION], self._guarded.engine.loop.rate)
-            calm = calm + 1 if now <= limit else 0
-            if calm == _QUIET_WINDOWS:
-                return ""
-            if window > 1 and now > limit and now > _DYING * before:
-                return GROWS if now > _GROWING * before else BUZZES
-            before = now
-        return BUZZES
+    guarded.calm()
+    return stiffest(tried, limits.softest, limits.raised, limits.highest, steps.halvings)
 
-    def _window(self, stiffness: float) -> np.ndarray:
-        """Return the next rows under a hand that presses; where it does not, it begins anew."""
-        for _ in range(_MOST_REPEATS):
-            found = self._guarded.collect(_WINDOW_SECONDS + _SLOW_SECONDS)
-            if self._hand.presses(found):
-                return found
-            self._hand.begin()
-            self._hand.press(stiffness)
-        raise Interrupted(f"The wall was let go {_MOST_REPEATS} times. The measurement ended.")
+
+def _watched(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: float) -> str:
+    """Watch until the motion has died out, or does not any more; return why the wall fails."""
+    limit = guarded.limits.counts * guarded.quantum
+    calm, before = 0, math.inf
+    for window in range(_MOST_WINDOWS):
+        found = _window(guarded, hand, stiffness)
+        now = ripple(found[:, rows.POSITION], guarded.engine.loop.rate)
+        calm = calm + 1 if now <= limit else 0
+        if calm == _QUIET_WINDOWS:
+            return ""
+        if window > 1 and now > limit and now > _DYING * before:
+            return GROWS if now > _GROWING * before else BUZZES
+        before = now
+    return BUZZES
+
+
+def _window(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: float) -> np.ndarray:
+    """Return the next rows under a hand that presses; where it does not, it begins anew."""
+    for _ in range(_MOST_REPEATS):
+        found = guarded.collect(_WINDOW_SECONDS + _SLOW_SECONDS)
+        if hand.presses(found):
+            return found
+        hand.begin()
+        hand.press(stiffness)
+    raise Interrupted(f"The wall was let go {_MOST_REPEATS} times. The measurement ended.")
 
 
 def ripple(position: np.ndarray, rate: float) -> float:
