@@ -26,7 +26,9 @@ def felt(gate, window, qtbot):
     page.end()
 
 
-def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_everything(felt, window, qtbot):
+def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_everything(
+    felt, window, qtbot, monkeypatch
+):
     studio = window.studio
     studio.choose("spring")
     studio.set_values({"stiffness": 77.0, "damping": 1.5})
@@ -61,9 +63,28 @@ def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_eve
     felt.turn(1.3)
     settled(felt, qtbot)
     assert state(studio) == before
+    # every failure of the library, and one into an environment that is still compiled
+    before, feel, ready = state(studio), Feel(studio), []
+    for key, failure in failures().items():
+        if failure.live is not None:
+            feel.put(key, failure.live(failure.knob.default, failure.case()))
+            assert studio.environment.key == feel.live.environment
+            feel.take_back()
+            assert state(studio) == before, key
+    monkeypatch.setattr(studio.readiness, "request", lambda key: key in ready)
+    feel.put("grows", live(198.0, {"damping": 2.0}))
+    assert studio.environment.key == before[0]
+    assert studio.loop == before[2]
+    ready += list(studio.environments)
+    studio.choose("spring")
+    assert studio.loop.rate == 500.0
+    feel.take_back()
+    assert state(studio) == before
 
 
-def test_what_a_person_changes_takes_the_failure_out_and_the_knob_leaves_it_alone(felt, window, qtbot):
+def test_what_a_person_changes_takes_the_failure_out_and_what_is_refused_changes_nothing(
+    felt, window, qtbot, monkeypatch
+):
     studio, before = window.studio, state(window.studio)
     for change in (
         lambda: studio.set_value("stiffness", 50.0),
@@ -94,44 +115,21 @@ def test_what_a_person_changes_takes_the_failure_out_and_the_knob_leaves_it_alon
     assert felt.verdict.back.isVisible()
     felt.verdict.back.click()
     assert state(studio) == ("puck", *before[1:])  # the scene that was chosen since stays
-
-
-def test_a_loop_that_refuses_and_a_real_device_leave_everything_as_it_was(felt, window, monkeypatch):
-    before = state(window.studio)
+    # a loop that refuses, and a device that is not simulated
+    felt.list.choose("grows")
+    before = state(studio)
     wrong = live(300.0, {"damping": 2.0})
     wrong.loop["rate"] = -1.0
     object.__setattr__(felt.record.here, "live", wrong)
     felt.feel_it()
-    assert state(window.studio) == before
+    assert state(studio) == before
     assert not felt.feel.on
     assert "rate" in felt.bar.status.text().lower()
-    monkeypatch.setattr(type(window.studio), "simulated", property(lambda self: False))
-    window.studio.engine_changed.emit()
+    monkeypatch.setattr(type(studio), "simulated", property(lambda self: False))
+    studio.engine_changed.emit()
     assert not felt.verdict.feel.isEnabled()
     assert "Only the simulated Hapkit" in felt.verdict.feel.toolTip()
     felt.feel_it()
-    assert state(window.studio) == before
-
-
-def test_every_failure_of_the_library_can_be_put_in_also_into_one_that_is_still_compiled(
-    idle_window, monkeypatch
-):
-    studio = idle_window.studio
-    before, feel, ready = state(studio), Feel(studio), []
-    for key, failure in failures().items():
-        if failure.live is not None:
-            feel.put(key, failure.live(failure.knob.default, failure.case()))
-            assert studio.environment.key == feel.live.environment
-            feel.take_back()
-            assert state(studio) == before, key
-    monkeypatch.setattr(studio.readiness, "request", lambda key: key in ready)
-    feel.put("grows", live(198.0, {"damping": 2.0}))
-    assert studio.environment.key == before[0]
-    assert studio.loop == before[2]
-    ready += list(studio.environments)
-    studio.choose("spring")
-    assert studio.loop.rate == 500.0
-    feel.take_back()
     assert state(studio) == before
 
 
