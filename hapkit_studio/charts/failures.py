@@ -8,18 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.charts.style import (
-    DOT,
-    TEXT,
-    TICK,
-    Colors,
-    legend,
-    pale,
-    save,
-    style_axes,
-    text_outline,
-    unbroken,
-)
+from hapkit_studio.charts import style
 from hapkit_studio.formatting import on_screen
 
 if TYPE_CHECKING:
@@ -39,7 +28,7 @@ _FEW = 50  # points that are shown one by one
 _LOOKS = {
     "theory": (("ink", (0, (3.2, 2.0)), ""), ("asked", (0, (5, 2)), ""), ("energy", (0, (5, 2, 1.2, 2)), "")),
     "measured": (("position", "none", "o"), ("velocity", "none", "s"), ("applied", "none", "^")),
-    "other": (("hold", DOT, ""), ("energy", (0, (5, 2, 1.2, 2)), ""), ("asked", DOT, "")),
+    "other": (("hold", style.DOT, ""), ("energy", (0, (5, 2, 1.2, 2)), ""), ("asked", style.DOT, "")),
 }
 
 
@@ -48,25 +37,25 @@ def failure_figure(shown: "Shown", path: str | Path) -> None:
     failure = shown.failure
     conditions = [f"{p.label} {p.text(shown.case[p.key])}" for p in failure.options]
     title = f"{failure.title}: {failure.formula}"
-    save(lambda figure, c: draw(figure, c, shown), path, _SIZE, title, unbroken(conditions))
+    style.save(lambda figure, c: draw(figure, c, shown), path, _SIZE, title, style.unbroken(conditions))
 
 
-def draw(figure: Any, c: Colors, shown: "Shown") -> "Knob | None":
+def draw(figure: Any, c: style.Colors, shown: "Shown") -> "Knob | None":
     """Draw two traces at the left, the curve at the right; return the knob where the curve runs over it."""
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.2))
     for row, (word, one) in enumerate((("inside", shown.inside), ("outside", shown.outside))):
         axes = figure.add_subplot(grid[row, 0])
         axes.set_navigate(False)  # a click there turns no knob
-        _trace(axes, pale(c) if word in shown.old else c, shown, one, word)
+        _trace(axes, style.pale(c) if word in shown.old else c, shown, one, word)
         if row == 0 and axes.get_xlabel() == _unit(shown.outside):
             axes.set_xlabel("")  # it stands below the other
     axes = figure.add_subplot(grid[:, 1])
     if shown.chart is None:
         axes.set_navigate(False)
-        style_axes(axes, c, "", "")
+        style.style_axes(axes, c, "", "")
         axes.tick_params(labelbottom=False, labelleft=False)
         return None
-    _curve(axes, pale(c) if "chart" in shown.old else c, shown, shown.chart)
+    _curve(axes, style.pale(c) if "chart" in shown.old else c, shown, shown.chart)
     return Knob(axes, c, shown.scale) if shown.scale is not None else None
 
 
@@ -76,12 +65,12 @@ def clauses(words: str) -> list[str]:
     return [part[:1].upper() + part[1:] for part in parts]
 
 
-def _trace(axes: Any, c: Colors, shown: "Shown", one: "Try | None", word: str) -> None:
+def _trace(axes: Any, c: style.Colors, shown: "Shown", one: "Try | None", word: str) -> None:
     letters = int(0.4 * 72.0 * axes.figure.get_figwidth() / _LETTER)
     if one is None:
-        style_axes(axes, c, "", "")
+        style.style_axes(axes, c, "", "")
         axes.tick_params(labelbottom=False, labelleft=False)
-        axes.set_title(f"{word.capitalize()}: not tried yet", size=TEXT, color=c.ink3, loc="left")
+        axes.set_title(f"{word.capitalize()}: not tried yet", size=style.TEXT, color=c.ink3, loc="left")
         return
     found = one.evidence
     color, sign = (c.ok, "✓") if found.holds else (c.danger, "✕")
@@ -93,13 +82,13 @@ def _trace(axes: Any, c: Colors, shown: "Shown", one: "Try | None", word: str) -
         marker="o" if len(time) < _FEW else "", drawstyle="steps-post" if found.held else "default",
     )  # fmt: skip
     knob, limit = shown.failure.knob, shown.limit
-    place, size = on_screen(one.value, knob.unit, 4), TICK
+    place, size = on_screen(one.value, knob.unit, 4), style.TICK
     if letters > _LONG and limit:
         far = f"{knob.symbol or knob.label} = {on_screen(one.value, knob.unit, 5)}"
-        place, size = f"{word}, {far}, {one.value / limit:.3g} × the limit", TEXT
+        place, size = f"{word}, {far}, {one.value / limit:.3g} × the limit", style.TEXT
     title = fill(f"{sign} {place}: {clauses(found.words)[0].lower()}", letters)
     axes.set_title(title, size=size, color=color, loc="left")
-    style_axes(axes, c, _unit(one), name.replace("  ", " "))
+    style.style_axes(axes, c, _unit(one), name.replace("  ", " "))
     axes.locator_params(axis="y", nbins=4)
 
 
@@ -118,7 +107,7 @@ def scaled(y: np.ndarray) -> tuple[float, str]:
     return 10.0**exponent, f"$10^{{{-exponent}}}$"
 
 
-def _curve(axes: Any, c: Colors, shown: "Shown", chart: "Chart") -> None:
+def _curve(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
     plot = chart.plot
     for axis, log in (("x", plot.log_x), ("y", plot.log_y)):
         if log:
@@ -136,9 +125,9 @@ def _curve(axes: Any, c: Colors, shown: "Shown", chart: "Chart") -> None:
     if chart.level is not None:
         axes.axhline(chart.level, color=c.ink3, linewidth=1.2, zorder=2, label=plot.level_label or None)
     letters = int(0.55 * 72.0 * axes.figure.get_figheight() / _LETTER)
-    style_axes(axes, c, plot.x_label, fill(plot.y_label, letters))
+    style.style_axes(axes, c, plot.x_label, fill(plot.y_label, letters))
     _limits(axes, c, shown, chart)
-    legend(axes, c)
+    style.legend(axes, c)
 
 
 def _plain_numbers(axis: Any) -> None:
@@ -150,7 +139,7 @@ def _plain_numbers(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _limits(axes: Any, c: Colors, shown: "Shown", chart: "Chart") -> None:
+def _limits(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
     """Draw where it holds and fails, the boundary and the other limits, each with its words on top."""
     low, high = axes.get_ylim()
     share = _ROOM * len(chart.marks)
@@ -164,21 +153,21 @@ def _limits(axes: Any, c: Colors, shown: "Shown", chart: "Chart") -> None:
                      zorder=0.1)  # fmt: skip
     for index, (label, x) in enumerate(chart.marks.items()):
         color = c.ink if index == 0 else c.ink2
-        axes.axvline(x, color=color, linewidth=1.4 if index else 2.4, linestyle=DOT if index else "-")
+        axes.axvline(x, color=color, linewidth=1.4 if index else 2.4, linestyle=style.DOT if index else "-")
         at = axes.transAxes.inverted().transform(axes.transData.transform((x, low)))[0]
         right = at > _RIGHT
         axes.annotate(
             label.replace("_", ""), (x, 1.0), xycoords=("data", "axes fraction"),
             xytext=(-5 if right else 5, -4 - _LINE * index), textcoords="offset points", va="top",
-            ha="right" if right else "left", size=TICK, color=color, zorder=5, path_effects=text_outline(c),
-            weight="normal" if index else "bold", annotation_clip=True,
+            ha="right" if right else "left", size=style.TICK, color=color, zorder=5,
+            path_effects=style.text_outline(c), weight="normal" if index else "bold", annotation_clip=True,
         )  # fmt: skip
 
 
 class Knob:
     """Where the knob stands on the curve's axis, and what it showed there; ``artists`` are drawn last."""
 
-    def __init__(self, axes: Any, c: Colors, scale: float | None):
+    def __init__(self, axes: Any, c: style.Colors, scale: float | None):
         self._scale = scale or 1.0
         across = axes.get_xaxis_transform()
         self._line = axes.axvline(axes.get_xlim()[0], color=c.accent, linewidth=1.6, linestyle=(0, (5, 3.5)))

@@ -12,20 +12,8 @@ from functools import partial
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy import driving
+from hapkit_studio.analysis.accuracy import driving, plan
 from hapkit_studio.analysis.accuracy.driving import samples
-from hapkit_studio.analysis.accuracy.plan import (
-    Default,
-    Method,
-    Plan,
-    Prepare,
-    Run,
-    Scene,
-    Work,
-    always,
-    default_of,
-    repeats,
-)
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import stick_slip
 from hapkit_studio.dynamics.hand import Hand
@@ -67,7 +55,7 @@ def drift(t: np.ndarray, x: np.ndarray) -> float:
 
 def computed(
     model: str, dt: float, held: bool, times: int = 1
-) -> tuple[Work, np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[plan.Work, np.ndarray, np.ndarray, np.ndarray]:
     """Return what computes a model at one step, its times, applied forces and positions, each (n,).
 
     held: pulled by less than friction holds, else drawn by a spring.
@@ -133,47 +121,48 @@ LABELS = {
     "dahl": "Dahl",
     "hayward_armstrong": "Hayward–Armstrong",
 }
-VIRTUAL = Default("projection")
+VIRTUAL = plan.Default("projection")
 
 
-def runs(scene: Scene) -> list[Run]:
+def runs(scene: plan.Scene) -> list[plan.Run]:
     """Return every model at every step."""
     held = scene.key != "period"
     name, seconds = ("drift_m_per_s", HELD_SECONDS) if held else ("period_error", DRAWN_SECONDS)
     found = []
     for model in RENDERED if scene.key == "handle" else MODELS:
         for dt in STEPS:
-            times = repeats(round(seconds / dt))
+            times = plan.repeats(round(seconds / dt))
             if scene.key == "handle":
                 error = handle_drift(model, dt)
-                prepare: Prepare = partial(prepared_handle, model, dt, times)
+                prepare: plan.Prepare = partial(prepared_handle, model, dt, times)
             else:
-                error, prepare = trial_error(model, dt, held), always(computed(model, dt, held, times)[0])
+                error = trial_error(model, dt, held)
+                prepare = plan.always(computed(model, dt, held, times)[0])
             extra = ((name, error),)
-            found.append(Run(model, LABELS[model], dt, error, prepare, times * seconds, extra=extra))
+            found.append(plan.Run(model, LABELS[model], dt, error, prepare, times * seconds, extra=extra))
     return found
 
 
-def _scenes() -> tuple[Scene, ...]:
+def _scenes() -> tuple[plan.Scene, ...]:
     resting = "less than a count of the Hapkit's sensor, 20.7 µm, in the two seconds: it rests"
     pull = ("Pull", "0.3 N ± 0.15 N at 20 Hz")
     mass = ("Mass", "0.05 kg")
     friction = ("Friction", "1 N, then 0.5 N")
     held, drift = ("Reference", "no drift"), "drift of what should hold"
     return (
-        Scene(
+        plan.Scene(
             "period", "Stick-slip of a mass", "error of the period / period", 0.02,
             "a third of the smallest change of force that people feel, 6 %: a period is the time of a pull",
             VIRTUAL,
             conditions=(mass, ("Spring", "300 N/m, drawn at 2 cm/s"), friction, ("Reference", "closed form")),
         ),
-        Scene(
+        plan.Scene(
             "hold", "A mass that should hold", drift, 1e-5, resting, VIRTUAL, "m/s",
             (mass, pull, friction, held),
         ),
-        Scene(
+        plan.Scene(
             "handle", "A handle that should hold", drift, 1e-5, resting,
-            default_of("friction", "model"), "m/s",
+            plan.default_of("friction", "model"), "m/s",
             (
                 ("Handle", "0.044 kg, 0.5 N·s/m"), ("Sensor", "20.7 µm"), pull, friction, held,
             ),
@@ -181,10 +170,10 @@ def _scenes() -> tuple[Scene, ...]:
     )  # fmt: skip
 
 
-PLAN = Plan(
+PLAN = plan.Plan(
     "friction",
     "Friction",
-    tuple(Method(key, LABELS[key]) for key in MODELS),
+    tuple(plan.Method(key, LABELS[key]) for key in MODELS),
     _scenes(),
     runs,
     order=40,

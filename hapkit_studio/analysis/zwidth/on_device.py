@@ -13,7 +13,7 @@ import numpy as np
 
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.sweeps import Progress, no_progress
-from hapkit_studio.analysis.zwidth import DEVICE_DAMPING
+from hapkit_studio.analysis.zwidth import DEVICE_DAMPING, result
 from hapkit_studio.analysis.zwidth.guarded_device import (
     GuardedDevice,
     Interrupted,
@@ -21,17 +21,6 @@ from hapkit_studio.analysis.zwidth.guarded_device import (
     Unsafe,
     force_withheld,
     pressing_force,
-)
-from hapkit_studio.analysis.zwidth.result import (
-    BUZZES,
-    GROWS,
-    Condition,
-    Point,
-    TrialOutcome,
-    ZWidth,
-    levels_of,
-    loop_conditions,
-    stiffest,
 )
 from hapkit_studio.analysis.zwidth.simulation import Arrived
 from hapkit_studio.dynamics.hand import GRIPS, Grip
@@ -65,17 +54,17 @@ def measure(
     progress: Progress = no_progress,
     arrived: Arrived = lambda damping, point: None,
     say: Callable[[str], object] = lambda words: None,
-) -> ZWidth:
+) -> result.ZWidth:
     """Return the Z-width of a running engine's device, its loop as it is set.
 
     person: a person presses; None: where the device has no simulated hand. say is told what to do next.
     Raise ParameterError, Interrupted, and what progress raises; the old settings are back then too.
     """
-    limits, levels = limits or TrialLimits(), levels_of(damping)
+    limits, levels = limits or TrialLimits(), result.levels_of(damping)
     if person is None:
         person = not (engine.device.simulated or getattr(engine.device, "hand", False))
     steps = _Steps(limits, len(levels), progress)
-    points: list[Point] = []
+    points: list[result.Point] = []
     with GuardedDevice(engine, limits, say, steps.look) as guarded:
         hand: SimulatedHand | Person = Person(guarded) if person else SimulatedHand(guarded)
         for level in levels:
@@ -85,13 +74,13 @@ def measure(
         setting = setting_of(engine, hand.grip)
     force, share = limits.max_force, limits.precision
     found = (
-        *loop_conditions(setting, friction=engine.modelled is not None),
-        Condition("measured_rate_Hz", guarded.rate, "Rate measured", f"{guarded.rate:.0f} Hz"),
-        Condition("max_force", force, "Force limit", f"{force:g} N"),
-        Condition("precision", share, "Stiffness to", f"{100.0 * share:g} %"),
+        *result.loop_conditions(setting, friction=engine.modelled is not None),
+        result.Condition("measured_rate_Hz", guarded.rate, "Rate measured", f"{guarded.rate:.0f} Hz"),
+        result.Condition("max_force", force, "Force limit", f"{force:g} N"),
+        result.Condition("precision", share, "Stiffness to", f"{100.0 * share:g} %"),
         *hand.conditions,
     )
-    return ZWidth.of(engine.device.title, levels, points, setting, found)
+    return result.ZWidth.of(engine.device.title, levels, points, setting, found)
 
 
 def setting_of(engine: Engine, grip: str) -> Setting:
@@ -113,12 +102,12 @@ class SimulatedHand:
         guarded.engine.set_grip(self.grip)
 
     @property
-    def conditions(self) -> tuple[Condition, ...]:
+    def conditions(self) -> tuple[result.Condition, ...]:
         limits = self._guarded.limits
         return (
-            Condition("hand", self.grip, "Hand", f"simulated, {self.grip}"),
-            Condition("speed", limits.hit, "Hit at", f"{limits.hit:g} m/s", "v₀"),
-            Condition("push", limits.push, "Push", f"{limits.push:g} N"),
+            result.Condition("hand", self.grip, "Hand", f"simulated, {self.grip}"),
+            result.Condition("speed", limits.hit, "Hit at", f"{limits.hit:g} m/s", "v₀"),
+            result.Condition("push", limits.push, "Push", f"{limits.push:g} N"),
         )
 
     def begin(self) -> None:
@@ -161,11 +150,11 @@ class Person:
         self._least, self._most = _LEAST_SHARE * limits.push, _MOST_SHARE * limits.max_force
 
     @property
-    def conditions(self) -> tuple[Condition, ...]:
+    def conditions(self) -> tuple[result.Condition, ...]:
         words = f"{self._least:.2g} to {self._most:.2g} N"
         return (
-            Condition("hand", "person", "Hand", "a person's, held"),
-            Condition("push", words, "Push", words),
+            result.Condition("hand", "person", "Hand", "a person's, held"),
+            result.Condition("push", words, "Push", words),
         )
 
     def begin(self) -> None:
@@ -219,11 +208,11 @@ class _Steps:
 
 def _stiffest_at(
     guarded: GuardedDevice, hand: SimulatedHand | Person, damping: float, steps: _Steps
-) -> Point:
+) -> result.Point:
     """Return the stiffest wall that held at one damping."""
     limits, held = guarded.limits, 0.0
 
-    def tried(stiffness: float) -> TrialOutcome:
+    def tried(stiffness: float) -> result.TrialOutcome:
         """Try one wall; after it the last one that held is in force."""
         nonlocal held
         steps.next_trial()
@@ -240,10 +229,10 @@ def _stiffest_at(
             guarded.wall(held, damping)
         else:
             guarded.calm()
-        return TrialOutcome(why, guarded.clamped)
+        return result.TrialOutcome(why, guarded.clamped)
 
     guarded.calm()
-    return stiffest(tried, limits.softest, limits.raised, limits.highest, steps.halvings)
+    return result.stiffest(tried, limits.softest, limits.raised, limits.highest, steps.halvings)
 
 
 def _watched(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: float) -> str:
@@ -257,9 +246,9 @@ def _watched(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: fl
         if calm == _QUIET_WINDOWS:
             return ""
         if window > 1 and now > limit and now > _DYING * before:
-            return GROWS if now > _GROWING * before else BUZZES
+            return result.GROWS if now > _GROWING * before else result.BUZZES
         before = now
-    return BUZZES
+    return result.BUZZES
 
 
 def _window(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: float) -> np.ndarray:

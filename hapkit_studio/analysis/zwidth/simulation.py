@@ -17,19 +17,7 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.sweeps import Progress, no_progress, sweep, workers
-from hapkit_studio.analysis.zwidth import SIMULATED_DAMPING
-from hapkit_studio.analysis.zwidth.result import (
-    BUZZES,
-    LEAVES,
-    Point,
-    Protocol,
-    TrialOutcome,
-    ZWidth,
-    conditions,
-    levels_of,
-    samples_of,
-    stiffest,
-)
+from hapkit_studio.analysis.zwidth import SIMULATED_DAMPING, result
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM
 from hapkit_studio.dynamics.hand import Grip, Hand
 from hapkit_studio.haptics import headless, rows
@@ -39,26 +27,26 @@ _THREAD = 1e-6
 # Beyond this there is no limit to find.
 _STIFFEST = 1e6
 
-Arrived = Callable[[float, Point], object]
+Arrived = Callable[[float, result.Point], object]
 
 
 def compute(
     setting: Setting,
     damping: Sequence[float] = SIMULATED_DAMPING,
-    protocol: Protocol | None = None,
+    protocol: result.Protocol | None = None,
     *,
     progress: Progress = no_progress,
     executor: Executor | None = None,
     arrived: Arrived = lambda damping, point: None,
-) -> ZWidth:
+) -> result.ZWidth:
     """Return the Z-width of a setting; arrived is told every point as soon as it is there.
 
     Raise ParameterError, and what progress raises.
     """
-    protocol = protocol or Protocol()
-    levels = levels_of(damping)
-    samples_of(setting, protocol)
-    points: list[Point] = []
+    protocol = protocol or result.Protocol()
+    levels = result.levels_of(damping)
+    result.samples_of(setting, protocol)
+    points: list[result.Point] = []
     together = workers(executor)
     for first in range(0, len(levels), together):
         cells = [(setting, protocol, level) for level in levels[first : first + together]]
@@ -69,37 +57,39 @@ def compute(
         points += sweep(points_of, cells, executor=executor, progress=say, chunk=1)
         for level, point in zip(levels[first:], points[first:], strict=False):
             arrived(level, point)
-    return ZWidth.of("simulation", levels, points, setting, conditions(setting, protocol))
+    return result.ZWidth.of("simulation", levels, points, setting, result.conditions(setting, protocol))
 
 
-def points_of(cells: list[tuple[Setting, Protocol, float]]) -> list[Point]:
+def points_of(cells: list[tuple[Setting, result.Protocol, float]]) -> list[result.Point]:
     """Return the stiffest wall of each cell (setting, protocol, damping)."""
     found = []
     for setting, protocol, damping in cells:
         held = partial(trial, setting, damping=damping, protocol=protocol)
-        found.append(stiffest(held, protocol.softest, protocol.raised, _STIFFEST, protocol.halvings))
+        found.append(result.stiffest(held, protocol.softest, protocol.raised, _STIFFEST, protocol.halvings))
     return found
 
 
 def trial(
-    setting: Setting, stiffness: float, damping: float, protocol: Protocol | None = None
-) -> TrialOutcome:
+    setting: Setting, stiffness: float, damping: float, protocol: result.Protocol | None = None
+) -> result.TrialOutcome:
     """Return whether a wall of so many N/m and N·s/m holds at every phase of the sample."""
-    protocol = protocol or Protocol()
+    protocol = protocol or result.Protocol()
     clamped = False
     for phase in protocol.phases:
         out = hit(setting, stiffness, damping, phase, protocol)
         clamped = clamped or bool((out[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED).any())
         x = out[:, rows.TRUE_POSITION]
         if not np.abs(x).max() <= protocol.travel:
-            return TrialOutcome(LEAVES, clamped)
+            return result.TrialOutcome(result.LEAVES, clamped)
         left = np.ptp(x[-round(protocol.tail * setting.rate) :])
         if left > protocol.counts * (setting.quantum or USUAL_QUANTUM):
-            return TrialOutcome(BUZZES, clamped)
-    return TrialOutcome("", clamped)
+            return result.TrialOutcome(result.BUZZES, clamped)
+    return result.TrialOutcome("", clamped)
 
 
-def hit(setting: Setting, stiffness: float, damping: float, phase: float, protocol: Protocol) -> np.ndarray:
+def hit(
+    setting: Setting, stiffness: float, damping: float, phase: float, protocol: result.Protocol
+) -> np.ndarray:
     """Return the rows of one hit: at the start the handle is a phase of the sample before the wall at 0."""
     values = {"stiffness": stiffness, "damping": damping, "position": 0.0, "side": 0.0, "damping_mode": 1.0}
     start = -phase * protocol.speed * setting.period
@@ -109,4 +99,4 @@ def hit(setting: Setting, stiffness: float, damping: float, phase: float, protoc
     goal = protocol.push / grip.stiffness
     pusher = Hand(grip.mass, grip.damping, grip.stiffness, lambda t: 0.0 * t + goal, vectorised=True)
     scene = headless.Scene(environments.named("wall"), values, device, setting.loop)
-    return headless.prepare_run(scene, pusher, samples_of(setting, protocol)).run()
+    return headless.prepare_run(scene, pusher, result.samples_of(setting, protocol)).run()
