@@ -24,7 +24,7 @@ from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.accuracy import Accuracy, Point, Sheet
+    from hapkit_studio.analysis.accuracy.plan import Accuracy, Point, Sheet
 
 
 _OTHERS = tuple(

@@ -9,23 +9,10 @@ from functools import cache
 from types import MappingProxyType
 
 from hapkit_studio import discovery
-from hapkit_studio.analysis.accuracy.plan import (
-    Accuracy,
-    Answer,
-    Chart,
-    Default,
-    Method,
-    Plan,
-    Point,
-    Scene,
-    Sheet,
-)
+from hapkit_studio.analysis.accuracy.plan import Accuracy, Chart, Plan
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.discovery import declared
 from hapkit_studio.errors import ParameterError
-
-__all__ = ["Accuracy", "Answer", "Chart", "Default", "Method", "Plan", "Point", "Scene", "Sheet"]
-__all__ += ["compute", "named", "plans"]
 
 
 @cache

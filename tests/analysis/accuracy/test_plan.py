@@ -8,8 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hapkit_studio.analysis.accuracy import Accuracy, Chart, Default, Method, Point, Scene, Sheet, plan
-from hapkit_studio.analysis.accuracy.plan import mark_front
+from hapkit_studio.analysis.accuracy import plan
+from hapkit_studio.analysis.accuracy.plan import (
+    Accuracy,
+    Chart,
+    Default,
+    Method,
+    Point,
+    Scene,
+    Sheet,
+    mark_front,
+)
 from hapkit_studio.analysis.accuracy.words import sentence, verdict
 from hapkit_studio.charts.accuracy import AccuracyAxes, accuracy_figure
 from hapkit_studio.charts.style import move_apart
