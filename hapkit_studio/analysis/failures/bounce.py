@@ -44,20 +44,18 @@ def bounce_rows(lateness: float, case: base.Case, phase: float, damping: float =
     return base.render("wall", {"stiffness": stiffness, "position": WALL}, device, loop, count)
 
 
-def gain_of(out: np.ndarray, late: float) -> float:
-    """Return energy out over energy in: once the last force has ended, over the last sample outside."""
-    touching, speed = np.flatnonzero(out[:, rows.ASKED]), out[:, rows.TRUE_VELOCITY]
-    after = int(touching[-1]) + 1 + math.ceil(late - 1e-9)
-    return float(speed[after] / speed[touching[0] - 1]) ** 2
-
-
 def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
     """Return energy out over energy in by the tick, the mean over the sampling phases.
 
-    The handle's damping is ``balance`` times K (T/2 + td).
+    The handle's damping is ``balance`` times K (T/2 + td). Out is once the last force has ended, in the last
+    sample outside.
     """
-    damping = balance * balance_of(lateness, case)
-    gains = [gain_of(bounce_rows(lateness, case, phase, damping), case["late"]) for phase in PHASES]
+    damping, gains = balance * balance_of(lateness, case), []
+    for phase in PHASES:
+        out = bounce_rows(lateness, case, phase, damping)
+        touching, speed = np.flatnonzero(out[:, rows.ASKED]), out[:, rows.TRUE_VELOCITY]
+        after = int(touching[-1]) + 1 + math.ceil(case["late"] - 1e-9)
+        gains.append(float(speed[after] / speed[touching[0] - 1]) ** 2)
     return float(np.mean(gains))
 
 

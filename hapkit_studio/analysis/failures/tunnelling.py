@@ -41,11 +41,6 @@ def throws(speed: float, case: base.Case) -> list[np.ndarray]:
     return found
 
 
-def inside(out: np.ndarray) -> int:
-    """Return how many samples felt the bump."""
-    return int(np.count_nonzero(out[:, rows.ASKED]))
-
-
 def least_peak(runs: list[np.ndarray]) -> float:
     """Return the least share of the peak force that a throw was given, up the bump or down."""
     return min(float(np.abs(out[:, rows.ASKED]).max()) for out in runs) / PEAK
@@ -66,11 +61,11 @@ def shown(speed: float, case: base.Case) -> float:
 def probe(speed: float, case: base.Case) -> base.Evidence:
     """Throw the handle over the bump at one speed, at every phase."""
     runs = throws(speed, case)
-    worst = min(runs, key=inside)
-    least, peak = inside(worst), with_unit(100.0 * least_peak(runs), "%")
+    felt = [int(np.count_nonzero(out[:, rows.ASKED])) for out in runs]
+    least, peak = min(felt), with_unit(100.0 * least_peak(runs), "%")
     energy = with_unit(missed(runs, case), "%", 2)
     words = f"{least} samples at the least, {peak} of the force; energy off by {energy}"
-    force, step = 100.0 * worst[:, rows.ASKED] / PEAK, 1.0 / case["rate"]
+    force, step = 100.0 * runs[felt.index(least)][:, rows.ASKED] / PEAK, 1.0 / case["rate"]
     holds = least >= WANTED
     return base.Evidence(force, step, "force", "% of the peak", holds, least, "samples", words, held=True)
 
