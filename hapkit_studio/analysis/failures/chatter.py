@@ -105,7 +105,7 @@ FAILURE = base.Failure(
                 base.OTHER,
             ),
         ),
-        "limit",
+        "limit, by simulation",
         lambda case: {"m Δ/T²": count_force(case)},
         level=FLICKER,
         level_label="more than a flicker",
