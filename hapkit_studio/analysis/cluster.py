@@ -66,18 +66,17 @@ def cluster(address: str, timeout: float = CONNECT_SECONDS) -> Iterator[Executor
         yield ClusterExecutor(client, (distributed.scheduler.KilledWorker,))
 
 
-@contextlib.contextmanager
+@contextmanager
 def _silent() -> Iterator[None]:
     """Keep Dask from printing tracebacks of its own: what matters comes out as an error of one line."""
     loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(_DASK)]
-    before = [logger.disabled for logger in loggers]
     for logger in loggers:
         logger.disabled = True
     try:
         yield
     finally:
-        for logger, disabled in zip(loggers, before, strict=True):
-            logger.disabled = disabled
+        for logger in loggers:
+            logger.disabled = False
 
 
 def _connected(distributed: Any, address: str, timeout: float) -> Any:

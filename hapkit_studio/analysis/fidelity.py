@@ -10,9 +10,8 @@ to and fro, restitution by 1, and a count is right or wrong.
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from statistics import fmean
 
 import numpy as np
 
@@ -80,82 +79,54 @@ class Fidelity:
         return tuple(e.term for e in self.effects if e.needed)
 
 
-@dataclass(frozen=True)
-class _Run:
-    """One run's rows, the ns it took and the seconds it simulated."""
-
-    table: np.ndarray
-    spent: int
-    seconds: float
-
-    @property
-    def cost(self) -> float:
-        """Return the ns of a simulated second."""
-        return self.spent / self.seconds
-
-
 def _holds(name: str) -> bool:
     """Return whether the hand stays on the handle and brings a mass of its own."""
     hand = hand_named(name)
     return hand.mass > 0.0 and math.isinf(hand.release)
 
 
-def _scene(environment: Environment, gone: set[str], thrown: bool) -> headless.Scene:
-    """Return the scene with its defaults, without some terms."""
-    device = SimulatedHapkit(initial_velocity=THROWN if thrown else 0.0).without(gone)
-    rate = FINE_RATE if "sampling" in gone else RATE
-    loop = LoopSettings(rate, 0.0 if "delay" in gone else DELAY, ESTIMATOR)
-    return headless.Scene(environment, environment.values(), device, loop, true_velocity="filter" in gone)
+def _render(environment: Environment, removed: Iterable[str], name: str) -> tuple[int, np.ndarray]:
+    """Render the scene with its defaults, without some terms, under a hand; return its ns and rows.
 
-
-def _render(environment: Environment, removed: Iterable[str], name: str) -> _Run:
-    """Render the scene under a hand; its last row is at the end of the time, whatever the rate."""
+    The last row is at the end of the time, whatever the rate.
+    """
     gone, hand = set(removed), hand_named(name)
     if not _holds(name):
         gone.discard("mass")
-    scene = _scene(environment, gone, thrown=hand.release <= 0.0)
-    seconds = SECONDS.get(name, OTHER_SECONDS)
-    made = headless.prepare_run(scene, hand, round(seconds * scene.loop.rate) + 1)
+    device = SimulatedHapkit(initial_velocity=THROWN if hand.release <= 0.0 else 0.0).without(gone)
+    rate = FINE_RATE if "sampling" in gone else RATE
+    loop = LoopSettings(rate, 0.0 if "delay" in gone else DELAY, ESTIMATOR)
+    values, true = environment.values(), "filter" in gone
+    scene = headless.Scene(environment, values, device, loop, true_velocity=true)
+    made = headless.prepare_run(scene, hand, round(SECONDS.get(name, OTHER_SECONDS) * rate) + 1)
     made.out.fill(0.0)  # so that the time is the loop's, not the memory's
     begin = time.perf_counter_ns()
     made.run()
-    spent = time.perf_counter_ns() - begin
-    return _Run(made.out, spent, seconds)
+    return time.perf_counter_ns() - begin, made.out
 
 
-def _pair(environment: Environment, removed: tuple[str, ...], name: str) -> tuple[_Run, _Run]:
-    """Return the quickest run with everything and without some terms, in turns: both see the same machine."""
-    pairs: list[tuple[_Run, _Run]] = []
-    while len(pairs) < REPEATS or sum(a.spent + b.spent for a, b in pairs) < REPEAT_NS:
-        pairs.append((_render(environment, (), name), _render(environment, removed, name)))
-    quickest = [min(runs, key=lambda run: run.spent) for runs in zip(*pairs, strict=True)]
-    return quickest[0], quickest[1]
+def _effect(environment: Environment, label: str, removed: Iterable[str], hands: Iterable[str]) -> Effect:
+    """Return the largest change of any outcome under any of the hands where some terms are left out.
 
-
-class _Judge:
-    """One scene's outcomes and hands, and what differs without some terms."""
-
-    def __init__(self, environment: Environment):
-        self.environment = environment
-        self.hands = environment.hands or HANDS
-        keys = environment.outcomes or USUAL_OUTCOMES
-        self.outcomes = [outcome_named(key, environment.state_names) for key in keys]
-
-    def effect(self, label: str, removed: Iterable[str], hands: Iterable[str]) -> Effect:
-        """Return the largest change of any outcome under any of the hands."""
-        gone = tuple(removed)
-        pairs = {name: _pair(self.environment, gone, name) for name in hands}
-        if not pairs:
-            return Effect(self.environment.key, label, None, "", "", math.nan, math.nan)
-        change, outcome, hand = max(self._changes(pairs))
-        costs = [fmean(run.cost for run in runs) for runs in zip(*pairs.values(), strict=True)]
-        return Effect(self.environment.key, label, change, outcome, hand, *costs)
-
-    def _changes(self, pairs: dict[str, tuple[_Run, _Run]]) -> Iterator[tuple[float, str, str]]:
-        for name, (reference, without) in pairs.items():
-            for outcome in self.outcomes:
-                if not outcome.thrown or hand_named(name).release <= 0.0:
-                    yield outcome.change(reference.table, without.table), outcome.key, name
+    Costs are those of the quickest runs with everything and without the terms, in turns: both see the same
+    machine.
+    """
+    keys, gone = environment.outcomes or USUAL_OUTCOMES, tuple(removed)
+    outcomes = [outcome_named(key, environment.state_names) for key in keys]
+    changes: list[tuple[float, str, str]] = []
+    costs = []
+    for name in hands:
+        pairs: list[tuple] = []
+        while len(pairs) < REPEATS or sum(ns for pair in pairs for ns, _ in pair) < REPEAT_NS:
+            pairs.append((_render(environment, (), name), _render(environment, gone, name)))
+        thrown = hand_named(name).release <= 0.0
+        (_, reference), (_, without) = pairs[0]
+        changes += [(o.change(reference, without), o.key, name) for o in outcomes if thrown or not o.thrown]
+        seconds = SECONDS.get(name, OTHER_SECONDS)
+        costs.append([min(ns for ns, _ in runs) / seconds for runs in zip(*pairs, strict=True)])
+    if not costs:
+        return Effect(environment.key, label, None, "", "", math.nan, math.nan)
+    return Effect(environment.key, label, *max(changes), *np.mean(costs, axis=0).tolist())
 
 
 def compute(environment: Environment, progress: Progress = lambda done, of: None) -> Fidelity:
@@ -163,26 +134,20 @@ def compute(environment: Environment, progress: Progress = lambda done, of: None
 
     progress is told how many of how many steps are done.
     """
-    judge = _Judge(environment)
-    steps = len(TERMS) + 2
+    hands, steps = environment.hands or HANDS, len(TERMS) + 2
     effects: list[Effect] = []
     for key in TERMS:
         progress(len(effects) + 1, steps)
-        hands = filter(_holds, judge.hands) if key == "mass" else judge.hands
-        effects.append(judge.effect(key, (key,), hands))
+        held = [name for name in hands if key != "mass" or _holds(name)]
+        effects.append(_effect(environment, key, (key,), held))
     progress(steps - 1, steps)
-    together = _together(judge, [e.term for e in effects if not e.needed])
+    removed = [e.term for e in effects if not e.needed]
+    together = _effect(environment, "together", removed, hands)
+    if "sampling" in removed:  # the cost is that at 1 kHz, good enough where no other is needed
+        coarse = _effect(environment, "together", [key for key in removed if key != "sampling"], hands)
+        together = replace(together, ns_with=coarse.ns_with, ns_without=coarse.ns_without)
     progress(steps, steps)
     return Fidelity(environment.key, tuple(effects), together)
-
-
-def _together(judge: _Judge, removed: list[str]) -> Effect:
-    """Return what all these terms change; the cost is that at 1 kHz, good enough where no other is needed."""
-    ideal = judge.effect("together", removed, judge.hands)
-    if "sampling" not in removed:
-        return ideal
-    coarse = judge.effect("together", [key for key in removed if key != "sampling"], judge.hands)
-    return replace(ideal, ns_with=coarse.ns_with, ns_without=coarse.ns_without)
 
 
 FORCE = 0.3
@@ -202,7 +167,6 @@ class Outcome:
     """
 
     key: str
-    unit: str
     value: Callable[[np.ndarray], float]
     scale: Callable[[np.ndarray], float]
     thrown: bool = False
@@ -213,19 +177,12 @@ class Outcome:
         return min(moved, MOST) if math.isfinite(moved) else MOST
 
 
-def peak_force(table: np.ndarray) -> float:
-    """Return the largest force in N that was applied, either way."""
-    return float(np.abs(table[:, rows.APPLIED]).max())
+def _last(column: int) -> Callable[[np.ndarray], float]:
+    return lambda table: float(table[-1, column])
 
 
-def final_position(table: np.ndarray) -> float:
-    """Return where the handle is in the end, in m."""
-    return float(table[-1, rows.TRUE_POSITION])
-
-
-def peak_position(table: np.ndarray) -> float:
-    """Return how far from the middle the handle came, in m."""
-    return float(np.abs(table[:, rows.TRUE_POSITION]).max())
+def _largest(column: int) -> Callable[[np.ndarray], float]:
+    return lambda table: float(np.abs(table[:, column]).max())
 
 
 def restitution(table: np.ndarray) -> float:
@@ -241,24 +198,20 @@ def restitution(table: np.ndarray) -> float:
     return float(-forward_speed[turn:].min() / forward_speed[:turn].max())
 
 
-def given_energy(table: np.ndarray) -> float:
-    """Return the energy in J that the device has given to handle and hand; negative: it took that much."""
-    return float(table[-1, rows.ENERGY])
-
-
 def exchanged(table: np.ndarray) -> float:
     """Return the energy in J that went to and fro, at least that of a force and a length nobody feels."""
     return max(float(np.abs(np.diff(table[:, rows.ENERGY])).sum()), FORCE * LENGTH)
 
 
+_PEAK = _largest(rows.APPLIED)
 OUTCOMES: dict[str, Outcome] = {
     o.key: o
     for o in (
-        Outcome("peak_force", "N", peak_force, lambda table: max(FORCE, peak_force(table))),
-        Outcome("final_position", "m", final_position, lambda table: LENGTH),
-        Outcome("peak_position", "m", peak_position, lambda table: LENGTH),
-        Outcome("restitution", "", restitution, lambda table: 1.0, thrown=True),
-        Outcome("energy", "J", given_energy, exchanged),
+        Outcome("peak_force", _PEAK, lambda table: max(FORCE, _PEAK(table))),
+        Outcome("final_position", _last(rows.TRUE_POSITION), lambda table: LENGTH),
+        Outcome("peak_position", _largest(rows.TRUE_POSITION), lambda table: LENGTH),
+        Outcome("restitution", restitution, lambda table: 1.0, thrown=True),
+        Outcome("energy", _last(rows.ENERGY), exchanged),
     )
 }
 
@@ -271,5 +224,4 @@ def outcome_named(key: str, state_names: tuple[str, ...] = ()) -> Outcome:
     if name == key or name not in state_names:
         known = [*OUTCOMES, *(COUNT + state for state in state_names)]
         raise ParameterError(f"An outcome is one of {', '.join(known)}, not {key!r}.")
-    column = rows.STATE + state_names.index(name)
-    return Outcome(key, "", lambda table: float(table[-1, column]), lambda table: 1.0)
+    return Outcome(key, _last(rows.STATE + state_names.index(name)), lambda table: 1.0)

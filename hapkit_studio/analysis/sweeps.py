@@ -13,7 +13,6 @@ import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
 
 from hapkit_studio.analysis.checks import whole_number
 from hapkit_studio.errors import StudioError
@@ -67,18 +66,9 @@ def sweep(
         chunk = whole_number(chunk, "A chunk", 1)
     if executor is not None:
         return _swept(task, cells, executor, progress, chunk)
-    with _own_threads(min(workers(), max(len(cells), 1))) as threads:
+    count = min(workers(), max(len(cells), 1))
+    with ThreadPoolExecutor(count, "hapkit-sweep", initializer=low_priority) as threads:
         return _swept(task, cells, threads, progress, chunk)
-
-
-@contextmanager
-def _own_threads(count: int):
-    """Give low threads; at the end none of them is at work any more."""
-    threads = ThreadPoolExecutor(count, "hapkit-sweep", initializer=low_priority)
-    try:
-        yield threads
-    finally:
-        threads.shutdown(wait=True, cancel_futures=True)
 
 
 def timed(task: Task, cells: list) -> tuple[list, float]:
@@ -144,7 +134,10 @@ def low_priority() -> None:
     """Put the calling thread below everything else; where the system has no way to, it stays as it is."""
     with contextlib.suppress(OSError, AttributeError):
         if sys.platform == "linux":
-            _below_all_on_linux()
+            try:  # for this thread alone: 0 is the calling thread here, not the program
+                os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+            except OSError:
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICEST)
         elif sys.platform == "darwin":
             os.setpriority(_DARWIN_THREAD, 0, _DARWIN_BACKGROUND)
         elif sys.platform == "win32":
@@ -152,11 +145,3 @@ def low_priority() -> None:
             kernel.GetCurrentThread.restype = ctypes.c_void_p
             kernel.SetThreadPriority.argtypes = [ctypes.c_void_p, ctypes.c_int]
             kernel.SetThreadPriority(kernel.GetCurrentThread(), _WINDOWS_IDLE)
-
-
-def _below_all_on_linux() -> None:
-    """Take SCHED_IDLE for this thread alone; 0 is the calling thread here, not the program."""
-    try:
-        os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
-    except OSError:
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICEST)

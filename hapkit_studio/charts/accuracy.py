@@ -7,7 +7,6 @@ colours tokens of the palette.
 import math
 import os
 import platform
-from collections.abc import Callable, Sequence
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -25,7 +24,7 @@ from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.accuracy import Accuracy, Point, Sheet
+    from hapkit_studio.analysis.accuracy.plan import Accuracy, Point, Sheet
 
 
 _OTHERS = tuple(
@@ -84,10 +83,8 @@ class AccuracyAxes:
         costs = [p.ns_per_simulated_s * _NS for p in sheet.points]
         span = math.log10(max(costs) / min(costs))
         room = 0.05 if scene.step_s else 0.12
-        self.left, self.right = (
-            min(costs) / 10 ** (room * (1.0 + span)),
-            max(costs) * 10 ** (0.12 + 0.34 * span),
-        )
+        self.left = min(costs) / 10 ** (room * (1.0 + span))
+        self.right = max(costs) * 10 ** (0.12 + 0.34 * span)
 
     def place(self, point: "Point") -> tuple[float, float]:
         """Return a point's place; one with an error beyond the axes stands at the upper edge."""
@@ -97,15 +94,19 @@ class AccuracyAxes:
 
     def set_up(self, axes: Any, c: Colors) -> None:
         """Set ranges, ticks, grid and titles."""
-        error = f"{self._sheet.scene.error}{self.unit} (less is better)"
-        axes.set_xscale("log")
-        axes.set_yscale("log")
-        axes.set_xlim(self.left, self.right)
-        axes.set_ylim(self.bottom, self.top)
+        from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+        axes.set(xscale="log", yscale="log", xlim=(self.left, self.right), ylim=(self.bottom, self.top))
         subs = (1, 2, 5) if self.right / self.left < _NARROW else (1,)
         across = [sub * 10.0**power for power in range(-2, 6) for sub in subs]
-        _ticks(axes.xaxis, across, self.left, self.right, _cost)
-        _ticks(axes.yaxis, self._errors(), self.bottom, self.top, self._tick)
+        for axis, places, low, high, write in (
+            (axes.xaxis, across, self.left, self.right, _cost),
+            (axes.yaxis, self._errors(), self.bottom, self.top, self._tick),
+        ):
+            axis.set_major_locator(FixedLocator([place for place in places if low <= place <= high]))
+            axis.set_minor_locator(NullLocator())
+            axis.set_major_formatter(FuncFormatter(lambda place, _, write=write: write(place)))
+        error = f"{self._sheet.scene.error}{self.unit} (less is better)"
         style_axes(axes, c, "computing time per simulated second (less is faster)", error)
 
     def _errors(self) -> list[float]:
@@ -131,15 +132,6 @@ def _cost(microseconds: float) -> str:
     return f"{microseconds / 1e3:g} ms" if microseconds > 999.0 else f"{microseconds:g} µs"
 
 
-def _ticks(axis: Any, places: list[float], low: float, high: float, write: Callable[[float], str]) -> None:
-    """Put ticks at the places within the ends, and none between."""
-    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-
-    axis.set_major_locator(FixedLocator([place for place in places if low <= place <= high]))
-    axis.set_minor_locator(NullLocator())
-    axis.set_major_formatter(FuncFormatter(lambda place, _: write(place)))
-
-
 _LARGE, _SMALL = (864, 634), (547, 504)
 _LETTERS = {_LARGE: 105, _SMALL: 66}
 _KEY = (
@@ -160,18 +152,17 @@ def accuracy_figure(result: "Accuracy", path: str | Path) -> None:
         panels = [figure.add_subplot(rows, columns, i + 1) for i in range(count)]
         for axes, sheet in zip(panels, result.sheets, strict=True):
             _points(axes, c, sheet)
-            axes.set_title(_head(sheet, _LETTERS[size]), loc="left", size=TEXT, color=c.ink)
+            said = (f"{'✓' if sheet.answer.right else '▲'} {sentence(sheet)}", verdict(sheet))
+            head = [sheet.scene.title, *(fill(words, _LETTERS[size]) for words in said)]
+            axes.set_title("\n".join(head), loc="left", size=TEXT, color=c.ink)
         figure.draw_without_rendering()
         for axes, sheet in zip(panels, result.sheets, strict=True):
             _names(axes, c, sheet)
 
-    conditions = [f"{sheet.scene.title}: {_conditions(sheet)}" for sheet in result.sheets]
+    pairs = [(s.scene.title, [" ".join(pair) for pair in s.scene.conditions]) for s in result.sheets]
+    conditions = [f"{title}: {unbroken(words)}" for title, words in pairs]
     caption = "\n".join((_KEY, *dict.fromkeys(conditions), f"Timed on: {computer()}"))
     save(paint, path, (columns * size[0], rows * size[1]), caption=caption)
-
-
-def _conditions(sheet: "Sheet") -> str:
-    return unbroken([f"{name} {value}" for name, value in sheet.scene.conditions])
 
 
 def computer() -> str:
@@ -187,21 +178,17 @@ def draw(figure: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
     _names(axes, c, sheet)
 
 
-def _head(sheet: "Sheet", letters: int) -> str:
-    """Return the title, the answer with its sign, and the verdict on the default."""
-    sign = "✓" if sheet.answer.right else "▲"
-    return "\n".join(
-        (sheet.scene.title, fill(f"{sign} {sentence(sheet)}", letters), fill(verdict(sheet), letters))
-    )
-
-
 def _points(axes: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
     frame = AccuracyAxes(sheet)
     frame.set_up(axes, c)
     limit = sheet.scene.tolerance * frame.factor
     axes.axhspan(frame.bottom, limit, color=c.stable, alpha=0.45, linewidth=0.0, zorder=0.5)
     axes.axhline(limit, color=c.danger, linewidth=1.8, linestyle=DASH, zorder=2.5)
-    _front(axes, c, sheet.front, frame)
+    if sheet.front:  # the Pareto front, a staircase band
+        places = [frame.place(point) for point in sheet.front]
+        x, y = zip((places[0][0], frame.top), *places, (frame.right, places[-1][1]), strict=True)
+        for color, width in ((c.edge, 9.6), (c.theory, 7.2)):
+            axes.step(x, y, where="post", color=color, linewidth=width, solid_joinstyle="miter", zorder=2.0)
     for each in sheet.methods:
         _line(axes, c, sheet, frame, each.key, 3.0 if each.key == method else 1.5)
     default = sheet.answer.default
@@ -210,16 +197,6 @@ def _points(axes: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
             *frame.place(default), "o", markersize=21, markerfacecolor="none", markeredgecolor=c.accent,
             markeredgewidth=2.4, zorder=8,
         )  # fmt: skip
-
-
-def _front(axes: Any, c: Colors, front: Sequence["Point"], frame: AccuracyAxes) -> None:
-    """Draw the Pareto front as a staircase band."""
-    if not front:
-        return
-    places = [frame.place(point) for point in front]
-    x, y = zip((places[0][0], frame.top), *places, (frame.right, places[-1][1]), strict=True)
-    for color, width in ((c.edge, 9.6), (c.theory, 7.2)):
-        axes.step(x, y, where="post", color=color, linewidth=width, solid_joinstyle="miter", zorder=2.0)
 
 
 def _line(axes: Any, c: Colors, sheet: "Sheet", frame: AccuracyAxes, method: str, width: float) -> None:
@@ -245,7 +222,10 @@ def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
     if sheet.front:
         found.append(Label(frame.right, frame.place(sheet.front[-1])[1], "Pareto front", c.ink3))
     if default is not None:
-        found.append(Label(*frame.place(default), _default_words(sheet, default), c.accent, bold=True))
+        scene, what = sheet.scene, rate_words(default.step_s)
+        if scene.step_s is not None:
+            what = f"{name_words(scene, default)}, {step_words(default.step_s)} step"
+        found.append(Label(*frame.place(default), f"default: {what}", c.accent, bold=True))
     for method in sheet.methods:
         points = [p for p in sheet.line(method.key) if math.isfinite(p.error)]
         color = getattr(c, marker_and_color(method.key)[1])
@@ -258,9 +238,3 @@ def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
         if sheet.scene.step_s is None and method.key == sheet.scene.default.method:
             found += [Label(*frame.place(p), rate_words(p.step_s), color, left=True) for p in others]
     write_labels(axes, c, found)
-
-
-def _default_words(sheet: "Sheet", default: "Point") -> str:
-    if sheet.scene.step_s is None:
-        return f"default: {rate_words(default.step_s)}"
-    return f"default: {name_words(sheet.scene, default)}, {step_words(default.step_s)} step"

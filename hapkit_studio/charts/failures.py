@@ -2,29 +2,17 @@
 
 import math
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio.charts.style import (
-    DOT,
-    TEXT,
-    TICK,
-    Colors,
-    legend,
-    pale,
-    save,
-    style_axes,
-    text_outline,
-    unbroken,
-)
+from hapkit_studio.charts import style
 from hapkit_studio.formatting import on_screen
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.failures.base import Chart, Evidence, Failure, Line, Shown
+    from hapkit_studio.analysis.failures.base import Chart, Evidence, Shown, Try
 
 _SIZE = (1080, 560)
 _LONG = 50  # letters that leave room for the knob's name and its share of the limit
@@ -36,82 +24,39 @@ _RIGHT = 0.7
 _SHORT, _MS = 0.5, "time, ms"  # s: shorter traces are drawn over ms
 _SMALL = 0.01  # numbers below this would need ticks too long to be read
 _FEW = 50  # points that are shown one by one
-_LIKELY = (1.0, 1000.0)  # the chart's unit over the knob's: itself, or thousandths
 # By role, the second of a role unlike the first: token, dashes, marker.
 _LOOKS = {
     "theory": (("ink", (0, (3.2, 2.0)), ""), ("asked", (0, (5, 2)), ""), ("energy", (0, (5, 2, 1.2, 2)), "")),
     "measured": (("position", "none", "o"), ("velocity", "none", "s"), ("applied", "none", "^")),
-    "other": (("hold", DOT, ""), ("energy", (0, (5, 2, 1.2, 2)), ""), ("asked", DOT, "")),
+    "other": (("hold", style.DOT, ""), ("energy", (0, (5, 2, 1.2, 2)), ""), ("asked", style.DOT, "")),
 }
-
-
-@dataclass(frozen=True)
-class Tried:
-    """A value of the knob and what it showed; old: under other conditions than those in force."""
-
-    value: float
-    evidence: "Evidence"
-    old: bool = False
-
-
-@dataclass(frozen=True)
-class Picture:
-    """What there is to draw of a failure so far; old: the chart is of other conditions."""
-
-    failure: "Failure"
-    limit: float | None = None
-    inside: Tried | None = None
-    outside: Tried | None = None
-    chart: "Chart | None" = None
-    old: bool = False
-
-    @property
-    def scale(self) -> float | None:
-        """Return the factor from the knob's unit to the chart's x axis; None where x is another quantity."""
-        if self.chart is None or not self.chart.marks or not self.limit:
-            return None
-        ratio = self.chart.marks[0].x / self.limit
-        return next((s for s in _LIKELY if math.isclose(ratio, s, rel_tol=1e-3)), None)
 
 
 def failure_figure(shown: "Shown", path: str | Path) -> None:
     """Write a failure that was charted, its formula above and its conditions below."""
     failure = shown.failure
-    inside, outside = (Tried(one.value, one.evidence) for one in (shown.inside, shown.outside))
-    picture = Picture(failure, shown.limit, inside, outside, shown.chart)
     conditions = [f"{p.label} {p.text(shown.case[p.key])}" for p in failure.options]
     title = f"{failure.title}: {failure.formula}"
-    save(lambda figure, c: draw(figure, c, picture), path, _SIZE, title, unbroken(conditions))
+    style.save(lambda figure, c: draw(figure, c, shown), path, _SIZE, title, style.unbroken(conditions))
 
 
-def draw(figure: Any, c: Colors, picture: Picture) -> "Knob | None":
+def draw(figure: Any, c: style.Colors, shown: "Shown") -> "Knob | None":
     """Draw two traces at the left, the curve at the right; return the knob where the curve runs over it."""
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.2))
-    for row, one in enumerate((picture.inside, picture.outside)):
+    for row, (word, one) in enumerate((("inside", shown.inside), ("outside", shown.outside))):
         axes = figure.add_subplot(grid[row, 0])
         axes.set_navigate(False)  # a click there turns no knob
-        _trace(axes, pale(c) if one and one.old else c, picture, one, "outside" if row else "inside")
-        if row == 0 and axes.get_xlabel() == _unit(picture.outside):
+        _trace(axes, style.pale(c) if word in shown.old else c, shown, one, word)
+        if row == 0 and axes.get_xlabel() == _unit(shown.outside):
             axes.set_xlabel("")  # it stands below the other
     axes = figure.add_subplot(grid[:, 1])
-    if picture.chart is None:
+    if shown.chart is None:
         axes.set_navigate(False)
-        style_axes(axes, c, "", "")
+        style.style_axes(axes, c, "", "")
         axes.tick_params(labelbottom=False, labelleft=False)
         return None
-    _curve(axes, pale(c) if picture.old else c, picture, picture.chart)
-    return Knob(axes, c, picture.scale) if picture.scale is not None else None
-
-
-def value_text(picture: Picture, value: float) -> str:
-    """Write a value of the knob and how far it lies from the limit."""
-    knob, limit = picture.failure.knob, picture.limit
-    share = f"{value / limit:.3g} × the limit" if limit else "no limit"
-    return f"{knob.symbol or knob.label} = {on_screen(value, knob.unit, 5)}, {share}"
-
-
-def _value(picture: Picture, value: float) -> str:
-    return on_screen(value, picture.failure.knob.unit, 4)
+    _curve(axes, style.pale(c) if "chart" in shown.old else c, shown, shown.chart)
+    return Knob(axes, c, shown.scale) if shown.scale is not None else None
 
 
 def clauses(words: str) -> list[str]:
@@ -120,33 +65,36 @@ def clauses(words: str) -> list[str]:
     return [part[:1].upper() + part[1:] for part in parts]
 
 
-def _trace(axes: Any, c: Colors, picture: Picture, one: Tried | None, word: str) -> None:
+def _trace(axes: Any, c: style.Colors, shown: "Shown", one: "Try | None", word: str) -> None:
     letters = int(0.4 * 72.0 * axes.figure.get_figwidth() / _LETTER)
     if one is None:
-        style_axes(axes, c, "", "")
+        style.style_axes(axes, c, "", "")
         axes.tick_params(labelbottom=False, labelleft=False)
-        axes.set_title(f"{word.capitalize()}: not tried yet", size=TEXT, color=c.ink3, loc="left")
+        axes.set_title(f"{word.capitalize()}: not tried yet", size=style.TEXT, color=c.ink3, loc="left")
         return
     found = one.evidence
     color, sign = (c.ok, "✓") if found.holds else (c.danger, "✕")
-    factor, power = scaled(found.trace)
-    time = (1e3 if _unit(one) == _MS else 1.0) * np.asarray(found.time)
+    time, trace = found.trace
+    factor, power = scaled(trace)
     name = f"{found.label}, {power} {found.unit}" if found.unit or power else found.label
     axes.plot(
-        time, factor * np.asarray(found.trace), color=color, linewidth=1.6, markersize=4,
+        (1e3 if _unit(one) == _MS else 1.0) * time, factor * trace, color=color, linewidth=1.6, markersize=4,
         marker="o" if len(time) < _FEW else "", drawstyle="steps-post" if found.held else "default",
     )  # fmt: skip
-    place = f"{word}, {value_text(picture, one.value)}" if letters > _LONG else _value(picture, one.value)
+    knob, limit = shown.failure.knob, shown.limit
+    place, size = on_screen(one.value, knob.unit, 4), style.TICK
+    if letters > _LONG and limit:
+        far = f"{knob.symbol or knob.label} = {on_screen(one.value, knob.unit, 5)}"
+        place, size = f"{word}, {far}, {one.value / limit:.3g} × the limit", style.TEXT
     title = fill(f"{sign} {place}: {clauses(found.words)[0].lower()}", letters)
-    axes.set_title(title, size=TEXT if letters > _LONG else TICK, color=color, loc="left")
-    style_axes(axes, c, _unit(one), name.replace("  ", " "))
+    axes.set_title(title, size=size, color=color, loc="left")
+    style.style_axes(axes, c, _unit(one), name.replace("  ", " "))
     axes.locator_params(axis="y", nbins=4)
 
 
-def _unit(one: Tried | None) -> str:
+def _unit(one: "Try | None") -> str:
     """Return the label of a trace's time axis."""
-    time = one.evidence.time if one else np.empty(0)
-    return _MS if len(time) and time[-1] < _SHORT else "time, s"
+    return _MS if one and 0.0 < one.evidence.seconds < _SHORT else "time, s"
 
 
 def scaled(y: np.ndarray) -> tuple[float, str]:
@@ -159,21 +107,27 @@ def scaled(y: np.ndarray) -> tuple[float, str]:
     return 10.0**exponent, f"$10^{{{-exponent}}}$"
 
 
-def _curve(axes: Any, c: Colors, picture: Picture, chart: "Chart") -> None:
-    for axis, log in (("x", chart.log_x), ("y", chart.log_y)):
+def _curve(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
+    plot = chart.plot
+    for axis, log in (("x", plot.log_x), ("y", plot.log_y)):
         if log:
             getattr(axes, f"set_{axis}scale")("log")
             _plain_numbers(getattr(axes, f"{axis}axis"))
-    counts: dict[str, int] = {}
+    looks = {role: iter(known) for role, known in _LOOKS.items()}
     for line in chart.lines:
-        count = counts[line.role] = counts.get(line.role, -1) + 1
-        _line(axes, c, line, _LOOKS[line.role][count % len(_LOOKS[line.role])])
+        token, dashes, marker = next(looks[line.role])
+        seen = np.isfinite(line.y)
+        axes.plot(
+            line.x[seen], line.y[seen], color=getattr(c, token), linewidth=2.2, linestyle=dashes,
+            marker=marker, markersize=7, markerfacecolor=c.plot, markeredgewidth=1.8, label=line.label,
+            zorder=4,
+        )  # fmt: skip
     if chart.level is not None:
-        axes.axhline(chart.level, color=c.ink3, linewidth=1.2, zorder=2, label=chart.level_label or None)
+        axes.axhline(chart.level, color=c.ink3, linewidth=1.2, zorder=2, label=plot.level_label or None)
     letters = int(0.55 * 72.0 * axes.figure.get_figheight() / _LETTER)
-    style_axes(axes, c, chart.x_label, fill(chart.y_label, letters))
-    _limits(axes, c, picture, chart)
-    legend(axes, c)
+    style.style_axes(axes, c, plot.x_label, fill(plot.y_label, letters))
+    _limits(axes, c, shown, chart)
+    style.legend(axes, c)
 
 
 def _plain_numbers(axis: Any) -> None:
@@ -185,44 +139,35 @@ def _plain_numbers(axis: Any) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
-def _line(axes: Any, c: Colors, line: "Line", look: tuple) -> None:
-    token, dashes, marker = look
-    seen = np.isfinite(line.y)
-    axes.plot(
-        line.x[seen], line.y[seen], color=getattr(c, token), linewidth=2.2, linestyle=dashes, marker=marker,
-        markersize=7, markerfacecolor=c.plot, markeredgewidth=1.8, label=line.label, zorder=4,
-    )  # fmt: skip
-
-
-def _limits(axes: Any, c: Colors, picture: Picture, chart: "Chart") -> None:
+def _limits(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
     """Draw where it holds and fails, the boundary and the other limits, each with its words on top."""
     low, high = axes.get_ylim()
     share = _ROOM * len(chart.marks)
-    axes.set_ylim(low, high * (high / low) ** share if chart.log_y else high + share * (high - low))
+    axes.set_ylim(low, high * (high / low) ** share if chart.plot.log_y else high + share * (high - low))
     axes.set_xlim(axes.get_xlim())
-    if picture.scale is not None:
+    if shown.scale is not None:
         left, right = axes.get_xlim()
-        edge = min(max(chart.marks[0].x, left), right)
+        edge = min(max(next(iter(chart.marks.values())), left), right)
         axes.axvspan(left, edge, color=c.stable, linewidth=0.0, zorder=0.1)
         axes.axvspan(edge, right, facecolor=c.unstable, edgecolor=c.danger + "40", hatch="//", linewidth=0.0,
                      zorder=0.1)  # fmt: skip
-    for index, mark in enumerate(chart.marks):
+    for index, (label, x) in enumerate(chart.marks.items()):
         color = c.ink if index == 0 else c.ink2
-        axes.axvline(mark.x, color=color, linewidth=1.4 if index else 2.4, linestyle=DOT if index else "-")
-        at = axes.transAxes.inverted().transform(axes.transData.transform((mark.x, low)))[0]
+        axes.axvline(x, color=color, linewidth=1.4 if index else 2.4, linestyle=style.DOT if index else "-")
+        at = axes.transAxes.inverted().transform(axes.transData.transform((x, low)))[0]
         right = at > _RIGHT
         axes.annotate(
-            mark.label.replace("_", ""), (mark.x, 1.0), xycoords=("data", "axes fraction"),
+            label.replace("_", ""), (x, 1.0), xycoords=("data", "axes fraction"),
             xytext=(-5 if right else 5, -4 - _LINE * index), textcoords="offset points", va="top",
-            ha="right" if right else "left", size=TICK, color=color, zorder=5, path_effects=text_outline(c),
-            weight="normal" if index else "bold", annotation_clip=True,
+            ha="right" if right else "left", size=style.TICK, color=color, zorder=5,
+            path_effects=style.text_outline(c), weight="normal" if index else "bold", annotation_clip=True,
         )  # fmt: skip
 
 
 class Knob:
     """Where the knob stands on the curve's axis, and what it showed there; ``artists`` are drawn last."""
 
-    def __init__(self, axes: Any, c: Colors, scale: float | None):
+    def __init__(self, axes: Any, c: style.Colors, scale: float | None):
         self._scale = scale or 1.0
         across = axes.get_xaxis_transform()
         self._line = axes.axvline(axes.get_xlim()[0], color=c.accent, linewidth=1.6, linestyle=(0, (5, 3.5)))
@@ -241,5 +186,5 @@ class Knob:
 
 def measured_there(chart: "Chart | None", found: "Evidence") -> float | None:
     """Return the measure of a try, where it is the chart's y axis; else None."""
-    same = chart is not None and chart.y_label.endswith(f", {found.measure_unit}")
+    same = chart is not None and chart.plot.y_label.endswith(f", {found.measure_unit}")
     return found.measure if same and math.isfinite(found.measure) else None

@@ -46,21 +46,16 @@ def draw(figure: Any, c: Colors, results: Sequence["Fidelity"]) -> None:
     axes.set_xlim(-_SCENE_WIDTH, columns + _COST_WIDTH)
     axes.set_ylim(len(results) + 0.05, -0.9)
     axes.set_axis_off()
-    _head(axes, c)
+    heads = [(term.word, f"→ {off}") for term, off in zip(TERMS.values(), _OFF, strict=True)]
+    for column, (word, below) in enumerate([*heads, ("cost", "needed ÷ all")]):
+        axes.text(column + 0.5, -0.55, word, ha="center", va="center", size=14, color=c.ink)
+        axes.text(column + 0.5, -0.2, below, ha="center", va="center", size=11, color=c.ink3)
     for row, result in enumerate(results):
         axes.text(-0.1, row + 0.5, result.scene, ha="right", va="center", size=15, color=c.ink)
         for column, effect in enumerate(result.effects):
             _cell(axes, c, column, row, effect)
         saved = result.together.ns_without / result.together.ns_with
         axes.text(columns + 0.5, row + 0.5, f"{saved:.2f} ×", ha="center", va="center", size=14, color=c.ink)
-
-
-def _head(axes: Any, c: Colors) -> None:
-    for column, (term, off) in enumerate(zip(TERMS.values(), _OFF, strict=True)):
-        axes.text(column + 0.5, -0.55, term.word, ha="center", va="center", size=14, color=c.ink)
-        axes.text(column + 0.5, -0.2, f"→ {off}", ha="center", va="center", size=11, color=c.ink3)
-    axes.text(len(TERMS) + 0.5, -0.55, "cost", ha="center", va="center", size=14, color=c.ink)
-    axes.text(len(TERMS) + 0.5, -0.2, "needed ÷ all", ha="center", va="center", size=11, color=c.ink3)
 
 
 def _cell(axes: Any, c: Colors, column: int, row: int, effect: "Effect") -> None:

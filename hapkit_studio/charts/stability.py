@@ -11,20 +11,7 @@ import numpy as np
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
 from hapkit_studio.analysis.stability.margin import factor, hand_words, sentence
-from hapkit_studio.charts.style import (
-    DASH_DOT,
-    DOT,
-    TEXT,
-    Colors,
-    Label,
-    legend,
-    pale,
-    save,
-    style_axes,
-    text_outline,
-    unbroken,
-    write_labels,
-)
+from hapkit_studio.charts import style
 
 _SIZE = (972, 700)
 # DECAYS, BUZZES, GROWS of the measured classes, and how each is called
@@ -86,22 +73,22 @@ def stability_figure(plane: Plane, path: str | Path, device: str = "") -> None:
     own = [("Device", device)] if device else []
     pairs = [*own, *kb_plane.conditions(plane.setting, real), *limits]
     title = "Without the controller: " if plane.setting.controller else ""
-    save(
+    style.save(
         lambda figure, c: draw(figure, c, shown),
         path,
         _SIZE,
         title + sentence(margin),
-        unbroken([f"{name}: {words}" for name, words in shown.lines().values()])
+        style.unbroken([f"{name}: {words}" for name, words in shown.lines().values()])
         + "\n"
-        + unbroken([" ".join(pair) for pair in pairs]),
+        + style.unbroken([" ".join(pair) for pair in pairs]),
     )
 
 
-def draw(figure: Any, c: Colors, shown: Map) -> "Dot":
+def draw(figure: Any, c: style.Colors, shown: Map) -> "Dot":
     """Draw regions, lines and what was measured; return the dot, which moves."""
     plane, axes = shown.plane, figure.add_subplot()
-    measured = pale(c) if shown.outdated else c
-    style_axes(axes, c, "damping B, N·s/m", "stiffness K, N/m")
+    measured = style.pale(c) if shown.outdated else c
+    style.style_axes(axes, c, "damping B, N·s/m", "stiffness K, N/m")
     axes.set_xlim(0.0, plane.width)
     axes.set_ylim(0.0, plane.top)
     axes.locator_params(nbins=6)
@@ -109,33 +96,46 @@ def draw(figure: Any, c: Colors, shown: Map) -> "Dot":
     _lines(axes, c, shown)
     _measured(axes, measured, shown)
     _regions(axes, c, measured, shown)
-    legend(axes, c)
-    if shown.hands:
+    style.legend(axes, c)
+    ends = []  # the names of the other hands' boundaries, where they leave the map
+    for hand, limits in shown.hands.items():
+        inside = np.flatnonzero(limits <= 0.96 * plane.top)
+        if hand != plane.setting.hand and inside.size:
+            last = inside[-1]
+            ends.append(style.Label(plane.damping[last], limits[last], hand_words(hand), c.ink2, left=True))
+    if ends:
         figure.draw_without_rendering()
-        write_labels(axes, c, [*_ends(c, shown)])
+        style.write_labels(axes, c, ends)
     dot = Dot(axes, c)
     dot.place(plane, shown.dotted)
     return dot
 
 
-def _lines(axes: Any, c: Colors, shown: Map) -> None:
+def _lines(axes: Any, c: style.Colors, shown: Map) -> None:
     plane, names = shown.plane, {key: name for key, (name, _) in shown.lines().items()}
     if plane.setting.linear:
         axes.plot(plane.damping, plane.exact, color=c.ink, linewidth=3, label=names["exact"])
     for hand, limits in shown.hands.items():
         if hand != plane.setting.hand:
             axes.plot(plane.damping, limits, color=c.ink2, linewidth=1.6)
-    axes.plot(plane.damping, plane.simple, color=c.asked, linewidth=2, linestyle=DOT, label=names["simple"])
+    axes.plot(
+        plane.damping, plane.simple, color=c.asked, linewidth=2, linestyle=style.DOT, label=names["simple"]
+    )
     if "passive" in names:
         name = names["passive"]
         axes.plot(
-            plane.edge_damping, plane.edge, color=c.velocity, linewidth=2, linestyle=DASH_DOT, label=name
+            plane.edge_damping,
+            plane.edge,
+            color=c.velocity,
+            linewidth=2,
+            linestyle=style.DASH_DOT,
+            label=name,
         )
     if "coulomb" in names:
         axes.axhline(plane.coulomb, color=c.warn, linewidth=2, linestyle=(0, (6, 3)), label=names["coulomb"])
 
 
-def _measured(axes: Any, c: Colors, shown: Map) -> None:
+def _measured(axes: Any, c: style.Colors, shown: Map) -> None:
     """Draw measured boundaries; points on the frame are not clipped."""
     plane = shown.plane
     for points in shown.boundaries:
@@ -149,7 +149,7 @@ def _measured(axes: Any, c: Colors, shown: Map) -> None:
         )  # fmt: skip
 
 
-def _regions(axes: Any, c: Colors, measured: Colors, shown: Map) -> None:
+def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> None:
     from matplotlib.patches import Rectangle
 
     plane, cells = shown.plane, shown.plane.cells
@@ -178,7 +178,7 @@ def _regions(axes: Any, c: Colors, measured: Colors, shown: Map) -> None:
             axes.add_patch(Rectangle((0, 0), 0, 0, facecolor=getattr(c, token), label=label, **look))
 
 
-def _cells(axes: Any, c: Colors, cells: Cells) -> None:
+def _cells(axes: Any, c: style.Colors, cells: Cells) -> None:
     from matplotlib.colors import ListedColormap
 
     axes.pcolormesh(
@@ -193,25 +193,14 @@ def _cells(axes: Any, c: Colors, cells: Cells) -> None:
         hatched.set(edgecolor=c.danger + _FAINT, linewidth=0.0)
 
 
-def _ends(c: Colors, shown: Map) -> list[Label]:
-    """Return the names of the other hands' boundaries, where they leave the map."""
-    plane, found = shown.plane, []
-    for hand, limits in shown.hands.items():
-        inside = np.flatnonzero(limits <= 0.96 * plane.top)
-        if hand != plane.setting.hand and inside.size:
-            last = inside[-1]
-            found.append(Label(plane.damping[last], limits[last], hand_words(hand), c.ink2, left=True))
-    return found
-
-
 class Dot:
     """The rendered impedance with its values, and an arrow to the boundary; ``artists`` are drawn last."""
 
-    def __init__(self, axes: Any, c: Colors):
+    def __init__(self, axes: Any, c: style.Colors):
         self._c = c
         words = {
-            "textcoords": "offset points", "size": TEXT, "weight": "bold", "va": "center", "zorder": 8,
-            "path_effects": text_outline(c), "annotation_clip": False,
+            "textcoords": "offset points", "size": style.TEXT, "weight": "bold", "va": "center", "zorder": 8,
+            "path_effects": style.text_outline(c), "annotation_clip": False,
         }  # fmt: skip
         (self._feet,) = axes.plot([], [], linewidth=1.4, linestyle=":")
         (self._dot,) = axes.plot([], [], "o", markersize=15, color=c.accent, clip_on=False, zorder=8)
@@ -238,21 +227,15 @@ class Dot:
         self._arrow.arrow_patch.set_color(color)
         high = 0.75 * 72.0 * self._dot.figure.get_figheight()
         far = abs(tip - y) * high > _ROOM_FOR_WORDS * plane.top
-        self._say(self.words, plane, y, here(plane), color)
-        self._say(
-            self._factor, plane, 0.5 * (tip + y) if far else y, factor(margin.ratio) if far else "", color
-        )
+        left = x > _TURNS * plane.width
+        middle, ratio = (0.5 * (tip + y), factor(margin.ratio)) if far else (y, "")
+        for words, height, text in (
+            (self.words, y, f"{y:,.0f} N/m, {x:.1f} N·s/m"),
+            (self._factor, middle, ratio),
+        ):
+            words.set(text=text, color=color, ha="right" if left else "left")
+            words.xy = x, height
+            words.xyann = -_AWAY if left else _AWAY, 10.0 if height < 0.05 * plane.top else 0.0
         for artist in self.artists:
             artist.set_visible(dotted)
         self._arrow.set_visible(dotted and abs(tip - y) > 0.03 * plane.top)
-
-    def _say(self, words: Any, plane: Plane, height: float, text: str, color: str) -> None:
-        left = plane.margin.damping > _TURNS * plane.width
-        low = 10.0 if height < 0.05 * plane.top else 0.0
-        words.set(text=text, color=color, ha="right" if left else "left")
-        words.xy, words.xyann = (plane.margin.damping, height), (-_AWAY if left else _AWAY, low)
-
-
-def here(plane: Plane) -> str:
-    """Return the dot's label."""
-    return f"{plane.margin.stiffness:,.0f} N/m, {plane.margin.damping:.1f} N·s/m"

@@ -37,10 +37,7 @@ class Walls:
     @classmethod
     def of(cls, result: "ZWidth") -> "Walls":
         """Return what a result shows; above its points it buzzes, unless nothing stiffer was tried."""
-        points = [
-            (float(b), float(k), bool(limited))
-            for b, k, limited in zip(result.damping, result.stiffness, result.clamped, strict=True)
-        ]
+        points = list(zip(result.damping.tolist(), result.stiffness.tolist(), result.clamped, strict=True))
         right = max(float(result.damping[-1]), 1.0)
         return cls(points, result.curve, right, 100.0, buzzes=HIGHEST not in result.ends)
 
@@ -61,7 +58,16 @@ def draw(figure: Any, c: Colors, walls: Walls) -> None:
     axes.set_xlim(-0.02 * walls.right, 1.04 * walls.right)
     axes.set_ylim(0.0, nice_top(_ROOM * float(high)))
     axes.yaxis.set_major_formatter("{x:,.0f}")
-    _rendered(axes, c, np.array(walls.points, dtype=float).reshape(-1, 3).T)
+    damping, stiffness, limited = np.array(walls.points, dtype=float).reshape(-1, 3).T
+    axes.fill_between(damping, stiffness, color=c.stable, linewidth=0.0)
+    axes.plot(damping, stiffness, color=c.position, linewidth=2.4, zorder=3)
+    for at_limit, words in ((0.0, "rendered without buzzing"), (1.0, "the same, at the motor's limit")):
+        seen = limited == at_limit
+        if seen.any():
+            axes.plot(
+                damping[seen], stiffness[seen], "o", color=c.position, label=words, markersize=9,
+                markeredgewidth=2.0, markerfacecolor=c.plot if at_limit else c.position, zorder=4,
+            )  # fmt: skip
     if np.isfinite(walls.curve).any():
         words = "linear loop: no friction, no sensor steps"
         axes.plot(*walls.curve, color=c.ink, linewidth=2.0, linestyle=DASH, label=words)
@@ -72,16 +78,3 @@ def draw(figure: Any, c: Colors, walls: Walls) -> None:
                   va="top")  # fmt: skip
     if walls.points:
         legend(axes, c)
-
-
-def _rendered(axes: Any, c: Colors, points: np.ndarray) -> None:
-    damping, stiffness, limited = points
-    axes.fill_between(damping, stiffness, color=c.stable, linewidth=0.0)
-    axes.plot(damping, stiffness, color=c.position, linewidth=2.4, zorder=3)
-    for at_limit, words in ((0.0, "rendered without buzzing"), (1.0, "the same, at the motor's limit")):
-        seen = limited == at_limit
-        if seen.any():
-            axes.plot(
-                damping[seen], stiffness[seen], "o", color=c.position, label=words, markersize=9,
-                markeredgewidth=2.0, markerfacecolor=c.plot if at_limit else c.position, zorder=4,
-            )  # fmt: skip

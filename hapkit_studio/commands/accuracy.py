@@ -4,6 +4,7 @@ import argparse
 
 from hapkit_studio.analysis import accuracy as measure
 from hapkit_studio.analysis.accuracy import words
+from hapkit_studio.analysis.accuracy.plan import Accuracy, Sheet
 from hapkit_studio.charts.accuracy import accuracy_figure
 from hapkit_studio.commands.base import PLOT, Command, Result, drawn, option, progress_line, with_files
 
@@ -23,7 +24,7 @@ def accuracy(options: argparse.Namespace) -> Result:
     return with_files(_text(found), _as_json(found), drawn(options.plot, accuracy_figure, found))
 
 
-def _as_json(found: measure.Accuracy) -> dict:
+def _as_json(found: Accuracy) -> dict:
     answers = [
         {
             "chart": sheet.chart,
@@ -41,7 +42,7 @@ def _as_json(found: measure.Accuracy) -> dict:
     return {"rows": found.rows(), "answers": answers, "seconds": found.seconds}
 
 
-def _text(found: measure.Accuracy) -> str:
+def _text(found: Accuracy) -> str:
     parts = [_sheet(sheet) for sheet in found.sheets]
     right = sum(sheet.answer.right for sheet in found.sheets)
     count = sum(len(sheet.points) for sheet in found.sheets)
@@ -52,7 +53,7 @@ def _text(found: measure.Accuracy) -> str:
     return "\n\n".join(parts)
 
 
-def _sheet(sheet: measure.Sheet) -> str:
+def _sheet(sheet: Sheet) -> str:
     """Return a scene's table: a line a point, the default marked."""
     scene, answer = sheet.scene, sheet.answer
     lines = [f"{sheet.chart} · {scene.title}", words.sentence(sheet), words.verdict(sheet)]

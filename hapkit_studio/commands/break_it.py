@@ -45,14 +45,15 @@ def run(options: argparse.Namespace) -> Result:
     return with_files(text, found, written)
 
 
-def _verdict(one: Try) -> str:
+def _verdict(one: Try | None) -> str:
+    assert one is not None
     return f"{'holds' if one.evidence.holds else 'fails'}: {one.evidence.words}"
 
 
 def _limit(shown: Shown) -> str:
     knob = shown.failure.knob
-    name = knob.label[0].lower() + knob.label[1:]
-    return f"{name} {on_screen(shown.limit, knob.unit)}"
+    assert shown.limit is not None
+    return f"{knob.label[0].lower()}{knob.label[1:]} {on_screen(shown.limit, knob.unit)}"
 
 
 def _table(results: list[Shown]) -> str:
@@ -75,7 +76,7 @@ def _details(shown: Shown, tried: list[Try]) -> str:
     lines = [failure.title, "", *textwrap.wrap(failure.explanation, _WIDTH), "", failure.formula]
     pairs = [f"{p.key}={p.text(shown.case[p.key])}" for p in failure.options]
     lines += [f"with {', '.join(pairs)}", f"limit: {_limit(shown)}"]
-    for one in (shown.inside, shown.outside, *tried):
+    for one in filter(None, (shown.inside, shown.outside, *tried)):
         lines.append(f"{on_screen(one.value, failure.knob.unit)} {_verdict(one)}")
     return "\n".join(lines)
 

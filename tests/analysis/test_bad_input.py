@@ -23,19 +23,8 @@ ROWS = {
     "zwidth": lambda row: simulation.compute(Setting(), row),
 }
 NO_ROWS = [
-    [math.nan],
-    [math.inf],
-    [-1.0],
-    [1e300],
-    ["1"],
-    "x",
-    None,
-    [[1.0, 2.0]],
-    [[1.0], []],
-    [True],
-    [None],
-    {},
-]
+    [math.nan], [math.inf], [-1.0], [1e300], ["1"], "x", None, [[1.0, 2.0]], [[1.0], []], [True], [None], {},
+]  # fmt: skip
 
 
 def said(ask, *args, **named):
@@ -47,10 +36,10 @@ def said(ask, *args, **named):
     return words
 
 
-@pytest.mark.parametrize("name", ROWS)
-def test_a_row_that_is_none(name):
-    for bad in NO_ROWS:
-        assert "amping" in said(ROWS[name], bad) or name == "lines"
+def test_a_row_that_is_none():
+    for name, ask in ROWS.items():
+        for bad in NO_ROWS:
+            assert "amping" in said(ask, bad) or name == "lines"
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -1.0, 1e300, "x", None, [], True])
@@ -59,13 +48,12 @@ def test_a_number_that_is_none(bad):
     assert "rendered damping" in said(kb_plane.plane, Setting(), 1.0, bad)
     assert "virtual damping" in said(kb_plane.limit, Setting(), bad)
     for name in ("mass", "viscous", "damping", "rate", "delay", "quantum"):
-        numbers = {"mass": 0.05, "viscous": 0.5, name: bad}
-        assert name in said(stiffness_limit, **numbers)
+        assert name in said(stiffness_limit, **{"mass": 0.05, "viscous": 0.5, name: bad})
 
 
-@pytest.mark.parametrize("chunk", ["x", 1.5, 0, True])
-def test_a_chunk_that_is_no_whole_number(chunk):
-    assert "whole number" in said(sweep, sweep_tasks.roots, [1.0], chunk=chunk)
+def test_a_chunk_that_is_no_whole_number():
+    for chunk in ("x", 1.5, 0, True):
+        assert "whole number" in said(sweep, sweep_tasks.roots, [1.0], chunk=chunk)
 
 
 def test_a_delay_of_2000_periods_is_the_longest():
@@ -88,24 +76,16 @@ def test_the_softest_limit_is_1_mn_per_m():
     [
         ({"mass": 0.0}, "The mass goes from 1e-06 to 10000 kg, not 0."),
         ({"viscous": -0.1}, "The viscous damping goes from 0 to 100000 N·s/m, not -0.1."),
-        ({"coulomb": math.nan}, "The Coulomb friction goes from 0 to 10000 N, not nan."),
         ({"quantum": "20 µm"}, "The sensor quantum takes a number in m, not '20 µm'."),
-        ({"rate": 0}, "The rate goes from 1 to 1e+06 Hz, not 0."),
-        ({"delay": math.inf}, "The delay goes from 0 to 10 s, not inf."),
         ({"estimator": "guess"}, "The velocity estimator is one of"),
         ({"hand": "glove"}, "The grip is one of released, light, medium, firm, not 'glove'."),
         ({"mass": True}, "The mass takes a number in kg, not True."),
-        ({"mass": 1e300}, "The mass goes from 1e-06 to 10000 kg, not 1e+300."),
-        ({"quantum": 1.0}, "The sensor quantum goes from 0 to 0.1 m, not 1."),
         ({"hand": []}, "The hand takes a grip's name, not []."),
         ({"delay": 0.0101, "rate": 2e5}, "A delay of 0.0101 s at 200000 Hz is 2020 periods; 2000 at most:"),
     ],
 )
 def test_refuses_what_no_loop_can_be(bad, says):
-    with pytest.raises(ParameterError) as e:
-        Setting(**bad)
-    assert str(e.value).startswith(says)
-    assert "\n" not in str(e.value)
+    assert said(Setting, **bad).startswith(says)
 
 
 def test_gives_loop_device_and_hand():

@@ -5,35 +5,33 @@ import pytest
 from hapkit_studio.analysis import board_alternative
 from hapkit_studio.environments import named
 from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
-from tests.wide import wide
-
-ARENA = 700
 
 
-def found(key, **values):
+def found(key, arena, **values):
     environment = named(key)
     wish = PlanRequest(environment, environment.values(values), "kalman")
-    offer = BoardPlanner(ARENA)
+    offer = BoardPlanner(arena)
     assert isinstance(offer.plan(wish), str)
     return board_alternative.find(board_alternative.RefusedRequest(offer, wish)).found
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("key", "method"),
-    wide(
-        [("mass_spring_damper", "exact"), ("puck", "exact"), ("puck", "trapezoid")],
-        lambda key, method: method == "trapezoid",
-    ),
-)
-def test_a_cheaper_method_feels_the_same(key, method):
-    one = found(key, integrator=method)
-    assert one.choice.options[one.option] in ("semi_implicit", "verlet")
-    assert one.plan.program.size <= ARENA
-    assert 0.0 < one.apart <= board_alternative.FELT * one.force
+def test_the_cheapest_is_offered_where_it_feels_the_same_and_nothing_where_a_person_can_tell():
+    one = found("wall", 100, damping_mode="both", damping=0.0)
+    assert one.choice.options[one.option] == "none"
+    assert (one.plan.program.size <= 100, one.apart) == (True, 0.0)
     assert f"{one.plan.program.size} bytes" in one.words
-    assert f"{one.apart:.2f} N apart at most, of {one.force:.1f} N." in one.words
+    assert f"0.00 N apart at most, of {one.force:.1f} N." in one.words
+    assert found("wall", 100, damping_mode="both", damping=20.0) is None
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("key", "method"), [("mass_spring_damper", "exact"), ("puck", "trapezoid")])
+def test_a_cheaper_method_feels_the_same(key, method):
+    one = found(key, 700, integrator=method)
+    assert one.choice.options[one.option] in ("semi_implicit", "verlet")
+    assert 0.0 < one.apart <= board_alternative.FELT * one.force
+
+
+@pytest.mark.slow
 def test_a_method_that_takes_energy_away_feels_like_no_other():
-    assert found("puck", integrator="implicit_euler") is None
+    assert found("puck", 700, integrator="implicit_euler") is None

@@ -1,7 +1,9 @@
 """Compiled laws: the same numbers as the plain Python function, kept where numba keeps them."""
 
+import gc
 import math
 import os
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -258,9 +260,20 @@ def test_loading_leaves_a_generated_file_as_old_as_it_is(kept):
     assert path.stat().st_atime > 1e9
 
 
+def let_others_run(*_):
+    time.sleep(1e-5)
+
+
 def test_syntax_is_read_in_one_thread_at_a_time():
-    """CPython 3.11 counts the depth of two threads' trees as one, and fails."""
+    """CPython 3.11 fails where garbage collection lets another thread parse amid a tree."""
+    gc.callbacks.append(let_others_run)
+    before = gc.get_threshold()
+    gc.set_threshold(50)
     text = "\n".join(f"x{i} = ((((1 + {i}) * 2) - 3) / 4)" for i in range(200))
-    with ThreadPoolExecutor(4) as several:
-        found = list(several.map(lambda _: len(translate.parse(text).body), range(200)))
+    try:
+        with ThreadPoolExecutor(4) as several:
+            found = list(several.map(lambda _: len(translate.parse(text).body), range(200)))
+    finally:
+        gc.callbacks.remove(let_others_run)
+        gc.set_threshold(*before)
     assert found == [200] * 200

@@ -9,23 +9,10 @@ from functools import cache
 from types import MappingProxyType
 
 from hapkit_studio import discovery
-from hapkit_studio.analysis.accuracy.plan import (
-    Accuracy,
-    Answer,
-    Chart,
-    Default,
-    Method,
-    Plan,
-    Point,
-    Scene,
-    Sheet,
-)
+from hapkit_studio.analysis.accuracy.plan import Accuracy, Chart, Plan
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.discovery import declared
 from hapkit_studio.errors import ParameterError
-
-__all__ = ["Accuracy", "Answer", "Chart", "Default", "Method", "Plan", "Point", "Scene", "Sheet"]
-__all__ += ["compute", "named", "plans"]
 
 
 @cache
@@ -48,7 +35,12 @@ def compute(
     progress is told after every scene how many of how many are done. Costs are timed in the calling thread,
     one after the other: beside other work they would be that work's. Raise ParameterError.
     """
-    wanted = _wanted([named(key) for key in charts] or list(plans().values()), scene)
+    chosen = [named(key) for key in charts] or list(plans().values())
+    wanted = [(plan, [s for s in plan.scenes if scene in (None, s.key)]) for plan in chosen]
+    wanted = [(plan, scenes) for plan, scenes in wanted if scenes]
+    if not wanted:
+        known = ", ".join(s.key for plan in chosen for s in plan.scenes)
+        raise ParameterError(f"There is no scene {scene!r} in these charts; there are: {known}.")
     begin = time.perf_counter()
     of, done, made = sum(len(scenes) for _, scenes in wanted), 0, []
     progress(done, of)
@@ -60,14 +52,3 @@ def compute(
             progress(done, of)
         made.append(Chart(plan.key, plan.title, tuple(sheets)))
     return Accuracy(tuple(made), time.perf_counter() - begin)
-
-
-def _wanted(chosen: list[Plan], scene: str | None) -> list[tuple[Plan, list[Scene]]]:
-    if scene is None:
-        return [(plan, list(plan.scenes)) for plan in chosen]
-    found = [(plan, [s for s in plan.scenes if s.key == scene]) for plan in chosen]
-    found = [(plan, scenes) for plan, scenes in found if scenes]
-    if not found:
-        known = ", ".join(s.key for plan in chosen for s in plan.scenes)
-        raise ParameterError(f"There is no scene {scene!r} in these charts; there are: {known}.")
-    return found

@@ -57,8 +57,18 @@ def samples(seconds: float, h: float) -> np.ndarray:
 _HARDLY, _FIRST = 0.05, 2
 
 
-def measured_period(t: np.ndarray, force: np.ndarray) -> float:
-    """Return the mean time in s between falls of the force (n,) through its middle, inf where it has none."""
+def exact_period(mass: float, spring: float, static: float, kinetic: float, speed: float) -> float:
+    """Return the period in s without viscous friction: 2 dF / (k V) + 2 (pi - atan lambda) / omega."""
+    drop, omega = static - kinetic, math.sqrt(spring / mass)
+    slope = drop / (speed * math.sqrt(spring * mass))
+    return 2.0 * drop / (spring * speed) + 2.0 * (math.pi - math.atan(slope)) / omega
+
+
+def period_error(t: np.ndarray, force: np.ndarray, period: float) -> float:
+    """Return by what share of it the mean time between falls of the force (n,) through its middle is off.
+
+    inf where there are none.
+    """
     late = force[len(force) // 4 :]
     if not np.isfinite(force).all() or np.ptp(late) < _HARDLY:
         return math.inf
@@ -68,17 +78,4 @@ def measured_period(t: np.ndarray, force: np.ndarray) -> float:
         return math.inf
     share = (force[falls] - middle) / (force[falls] - force[falls + 1])
     times = t[falls] + share * (t[falls + 1] - t[falls])
-    return float(times[-1] - times[0]) / (len(times) - 1)
-
-
-def exact_period(mass: float, spring: float, static: float, kinetic: float, speed: float) -> float:
-    """Return the period in s without viscous friction: 2 dF / (k V) + 2 (pi - atan lambda) / omega."""
-    drop, omega = static - kinetic, math.sqrt(spring / mass)
-    slope = drop / (speed * math.sqrt(spring * mass))
-    return 2.0 * drop / (spring * speed) + 2.0 * (math.pi - math.atan(slope)) / omega
-
-
-def period_error(t: np.ndarray, force: np.ndarray, period: float) -> float:
-    """Return by what share of it the period measured is off."""
-    found = measured_period(t, force)
-    return abs(found / period - 1.0)
+    return abs(float(times[-1] - times[0]) / (len(times) - 1) / period - 1.0)

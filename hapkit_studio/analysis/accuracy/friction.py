@@ -6,26 +6,14 @@ renders its models on a handle, by the loop's own tick, and its default is judge
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy import driving
+from hapkit_studio.analysis.accuracy import driving, plan
 from hapkit_studio.analysis.accuracy.driving import samples
-from hapkit_studio.analysis.accuracy.plan import (
-    Default,
-    Method,
-    Plan,
-    Prepare,
-    Run,
-    Scene,
-    Work,
-    always,
-    default_of,
-    repeats,
-)
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import stick_slip
 from hapkit_studio.dynamics.hand import Hand
@@ -65,45 +53,33 @@ def drift(t: np.ndarray, x: np.ndarray) -> float:
     return found if math.isfinite(found) else math.inf
 
 
-@dataclass(frozen=True)
-class Trial:
-    """One model at one step in one scene."""
+def computed(
+    model: str, dt: float, held: bool, times: int = 1
+) -> tuple[plan.Work, np.ndarray, np.ndarray, np.ndarray]:
+    """Return what computes a model at one step, its times, applied forces and positions, each (n,).
 
-    model: str
-    dt: float
-    held: bool
+    held: pulled by less than friction holds, else drawn by a spring.
+    """
+    code, declared = MODELS[model]
+    options = np.array([*(p.default for p in declared), 0.0])
+    t = samples(HELD_SECONDS if held else DRAWN_SECONDS, dt)
+    applied = trembling(t) if held else SPRING * DRAWN * t
+    x, v = np.zeros_like(t), np.zeros_like(t)
+    v[0] = SLIDES_IN if held else 0.0
+    levels, memory = np.array([MASS, STATIC, KINETIC]), np.zeros(stick_slip.MEMORY)
+    spring = 0.0 if held else SPRING
+    work = partial(slides, times, code, applied, spring, levels, options, dt, memory, x, v)
+    return work, t, applied, x
 
-    @property
-    def seconds(self) -> float:
-        """Return how long is simulated."""
-        return HELD_SECONDS if self.held else DRAWN_SECONDS
 
-    def computed(self, times: int = 1) -> tuple[Work, np.ndarray, np.ndarray, np.ndarray]:
-        """Return what computes the trial, its times, applied forces and positions, each (n,)."""
-        code, declared = MODELS[self.model]
-        options = np.array([*(p.default for p in declared), 0.0])
-        t = samples(self.seconds, self.dt)
-        applied = trembling(t) if self.held else SPRING * DRAWN * t
-        x, v = np.zeros_like(t), np.zeros_like(t)
-        v[0] = SLIDES_IN if self.held else 0.0
-        levels, memory = np.array([MASS, STATIC, KINETIC]), np.zeros(stick_slip.MEMORY)
-        spring = 0.0 if self.held else SPRING
-        return (
-            (lambda: slides(times, code, applied, spring, levels, options, self.dt, memory, x, v)),
-            t,
-            applied,
-            x,
-        )
-
-    def error(self) -> float:
-        """Return the drift in m/s, or the share by which the period is off."""
-        work, t, applied, x = self.computed()
-        work()
-        if self.held:
-            return drift(t, x)
-        return driving.period_error(
-            t, applied - SPRING * x, driving.exact_period(MASS, SPRING, STATIC, KINETIC, DRAWN)
-        )
+def trial_error(model: str, dt: float, held: bool) -> float:
+    """Return the drift in m/s, or the share by which the period is off."""
+    work, t, applied, x = computed(model, dt, held)
+    work()
+    if held:
+        return drift(t, x)
+    period = driving.exact_period(MASS, SPRING, STATIC, KINETIC, DRAWN)
+    return driving.period_error(t, applied - SPRING * x, period)
 
 
 # So soft a spring pulls with the same force wherever the handle is: it goes to 1 m for a newton.
@@ -115,25 +91,20 @@ def _target(t: np.ndarray) -> np.ndarray:
     return trembling(t) / _SOFT
 
 
-def handle_stage(model: str, dt: float, times: int = 1) -> headless.PreparedRun:
-    """Return a handle without friction of its own, slid to rest and held by one of the scene's models."""
+def prepared_handle(model: str, dt: float, times: int = 1) -> Callable[[], np.ndarray]:
+    """Return what renders a handle without friction of its own, slid to rest and held by a model."""
     law = environments.named("friction")
     handle = SimulatedHapkit(coulomb_force=0.0, max_force=math.inf, initial_velocity=SLIDES_IN)
     scene = headless.Scene(law, law.values({"model": model, **LEVELS}), handle, LoopSettings(1.0 / dt))
     pull = Hand(stiffness=_SOFT, target=_target, vectorised=True)  # type: ignore[arg-type]
-    return headless.prepare_run(scene, pull, times * round(HELD_SECONDS / dt) + 1)
-
-
-def prepared_handle(model: str, dt: float, times: int) -> Work:
-    """Return the work of rendering the handle."""
-    made = handle_stage(model, dt, times)
+    made = headless.prepare_run(scene, pull, times * round(HELD_SECONDS / dt) + 1)
     made.out.fill(0.0)  # so that the time is the loop's, not the memory's
     return made.run
 
 
 def handle_drift(model: str, dt: float) -> float:
     """Return the drift in m/s."""
-    x = handle_stage(model, dt).run()[:, rows.TRUE_POSITION]
+    x = prepared_handle(model, dt)()[:, rows.TRUE_POSITION]
     return drift(dt * np.arange(x.size), x)
 
 
@@ -150,46 +121,48 @@ LABELS = {
     "dahl": "Dahl",
     "hayward_armstrong": "Hayward–Armstrong",
 }
-VIRTUAL = Default("projection")
+VIRTUAL = plan.Default("projection")
 
 
-def runs(scene: Scene) -> list[Run]:
+def runs(scene: plan.Scene) -> list[plan.Run]:
     """Return every model at every step."""
-    name, found = "period_error" if scene.key == "period" else "drift_m_per_s", []
+    held = scene.key != "period"
+    name, seconds = ("drift_m_per_s", HELD_SECONDS) if held else ("period_error", DRAWN_SECONDS)
+    found = []
     for model in RENDERED if scene.key == "handle" else MODELS:
         for dt in STEPS:
-            trial = Trial(model, dt, held=scene.key != "period")
-            times = repeats(round(trial.seconds / dt))
+            times = plan.repeats(round(seconds / dt))
             if scene.key == "handle":
                 error = handle_drift(model, dt)
-                prepare: Prepare = partial(prepared_handle, model, dt, times)
+                prepare: plan.Prepare = partial(prepared_handle, model, dt, times)
             else:
-                error, prepare = trial.error(), always(trial.computed(times)[0])
-            seconds, extra = times * trial.seconds, ((name, error),)
-            found.append(Run(model, LABELS[model], dt, error, prepare, seconds, extra=extra))
+                error = trial_error(model, dt, held)
+                prepare = plan.always(computed(model, dt, held, times)[0])
+            extra = ((name, error),)
+            found.append(plan.Run(model, LABELS[model], dt, error, prepare, times * seconds, extra=extra))
     return found
 
 
-def _scenes() -> tuple[Scene, ...]:
+def _scenes() -> tuple[plan.Scene, ...]:
     resting = "less than a count of the Hapkit's sensor, 20.7 µm, in the two seconds: it rests"
     pull = ("Pull", "0.3 N ± 0.15 N at 20 Hz")
     mass = ("Mass", "0.05 kg")
     friction = ("Friction", "1 N, then 0.5 N")
     held, drift = ("Reference", "no drift"), "drift of what should hold"
     return (
-        Scene(
+        plan.Scene(
             "period", "Stick-slip of a mass", "error of the period / period", 0.02,
             "a third of the smallest change of force that people feel, 6 %: a period is the time of a pull",
             VIRTUAL,
             conditions=(mass, ("Spring", "300 N/m, drawn at 2 cm/s"), friction, ("Reference", "closed form")),
         ),
-        Scene(
+        plan.Scene(
             "hold", "A mass that should hold", drift, 1e-5, resting, VIRTUAL, "m/s",
             (mass, pull, friction, held),
         ),
-        Scene(
+        plan.Scene(
             "handle", "A handle that should hold", drift, 1e-5, resting,
-            default_of("friction", "model"), "m/s",
+            plan.default_of("friction", "model"), "m/s",
             (
                 ("Handle", "0.044 kg, 0.5 N·s/m"), ("Sensor", "20.7 µm"), pull, friction, held,
             ),
@@ -197,10 +170,10 @@ def _scenes() -> tuple[Scene, ...]:
     )  # fmt: skip
 
 
-PLAN = Plan(
+PLAN = plan.Plan(
     "friction",
     "Friction",
-    tuple(Method(key, LABELS[key]) for key in MODELS),
+    tuple(plan.Method(key, LABELS[key]) for key in MODELS),
     _scenes(),
     runs,
     order=40,

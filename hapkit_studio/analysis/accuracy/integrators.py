@@ -30,21 +30,11 @@ SHOVED, PUCK_FROM = 0.5, 0.010
 DRAWN = 0.02
 
 
-def nothing(t: np.ndarray) -> np.ndarray:
-    """Return zero force (n,)."""
-    return np.zeros_like(t)
-
-
-def nowhere(t: np.ndarray) -> np.ndarray:
-    """Return a handle (n,) too far away to touch."""
-    return np.full_like(t, -FAR)
-
-
 @dataclass(frozen=True)
 class Motion:
     """An object that starts at (x, v); force in N and the handle's place in m over time; its judge.
 
-    judge takes times and positions (n,) and returns the error.
+    judge takes times and positions (n,) and returns the error. Unless given there is no force, and no handle.
     """
 
     body: Body
@@ -52,8 +42,8 @@ class Motion:
     v: float
     seconds: float
     judge: Judge
-    force: Function = nothing
-    touch: Function = nowhere
+    force: Function = np.zeros_like
+    touch: Function = lambda t: np.full_like(t, -FAR)
 
     def computed(self, method: int, h: float, times: int = 1) -> tuple[Callable[[], None], np.ndarray]:
         """Return what computes the motion by steps of h s, and the positions (n,) that it fills."""
@@ -76,26 +66,19 @@ def against(reference: Function, scale: float) -> Judge:
     return lambda t, x: float(np.abs(x - reference(t)).max()) / scale
 
 
-def decay(mass: float, damping: float, stiffness: float, x: float) -> Function:
-    """Return the underdamped motion of a mass let go at x m."""
+def decay(mass: float, damping: float, stiffness: float, x: float, v: float = 0.0) -> Function:
+    """Return the underdamped motion of a mass let go at x m with v m/s."""
     rate = damping / (2.0 * mass)
     omega = math.sqrt(stiffness / mass - rate * rate)
-    return lambda t: x * np.exp(-rate * t) * (np.cos(omega * t) + rate / omega * np.sin(omega * t))
+    return lambda t: np.exp(-rate * t) * (x * np.cos(omega * t) + (v + rate * x) / omega * np.sin(omega * t))
 
 
 def stirred(mass: float, damping: float, stiffness: float, contact: float) -> Function:
     """Return the motion of an object that a moving handle pushes: what goes on, and what fades away."""
     k, w = stiffness + contact, 2.0 * math.pi * STIRRING
     going = contact * STIRRED / (k - mass * w * w + 1j * damping * w)
-    rest, x, v = contact * HANDLE / k, -going.imag, -(1j * w * going).imag
-    rate = damping / (2.0 * mass)
-    omega = math.sqrt(k / mass - rate * rate)
-
-    def position(t: np.ndarray) -> np.ndarray:
-        fading = x * np.cos(omega * t) + (v + rate * x) / omega * np.sin(omega * t)
-        return rest + (going * np.exp(1j * w * t)).imag + np.exp(-rate * t) * fading
-
-    return position
+    fading = decay(mass, damping, k, -going.imag, -(1j * w * going).imag)
+    return lambda t: contact * HANDLE / k + (going * np.exp(1j * w * t)).imag + fading(t)
 
 
 def bounced(mass: float, wall: float) -> Function:
@@ -114,10 +97,6 @@ def bounced(mass: float, wall: float) -> Function:
     return position
 
 
-def _object(key: str) -> dict[str, float]:
-    return environments.named(key).values()
-
-
 def oscillating(mass: float, damping: float, stiffness: float) -> Motion:
     """Return a mass on a spring and damper, let go 10 mm from its rest, for a second."""
     judge = against(decay(mass, damping, stiffness, DEFLECTION), DEFLECTION)
@@ -126,13 +105,13 @@ def oscillating(mass: float, damping: float, stiffness: float) -> Motion:
 
 def swinging(damped: bool) -> Motion:
     """Return the environment's object, with its damper or without."""
-    values = _object("mass_spring_damper")
+    values = environments.named("mass_spring_damper").values()
     return oscillating(values["mass"], values["damping"] if damped else 0.0, values["stiffness"])
 
 
 def driven() -> Motion:
     """Return the environment's object with a handle on it that stirs it; the law knows it at samples only."""
-    values = _object("mass_spring_damper")
+    values = environments.named("mass_spring_damper").values()
     numbers = [values[key] for key in ("mass", "damping", "stiffness", "contact_stiffness")]
     reference = stirred(*numbers)
     path = reference(samples(1.0, 1e-4))
@@ -145,7 +124,7 @@ def driven() -> Motion:
 
 def contact() -> Motion:
     """Return the environment's puck, shoved to and fro between its walls."""
-    values = _object("puck")
+    values = environments.named("puck").values()
     body = Body(values["mass"], reach=REACH, wall=values["wall_stiffness"])
     judge = against(bounced(body.mass, body.wall), 2.0 * REACH)
     return Motion(body, PUCK_FROM, SHOVED, 2.0, judge)
@@ -156,12 +135,10 @@ def stick_slip() -> Motion:
     body = Body(0.05, stiffness=300.0, static=1.0, kinetic=0.5)
     true = driving.exact_period(body.mass, body.stiffness, body.static, body.kinetic, DRAWN)
 
-    def pull(t: np.ndarray) -> np.ndarray:
-        return body.stiffness * DRAWN * t
+    def judge(t: np.ndarray, x: np.ndarray) -> float:
+        return driving.period_error(t, body.stiffness * (DRAWN * t - x), true)
 
-    return Motion(
-        body, 0.0, 0.0, 3.0, lambda t, x: driving.period_error(t, pull(t) - body.stiffness * x, true), pull
-    )
+    return Motion(body, 0.0, 0.0, 3.0, judge, lambda t: body.stiffness * DRAWN * t)
 
 
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3)

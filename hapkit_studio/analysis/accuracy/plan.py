@@ -171,10 +171,6 @@ class Sheet:
         """Return a method's points in the order in which they were computed."""
         return tuple(p for p in self.points if p.method == method)
 
-    def label(self, method: str) -> str:
-        """Return a method's label."""
-        return next(m.label for m in self.methods if m.key == method)
-
 
 @dataclass(frozen=True)
 class Chart:
@@ -261,17 +257,8 @@ class Plan:
 
     def _point(self, scene: Scene, run: Run, ns: float) -> Point:
         error = run.error if not math.isnan(run.error) else math.inf
-        return Point(
-            self.key,
-            scene.key,
-            run.method,
-            run.step_s,
-            error,
-            ns / run.seconds,
-            label=run.label,
-            options=run.options,
-            extra=run.extra,
-        )
+        measured = run.step_s, error, ns / run.seconds
+        return Point(self.key, scene.key, run.method, *measured, False, run.label, run.options, run.extra)
 
 
 LEAST_TURNS, MOST_TURNS = 40, 400
@@ -305,9 +292,11 @@ def shortest(prepares: Sequence[Prepare], now: Clock | None = None) -> list[floa
     for turn in range(MOST_TURNS):
         for place in range(len(prepares)):
             candidate = (turn + place) % len(prepares)
-            lasted = _once(prepares[candidate](), now)
-            turns[candidate].append(lasted)
-            spent += lasted
+            work = prepares[candidate]()
+            begin = now()
+            work()
+            turns[candidate].append(float(now() - begin))
+            spent += turns[candidate][-1]
         if turn + 1 >= LEAST_TURNS and (spent > ENOUGH_NS or all(map(_believed, turns))):
             break
     return [min(found) for found in turns]
@@ -316,9 +305,3 @@ def shortest(prepares: Sequence[Prepare], now: Clock | None = None) -> list[floa
 def _believed(found: list[float]) -> bool:
     limit = NEAR * min(found)
     return sum(lasted <= limit for lasted in found) >= HITS
-
-
-def _once(work: Work, now: Clock) -> float:
-    begin = now()
-    work()
-    return float(now() - begin)

@@ -4,13 +4,14 @@ The wall is the stiffest that students choose on a Hapkit, 800 N/m. It must be s
 Tapped by a hand, the handle's path into it is compared with that into a wall without samples, event-located.
 """
 
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 
 import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy.driving import Body, drive
-from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, Work, repeats
+from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, repeats
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import SCRIPTS
@@ -62,45 +63,36 @@ def continuous() -> np.ndarray:
     return x
 
 
-def _stage(rate: float, delay: float, times: int) -> headless.PreparedRun:
+def _stage(rate: float, delay: float, times: int) -> Callable[[], np.ndarray]:
     law = environments.named("wall")
     loop = LoopSettings(rate, delay)
     scene = headless.Scene(law, law.values({"stiffness": STIFFNESS}), device(), loop)
-    return headless.prepare_run(scene, SCRIPTS["tap"], round(times * TAP_SECONDS * rate))
+    made = headless.prepare_run(scene, SCRIPTS["tap"], round(times * TAP_SECONDS * rate))
+    made.out.fill(0.0)  # so that the time is the loop's, not the memory's
+    return made.run
 
 
 def contact_error(rate: float, delay: float) -> float:
     """Return the largest distance from the handle's true path, over the deepest penetration."""
     place = environments.named("wall").values()["position"]
     true = continuous()
-    rendered = _stage(rate, delay, 1).run()[:, rows.TRUE_POSITION]
+    rendered = _stage(rate, delay, 1)()[:, rows.TRUE_POSITION]
     at = np.arange(rendered.size) * round(FINE_RATE / rate)
     return float(np.abs(rendered - true[at]).max() / (true.max() - place))
 
 
-def _prepared(rate: float, delay: float, times: int) -> Work:
-    stage = _stage(rate, delay, times)
-    stage.out.fill(0.0)  # so that the time is the loop's, not the memory's
-    return stage.run
-
-
-def _run(scene: str, method: str, rate: float) -> Run:
-    delay, times = DELAYS[method], repeats(round(TAP_SECONDS * rate))
-    limit = wall_limit(rate, delay)
-    return Run(
-        method,
-        LABELS[method],
-        1.0 / rate,
-        STIFFNESS / limit if scene == "stiffness" else contact_error(rate, delay),
-        lambda: _prepared(rate, delay, times),
-        times * TAP_SECONDS,
-        extra=(("rate_Hz", rate), ("stable_stiffness", limit)),
-    )
-
-
 def runs(scene: Scene) -> list[Run]:
     """Return every rate, answered at once and late."""
-    return [_run(scene.key, method, rate) for method in DELAYS for rate in RATES]
+    found = []
+    for method, delay in DELAYS.items():
+        for rate in RATES:
+            times, limit = repeats(round(TAP_SECONDS * rate)), wall_limit(rate, delay)
+            error = STIFFNESS / limit if scene.key == "stiffness" else contact_error(rate, delay)
+            prepare = partial(_stage, rate, delay, times)
+            extra = (("rate_Hz", rate), ("stable_stiffness", limit))
+            seconds = times * TAP_SECONDS
+            found.append(Run(method, LABELS[method], 1.0 / rate, error, prepare, seconds, extra=extra))
+    return found
 
 
 def _scenes() -> tuple[Scene, Scene]:

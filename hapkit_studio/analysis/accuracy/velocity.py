@@ -7,12 +7,12 @@ scene's law and the simulated handle: what a loop pays.
 
 import math
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, Work
+from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
 from hapkit_studio.haptics import headless, rows
@@ -85,22 +85,25 @@ def label(key: str, options: dict[str, float]) -> str:
     return f"Kalman q = {options['q']:g}" if key == "kalman" else SHORT[key]
 
 
-def prepared(spec: tuple[str, dict[str, float]], signal: str) -> tuple[Work, np.ndarray]:
-    """Return what renders a signal once, and the telemetry rows that it fills."""
+def prepared(spec: tuple[str, dict[str, float]], signal: str) -> Callable[[], np.ndarray]:
+    """Return what renders a signal once, and returns its telemetry rows."""
     position, velocity = SIGNALS[signal]()
     device = SimulatedHapkit(damping=0.0, coulomb_force=0.0, quantum=QUANTUM, max_force=math.inf)
     law = environments.named("damping")
     loop, body = headless.Scene(law, law.values(), device, LoopSettings(RATE, 0.0, spec)).prepare()
     out = headless.new_rows(T.size)
     out.fill(0.0)  # so that the time is the loop's, not the memory's
-    return (lambda: headless.run_prescribed(loop, body, position, velocity, out)), out
+
+    def work() -> np.ndarray:
+        headless.run_prescribed(loop, body, position, velocity, out)
+        return out
+
+    return work
 
 
 def estimated(spec: tuple[str, dict[str, float]], signal: str) -> np.ndarray:
     """Return the velocity (n,) in m/s that the loop saw."""
-    work, out = prepared(spec, signal)
-    work()
-    return out[:, rows.VELOCITY]
+    return prepared(spec, signal)()[:, rows.VELOCITY]
 
 
 @cache
@@ -112,25 +115,17 @@ def _lag(variant: int) -> float:
     return float(-np.angle(ratio) / (16.0 * np.pi))
 
 
-def _run(variant: int, signal: str) -> Run:
-    key, options = spec = VARIANTS[variant]
-    off = (estimated(spec, signal) - SIGNALS[signal]()[1])[JUDGED_FROM:]
-    extra = (("max_error_m_per_s", float(np.abs(off).max())), ("lag_s", _lag(variant)))
-    return Run(
-        key,
-        label(key, options),
-        1.0 / RATE,
-        float(np.sqrt(np.mean(off * off))),
-        lambda: prepared(spec, signal)[0],
-        SECONDS,
-        tuple(options.items()),
-        extra,
-    )
-
-
 def runs(scene: Scene) -> list[Run]:
     """Return every estimator with every option on one signal."""
-    return [_run(variant, scene.key) for variant in range(len(VARIANTS))]
+    signal, found = scene.key, []
+    for variant, spec in enumerate(VARIANTS):
+        key, options = spec
+        off = (estimated(spec, signal) - SIGNALS[signal]()[1])[JUDGED_FROM:]
+        rms, most = float(np.sqrt(np.mean(off * off))), float(np.abs(off).max())
+        named, extra = tuple(options.items()), (("max_error_m_per_s", most), ("lag_s", _lag(variant)))
+        work = partial(prepared, spec, signal)
+        found.append(Run(key, label(key, options), 1.0 / RATE, rms, work, SECONDS, named, extra))
+    return found
 
 
 def _scene(key: str, title: str) -> Scene:

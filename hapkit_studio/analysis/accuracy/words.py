@@ -63,22 +63,14 @@ def name_words(scene: Scene, point: Point) -> str:
     return rate_words(point.step_s) + (f", {point.label.lower()}" if other else "")
 
 
-def _where(scene: Scene) -> str:
-    return "" if scene.step_s is None else f" at a {step_words(scene.step_s)} step"
-
-
-def _listed(names: list[str]) -> str:
-    more = len(names) - _NAMED
-    return ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
-
-
 def sentence(sheet: Sheet) -> str:
     """Write the answer of a sheet in one sentence."""
     scene, answer = sheet.scene, sheet.answer
+    where = limit_words(scene) + ("" if scene.step_s is None else f" at a {step_words(scene.step_s)} step")
     if answer.cheapest is None:
-        return f"Nothing is {limit_words(scene)}{_where(scene)}."
+        return f"Nothing is {where}."
     name, cost = name_words(scene, answer.cheapest), cost_words(answer.cheapest.ns_per_simulated_s)
-    return f"Cheapest {limit_words(scene)}{_where(scene)}: {name}, {cost} per simulated second."
+    return f"Cheapest {where}: {name}, {cost} per simulated second."
 
 
 def verdict(sheet: Sheet) -> str:
@@ -87,7 +79,8 @@ def verdict(sheet: Sheet) -> str:
     if answer.default is None:
         return "No default here."
     if answer.right:
-        others = _listed([name_words(scene, p) for p in answer.as_cheap])
+        names, more = [name_words(scene, p) for p in answer.as_cheap], len(answer.as_cheap) - _NAMED
+        others = ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
         return "It is the default." + (f" As cheap, to {100 * (TIE - 1):.0f} %: {others}." if others else "")
     name = name_words(scene, answer.default)
     if answer.default.error > scene.tolerance or answer.cheapest is None:

@@ -5,10 +5,8 @@ from functools import cache
 from types import MappingProxyType
 
 from hapkit_studio import discovery
-from hapkit_studio.analysis.failures.base import Case, Chart, Evidence, Failure, Line, Live, Mark
+from hapkit_studio.analysis.failures.base import Failure
 from hapkit_studio.discovery import declared
-
-__all__ = ["Case", "Chart", "Evidence", "Failure", "Line", "Live", "Mark", "failures", "named"]
 
 
 @cache

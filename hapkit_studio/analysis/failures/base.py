@@ -1,8 +1,9 @@
 """What a failure is: where a method stops working, why, how to try and chart it, how to feel it live."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property, lru_cache, wraps
 from typing import Any
 
 import numpy as np
@@ -24,16 +25,20 @@ Case = Mapping[str, float]
 THEORY, MEASURED, OTHER = "theory", "measured", "other"
 
 
+# Points of a trace: a pixel has two of them, its lowest and its highest.
+POINTS = 2400
+
+
 @dataclass(frozen=True)
 class Evidence:
-    """What one try showed: a trace (n,) over time (n,) in s, the number it was judged by, the verdict.
+    """What one try showed: samples (n,) that are step s apart, the number it was judged by, the verdict.
 
-    The trace may be thinned, its peaks kept, and ends where the motion is lost. measure is in unit
-    measure_unit; words say both in one line, for a person. held: a value lasts until the next.
+    The samples end where the motion is lost. measure is in unit measure_unit; words say both in one line, for
+    a person. held: a value lasts until the next.
     """
 
-    time: np.ndarray
-    trace: np.ndarray
+    samples: np.ndarray
+    step: float
     label: str
     unit: str
     holds: bool
@@ -42,40 +47,81 @@ class Evidence:
     words: str
     held: bool = False
 
+    @property
+    def seconds(self) -> float:
+        """Return how long the samples take."""
+        return self.step * (len(self.samples) - 1)
+
+    @cached_property
+    def trace(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return time and samples, of at most about POINTS pieces the lowest and the highest of each."""
+        x = self.samples
+        time = self.step * np.arange(len(x))
+        if len(x) <= POINTS:
+            return time, x
+        size = -(-2 * len(x) // POINTS)
+        count = len(x) // size
+        pieces = x[: count * size].reshape(count, size)
+        first = size * np.arange(count)
+        lowest, highest = first + pieces.argmin(axis=1), first + pieces.argmax(axis=1)
+        chosen = np.unique(np.r_[lowest, highest, len(x) - 1])
+        return time[chosen], x[chosen]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One curve to chart: of(x, case) is y, nan where it is not drawn; at(case): places of its own.
+
+    Without ``of`` y is what the failure's probe measures, without ``at`` it runs over the plot's places. role
+    is "theory", "measured" (points) or "other" (to compare).
+    """
+
+    label: str
+    of: Callable[[float, Case], float] | None = None
+    role: str = MEASURED
+    at: Callable[[Case], np.ndarray] | None = None
+
+
+@dataclass(frozen=True)
+class Plot:
+    """How a failure is charted: curves over shares (n,) of its limit, or over the places (n,) of a case.
+
+    boundary labels the limit; "" where x_label says that x is not the knob (times ``factor``). marks: other
+    places worth seeing, by their labels. level: the y at which it begins to fail. Unless declared otherwise
+    y is a growth, which must stay below 0.
+    """
+
+    x_label: str
+    at: np.ndarray | Callable[[Case], np.ndarray]
+    curves: tuple[Curve, ...]
+    boundary: str = ""
+    marks: Callable[[Case], dict[str, float]] = lambda case: {}
+    y_label: str = "growth, 1/s"
+    level: float | Callable[[Case], float] | None = 0.0
+    level_label: str = "neither grows nor decays"
+    log_x: bool = False
+    log_y: bool = False
+    factor: float = 1.0
+
 
 @dataclass(frozen=True)
 class Line:
-    """One curve (n,) of a chart: role is "theory", "measured" (points) or "other" (to compare)."""
+    """A curve of a chart as computed: y (n,) over x (n,)."""
 
     label: str
     x: np.ndarray
     y: np.ndarray
-    role: str = MEASURED
-
-
-@dataclass(frozen=True)
-class Mark:
-    """A place on the chart's x axis: the boundary, or another limit worth seeing."""
-
-    label: str
-    x: float
+    role: str
 
 
 @dataclass(frozen=True)
 class Chart:
-    """The failure over its knob; the first mark is the boundary, level the y at which it begins to fail.
+    """What a plot shows in one case, x in the chart's unit; the first mark is the boundary, if any."""
 
-    x is the knob in its unit unless x_label says otherwise; then there may be no mark.
-    """
-
-    x_label: str
-    y_label: str
+    plot: Plot
     lines: tuple[Line, ...]
-    marks: tuple[Mark, ...] = ()
-    level: float | None = None
-    level_label: str = ""
-    log_x: bool = False
-    log_y: bool = False
+    marks: dict[str, float]
+    level: float | None
 
 
 @dataclass(frozen=True)
@@ -93,9 +139,13 @@ class Live:
     advice: str = ""
 
 
-Limit = Callable[[Case], float]
-Probe = Callable[[float, Case], Evidence]
-Curve = Callable[[Case, Progress], Chart]
+@dataclass(frozen=True)
+class Try:
+    """One value of the knob, what it showed, and how the window would show it."""
+
+    value: float
+    evidence: Evidence
+    live: Live | None = None
 
 
 @dataclass(frozen=True)
@@ -105,8 +155,8 @@ class Failure:
     knob is what is turned, low to high all that may be tried; below limit(case) the method holds, above it
     fails, for certain from ``margin`` (a share of the limit) on: 0.01 where the boundary is sharp. The limit
     is inf where nothing fails, 0 where nothing holds. A case has one number for each of options. probe tries
-    one value of the knob by the code that renders; curve measures many and draws the formula beside them.
-    span: the shares of the limit worth turning to.
+    one value of the knob by the code that renders; plot draws many and the formula beside them. span: the
+    shares of the limit worth turning to.
     """
 
     key: str
@@ -115,9 +165,9 @@ class Failure:
     formula: str
     explanation: str
     knob: Parameter
-    limit: Limit
-    probe: Probe
-    curve: Curve
+    limit: Callable[[Case], float]
+    probe: Callable[[float, Case], Evidence]
+    plot: Plot
     options: tuple[AnyParameter, ...] = ()
     live: Callable[[float, Case], Live] | None = None
     margin: float = 0.01
@@ -137,10 +187,43 @@ class Failure:
         """Return the knob's value just outside the limit, where the method fails."""
         return self.limit(case) * (1.0 + self.margin)
 
+    def bound(self, case: Case) -> float:
+        """Return the limit; raise ParameterError where a case has none."""
+        limit = self.limit(case)
+        if not 0.0 < limit < math.inf:
+            what = "fails" if limit else "holds"
+            raise ParameterError(f"Nothing {what} under these conditions: change one.")
+        return limit
+
     def try_at(self, value: object, options: Mapping[str, object] | None = None) -> Evidence:
         """Return what happens at one value of the knob; raise ParameterError for what cannot be tried."""
         case = self.case(options)
         return self.probe(self.knob.check(value), case)
+
+    def curve(self, case: Case, progress: Progress) -> Chart:
+        """Compute every curve of the plot; the progress counts all points but those of theory."""
+        plot, limit, done = self.plot, self.limit(case), 0
+        shared = plot.at(case) if callable(plot.at) else limit * plot.at
+        places = [curve.at(case) if curve.at else shared for curve in plot.curves]
+        of = sum(len(x) for x, curve in zip(places, plot.curves, strict=True) if curve.role != THEORY)
+        lines = []
+        for xs, curve in zip(places, plot.curves, strict=True):
+            y = np.empty(len(xs))
+            for index, x in enumerate(xs):
+                y[index] = curve.of(float(x), case) if curve.of else self.probe(float(x), case).measure
+                if curve.role != THEORY:
+                    done += 1
+                    progress(done, of)
+            lines.append(Line(curve.label, plot.factor * xs, y, curve.role))
+        marks = ({plot.boundary: limit} if plot.boundary else {}) | plot.marks(case)
+        level = plot.level(case) if callable(plot.level) else plot.level
+        return Chart(plot, tuple(lines), {label: plot.factor * x for label, x in marks.items()}, level)
+
+
+def remembered(limit: Callable[[Case], float]) -> Callable[[Case], float]:
+    """Keep the limits of the last cases: each takes long to find, and is asked for often."""
+    found = lru_cache(maxsize=64)(lambda numbers: limit(dict(numbers)))
+    return wraps(limit)(lambda case: found(tuple(case.items())))
 
 
 def within(key: str, values: Mapping[str, float]) -> dict[str, float]:
@@ -163,29 +246,30 @@ def live_rate(rate: float) -> float:
     return min(max(rate, RATE.low), RATE.high)
 
 
-@dataclass(frozen=True)
-class Try:
-    """One value of the knob, and what it showed."""
-
-    value: float
-    evidence: Evidence
-
-
-@dataclass(frozen=True)
+@dataclass
 class Shown:
-    """A failure in one case: its limit, a try that should hold and one that should fail, the chart if any."""
+    """What is known of a failure in one case: its limit, a try on each side of it, the chart.
+
+    old: the names of what belongs to other conditions.
+    """
 
     failure: Failure
     case: Case
-    limit: float
-    inside: Try
-    outside: Try
+    limit: float | None = None
+    inside: Try | None = None
+    outside: Try | None = None
     chart: Chart | None = None
+    old: set[str] = field(default_factory=set)
+
+    @property
+    def scale(self) -> float | None:
+        """Return the factor from the knob's unit to the chart's x axis; None where x is another quantity."""
+        return self.chart.plot.factor if self.chart and self.chart.plot.boundary and self.limit else None
 
     @property
     def as_theory_says(self) -> bool:
         """Say whether the inner try holds and the outer one fails."""
-        return self.inside.evidence.holds and not self.outside.evidence.holds
+        return [one and one.evidence.holds for one in (self.inside, self.outside)] == [True, False]
 
 
 def show(
@@ -197,58 +281,47 @@ def show(
 ) -> Shown:
     """Return a failure tried on both sides of its limit; raise ParameterError for options without a limit."""
     case = failure.case(options)
-    if not 0.0 < failure.limit(case) < math.inf:
-        what = "fails" if failure.limit(case) else "holds"
-        raise ParameterError(f"{failure.title}: nothing {what} with these options, change one of them.")
-    values = failure.inside(case), failure.outside(case)
+    limit, values = failure.bound(case), (failure.inside(case), failure.outside(case))
     inside, outside = (Try(value, failure.probe(value, case)) for value in values)
-    curve = failure.curve(case, progress) if chart else None
-    return Shown(failure, case, failure.limit(case), inside, outside, curve)
+    return Shown(failure, case, limit, inside, outside, failure.curve(case, progress) if chart else None)
 
 
 def as_json(shown: Shown, traces: bool = False) -> dict[str, Any]:
     """Return a failure shown as one object, SI units; traces: with what moved, and the chart's lines."""
     failure, chart = shown.failure, shown.chart
-    pairs = [(p, shown.case[p.key]) for p in failure.options]
     found = {
-        "key": failure.key,
-        "title": failure.title,
-        "formula": failure.formula,
+        **{key: getattr(failure, key) for key in ("key", "title", "formula", "margin")},
         "knob": failure.knob.key,
         "knob_unit": failure.knob.unit,
-        "options": {p.key: p.text(n) if p.discrete else n for p, n in pairs},
+        "options": {
+            p.key: p.text(shown.case[p.key]) if p.discrete else shown.case[p.key] for p in failure.options
+        },
         "limit": shown.limit,
-        "margin": failure.margin,
         "inside": try_json(shown.inside, traces),
         "outside": try_json(shown.outside, traces),
         "as_theory_says": shown.as_theory_says,
     }
-    if traces:
-        keys = ("x_label", "y_label", "level", "lines", "marks")
-        found["chart"] = {key: getattr(chart, key) for key in keys} if chart else None
+    if traces and chart:
+        labels = {key: getattr(chart.plot, key) for key in ("x_label", "y_label")}
+        marks = [{"label": label, "x": x} for label, x in chart.marks.items()]
+        found["chart"] = {**labels, "level": chart.level, "lines": chart.lines, "marks": marks}
     return plain(found)
 
 
-def try_json(one: Try, traces: bool = False) -> dict[str, Any]:
+def try_json(one: Try | None, traces: bool = False) -> dict[str, Any]:
     """Return one try as an object; a measure that is not finite is None."""
+    if one is None:
+        return {}
     found = one.evidence
-    keys = ("holds", "measure", "measure_unit", "words", *(("time", "trace") if traces else ()))
-    labels = {"trace_label": found.label, "trace_unit": found.unit} if traces else {}
-    return plain({"value": one.value, **{key: getattr(found, key) for key in keys}, **labels})
+    keys = ("holds", "measure", "measure_unit", "words")
+    numbers = {"value": one.value, **{key: getattr(found, key) for key in keys}}
+    if traces:
+        time, trace = found.trace
+        numbers |= {"time": time, "trace": trace, "trace_label": found.label, "trace_unit": found.unit}
+    return plain(numbers)
 
 
-# What several failures do alike: sweep, render, judge a motion, write its verdict.
-
-
-def swept(
-    xs: np.ndarray, measure: Callable[[float], float | Sequence[float]], progress: Progress
-) -> np.ndarray:
-    """Return measure(x) of each x (n,) as (n,) or (n, k), and tell the progress."""
-    found = []
-    for done, x in enumerate(xs, 1):
-        found.append(measure(float(x)))
-        progress(done, len(xs))
-    return np.array(found)
+# What several failures do alike: render, judge a motion, write its verdict.
 
 
 def render(
@@ -266,23 +339,11 @@ def render(
 
 
 def growth_evidence(
-    time: np.ndarray, x: np.ndarray, rate: float, label: str = "position", unit: str = "mm", more: str = ""
+    x: np.ndarray, step: float, rate: float, label: str = "position", unit: str = "mm", more: str = ""
 ) -> Evidence:
     """Return the evidence of a motion x (n,) that grows by rate in 1/s; it holds where that is below 0."""
-    time, x = thinned(time, x)
     words = f"{'decays' if rate < 0.0 else 'grows'} by {with_unit(abs(rate), '1/s')}{more}"
-    return Evidence(time, x, label, unit, rate < 0.0, rate, "1/s", words)
-
-
-def growth_chart(
-    x_label: str, lines: tuple[Line, ...], marks: tuple[Mark, ...], log_x: bool = False
-) -> Chart:
-    """Return the chart of a growth in 1/s, which must stay below 0."""
-    return Chart(x_label, "growth, 1/s", lines, marks, 0.0, "neither grows nor decays", log_x)
-
-
-# Points of a trace: a pixel has two of them, its lowest and its highest.
-POINTS = 2400
+    return Evidence(x, step, label, unit, rate < 0.0, rate, "1/s", words)
 
 
 def before_lost(x: np.ndarray, most: float) -> int:
@@ -296,19 +357,6 @@ def alive(size: np.ndarray, least: float) -> int:
     """Return how many samples of size (n,) there are up to the last that is ``least`` or more."""
     big = np.flatnonzero(size >= least)
     return int(big[-1]) + 1 if len(big) else 0
-
-
-def thinned(time: np.ndarray, x: np.ndarray, points: int = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return (time, x) of at most about ``points``: of each piece the lowest and the highest, in order."""
-    if len(x) <= points:
-        return time, x
-    size = -(-2 * len(x) // points)
-    count = len(x) // size
-    pieces = x[: count * size].reshape(count, size)
-    first = size * np.arange(count)
-    lowest, highest = first + pieces.argmin(axis=1), first + pieces.argmax(axis=1)
-    chosen = np.unique(np.r_[lowest, highest, len(x) - 1])
-    return time[chosen], x[chosen]
 
 
 def growth(size: np.ndarray, seconds: float) -> float:

@@ -19,24 +19,12 @@ WITHIN = 0.01
 PHASES = (np.arange(32) + 0.5) / 32
 # ω T (1 + 2 td/T) up to which the formula is within 1 %.
 LATENESS = 0.4
-_LATENESS = np.linspace(0.05, 0.6, 12)
-# What is compared: its label, b as a share of K (T/2 + td), its role.
-_LINES = (
-    ("b = 0, rendered", 0.0, base.MEASURED),
-    ("b everywhere, half the balance", 0.5, base.OTHER),
-    ("b everywhere, the balance", 1.0, base.OTHER),
-)
 
 
 def stiffness_of(lateness: float, case: base.Case) -> float:
     """Return the stiffness in N/m whose ω T (1 + 2 td/T) that is."""
     turn = lateness / (1.0 + 2.0 * case["late"])
     return case["mass"] * (turn * case["rate"]) ** 2
-
-
-def limit(case: base.Case) -> float:
-    """Return ω T (1 + 2 td/T) = 0.4, up to which the formula is within about 1 %."""
-    return LATENESS
 
 
 def balance_of(lateness: float, case: base.Case) -> float:
@@ -56,20 +44,18 @@ def bounce_rows(lateness: float, case: base.Case, phase: float, damping: float =
     return base.render("wall", {"stiffness": stiffness, "position": WALL}, device, loop, count)
 
 
-def gain_of(out: np.ndarray, late: float) -> float:
-    """Return energy out over energy in: once the last force has ended, over the last sample outside."""
-    touching, speed = np.flatnonzero(out[:, rows.ASKED]), out[:, rows.TRUE_VELOCITY]
-    after = int(touching[-1]) + 1 + math.ceil(late - 1e-9)
-    return float(speed[after] / speed[touching[0] - 1]) ** 2
-
-
 def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
     """Return energy out over energy in by the tick, the mean over the sampling phases.
 
-    The handle's damping is ``balance`` times K (T/2 + td).
+    The handle's damping is ``balance`` times K (T/2 + td). Out is once the last force has ended, in the last
+    sample outside.
     """
-    damping = balance * balance_of(lateness, case)
-    gains = [gain_of(bounce_rows(lateness, case, phase, damping), case["late"]) for phase in PHASES]
+    damping, gains = balance * balance_of(lateness, case), []
+    for phase in PHASES:
+        out = bounce_rows(lateness, case, phase, damping)
+        touching, speed = np.flatnonzero(out[:, rows.ASKED]), out[:, rows.TRUE_VELOCITY]
+        after = int(touching[-1]) + 1 + math.ceil(case["late"] - 1e-9)
+        gains.append(float(speed[after] / speed[touching[0] - 1]) ** 2)
     return float(np.mean(gains))
 
 
@@ -84,28 +70,19 @@ def probe(lateness: float, case: base.Case) -> base.Evidence:
     """Throw the handle at the wall, at every sampling phase, and compare the energy with the formula."""
     gain = rendered(lateness, case)
     error = off(lateness, case, gain)
-    out = bounce_rows(lateness, case, 0.5)
-    time, x = base.thinned(np.arange(len(out)) / case["rate"], 1e3 * (out[:, rows.TRUE_POSITION] - WALL))
     wrong = with_unit(100.0 * error, "%", 2, sign=True)
     words = f"energy × {with_unit(gain, '', 4)} in a bounce; the formula is off by {wrong}"
-    return base.Evidence(time, x, "depth in the wall", "mm", abs(error) <= WITHIN, 100.0 * error, "%", words)
+    x, holds = 1e3 * (bounce_rows(lateness, case, 0.5)[:, rows.TRUE_POSITION] - WALL), abs(error) <= WITHIN
+    return base.Evidence(x, 1.0 / case["rate"], "depth in the wall", "mm", holds, 100.0 * error, "%", words)
 
 
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return by how much the formula is off over ω T (1 + 2 td/T), without and with damping."""
+def error(balance: float, label: str) -> base.Curve:
+    """Declare by how many % the formula is off where b is a share of the balance K (T/2 + td)."""
 
-    def errors(lateness: float) -> list[float]:
-        return [100.0 * off(lateness, case, rendered(lateness, case, b), b) for _, b, _ in _LINES]
+    def of(lateness: float, case: base.Case) -> float:
+        return 100.0 * off(lateness, case, rendered(lateness, case, balance), balance)
 
-    found = base.swept(_LATENESS, errors, progress).T
-    lines = tuple(
-        base.Line(label, _LATENESS, y, role) for y, (label, _, role) in zip(found, _LINES, strict=True)
-    )
-    marks, labels = (
-        (base.Mark("ω T (1 + 2 td/T) = 0.4", LATENESS),),
-        ("ω T (1 + 2 td/T)", "the formula is off by, %"),
-    )
-    return base.Chart(*labels, lines, marks, 100.0 * WITHIN, "1 %", log_y=True)
+    return base.Curve(label, of, base.OTHER)
 
 
 def live(lateness: float, case: base.Case) -> base.Live:
@@ -134,9 +111,22 @@ FAILURE = base.Failure(
     knob=base.Parameter(
         "lateness", "Lateness", "", 0.4, 0.01, 2.0, "How far a swing turns while late", "ω T (1 + 2 td/T)"
     ),
-    limit=limit,
+    limit=lambda case: LATENESS,
     probe=probe,
-    curve=curve,
+    plot=base.Plot(
+        "ω T (1 + 2 td/T)",
+        lambda case: np.linspace(0.05, 0.6, 12),
+        (
+            base.Curve("b = 0, rendered"),
+            error(0.5, "b everywhere, half the balance"),
+            error(1.0, "b everywhere, the balance"),
+        ),
+        "ω T (1 + 2 td/T) = 0.4",
+        level=100.0 * WITHIN,
+        level_label="1 %",
+        log_y=True,
+        y_label="the formula is off by, %",
+    ),
     options=(base.Choice("late", "Delay", ("none", "one_period"), "none"), MASS, RATE),
     live=live,
     margin=0.2,

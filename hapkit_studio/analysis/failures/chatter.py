@@ -55,26 +55,10 @@ def peak_to_peak(friction: float, case: base.Case, model: int = COULOMB) -> tupl
 def probe(friction: float, case: base.Case) -> base.Evidence:
     """Let the handle slide to rest against friction by the sign of its velocity."""
     size, tail = peak_to_peak(friction, case)
-    holds = size <= FLICKER
-    time, x = base.thinned(np.arange(len(tail)) / case["rate"], tail - tail.mean())
-    words = f"{'flickers' if holds else 'chatters'} by {with_unit(size, 'counts p-p', 2)}"
-    return base.Evidence(time, x, "position", "counts", holds, size, "counts", words)
-
-
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the chatter over the friction, beside that of the implicit projection."""
-
-    def both(level: float) -> tuple[float, ...]:
-        return tuple(peak_to_peak(level, case, model)[0] for model in (COULOMB, PROJECTION))
-
-    levels, bound = limit(case) * _SHARES, f"{RATIOS[int(case['late'])]:g} m Δ/T²"
-    plain, held = base.swept(levels, both, progress).T
-    lines = (
-        base.Line("by the sign of the velocity", levels, plain),
-        base.Line("implicit projection", levels, held, base.OTHER),
-    )
-    marks = (base.Mark(bound, limit(case)), base.Mark("m Δ/T²", count_force(case)))
-    return base.Chart("friction, N", "chatter, counts p-p", lines, marks, FLICKER, "more than a flicker")
+    holds, counts = size <= FLICKER, with_unit(size, "counts p-p", 2)
+    words = f"{'flickers' if holds else 'chatters'} by {counts}"
+    x = tail - tail.mean()
+    return base.Evidence(x, 1.0 / case["rate"], "position", "counts", holds, size, "counts", words)
 
 
 def live(friction: float, case: base.Case) -> base.Live:
@@ -110,7 +94,23 @@ FAILURE = base.Failure(
     knob=base.Parameter("friction", "Friction", "N", 1.0, 0.0, 1e4, "Kinetic and static", "F"),
     limit=limit,
     probe=probe,
-    curve=curve,
+    plot=base.Plot(
+        "friction, N",
+        _SHARES,
+        (
+            base.Curve("by the sign of the velocity"),
+            base.Curve(
+                "implicit projection",
+                lambda force, case: peak_to_peak(force, case, PROJECTION)[0],
+                base.OTHER,
+            ),
+        ),
+        "limit, by simulation",
+        lambda case: {"m Δ/T²": count_force(case)},
+        level=FLICKER,
+        level_label="more than a flicker",
+        y_label="chatter, counts p-p",
+    ),
     options=(
         base.Choice("late", "Delay", ("none", "one_period"), "none"),
         spring.MASS,

@@ -21,7 +21,6 @@ RATIO = DAMPING / (2.0 * MASS * OMEGA)
 # The handle goes slowly to PRESSED, then by NUDGE at once, and is held still: the mass swings in contact.
 PRESSED, NUDGE, RISE = 0.02, 2e-4, 2.0
 SECONDS = 8.0
-_STEPS = np.geomspace(0.1e-3, 7e-3, 25)
 
 
 def limit(case: base.Case) -> float:
@@ -42,16 +41,14 @@ def _held(time: float) -> float:
     return REST + (PRESSED - REST) * (0.5 - 0.5 * math.cos(math.pi * time / RISE))
 
 
-def swing(method: str, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return time and place (n,) of the mass about its rest in contact, by the tick, while it is touched."""
+def swing(method: str, step: float) -> np.ndarray:
+    """Return the place (n,) of the mass about its rest in contact, by the tick, while it is touched."""
     device = SimulatedHapkit(coulomb_force=0.0, quantum=0.0, max_force=math.inf)
     count, loop = round((RISE + SECONDS) / step), LoopSettings(1.0 / step)
     out = base.render("mass_spring_damper", values(method), device, loop, count, Prescribed(_held))
-    begin = math.ceil(RISE / step) + 2
     at_rest = (SPRING * REST + CONTACT * (PRESSED + NUDGE)) / BOTH
-    place = out[begin:, rows.STATE] - at_rest
-    n = max(base.before_lost(place, PRESSED + NUDGE - at_rest), 2)
-    return step * np.arange(n), place[:n]
+    place = out[math.ceil(RISE / step) + 2 :, rows.STATE] - at_rest
+    return place[: max(base.before_lost(place, PRESSED + NUDGE - at_rest), 2)]
 
 
 def rate_of(x: np.ndarray, step: float) -> float:
@@ -62,24 +59,13 @@ def rate_of(x: np.ndarray, step: float) -> float:
 
 def probe(step: float, case: base.Case) -> base.Evidence:
     """Press the handle against the mass, nudge it and hold it still."""
-    time, x = swing(method_of(case), step)
-    true = "; in truth it decays by 0.25 1/s"
-    return base.growth_evidence(time, 1e3 * x, rate_of(x, step), "mass from its rest", more=true)
+    x, true = swing(method_of(case), step), "; in truth it decays by 0.25 1/s"
+    return base.growth_evidence(1e3 * x, step, rate_of(x, step), "mass from its rest", more=true)
 
 
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the growth over the step: rendered, from the method's formula, and the truth."""
-    method = method_of(case)
-    measured = base.swept(_STEPS, lambda step: rate_of(swing(method, step)[1], step), progress)
-    theory = [OMEGA * growth_per_radian(method, RATIO, OMEGA * step) for step in _STEPS]
-    steps = 1e3 * _STEPS
-    lines = (
-        base.Line("largest root", steps, np.array(theory), base.THEORY),
-        base.Line("rendered", steps, measured),
-        base.Line("the truth", steps, np.full(len(steps), -DAMPING / (2.0 * MASS)), base.OTHER),
-    )
-    marks = (base.Mark("limit", 1e3 * limit(case)), base.Mark("1 ms", 1.0), base.Mark("230 Hz", 1e3 / 230.0))
-    return base.growth_chart("step, ms", lines, marks, log_x=True)
+def exact(step: float, case: base.Case) -> float:
+    """Return the growth in 1/s by the method's formula."""
+    return OMEGA * growth_per_radian(method_of(case), RATIO, OMEGA * step)
 
 
 _ADVICE = (
@@ -107,7 +93,19 @@ FAILURE = base.Failure(
     knob=base.Parameter("step", "Step", "s", 1e-3, 1e-4, 0.2, "Of the loop and of the integrator", "dt"),
     limit=limit,
     probe=probe,
-    curve=curve,
+    plot=base.Plot(
+        "step, ms",
+        lambda case: np.geomspace(0.1e-3, 7e-3, 25),
+        (
+            base.Curve("largest root", exact, base.THEORY),
+            base.Curve("rendered"),
+            base.Curve("the truth", lambda step, case: -DAMPING / (2.0 * MASS), base.OTHER),
+        ),
+        "limit",
+        lambda case: {"1 ms": 1e-3, "230 Hz": 1.0 / 230.0},
+        log_x=True,
+        factor=1e3,
+    ),
     options=(replace(METHOD, default_option="lecture"),),
     live=live,
     order=3,

@@ -1,13 +1,12 @@
 """Damping that makes it worse: behind a slow second-order filter it lowers the stable stiffness."""
 
 import math
-from functools import lru_cache
 
 import numpy as np
 
 from hapkit_studio.analysis.checks import bisected
 from hapkit_studio.analysis.failures import base, spring
-from hapkit_studio.analysis.failures.filters import bound, limits_over
+from hapkit_studio.analysis.failures.filters import bound, over_damping
 from hapkit_studio.dynamics.estimators import Spec
 
 # No damping beyond this is looked at.
@@ -21,14 +20,9 @@ def spec(case: base.Case) -> Spec:
     return ("butterworth", {"cutoff": case["cutoff"]})
 
 
+@base.remembered
 def limit(case: base.Case) -> float:
     """Return the damping in N·s/m up to which the spring is stable: 0 if it never is, inf if always."""
-    return _limit(tuple(case.items()))
-
-
-@lru_cache(maxsize=64)
-def _limit(numbers: tuple) -> float:
-    case = dict(numbers)
 
     def stable(damping: float) -> bool:
         return bound(case, damping, spec(case)) >= case["stiffness"]
@@ -37,22 +31,9 @@ def _limit(numbers: tuple) -> float:
     if not len(holding):
         return 0.0
     last = int(holding[-1])
-    return (
-        math.inf if last == len(_SCAN) - 1 else bisected(stable, _SCAN[last], _SCAN[last + 1], _HALVINGS)[0]
-    )
-
-
-def probe(damping: float, case: base.Case) -> base.Evidence:
-    """Let the handle go 1 mm from the centre of the rendered spring with this much damping."""
-    return spring.evidence(spring.setting(case, spec(case)), damping, case["stiffness"])
-
-
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the largest stable stiffness over the virtual damping, exact and rendered."""
-    most, labels = limit(case), ("virtual damping, N·s/m", "largest stable stiffness, N/m")
-    damping = np.linspace(0.0, min(2.5 * most or 2.0, MOST), 41)
-    lines = limits_over(damping, 4, case, spec(case), "exact", progress)
-    return base.Chart(*labels, lines, (base.Mark("limit", most),), case["stiffness"], "the spring")
+    if last == len(_SCAN) - 1:
+        return math.inf
+    return bisected(stable, _SCAN[last], _SCAN[last + 1], _HALVINGS)[0]
 
 
 def live(damping: float, case: base.Case) -> base.Live:
@@ -73,8 +54,15 @@ FAILURE = base.Failure(
     "triple its limit.",
     knob=base.Parameter("damping", "Virtual damping", "N·s/m", 0.5, 0.0, MOST, "Behind the filter", "B"),
     limit=limit,
-    probe=probe,
-    curve=curve,
+    probe=lambda b, case: spring.evidence(spring.setting(case, spec(case)), b, case["stiffness"]),
+    plot=over_damping(
+        lambda case: np.linspace(0.0, min(2.5 * limit(case) or 2.0, MOST), 41),
+        4,
+        spec,
+        boundary="limit",
+        level=lambda case: case["stiffness"],
+        level_label="the spring",
+    ),
     options=(
         base.Parameter("stiffness", "Stiffness", "N/m", 900.0, 10.0, 20_000.0, "Of the rendered spring", "K"),
         base.Parameter("cutoff", "Corner", "Hz", 20.0, 5.0, 200.0, "Of the Butterworth filter", "f"),

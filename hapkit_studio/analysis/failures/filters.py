@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -19,12 +20,11 @@ ESTIMATORS: dict[str, tuple[str, Spec]] = {
     "butterworth_20": ("Butterworth 20 Hz", ("butterworth", {"cutoff": 20.0})),
     "kalman": ("Kalman", "kalman"),
 }
-_DAMPINGS = np.linspace(0.0, 10.0, 21)
 
 
-def chosen(case: base.Case) -> tuple[str, Spec]:
-    """Return the label and the estimator of a case."""
-    return list(ESTIMATORS.values())[int(case["estimator"])]
+def chosen(case: base.Case) -> Spec:
+    """Return the estimator of a case."""
+    return list(ESTIMATORS.values())[int(case["estimator"])][1]
 
 
 def bound(
@@ -37,39 +37,32 @@ def bound(
 
 def limit(case: base.Case) -> float:
     """Return the exact limit in N/m with this filter; 0 where the damping alone is unstable."""
-    return bound(case, case["damping"], chosen(case)[1])
+    return bound(case, case["damping"], chosen(case))
 
 
-def probe(stiffness: float, case: base.Case) -> base.Evidence:
-    """Let the handle go 1 mm from the centre of the rendered spring and damper."""
-    return spring.evidence(spring.setting(case, chosen(case)[1]), case["damping"], stiffness)
+def over_damping(
+    dampings: Callable[[base.Case], np.ndarray], every: int, spec: Callable[[base.Case], Spec], **more: Any
+) -> base.Plot:
+    """Declare the limit over virtual damping: without a filter, exact, and rendered at every so many."""
 
+    def exact(damping: float, case: base.Case) -> float:
+        return bound(case, damping, spec(case))
 
-def limits_over(
-    dampings: np.ndarray, every: int, case: base.Case, spec: Spec, label: str, progress: base.Progress
-) -> tuple[base.Line, ...]:
-    """Return the limits over virtual damping (n,): without a filter, exact; rendered for every so many."""
-    plain, exact = (np.array([bound(case, b, one) for b in dampings]) for one in ("difference", spec))
-    few = dampings[::every]
-    measured = base.swept(few, lambda b: bound(case, b, spec, measured_stiffness_limit), progress)
-    return (
-        base.Line("no filter", dampings, plain, base.OTHER),
-        base.Line(label, dampings, exact, base.THEORY),
-        base.Line("rendered", few, measured),
+    def rendered(damping: float, case: base.Case) -> float:
+        return bound(case, damping, spec(case), measured_stiffness_limit)
+
+    curves = (
+        base.Curve("no filter", lambda damping, case: bound(case, damping, "difference"), base.OTHER),
+        base.Curve("filtered, exact", exact, base.THEORY),
+        base.Curve("rendered", rendered, at=lambda case: dampings(case)[::every]),
     )
-
-
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the largest stable stiffness over the virtual damping: exact, rendered, and without a filter."""
-    label, spec = chosen(case)
-    lines = limits_over(_DAMPINGS, 2, case, spec, f"{label}, exact", progress)
-    marks = (base.Mark("this damping", case["damping"]),)
-    return base.Chart("virtual damping, N·s/m", "largest stable stiffness, N/m", lines, marks)
+    y_label = "largest stable stiffness, N/m"
+    return base.Plot("virtual damping, N·s/m", dampings, curves, y_label=y_label, **more)
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
     """Return the spring and damper in the window behind this filter."""
-    loop = spring.loop_of(case, chosen(case)[1])
+    loop = spring.loop_of(case, chosen(case))
     return spring.live(stiffness, limit(case), spring.STIFFNESS, {"damping": case["damping"]}, loop)
 
 
@@ -85,8 +78,14 @@ FAILURE = base.Failure(
     "one.",
     knob=replace(spring.STIFFNESS, default=2000.0),
     limit=limit,
-    probe=probe,
-    curve=curve,
+    probe=lambda k, case: spring.evidence(spring.setting(case, chosen(case)), case["damping"], k),
+    plot=over_damping(
+        lambda case: np.linspace(0.0, 10.0, 21),
+        2,
+        chosen,
+        marks=lambda case: {"this damping": case["damping"]},
+        level=None,
+    ),
     options=(
         base.Choice(
             "estimator",

@@ -54,9 +54,7 @@ OMEGA, START = 10.0, 0.01
 STEPS = 200_000
 # A swing this much smaller or larger than at first has died out, or is lost.
 DEAD, LOST = 1e-9, 1e9
-_SHARES = np.concatenate(
-    [np.linspace(0.5, 0.95, 10), [0.98, 0.99, 1.0, 1.01, 1.02], np.linspace(1.05, 1.5, 10)]
-)
+_SHARES = np.r_[0.5:0.95:10j, 0.98, 0.99, 1.0, 1.01, 1.02, 1.05:1.5:10j]
 
 
 def method_of(case: base.Case) -> str:
@@ -68,8 +66,8 @@ def _ratio(case: base.Case) -> float:
     return RATIOS[int(case["ratio"])]
 
 
-def _truth(case: base.Case) -> float:
-    return OMEGA * growth_per_radian("exact", _ratio(case), 1.0)
+def _growth(method: str, step: float, case: base.Case) -> float:
+    return OMEGA * growth_per_radian(method, _ratio(case), step)
 
 
 def limit(case: base.Case) -> float:
@@ -77,38 +75,19 @@ def limit(case: base.Case) -> float:
     return longest_step(method_of(case), 1.0, 2.0 * _ratio(case), 1.0)
 
 
-def swing(step: float, case: base.Case) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Return time, position, size (swing with speed), each (n,), until lost or dead; and the growth."""
+def probe(step: float, case: base.Case) -> base.Evidence:
+    """Let the mass go and follow it over many steps, until it is lost or dead."""
     damping, dt = 2.0 * _ratio(case) * OMEGA, step / OMEGA
     with np.errstate(over="ignore", invalid="ignore"):
-        time, x, v = integrate(
+        _, x, v = integrate(
             method_of(case), mass=1.0, damping=damping, stiffness=OMEGA**2, x0=START, v0=0.0, dt=dt,
             seconds=STEPS * dt,
         )  # fmt: skip
         size = np.hypot(x, v / OMEGA)
-    n = base.alive(size[: base.before_lost(size, LOST * START)], DEAD * START)
-    return time[:n], x[:n], size[:n], base.growth(size[:n], dt)
-
-
-def probe(step: float, case: base.Case) -> base.Evidence:
-    """Let the mass go and follow it over many steps."""
-    time, x, size, rate = swing(step, case)
+    size = size[: base.alive(size[: base.before_lost(size, LOST * START)], DEAD * START)]
     shown = base.alive(size[: base.before_lost(size, 30.0 * START)], 1e-3 * START)
-    true = f"; in truth it decays by {with_unit(-_truth(case), '1/s')}"
-    return base.growth_evidence(time[:shown], 1e3 * x[:shown], rate, more=true)
-
-
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the growth over ω dt: measured, from the method's formula, and the truth."""
-    bound = limit(case)
-    steps = bound * _SHARES
-    theory = [OMEGA * growth_per_radian(method_of(case), _ratio(case), h) for h in steps]
-    lines = (
-        base.Line("largest root", steps, np.array(theory), base.THEORY),
-        base.Line("measured", steps, base.swept(steps, lambda step: swing(step, case)[3], progress)),
-        base.Line("the truth", steps, np.full(len(steps), _truth(case)), base.OTHER),
-    )
-    return base.growth_chart("ω·dt", lines, (base.Mark("limit", bound),))
+    true = f"; in truth it decays by {with_unit(-_growth('exact', 1.0, case), '1/s')}"
+    return base.growth_evidence(1e3 * x[:shown], dt, base.growth(size, dt), more=true)
 
 
 def live(step: float, case: base.Case) -> base.Live:
@@ -138,11 +117,17 @@ FAILURE = base.Failure(
     knob=base.Parameter("step", "Step", "", 1.0, 1e-3, 10.0, "How far the swing turns in one step", "ω·dt"),
     limit=limit,
     probe=probe,
-    curve=curve,
-    options=(
-        METHOD,
-        base.Choice("ratio", "Damping ratio", tuple(f"{r:g}" for r in RATIOS), "0.2"),
+    plot=base.Plot(
+        "ω·dt",
+        _SHARES,
+        (
+            base.Curve("largest root", lambda step, case: _growth(method_of(case), step, case), base.THEORY),
+            base.Curve("measured"),
+            base.Curve("the truth", lambda step, case: _growth("exact", 1.0, case), base.OTHER),
+        ),
+        "limit",
     ),
+    options=(METHOD, base.Choice("ratio", "Damping ratio", tuple(f"{r:g}" for r in RATIOS), "0.2")),
     live=live,
     order=2,
 )

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 from itertools import groupby
 
 import numpy as np
@@ -50,28 +49,21 @@ def nominal(case: base.Case) -> float:
     return stiffness_limit(case["mass"], case["viscous"], rate=case["rate"])
 
 
+@base.remembered
 def limit(case: base.Case) -> float:
     """Return the least stiffness in N/m at which the loop with this pattern of periods grows; exact."""
-    return _limit(tuple(case.items()))
-
-
-@lru_cache(maxsize=64)
-def _limit(numbers: tuple) -> float:
-    case = dict(numbers)
     periods = pattern(case)
     scan = np.linspace(worst(case), 1.001 * nominal(case), _SCAN)
     grows = [exact(k, case, periods) > 0.0 for k in scan]
-    if grows[0]:
-        return float(scan[0])
-    if not any(grows):
-        return float(scan[-1])
+    if grows[0] or not any(grows):
+        return float(scan[0 if grows[0] else -1])
     first = int(np.argmax(grows))
     return bisected(lambda k: exact(k, case, periods) <= 0.0, scan[first - 1], scan[first], _HALVINGS)[0]
 
 
-def swing(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and rows, one each time the periods have passed, of a handle let go: by the tick."""
-    where = spring.setting(case)
+def swing(stiffness: float, case: base.Case) -> np.ndarray:
+    """Return place and speed (n, 2), each time the periods have passed, of a handle let go: by the tick."""
+    where, periods = spring.setting(case), pattern(case)
     device = where.device(real=False, position=spring.START)
     values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
     r, body = headless.Scene(environments.named("spring"), values, device, where.loop).prepare()
@@ -79,63 +71,46 @@ def swing(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> tupl
     longest = max(times for _, times in runs)
     room, still = headless.new_rows(longest), np.zeros(longest + 1)
     letting_go, no_hand = np.zeros(longest, dtype=np.int64), np.zeros(3)
-    count = math.ceil(spring.SECONDS / sum(periods))
-    seen = np.empty((count, 2))
-    for index in range(count):
+    seen = np.empty((math.ceil(spring.SECONDS / sum(periods)), 2))
+    for index in range(len(seen)):
         for number, (period, times) in enumerate(runs):
             r.block.values[block.PERIOD] = period
             headless.run_batch(r, body, no_hand, still, letting_go, room[:times])
             if number == 0:
                 seen[index] = room[0, [rows.TRUE_POSITION, rows.TRUE_VELOCITY]]
         if not abs(seen[index, 0]) < spring.REACH:
-            seen = seen[: index + 1]
-            break
-    return sum(periods) * np.arange(len(seen)), seen
+            return seen[: index + 1]
+    return seen
 
 
-def rate_of(stiffness: float, case: base.Case, seen: np.ndarray, seconds: float) -> float:
-    """Return the growth in 1/s of rows (n, 2) of place and speed, ``seconds`` apart."""
+def rate_of(stiffness: float, case: base.Case, seen: np.ndarray) -> float:
+    """Return the growth in 1/s of places and speeds (n, 2) that are all periods apart."""
     size = np.hypot(seen[:, 0], seen[:, 1] * math.sqrt(case["mass"] / stiffness))
     half = base.alive(size, DEAD * spring.START) // 2
-    size = size[: 2 * half]
+    if not half:
+        return math.inf
     # Seen once a pattern, the swing stands where it likes: its largest of each half is compared.
-    return float(np.log(size[half:].max() / size[:half].max()) / (half * seconds)) if half else math.inf
+    first, second = size[:half].max(), size[half : 2 * half].max()
+    return float(np.log(second / first) / (half * sum(pattern(case))))
 
 
 def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Let the handle go 1 mm from the centre of a spring whose loop is late now and then."""
-    periods = pattern(case)
-    time, seen = swing(stiffness, case, periods)
-    rate = rate_of(stiffness, case, seen, sum(periods))
-    n = base.before_lost(seen[:, 0], spring.REACH)
-    return base.growth_evidence(time[:n], 1e3 * seen[:n, 0], rate)
+    seen = swing(stiffness, case)
+    place = 1e3 * seen[: base.before_lost(seen[:, 0], spring.REACH), 0]
+    return base.growth_evidence(place, sum(pattern(case)), rate_of(stiffness, case, seen))
 
 
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the growth over the stiffness: rendered with the pattern, exact, and at the nominal rate."""
-    bound, periods, even = limit(case), pattern(case), (1.0 / case["rate"],)
+def charted(case: base.Case) -> np.ndarray:
+    """Return the stiffnesses (n,) in N/m that are charted."""
+    even = np.linspace(0.5 * worst(case), 1.05 * nominal(case), _POINTS)
+    return np.union1d(limit(case) * _NEAR, even)
 
-    def rendered(k: float) -> float:
-        return rate_of(k, case, swing(k, case, periods)[1], sum(periods))
 
-    def exactly(periods: tuple[float, ...]) -> np.ndarray:
-        return np.array([exact(k, case, periods) for k in stiffness])
-
-    stiffness = np.union1d(bound * _NEAR, np.linspace(0.5 * worst(case), 1.05 * nominal(case), _POINTS))
-    measured, always = base.swept(stiffness, rendered, progress), exactly((max(periods),))
-    always[always > 2.0 * measured.max()] = np.nan
-    lines = (
-        base.Line("largest root", stiffness, exactly(periods), base.THEORY),
-        base.Line("rendered", stiffness, measured),
-        base.Line("never late", stiffness, exactly(even), base.OTHER),
-        base.Line("always late", stiffness, always, base.OTHER),
-    )
-    marks = (
-        base.Mark("exact limit", bound),
-        base.Mark("by the longest period", worst(case)),
-        base.Mark("by the nominal rate", nominal(case)),
-    )
-    return base.growth_chart("stiffness, N/m", lines, marks)
+def always_late(stiffness: float, case: base.Case) -> float:
+    """Return the growth in 1/s at the longest period alone; nan far beyond what the pattern has at most."""
+    rate = exact(stiffness, case, (max(pattern(case)),))
+    return rate if rate <= 2.05 * max(exact(k, case, pattern(case)) for k in charted(case)) else math.nan
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
@@ -158,7 +133,18 @@ FAILURE = base.Failure(
     knob=replace(spring.STIFFNESS, default=500.0, high=50_000.0),
     limit=limit,
     probe=probe,
-    curve=curve,
+    plot=base.Plot(
+        "stiffness, N/m",
+        charted,
+        (
+            base.Curve("largest root", lambda k, case: exact(k, case, pattern(case)), base.THEORY),
+            base.Curve("rendered"),
+            base.Curve("never late", lambda k, case: exact(k, case, (1.0 / case["rate"],)), base.OTHER),
+            base.Curve("always late", always_late, base.OTHER),
+        ),
+        "exact limit",
+        lambda case: {"by the longest period": worst(case), "by the nominal rate": nominal(case)},
+    ),
     options=(
         base.Parameter("usual", "Usual periods", "", 24.0, 1.0, 500.0, "Between two long ones"),
         base.Parameter("long", "Long period", "periods", 5.0, 1.0, 20.0, "How many usual periods it takes"),

@@ -10,7 +10,6 @@ from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.in_window import SEEN, behind, let_go
 from hapkit_studio.formatting import on_screen, with_unit
 
-_SHARES = np.array([1.15, 1.25, 1.4, 1.6, 1.9, 2.3, 3.0, 4.0])
 _HALVINGS = 16
 
 
@@ -20,11 +19,6 @@ def amplitude(case: base.Case, stiffness: float) -> float:
     if spare <= 0.0:
         return math.inf
     return 4.0 * case["coulomb"] / (math.pi * math.sqrt(stiffness / case["mass"]) * spare)
-
-
-def limit(case: base.Case) -> float:
-    """Return the push in m up to which the case's spring settles."""
-    return amplitude(case, case["stiffness"])
 
 
 def swing(push: float, case: base.Case) -> tuple[np.ndarray, bool]:
@@ -44,26 +38,17 @@ def probe(push: float, case: base.Case) -> base.Evidence:
     """Pull the handle aside by so much and let it go."""
     x, holds = swing(push, case)
     moving = np.flatnonzero(np.abs(np.diff(x)) > 0.0)
-    seconds = (int(moving[-1]) + 1 if len(moving) else len(x)) / case["rate"]
-    words = f"{'settles within' if holds else 'grows, lost after'} {with_unit(seconds, 's', 2)}"
-    shown = min(round(1.2 * seconds * case["rate"]), len(x))
-    time, trace = base.thinned(np.arange(shown) / case["rate"], 1e3 * x[:shown])
-    return base.Evidence(time, trace, "position", "mm", holds, 1e3 * float(np.abs(x).max()), "mm", words)
-
-
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the largest push that settles over the stiffness: rendered, and by the balance of energy."""
-    edge = 2.0 * case["viscous"] * case["rate"]
-    stiffness = edge * _SHARES
-    fine = np.geomspace(stiffness[0], stiffness[-1], 60)
-    theory = 1e3 * np.array([amplitude(case, k) for k in fine])
-    lines = (
-        base.Line("balance of energy", fine, theory, base.THEORY),
-        base.Line("rendered", stiffness, 1e3 * base.swept(stiffness, lambda k: measured(case, k), progress)),
+    samples = int(moving[-1]) + 1 if len(moving) else len(x)
+    words = (
+        f"{'settles within' if holds else 'grows, lost after'} {with_unit(samples / case['rate'], 's', 2)}"
     )
-    marks = (base.Mark("this spring", case["stiffness"]), base.Mark("2 b/T", edge))
-    labels, level = ("stiffness, N/m", "largest push that settles, mm"), 1e3 * limit(case)
-    return base.Chart(*labels, lines, marks, level, "its largest push", log_y=True)
+    shown, most = 1e3 * x[: round(1.2 * samples)], 1e3 * float(np.abs(x).max())
+    return base.Evidence(shown, 1.0 / case["rate"], "position", "mm", holds, most, "mm", words)
+
+
+def edge(case: base.Case) -> float:
+    """Return 2 b/T in N/m, above which sampling gives more than viscous damping takes."""
+    return 2.0 * case["viscous"] * case["rate"]
 
 
 def live(push: float, case: base.Case) -> base.Live:
@@ -86,9 +71,26 @@ FAILURE = base.Failure(
     "A, in proportion to A only. So small swings lose and settle, large ones win and grow. A wall "
     "that seems quite stable under a light touch can be thrown into a buzz by one hard knock.",
     knob=base.Parameter("push", "Push", "m", 2e-3, 1e-6, 1.0, "How far the handle is pulled aside", "A"),
-    limit=limit,
+    limit=lambda case: amplitude(case, case["stiffness"]),
     probe=probe,
-    curve=curve,
+    plot=base.Plot(
+        "stiffness, N/m",
+        lambda case: edge(case) * np.array([1.15, 1.25, 1.4, 1.6, 1.9, 2.3, 3.0, 4.0]),
+        (
+            base.Curve(
+                "balance of energy",
+                lambda k, case: 1e3 * amplitude(case, k),
+                base.THEORY,
+                lambda case: edge(case) * np.geomspace(1.15, 4.0, 60),
+            ),
+            base.Curve("rendered", lambda k, case: 1e3 * measured(case, k)),
+        ),
+        marks=lambda case: {"this spring": case["stiffness"], "2 b/T": edge(case)},
+        level=lambda case: 1e3 * amplitude(case, case["stiffness"]),
+        level_label="its largest push",
+        log_y=True,
+        y_label="largest push that settles, mm",
+    ),
     options=(
         replace(spring.STIFFNESS, default=2000.0, high=50_000.0),
         spring.MASS,

@@ -1,5 +1,6 @@
 """A spring felt through sensor steps: where half a count's force is more than friction holds, it buzzes."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -35,21 +36,14 @@ def probe(stiffness: float, case: base.Case) -> base.Evidence:
     if word == spring.CYCLES:
         x = x[-round(SHOWN * case["rate"]) :]
         x, label = x - x.mean(), f"position in the last {with_unit(SHOWN, 's')}"
-    time, trace = base.thinned(np.arange(len(x)) / case["rate"], x)
-    return base.Evidence(time, trace, label, "counts", word == spring.RESTS, counts, "counts", words)
+    holds = word == spring.RESTS
+    return base.Evidence(x, 1.0 / case["rate"], label, "counts", holds, counts, "counts", words)
 
 
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the size of the buzz over the stiffness; 0 is exact rest."""
-
-    def buzz(stiffness: float) -> float:
-        _, word, size = swing(stiffness, case)
-        return np.nan if word == spring.GROWS else size
-
-    stiffness = limit(case) * _SHARES
-    marks = (base.Mark("2 F_c/Δ", limit(case)), base.Mark("2 b/T", 2.0 * case["viscous"] * case["rate"]))
-    lines = (base.Line("rendered", stiffness, base.swept(stiffness, buzz, progress)),)
-    return base.Chart("stiffness, N/m", "buzz, counts p-p", lines, marks)
+def buzz(stiffness: float, case: base.Case) -> float:
+    """Return the size of the buzz in counts; 0 is exact rest, nan where it grows."""
+    _, word, size = swing(stiffness, case)
+    return math.nan if word == spring.GROWS else size
 
 
 FAILURE = base.Failure(
@@ -64,7 +58,15 @@ FAILURE = base.Failure(
     knob=spring.STIFFNESS,
     limit=limit,
     probe=probe,
-    curve=curve,
+    plot=base.Plot(
+        "stiffness, N/m",
+        _SHARES,
+        (base.Curve("rendered", buzz),),
+        "2 F_c/Δ",
+        lambda case: {"2 b/T": 2.0 * case["viscous"] * case["rate"]},
+        y_label="buzz, counts p-p",
+        level=None,
+    ),
     options=(
         spring.MASS,
         replace(spring.VISCOUS, default=1.0),

@@ -5,41 +5,15 @@ import numpy as np
 from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.filters import bound
 
-_SHARES = np.linspace(0.5, 2.0, 31)
-
 
 def limit(case: base.Case) -> float:
     """Return the exact limit in N/m: where a root of the sampled loop leaves the unit circle."""
     return bound(case, case["damping"], "difference")
 
 
-def probe(stiffness: float, case: base.Case) -> base.Evidence:
-    """Let the handle go 1 mm from the centre of the rendered spring."""
-    return spring.evidence(spring.setting(case), case["damping"], stiffness)
-
-
-def exact(stiffness: float, case: base.Case) -> float:
-    """Return the growth in 1/s from the loop's largest root."""
-    period = 1.0 / case["rate"]
-    loop = case["mass"], case["viscous"], stiffness, case["damping"], period, case["delay"]
-    return spring.exact_rate(spring.step_matrix(*loop), period)
-
-
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the growth over the stiffness: of the rendered spring, and of the loop's largest root."""
-    most, where = limit(case), spring.setting(case)
-
-    def measured(k: float) -> float:
-        return spring.rate_of(where, k, spring.released(where, case["damping"], k))
-
-    stiffness = most * _SHARES
-    rule = (case["viscous"] + case["damping"]) / (0.5 / case["rate"] + case["delay"])
-    lines = (
-        base.Line("largest root", stiffness, np.array([exact(k, case) for k in stiffness]), base.THEORY),
-        base.Line("rendered", stiffness, base.swept(stiffness, measured, progress)),
-    )
-    marks = (base.Mark("exact limit", most), base.Mark("(b + B)/(T/2 + td)", rule))
-    return base.growth_chart("stiffness, N/m", lines, marks)
+def rule(case: base.Case) -> dict[str, float]:
+    """Return the limit in N/m by the rule of thumb."""
+    return {"(b + B)/(T/2 + td)": (case["viscous"] + case["damping"]) / (0.5 / case["rate"] + case["delay"])}
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
@@ -60,8 +34,17 @@ FAILURE = base.Failure(
     "wins, the swing grows.",
     knob=spring.STIFFNESS,
     limit=limit,
-    probe=probe,
-    curve=curve,
+    probe=lambda k, case: spring.evidence(spring.setting(case), case["damping"], k),
+    plot=base.Plot(
+        "stiffness, N/m",
+        np.linspace(0.5, 2.0, 31),
+        (
+            base.Curve("largest root", lambda k, case: spring.exact(case, k), base.THEORY),
+            base.Curve("rendered"),
+        ),
+        "exact limit",
+        rule,
+    ),
     options=(*spring.HANDLE, spring.DAMPING),
     live=live,
     span=(0.5, 2.0),

@@ -59,11 +59,10 @@ def rate_of(where: Setting, stiffness: float, out: np.ndarray) -> float:
 
 
 def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
-    """Return how the handle moves once it is let go: whether the spring calms it or shakes it."""
+    """Return how the handle moves, let go 1 mm from the centre: whether the spring calms or shakes it."""
     out = released(where, damping, stiffness)
-    time = np.arange(len(out)) * where.period
     rate = rate_of(where, stiffness, out)
-    return base.growth_evidence(time, 1e3 * out[:, rows.TRUE_POSITION], rate)
+    return base.growth_evidence(1e3 * out[:, rows.TRUE_POSITION], where.period, rate)
 
 
 def loop_of(case: Case, estimator: Spec = "difference") -> dict[str, object]:
@@ -117,6 +116,13 @@ def _map(mass: float, viscous: float, seconds: float) -> np.ndarray:
 def exact_rate(matrix: np.ndarray, seconds: float) -> float:
     """Return the growth in 1/s of a loop that repeats this map every ``seconds``."""
     return math.log(np.abs(np.linalg.eigvals(matrix)).max()) / seconds
+
+
+def exact(case: Case, stiffness: float) -> float:
+    """Return the growth in 1/s from the loop's largest root; a case without damping or delay has none."""
+    period = 1.0 / case["rate"]
+    extra = case.get("damping", 0.0), period, case.get("delay", 0.0)
+    return exact_rate(step_matrix(case["mass"], case["viscous"], stiffness, *extra), period)
 
 
 RESTS, CYCLES, GROWS = "rests", "cycles", "grows"

@@ -15,6 +15,7 @@ from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Parameter
 
 AMPLITUDE = 0.25
+WANTED = 10  # samples, or counts, in a ridge
 _FASTEST = 1.5  # m/s: no mouse swipes faster
 WAVELENGTH = Parameter("wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "From ridge to ridge", "λ")
 SPEED = Parameter("speed", "Speed", "m/s", 0.5, 0.0, 100.0, "Of the stroke", "v")
@@ -47,35 +48,17 @@ def live(speed: float, case: base.Case) -> base.Live:
     return base.Live("texture", grating(case["wavelength"]), {"rate": case["rate"]}, advice=swipe(speed))
 
 
-def counted(
-    force: np.ndarray,
-    unit: str,
-    case: base.Case,
-    holds: bool,
-    measure: float,
-    words: str,
-    what: str = "samples",
-) -> base.Evidence:
-    """Return the evidence of a rendered force (n,), held from sample to sample."""
-    time = np.arange(len(force)) / case["rate"]
-    return base.Evidence(time, force, "force", unit, holds, float(measure), what, words, held=True)
-
-
-def ridge_words(out: np.ndarray, case: base.Case, least: int, what: str = "samples") -> str:
-    """Say what the worst ridge gets."""
-    peak = with_unit(100.0 * least_peak(out, case["wavelength"]), "%")
-    return f"{least} {what} at the least in a ridge, {peak} of its force"
-
-
-def least_in_a_ridge(out: np.ndarray, wavelength: float, different: bool = False) -> int:
-    """Return the least number of samples in a whole ridge; different: of different readings."""
-    place = out[:, rows.TRUE_POSITION]
-    if different:
-        place = np.unique(out[:, rows.POSITION])
+def ridges(out: np.ndarray, case: base.Case, what: str, shown: int) -> base.Evidence:
+    """Return the force of so many samples, and what the worst whole ridge gets: samples, or readings."""
+    place = out[:, rows.TRUE_POSITION] if what == "samples" else np.unique(out[:, rows.POSITION])
     # a rounding error at a ridge's edge is no other ridge
-    ridge = np.floor(place / wavelength + 1e-9).astype(int)
+    ridge = np.floor(place / case["wavelength"] + 1e-9).astype(int)
     counts = np.bincount(ridge - ridge.min())[1:-1]
-    return int(counts.min()) if len(counts) else len(place)
+    least = int(counts.min()) if len(counts) else len(place)
+    peak = with_unit(100.0 * least_peak(out, case["wavelength"]), "%")
+    words = f"{least} {what} at the least in a ridge, {peak} of its force"
+    force, step = out[:shown, rows.ASKED], 1.0 / case["rate"]
+    return base.Evidence(force, step, "force", "N", least >= WANTED, float(least), what, words, held=True)
 
 
 def least_peak(out: np.ndarray, wavelength: float) -> float:
@@ -84,9 +67,3 @@ def least_peak(out: np.ndarray, wavelength: float) -> float:
     peaks = np.full(ridge.max() - ridge.min() + 1, -np.inf)
     np.maximum.at(peaks, ridge - ridge.min(), out[:, rows.ASKED])
     return float(peaks[1:-1].min() / AMPLITUDE) if len(peaks) > 2 else float(peaks.max() / AMPLITUDE)
-
-
-def felt(force: np.ndarray, rate: float) -> float:
-    """Return the frequency in Hz of a sampled sine (n,): F_k+1 + F_k-1 = 2 cos(2 π f/rate) F_k."""
-    cosine = force[1:-1] @ (force[2:] + force[:-2]) / (2.0 * force[1:-1] @ force[1:-1])
-    return rate * math.acos(min(max(float(cosine), -1.0), 1.0)) / math.tau

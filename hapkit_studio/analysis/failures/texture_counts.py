@@ -8,14 +8,7 @@ import numpy as np
 from hapkit_studio.analysis.failures import base, spring, stroking
 from hapkit_studio.haptics import rows
 
-WANTED = 10
 RIDGES, TO_SEE = 200, 80
-_SHARES = np.geomspace(0.2, 4.0, 24)
-
-
-def limit(case: base.Case) -> float:
-    """Return λ/10 in m."""
-    return case["wavelength"] / WANTED
 
 
 def stroke(quantum: float, case: base.Case) -> np.ndarray:
@@ -26,33 +19,13 @@ def stroke(quantum: float, case: base.Case) -> np.ndarray:
 
 def probe(quantum: float, case: base.Case) -> base.Evidence:
     """Stroke the grating slowly with one sensor; the ridge with the fewest readings decides."""
-    out = stroke(quantum, case)
-    least = stroking.least_in_a_ridge(out, case["wavelength"], different=True)
-    words = stroking.ridge_words(out, case, least, "readings")
-    force = out[: 4 * TO_SEE, rows.ASKED]
-    return stroking.counted(force, "N", case, least >= WANTED, least, words, "readings")
+    return stroking.ridges(stroke(quantum, case), case, "readings", 4 * TO_SEE)
 
 
 def step(quantum: float, case: base.Case) -> float:
     """Return the largest step of the rendered force in % of its amplitude."""
     force = stroke(quantum, case)[:, rows.ASKED]
     return 100.0 * float(np.abs(np.diff(force)).max()) / stroking.AMPLITUDE
-
-
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the step of the force over that of the sensor: rendered, and by theory."""
-    quanta = limit(case) * _SHARES
-    found = base.swept(quanta, lambda quantum: step(quantum, case), progress)
-    theory = 200.0 * np.sin(np.pi * quanta / case["wavelength"])
-    lines = (
-        base.Line("2 sin(π Δ/λ)", 1e3 * quanta, theory, base.THEORY),
-        base.Line("rendered", 1e3 * quanta, found),
-    )
-    marks = (base.Mark("λ/10", 1e3 * limit(case)), base.Mark("a Hapkit's count", 20.7e-3))
-    level = 200.0 * math.sin(math.pi / WANTED)
-    return base.Chart(
-        "sensor step, mm", "largest step of the force, % of A", lines, marks, level, "ten counts", log_x=True
-    )
 
 
 FAILURE = base.Failure(
@@ -66,13 +39,28 @@ FAILURE = base.Failure(
     "The Hapkit's 20.7 µm is fine enough for ridges of 0.2 mm; a paddle with 0.78 mm a count only "
     "for ridges of 8 mm.",
     knob=base.Parameter("quantum", "Sensor step", "m", 1e-4, 1e-7, 0.02, "One count", "Δ"),
-    limit=limit,
+    limit=lambda case: case["wavelength"] / stroking.WANTED,
     probe=probe,
-    curve=curve,
-    options=(
-        replace(stroking.WAVELENGTH, default=0.001),
-        spring.RATE,
+    plot=base.Plot(
+        "sensor step, mm",
+        np.geomspace(0.2, 4.0, 24),
+        (
+            base.Curve(
+                "2 sin(π Δ/λ)",
+                lambda q, case: 200.0 * math.sin(math.pi * q / case["wavelength"]),
+                base.THEORY,
+            ),
+            base.Curve("rendered", step),
+        ),
+        "λ/10",
+        lambda case: {"a Hapkit's count": 20.7e-6},
+        level=200.0 * math.sin(math.pi / stroking.WANTED),
+        level_label="ten counts",
+        log_x=True,
+        factor=1e3,
+        y_label="largest step of the force, % of A",
     ),
+    options=(replace(stroking.WAVELENGTH, default=0.001), spring.RATE),
     span=(0.2, 3.0),
     order=13,
 )

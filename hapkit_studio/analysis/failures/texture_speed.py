@@ -1,5 +1,6 @@
 """Ridges stroked too fast: beyond half the rate another texture is felt than the one that is there."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,6 @@ from hapkit_studio.haptics import rows
 SAMPLES = 400
 # What is felt may differ by this share from what is there.
 TRUE_WITHIN = 0.005
-_SHARES = np.linspace(0.1, 1.95, 38)
 
 
 def limit(case: base.Case) -> float:
@@ -19,33 +19,22 @@ def limit(case: base.Case) -> float:
     return 0.5 * case["wavelength"] * case["rate"]
 
 
-def felt(speed: float, case: base.Case) -> tuple[float, np.ndarray]:
-    """Return the frequency in Hz of the rendered force, and its rows."""
-    out = stroking.stroke(case["wavelength"], speed, case["rate"], 0.0, SAMPLES, 0.13 * case["wavelength"])
-    return stroking.felt(out[:, rows.ASKED], case["rate"]), out
-
-
 def probe(speed: float, case: base.Case) -> base.Evidence:
     """Stroke the grating at one speed and count the vibration."""
-    frequency, out = felt(speed, case)
-    there = speed / case["wavelength"]
+    wavelength, rate = case["wavelength"], case["rate"]
+    force = stroking.stroke(wavelength, speed, rate, 0.0, SAMPLES, 0.13 * wavelength)[:, rows.ASKED]
+    # of a sampled sine F_k+1 + F_k-1 = 2 cos(2 π f/rate) F_k
+    cosine = force[1:-1] @ (force[2:] + force[:-2]) / (2.0 * force[1:-1] @ force[1:-1])
+    frequency, there = rate * math.acos(min(max(float(cosine), -1.0), 1.0)) / math.tau, speed / wavelength
     holds = abs(frequency - there) <= TRUE_WITHIN * there
     words = f"vibrates at {with_unit(frequency, 'Hz', 4)}, its ridges come at {with_unit(there, 'Hz', 4)}"
-    return stroking.counted(out[:80, rows.ASKED], "N", case, holds, frequency, words, "Hz")
+    return base.Evidence(force[:80], 1.0 / rate, "force", "N", holds, frequency, "Hz", words, held=True)
 
 
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the frequency felt over the speed, beside that of the ridges and of theory."""
-    speeds = limit(case) * _SHARES
-    there = speeds / case["wavelength"]
-    folded = np.abs(there - case["rate"] * np.round(there / case["rate"]))
-    lines = (
-        base.Line("the ridges, v/λ", speeds, there, base.OTHER),
-        base.Line("folded at half the rate", speeds, folded, base.THEORY),
-        base.Line("rendered", speeds, base.swept(speeds, lambda speed: felt(speed, case)[0], progress)),
-    )
-    marks = (base.Mark("λ/(2T)", limit(case)), base.Mark("λ/(10T)", 0.2 * limit(case)))
-    return base.Chart("speed, m/s", "vibration, Hz", lines, marks)
+def folded(speed: float, case: base.Case) -> float:
+    """Return the frequency in Hz at which samples show the ridges."""
+    there = speed / case["wavelength"]
+    return abs(there - case["rate"] * round(there / case["rate"]))
 
 
 FAILURE = base.Failure(
@@ -60,11 +49,20 @@ FAILURE = base.Failure(
     knob=stroking.SPEED,
     limit=limit,
     probe=probe,
-    curve=curve,
-    options=(
-        replace(stroking.WAVELENGTH, default=0.001),
-        spring.RATE,
+    plot=base.Plot(
+        "speed, m/s",
+        np.linspace(0.1, 1.95, 38),
+        (
+            base.Curve("the ridges, v/λ", lambda speed, case: speed / case["wavelength"], base.OTHER),
+            base.Curve("folded at half the rate", folded, base.THEORY),
+            base.Curve("rendered"),
+        ),
+        "λ/(2T)",
+        lambda case: {"λ/(10T)": 0.2 * limit(case)},
+        y_label="vibration, Hz",
+        level=None,
     ),
+    options=(replace(stroking.WAVELENGTH, default=0.001), spring.RATE),
     live=stroking.live,
     span=(0.1, 1.9),
     order=11,

@@ -14,7 +14,6 @@ START, REACH = 1e-5, 1e-3
 # What has become this small a share of its start is lost in rounding.
 DEAD = 1e-6
 _POINTER = 0.01  # m: where the mouse lets go
-_SHARES = np.linspace(0.5, 1.5, 21)
 
 
 def stiffness(amplitude: float, case: base.Case) -> float:
@@ -28,41 +27,16 @@ def limit(case: base.Case) -> float:
     return most * case["wavelength"] / math.tau
 
 
-def swing(amplitude: float, case: base.Case) -> tuple[np.ndarray, float]:
-    """Return the place (n,) in m of a handle let go beside the middle of a valley, and its growth in 1/s."""
+def probe(amplitude: float, case: base.Case) -> base.Evidence:
+    """Let the handle go beside the middle of a valley."""
     where, wavelength = spring.setting(case), case["wavelength"]
     device = where.device(real=False, position=(0.5 + START) * wavelength)
     count = round(spring.SECONDS * case["rate"])
     out = base.render("texture", stroking.grating(wavelength, amplitude), device, where.loop, count)
     place = out[:, rows.TRUE_POSITION] - 0.5 * wavelength
     n = base.alive(np.abs(place[: base.before_lost(place, REACH * wavelength)]), DEAD * START * wavelength)
-    return place[:n], spring.rate_of(where, stiffness(amplitude, case), out[:n])
-
-
-def probe(amplitude: float, case: base.Case) -> base.Evidence:
-    """Let the handle go beside the middle of a valley."""
-    place, rate = swing(amplitude, case)
-    time = np.arange(len(place)) * (1.0 / case["rate"])
-    return base.growth_evidence(time, 1e6 * place, rate, "position in the valley", "µm")
-
-
-def exact(amplitude: float, case: base.Case) -> float:
-    """Return the growth in 1/s of the spring that the valley is."""
-    period = 1.0 / case["rate"]
-    loop = case["mass"], case["viscous"], stiffness(amplitude, case), 0.0, period, 0.0
-    return spring.exact_rate(spring.step_matrix(*loop), period)
-
-
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return the growth over the amplitude: rendered, and of the spring that the valley is."""
-    amplitudes = limit(case) * _SHARES
-    lines = (
-        base.Line("largest root", amplitudes, np.array([exact(a, case) for a in amplitudes]), base.THEORY),
-        base.Line("rendered", amplitudes, base.swept(amplitudes, lambda a: swing(a, case)[1], progress)),
-    )
-    rule = case["viscous"] * case["wavelength"] * case["rate"] / math.pi
-    marks = (base.Mark("exact limit", limit(case)), base.Mark("b λ/(π T)", rule))
-    return base.growth_chart("amplitude, N", lines, marks)
+    rate = spring.rate_of(where, stiffness(amplitude, case), out[:n])
+    return base.growth_evidence(1e6 * place[:n], where.period, rate, "position in the valley", "µm")
 
 
 def live(amplitude: float, case: base.Case) -> base.Live:
@@ -88,7 +62,16 @@ FAILURE = base.Failure(
     knob=base.Parameter("amplitude", "Amplitude", "N", 0.8, 1e-4, 50.0, "The most a ridge pushes", "A"),
     limit=limit,
     probe=probe,
-    curve=curve,
+    plot=base.Plot(
+        "amplitude, N",
+        np.linspace(0.5, 1.5, 21),
+        (
+            base.Curve("largest root", lambda a, case: spring.exact(case, stiffness(a, case)), base.THEORY),
+            base.Curve("rendered"),
+        ),
+        "exact limit",
+        lambda case: {"b λ/(π T)": case["viscous"] * case["wavelength"] * case["rate"] / math.pi},
+    ),
     options=(stroking.WAVELENGTH, spring.MASS, spring.VISCOUS, spring.RATE),
     live=live,
     order=10,

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from hapkit_studio.analysis.failures import base, spring
-from hapkit_studio.analysis.failures.stroking import counted, swipe
+from hapkit_studio.analysis.failures.stroking import swipe
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.environments.bump_valley import BUMP
 from hapkit_studio.formatting import with_unit
@@ -20,7 +20,6 @@ PEAK = 0.002
 _COSINE = 1.0
 # Energies beyond this many percent of the hill's height are off the chart.
 MOST_SHOWN = 120.0
-_SHARES = np.geomspace(0.2, 6.0, 26)
 
 
 def limit(case: base.Case) -> float:
@@ -42,11 +41,6 @@ def throws(speed: float, case: base.Case) -> list[np.ndarray]:
     return found
 
 
-def inside(out: np.ndarray) -> int:
-    """Return how many samples felt the bump."""
-    return int(np.count_nonzero(out[:, rows.ASKED]))
-
-
 def least_peak(runs: list[np.ndarray]) -> float:
     """Return the least share of the peak force that a throw was given, up the bump or down."""
     return min(float(np.abs(out[:, rows.ASKED]).max()) for out in runs) / PEAK
@@ -58,46 +52,31 @@ def missed(runs: list[np.ndarray], case: base.Case) -> float:
     return 100.0 * max(abs(float(work)) for work in works) / (PEAK * 2.0 / math.tau * case["width"])
 
 
+def shown(speed: float, case: base.Case) -> float:
+    """Return that energy, nan where it is off the chart."""
+    energy = missed(throws(speed, case), case)
+    return energy if energy <= MOST_SHOWN else math.nan
+
+
 def probe(speed: float, case: base.Case) -> base.Evidence:
     """Throw the handle over the bump at one speed, at every phase."""
     runs = throws(speed, case)
-    worst = min(runs, key=inside)
-    least, peak = inside(worst), with_unit(100.0 * least_peak(runs), "%")
+    felt = [int(np.count_nonzero(out[:, rows.ASKED])) for out in runs]
+    least, peak = min(felt), with_unit(100.0 * least_peak(runs), "%")
     energy = with_unit(missed(runs, case), "%", 2)
     words = f"{least} samples at the least, {peak} of the force; energy off by {energy}"
-    return counted(100.0 * worst[:, rows.ASKED] / PEAK, "% of the peak", case, least >= WANTED, least, words)
+    force, step = 100.0 * runs[felt.index(least)][:, rows.ASKED] / PEAK, 1.0 / case["rate"]
+    holds = least >= WANTED
+    return base.Evidence(force, step, "force", "% of the peak", holds, least, "samples", words, held=True)
 
 
-def curve(case: base.Case, progress: base.Progress) -> base.Chart:
-    """Return over the speed how much of the bump the worst throw feels, and the energy it gains or loses."""
-
-    def felt(speed: float) -> tuple[float, float]:
-        runs = throws(speed, case)
-        return 100.0 * least_peak(runs), missed(runs, case)
-
-    speeds = limit(case) * _SHARES
-    peaks, energies = base.swept(speeds, felt, progress).T
-    lines = (
-        base.Line("worst sample, theory", speeds, 100.0 * _theory(speeds, case), base.THEORY),
-        base.Line("peak force, rendered", speeds, peaks),
-        base.Line(
-            "energy gained or lost", speeds, np.where(energies <= MOST_SHOWN, energies, np.nan), base.OTHER
-        ),
-    )
-    marks = (base.Mark("w/(4T)", limit(case)), base.Mark("w/T: unseen", WANTED * limit(case)))
-    return base.Chart("speed, m/s", "worst throw, % of the whole", lines, marks, log_x=True)
-
-
-def _theory(speeds: np.ndarray, case: base.Case) -> np.ndarray:
-    """Return the least largest |sin| that samples a stretch u = v T/w apart can have in one wave."""
-    u = speeds / (case["width"] * case["rate"])
+def theory(speed: float, case: base.Case) -> float:
+    """Return the least largest |sin|, in %, that samples a stretch v T/w apart can have in one wave."""
+    stretch = speed / (case["width"] * case["rate"])
     offsets = np.linspace(0.0, 1.0, 401)[:, None]
-    least = []
-    for step in u:
-        places = step * (offsets + np.arange(math.ceil(1.0 / step) + 1))
-        waves = np.where(places < 1.0, np.abs(np.sin(math.tau * places)), 0.0)
-        least.append(waves.max(axis=1).min())
-    return np.array(least)
+    places = stretch * (offsets + np.arange(math.ceil(1.0 / stretch) + 1))
+    waves = np.where(places < 1.0, np.abs(np.sin(math.tau * places)), 0.0)
+    return 100.0 * float(waves.max(axis=1).min())
 
 
 def live(speed: float, case: base.Case) -> base.Live:
@@ -119,7 +98,20 @@ FAILURE = base.Failure(
     knob=base.Parameter("speed", "Speed", "m/s", 1.0, 1e-3, 500.0, "Of the throw", "v"),
     limit=limit,
     probe=probe,
-    curve=curve,
+    plot=base.Plot(
+        "speed, m/s",
+        np.geomspace(0.2, 6.0, 26),
+        (
+            base.Curve("worst sample, theory", theory, base.THEORY),
+            base.Curve("peak force, rendered", lambda v, case: 100.0 * least_peak(throws(v, case))),
+            base.Curve("energy gained or lost", shown, base.OTHER),
+        ),
+        "w/(4T)",
+        lambda case: {"w/T: unseen": WANTED * limit(case)},
+        log_x=True,
+        y_label="worst throw, % of the whole",
+        level=None,
+    ),
     options=(
         base.Parameter("width", "Width of the bump", "m", 0.005, 5e-4, 0.04, "From foot to foot", "w"),
         spring.MASS,

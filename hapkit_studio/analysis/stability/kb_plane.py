@@ -9,7 +9,6 @@ import numpy as np
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole_number
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.limits import (
-    Loop,
     checked_loop,
     coulomb_line,
     simple_rule,
@@ -78,25 +77,16 @@ class Plane:
         return float(self.damping[-1])
 
 
-def _loop(setting: Setting) -> Loop:
-    return checked_loop(
-        setting.mass,
-        setting.viscous,
-        0.0,
-        setting.rate,
-        setting.delay,
-        setting.estimator,
-        setting.hand,
-        setting.quantum,
-    )
-
-
 def exact_boundary(setting: Setting, damping: np.ndarray) -> np.ndarray:
     """Return the largest stable stiffness (n,) in N/m; 0 where damping (n,) alone is unstable.
 
     Raise ParameterError for an estimator that is not linear.
     """
-    return stiffness_limits(_loop(setting), checked_row(damping, DAMPING))
+    loop = checked_loop(
+        setting.mass, setting.viscous, 0.0, setting.rate, setting.delay, setting.estimator, setting.hand,
+        setting.quantum,
+    )  # fmt: skip
+    return stiffness_limits(loop, checked_row(damping, DAMPING))
 
 
 def passivity_line(setting: Setting, damping: np.ndarray) -> np.ndarray:
@@ -112,10 +102,9 @@ def _sampling(setting: Setting) -> tuple[float, float, Spec, float]:
     return setting.rate, setting.delay, setting.estimator, setting.quantum
 
 
-def passive_edge(setting: Setting, points: int = EDGE_POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """Return the passivity line as (damping, stiffness), each (points,), as far as anything is passive."""
-    most = passive_damping(setting.viscous, *_sampling(setting))
-    damping = np.linspace(0.0, most, points)
+def passive_edge(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
+    """Return the passivity line as (damping, stiffness), each (k,), as far as anything is passive."""
+    damping = np.linspace(0.0, passive_damping(setting.viscous, *_sampling(setting)), EDGE_POINTS)
     return damping, passivity_line(setting, damping)
 
 
@@ -128,14 +117,6 @@ def limit(setting: Setting, damping: float) -> float:
 def hands(setting: Setting, damping: float) -> dict[str, float]:
     """Return the limit in N/m at one damping under every grip, the released hand first."""
     return {name: limit(replace(setting, hand=name), damping) for name in GRIPS}
-
-
-def _axes(setting: Setting, stiffness: float, damping: float, bound: float) -> tuple[float, float]:
-    """Return round axes by the exact boundary, or by the simple rule where there is none."""
-    if setting.linear:
-        return round_axes(lambda across: exact_boundary(setting, across), stiffness, damping, bound)
-    rule = float(simple_rule(setting, np.array([damping]))[0])
-    return round_axes(lambda across: simple_rule(setting, across), stiffness, damping, rule)
 
 
 def plane(
@@ -156,22 +137,17 @@ def plane(
     columns = whole_number(columns, "The number of columns", 2)
     around = hands(setting, damping)
     bound = around[setting.hand]
-    wide, high = (width, top) if width and top else _axes(setting, stiffness, damping, bound)
-    across = np.linspace(0.0, width or wide, columns)
+    if not (width and top):
+        limits = exact_boundary if setting.linear else simple_rule
+        here = bound if setting.linear else float(simple_rule(setting, np.array([damping]))[0])
+        wide, high = round_axes(lambda across: limits(setting, across), stiffness, damping, here)
+        width, top = width or wide, top or high
+    across = np.linspace(0.0, width, columns)
     exact = exact_boundary(setting, across) if setting.linear else np.full(columns, math.nan)
-    edge = passive_edge(setting) if setting.linear else (np.empty(0), np.empty(0))
-    return Plane(
-        setting,
-        Margin(stiffness, damping, bound, setting.hand),
-        top or high,
-        across,
-        exact,
-        simple_rule(setting, across),
-        edge[0],
-        edge[1],
-        coulomb_line(setting),
-        around,
-    )
+    passive_b, passive_k = passive_edge(setting) if setting.linear else (np.empty(0), np.empty(0))
+    margin = Margin(stiffness, damping, bound, setting.hand)
+    lines = across, exact, simple_rule(setting, across)
+    return Plane(setting, margin, top, *lines, passive_b, passive_k, coulomb_line(setting), around)
 
 
 CLASS_NAMES = ("decays", "buzzes", "grows")
@@ -179,11 +155,18 @@ CLASS_NAMES = ("decays", "buzzes", "grows")
 
 def as_json(plane: Plane) -> dict[str, Any]:
     """Return the plane in SI units; what is not finite is None."""
-    margin = plane.margin
-    measured, cells = (_measured_json(found) for found in (plane.points, plane.cells))
+    margin, setting = plane.margin, plane.setting
+    pair = (setting.estimator, {}) if isinstance(setting.estimator, str) else setting.estimator
+    measured, cells = (
+        {"friction_and_sensor_steps" if key == "real" else key: value for key, value in vars(found).items()}
+        if found
+        else None
+        for found in (plane.points, plane.cells)
+    )
+    columns = {"damping": plane.damping, "exact": plane.exact, "simple": plane.simple}
     return plain(
         {
-            "setting": setting_json(plane.setting),
+            "setting": {**vars(setting), "estimator": pair[0], "estimator_options": pair[1]},
             "stiffness": margin.stiffness,
             "damping": margin.damping,
             "limit": margin.limit,
@@ -192,30 +175,12 @@ def as_json(plane: Plane) -> dict[str, Any]:
             "words": sentence(margin),
             "hands": plane.hands,
             "coulomb_line": plane.coulomb,
-            "columns": {
-                "damping": plane.damping,
-                "exact": plane.exact,
-                "simple": plane.simple,
-                "passive": passive(plane),
-            },
+            "columns": {**columns, "passive": passive(plane)},
             "passivity_line": {"damping": plane.edge_damping, "stiffness": plane.edge},
             "measured": measured,
             "map": {**cells, "class_names": CLASS_NAMES} if cells else None,
         }
     )
-
-
-def _measured_json(found: Points | Cells | None) -> dict[str, Any] | None:
-    if found is None:
-        return None
-    numbers = dict(vars(found))
-    return {"friction_and_sensor_steps": numbers.pop("real"), **numbers}
-
-
-def setting_json(setting: Setting) -> dict[str, Any]:
-    """Return a setting's fields, the estimator's name and options apart."""
-    pair = (setting.estimator, {}) if isinstance(setting.estimator, str) else setting.estimator
-    return {**vars(setting), "estimator": pair[0], "estimator_options": dict(pair[1])}
 
 
 def passive(plane: Plane) -> np.ndarray:

@@ -160,20 +160,19 @@ def damping_limit(loop: Loop) -> float:
 def stiffness_limits(loop: Loop, damping: np.ndarray) -> np.ndarray:
     """Return the largest stable stiffness (n,) in N/m for each virtual damping (n,) in N·s/m.
 
-    The loop's own damping does not count. 0 where the damping alone is unstable. Raise ParameterError.
+    K = -1/P - B H on the unit circle, one column a damping; the loop's own damping does not count. 0 where
+    the damping alone is unstable. Raise ParameterError.
     """
-    limits = np.zeros(len(damping))
+    velocity, limits = _velocity_of(loop), np.zeros(len(damping))
     inside = np.flatnonzero((damping + loop.viscous > 0.0) & (damping < damping_limit(loop)))
     for start in range(0, len(inside), _TOGETHER):
         part = inside[start : start + _TOGETHER]
-        limits[part] = _lowest_crossings(_stiffness(loop, damping[part]), _frequencies(loop), len(part))
+
+        def curve(w: np.ndarray, column: np.ndarray, virtual: np.ndarray = damping[part]) -> np.ndarray:
+            return -_inverse_plant(loop, w) - virtual[column] * velocity(w)
+
+        limits[part] = _lowest_crossings(curve, _frequencies(loop), len(part))
     return limits
-
-
-def _stiffness(loop: Loop, damping: np.ndarray) -> Curve:
-    """Return K = -1/P - B H, one column a damping."""
-    velocity = _velocity_of(loop)
-    return lambda w, column: -_inverse_plant(loop, w) - damping[column] * velocity(w)
 
 
 def stiffness_limit(

@@ -59,8 +59,7 @@ def passive_stiffness(
     estimator is designed for. Raise ParameterError for an estimator that is not linear.
     """
     angles = _angles(rate, delay, estimator, quantum)
-    found = (_largest(angles, viscous, float(virtual)) for virtual in damping)
-    return np.array([largest or 0.0 for largest in found])
+    return np.array([_largest(angles, viscous, float(virtual)) or 0.0 for virtual in damping])
 
 
 def passive_damping(
@@ -85,8 +84,7 @@ def passive_damping(
 
 def _largest(angles: _Angles, viscous: float, damping: float) -> float | None:
     """Return the largest stiffness that is passive at every angle; None where there is none."""
-    bounds = _late if angles.rest else _prompt
-    low, high = bounds(angles, viscous, damping)
+    low, high = (_late if angles.rest else _prompt)(angles, viscous, damping)
     most, least = float(np.min(high)), max(float(np.max(low)), 0.0)
     return max(most, 0.0) if most >= least - _NEARLY * viscous / angles.period else None
 

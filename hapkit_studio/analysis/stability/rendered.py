@@ -26,6 +26,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row
@@ -106,12 +107,12 @@ def softest(what: Rendered) -> float:
     return max(SOFTEST, what.mass * slowest**2)
 
 
-def judge(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarray:
     """Return DECAYS, BUZZES or GROWS for stiffness (n,) N/m and damping (n,) N·s/m; raise ParameterError.
 
     A spring softer than 1 mN/m is taken as one of 1 mN/m.
     """
-    stiffness = np.maximum(np.asarray(stiffness, dtype=float), SOFTEST)
+    stiffness = np.maximum(stiffness, SOFTEST).astype(float)
     damping = np.asarray(damping, dtype=float)
     if what.linear:
         limits = survey.Limits(LINEAR_FAR, survey.NEVER_STILL, LINEAR_FAINT, survey.NEVER_SMALL)
@@ -140,19 +141,16 @@ def _let_go(
     """Render every cell, the handle let go at `start` m from the spring's centre in m."""
     held = what.grip.stiffness if what.grip else 0.0
     turning = np.sqrt((stiffness + held) / what.mass)
-    numbers = np.column_stack([stiffness, damping, np.full(stiffness.size, centre)])
-    starts = np.full(stiffness.size, start)
-    cells = survey.Cells(numbers, starts, _samples(what.loop.rate, turning), turning)
-    return survey.survey(what.scene(), what.grip, cells, limits)
-
-
-def _samples(rate: float, turning: np.ndarray) -> np.ndarray:
-    """Return the samples of each part of a run whose slowest oscillation is turning (n,) rad/s."""
-    whole = np.maximum(np.maximum(SECONDS, _TURNS / turning) * rate, FEWEST_SAMPLES)
-    most = int(whole.max(initial=0.0))
+    samples = np.maximum(np.maximum(SECONDS, _TURNS / turning) * what.loop.rate, FEWEST_SAMPLES)
+    most = int(samples.max(initial=0.0))
     if most > MOST_SAMPLES:
-        raise ParameterError(f"Measuring at {rate:g} Hz takes {most} samples; {MOST_SAMPLES} at most.")
-    return np.ceil(whole / survey.PARTS).astype(np.int64)
+        raise ParameterError(
+            f"Measuring at {what.loop.rate:g} Hz takes {most} samples; {MOST_SAMPLES} at most."
+        )
+    numbers = np.column_stack([stiffness, damping, np.full(stiffness.size, centre)])
+    parts = np.ceil(samples / survey.PARTS).astype(np.int64)
+    cells = survey.Cells(numbers, np.full(stiffness.size, start), parts, turning)
+    return survey.survey(what.scene(), what.grip, cells, limits)
 
 
 def by_envelope(found: survey.Found) -> np.ndarray:
@@ -212,8 +210,7 @@ def classes(
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
     cells = [(k, b) for k in lines.tolist() for b in columns.tolist()]
-    task = partial(_classes, rendered(setting, real))
-    found = sweep(task, cells, **sweeping)
+    found = sweep(partial(_classes, rendered(setting, real)), cells, **sweeping)
     return np.array(found, dtype=np.int8).reshape(lines.size, columns.size)
 
 
@@ -241,14 +238,12 @@ def boundary(setting: Setting, damping: np.ndarray, *, real: bool = False, **swe
     Found by bisection; 0 where no spring of ``softest`` is stable, inf beyond 1 GN/m. Raise
     ParameterError, and what progress raises.
     """
-    columns = checked_row(damping, DAMPING).tolist()
     task = partial(_limits, rendered(setting, real))
-    return np.array(sweep(task, columns, **sweeping), dtype=float)
+    return np.array(sweep(task, checked_row(damping, DAMPING).tolist(), **sweeping), dtype=float)
 
 
 def _classes(what: Rendered, cells: list[tuple[float, float]]) -> list[int]:
-    stiffness, damping = np.array(cells).T
-    return judge(what, stiffness, damping).tolist()
+    return judge(what, *np.array(cells).T).tolist()
 
 
 def _lines(damping: np.ndarray, cells: list[tuple[Rendered, float]]) -> list[np.ndarray]:
@@ -261,12 +256,7 @@ def _limits(what: Rendered, columns: list[float]) -> list[float]:
 
 def stiffest(what: Rendered, damping: float) -> float:
     """Return the largest stiffness in N/m that does not grow at a virtual damping in N·s/m."""
-
-    def stable(stiffness: float) -> bool:
-        verdict = judge(what, np.array([stiffness]), np.array([damping]))
-        return bool(verdict[0] != GROWS)
-
-    return largest_stable(stable, softest(what))
+    return largest_stable(lambda k: judge(what, [k], [damping])[0] != GROWS, softest(what))
 
 
 def largest_stable(stable: Callable[[float], bool], softest: float = SOFTEST) -> float:
@@ -309,9 +299,8 @@ def measured_stiffness_limit(
     """
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
     device = SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf)
-    loop_settings = LoopSettings(rate, delay, estimator)
-    what = Rendered(device, loop_settings, loop.hand, quantum=quantum or USUAL_QUANTUM)
-    return stiffest(what, damping)
+    settings = LoopSettings(rate, delay, estimator)
+    return stiffest(Rendered(device, settings, loop.hand, quantum=quantum or USUAL_QUANTUM), damping)
 
 
 def measure_points(setting: Setting, damping: np.ndarray, *, real: bool = False, **sweeping: Any) -> Points:

@@ -84,7 +84,7 @@ class GuardedDevice:
     """
 
     def __init__(
-        self, engine: Engine, limits: TrialLimits, say: Callable[[str], None], look: Callable[[], None]
+        self, engine: Engine, limits: TrialLimits, say: Callable[[str], object], look: Callable[[], None]
     ):
         self.engine, self.limits, self.say, self._look = engine, limits, say, look
         self._before = engine.environment, engine.values, engine.grip
@@ -100,7 +100,10 @@ class GuardedDevice:
         self._reader = self.engine.reader()
         try:
             self.calm()
-            self._wait_for_force()
+            end = time.monotonic() + _SILENCE_SECONDS
+            while force_withheld(self.collect(0.02, judged=False)):  # after connecting, for a while
+                if time.monotonic() > end:
+                    raise Interrupted("The device renders no force. The measurement ended.")
         except BaseException:
             self.__exit__()
             raise
@@ -155,15 +158,12 @@ class GuardedDevice:
                 if judged:
                     self._judge(new)
                 if new[-1, rows.BOARD_TIME] - first >= seconds - 1e-9:
-                    return self._counted(np.concatenate(found))
+                    self._seconds += new[-1, rows.BOARD_TIME] - first
+                    self._samples += sum(map(len, found)) - 1
+                    return np.concatenate(found)
             elif time.monotonic() - heard > _SILENCE_SECONDS:
                 raise Interrupted(f"{self.engine.device.title} sends nothing. The measurement ended.")
             time.sleep(min(_LOOK_SECONDS, 0.05 * seconds))
-
-    def _counted(self, found: np.ndarray) -> np.ndarray:
-        self._samples += len(found) - 1
-        self._seconds += found[-1, rows.BOARD_TIME] - found[0, rows.BOARD_TIME]
-        return found
 
     @property
     def _untouched(self) -> bool:
@@ -185,13 +185,6 @@ class GuardedDevice:
             raise Unsafe(FAST)
         if np.abs(new[:, rows.POSITION] - self.surface).max() > self.limits.max_travel:
             raise Unsafe(LEAVES)
-
-    def _wait_for_force(self) -> None:
-        """Wait until the loop renders: after connecting it holds the force at zero for a while."""
-        end = time.monotonic() + _SILENCE_SECONDS
-        while force_withheld(self.collect(0.02, judged=False)):
-            if time.monotonic() > end:
-                raise Interrupted("The device renders no force. The measurement ended.")
 
 
 def pressing_force(found: np.ndarray, into: float) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.sweeps import Progress, no_progress
-from hapkit_studio.analysis.zwidth import DEVICE_DAMPING
+from hapkit_studio.analysis.zwidth import DEVICE_DAMPING, result
 from hapkit_studio.analysis.zwidth.guarded_device import (
     GuardedDevice,
     Interrupted,
@@ -22,20 +22,7 @@ from hapkit_studio.analysis.zwidth.guarded_device import (
     force_withheld,
     pressing_force,
 )
-from hapkit_studio.analysis.zwidth.result import (
-    BUZZES,
-    GROWS,
-    Condition,
-    Point,
-    TrialOutcome,
-    ZWidth,
-    levels_of,
-    linear_curve,
-    linear_limits,
-    loop_conditions,
-    stiffest,
-)
-from hapkit_studio.analysis.zwidth.simulation import Arrived, ignore_point
+from hapkit_studio.analysis.zwidth.simulation import Arrived
 from hapkit_studio.dynamics.hand import GRIPS, Grip
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
@@ -58,10 +45,6 @@ ASK = "Press gently into the wall and hold"
 USUAL_GRIP = "medium"
 
 
-def ignore_words(words: str) -> None:
-    """No-op callback."""
-
-
 def measure(
     engine: Engine,
     damping: Sequence[float] = DEVICE_DAMPING,
@@ -69,29 +52,35 @@ def measure(
     *,
     person: bool | None = None,
     progress: Progress = no_progress,
-    arrived: Arrived = ignore_point,
-    say: Callable[[str], None] = ignore_words,
-) -> ZWidth:
+    arrived: Arrived = lambda damping, point: None,
+    say: Callable[[str], object] = lambda words: None,
+) -> result.ZWidth:
     """Return the Z-width of a running engine's device, its loop as it is set.
 
     person: a person presses; None: where the device has no simulated hand. say is told what to do next.
     Raise ParameterError, Interrupted, and what progress raises; the old settings are back then too.
     """
-    limits, levels = limits or TrialLimits(), levels_of(damping)
+    limits, levels = limits or TrialLimits(), result.levels_of(damping)
     if person is None:
         person = not (engine.device.simulated or getattr(engine.device, "hand", False))
     steps = _Steps(limits, len(levels), progress)
-    points: list[Point] = []
+    points: list[result.Point] = []
     with GuardedDevice(engine, limits, say, steps.look) as guarded:
         hand: SimulatedHand | Person = Person(guarded) if person else SimulatedHand(guarded)
         for level in levels:
-            points.append(_Trials(guarded, hand, level, steps).point())
+            points.append(_stiffest_at(guarded, hand, level, steps))
             steps.next_level()
             arrived(level, points[-1])
         setting = setting_of(engine, hand.grip)
-    linear, curve = linear_limits(setting, levels), linear_curve(setting, levels[-1])
-    found = _conditions(guarded, setting) + hand.conditions
-    return ZWidth.of(engine.device.title, levels, points, linear, curve, found)
+    force, share = limits.max_force, limits.precision
+    found = (
+        *result.loop_conditions(setting, friction=engine.modelled is not None),
+        result.Condition("measured_rate_Hz", guarded.rate, "Rate measured", f"{guarded.rate:.0f} Hz"),
+        result.Condition("max_force", force, "Force limit", f"{force:g} N"),
+        result.Condition("precision", share, "Stiffness to", f"{100.0 * share:g} %"),
+        *hand.conditions,
+    )
+    return result.ZWidth.of(engine.device.title, levels, points, setting, found)
 
 
 def setting_of(engine: Engine, grip: str) -> Setting:
@@ -101,17 +90,6 @@ def setting_of(engine: Engine, grip: str) -> Setting:
     loop, delay = engine.loop, engine.health().delay
     handle = device.mass, device.viscous, coulomb, device.quantum
     return Setting(*handle, loop.rate, delay, loop.estimator, grip, loop.controller)
-
-
-def _conditions(guarded: GuardedDevice, setting: Setting) -> tuple[Condition, ...]:
-    """Return device and loop as they are, how fast the loop really went, and the limits of a trial."""
-    rate, limits = guarded.rate, guarded.limits
-    return (
-        *loop_conditions(setting, friction=guarded.engine.modelled is not None),
-        Condition("measured_rate_Hz", rate, "Rate measured", f"{rate:.0f} Hz"),
-        Condition("max_force", limits.max_force, "Force limit", f"{limits.max_force:g} N"),
-        Condition("precision", limits.precision, "Stiffness to", f"{100.0 * limits.precision:g} %"),
-    )
 
 
 class SimulatedHand:
@@ -124,12 +102,12 @@ class SimulatedHand:
         guarded.engine.set_grip(self.grip)
 
     @property
-    def conditions(self) -> tuple[Condition, ...]:
+    def conditions(self) -> tuple[result.Condition, ...]:
         limits = self._guarded.limits
         return (
-            Condition("hand", self.grip, "Hand", f"simulated, {self.grip}"),
-            Condition("speed", limits.hit, "Hit at", f"{limits.hit:g} m/s", "v₀"),
-            Condition("push", limits.push, "Push", f"{limits.push:g} N"),
+            result.Condition("hand", self.grip, "Hand", f"simulated, {self.grip}"),
+            result.Condition("speed", limits.hit, "Hit at", f"{limits.hit:g} m/s", "v₀"),
+            result.Condition("push", limits.push, "Push", f"{limits.push:g} N"),
         )
 
     def begin(self) -> None:
@@ -172,11 +150,11 @@ class Person:
         self._least, self._most = _LEAST_SHARE * limits.push, _MOST_SHARE * limits.max_force
 
     @property
-    def conditions(self) -> tuple[Condition, ...]:
+    def conditions(self) -> tuple[result.Condition, ...]:
         words = f"{self._least:.2g} to {self._most:.2g} N"
         return (
-            Condition("hand", "person", "Hand", "a person's, held"),
-            Condition("push", words, "Push", words),
+            result.Condition("hand", "person", "Hand", "a person's, held"),
+            result.Condition("push", words, "Push", words),
         )
 
     def begin(self) -> None:
@@ -184,7 +162,10 @@ class Person:
         end = time.monotonic() + _PATIENCE_SECONDS
         said = ""
         while not self.presses(found := self._guarded.collect(0.2, judged=False)):
-            words = self._words(found)
+            force, words = pressing_force(found, self._guarded.into), f"{ASK}."
+            if force > self._most:
+                push = self._guarded.limits.push
+                words = f"Press more gently: {force:.1f} N now, {push:g} N is enough."
             if words != said:
                 self._guarded.say(words)
             said = words
@@ -196,16 +177,8 @@ class Person:
         """Leave it to the person."""
 
     def presses(self, found: np.ndarray) -> bool:
-        return (
-            not force_withheld(found)
-            and self._least <= pressing_force(found, self._guarded.into) <= self._most
-        )
-
-    def _words(self, found: np.ndarray) -> str:
         force = pressing_force(found, self._guarded.into)
-        if force <= self._most:
-            return f"{ASK}."
-        return f"Press more gently: {force:.1f} N now, {self._guarded.limits.push:g} N is enough."
+        return not force_withheld(found) and self._least <= force <= self._most
 
 
 class _Steps:
@@ -233,65 +206,60 @@ class _Steps:
         self.look()
 
 
-class _Trials:
-    """The trials at one damping."""
+def _stiffest_at(
+    guarded: GuardedDevice, hand: SimulatedHand | Person, damping: float, steps: _Steps
+) -> result.Point:
+    """Return the stiffest wall that held at one damping."""
+    limits, held = guarded.limits, 0.0
 
-    def __init__(self, guarded: GuardedDevice, hand: SimulatedHand | Person, damping: float, steps: _Steps):
-        self._guarded, self._hand, self._damping, self._steps = guarded, hand, damping, steps
-        self._held = 0.0
-
-    def point(self) -> Point:
-        """Return the stiffest wall that held."""
-        limits = self._guarded.limits
-        self._guarded.calm()
-        return stiffest(self._held_at, limits.softest, limits.raised, limits.highest, self._steps.halvings)
-
-    def _held_at(self, stiffness: float) -> TrialOutcome:
+    def tried(stiffness: float) -> result.TrialOutcome:
         """Try one wall; after it the last one that held is in force."""
-        self._steps.next_trial()
-        self._hand.begin()
-        self._guarded.clamped = False
-        self._guarded.wall(stiffness, self._damping)
+        nonlocal held
+        steps.next_trial()
+        hand.begin()
+        guarded.clamped = False
+        guarded.wall(stiffness, damping)
         try:
-            self._hand.press(stiffness)
-            why = self._watched(stiffness)
+            hand.press(stiffness)
+            why = _watched(guarded, hand, stiffness)
         except Unsafe as unsafe:
             why = unsafe.why
-        if not why:
-            self._held = stiffness
-        self._soften()
-        return TrialOutcome(why, self._guarded.clamped)
-
-    def _soften(self) -> None:
-        if self._held:
-            self._guarded.wall(self._held, self._damping)
+        held = held if why else stiffness
+        if held:
+            guarded.wall(held, damping)
         else:
-            self._guarded.calm()
+            guarded.calm()
+        return result.TrialOutcome(why, guarded.clamped)
 
-    def _watched(self, stiffness: float) -> str:
-        """Watch until the motion has died out, or does not any more; return why the wall fails."""
-        limit = self._guarded.limits.counts * self._guarded.quantum
-        calm, before = 0, math.inf
-        for window in range(_MOST_WINDOWS):
-            found = self._window(stiffness)
-            now = ripple(found[:, rows.POSITION], self._guarded.engine.loop.rate)
-            calm = calm + 1 if now <= limit else 0
-            if calm == _QUIET_WINDOWS:
-                return ""
-            if window > 1 and now > limit and now > _DYING * before:
-                return GROWS if now > _GROWING * before else BUZZES
-            before = now
-        return BUZZES
+    guarded.calm()
+    return result.stiffest(tried, limits.softest, limits.raised, limits.highest, steps.halvings)
 
-    def _window(self, stiffness: float) -> np.ndarray:
-        """Return the next rows under a hand that presses; where it does not, it begins anew."""
-        for _ in range(_MOST_REPEATS):
-            found = self._guarded.collect(_WINDOW_SECONDS + _SLOW_SECONDS)
-            if self._hand.presses(found):
-                return found
-            self._hand.begin()
-            self._hand.press(stiffness)
-        raise Interrupted(f"The wall was let go {_MOST_REPEATS} times. The measurement ended.")
+
+def _watched(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: float) -> str:
+    """Watch until the motion has died out, or does not any more; return why the wall fails."""
+    limit = guarded.limits.counts * guarded.quantum
+    calm, before = 0, math.inf
+    for window in range(_MOST_WINDOWS):
+        found = _window(guarded, hand, stiffness)
+        now = ripple(found[:, rows.POSITION], guarded.engine.loop.rate)
+        calm = calm + 1 if now <= limit else 0
+        if calm == _QUIET_WINDOWS:
+            return ""
+        if window > 1 and now > limit and now > _DYING * before:
+            return result.GROWS if now > _GROWING * before else result.BUZZES
+        before = now
+    return result.BUZZES
+
+
+def _window(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: float) -> np.ndarray:
+    """Return the next rows under a hand that presses; where it does not, it begins anew."""
+    for _ in range(_MOST_REPEATS):
+        found = guarded.collect(_WINDOW_SECONDS + _SLOW_SECONDS)
+        if hand.presses(found):
+            return found
+        hand.begin()
+        hand.press(stiffness)
+    raise Interrupted(f"The wall was let go {_MOST_REPEATS} times. The measurement ended.")
 
 
 def ripple(position: np.ndarray, rate: float) -> float:

@@ -14,6 +14,7 @@ from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain
 
+_CURVE = 81
 # Why the search at one damping ended.
 BUZZES, GROWS, LEAVES, FAST = "buzzes", "grows", "leaves", "fast"
 ENDED = {
@@ -66,23 +67,20 @@ class ZWidth:
     def of(
         cls,
         where: str,
-        damping: Sequence[float],
+        levels: Sequence[float],
         points: "Sequence[Point]",
-        linear: np.ndarray,
-        curve: np.ndarray,
-        conditions: tuple[Condition, ...],
+        setting: Setting,
+        conditions: "tuple[Condition, ...]",
     ) -> "ZWidth":
-        """Put together what a search found at each damping."""
-        return cls(
-            where,
-            np.array(damping[: len(points)]),
-            np.array([p.stiffness for p in points]),
-            tuple(p.ended for p in points),
-            tuple(p.clamped for p in points),
-            linear[: len(points)],
-            curve,
-            conditions,
+        """Put together what a search found at each damping, and the linear loop's limits."""
+        damping, fine = np.array(levels), np.linspace(0.0, levels[-1] or 1.0, _CURVE)
+        linear, curve = (
+            exact_boundary(setting, across) if setting.linear else np.full(len(across), math.nan)
+            for across in (damping, fine)
         )
+        stiffness = np.array([p.stiffness for p in points])
+        ends, clamped = tuple(p.ended for p in points), tuple(p.clamped for p in points)
+        return cls(where, damping, stiffness, ends, clamped, linear, np.array([fine, curve]), conditions)
 
     @property
     def sentence(self) -> str:
@@ -149,8 +147,8 @@ def estimator_words(spec: Spec) -> tuple[str, str]:
     return given, ", ".join([method.label, *words])
 
 
-def table(result: ZWidth) -> str:
-    """Return a line a damping: what was rendered, the linear limit, why it ended."""
+def text(result: ZWidth) -> str:
+    """Return for a person the verdict, then a line a damping with the linear limit, and the conditions."""
     lines = [f"{'B, N·s/m':>9}{'K, N/m':>11}{'linear limit':>14}   beyond"]
     for index, damping in enumerate(result.damping):
         linear = result.linear[index]
@@ -158,15 +156,9 @@ def table(result: ZWidth) -> str:
         motor = ", at the motor's limit" if result.clamped[index] else ""
         ended = ENDED[result.ends[index]] + motor
         lines.append(f"{damping:>9g}{result.stiffness[index]:>11,.0f}{limit:>14}   {ended}")
-    return "\n".join(lines)
+    return "\n".join([result.sentence, "", *lines, "", f"Conditions: {result.caption}"])
 
 
-def text(result: ZWidth) -> str:
-    """Return verdict, table and conditions for a person."""
-    return f"{result.sentence}\n\n{table(result)}\n\nConditions: {result.caption}"
-
-
-_CURVE = 81
 # A row takes 256 bytes; and fewer samples than that show no motion.
 MOST_SAMPLES = 400_000
 FEWEST_IN_TAIL = 5
@@ -223,19 +215,6 @@ def levels_of(damping: Sequence[float]) -> list[float]:
     if not levels:
         raise ParameterError("A Z-width takes one damping or more, e.g. 0,1,2,5.")
     return levels
-
-
-def linear_limits(setting: Setting, damping: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return the linear loop's limit (n,) in N/m, nan where the estimator is not linear."""
-    if not setting.linear:
-        return np.full(len(damping), math.nan)
-    return exact_boundary(setting, np.asarray(damping, dtype=float))
-
-
-def linear_curve(setting: Setting, highest: float) -> np.ndarray:
-    """Return the linear limit (2, m): damping up to the highest, and stiffness; finely, for a chart."""
-    damping = np.linspace(0.0, highest or 1.0, _CURVE)
-    return np.array([damping, linear_limits(setting, damping)])
 
 
 def loop_conditions(setting: Setting, friction: bool = True) -> tuple[Condition, ...]:

@@ -10,29 +10,16 @@ Near the limit walls that hold and walls that fail alternate within a few per ce
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.sweeps import Progress, no_progress, sweep, workers
-from hapkit_studio.analysis.zwidth import SIMULATED_DAMPING
-from hapkit_studio.analysis.zwidth.result import (
-    BUZZES,
-    LEAVES,
-    Point,
-    Protocol,
-    TrialOutcome,
-    ZWidth,
-    conditions,
-    levels_of,
-    linear_curve,
-    linear_limits,
-    samples_of,
-    stiffest,
-)
+from hapkit_studio.analysis.zwidth import SIMULATED_DAMPING, result
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM
-from hapkit_studio.dynamics.hand import Hand
+from hapkit_studio.dynamics.hand import Grip, Hand
 from hapkit_studio.haptics import headless, rows
 
 # A thread so soft, pulled from so far away, is a constant force: it changes by 1e-6 N over a metre.
@@ -40,89 +27,76 @@ _THREAD = 1e-6
 # Beyond this there is no limit to find.
 _STIFFEST = 1e6
 
-Arrived = Callable[[float, Point], None]
-
-
-def ignore_point(damping: float, point: Point) -> None:
-    """No-op callback."""
+Arrived = Callable[[float, result.Point], object]
 
 
 def compute(
     setting: Setting,
     damping: Sequence[float] = SIMULATED_DAMPING,
-    protocol: Protocol | None = None,
+    protocol: result.Protocol | None = None,
     *,
     progress: Progress = no_progress,
     executor: Executor | None = None,
-    arrived: Arrived = ignore_point,
-) -> ZWidth:
+    arrived: Arrived = lambda damping, point: None,
+) -> result.ZWidth:
     """Return the Z-width of a setting; arrived is told every point as soon as it is there.
 
     Raise ParameterError, and what progress raises.
     """
-    protocol = protocol or Protocol()
-    levels = levels_of(damping)
-    samples_of(setting, protocol)
-    points: list[Point] = []
-    worker_count = workers(executor)
-    for first in range(0, len(levels), worker_count):
-        cells = [(setting, protocol, level) for level in levels[first : first + worker_count]]
-        watch = _from(progress, first, len(levels))
-        points += sweep(points_of, cells, executor=executor, progress=watch, chunk=1)
+    protocol = protocol or result.Protocol()
+    levels = result.levels_of(damping)
+    result.samples_of(setting, protocol)
+    points: list[result.Point] = []
+    together = workers(executor)
+    for first in range(0, len(levels), together):
+        cells = [(setting, protocol, level) for level in levels[first : first + together]]
+
+        def say(done: int, _of: int, before: int = first) -> None:
+            progress(before + done, len(levels))
+
+        points += sweep(points_of, cells, executor=executor, progress=say, chunk=1)
         for level, point in zip(levels[first:], points[first:], strict=False):
             arrived(level, point)
-    linear, curve = linear_limits(setting, levels), linear_curve(setting, levels[-1])
-    return ZWidth.of("simulation", levels, points, linear, curve, conditions(setting, protocol))
+    return result.ZWidth.of("simulation", levels, points, setting, result.conditions(setting, protocol))
 
 
-def points_of(cells: list[tuple[Setting, Protocol, float]]) -> list[Point]:
+def points_of(cells: list[tuple[Setting, result.Protocol, float]]) -> list[result.Point]:
     """Return the stiffest wall of each cell (setting, protocol, damping)."""
-    return [_point(*cell) for cell in cells]
-
-
-def _point(setting: Setting, protocol: Protocol, damping: float) -> Point:
-    def held(stiffness: float) -> TrialOutcome:
-        return trial(setting, stiffness, damping, protocol)
-
-    return stiffest(held, protocol.softest, protocol.raised, _STIFFEST, protocol.halvings)
+    found = []
+    for setting, protocol, damping in cells:
+        held = partial(trial, setting, damping=damping, protocol=protocol)
+        found.append(result.stiffest(held, protocol.softest, protocol.raised, _STIFFEST, protocol.halvings))
+    return found
 
 
 def trial(
-    setting: Setting, stiffness: float, damping: float, protocol: Protocol | None = None
-) -> TrialOutcome:
+    setting: Setting, stiffness: float, damping: float, protocol: result.Protocol | None = None
+) -> result.TrialOutcome:
     """Return whether a wall of so many N/m and N·s/m holds at every phase of the sample."""
-    protocol = protocol or Protocol()
+    protocol = protocol or result.Protocol()
     clamped = False
     for phase in protocol.phases:
         out = hit(setting, stiffness, damping, phase, protocol)
         clamped = clamped or bool((out[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED).any())
         x = out[:, rows.TRUE_POSITION]
         if not np.abs(x).max() <= protocol.travel:
-            return TrialOutcome(LEAVES, clamped)
+            return result.TrialOutcome(result.LEAVES, clamped)
         left = np.ptp(x[-round(protocol.tail * setting.rate) :])
         if left > protocol.counts * (setting.quantum or USUAL_QUANTUM):
-            return TrialOutcome(BUZZES, clamped)
-    return TrialOutcome("", clamped)
+            return result.TrialOutcome(result.BUZZES, clamped)
+    return result.TrialOutcome("", clamped)
 
 
-def hit(setting: Setting, stiffness: float, damping: float, phase: float, protocol: Protocol) -> np.ndarray:
+def hit(
+    setting: Setting, stiffness: float, damping: float, phase: float, protocol: result.Protocol
+) -> np.ndarray:
     """Return the rows of one hit: at the start the handle is a phase of the sample before the wall at 0."""
     values = {"stiffness": stiffness, "damping": damping, "position": 0.0, "side": 0.0, "damping_mode": 1.0}
     start = -phase * protocol.speed * setting.period
     device = setting.device(position=start, velocity=protocol.speed)
     device = replace(device, max_force=protocol.max_force)
+    grip = setting.grip or Grip(0.0, 0.0, _THREAD)
+    goal = protocol.push / grip.stiffness
+    pusher = Hand(grip.mass, grip.damping, grip.stiffness, lambda t: 0.0 * t + goal, vectorised=True)
     scene = headless.Scene(environments.named("wall"), values, device, setting.loop)
-    return headless.prepare_run(scene, _pusher(setting, protocol.push), samples_of(setting, protocol)).run()
-
-
-def _pusher(setting: Setting, push: float) -> Hand:
-    """Return a hand that pushes with a force at the wall: the setting's grip, or a constant force alone."""
-    grip = setting.grip
-    mass, damping, stiffness = (grip.mass, grip.damping, grip.stiffness) if grip else (0.0, 0.0, _THREAD)
-    target = push / stiffness
-    return Hand(mass, damping, stiffness, lambda t: 0.0 * t + target, vectorised=True)
-
-
-def _from(progress: Progress, first: int, of: int) -> Progress:
-    """Return a progress that counts on from the points that are there."""
-    return lambda done, _: progress(first + done, of)
+    return headless.prepare_run(scene, pusher, result.samples_of(setting, protocol)).run()

@@ -9,8 +9,8 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox
 
 from hapkit_studio.analysis import accuracy
-from hapkit_studio.analysis.accuracy import Accuracy, Chart, Point, Scene, Sheet, words
-from hapkit_studio.analysis.accuracy.plan import TIE
+from hapkit_studio.analysis.accuracy import words
+from hapkit_studio.analysis.accuracy.plan import TIE, Accuracy, Chart, Point, Scene, Sheet
 from hapkit_studio.charts.accuracy import AccuracyAxes, accuracy_figure, computer, draw, marker_and_color
 from hapkit_studio.formatting import power_of_ten, significant
 from hapkit_studio.gui.pages.base import View

@@ -8,8 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hapkit_studio.analysis.accuracy import Accuracy, Chart, Default, Method, Point, Scene, Sheet, plan
-from hapkit_studio.analysis.accuracy.plan import mark_front
+from hapkit_studio.analysis.accuracy import plan
+from hapkit_studio.analysis.accuracy.plan import (
+    Accuracy,
+    Chart,
+    Default,
+    Method,
+    Point,
+    Scene,
+    Sheet,
+    mark_front,
+)
 from hapkit_studio.analysis.accuracy.words import sentence, verdict
 from hapkit_studio.charts.accuracy import AccuracyAxes, accuracy_figure
 from hapkit_studio.charts.style import move_apart
@@ -38,7 +47,7 @@ NUMBERS = st.sampled_from([0.0, 1e-15, 1e-3, 0.01, 0.02, 1.0, 7.0, math.inf, mat
 COSTS = st.sampled_from([1.0, 2.0, 2.5, 40.0])
 
 
-@given(st.lists(st.tuples(NUMBERS, COSTS), max_size=30))
+@given(st.lists(st.tuples(NUMBERS, COSTS), max_size=12))
 def test_the_front_is_what_nothing_beats(pairs):
     points = [point(error=error, ns=ns) for error, ns in pairs]
     marked = mark_front(points)

@@ -15,75 +15,60 @@ from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.haptics.settings import LoopSettings
 
 KEYS = list(failures())
-FELT = [key for key in KEYS if failures()[key].live]
-# Of these the limit is sharp: a hundredth inside it they hold, a hundredth outside they fail.
-SHARP = {
-    "sampled_spring",
-    "integrators",
-    "course",
-    "filters",
-    "filtered_damping",
-    "jitter",
-    "limit_cycle",
-    "texture_steepness",
-    "texture_speed",
-    "texture_samples",
-    "texture_counts",
-    "tunnelling",
-}
 
 
 def test_the_library_is_found_in_order():
     assert len(KEYS) == 15
     assert [f.order for f in failures().values()] == sorted(f.order for f in failures().values())
-    assert {key for key in KEYS if failures()[key].margin == 0.01} == SHARP
+    blurred = {key: f.margin for key, f in failures().items() if f.margin != 0.01}
+    assert blurred == {"large_push": 0.04, "chatter": 0.4, "bounce": 0.2}  # all other limits are sharp
     with pytest.raises(ParameterError, match="There is no failure 'spring'; there are: sampled_spring"):
         named("spring")
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_it_holds_inside_and_fails_outside(key):
-    shown = show(failures()[key], chart=False)
-    assert shown.as_theory_says
-    assert shown.inside.value < shown.limit < shown.outside.value
-    for one in (shown.inside, shown.outside):
-        found = one.evidence
-        assert len(found.time) == len(found.trace) > 4
-        assert np.isfinite(found.trace).all()
-        assert np.all(np.diff(found.time) > 0.0)
-        assert found.words
-        assert "\n" not in found.words
-
-
-@pytest.mark.parametrize("key", KEYS)
-def test_its_chart_has_a_boundary_and_measures_what_theory_says(key):
+def test_it_holds_inside_fails_outside_and_measures_what_theory_says(key):
     """Within 6 % of the theory's range."""
     told, failure = [], failures()[key]
-    chart = failure.curve(failure.case(), lambda done, of: told.append((done, of)))
+    shown = show(failure, progress=lambda done, of: told.append((done, of)))
+    assert shown.as_theory_says
+    assert failure.knob.low <= shown.inside.value < shown.limit < shown.outside.value <= failure.knob.high
+    for one in (shown.inside, shown.outside):
+        time, trace = one.evidence.trace
+        assert len(time) == len(trace) > 4
+        assert np.isfinite(trace).all()
+        assert np.all(np.diff(time) > 0.0)
+        assert one.evidence.words
+        assert "\n" not in one.evidence.words
+    chart = shown.chart
     assert told == [(k, told[-1][1]) for k in range(1, told[-1][1] + 1)]
-    assert any(line.role == MEASURED for line in chart.lines)
     for line in chart.lines:
         assert line.role in (THEORY, MEASURED, OTHER)
         assert line.x.shape == line.y.shape
         assert np.isfinite(line.y).sum() >= 0.4 * len(line.y)
+        assert not chart.plot.log_y or np.all(line.y[np.isfinite(line.y)] > 0.0)
     low, high = min(line.x.min() for line in chart.lines), max(line.x.max() for line in chart.lines)
-    assert low <= chart.marks[0].x <= high
-    if chart.log_y:
-        assert all(np.all(line.y[np.isfinite(line.y)] > 0.0) for line in chart.lines)
+    assert low <= next(iter(chart.marks.values())) <= high
 
     theory = [line for line in chart.lines if line.role == THEORY]
+    points, *more = (line for line in chart.lines if line.role == MEASURED)
     if not theory:
         assert key in ("chatter", "limit_cycle", "bounce")
         return
-    (points,) = (line for line in chart.lines if line.role == MEASURED)
+    assert not more
     seen = np.isfinite(points.y)
     order = np.argsort(theory[0].x)
     want = np.interp(points.x[seen], theory[0].x[order], theory[0].y[order])
     assert np.abs(points.y[seen] - want).max() <= 0.06 * np.ptp(theory[0].y)
 
 
-def assert_can_be_set(failure, tried):
-    """Check that the window takes what is felt live in each (options, knob's value)."""
+@pytest.mark.parametrize("ends", ["knob", pytest.param("options", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("key", [key for key in KEYS if failures()[key].live])
+def test_what_is_felt_live_can_be_set_by_a_person(key, ends):
+    failure = failures()[key]
+    tried = [({}, failure.knob.low), ({}, failure.knob.high)]
+    if ends == "options":
+        tried = [({p.key: end}, failure.knob.high) for p in failure.options for end in (p.low, p.high)]
     for options, value in tried:
         live = failure.live(value, failure.case(options))
         assert environments.named(live.environment).values(live.values)
@@ -93,29 +78,12 @@ def assert_can_be_set(failure, tried):
         assert live.advice
 
 
-@pytest.mark.parametrize("key", FELT)
-def test_what_is_felt_live_can_be_set_by_a_person(key):
-    failure = failures()[key]
-    assert_can_be_set(failure, [({}, failure.knob.low), ({}, failure.knob.high)])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("key", FELT)
-def test_so_it_can_under_every_condition(key):
-    failure = failures()[key]
-    ends = [{p.key: end} for p in failure.options for end in (p.low, p.high)]
-    assert_can_be_set(failure, [(options, failure.knob.high) for options in ends])
-
-
-@pytest.mark.parametrize("key", KEYS)
-def test_its_knob_is_bounded(key):
-    failure = failures()[key]
-    assert failure.knob.low <= failure.inside(failure.case()) < failure.outside(failure.case())
-    assert failure.outside(failure.case()) <= failure.knob.high
-    with pytest.raises(ParameterError, match=f"{failure.knob.label} goes from"):
-        failure.try_at(2.0 * failure.knob.high)
-    with pytest.raises(ParameterError, match="has no parameter 'nothing'"):
-        failure.try_at(failure.knob.default, {"nothing": 1.0})
+def test_what_cannot_be_tried_is_refused():
+    for failure in failures().values():
+        with pytest.raises(ParameterError, match=f"{failure.knob.label} goes from"):
+            failure.try_at(2.0 * failure.knob.high)
+        with pytest.raises(ParameterError, match="has no parameter 'nothing'"):
+            failure.try_at(failure.knob.default, {"nothing": 1.0})
 
 
 @pytest.mark.slow

@@ -25,43 +25,34 @@ def region(beta, sigma, counts):
     return word, size / 20e-6
 
 
-@pytest.mark.parametrize("beta", REGIONS)
-def test_below_half_a_counts_force_it_buzzes_as_the_table_says(beta):
-    for sigma, want in zip(SIGMAS, REGIONS[beta], strict=True):
+@pytest.mark.parametrize("beta", [0.25, 0.4, 0.6, 1.0, 2.0])
+def test_diolaitis_regions(beta):
+    """Friction holds half a count from σ = 1/2 on, and only there: 1 % on both sides. Beside it, the table.
+
+    Without damping enough a large start is lost at any friction.
+    """
+    for sigma, want in zip(SIGMAS, REGIONS.get(beta, ()), strict=False):
         word, size = region(beta, sigma, 3.3)
         assert word == CYCLES
         assert size == pytest.approx(want, rel=0.03, abs=0.01), sigma
-
-
-@pytest.mark.parametrize("beta", [0.25, 0.4, 0.6, 1.0, 2.0])
-def test_it_rests_where_friction_holds_half_a_count_and_only_there(beta):
-    """σ 1 % on both sides of 1/2, and far beyond."""
     assert region(beta, 0.495, 3.3)[0] == CYCLES
     for sigma in (0.505, 0.55, 1.0, 2.0):
         assert region(beta, sigma, 3.3) == (RESTS, 0.0), sigma
+    for sigma in (0.0, 0.25, 0.4, 0.55, 1.0, 2.0):
+        word = GROWS if beta < 0.5 else RESTS if sigma > 0.5 else CYCLES
+        assert region(beta, sigma, 200.3)[0] == word, sigma
 
 
-@pytest.mark.parametrize("sigma", [0.0, 0.25, 0.4, 0.55, 1.0, 2.0])
-def test_without_damping_enough_a_large_start_is_lost_at_any_friction(sigma):
-    for beta in (0.25, 0.4):
-        assert region(beta, sigma, 200.3)[0] == GROWS
-    for beta in (0.6, 1.0, 2.0):
-        assert region(beta, sigma, 200.3)[0] == (RESTS if sigma > 0.5 else CYCLES)
-
-
-@pytest.mark.parametrize(
-    ("stiffness", "viscous", "coulomb", "formula", "simulated"),
-    [
+def test_the_push_that_friction_calms_is_the_tables():
+    for stiffness, viscous, coulomb, formula, simulated in (
         (2000.0, 0.5, 0.2, 2.546, 2.573),
         (2000.0, 0.8, 0.2, 6.366, 6.495),
         (4000.0, 1.0, 0.5, 2.251, 2.297),
         (1000.0, 0.2, 0.1, 3.001, 3.015),
-    ],
-)
-def test_the_push_that_friction_calms_is_the_tables(stiffness, viscous, coulomb, formula, simulated):
-    case = {"mass": 0.05, "viscous": viscous, "coulomb": coulomb, "rate": 1000.0}
-    assert 1e3 * amplitude(case, stiffness) == pytest.approx(formula, abs=6e-4)
-    assert 1e3 * measured(case, stiffness) == pytest.approx(simulated, abs=6e-4)
+    ):
+        case = {"mass": 0.05, "viscous": viscous, "coulomb": coulomb, "rate": 1000.0}
+        assert 1e3 * amplitude(case, stiffness) == pytest.approx(formula, abs=6e-4)
+        assert 1e3 * measured(case, stiffness) == pytest.approx(simulated, abs=6e-4)
 
 
 @pytest.mark.parametrize("late", ["none", "one_period"])

@@ -15,34 +15,36 @@ from hapkit_studio.haptics import rows
 JITTER = failures()["jitter"]
 
 
-@pytest.mark.parametrize(
-    ("wavelength", "rate", "amplitude"),
-    [(0.001, 1000.0, 0.159), (0.002, 1000.0, 0.318), (0.005, 1000.0, 0.796), (0.001, 4000.0, 0.637)],
-)
-def test_ridges_are_too_steep_from_the_amplitude_of_theory_on(wavelength, rate, amplitude):
+def sides(failure, case):
+    """Return what the failure shows just inside its limit and just outside."""
+    return [failure.probe(value, case) for value in (failure.inside(case), failure.outside(case))]
+
+
+def test_ridges_are_too_steep_from_the_amplitude_of_theory_on():
     failure = failures()["texture_steepness"]
-    case = failure.case({"wavelength": wavelength, "rate": rate})
-    assert failure.limit(case) == pytest.approx(amplitude, rel=4e-3)
-    assert failure.probe(failure.inside(case), case).holds
-    assert not failure.probe(failure.outside(case), case).holds
+    for wavelength, rate, amplitude in (
+        (0.001, 1000.0, 0.159), (0.002, 1000.0, 0.318), (0.005, 1000.0, 0.796), (0.001, 4000.0, 0.637),
+    ):  # fmt: skip
+        case = failure.case({"wavelength": wavelength, "rate": rate})
+        assert failure.limit(case) == pytest.approx(amplitude, rel=4e-3)
+        assert [one.holds for one in sides(failure, case)] == [True, False]
 
 
-@pytest.mark.parametrize(("wavelength", "speed"), [(0.0005, 0.05), (0.001, 0.1), (0.002, 0.2), (0.005, 0.5)])
-def test_ten_samples_a_ridge_up_to_the_speeds_of_theory(wavelength, speed):
+def test_ten_samples_a_ridge_up_to_the_speeds_of_theory():
     failure = failures()["texture_samples"]
-    case = failure.case({"wavelength": wavelength})
-    assert failure.limit(case) == pytest.approx(speed, rel=1e-12)
-    found = failure.probe(failure.inside(case), case), failure.probe(failure.outside(case), case)
-    assert [one.measure for one in found] == [10.0, 9.0]
-    slow = failures()["texture_samples"].case({"wavelength": 0.005, "rate": 230.0})
+    for wavelength, speed in ((0.0005, 0.05), (0.001, 0.1), (0.002, 0.2), (0.005, 0.5)):
+        case = failure.case({"wavelength": wavelength})
+        assert failure.limit(case) == pytest.approx(speed, rel=1e-12)
+        assert [one.measure for one in sides(failure, case)] == [10.0, 9.0]
+    slow = failure.case({"wavelength": 0.005, "rate": 230.0})
     assert failure.limit(slow) == pytest.approx(0.115, rel=1e-12)
 
 
-@pytest.mark.parametrize("share", [0.3, 0.99, 1.6931, 3.1373])
-def test_the_worst_ridge_gets_the_cosine_of_half_a_sample(share):
-    out = stroking.stroke(0.005, share * 0.5, 1000.0, 0.0, 20_000)
-    want = math.cos(math.pi * share / 10.0)
-    assert stroking.least_peak(out, 0.005) == pytest.approx(want, abs=4e-3)
+def test_the_worst_ridge_gets_the_cosine_of_half_a_sample():
+    for share in (0.3, 0.99, 1.6931, 3.1373):
+        out = stroking.stroke(0.005, share * 0.5, 1000.0, 0.0, 20_000)
+        want = math.cos(math.pi * share / 10.0)
+        assert stroking.least_peak(out, 0.005) == pytest.approx(want, abs=4e-3)
 
 
 def test_beyond_half_the_rate_it_hums_lower_the_faster_it_is_stroked():
@@ -54,8 +56,7 @@ def test_beyond_half_the_rate_it_hums_lower_the_faster_it_is_stroked():
 def test_ten_counts_a_ridge_and_steps_of_the_force_as_theory_says():
     failure = failures()["texture_counts"]
     case = failure.case()
-    found = failure.probe(failure.inside(case), case), failure.probe(failure.outside(case), case)
-    assert [one.measure for one in found] == [10.0, 9.0]
+    assert [one.measure for one in sides(failure, case)] == [10.0, 9.0]
     out = stroking.stroke(0.005, 0.005, 1000.0, 15e-6, 5000)
     steps = np.abs(np.diff(out[:, rows.ASKED])).max()
     assert steps == pytest.approx(2.0 * math.pi * 0.25 * 15e-6 / 0.005, rel=1e-3)
@@ -67,28 +68,15 @@ def test_a_bump_of_w_needs_v_below_w_over_4_t():
     for rate, speed in ((1000.0, 1.25), (230.0, 0.2875)):
         case = failure.case({"rate": rate})
         assert failure.limit(case) == pytest.approx(speed, rel=1e-12)
-        found = failure.probe(failure.inside(case), case), failure.probe(failure.outside(case), case)
-        assert [one.measure for one in found] == [4.0, 3.0]
+        assert [one.measure for one in sides(failure, case)] == [4.0, 3.0]
     case = failure.case()
     assert least_peak(throws(1.25, case)) == pytest.approx(math.sqrt(0.5), abs=0.03)
 
 
-# --- jitter
-
-PATTERNS = [
-    {"usual": 24, "long": 5.0},
-    {"usual": 1, "long": 5.0},
-    {"usual": 3, "long": 2.0},
-    {"usual": 60, "long": 8.0},
-    {"usual": 200, "long": 20.0, "viscous": 1.0},
-]
-
-
-@pytest.mark.parametrize("given", PATTERNS)
-def test_a_pattern_decays_inside_its_exact_limit_and_grows_outside(given):
-    case = JITTER.case(given)
-    found = JITTER.probe(JITTER.inside(case), case), JITTER.probe(JITTER.outside(case), case)
-    assert [one.holds for one in found] == [True, False]
+@pytest.mark.parametrize(("usual", "long", "viscous"), [(1, 5, 0.5), (3, 2, 0.5), (60, 8, 0.5), (200, 20, 1)])
+def test_a_pattern_decays_inside_its_exact_limit_and_grows_outside(usual, long, viscous):
+    case = JITTER.case({"usual": usual, "long": long, "viscous": viscous})
+    assert [one.holds for one in sides(JITTER, case)] == [True, False]
     assert worst(case) < JITTER.limit(case) < nominal(case)
     for part in (0.99, 1.01):
         rate = exact(part * JITTER.limit(case), case, pattern(case))

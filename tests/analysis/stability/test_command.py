@@ -33,7 +33,8 @@ def test_the_margin_is_the_first_line(capsys):
     assert "measured" not in out
 
 
-def test_one_object_of_columns_in_si(capsys):
+def test_one_object_of_columns_in_si(capsys, monkeypatch):
+    monkeypatch.setattr("hapkit_studio.commands.stability.COLUMNS", 4)
     code, out, err = run(capsys, *LATE, "--measure", "--to", "4", "--json")
     assert (code, err) == (0, "")
     assert out.count("\n") == 1

@@ -8,11 +8,7 @@ import pytest
 from scipy.linalg import expm
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.stability.limits import (
-    checked_loop,
-    stiffness_limit,
-    stiffness_limits,
-)
+from hapkit_studio.analysis.stability.limits import checked_loop, stiffness_limit, stiffness_limits
 from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand
@@ -21,17 +17,14 @@ from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings import LoopSettings
 
 
-@pytest.mark.parametrize("estimator", ["difference", ("iir", {"cutoff": 20.0}), "butterworth", "kalman"])
-@pytest.mark.parametrize("delay", [0.0, 0.4e-3, 1e-3, 7.7e-3])
-def test_many_dampings_together_give_what_each_gives_alone(estimator, delay):
-    loop = checked_loop(0.044, 0.5, 0.0, 1000.0, delay, estimator, "light")
-    damping = np.array([0.0, 0.3, 2.0, 9.0, 60.0, 300.0] * 7)
-    together = stiffness_limits(loop, damping)
-    alone = [
-        stiffness_limit(0.044, 0.5, damping=b, delay=delay, estimator=estimator, hand="light")
-        for b in damping[:6]
-    ]
-    assert list(together) == alone * 7
+def test_many_dampings_together_give_what_each_gives_alone():
+    damping = np.array([0.0, 0.3, 2.0, 9.0, 60.0, 300.0])
+    for delay, estimator in ((0.0, "difference"), (0.4e-3, ("iir", {"cutoff": 20.0})), (7.7e-3, "kalman")):
+        loop = {"delay": delay, "estimator": estimator, "hand": "light"}
+        together = stiffness_limits(
+            checked_loop(0.044, 0.5, 0.0, 1000.0, *loop.values()), np.tile(damping, 7)
+        )
+        assert list(together) == [stiffness_limit(0.044, 0.5, damping=b, **loop) for b in damping] * 7
 
 
 VIRTUAL = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 40.0)
@@ -96,7 +89,7 @@ def test_with_a_hand(hand, prompt, late):
 
 def test_closed_form_of_the_prompt_spring(rng):
     """Jury on (z - 1) (z - E) + K (n1 z + n0): roots leave at E + K n0 = 1, -1 at K (n1 - n0) = 2 (1 + E)."""
-    for _ in range(80):
+    for _ in range(40):
         m, b, period = 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-1, 1.5), 10 ** rng.uniform(-3.5, -2)
         e, leak = math.exp(-b * period / m), -math.expm1(-b * period / m)
         n0, n1 = (m * leak - b * period * e) / b**2, (b * period - m * leak) / b**2
@@ -129,15 +122,13 @@ def closed_loop(stiffness, mass, viscous, damping, rate, delay, alpha, hand):
     return out
 
 
-@pytest.mark.parametrize("count", [15, pytest.param(60, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [8, pytest.param(60, marks=pytest.mark.slow)])
 def test_roots_cross_the_unit_circle_at_the_limit(rng, count):
     for _ in range(count):
         mass, viscous, rate = 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(2.3, 4)
         damping = rng.choice([0.0, 0.2 * rng.random() * mass * rate])
-        delay, cutoff = (
-            rng.choice([0.0, 1.0, rng.random(), 6.0 * rng.random()]) / rate,
-            rng.choice([0, 35.5, 150]),
-        )
+        delay = rng.choice([0.0, 1.0, rng.random(), 6.0 * rng.random()]) / rate
+        cutoff = rng.choice([0, 35.5, 150])
         hand = rng.choice([Grip(0, 0, 0), Grip(0.05, 4.0, 200.0), Grip(0.0, 0.0, 500.0)])
         alpha = 1.0 - math.exp(-2.0 * math.pi * cutoff / rate) if cutoff else 1.0
         estimator = ("iir", {"cutoff": cutoff}) if cutoff else "difference"
@@ -161,9 +152,7 @@ def test_roots_cross_the_unit_circle_at_the_limit(rng, count):
 @pytest.mark.parametrize(
     ("mass", "viscous", "rate", "late", "damping", "hand"),
     [
-        (0.05, 0.5, 1000.0, 0.0, 0.0, None),
         (0.05, 0.5, 1000.0, 0.5, 2.0, None),
-        (0.044, 0.18, 1000.0, 1.0, 0.0, None),
         (0.044, 1.3, 230.0, 0.25, 0.0, None),
         (0.1, 1.0, 500.0, 2.7, 1.0, None),
         (0.03, 0.2, 2000.0, 1.4, 5.0, None),
@@ -189,22 +178,17 @@ def test_one_percent_inside_decays_and_outside_grows(part, mass, viscous, rate, 
 @pytest.mark.parametrize(
     "loop",
     [
-        {},
         {"damping": 2.0, "delay": 0.37e-3},
-        {"damping": 20.0, "delay": 1e-3},
         {"damping": 2.0, "estimator": "iir", "delay": 0.7e-3},
         {"damping": 1.0, "rate": 4000.0, "delay": 2.1e-3},
-        {"hand": "firm", "delay": 2e-3, "damping": 5.0},
         {"hand": Grip(0.0, 1.0, 50.0), "rate": 250.0},
         {"rate": 0.1},
-        {"damping": 2.0, "delay": 0.6e-3, "estimator": ("butterworth", {"cutoff": 20.0})},
         {"damping": 60.0, "estimator": "kalman"},
     ],
 )
 def test_measured_limit_is_the_exact_one(loop):
-    assert measured_stiffness_limit(0.05, 0.5, **loop) == pytest.approx(
-        stiffness_limit(0.05, 0.5, **loop), rel=5e-4
-    )
+    exact = stiffness_limit(0.05, 0.5, **loop)
+    assert measured_stiffness_limit(0.05, 0.5, **loop) == pytest.approx(exact, rel=5e-4)
 
 
 def test_too_much_virtual_damping_leaves_no_stable_spring():
@@ -212,12 +196,11 @@ def test_too_much_virtual_damping_leaves_no_stable_spring():
     assert measured_stiffness_limit(0.05, 0.5, damping=110.0) == 0.0
 
 
-@pytest.mark.parametrize(("mass", "viscous"), [(0.05, 1e-12), (1e6, 1e-6), (1e6, 1e-9)])
-def test_a_handle_that_hardly_loses_energy_has_the_passive_limit(mass, viscous):
-    for late in (0.0, 1e-3):
-        assert stiffness_limit(mass, viscous, delay=late) == pytest.approx(
-            viscous / (0.5e-3 + late), rel=1e-9
-        )
+def test_a_handle_that_hardly_loses_energy_has_the_passive_limit():
+    for mass, viscous in ((0.05, 1e-12), (1e6, 1e-6), (1e6, 1e-9)):
+        for late in (0.0, 1e-3):
+            want = viscous / (0.5e-3 + late)
+            assert stiffness_limit(mass, viscous, delay=late) == pytest.approx(want, rel=1e-9)
 
 
 def own_seconds(compute):
@@ -245,7 +228,7 @@ def test_adaptive_window_has_a_measured_limit_only():
     assert "\n" not in str(e.value)
 
 
-@pytest.mark.parametrize("late", [0.0, 1e-3])
+@pytest.mark.parametrize("late", [pytest.param(0.0, marks=pytest.mark.slow), 1e-3])
 def test_adaptive_window_is_as_stiff_as_any_without_damping_and_softer_with_it(late):
     """Without damping it has no say; with damping it lags behind the plain difference."""
     alone = measured_stiffness_limit(0.05, 0.5, delay=late, estimator="foaw")

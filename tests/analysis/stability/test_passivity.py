@@ -21,37 +21,35 @@ def largest(damping, late, estimator="difference", viscous=B, rate=1000.0):
     return float(passive_stiffness(viscous, np.array([damping]), rate, late / rate, estimator)[0])
 
 
-@pytest.mark.parametrize(("late", "factor"), [(0, 1.0), (1, 3.0), (2, 5.0)])
-@pytest.mark.parametrize("rate", [230.0, 1000.0, 4000.0])
-def test_a_spring_alone_after_whole_periods(late, factor, rate):
+def test_a_spring_alone_after_whole_periods():
     """Colgate & Schenkel: b > K T/2 times 1, 3, 5."""
-    assert largest(0.0, late, rate=rate) == pytest.approx(2.0 * B * rate / factor, rel=1e-6)
+    for late, factor in ((0, 1.0), (1, 3.0), (2, 5.0)):
+        for rate in (230.0, 1000.0, 4000.0):
+            assert largest(0.0, late, rate=rate) == pytest.approx(2.0 * B * rate / factor, rel=1e-6)
 
 
-@pytest.mark.parametrize("damping", [0.05, 0.2, 0.45])
-def test_a_backward_difference_costs_as_much_as_the_damping_it_renders(damping):
+def test_a_backward_difference_costs_as_much_as_the_damping_it_renders():
     """b > K T/2 + B."""
-    assert largest(damping, 0) == pytest.approx(2.0 * (B - damping) / PERIOD, rel=1e-9)
+    for damping in (0.05, 0.2, 0.45):
+        assert largest(damping, 0) == pytest.approx(2.0 * (B - damping) / PERIOD, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("cutoff", "cost"), [(200.0, 0.557), (100.0, 0.304), (60.0, 0.186), (35.5, 0.111), (20.0, 0.063)]
-)
-def test_a_filter_makes_damping_cost_less(cutoff, cost):
+def test_a_filter_makes_damping_cost_less():
     """b > K T/2 + B alpha/(2 - alpha); the table's third digit."""
-    found = largest(1.0, 0, ("iir", {"cutoff": cutoff}), viscous=1.0)
-    alpha = -math.expm1(-2.0 * math.pi * cutoff * PERIOD)
-    assert found == pytest.approx(2.0 * (1.0 - alpha / (2.0 - alpha)) / PERIOD, rel=1e-9)
-    assert found == pytest.approx(2.0 * (1.0 - cost) / PERIOD, abs=1.2)
+    for cutoff, cost in ((200.0, 0.557), (100.0, 0.304), (60.0, 0.186), (35.5, 0.111), (20.0, 0.063)):
+        found = largest(1.0, 0, ("iir", {"cutoff": cutoff}), viscous=1.0)
+        alpha = -math.expm1(-2.0 * math.pi * cutoff * PERIOD)
+        assert found == pytest.approx(2.0 * (1.0 - alpha / (2.0 - alpha)) / PERIOD, rel=1e-9)
+        assert found == pytest.approx(2.0 * (1.0 - cost) / PERIOD, abs=1.2)
 
 
-@pytest.mark.parametrize("late", [0.1, 0.5, 0.9, 1.5, 3.3])
-def test_a_spring_alone_after_fractions_of_a_period(late):
+def test_a_spring_alone_after_fractions_of_a_period():
     """The slowest motion is the worst: b² > b K (T/2 + td) + K² θ (T - θ)/4, from the form as w -> 0."""
-    stiffness = largest(0.0, late)
-    rest = (late - math.floor(late)) * PERIOD
-    spent = B * stiffness * (0.5 + late) * PERIOD + stiffness**2 * rest * (PERIOD - rest) / 4.0
-    assert spent == pytest.approx(B**2, rel=1e-6)
+    for late in (0.1, 0.5, 0.9, 1.5, 3.3):
+        stiffness = largest(0.0, late)
+        rest = (late - math.floor(late)) * PERIOD
+        spent = B * stiffness * (0.5 + late) * PERIOD + stiffness**2 * rest * (PERIOD - rest) / 4.0
+        assert spent == pytest.approx(B**2, rel=1e-6)
 
 
 def knots(late, periods):
@@ -92,16 +90,12 @@ def energy_form(stiffness, damping, late, estimator, periods=160):
 
 CASES = [
     (0.0, 0.0, "difference"),
-    (0.2, 0.0, "difference"),
-    (0.0, 0.4, "difference"),
     (0.3, 0.4, "difference"),
     (0.1, 1.0, "difference"),
     (0.4, 1.7, "difference"),
     (2.0, 0.0, "iir"),
-    (1.0, 0.5, "iir"),
     (0.6, 1.3, ("iir", {"cutoff": 100.0})),
     (0.5, 0.6, "butterworth"),
-    (0.5, 0.0, "kalman"),
     (0.3, 1.6, "kalman"),
 ]
 

@@ -2,10 +2,11 @@
 
 import math
 import threading
+from dataclasses import replace
 
 import numpy as np
 
-from hapkit_studio.analysis.failures.base import Chart, Evidence, Failure, Line, Live, Mark
+from hapkit_studio.analysis.failures.base import Curve, Evidence, Failure, Live, Plot
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -25,17 +26,19 @@ def probe(stiffness, case):
     time = np.linspace(0.0, SECONDS, 400)
     words = f"{'decays' if rate < 0.0 else 'grows'} by {abs(rate):.3g} 1/s; in truth it decays by 1 1/s"
     trace = np.exp(rate * time) * np.cos(OMEGA * time)
-    return Evidence(time, trace, "position", "mm", rate < 0.0, rate, "1/s", words)
+    return Evidence(trace, time[1], "position", "mm", rate < 0.0, rate, "1/s", words)
 
 
-def curve(case, progress):
-    """Return rate over stiffness, a straight line."""
-    x = limit(case) * np.linspace(0.5, 1.5, 5)
-    for done in range(1, len(x) + 1):
-        progress(done, len(x))
-    y = x / limit(case) - 1.0
-    lines = (Line("formula", x, y, "theory"), Line("measured", x, y))
-    return Chart("stiffness, N/m", "growth, 1/s", lines, (Mark("limit", limit(case)),), 0.0, "neither")
+PLOT = Plot(
+    "stiffness, N/m",
+    np.linspace(0.5, 1.5, 5),
+    (
+        Curve("formula", lambda x, case: x / limit(case) - 1.0, "theory"),
+        Curve("measured", lambda x, case: x / limit(case) - 1.0),
+    ),
+    "limit",
+    level_label="neither",
+)
 
 
 def live(stiffness, case):
@@ -49,21 +52,21 @@ def made(**given):
     """Return the made-up failure, parts of it replaced."""
     words = {"summary": "Above a stiffness it grows", "formula": "K < 100 b_h", "explanation": "So it is."}
     parts = {"key": "grows", "title": "A spring too stiff", "knob": KNOB, "limit": limit, "probe": probe}
-    parts |= {"curve": curve, "options": (DAMPING, Choice("hand", "Hand", ("none", "firm"))), "live": live}
+    parts |= {"plot": PLOT, "options": (DAMPING, Choice("hand", "Hand", ("none", "firm"))), "live": live}
     return Failure(**{**words, **parts, **given})
 
 
 class Gate:
-    """A curve that waits until it is let go, then says its progress."""
+    """A plot that waits until it is let go, then says its progress."""
 
     def __init__(self):
         self.begun, self.go_on = threading.Event(), threading.Event()
+        self.plot = replace(PLOT, at=self._wait)
 
-    def curve(self, case, progress):
-        """Wait, then measure."""
+    def _wait(self, case):
         self.begun.set()
         self.go_on.wait()
-        return curve(case, progress)
+        return limit(case) * PLOT.at
 
 
 def refuse(case):
@@ -76,21 +79,18 @@ def library(gate):
     step = Parameter("step", "Step", "s", 1e-3, 1e-5, 0.2, "Of the loop", "dt")
     return {
         "grows": made(),
-        "slow": made(key="slow", title="A spring measured slowly", curve=gate.curve),
+        "slow": made(key="slow", title="A spring measured slowly", plot=gate.plot),
         "refuses": made(key="refuses", title="A limit that nobody knows", limit=refuse),
         "step": made(
             key="step", title="A step too long", knob=step, live=None, margin=0.05, span=(0.2, 2.0),
             limit=lambda case: 2e-3,
             probe=lambda value, case: probe(value * 1e5, {"damping": 2.0}),
-            curve=lambda case, progress: _in_ms(),
+            plot=Plot(
+                "step, ms", np.linspace(0.2, 2.0, 5),
+                (Curve("measured", lambda x, case: -1.0 if x < 2e-3 else math.inf),), "limit", factor=1e3,
+            ),
         ),
     }  # fmt: skip
-
-
-def _in_ms():
-    x = np.linspace(0.4, 4.0, 5)
-    lines = (Line("measured", x, np.where(x < 2.0, -1.0, math.inf)),)
-    return Chart("step, ms", "growth, 1/s", lines, (Mark("limit", 2.0),))
 
 
 def measured(page, qtbot):

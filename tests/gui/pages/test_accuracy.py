@@ -7,8 +7,16 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
-from hapkit_studio.analysis.accuracy import Accuracy, Chart, Default, Method, Point, Scene, Sheet
-from hapkit_studio.analysis.accuracy.plan import mark_front
+from hapkit_studio.analysis.accuracy.plan import (
+    Accuracy,
+    Chart,
+    Default,
+    Method,
+    Point,
+    Scene,
+    Sheet,
+    mark_front,
+)
 from hapkit_studio.charts.accuracy import AccuracyAxes, marker_and_color
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.integrators import INTEGRATORS

@@ -28,10 +28,10 @@ def spoken(page):
     return page.list.currentItem().data(Qt.ItemDataRole.AccessibleTextRole)
 
 
-def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit(page):
+def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit_and_exported(page, tmp_path):
     record = page.record
     assert (record.limit, record.signs) == (200.0, (True, False))
-    assert (record.below.value, record.above.value) == pytest.approx((198.0, 202.0))
+    assert (record.inside.value, record.outside.value) == pytest.approx((198.0, 202.0))
     assert page.verdict.words.text() == "Decays by 0.01 1/s"
     assert page.verdict.more.text() == "198 N/m, 0.99 of the limit 200 N/m. In truth it decays by 1 1/s."
     first, second, curve = drawn(page.detail.chart)
@@ -44,24 +44,31 @@ def test_the_failure_in_sight_is_tried_on_both_sides_of_its_limit(page):
     assert "b<sub>h</sub>" in page.side.formula.text()
     assert spoken(page) == "A spring too stiff. Inside the limit it holds, outside it fails"
     assert page.list.currentItem().text() == "A spring too stiff\nLimit 200 N/m   in ✓ out ✕"
+    figure, numbers = page.exports()
+    found = json.loads(json.dumps(numbers()))
+    assert found["limit"] == 200.0
+    assert (found["inside"]["holds"], found["outside"]["holds"]) == (True, False)
+    assert found["options"] == {"damping": 2.0, "hand": "none"}
+    assert [line["label"] for line in found["chart"]["lines"]] == ["formula", "measured"]
+    figure(str(tmp_path / "failure.png"))
+    assert (tmp_path / "failure.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_buttons_slider_box_and_chart_turn_the_knob(page, qtbot):
+def test_buttons_slider_box_and_chart_turn_the_knob_and_other_conditions_move_the_limit(page, qtbot):
     QTest.keyClick(page.knob.outside, Qt.Key.Key_Return)
     settled(page, qtbot)
     assert page.record.here.value == pytest.approx(202.0)
     assert page.verdict.words.text() == "Grows by 0.01 1/s"
     page.knob.row.slider.setFocus()
-    for _ in range(4):
-        QTest.keyClick(page.knob.row.slider, Qt.Key.Key_Right)
+    QTest.keyClick(page.knob.row.slider, Qt.Key.Key_Right)
     settled(page, qtbot)
-    assert page.record.here.value == page.record.above.value == pytest.approx(206.0)
-    assert page.knob.row.box.text() == "206"
-    assert page.knob.row.slider.accessibleName() == "Stiffness, 206 N/m"
+    assert page.record.here.value == page.record.outside.value == pytest.approx(203.0)
+    assert page.knob.row.box.text() == "203"
+    assert page.knob.row.slider.accessibleName() == "Stiffness, 203 N/m"
     page.knob.row.box.entered.emit(150.0)
     settled(page, qtbot)
     assert page.record.share == pytest.approx(0.75)
-    assert (page.record.below.value, page.record.above.value) == pytest.approx((150.0, 206.0))
+    assert (page.record.inside.value, page.record.outside.value) == pytest.approx((150.0, 203.0))
     click(page.detail.chart, 260.0, 0.2, axes=2)
     settled(page, qtbot)
     assert page.record.here.value == pytest.approx(260.0, rel=0.01)
@@ -77,9 +84,18 @@ def test_buttons_slider_box_and_chart_turn_the_knob(page, qtbot):
     assert page.knob.row.box.property("invalid") is True
     assert page.knob.row.error.text() == "Stiffness goes from 100 to 300 N/m."
     assert page.record.share == pytest.approx(0.8)
+    page.turn(0.99)
+    page.side.changed.emit("damping", 4.0)
+    assert page.record.old == {"inside", "outside", "chart", "limit", "here"}
+    assert not page.knob.isEnabled()
+    assert page.record.chart is not None
+    qtbot.waitUntil(lambda: page.record.complete and page.record.limit == 400.0)
+    settled(page, qtbot)
+    assert page.record.here.value == pytest.approx(396.0)
+    assert page.knob.isEnabled()
 
 
-def test_a_knob_in_seconds_is_shown_in_milliseconds(page, qtbot):
+def test_a_knob_in_seconds_is_shown_in_milliseconds_and_run_all_tries_the_rest(page, gate, qtbot):
     page.list.setFocus()
     QTest.keyClick(page.list, Qt.Key.Key_End)
     assert page.record.failure.key == "step"
@@ -93,28 +109,15 @@ def test_a_knob_in_seconds_is_shown_in_milliseconds(page, qtbot):
     page.detail.picked.connect(heard.append)
     page.detail.chart.clicked.emit(3.0, 0.0)
     assert heard == [pytest.approx(1.5)]
-
-
-def test_other_conditions_move_the_limit_and_keep_the_old_results_paler(page, qtbot):
-    page.side.changed.emit("damping", 4.0)
-    assert page.record.old == {"below", "above", "chart", "limit", "here"}
-    assert not page.knob.isEnabled()
-    assert page.record.chart is not None
-    qtbot.waitUntil(lambda: page.record.complete and page.record.limit == 400.0)
-    settled(page, qtbot)
-    assert page.record.here.value == pytest.approx(396.0)
-    assert page.knob.isEnabled()
-
-
-def test_export_writes_both_tries_and_the_lines(page, tmp_path):
-    figure, numbers = page.exports()
-    found = json.loads(json.dumps(numbers()))
-    assert found["limit"] == 200.0
-    assert (found["inside"]["holds"], found["outside"]["holds"]) == (True, False)
-    assert found["options"] == {"damping": 2.0, "hand": "none"}
-    assert [line["label"] for line in found["chart"]["lines"]] == ["formula", "measured"]
-    figure(str(tmp_path / "failure.png"))
-    assert (tmp_path / "failure.png").read_bytes()[:4] == b"\x89PNG"
+    gate.go_on.set()
+    page.all.click()
+    assert not page.all.isEnabled()
+    qtbot.waitUntil(lambda: not page.job.running)
+    both = (True, False)
+    done = {key: record.signs for key, record in page.records.items()}
+    assert done == {"grows": both, "slow": both, "refuses": (None, None), "step": both}
+    assert page.records["refuses"].wrong.startswith("Damping of 2 N·s/m")
+    assert page.all.isEnabled()
 
 
 def test_a_limit_without_a_unit_names_its_quantity():
@@ -128,14 +131,11 @@ def test_a_limit_without_a_unit_names_its_quantity():
         assert known_words(record, busy=False) == words
 
 
-@pytest.mark.parametrize(
-    ("most", "factor", "power"),
-    [(1.05e-4, 1e6, "$10^{-6}$"), (2e-3, 1e3, "$10^{-3}$"), (0.02, 1.0, ""), (0.0, 1.0, "")],
-)
-def test_tiny_traces_have_ticks_that_can_be_read(most, factor, power):
-    found = scaled(np.array([-0.5 * most, most]))
-    assert found[0] == pytest.approx(factor)
-    assert found[1] == power
+def test_tiny_traces_have_ticks_that_can_be_read():
+    for most, factor, power in (
+        (1.05e-4, 1e6, "$10^{-6}$"), (2e-3, 1e3, "$10^{-3}$"), (0.02, 1.0, ""), (0.0, 1.0, ""),
+    ):  # fmt: skip
+        assert scaled(np.array([-0.5 * most, most])) == (pytest.approx(factor), power)
 
 
 def test_cancel_ends_the_work_and_keeps_what_had_come(page, gate, qtbot):
@@ -157,19 +157,7 @@ def test_cancel_ends_the_work_and_keeps_what_had_come(page, gate, qtbot):
     qtbot.waitUntil(lambda: page.record.complete)
 
 
-def test_run_all_tries_the_rest_and_one_that_cannot_be_keeps_no_other_back(page, gate, qtbot):
-    gate.go_on.set()
-    page.all.click()
-    assert not page.all.isEnabled()
-    qtbot.waitUntil(lambda: not page.job.running)
-    both = (True, False)
-    done = {key: record.signs for key, record in page.records.items()}
-    assert done == {"grows": both, "slow": both, "refuses": (None, None), "step": both}
-    assert page.records["refuses"].wrong.startswith("Damping of 2 N·s/m")
-    assert page.all.isEnabled()
-
-
-def test_a_failure_that_raises_is_said_in_one_line(page, qtbot):
+def test_what_cannot_be_tried_is_said_in_one_line(page, qtbot):
     page.list.choose("refuses")
     assert page.knob.row.box.text() == ""
     qtbot.waitUntil(lambda: bool(page.record.wrong) and not page.job.running)
@@ -179,25 +167,19 @@ def test_a_failure_that_raises_is_said_in_one_line(page, qtbot):
     page.list.choose("grows")
     assert page.verdict.words.text() == "Decays by 0.01 1/s"
     assert page.knob.row.box.text() == "198"
-
-
-@pytest.mark.parametrize(("bound", "what"), [(math.inf, "fails"), (0.0, "holds")])
-def test_conditions_without_a_limit_are_said(page, qtbot, bound, what):
-    object.__setattr__(page.record.failure, "limit", lambda case: bound)
-    page.run()
-    words = f"Nothing {what} under these conditions: change one."
-    qtbot.waitUntil(lambda: page.verdict.words.text() == words)
-    assert not page.verdict.feel.isEnabled()
-
-
-def test_a_probe_that_raises_is_said_and_the_next_value_is_tried(page, qtbot):
-    before = page.record.failure.probe
-    object.__setattr__(page.record.failure, "probe", lambda value, case: 1 / 0)
+    failure, before = page.record.failure, page.record.failure.probe
+    object.__setattr__(failure, "probe", lambda value, case: 1 / 0)
     page.turn(1.2)
     qtbot.waitUntil(lambda: "division by zero" in page.verdict.words.text())
-    object.__setattr__(page.record.failure, "probe", before)
+    object.__setattr__(failure, "probe", before)
     page.turn(1.3)
     qtbot.waitUntil(lambda: page.verdict.words.text() == "Grows by 0.3 1/s")
+    for bound, what in ((math.inf, "fails"), (0.0, "holds")):
+        object.__setattr__(failure, "limit", lambda case, bound=bound: bound)
+        page.run()
+        words = f"Nothing {what} under these conditions: change one."
+        qtbot.waitUntil(lambda words=words: page.verdict.words.text() == words)
+        assert not page.verdict.feel.isEnabled()
 
 
 @pytest.mark.slow

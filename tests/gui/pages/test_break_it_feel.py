@@ -26,7 +26,9 @@ def felt(gate, window, qtbot):
     page.end()
 
 
-def test_feel_it_puts_the_failure_in_and_take_back_restores_everything(felt, window):
+def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_everything(
+    felt, window, qtbot, monkeypatch
+):
     studio = window.studio
     studio.choose("spring")
     studio.set_values({"stiffness": 77.0, "damping": 1.5})
@@ -46,93 +48,29 @@ def test_feel_it_puts_the_failure_in_and_take_back_restores_everything(felt, win
     assert felt.felt == "A spring too stiff"
     assert felt.verdict.more.text() == "In the scene now. Pull the handle."
     assert not felt.verdict.feel.isVisible()
+    felt.turn(1.2)
+    settled(felt, qtbot)
+    assert studio.values["stiffness"] == pytest.approx(240.0)
+    felt.side.changed.emit("damping", 4.0)
+    qtbot.waitUntil(lambda: studio.values["stiffness"] == pytest.approx(480.0))
+    assert studio.values["damping"] == 4.0
     felt.verdict.back.click()
     assert felt.felt == ""
     assert state(studio) == before
     assert studio.engine.loop.rate == 2000.0
     assert not felt.verdict.back.isVisible()
     assert felt.verdict.feel.isVisible()
-
-
-def test_the_scene_follows_the_knob_while_it_is_felt(felt, window, qtbot):
-    before = state(window.studio)
-    felt.feel_it()
-    felt.turn(1.2)
-    settled(felt, qtbot)
-    assert window.studio.values["stiffness"] == pytest.approx(240.0)
-    felt.side.changed.emit("damping", 4.0)
-    qtbot.waitUntil(lambda: window.studio.values["stiffness"] == pytest.approx(480.0))
-    assert window.studio.values["damping"] == 4.0
-    felt.feel.take_back()
     felt.turn(1.3)
     settled(felt, qtbot)
-    assert state(window.studio) == before
-
-
-def test_take_back_works_after_other_scenes_and_stays_while_another_failure_is_in_sight(felt, window):
-    before = state(window.studio)
-    felt.feel_it()
-    heard = []
-    felt.marked.connect(heard.append)
-    window.studio.choose("puck")
-    assert felt.felt == ""
-    assert set(heard) == {""}
-    assert felt.verdict.more.text().startswith("Not in the scene any more")
-    assert felt.verdict.feel.isVisible()
-    felt.list.choose("step")
-    assert felt.verdict.back.isVisible()
-    felt.verdict.back.click()
-    assert state(window.studio) == ("puck", *before[1:])  # the scene that was chosen since stays
-
-
-@pytest.mark.parametrize(
-    "change", [("set_value", ("stiffness", 50.0)), ("set_loop", ()), ("reset_values", ())]
-)
-def test_a_value_changed_by_hand_takes_the_failure_out_and_the_knob_leaves_it_alone(
-    felt, window, qtbot, change
-):
-    studio, before = window.studio, state(window.studio)
-    felt.feel_it()
-    name, given = change
-    getattr(studio, name)(*given, **({"delay": 0.004} if name == "set_loop" else {}))
-    assert felt.felt == ""
-    assert felt.verdict.more.text().startswith("Not in the scene any more")
-    by_hand = state(studio)
-    felt.turn(1.2)
-    settled(felt, qtbot)
-    assert state(studio) == by_hand
-    felt.verdict.feel.click()
-    assert felt.felt == "A spring too stiff"
-    felt.verdict.back.click()
     assert state(studio) == before
-
-
-def test_only_a_simulated_hapkit_is_made_to_fail(felt, window, monkeypatch):
-    before = state(window.studio)
-    monkeypatch.setattr(type(window.studio), "simulated", property(lambda self: False))
-    window.studio.engine_changed.emit()
-    assert not felt.verdict.feel.isEnabled()
-    assert "Only the simulated Hapkit" in felt.verdict.feel.toolTip()
-    felt.feel_it()
-    assert state(window.studio) == before
-
-
-def test_a_loop_that_refuses_leaves_everything_as_it_was(felt, window):
-    before = state(window.studio)
-    wrong = live(300.0, {"damping": 2.0})
-    wrong.loop["rate"] = -1.0
-    object.__setattr__(felt.record.here, "live", wrong)
-    felt.feel_it()
-    assert state(window.studio) == before
-    assert not felt.feel.on
-    assert "rate" in felt.bar.status.text().lower()
-
-
-def test_an_environment_that_is_still_compiled_gets_its_loop_when_it_is_there(idle_window, monkeypatch):
-    studio = idle_window.studio
-    before = state(studio)
-    feel = Feel(studio)
-    ready = []
+    # every failure of the library, and one into an environment that is still compiled
+    before, feel, ready = state(studio), Feel(studio), []
+    for key, failure in failures().items():
+        if failure.live is not None:
+            feel.put(key, failure.live(failure.knob.default, failure.case()))
+            assert studio.environment.key == feel.live.environment
+            feel.take_back()
+            assert state(studio) == before, key
     monkeypatch.setattr(studio.readiness, "request", lambda key: key in ready)
     feel.put("grows", live(198.0, {"damping": 2.0}))
     assert studio.environment.key == before[0]
@@ -144,16 +82,55 @@ def test_an_environment_that_is_still_compiled_gets_its_loop_when_it_is_there(id
     assert state(studio) == before
 
 
-def test_every_failure_of_the_library_can_be_put_in_and_taken_back(idle_window):
-    studio = idle_window.studio
+def test_what_a_person_changes_takes_the_failure_out_and_what_is_refused_changes_nothing(
+    felt, window, qtbot, monkeypatch
+):
+    studio, before = window.studio, state(window.studio)
+    for change in (
+        lambda: studio.set_value("stiffness", 50.0),
+        lambda: studio.set_loop(delay=0.004),
+        lambda: studio.reset_values(),
+    ):
+        felt.feel_it()
+        assert felt.felt == "A spring too stiff"
+        change()
+        assert felt.felt == ""
+        assert felt.verdict.more.text().startswith("Not in the scene any more")
+        by_hand = state(studio)
+        felt.turn(1.2)
+        settled(felt, qtbot)
+        assert state(studio) == by_hand
+        felt.verdict.feel.click()
+        assert felt.felt == "A spring too stiff"
+        felt.verdict.back.click()
+        assert state(studio) == before
+    felt.feel_it()
+    heard = []
+    felt.marked.connect(heard.append)
+    studio.choose("puck")
+    assert felt.felt == ""
+    assert set(heard) == {""}
+    assert felt.verdict.feel.isVisible()
+    felt.list.choose("step")
+    assert felt.verdict.back.isVisible()
+    felt.verdict.back.click()
+    assert state(studio) == ("puck", *before[1:])  # the scene that was chosen since stays
+    # a loop that refuses, and a device that is not simulated
+    felt.list.choose("grows")
     before = state(studio)
-    feel = Feel(studio)
-    for key, failure in failures().items():
-        if failure.live is not None:
-            feel.put(key, failure.live(failure.knob.default, failure.case()))
-            assert studio.environment.key == feel.live.environment
-            feel.take_back()
-            assert state(studio) == before, key
+    wrong = live(300.0, {"damping": 2.0})
+    wrong.loop["rate"] = -1.0
+    object.__setattr__(felt.record.here, "live", wrong)
+    felt.feel_it()
+    assert state(studio) == before
+    assert not felt.feel.on
+    assert "rate" in felt.bar.status.text().lower()
+    monkeypatch.setattr(type(studio), "simulated", property(lambda self: False))
+    studio.engine_changed.emit()
+    assert not felt.verdict.feel.isEnabled()
+    assert "Only the simulated Hapkit" in felt.verdict.feel.toolTip()
+    felt.feel_it()
+    assert state(studio) == before
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """The Z-width view: simulated and on the running device, points as they come, ended in every way."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,14 +23,10 @@ def made_up(capped=False, clamped=True):
     points = [Point(500.0, BUZZES, False), Point(1344.0, HIGHEST if capped else BUZZES, clamped)]
     damping = [0.0, 2.0]
     curve = np.array([np.linspace(0.0, 2.0, 5), np.linspace(330.0, 1000.0, 5)])
-    return ZWidth.of(
-        "simulation",
-        damping,
-        points,
-        curve[1, [0, -1]],
-        curve,
-        conditions(Setting(), Protocol(max_force=3.0)),
+    found = ZWidth.of(
+        "simulation", damping, points, Setting(), conditions(Setting(), Protocol(max_force=3.0))
     )
+    return replace(found, linear=curve[1, [0, -1]], curve=curve)
 
 
 @pytest.fixture

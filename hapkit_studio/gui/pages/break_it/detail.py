@@ -6,16 +6,9 @@ from operator import is_
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QPushButton, QScrollArea, QSizePolicy, QWidget
 
-from hapkit_studio.charts.failures import Knob, Picture, Tried, clauses, draw, measured_there
-from hapkit_studio.gui.pages.break_it.record import (
-    ABOVE,
-    BELOW,
-    CHART,
-    HERE,
-    Record,
-    Try,
-    knob_text,
-)
+from hapkit_studio.charts.failures import Knob, clauses, draw, measured_there
+from hapkit_studio.formatting import on_screen
+from hapkit_studio.gui.pages.break_it.record import Record
 from hapkit_studio.gui.pages.drawing import Drawing
 from hapkit_studio.gui.panel.rows import ParameterRow
 from hapkit_studio.gui.widgets import icons
@@ -71,10 +64,7 @@ _FEEL = "Puts scene, values and loop into the window; Take back undoes that"
 
 
 class VerdictRow(QWidget):
-    """The verdict on the knob's value; emits ``feel_pressed`` and ``back_pressed``."""
-
-    feel_pressed = Signal()
-    back_pressed = Signal()
+    """The verdict on the knob's value; buttons to feel it, and to take it back."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -83,8 +73,6 @@ class VerdictRow(QWidget):
         self.back = QPushButton("Take back", autoDefault=True)
         icons.bind(self.feel, "hand", "ink", 18)
         icons.bind(self.back, "reset", "ink", 18)
-        self.feel.clicked.connect(self.feel_pressed)
-        self.back.clicked.connect(self.back_pressed)
         across(self.sign, (down(self.words, self.more), 1), self.back, self.feel, into=self)
 
     def show_record(
@@ -92,7 +80,7 @@ class VerdictRow(QWidget):
     ) -> None:
         """Show a verdict; felt: it is in the scene; gone: it was; taken: there is something to take back."""
         here = record.here if not record.wrong else None
-        fresh = here is not None and HERE not in record.old
+        fresh = here is not None and "here" not in record.old
         token = "ok" if here and here.evidence.holds else "danger"
         self.sign.show_sign("" if here is None else "check" if token == "ok" else "close", token)
         said = clauses(here.evidence.words) if here else ["Not tried yet"]
@@ -116,8 +104,8 @@ class VerdictRow(QWidget):
             return f"{record.failure.summary}."
         knob = record.failure.knob
         name = "" if knob.unit else f"{knob.symbol or knob.label} = "
-        limit = knob_text(record.limit, knob)
-        place = f"{name}{knob_text(record.value, knob)}, {record.share:.2f} of the limit {limit}"
+        here, limit = on_screen(record.value, knob.unit), on_screen(record.limit, knob.unit)
+        place = f"{name}{here}, {record.share:.2f} of the limit {limit}"
         return " ".join(f"{part}." for part in [place, *rest])
 
 
@@ -139,7 +127,6 @@ class Detail(QScrollArea):
         self._record = record
         self._parts: tuple = (None,) * 4
         self._state: tuple = ()
-        self._picture = picture_of(record)
         self._stands: Knob | None = None
         sheet = QWidget()
         sheet.setMinimumSize(560, 350)
@@ -151,19 +138,18 @@ class Detail(QScrollArea):
 
     def show_results(self, record: Record) -> None:
         """Show traces and curve as far as known; where only the knob was turned, move only its marker."""
-        parts = (record.failure, record.below, record.above, record.chart)
-        state = (record.limit, record.old - {HERE})
+        parts = (record.failure, record.inside, record.outside, record.chart)
+        state = (record.limit, record.old - {"here"})
         same = all(map(is_, parts, self._parts)) and state == self._state
         self._record, self._parts, self._state = record, parts, state
         if same:
             self._place()
             self.chart.follow()
         else:
-            self._picture = picture_of(record)
             self.chart.show_drawing(self._paint)
 
     def _paint(self, figure, colors):
-        self._stands = draw(figure, colors, self._picture)
+        self._stands = draw(figure, colors, self._record)
         self._place()
         return self._stands.artists if self._stands else ()
 
@@ -175,17 +161,7 @@ class Detail(QScrollArea):
 
     def _pick(self, x: float, _y: float) -> None:
         """Turn the knob to a clicked place, where the chart's x axis is the knob."""
-        scale = self._picture.scale
+        scale = self._record.scale
         if scale is not None and self._record.limit is not None:
             low, high = self._record.failure.span
             self.picked.emit(min(max(x / scale / self._record.limit, low), high))
-
-
-def picture_of(record: Record) -> Picture:
-    """Return what is drawn of a record."""
-
-    def tried(one: Try | None, side: str) -> Tried | None:
-        return Tried(one.value, one.evidence, side in record.old) if one else None
-
-    below, above = tried(record.below, BELOW), tried(record.above, ABOVE)
-    return Picture(record.failure, record.limit, below, above, record.chart, CHART in record.old)

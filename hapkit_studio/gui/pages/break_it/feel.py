@@ -9,7 +9,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.studio import LoopChoice, Studio
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.failures import Live
+    from hapkit_studio.analysis.failures.base import Live
 
 
 class Feel(QObject):

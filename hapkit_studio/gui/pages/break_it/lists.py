@@ -7,8 +7,10 @@ from collections.abc import Iterable
 from PySide6.QtCore import QRect, QSize, Qt, Signal
 from PySide6.QtWidgets import QAbstractItemView, QListWidget, QListWidgetItem, QStyledItemDelegate, QWidget
 
+from hapkit_studio.analysis.failures import Failure
+from hapkit_studio.formatting import on_screen
 from hapkit_studio.gui.pages.base import SidePanel
-from hapkit_studio.gui.pages.break_it.record import LIMIT, Record, knob_text
+from hapkit_studio.gui.pages.break_it.record import Record
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
 from hapkit_studio.gui.widgets.parts import down, hint, label
 from hapkit_studio.gui.widgets.theme import theme
@@ -51,6 +53,7 @@ class FailureList(QListWidget):
         for record in records:
             item = self._items[record.failure.key] = QListWidgetItem(self)
             item.setData(_KEY, record.failure.key)
+            item.setToolTip(f"<p>{record.failure.summary}.</p>")
             self.show_record(record)
         self.currentItemChanged.connect(lambda item: self.chosen.emit(item.data(_KEY)))
 
@@ -62,13 +65,11 @@ class FailureList(QListWidget):
         """Show what is known of a failure."""
         item, (inside, outside) = self._items[record.failure.key], record.signs
         title, known = record.failure.title, known_words(record, busy)
-        item.setToolTip(f"<p>{record.failure.summary}.</p>")
-        if (inside, outside) == (None, None):
-            item.setText(f"{title}\n{known}")
-            item.setData(Qt.ItemDataRole.AccessibleTextRole, f"{title}. {known}")
-            return
-        item.setText(f"{title}\n{known}   in {_SIGNS[inside]} out {_SIGNS[outside]}")
-        spoken = f"Inside the limit it {_SAID[inside]}, outside it {_SAID[outside]}"
+        shown = spoken = known
+        if (inside, outside) != (None, None):
+            shown = f"{known}   in {_SIGNS[inside]} out {_SIGNS[outside]}"
+            spoken = f"Inside the limit it {_SAID[inside]}, outside it {_SAID[outside]}"
+        item.setText(f"{title}\n{shown}")
         item.setData(Qt.ItemDataRole.AccessibleTextRole, f"{title}. {spoken}")
 
 
@@ -78,13 +79,13 @@ def known_words(record: Record, busy: bool) -> str:
         return "Measuring…"
     if record.wrong:
         return "Could not be tried"
-    if LIMIT in record.old:
+    if "limit" in record.old:
         return "Conditions changed"
     if record.limit is None:
         return "Not tried yet"
     knob = record.failure.knob
     name = "" if knob.unit else f"{knob.symbol if 0 < len(knob.symbol) <= _SHORT else knob.label.lower()} "
-    return f"Limit {name}{knob_text(record.limit, knob)}"
+    return f"Limit {name}{on_screen(record.limit, knob.unit)}"
 
 
 _WHOSE = "Limit and curves are of the device and loop named here, not of the one that is connected."
@@ -109,33 +110,31 @@ class FailureSide(SidePanel):
         self.formula.setFont(theme.font("formula"))
         self.section("Conditions")
         self.rows: dict[str, ParameterRow | ChoiceRow] = {}
-        self._holder = QWidget()
-        self._rows = down(into=self._holder)
-        self.add(hint(_WHOSE), self._holder)
-        self._key = ""
+        holder = QWidget()
+        self._rows = down(into=holder)
+        self.add(hint(_WHOSE), holder)
 
     def show_record(self, record: Record) -> None:
         """Show a failure and the conditions it is tried under."""
         failure = record.failure
-        if self._key != failure.key:
-            self._key = failure.key
+        if self.heading.text() != failure.title:
             self.heading.setText(failure.title)
             self.words.setText(f"{failure.summary}.")
             self.formula.setText(subscripts(failure.formula))
             self.why.setText(subscripts(failure.explanation))
-            self._make_rows(record)
+            self._make_rows(failure)
             self.verticalScrollBar().setValue(0)
         for key, row in self.rows.items():
             if row.value != record.case[key]:
                 row.show_value(record.case[key])
 
-    def _make_rows(self, record: Record) -> None:
+    def _make_rows(self, failure: Failure) -> None:
         for old in self.rows.values():
             self._rows.removeWidget(old)
             old.hide()
             old.deleteLater()
         self.rows = {}
-        for option in record.failure.options:
+        for option in failure.options:
             row = ChoiceRow(option) if isinstance(option, Choice) else ParameterRow(option)
             row.changed.connect(self.changed)
             self._rows.addWidget(row)

@@ -1,6 +1,7 @@
 """Where methods fail: each tried just inside and just outside its limit, and felt in the scene."""
 
 from collections.abc import Callable
+from copy import copy
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QTimer
@@ -14,7 +15,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.pages.break_it.detail import Detail
 from hapkit_studio.gui.pages.break_it.feel import Feel
 from hapkit_studio.gui.pages.break_it.lists import NARROW, WIDE, FailureList, FailureSide
-from hapkit_studio.gui.pages.break_it.record import HERE, FailureRunner, Part, Record
+from hapkit_studio.gui.pages.break_it.record import FailureRunner, Part, Record
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.widgets.parts import across
 
@@ -52,7 +53,10 @@ class BreakItPage(MeasuringPage):
         self._seen = False
         self._settle = QTimer(self, interval=_SETTLE_MS, singleShot=True)
         self._settle.timeout.connect(self.run)
-        self._arrange()
+        self.bar.add(self.all)
+        body = QWidget()
+        across(self.list, (self.detail, 1), into=body, gap=0)
+        self.build(body)
         self._join()
         self.list.choose(self.record.failure.key)
 
@@ -73,13 +77,13 @@ class BreakItPage(MeasuringPage):
         """Try the failure in sight and measure its curve."""
         self._settle.stop()
         self.record.stopped = False
-        self.runner.run(self.record)
+        self.runner.run([self.record])
 
     def run_all(self) -> None:
         """Try every failure that was not measured yet; all of them where none is left."""
         left = [record for record in self.records.values() if not record.complete]
         self._settle.stop()
-        self.runner.run_all(left or self.records.values())
+        self.runner.run(left or list(self.records.values()))
 
     def turn(self, share: float) -> None:
         """Turn the knob to a share of the limit and see what that does."""
@@ -87,7 +91,8 @@ class BreakItPage(MeasuringPage):
         value = self.record.value
         if value is not None and self.record.ready:
             self.runner.try_at(self.record, value)
-        self._show_knob()
+        self.knob.show_value()
+        self._show_results()
 
     def set_condition(self, key: str, value: float) -> None:
         """Change a condition of the failure shown; it is measured again once the person pauses."""
@@ -98,15 +103,15 @@ class BreakItPage(MeasuringPage):
     def feel_it(self) -> None:
         """Put the failure at the knob's present value into the scene."""
         here = self.record.here
-        if here is None or here.live is None or HERE in self.record.old or not self._studio.simulated:
+        if here is None or here.live is None or "here" in self.record.old or not self._studio.simulated:
             return
         try:
             self.feel.put(self.record.failure.key, here.live)
         except ParameterError as error:
-            self._refuse(str(error))
+            self.bar.say(str(error), danger=True)
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
-        shown = self.record.shown()
+        shown = copy(self.record)
         return lambda path: failure_figure(shown, path), lambda: base.as_json(shown, traces=True)
 
     # the page's life
@@ -142,7 +147,7 @@ class BreakItPage(MeasuringPage):
         self.list.show_record(record, busy=self._busy == part.key)
         if record is not self.record:
             return
-        if part.limit is not None:
+        if part.name == "limit":
             self.knob.show_record(record)
         self._show_results()
         if self.feel.felt == part.key and record.here is not None:
@@ -169,20 +174,13 @@ class BreakItPage(MeasuringPage):
         self.list.show_record(self.records[key])
         self._show_results()
 
-    def _refuse(self, text: str) -> None:
-        self.bar.say(text, danger=True)
-
     # showing
 
     def _show_all(self) -> None:
         self.side.show_record(self.record)
         self.knob.show_record(self.record)
-        self._show_knob()
-        self.list.show_record(self.record, busy=self._busy == self.record.failure.key)
-
-    def _show_knob(self) -> None:
-        self.knob.show_value()
         self._show_results()
+        self.list.show_record(self.record, busy=self._busy == self.record.failure.key)
 
     def _show_results(self) -> None:
         self.detail.show_results(self.record)
@@ -207,15 +205,9 @@ class BreakItPage(MeasuringPage):
         self.runner.wrong.connect(self._fail)
         self.job.running_changed.connect(self._stop)
         self.job.failed.connect(lambda _text: self.bar.say("Could not be tried", danger=True))
-        self.verdict.feel_pressed.connect(self.feel_it)
-        self.verdict.back_pressed.connect(self.feel.take_back)
+        self.verdict.feel.clicked.connect(self.feel_it)
+        self.verdict.back.clicked.connect(self.feel.take_back)
         self.feel.changed.connect(self._show_verdict)
         self.feel.changed.connect(lambda: self.marked.emit(f"In the scene: {self.felt}" if self.felt else ""))
-        self.feel.refused.connect(self._refuse)
+        self.feel.refused.connect(lambda text: self.bar.say(text, danger=True))
         self._studio.engine_changed.connect(self._show_verdict)
-
-    def _arrange(self) -> None:
-        self.bar.add(self.all)
-        body = QWidget()
-        across(self.list, (self.detail, 1), into=body, gap=0)
-        self.build(body)
