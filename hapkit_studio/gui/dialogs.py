@@ -112,7 +112,7 @@ class FormDialog(TextDialog):
 
     def __init__(self, title: str, about: str, parent: QWidget | None = None):
         super().__init__(title, parent)
-        self.verdict = AnswerLine("")
+        self.verdict = AnswerLine(margins=(0, 8, 0, 0))
         words = label(about)
         words.setMinimumWidth(_WIDTH)
         self.column.addWidget(words)
@@ -141,7 +141,6 @@ class FormDialog(TextDialog):
 
     def add_verdict(self, lines: int) -> None:
         """Add the answer line with room for so many lines, so that nothing moves when it comes."""
-        self.verdict.setContentsMargins(-16, 0, -16, 0)
         self.verdict.setMinimumHeight(_LINE * lines + 4)
         self.column.addWidget(self.verdict)
 

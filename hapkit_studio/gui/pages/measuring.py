@@ -14,9 +14,18 @@ from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel
 from hapkit_studio.gui.pages.drawing import Drawing
 from hapkit_studio.gui.pages.table import Table
-from hapkit_studio.gui.panel.parameter_panel import rule
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import AnswerLine, across, choose_file, down, hint, label, primary
+from hapkit_studio.gui.widgets.parts import (
+    AnswerLine,
+    across,
+    choose_file,
+    down,
+    hint,
+    keep_size_when_hidden,
+    label,
+    primary,
+    rule,
+)
 from hapkit_studio.gui.widgets.style import mark
 
 if TYPE_CHECKING:
@@ -48,9 +57,7 @@ class RunBar(QWidget):
         self.progress = QProgressBar()
         self.progress.setFixedHeight(4)
         self.progress.setAccessibleName("Progress")
-        kept = self.progress.sizePolicy()
-        kept.setRetainSizeWhenHidden(True)
-        self.progress.setSizePolicy(kept)
+        keep_size_when_hidden(self.progress)
         self._left, self._below = across(gap=10), across()
         self._row = across(
             self._left, None, self.status, self.run, self.export, margins=(12, 7, 8, 7), gap=10
@@ -229,7 +236,7 @@ class MeasuringPage(Page):
         if self.title:
             self.bar.add(label(self.title, "headline", wrap=False))
         if self.begin:
-            self.answer = AnswerLine(self.begin)
+            self.answer = AnswerLine(self.begin, margins=(16, 8, 16, 0))
         if self.drawn:
             self.chart = Drawing(self.drawn)
         if self.heading:

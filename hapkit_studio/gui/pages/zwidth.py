@@ -74,7 +74,7 @@ class ZWidthPage(MeasuringPage):
         self.where.show_index(SIMULATION)
         self.bar.add(self.where)
         self.force = ParameterRow(DEVICE_FORCE)
-        self.force.set_compact(True)
+        self.force.slider.hide()
         self.build()
         self.side.section("On this device")
         self.side.add(self.force, hint(_HOW_IT_IS_TRIED))

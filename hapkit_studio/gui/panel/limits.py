@@ -21,8 +21,6 @@ DELAY_STEP, SHORT = 20e-6, 0.5e-3
 """s; below the second a step is half as long, as fine as what is shown."""
 _STAYS = 0.8
 """Of a step: so far a mean may wander without another limit; half a step would be no rest at all."""
-
-
 _steady: "WeakKeyDictionary[Engine, dict[str, float]]" = WeakKeyDictionary()
 POINTS = 25
 

@@ -34,7 +34,7 @@ def show(view, position, applied=0.0, hand=None, clamped=False, stopped=False):
 
 def pixels_of(image, token, y):
     """Return the columns of a row, but for the focus ring, that have exactly a token's colour."""
-    color = QColor(getattr(theme.c, token))
+    color = QColor(theme.tokens[token])
     return [x for x in range(4, image.width() - 4) if image.pixelColor(x, y) == color]
 
 
@@ -112,7 +112,7 @@ def test_the_wall_gives_way_exactly_under_the_handle(view):
     row = int(stage.rail - 12)
     for position, face in ((-0.02, 5.0), (0.0, 5.0), (0.012, 12.0)):
         image = show(view, position)
-        mat = QColor(theme.c.mat)
+        mat = QColor(theme.tokens["mat"])
         first = next(x for x in range(880) if image.pixelColor(x, row) == mat)
         assert first == pytest.approx(stage.x(face), abs=5 * stage.u)
 
@@ -188,4 +188,4 @@ def test_a_scene_draws_at_twice_the_resolution(qapp, key):
     scene.fixed(stage, {})
     stage.axis()
     painter.end()
-    assert picture.toImage().pixelColor(1700, 16) == QColor(theme.c.scene)
+    assert picture.toImage().pixelColor(1700, 16) == QColor(theme.tokens["scene"])

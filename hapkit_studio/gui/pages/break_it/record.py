@@ -126,7 +126,7 @@ class Record:
 
 def knob_text(value: float, parameter: Parameter) -> str:
     """Write a value of a knob in the unit on the screen, three figures or whole numbers."""
-    quantity = Quantity.of(parameter)
+    quantity = Quantity(parameter)
     return f"{short_number(value * quantity.factor)} {quantity.unit}".rstrip()
 
 

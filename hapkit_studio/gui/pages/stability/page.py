@@ -28,9 +28,9 @@ from hapkit_studio.gui.pages.stability.map_data import (
 from hapkit_studio.gui.pages.stability.trial import MapParameters, Trial, TrialConditions, map_parameters
 from hapkit_studio.gui.pages.stability.verdict import Verdict, VerdictColumn, nothing_yet, verdict
 from hapkit_studio.gui.panel.limits import LoopFacts
-from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows, rule
+from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.widgets.parts import across, hint, label
+from hapkit_studio.gui.widgets.parts import across, hint, label, rule
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import number
 
@@ -61,7 +61,6 @@ class StabilitySide(SidePanel):
         self.title = PanelTitle(studio)
         self.rows = ParameterRows(studio, self.title.help)
         self.add(self.title, rule(), self.rows)
-        self.verticalScrollBar().rangeChanged.connect(self._make_space_for_scroll_bar)
         self.section("Try it")
         self.try_words, self.outcome = hint(), label()
         self.release = QPushButton("Release the handle here")
@@ -89,13 +88,6 @@ class StabilitySide(SidePanel):
         self.release.setEnabled(enabled)
         self.outcome.setText(said)
         self.outcome.setVisible(bool(said))
-
-    def _make_space_for_scroll_bar(self, _low: int, high: int) -> None:
-        """Give the scroll bar the margin's place, so that rows keep their width."""
-        margins = self.column.contentsMargins()
-        bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
-        margins.setRight(max(margins.left() - bar, 0))
-        self.column.setContentsMargins(margins)
 
 
 HANDS = ("released", "medium", "all")

@@ -73,8 +73,12 @@ class MapParameters:
 
     def values(self, stiffness: float, damping: float) -> dict[str, float]:
         """Return what to set for a point of the map, on whole steps and inside the parameters' limits."""
-        found = ((self.stiffness, stiffness), (self.damping, damping))
-        return {p.key: _on_a_step(p, value) for p, value in found if p is not None}
+        found = {}
+        for parameter, value in ((self.stiffness, stiffness), (self.damping, damping)):
+            if parameter is not None:
+                quantity = Quantity(parameter)
+                found[parameter.key] = quantity.si(quantity.on_step(value * quantity.factor))
+        return found
 
     @property
     def words(self) -> str:
@@ -105,12 +109,6 @@ def _is_it(environment: Environment, values: Values, parameter: Parameter, which
         if environment.impedance({**values, parameter.key: value})[which] != value:
             return False
     return True
-
-
-def _on_a_step(parameter: Parameter, value: float) -> float:
-    quantity = Quantity.of(parameter)
-    inside = min(max(value * quantity.factor, quantity.low), quantity.high)
-    return min(max(quantity.at(quantity.index(inside)) / quantity.factor, parameter.low), parameter.high)
 
 
 def contact(environment: Environment, values: Values) -> tuple[float, float]:
