@@ -84,6 +84,18 @@ class LoopFacts(QObject):
             loop.controller and board is None,
         )
 
+    def why_unknown(self) -> tuple[str, str]:
+        """Say what is missing while there is no setting: in a few words, and in one sentence."""
+        engine, link = self._studio.engine, self._studio.link
+        if engine is None:
+            known = link.state == "idle" and link.text
+            return "Not judged yet", f"{link.text}." if known else "Needs a device."
+        if self._studio.stopped or engine.fault is not None:
+            return "Not measured while stopped", "The motor must be on for the delay to be measured."
+        if engine.where == "board":
+            return "Measuring the delay", "The board has not rendered yet."
+        return "Measuring the delay", "Half a second at zero force, on connecting."
+
     def note_health(self, health: "Health") -> None:
         """Take over the delay as measured, on a coarse step so that noise asks nothing."""
         engine = self._studio.engine

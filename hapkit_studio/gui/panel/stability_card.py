@@ -243,21 +243,12 @@ class StabilityCard(QWidget):
 
     def _why_not(self) -> tuple[str, str]:
         """Return headline and words where nothing can be asked."""
-        studio, engine = self._studio, self._studio.engine
-        if engine is None:
-            link = studio.link
-            known = link.state == "idle" and link.text
-            return "Not judged yet", f"{link.text}." if known else "Needs a device."
-        if studio.environment.impedance is None:
+        if self._studio.engine is not None and self._studio.environment.impedance is None:
             return "No limit applies", "This environment renders no stiffness or damping of its own."
-        if not self.facts.linear:
-            name = ESTIMATORS[studio.loop.estimator].label
+        if self._studio.engine is not None and not self.facts.linear:
+            name = ESTIMATORS[self._studio.loop.estimator].label
             return "No exact limit", f"{name} is not linear: only a run can tell."
-        if studio.stopped or engine.fault is not None:
-            return "Not measured while stopped", "The motor must be on for the delay to be measured."
-        if engine.where == "board":
-            return "Measuring the delay", "The board has not rendered yet."
-        return "Measuring the delay", "Half a second at zero force, on connecting."
+        return self.facts.why_unknown()
 
     def _show_drives(self) -> None:
         words = self._studio.environment.drives

@@ -11,7 +11,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import pages
 from hapkit_studio.gui.background import Job
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
-from hapkit_studio.gui.pages.measuring import Export, RunBar
+from hapkit_studio.gui.pages.measuring import RunBar
 from tests.gui.window_support import PATIENCE_MS
 
 
@@ -194,8 +194,8 @@ def test_many_words_take_a_line_of_their_own_and_enter_presses(job, qtbot, idle_
 
 
 def test_the_e_stop_is_within_reach_while_a_file_is_named(idle_window):
-    export = Export(idle_window, "chart", lambda *_words, **_kinds: None)
-    export.ask(lambda path: None, dict)
+    idle_window.views.show("fidelity")
+    idle_window.views.page("fidelity").export()
     dialog = idle_window.findChild(QFileDialog)
     assert dialog.isVisible()
     assert not dialog.isModal()

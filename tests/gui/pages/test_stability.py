@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QToolTip
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary, hands
 from hapkit_studio.environments import discover
+from hapkit_studio.gui.pages import measuring as measuring_page
 from hapkit_studio.gui.pages.stability import page as stability
 from hapkit_studio.gui.pages.stability.map_data import measuring
 from hapkit_studio.gui.pages.stability.page import reading
@@ -368,7 +369,7 @@ def test_picture_and_numbers_are_those_in_sight(wall_page, tmp_path, monkeypatch
     page = wall_page
     page.show_result(made_up(page.lines.plane.setting))
     taken = []
-    monkeypatch.setattr(page._export, "ask", lambda *args: taken.append(args))
+    monkeypatch.setattr(measuring_page, "choose_file", lambda *_args, **_given: taken.append(page.exports()))
     page.bar.export.click()
     figure, numbers = taken[0]
     assert numbers()["measured"]["stiffness"] == [800.0, 900.0, 1000.0]

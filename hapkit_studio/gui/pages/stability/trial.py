@@ -93,22 +93,20 @@ class MapParameters:
 
 def map_parameters(environment: Environment, values: Values) -> MapParameters:
     """Return the parameters that are the impedance themselves, with these values of the others."""
+    impedance = environment.impedance
+
+    def sets(parameter: Parameter, which: int) -> bool:
+        tried = [parameter.low + share * (parameter.high - parameter.low) for share in _PROBES]
+        return impedance is not None and all(
+            impedance({**values, parameter.key: value})[which] == value for value in tried
+        )
+
     numbers = [p for p in environment.parameters if isinstance(p, Parameter)]
     found = [
-        next((p for p in numbers if p.unit == unit and _is_it(environment, values, p, which)), None)
+        next((p for p in numbers if p.unit == unit and sets(p, which)), None)
         for which, unit in enumerate(_UNITS)
     ]
     return MapParameters(*found)
-
-
-def _is_it(environment: Environment, values: Values, parameter: Parameter, which: int) -> bool:
-    if environment.impedance is None:
-        return False
-    for share in _PROBES:
-        value = parameter.low + share * (parameter.high - parameter.low)
-        if environment.impedance({**values, parameter.key: value})[which] != value:
-            return False
-    return True
 
 
 def contact(environment: Environment, values: Values) -> tuple[float, float]:
