@@ -1,10 +1,12 @@
 """Windows to test on: the real window, the real engine, the simulated Hapkit at normal priority."""
 
 import gc
+from contextlib import contextmanager
 from functools import partial
 
 import pytest
-from PySide6.QtCore import QCoreApplication, QEvent
+from PySide6.QtCore import QCoreApplication, QDeadlineTimer, QEvent
+from PySide6.QtTest import QTest
 
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import style
@@ -12,13 +14,18 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.window import MainWindow
 from tests.gui.board_fixtures import board_window, held_board_window, scripted  # noqa: F401
 from tests.gui.live.plot_fixtures import history, phase, plots  # noqa: F401
-from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
+from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine, put_back
+
+
+@pytest.fixture(autouse=True, scope="session")
+def dressed(qapp):
+    """Dress the application."""
+    style.apply(qapp)
 
 
 @pytest.fixture(autouse=True)
-def look(qapp):
-    """Dress the application in the light theme."""
-    style.apply(qapp)
+def look(dressed):
+    """Begin in the light theme."""
     theme.set_mode("light")
 
 
@@ -38,9 +45,9 @@ def home(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.fixture
-def make_window(qtbot, qapp):
-    """Return a maker of shown windows; each is closed, its loop ended, after the test."""
+@contextmanager
+def open_windows():
+    """Give a maker of shown windows; each is closed, its loop ended, afterwards."""
     windows = []
 
     def make(entries=(SIMULATED,), build=build_engine, size=(1440, 900)) -> MainWindow:
@@ -48,24 +55,38 @@ def make_window(qtbot, qapp):
         windows.append(window)
         window.resize(*size)
         window.show()
-        qtbot.waitExposed(window)
         window.activateWindow()
-        qtbot.waitUntil(window.isActiveWindow, timeout=PATIENCE_MS)
+        assert QTest.qWaitForWindowActive(window, PATIENCE_MS)
         return window
 
     yield make
     for window in windows:
         window.close()
-        qapp.removeEventFilter(window.stop_filter)
+        QCoreApplication.instance().removeEventFilter(window.stop_filter)
         window.deleteLater()
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     gc.enable()  # the window has put it off
 
 
 @pytest.fixture
+def make_window(qapp):
+    """Return a maker of shown windows."""
+    with open_windows() as make:
+        yield make
+
+
+@pytest.fixture
 def idle_window(make_window) -> MainWindow:
     """Return a window that has no device yet."""
     return make_window()
+
+
+@pytest.fixture(scope="module")
+def shared_window(dressed):
+    """Return a window without a device for a whole file; each test leaves it as it found it."""
+    theme.set_mode("light")
+    with open_windows() as make:
+        yield make()
 
 
 @pytest.fixture
@@ -75,3 +96,24 @@ def window(make_window, qtbot) -> MainWindow:
     shown.studio.device.open(SIMULATED)
     qtbot.waitUntil(lambda: shown.studio.engine is not None, timeout=PATIENCE_MS)
     return shown
+
+
+@pytest.fixture(scope="module")
+def running_window(dressed):
+    """Return a window whose simulated Hapkit runs, for a whole file."""
+    theme.set_mode("light")
+    with open_windows() as make:
+        shown = make()
+        shown.studio.device.open(SIMULATED)
+        patience = QDeadlineTimer(PATIENCE_MS)
+        while shown.studio.engine is None:
+            assert not patience.hasExpired()
+            QTest.qWait(5)
+        yield shown
+
+
+@pytest.fixture
+def kept_window(running_window) -> MainWindow:
+    """Return a file's one running window as it began: scene, values, loop, hand, view, size and panel."""
+    put_back(running_window)
+    return running_window

@@ -30,6 +30,12 @@ WORST = "Hapkit on ttyUSB0 is gone."
 LINE = "Force is zero. Nothing is lost. Looking again every second."
 
 
+@pytest.fixture
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
+
+
 def place(widget: QWidget, window: QWidget) -> QRect:
     return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
 

@@ -154,15 +154,20 @@ class AccuracyPage(MeasuringPage):
         self.scenes.setToolTip(self.scenes.currentText())
         self.bar.set_measured(self.key in self._found)
         if sheet is None:
-            self._show_nothing()
+            self.answer.say(self.begin)
+            self.table.show_rows((), ())
+            self.side.words.setText("Not measured yet.")
+            self.conditions.show_pairs([])
+            self.reason.setText("")
+            if not self.job.running:
+                self.bar.say("")
             return
         self.stand_out(None)
         found = [p for p in sheet.points if sheet.scene.competes(p)]
         found.sort(key=lambda p: p.error if math.isfinite(p.error) else math.inf)
         self.table.show_rows(columns(sheet), found)
-        self.answer.say(
-            answer_words(sheet), *(("check", "ok") if sheet.answer.right else ("triangle", "warn"))
-        )
+        sign = ("check", "ok") if sheet.answer.right else ("triangle", "warn")
+        self.answer.say(answer_words(sheet), *sign)
         self.side.words.setText(words.verdict(sheet))
         self.conditions.show_pairs(list(sheet.scene.conditions))
         self.reason.setText(
@@ -176,16 +181,6 @@ class AccuracyPage(MeasuringPage):
         sheet, method = self.sheet, point.method if point else ""
         if sheet is not None:
             self.chart.show_drawing(lambda figure, colors: draw(figure, colors, sheet, method))
-
-    def _show_nothing(self) -> None:
-        """Show that this chart was not measured yet."""
-        self.answer.say(self.begin)
-        self.table.show_rows((), ())
-        self.side.words.setText("Not measured yet.")
-        self.conditions.show_pairs([])
-        self.reason.setText("")
-        if not self.job.running:
-            self.bar.say("")
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -80,7 +80,7 @@ class Drawing(QWidget):
         down(self.canvas, into=self)
         self._paint: Paint | None = None
         self.pale = self._old = False
-        self._moving: list[Artist] = []
+        self.moving: list[Artist] = []
         self._ground: Any = None
         self._press: _Press | None = None
         self._soon = QTimer(self, interval=0, singleShot=True)
@@ -111,7 +111,7 @@ class Drawing(QWidget):
 
         self._soon.stop()
         self.figure.clear()
-        self._moving, self._ground = [], None  # until it is drawn
+        self.moving, self._ground = [], None  # until it is drawn
         canvas, least = self.canvas.size(), self.minimumSize()
         laid_out = canvas.width() >= least.width() and canvas.height() >= least.height()
         self._old = not (self.isVisible() and laid_out)  # its axes would have no room before
@@ -121,8 +121,8 @@ class Drawing(QWidget):
         self.figure.set_facecolor(colors.surface)
         if self._paint is not None:
             moving: Any = self._paint(self.figure, style.pale(colors) if self.pale else colors)
-            self._moving = list(moving or ())
-        for artist in self._moving:
+            self.moving = list(moving or ())
+        for artist in self.moving:
             artist.set_animated(True)
         self.canvas.draw_idle()
 
@@ -166,7 +166,7 @@ class Drawing(QWidget):
         self._draw_moving()
 
     def _draw_moving(self) -> None:
-        for artist in self._moving:
+        for artist in self.moving:
             self.figure.draw_artist(artist)
 
     # pointer

@@ -20,9 +20,9 @@ def column(window, index):
     return [label.text() for label in window.loop.where.facts.columns[index][1:]]
 
 
-def test_the_simulated_hapkit_has_no_switch(window):
-    assert window.loop.where.isHidden()
-    assert "no board" in window.studio.engine.board_refusal()
+def test_the_simulated_hapkit_has_no_switch(kept_window):
+    assert kept_window.loop.where.isHidden()
+    assert "no board" in kept_window.studio.engine.board_refusal()
 
 
 def test_a_board_has_one_and_the_engine_follows_it(board_window):

@@ -17,6 +17,12 @@ SETTING = Setting()
 LATER = replace(SETTING, delay=SETTING.delay + 20e-6)
 
 
+@pytest.fixture
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
+
+
 def judged(stiffness, bound, damping=0.0, setting=SETTING):
     question = Question(setting, stiffness, damping, 8.0)
     return Answer(question, Margin(stiffness, damping, bound), ())
@@ -75,14 +81,15 @@ def test_with_the_controller_the_limit_is_named_as_without_it():
     assert "Stiffness limit" not in judge(judged(10.0, 0.0)).words
 
 
-def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window):
+def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window, monkeypatch):
     """61 µm and 5 N·s/m: 3628 N/m by eigenvalues, and 5 µm 9553 N/m; the card takes the device's quantum."""
     for quantum, want in ((61e-6, 3628.0), (5e-6, 9553.0)):
         setting = Setting(quantum=quantum, estimator=("kalman", {"q": 1e-2}))
         found = answer(Question(setting, 300.0, 5.0, 8.0))
         assert abs(found.margin.limit - want) < 1.0
         assert abs(dict(found.boundary)[5.0] - want) < 1.0
-    window.studio.engine.device = replace(window.studio.engine.device, quantum=61e-6)
+    engine = window.studio.engine
+    monkeypatch.setattr(engine, "device", replace(engine.device, quantum=61e-6))
     assert window.stability.facts.setting().quantum == 61e-6
 
 

@@ -264,7 +264,8 @@ class StabilityPage(MeasuringPage):
         plane = self.results.put_into(lines.plane)
         shown, before = Map(plane, others, lines.hands, outdated, dotted), self._map
         self._map = shown
-        if self._dot is not None and before is not None and not self.chart.pale and _same(shown, before):
+        there = self._dot is not None and self.chart.moving and not self.chart.pale
+        if there and self._dot is not None and before is not None and _same(shown, before):
             self._dot.place(plane, dotted)
             self.chart.follow()
             return

@@ -233,8 +233,8 @@ class Trial(QObject):
         self._watch.timeout.connect(self.judge)
         for signal in (studio.engine_changed, studio.environment_changed):
             signal.connect(self.let_go)
-        for signal in (studio.engine_changed, studio.environment_changed, studio.values_changed):
             signal.connect(self.forget)
+        studio.values_changed.connect(self.forget)
 
     @property
     def possible(self) -> bool:
@@ -275,11 +275,11 @@ class Trial(QObject):
 
     def judge(self) -> None:
         """Report what the handle did since its release."""
-        window = self._live.history.between(self._since, float("inf"))
-        place, _way = contact(self._studio.environment, self._studio.values)
-        one = one_sided(self._studio.environment, self._studio.values)
-        here = window.y["position"] == window.y["position"]
-        seen = Released(window.x[here], window.y["position"][here] - place, window.y["asked"][here], one)
+        window = self._live.history.between(self._since, math.inf)
+        scene = self._studio.environment, self._studio.values
+        known = np.isfinite(window.y["position"])
+        position = window.y["position"][known] - contact(*scene)[0]
+        seen = Released(window.x[known], position, window.y["asked"][known], one_sided(*scene))
         self.said = outcome_words(seen, self._held) if self._held is not None else ""
         self.changed.emit()
 
