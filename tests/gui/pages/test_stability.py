@@ -39,6 +39,7 @@ def wall_page(window, qtbot):
     page.hands.show_index(0)
     page.real.setChecked(False)
     page.lines, page.results.all, page._before = None, [], ("", {})
+    page._worker.forget()  # the same question may be asked again
     page.bar.say("")
     page.chart.show_drawing(lambda _figure, _colors: ())
     window.views.show("stability")
