@@ -12,6 +12,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 os.environ.setdefault("MPLBACKEND", "Agg")
 _settings = tempfile.TemporaryDirectory(prefix="hapkit-studio-tests-")
 os.environ["XDG_CONFIG_HOME"] = _settings.name
+os.environ["HAPKIT_STUDIO_FOLDER"] = f"{_settings.name}/own"
 # the first example compiles, and a run must find what the last one found
 hypothesis.settings.register_profile("studio", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("studio")

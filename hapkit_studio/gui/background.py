@@ -121,10 +121,7 @@ class Job(QObject):
 
 
 class LatestAnswer(QObject):
-    """Answers the newest question in a thread and emits ``answered``; asking again replaces the question.
-
-    solve(question) returns an answer that has the very question as its ``question``.
-    """
+    """Answers the newest question in a thread and emits ``answered``; asking again replaces the question."""
 
     answered = Signal(object)
 
@@ -132,19 +129,23 @@ class LatestAnswer(QObject):
         super().__init__(parent)
         self._solve = solve
         self._newest: Any = None
+        self._job: Future[Any] | None = None
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="answers")
 
     def ask(self, question: Any) -> None:
         """Ask, unless this very question was the last one."""
         if question == self._newest:
             return
+        self.forget()
         self._newest = question
-        job = self._worker.submit(self._work, question)
-        job.add_done_callback(self._deliver)
+        self._job = self._worker.submit(self._solve, question)
+        self._job.add_done_callback(self._deliver)
 
     def forget(self) -> None:
         """Drop the question that is not answered yet."""
-        self._newest = None
+        job, self._newest, self._job = self._job, None, None
+        if job is not None:
+            job.cancel()
 
     def wait(self) -> None:
         """Wait until everything asked is answered."""
@@ -152,17 +153,9 @@ class LatestAnswer(QObject):
 
     def close(self) -> None:
         """Drop what is waiting and end the thread."""
-        self._newest = None
-        self._worker.shutdown(wait=True, cancel_futures=True)
+        self.forget()
+        self._worker.shutdown(wait=True)
 
-    def _work(self, question: Any) -> Any:
-        if question is not self._newest:
-            return None
-        return self._solve(question)
-
-    def _deliver(self, job: "Future[Any]") -> None:
-        if job.cancelled():
-            return
-        result = job.result()
-        if result is not None and result.question is self._newest:
-            self.answered.emit(result)
+    def _deliver(self, job: Future[Any]) -> None:
+        if job is self._job:
+            self.answered.emit(job.result())

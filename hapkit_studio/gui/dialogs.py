@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QKeySequence, QShowEvent
-from PySide6.QtWidgets import QDialog, QFormLayout, QGridLayout, QLabel, QPushButton, QScrollArea, QWidget
+from PySide6.QtWidgets import QDialog, QFormLayout, QPushButton, QScrollArea, QWidget
 
 from hapkit_studio.gui import banners, header
 from hapkit_studio.gui.actions import Action
@@ -23,7 +23,6 @@ HAND_KEYS = (
     ("Slider, number: ten steps", "Page Up, Page Down"),
     ("Slider, number: limits", "Home, End"),
 )
-_WIDTH = 520
 _LINE = 20
 
 
@@ -38,21 +37,13 @@ class TextDialog(QDialog):
         self.setWindowTitle(title)
         self.setModal(False)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self._replace_older()
-        self.column = down(label(title, "title", wrap=False), into=self, margins=(20, 16, 20, 16), gap=12)
-
-    def _replace_older(self) -> None:
-        parent = self.parent()
         for old in parent.findChildren(TextDialog) if parent else ():
-            if old is not self and old.isVisible() and old.windowTitle() == self.windowTitle():
+            if old is not self and old.isVisible() and old.windowTitle() == title:
                 self.move(old.pos())
                 old.close()
-
-    def finish(self) -> None:
-        """Add the closing button."""
-        close = QPushButton("Close")
-        close.clicked.connect(self.close)
-        self.column.addWidget(close, 0, Qt.AlignmentFlag.AlignRight)
+        self.column = down(label(title, "title", wrap=False), into=self, margins=(20, 16, 20, 16), gap=12)
+        self.leave = QPushButton("Close")
+        self.leave.clicked.connect(self.close)
 
 
 def native(key: str) -> str:
@@ -65,13 +56,12 @@ def keys_dialog(actions: tuple[Action, ...], parent: QWidget | None = None) -> T
     dialog = TextDialog("Keys", parent)
     lines = [(a.text, ", ".join(native(k) for k in a.keys)) for a in actions if a.keys]
     body = QWidget()
-    grid = QGridLayout(body)
-    grid.setContentsMargins(0, 0, 12, 0)
-    grid.setHorizontalSpacing(28)
-    grid.setVerticalSpacing(4)
-    for row, (words, keys) in enumerate([*lines, *HAND_KEYS]):
-        grid.addWidget(QLabel(words), row, 0)
-        grid.addWidget(label(keys, "axis", wrap=False), row, 1)
+    form = QFormLayout(body)
+    form.setContentsMargins(0, 0, 12, 0)
+    form.setHorizontalSpacing(28)
+    form.setVerticalSpacing(4)
+    for words, keys in [*lines, *HAND_KEYS]:
+        form.addRow(words, label(keys, "axis", wrap=False))
     scroll = QScrollArea()
     scroll.setWidgetResizable(True)
     scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -79,7 +69,7 @@ def keys_dialog(actions: tuple[Action, ...], parent: QWidget | None = None) -> T
     scroll.setMinimumWidth(body.sizeHint().width() + 16)
     scroll.setMinimumHeight(min(body.sizeHint().height() + 4, 420))
     dialog.column.addWidget(scroll)
-    dialog.finish()
+    dialog.column.addLayout(across(None, dialog.leave))
     return dialog
 
 
@@ -91,7 +81,7 @@ def text_dialog(title: str, paragraphs: list[str], parent: QWidget | None = None
         words.setMinimumWidth(460)
         words.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         dialog.column.addWidget(words)
-    dialog.finish()
+    dialog.column.addLayout(across(None, dialog.leave))
     return dialog
 
 
@@ -112,9 +102,9 @@ class FormDialog(TextDialog):
 
     def __init__(self, title: str, about: str, parent: QWidget | None = None):
         super().__init__(title, parent)
-        self.verdict = AnswerLine("")
+        self.verdict = AnswerLine(margins=(0, 8, 0, 0))
         words = label(about)
-        words.setMinimumWidth(_WIDTH)
+        words.setMinimumWidth(520)
         self.column.addWidget(words)
 
     def showEvent(self, event: QShowEvent) -> None:
@@ -141,12 +131,9 @@ class FormDialog(TextDialog):
 
     def add_verdict(self, lines: int) -> None:
         """Add the answer line with room for so many lines, so that nothing moves when it comes."""
-        self.verdict.setContentsMargins(-16, 0, -16, 0)
         self.verdict.setMinimumHeight(_LINE * lines + 4)
         self.column.addWidget(self.verdict)
 
     def add_buttons(self, main: QPushButton, left: Sequence[QPushButton] = ()) -> None:
         """Add the row of buttons, the one that does it and the closing one at the right."""
-        self.leave = QPushButton("Close")
-        self.leave.clicked.connect(self.close)
         self.column.addLayout(across(*left, None, primary(main), self.leave))

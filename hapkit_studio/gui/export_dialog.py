@@ -21,6 +21,7 @@ _ABOUT = (
     "without the studio and needs no library: to read, to change, to hand in."
 )
 _PRINTS = (("10 lines a second", 10), ("50 lines a second", 50), ("Nothing", 0))
+_SAVED = {True: ("check", "ok"), False: ("triangle", "warn")}
 
 
 class ExportDialog(FormDialog):
@@ -32,7 +33,6 @@ class ExportDialog(FormDialog):
         self.what, self.velocity = label(), label()
         self.kits, self.rates, self.prints = QComboBox(), QComboBox(), QComboBox()
         self.save = QPushButton("Save…")
-        self._fill()
         self._arrange()
         self.save.clicked.connect(self.ask)
         for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed):
@@ -57,8 +57,7 @@ class ExportDialog(FormDialog):
     def show_limit(self) -> None:
         """Say how stiff the sketch may be at its rate on its kit."""
         words, safe = self._limit()
-        look = () if safe else ("triangle", "warn")
-        self.verdict.say(f"Not saved yet. {words}".rstrip(), *look)
+        self.verdict.say(f"Not saved yet. {words}".rstrip(), *(() if safe else ("triangle", "warn")))
 
     def _limit(self) -> tuple[str, bool]:
         """Return limit and margin in words, and whether it is within."""
@@ -88,17 +87,15 @@ class ExportDialog(FormDialog):
             path = sketch.write_sketch(wanted, self.text(), over=True)
         except StudioError as error:
             self.verdict.say(str(error), "triangle", "danger")
+            return
         except OSError as error:
             words = f"{Path(wanted).name} cannot be written: {error.strerror}."
             self.verdict.say(words, "triangle", "danger")
-        else:
-            where = path.parent.parent
-            words = f"Saved {path.parent.name}/{path.name} in {where}. Open it in the Arduino IDE and upload."
-            limit, safe = self._limit()
-            if safe:
-                self.verdict.say(words, "check", "ok")
-            else:
-                self.verdict.say(f"{words} {limit}", "triangle", "warn")
+            return
+        where = path.parent.parent
+        words = f"Saved {path.parent.name}/{path.name} in {where}. Open it in the Arduino IDE and upload."
+        limit, safe = self._limit()
+        self.verdict.say(words if safe else f"{words} {limit}", *_SAVED[safe])
 
     def ask(self) -> None:
         """Ask for the file beside the window: nothing waits for it."""
@@ -107,28 +104,26 @@ class ExportDialog(FormDialog):
 
     # putting together
 
-    def _fill(self) -> None:
+    def _arrange(self) -> None:
         own = connected_kit(self._studio)
         if own is not None:
             state = "as calibrated" if own.calibrated else "not calibrated"
             self.kits.addItem(f"The one connected: {own.board.label}, {state}", own)
         for kit in profiles.KITS:
             self.kits.addItem(kit.title, Kit(kit.board))
-        self.rates.addItem("", 0)
-        for rate in sketch.RATES:
-            self.rates.addItem(f"{rate:,} Hz", rate)
+        for words, rate in (("", 0), *((f"{rate:,} Hz", rate) for rate in sketch.RATES)):
+            self.rates.addItem(words, rate)
         for words, number in _PRINTS:
             self.prints.addItem(words, number)
-
-    def _arrange(self) -> None:
-        fields = (
-            ("Environment", self.what),
-            ("Kit", self.kits),
-            ("Loop", self.rates),
-            ("Velocity", self.velocity),
-            ("Serial monitor", self.prints),
+        self.add_fields(
+            (
+                ("Environment", self.what, None),
+                ("Kit", self.kits, None),
+                ("Loop", self.rates, None),
+                ("Velocity", self.velocity, None),
+                ("Serial monitor", self.prints, None),
+            )
         )
-        self.add_fields((words, widget, None) for words, widget in fields)
         self.add_verdict(3)
         self.add_buttons(self.save)
 

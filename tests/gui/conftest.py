@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from functools import partial
 
 import pytest
-from PySide6.QtCore import QCoreApplication, QEvent
+from PySide6.QtCore import QCoreApplication, QDeadlineTimer, QEvent
 from PySide6.QtTest import QTest
 
 from hapkit_studio.gui.studio import Studio
@@ -14,7 +14,7 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.window import MainWindow
 from tests.gui.board_fixtures import board_window, held_board_window, scripted  # noqa: F401
 from tests.gui.live.plot_fixtures import history, phase, plots  # noqa: F401
-from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
+from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine, put_back
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -96,3 +96,24 @@ def window(make_window, qtbot) -> MainWindow:
     shown.studio.device.open(SIMULATED)
     qtbot.waitUntil(lambda: shown.studio.engine is not None, timeout=PATIENCE_MS)
     return shown
+
+
+@pytest.fixture(scope="module")
+def running_window(dressed):
+    """Return a window whose simulated Hapkit runs, for a whole file."""
+    theme.set_mode("light")
+    with open_windows() as make:
+        shown = make()
+        shown.studio.device.open(SIMULATED)
+        patience = QDeadlineTimer(PATIENCE_MS)
+        while shown.studio.engine is None:
+            assert not patience.hasExpired()
+            QTest.qWait(5)
+        yield shown
+
+
+@pytest.fixture
+def kept_window(running_window) -> MainWindow:
+    """Return a file's one running window as it began: scene, values, loop, hand, view, size and panel."""
+    put_back(running_window)
+    return running_window

@@ -11,6 +11,12 @@ from hapkit_studio.workshop.sketch import Kit
 
 
 @pytest.fixture
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
+
+
+@pytest.fixture
 def sheet(window):
     """Return the sheet as the menu opens it."""
     window.actions_by_key.run("environment.export")

@@ -30,6 +30,12 @@ WORST = "Hapkit on ttyUSB0 is gone."
 LINE = "Force is zero. Nothing is lost. Looking again every second."
 
 
+@pytest.fixture
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
+
+
 def place(widget: QWidget, window: QWidget) -> QRect:
     return QRect(widget.mapTo(window, QPoint(0, 0)), widget.size())
 
@@ -134,7 +140,9 @@ def lines(label: QLabel) -> int:
     return 1 + round((label.heightForWidth(label.width()) - one) / (0.75 * one))
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (1440, 900), (960, 600)])
+@pytest.mark.parametrize(
+    "size", wide([((1280, 720),), ((1440, 900),), ((960, 600),)], lambda size: size == (1280, 720))
+)
 def test_rows_stand_clear_of_the_scroll_bar_in_one_column_with_short_labels(window, qapp, size):
     panel = window.panel
     for key in window.studio.environments:
@@ -153,7 +161,12 @@ def test_rows_stand_clear_of_the_scroll_bar_in_one_column_with_short_labels(wind
         assert lines(panel.title.formula) <= 2, key
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (960, 600), (800, 560)])
+@pytest.mark.parametrize(
+    "size",
+    wide(
+        [((1280, 720),), ((1920, 1080),), ((960, 600),), ((800, 560),)], lambda size: size[0] in (1280, 800)
+    ),
+)
 def test_banners_push_the_rest_down_by_their_height(window, qapp, size):
     settle(qapp, window, size)
     before = place(window.centre, window).top()

@@ -120,10 +120,10 @@ def test_a_function_without_end_is_switched_off_and_named_below_the_parameters(h
     window = make_window()
     assert wait_for_verdict(window, qtbot, passed(window, path)).ok
     assert window.studio.environment.functions.ready
-    assert window.panel.warnings.lines == []
+    assert window.panel.warnings.texts == []
     window.studio.set_value("stiffness", 123.5)
-    (line,) = window.panel.warnings.lines
-    assert line.words.text().startswith("`check` of mine.py took more than 1 s")
+    (line,) = window.panel.warnings.texts
+    assert line.startswith("`check` of mine.py took more than 1 s")
     assert window.studio.values["stiffness"] == 123.5
 
 

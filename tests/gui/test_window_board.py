@@ -148,7 +148,7 @@ def test_a_persons_own_law_renders_on_the_board_as_soon_as_it_is_in_force(board_
     wait_for_verdict(window, qtbot, window.editor.save)
     assert studio.environment.key == "test_spring"
     qtbot.waitUntil(lambda: handed_over(window))
-    column = [label.text() for label in window.loop.where.facts.values[1]]
+    column = [label.text() for label in window.loop.where.facts.columns[1][1:]]
     assert column[1] == "4,000"
     assert 40 < int(column[4]) < 80
     studio.move_hand(HAND)

@@ -1,7 +1,11 @@
 """What the window's tests share: the simulated device, an engine that leaves the machine alone."""
 
+from PySide6.QtCore import QCoreApplication
+from PySide6.QtWidgets import QDialog
+
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.haptics.engine import Engine
 
 PATIENCE_MS = 180_000
@@ -12,3 +16,28 @@ SIMULATED = DeviceEntry("simulated", "Simulated Hapkit", SimulatedHapkit)
 def build_engine(entry: DeviceEntry) -> Engine:
     """Make an engine at normal priority."""
     return Engine(entry.make(), realtime=False)
+
+
+def put_back(window) -> None:
+    """Bring a window back to how it began, so that the next test can have it."""
+    studio = window.studio
+    window.views.show("live")
+    for dialog in window.findChildren(QDialog):
+        dialog.close()
+    for banner in list(window.banners.banners):
+        window.banners.set(banner.notice.key, None)
+    if studio.stopped:
+        studio.release_stop()
+    for key, environment in studio.environments.items():
+        studio.library.values[key].update(environment.values())
+    studio.choose("wall")
+    studio.reset_values()
+    if studio.loop != LoopChoice():
+        studio.set_loop(**vars(LoopChoice()))
+    studio.set_grip("medium")
+    studio.move_hand(None)
+    window.loop.set_folded(True)
+    window.panel.title.help.setChecked(False)
+    window.body.open_drawer(None)
+    window.resize(1440, 900)
+    QCoreApplication.processEvents()

@@ -8,9 +8,8 @@ from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtWidgets import QProgressBar, QPushButton, QToolButton, QWidget
 
 from hapkit_studio.gui.editor.code_edit import CodeEdit
-from hapkit_studio.gui.panel.parameter_panel import rule
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import Sign, across, down, label
+from hapkit_studio.gui.widgets.parts import Sign, across, down, label, rule
 from hapkit_studio.gui.widgets.style import mark
 
 Button = tuple[str, Callable[[], object]]

@@ -11,8 +11,7 @@ from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.editor.code_page import CodePage, MessageLine
 from hapkit_studio.gui.gallery import GalleryRow, icon_name
 from hapkit_studio.gui.own_environments import declared_words
-from hapkit_studio.gui.panel.parameter_panel import rule
-from hapkit_studio.gui.widgets.parts import Sign, across, down, label
+from hapkit_studio.gui.widgets.parts import Sign, across, down, label, rule
 from hapkit_studio.workshop import folder
 from hapkit_studio.workshop.folder import Template
 from hapkit_studio.workshop.source import Source

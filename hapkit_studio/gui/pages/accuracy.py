@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox
 
@@ -105,7 +105,10 @@ class AccuracyPage(MeasuringPage):
         self.reason = hint()
         self.build()
         self.side.add(self.reason)
-        self._join()
+        self.charts.chosen.connect(lambda _index: self.show_chart())
+        self.scenes.currentIndexChanged.connect(lambda _index: self.show_sheet())
+        self.table.chosen.connect(self.stand_out)
+        self.chart.pointed.connect(self.show_near)
 
     @property
     def key(self) -> str:
@@ -121,7 +124,6 @@ class AccuracyPage(MeasuringPage):
     def run(self) -> None:
         """Measure the chart that is chosen, all its scenes."""
         key = self.key
-
         self.job.start(lambda progress: accuracy.compute([key], progress=progress))
 
     def show_result(self, result: Accuracy) -> None:
@@ -134,12 +136,11 @@ class AccuracyPage(MeasuringPage):
     def show_chart(self) -> None:
         """Show the first scene of the chosen chart, if it was measured."""
         found = self._found.get(self.key)
-        self.scenes.blockSignals(True)
-        self.scenes.clear()
-        for sheet in found.sheets if found else ():
-            self.scenes.addItem(sheet.scene.title, sheet.scene.key)
-            self.scenes.setItemData(self.scenes.count() - 1, sheet.scene.title, Qt.ItemDataRole.ToolTipRole)
-        self.scenes.blockSignals(False)
+        with QSignalBlocker(self.scenes):
+            self.scenes.clear()
+            for index, sheet in enumerate(found.sheets if found else ()):
+                self.scenes.addItem(sheet.scene.title, sheet.scene.key)
+                self.scenes.setItemData(index, sheet.scene.title, Qt.ItemDataRole.ToolTipRole)
         self.scenes.setVisible(found is not None)
         self.show_sheet()
 
@@ -151,17 +152,22 @@ class AccuracyPage(MeasuringPage):
         self.bar.export.setEnabled(sheet is not None)
         self.side.heading.setText(CHARTS[self.charts.index][1])
         self.scenes.setToolTip(self.scenes.currentText())
-        self._name_run()
+        self.bar.set_measured(self.key in self._found)
         if sheet is None:
-            self._show_nothing()
+            self.answer.say(self.begin)
+            self.table.show_rows((), ())
+            self.side.words.setText("Not measured yet.")
+            self.conditions.show_pairs([])
+            self.reason.setText("")
+            if not self.job.running:
+                self.bar.say("")
             return
         self.stand_out(None)
         found = [p for p in sheet.points if sheet.scene.competes(p)]
         found.sort(key=lambda p: p.error if math.isfinite(p.error) else math.inf)
         self.table.show_rows(columns(sheet), found)
-        self.answer.say(
-            answer_words(sheet), *(("check", "ok") if sheet.answer.right else ("triangle", "warn"))
-        )
+        sign = ("check", "ok") if sheet.answer.right else ("triangle", "warn")
+        self.answer.say(answer_words(sheet), *sign)
         self.side.words.setText(words.verdict(sheet))
         self.conditions.show_pairs(list(sheet.scene.conditions))
         self.reason.setText(
@@ -175,21 +181,6 @@ class AccuracyPage(MeasuringPage):
         sheet, method = self.sheet, point.method if point else ""
         if sheet is not None:
             self.chart.show_drawing(lambda figure, colors: draw(figure, colors, sheet, method))
-
-    def _show_nothing(self) -> None:
-        """Show that this chart was not measured yet."""
-        self.answer.say(self.begin)
-        self.table.show_rows((), ())
-        self.side.words.setText("Not measured yet.")
-        self.conditions.show_pairs([])
-        self.reason.setText("")
-        if not self.job.running:
-            self.bar.say("")
-
-    def _name_run(self) -> None:
-        """Label the button by whether this chart was run before."""
-        if not self.job.running:
-            self.bar.run.setText(self.buttons[self.key in self._found])
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -220,13 +211,6 @@ class AccuracyPage(MeasuringPage):
             }
 
         return lambda path: accuracy_figure(Accuracy((chart,), seconds), path), numbers
-
-    def _join(self) -> None:
-        self.charts.chosen.connect(lambda _index: self.show_chart())
-        self.scenes.currentIndexChanged.connect(lambda _index: self.show_sheet())
-        self.job.running_changed.connect(lambda _running: self._name_run())
-        self.table.chosen.connect(self.stand_out)
-        self.chart.pointed.connect(self.show_near)
 
 
 VIEW = View("accuracy", "Accuracy", 20, AccuracyPage, scene=False)

@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFormLayout, QFrame, QLabel, QScrollArea, QWidget
+from PySide6.QtWidgets import QFormLayout, QFrame, QLabel, QWidget
 
-from hapkit_studio.gui.panel.parameter_panel import rule
-from hapkit_studio.gui.widgets.parts import down, hint, label
+from hapkit_studio.gui.widgets.parts import ScrollColumn, down, hint, label, rule
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
@@ -77,25 +76,13 @@ class Pairs(QWidget):
             part.setVisible(bool(pairs))
 
 
-class SidePanel(QScrollArea):
+class SidePanel(ScrollColumn):
     """A scrolling column in the parameter panel's place; parts are added from top to bottom."""
 
     def __init__(self, title: str = "", words: str = ""):
         super().__init__()
-        self.setObjectName("panel")
-        self.setWidgetResizable(True)
-        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.heading, self.words = label(title, "title"), hint(words)
-        self.body = QWidget()
-        self.body.setObjectName("panelBody")
-        self.column = down(self.heading, self.words, None, into=self.body, margins=(16, 12, 16, 12), gap=8)
-        self.setWidget(self.body)
-
-    def add(self, *parts: QWidget) -> None:
-        """Add parts at the bottom."""
-        for part in parts:
-            self.column.insertWidget(self.column.count() - 1, part)
+        self.add(self.heading, self.words)
 
     def section(self, name: str) -> tuple[QFrame, QLabel]:
         """Add a rule and a section's name; return both."""

@@ -1,7 +1,6 @@
 """A matplotlib drawing of ``charts`` in the window, in the theme's colours, of any size."""
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from PySide6.QtCore import QPointF, Qt, QTimer, Signal
@@ -23,21 +22,14 @@ _PAD = 10.0 / 72.0, 6.0 / 72.0  # inches
 _PIXELS_AN_INCH = 72  # sizes in points are pixels then
 
 
-@dataclass(frozen=True)
-class _Press:
+class _Press(NamedTuple):
     """Where a drag began, on which axes: a banner that shifts the drawing must not move the value."""
 
-    place: tuple[float, float]
+    x: float
+    y: float
     on_screen: QPointF
     box: Any
     to_data: Any
-
-    def value(self, on_screen: QPointF, ratio: float) -> tuple[float, float]:
-        """Return where the pointer is in the units of the axes, kept inside them."""
-        away = (on_screen - self.on_screen) * ratio
-        x = min(max(self.place[0] + away.x(), self.box.x0), self.box.x1)
-        y = min(max(self.place[1] - away.y(), self.box.y0), self.box.y1)
-        return tuple(float(value) for value in self.to_data.transform((x, y)))  # type: ignore[return-value]
 
 
 def sign(marker: str, token: str) -> QPixmap:
@@ -63,7 +55,8 @@ def sign(marker: str, token: str) -> QPixmap:
 class Drawing(QWidget):
     """Emits ``clicked`` and ``dragged`` in the axes' units, ``pointed`` with matplotlib's event or None.
 
-    What a paint function returns moves: it is drawn last and alone, so that ``follow`` costs little.
+    What a paint function returns moves: it is drawn last and alone, so that ``follow`` costs little. While
+    ``pale``, what is shown is out of date.
     """
 
     clicked = Signal(float, float)
@@ -86,8 +79,8 @@ class Drawing(QWidget):
         self.setAccessibleName(name)
         down(self.canvas, into=self)
         self._paint: Paint | None = None
-        self._pale = self._old = False
-        self._moving: list[Artist] = []
+        self.pale = self._old = False
+        self.moving: list[Artist] = []
         self._ground: Any = None
         self._press: _Press | None = None
         self._soon = QTimer(self, interval=0, singleShot=True)
@@ -104,40 +97,33 @@ class Drawing(QWidget):
 
     def show_drawing(self, paint: "Paint", pale: bool = False) -> None:
         """Show another drawing; pale: it is out of date."""
-        self._paint, self._pale = paint, pale
+        self._paint, self.pale = paint, pale
         self._outdate()
 
     def fade(self) -> None:
         """Show the present drawing in pale colours: it is out of date."""
-        self._pale = True
+        self.pale = True
         self._outdate()
-
-    @property
-    def pale(self) -> bool:
-        """Say whether what is shown is out of date."""
-        return self._pale
 
     def redraw(self) -> None:
         """Redraw if visible; otherwise when shown next."""
         from hapkit_studio.charts import style
 
         self._soon.stop()
+        self.figure.clear()
+        self.moving, self._ground = [], None  # until it is drawn
         canvas, least = self.canvas.size(), self.minimumSize()
         laid_out = canvas.width() >= least.width() and canvas.height() >= least.height()
         self._old = not (self.isVisible() and laid_out)  # its axes would have no room before
         if self._old:
-            self.figure.clear()
             return
         colors = style.colors(theme.name)
-        self._moving = []
-        self.figure.clear()
         self.figure.set_facecolor(colors.surface)
         if self._paint is not None:
-            moving: Any = self._paint(self.figure, style.pale(colors) if self._pale else colors)
-            self._moving = list(moving or ())
-        for artist in self._moving:
+            moving: Any = self._paint(self.figure, style.pale(colors) if self.pale else colors)
+            self.moving = list(moving or ())
+        for artist in self.moving:
             artist.set_animated(True)
-        self._ground = None  # until it is drawn
         self.canvas.draw_idle()
 
     def follow(self) -> None:
@@ -180,26 +166,27 @@ class Drawing(QWidget):
         self._draw_moving()
 
     def _draw_moving(self) -> None:
-        for artist in self._moving:
+        for artist in self.moving:
             self.figure.draw_artist(artist)
 
     # pointer
 
     def _pressed(self, event: "MouseEvent") -> None:
-        if event.button != 1 or event.inaxes is None or event.xdata is None or event.ydata is None:
-            return
-        if not event.inaxes.get_navigate():
+        if event.button != 1 or event.inaxes is None or not event.inaxes.get_navigate():
             return
         axes, screen = event.inaxes, event.guiEvent.globalPosition()
         to_data = axes.transData.inverted().frozen()
-        self._press = _Press((event.x, event.y), screen, axes.bbox.frozen(), to_data)
+        self._press = _Press(event.x, event.y, screen, axes.bbox.frozen(), to_data)
         self.clicked.emit(event.xdata, event.ydata)
 
     def _moved(self, event: "MouseEvent") -> None:
         self.pointed.emit(event if event.inaxes is not None else None)
-        if self._press is not None:
-            place = self._press.value(event.guiEvent.globalPosition(), self.canvas.device_pixel_ratio)
-            self.dragged.emit(*place)
+        press = self._press
+        if press is not None:
+            away = (event.guiEvent.globalPosition() - press.on_screen) * self.canvas.device_pixel_ratio
+            x = min(max(press.x + away.x(), press.box.x0), press.box.x1)
+            y = min(max(press.y - away.y(), press.box.y0), press.box.y1)
+            self.dragged.emit(*map(float, press.to_data.transform((x, y))))
 
     def _released(self, _event: object) -> None:
         self._press = None

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from hapkit_studio.analysis import fidelity
@@ -42,23 +43,14 @@ def scale_words(outcome: str) -> str:
     }.get(outcome, "1")
 
 
-def condition_pairs() -> list[tuple[str, str]]:
-    """Return the loop that every scene is judged with, as names and values."""
-    velocity = estimator_words(ESTIMATOR)[1]
-    return [("Rate", f"{1e-3 * RATE:g} kHz"), ("Delay", f"{1e3 * DELAY:g} ms"), ("Velocity", velocity)]
-
-
 def measure(keys: list[str], progress: Progress) -> list[Fidelity]:
     """Return every scene's judgement."""
     library, steps = discover(), len(TERMS) + 2
-    found = []
-    for number, key in enumerate(keys):
 
-        def say(done: int, _of: int, before: int = number * steps) -> None:
-            progress(before + done, steps * len(keys))
+    def say(at: int, done: int, _of: int) -> None:
+        progress(at * steps + done, steps * len(keys))
 
-        found.append(fidelity.compute(library[key], say))
-    return found
+    return [fidelity.compute(library[key], partial(say, at)) for at, key in enumerate(keys)]
 
 
 @dataclass(frozen=True)
@@ -72,10 +64,11 @@ class Row:
 
 def columns() -> tuple[Column, ...]:
     """Return the scenes' names, then a column a term."""
-    return (Column("Scene", lambda row: row.title, right=False), *map(_column, range(len(TERMS))))
+    names = [term.word.replace(" ", "\n") for term in TERMS.values()]
+    return (Column("Scene", lambda row: row.title, right=False), *map(_column, names, range(len(TERMS))))
 
 
-def _column(index: int) -> Column:
+def _column(name: str, index: int) -> Column:
     def effect(row: Row) -> Effect | None:
         return row.result.effects[index] if row.result else None
 
@@ -89,15 +82,10 @@ def _column(index: int) -> Column:
         found = effect(row)
         return found.change if found is not None and found.change is not None else -1.0
 
-    def needed(row: Row) -> bool:
-        found = effect(row)
-        return found is not None and found.needed
+    def look(needed: str, spare: str) -> Callable[[Row], str]:
+        return lambda row: needed if (found := effect(row)) is not None and found.needed else spare
 
-    return Column(
-        list(TERMS.values())[index].word.replace(" ", "\n"), text, change,
-        token=lambda row: "accent" if needed(row) else "ink3",
-        ground=lambda row: "accentsoft" if needed(row) else "surface",
-    )  # fmt: skip
+    return Column(name, text, change, token=look("accent", "ink3"), ground=look("accentsoft", "surface"))
 
 
 class FidelityPage(MeasuringPage):
@@ -117,7 +105,10 @@ class FidelityPage(MeasuringPage):
             self.side.section(name)
             self.side.add(hint(words))
         conditions = Pairs(self.side.section("Conditions"))
-        conditions.show_pairs(condition_pairs())
+        velocity = estimator_words(ESTIMATOR)[1]
+        conditions.show_pairs(
+            [("Rate", f"{1e-3 * RATE:g} kHz"), ("Delay", f"{1e3 * DELAY:g} ms"), ("Velocity", velocity)]
+        )
         self.side.add(conditions)
         self.build(self.table)
         self.table.cell_chosen.connect(self._choose)
@@ -153,8 +144,7 @@ class FidelityPage(MeasuringPage):
             self.side.words.setText("No hand of this scene holds on to the handle, so its mass stays.")
             self.details.show_pairs([])
             return
-        verdict = "The scene needs it." if effect.needed else "The scene does not need it."
-        self.side.words.setText(verdict)
+        self.side.words.setText(f"The scene {'needs' if effect.needed else 'does not need'} it.")
         pairs = [("Change", percent(effect.change))]
         if pairs[0][1] != "0 %":
             pairs += [("Of", scale_words(effect.outcome)), ("Most in", outcome_word(effect.outcome)),

@@ -10,13 +10,22 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QFrame, QProgressBar, QPushButton, QSizePolicy, QWidget
 
 from hapkit_studio.errors import StudioError
-from hapkit_studio.gui.background import Job, Progress
+from hapkit_studio.gui.background import Job
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel
 from hapkit_studio.gui.pages.drawing import Drawing
 from hapkit_studio.gui.pages.table import Table
-from hapkit_studio.gui.panel.parameter_panel import rule
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import AnswerLine, across, choose_file, down, hint, label, primary
+from hapkit_studio.gui.widgets.parts import (
+    AnswerLine,
+    across,
+    choose_file,
+    down,
+    hint,
+    keep_size_when_hidden,
+    label,
+    primary,
+    rule,
+)
 from hapkit_studio.gui.widgets.style import mark
 
 if TYPE_CHECKING:
@@ -34,12 +43,12 @@ class RunBar(QWidget):
     run_pressed = Signal()
     export_pressed = Signal()
 
-    def __init__(self, job: Job, words: str = "Measure", again: str = "Measure again"):
+    def __init__(self, job: Job, words: tuple[str, str] = ("Measure", "Measure again")):
         super().__init__()
-        self._job, self._words, self._again = job, words, again
-        self._fresh = True
+        self._job, self._words = job, words
+        self._measured = False
         self.status = label(role="hint", wrap=False)
-        self.run = primary(QPushButton(words, autoDefault=True))  # Enter presses it; Space is Pause
+        self.run = primary(QPushButton(autoDefault=True))  # Enter presses it; Space is Pause
         self.run.clicked.connect(self._press)
         self.export = QPushButton("Export", autoDefault=True, flat=True)
         self.export.setEnabled(False)
@@ -48,9 +57,7 @@ class RunBar(QWidget):
         self.progress = QProgressBar()
         self.progress.setFixedHeight(4)
         self.progress.setAccessibleName("Progress")
-        kept = self.progress.sizePolicy()
-        kept.setRetainSizeWhenHidden(True)
-        self.progress.setSizePolicy(kept)
+        keep_size_when_hidden(self.progress)
         self._left, self._below = across(gap=10), across()
         self._row = across(
             self._left, None, self.status, self.run, self.export, margins=(12, 7, 8, 7), gap=10
@@ -73,21 +80,22 @@ class RunBar(QWidget):
 
     def say(self, text: str, danger: bool = False) -> None:
         """Show a status beside the button, or on a line of its own where it is long."""
-        self._place_status(len(text) > _BESIDE)
         self.status.setText(text)
         mark(self.status, "role", "error" if danger else "hint")
-
-    def _place_status(self, below: bool) -> None:
-        """Move the status below the row, or back into it."""
+        below = len(text) > _BESIDE
         if below == self._below.isEmpty():
-            self._below.removeWidget(self.status)
-            self._row.removeWidget(self.status)
+            (self._row if below else self._below).removeWidget(self.status)
             self.status.setWordWrap(below)
             if below:
                 self._below.addWidget(self.status)
             else:
                 self._row.insertWidget(_STATUS, self.status)
         self._below.setContentsMargins(14, 0, 14, 6 if below else 0)
+
+    def set_measured(self, measured: bool) -> None:
+        """Label the button by whether this was measured before."""
+        self._measured = measured
+        self._look()
 
     def _press(self) -> None:
         if self._job.running:
@@ -97,10 +105,9 @@ class RunBar(QWidget):
             self.run_pressed.emit()
 
     def _finish(self) -> None:
-        self._fresh = False
         self.export.setEnabled(True)
         self.say("")
-        self._look()
+        self.set_measured(True)
 
     def _follow(self, done: int, of: int) -> None:
         if not self._job.running:  # a last word of work that was cancelled
@@ -111,7 +118,7 @@ class RunBar(QWidget):
 
     def _look(self) -> None:
         running = self._job.running
-        self.run.setText("Cancel" if running else self._words if self._fresh else self._again)
+        self.run.setText("Cancel" if running else self._words[self._measured])
         mark(self.run, "primary", not running)
         self.progress.setRange(0, 0 if running else 1)
         self.progress.setValue(0)
@@ -124,47 +131,22 @@ _FILE_KINDS = "Picture (*.png);;Drawing (*.svg);;Page (*.pdf);;Numbers (*.json)"
 def write(path: str | Path, figure: Callable[[str], object], numbers: Callable[[], dict]) -> str:
     """Write a picture by ``figure(path)``, or numbers as one JSON object where the name says so.
 
-    Return the path. Raise OSError, ParameterError.
+    Return the path. Raise StudioError.
     """
-    if Path(path).suffix.lower() == ".json":
-        Path(path).write_text(json.dumps(numbers(), ensure_ascii=False, indent=2), encoding="utf-8")
-    else:
-        figure(str(path))
+    try:
+        if Path(path).suffix.lower() == ".json":
+            Path(path).write_text(json.dumps(numbers(), ensure_ascii=False, indent=2), encoding="utf-8")
+        else:
+            figure(str(path))
+    except OSError as error:
+        raise StudioError(f"{Path(path).name} cannot be written: {error.strerror}.") from error
     return str(path)
-
-
-class Export:
-    """Asks for a file name, then writes in a thread; ``say(words, danger)`` reports the outcome."""
-
-    def __init__(self, parent: QWidget, name: str, say: Callable[..., None]):
-        self._parent, self._name, self._say = parent, name, say
-        self.job = Job(parent, needs="")
-        self.job.finished.connect(lambda path: say(f"Saved {Path(path).name}"))
-        self.job.failed.connect(lambda text: say(text, danger=True))
-
-    def ask(self, figure: Callable[[str], object], numbers: Callable[[], dict]) -> None:
-        """Open a dialog that is not modal: the E-stop stays usable."""
-        choose_file(
-            self._parent, "Export", _FILE_KINDS, lambda path: self.save(path, figure, numbers),
-            save_as=f"{self._name}.png",
-        )  # fmt: skip
-
-    def save(self, path: str, figure: Callable[[str], object], numbers: Callable[[], dict]) -> None:
-        """Write to a path."""
-
-        def work(_progress: Progress) -> str:
-            try:
-                return write(path, figure, numbers)
-            except OSError as error:
-                raise StudioError(f"{Path(path).name} cannot be written: {error.strerror}.") from error
-
-        self.job.start(work)
 
 
 Facts = Mapping[str, object]
 
 
-def loop_facts(studio: "Studio", model: bool = True) -> dict[str, object]:
+def loop_facts(studio: "Studio", model: bool = True) -> Facts:
     """Return the facts that a measurement of a loop depends on: device, hand and loop as chosen.
 
     model: it also depends on how much of the device is modelled live.
@@ -179,8 +161,8 @@ class Freshness:
 
     def __init__(self, facts: Callable[[], Facts], again: str = "Measure again"):
         self._facts, self._again = facts, again
-        self._asked: Facts | None = None
-        self._then: Facts | None = None
+        self._asked: Facts = {}
+        self._then: Facts = {}
 
     def begin(self) -> None:
         """Note the facts at the start of a measurement."""
@@ -193,8 +175,6 @@ class Freshness:
     @property
     def outdated(self) -> str:
         """Say what has changed since and what to do, "" where nothing has."""
-        if self._then is None:
-            return ""
         now = self._facts()
         changed = next((name for name, value in self._then.items() if now.get(name) != value), "")
         return f"Out of date: the {changed} changed. {self._again}." if changed else ""
@@ -225,11 +205,11 @@ class MeasuringPage(Page):
         super().__init__()
         self._studio, self._live = studio, live
         self.job = Job(self, needs=self.needs)
-        self.bar = RunBar(self.job, *self.buttons)
+        self.bar = RunBar(self.job, self.buttons)
         if self.title:
             self.bar.add(label(self.title, "headline", wrap=False))
         if self.begin:
-            self.answer = AnswerLine(self.begin)
+            self.answer = AnswerLine(self.begin, margins=(16, 8, 16, 0))
         if self.drawn:
             self.chart = Drawing(self.drawn)
         if self.heading:
@@ -238,7 +218,9 @@ class MeasuringPage(Page):
         self.bar.run_pressed.connect(self.press)
         self.bar.export_pressed.connect(self.export)
         self.job.finished.connect(self.show_result)
-        self._export = Export(self, self.file, self.bar.say)
+        self._saving = Job(self, needs="")
+        self._saving.finished.connect(lambda path: self.bar.say(f"Saved {Path(path).name}"))
+        self._saving.failed.connect(lambda text: self.bar.say(text, danger=True))
 
     def build(self, body: QWidget | None = None) -> None:
         """Lay out the parts; body: what stands below the answer in place of the drawing."""
@@ -284,9 +266,14 @@ class MeasuringPage(Page):
             self.bar.say(str(error), danger=True)
 
     def export(self) -> None:
-        """Save what is in sight as a picture or as numbers."""
-        self._export.ask(*self.exports())
+        """Ask for a file's name beside the window, then save what is in sight as a picture or as numbers."""
+        figure, numbers = self.exports()
+
+        def save(path: str) -> None:
+            self._saving.start(lambda _progress: write(path, figure, numbers))
+
+        choose_file(self, "Export", _FILE_KINDS, save, save_as=f"{self.file}.png")
 
     def end(self) -> None:
         self.job.end()
-        self._export.job.end()
+        self._saving.end()

@@ -16,10 +16,6 @@ _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 Index = QModelIndex | QPersistentModelIndex
 
 
-def _ink(_row: Any) -> str:
-    return "ink"
-
-
 @dataclass(frozen=True)
 class Column:
     """A head, what a row says under it, what it is sorted by if not by that, tokens of colours, a sign."""
@@ -27,7 +23,7 @@ class Column:
     head: str
     text: Callable[[Any], str]
     order: Callable[[Any], Any] | None = None
-    token: Callable[[Any], str] = _ink
+    token: Callable[[Any], str] = lambda _row: "ink"
     sign: Callable[[Any], Any] | None = None
     ground: Callable[[Any], str] | None = None
     right: bool = True
@@ -52,10 +48,10 @@ class Rows(QAbstractTableModel):
         self.columns, self.rows = tuple(columns), list(rows)
         self.endResetModel()
 
-    def rowCount(self, _parent: Index = QModelIndex()) -> int:  # noqa: B008
+    def rowCount(self, _parent: Index | None = None) -> int:
         return len(self.rows)
 
-    def columnCount(self, _parent: Index = QModelIndex()) -> int:  # noqa: B008
+    def columnCount(self, _parent: Index | None = None) -> int:
         return len(self.columns)
 
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
@@ -154,11 +150,8 @@ class Table(QTableView):
 
     def texts(self) -> list[tuple[str, ...]]:
         """Return head and rows as they stand."""
-        columns = self.content.columns
-        return [
-            tuple(c.head for c in columns),
-            *(tuple(c.text(r) for c in columns) for r in self.content.rows),
-        ]
+        columns, rows = self.content.columns, self.content.rows
+        return [tuple(c.head for c in columns), *(tuple(c.text(row) for c in columns) for row in rows)]
 
     def copy(self) -> None:
         """Put the table into the clipboard, a line a row, columns apart by tabs."""

@@ -36,13 +36,6 @@ _HOW_IT_IS_TRIED = (
 )
 
 
-def _sign(result: ZWidth) -> tuple[str, str]:
-    """Return sign and colour: a limit of the motor is neither good nor bad."""
-    if not (result.stiffness > 0.0).any():
-        return "triangle", "danger"
-    return ("info", "ink2") if result.clamped[result.best] else ("check", "ok")
-
-
 class ZWidthPage(MeasuringPage):
     """Points come one by one; while a device is tried, the scene shows the wall and what the hand does."""
 
@@ -74,7 +67,7 @@ class ZWidthPage(MeasuringPage):
         self.where.show_index(SIMULATION)
         self.bar.add(self.where)
         self.force = ParameterRow(DEVICE_FORCE)
-        self.force.set_compact(True)
+        self.force.slider.hide()
         self.build()
         self.side.section("On this device")
         self.side.add(self.force, hint(_HOW_IT_IS_TRIED))
@@ -176,8 +169,11 @@ class ZWidthPage(MeasuringPage):
         self._show(Walls.of(result), bool(outdated))
         if outdated:
             self.answer.say(outdated)
-        else:
-            self.answer.say(result.sentence, *_sign(result))
+        elif not (result.stiffness > 0.0).any():
+            self.answer.say(result.sentence, "triangle", "danger")
+        else:  # a limit of the motor is neither good nor bad
+            sign = ("info", "ink2") if result.clamped[result.best] else ("check", "ok")
+            self.answer.say(result.sentence, *sign)
 
     def _show(self, walls: Walls, pale: bool = False) -> None:
         self.walls = walls
@@ -224,7 +220,7 @@ class ZWidthPage(MeasuringPage):
 
     def _scene_changed(self) -> None:
         if self._studio.environment.key != _WALL:
-            self._scene = ""
+            self._scene = ""  # the new one stays
             self._give_up("another scene was chosen")
 
     def _running_changed(self, running: bool) -> None:

@@ -21,8 +21,6 @@ DELAY_STEP, SHORT = 20e-6, 0.5e-3
 """s; below the second a step is half as long, as fine as what is shown."""
 _STAYS = 0.8
 """Of a step: so far a mean may wander without another limit; half a step would be no rest at all."""
-
-
 _steady: "WeakKeyDictionary[Engine, dict[str, float]]" = WeakKeyDictionary()
 POINTS = 25
 
@@ -85,6 +83,18 @@ class LoopFacts(QObject):
             hand,
             loop.controller and board is None,
         )
+
+    def why_unknown(self) -> tuple[str, str]:
+        """Say what is missing while there is no setting: in a few words, and in one sentence."""
+        engine, link = self._studio.engine, self._studio.link
+        if engine is None:
+            known = link.state == "idle" and link.text
+            return "Not judged yet", f"{link.text}." if known else "Needs a device."
+        if self._studio.stopped or engine.fault is not None:
+            return "Not measured while stopped", "The motor must be on for the delay to be measured."
+        if engine.where == "board":
+            return "Measuring the delay", "The board has not rendered yet."
+        return "Measuring the delay", "Half a second at zero force, on connecting."
 
     def note_health(self, health: "Health") -> None:
         """Take over the delay as measured, on a coarse step so that noise asks nothing."""

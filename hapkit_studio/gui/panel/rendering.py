@@ -1,19 +1,19 @@
 """Where the force is computed, computer or board: the switch, and the figures of both, side by side."""
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QPushButton, QWidget
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.rows import ChoiceRow
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.parts import across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.style import mark
-from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.parameters import Choice
 
@@ -26,16 +26,18 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.link import MeasuredDelay
 
 RENDERERS = COMPUTER, BOARD = "computer", "board"
-ROWS = "Delay, ms", "Rate, Hz", "Limit, N/m", "Missed", "Processor, %"
-HINTS = (
-    "From a sample to its force in the motor's register, as the board measured it: mean and standard "
-    "deviation of the last seconds",
-    "How often the force is computed anew",
-    "Stiffness limit: the exact boundary for a released handle at this delay, rate and velocity estimator, "
-    "with the scene's own damping",
-    "Ticks missed. Computer: answers that came too late. Board: ticks it had no time for, by its own count",
-    "Share of the board's processor that law, rest of the tick and telemetry take as a rule; up to 80",
-)
+ROWS = {
+    "Delay, ms": "From a sample to its force in the motor's register, as the board measured it: mean and "
+    "standard deviation of the last seconds",
+    "Rate, Hz": "How often the force is computed anew",
+    "Limit, N/m": "Stiffness limit: the exact boundary for a released handle at this delay, rate and "
+    "velocity estimator, with the scene's own damping",
+    "Missed": "Ticks missed. Computer: answers that came too late. Board: ticks it had no time for, by its "
+    "own count",
+    "Processor, %": "Share of the board's processor that law, rest of the tick and telemetry take as a rule; "
+    "up to 80",
+}
+"""The facts, each with what it means."""
 _FIRST_ROWS = "Delay, ms", "Limit, N/m"
 UNKNOWN = "–"
 NAMES = "Computer", "Board"
@@ -58,53 +60,53 @@ class RendererFacts:
     rate: float | None
     missed: int
     setting: "Setting | None"
-    share: float | None = None
+    share: float | None
+
+    def texts(self, limit: float | None) -> tuple[str, ...]:
+        """Return what stands in its column, in the order of ROWS; limit in N/m."""
+        delay, share = self.delay, self.share
+        return (
+            f"{number(1e3 * delay.mean, 2)} ± {number(1e3 * delay.spread, 2)}" if delay else UNKNOWN,
+            UNKNOWN if self.rate is None else number(self.rate, 0),
+            UNKNOWN if limit is None or self.setting is None else number(limit, 0),
+            number(self.missed, 0),
+            UNKNOWN if share is None else number(100.0 * share, 0),
+        )
 
 
-@dataclass(frozen=True)
-class LimitsQuestion:
-    """A question: the settings of both, None where nothing is known, and the scene's damping in N·s/m."""
-
-    settings: tuple["Setting | None", "Setting | None"]
-    damping: float
-
-
-@dataclass(frozen=True)
-class LimitsAnswer:
-    """The answer: the exact stiffness limit in N/m of each renderer, None where there is none."""
-
-    question: LimitsQuestion
-    limits: tuple[float | None, float | None]
-
-
-def solve(question: LimitsQuestion) -> LimitsAnswer:
-    """Compute both limits."""
+def solve(question: tuple[list["Setting | None"], float]) -> list[float | None]:
+    """Return the exact stiffness limit in N/m in each setting at a damping in N·s/m, None where none is."""
     from hapkit_studio.analysis.stability import kb_plane  # late: keeps start-up fast
 
-    limits = [None if s is None else kb_plane.limit(s, question.damping) for s in question.settings]
-    return LimitsAnswer(question, (limits[0], limits[1]))
+    settings, damping = question
+    return [None if s is None else kb_plane.limit(s, damping) for s in settings]
 
 
-def renderers(studio: "Studio") -> tuple[RendererFacts, RendererFacts]:
-    """Return both renderers of the device and loop in force."""
+def renderers(studio: "Studio") -> list[RendererFacts]:
+    """Return computer and board as the device and loop in force have them."""
     from hapkit_studio.analysis.setting import Setting
     from hapkit_studio.haptics import board_plan
 
     engine = studio.engine
     assert engine is not None
-    device = engine.device
-    setting = Setting(device.mass, device.viscous, quantum=device.quantum)
-    offered = engine.possible_plan
-    rates = engine.loop.rate, None if offered is None else float(offered.rate)
-    shares = None, None if offered is None else offered.share
-    specs = studio.loop.spec, board_plan.spec_on_board(studio.loop.spec)
+    device, plan, spec = engine.device, engine.possible_plan, studio.loop.spec
+    board_rate, share = (float(plan.rate), plan.share) if plan else (None, None)
     found = []
-    for where, rate, spec, share in zip(RENDERERS, rates, specs, shares, strict=True):
-        delay, own = _steady(engine, where), None
-        if delay is not None and rate is not None:
-            own = _limit_setting(setting, rate, delay.mean, spec)
-        found.append(RendererFacts(delay, rate, engine.missed_of(where), own, share))
-    return found[0], found[1]
+    for where, rate, own_spec, processor in (
+        (COMPUTER, engine.loop.rate, spec, None),
+        (BOARD, board_rate, board_plan.spec_on_board(spec), share),
+    ):
+        delay, steady, setting = engine.delay_of(where), steady_delay(engine, where), None
+        if delay is not None and steady is not None:
+            delay = delay._replace(mean=steady)  # as everything in the window shows it and takes it
+            if rate is not None:
+                setting = Setting(
+                    device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=steady,
+                    estimator=own_spec,
+                )  # fmt: skip
+                setting = setting if setting.linear else None
+        found.append(RendererFacts(delay, rate, engine.missed_of(where), setting, processor))
+    return found
 
 
 def plan_request(studio: "Studio") -> "PlanRequest":
@@ -119,29 +121,6 @@ def plan_request(studio: "Studio") -> "PlanRequest":
     )
 
 
-def _steady(engine: "Engine", where: str) -> "MeasuredDelay | None":
-    """Return the delay of one renderer as everything in the window shows it and takes it."""
-    found, steady = engine.delay_of(where), steady_delay(engine, where)
-    return None if found is None or steady is None else found._replace(mean=steady)
-
-
-def _limit_setting(setting: "Setting", rate: float, delay: float, spec: Any) -> "Setting | None":
-    """Return what the limit of one renderer depends on; None where there is no exact one."""
-    own = replace(setting, rate=rate, delay=delay, estimator=spec, controller=False)
-    return own if own.linear else None
-
-
-def fact_texts(renderer: RendererFacts, limit: float | None) -> tuple[str, ...]:
-    """Return what stands in a way's column, in the order of ROWS."""
-    delay = UNKNOWN
-    if renderer.delay is not None:
-        delay = f"{number(1e3 * renderer.delay.mean, 2)} ± {number(1e3 * renderer.delay.spread, 2)}"
-    stiffness = UNKNOWN if limit is None or renderer.setting is None else number(limit, 0)
-    rate = UNKNOWN if renderer.rate is None else f"{renderer.rate:,.0f}"
-    share = UNKNOWN if renderer.share is None else number(100.0 * renderer.share, 0)
-    return delay, rate, stiffness, f"{renderer.missed:,d}", share
-
-
 class Facts(QWidget):
     """A row for each fact, a column each for computer and board; the one in force in the accent colour."""
 
@@ -152,33 +131,31 @@ class Facts(QWidget):
         grid.setHorizontalSpacing(12)
         grid.setVerticalSpacing(2)
         grid.setColumnStretch(0, 1)
-        self.heads = [QLabel(name) for name in NAMES]
-        self.values = [[QLabel(UNKNOWN) for _ in ROWS] for _ in NAMES]
-        for column, (head, values) in enumerate(zip(self.heads, self.values, strict=True), start=1):
-            for row, label in enumerate((head, *values)):
-                label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-                label.setProperty("role", "fact")
-                grid.addWidget(label, row, column)
+        self.columns = [[label(words, "fact", wrap=False) for words in (name, *ROWS)] for name in NAMES]
+        for column, labels in enumerate(self.columns, start=1):
+            for row, part in enumerate(labels):
+                part.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
+                grid.addWidget(part, row, column)
         self._details: list[QLabel] = []
-        for row, (name, hint) in enumerate(zip(ROWS, HINTS, strict=True), start=1):
-            label = QLabel(name)
-            label.setToolTip(hint)
-            label.setProperty("role", "fact")
-            grid.addWidget(label, row, 0)
+        for row, (name, meaning) in enumerate(ROWS.items(), start=1):
+            head = label(name, "fact", wrap=False)
+            head.setToolTip(meaning)
+            grid.addWidget(head, row, 0)
             if name not in _FIRST_ROWS:
-                self._details += [label, *(values[row - 1] for values in self.values)]
+                self._details += [head, *(labels[row] for labels in self.columns)]
 
     def set_folded(self, folded: bool) -> None:
         """Leave out all but the first facts, or show all."""
-        for label in self._details:
-            label.setHidden(folded)
+        for part in self._details:
+            part.setHidden(folded)
 
     def show_renderer(self, column: int, texts: tuple[str, ...], on: bool) -> None:
         """Show one renderer's texts in the order of ROWS; on: it renders now."""
-        for label, text in zip(self.values[column], texts, strict=True):
-            label.setText(text)
-        for label in (self.heads[column], *self.values[column]):
-            mark(label, "on", on)
+        labels = self.columns[column]
+        for part, text in zip(labels[1:], texts, strict=True):
+            part.setText(text)
+        for part in labels:
+            mark(part, "on", on)
 
 
 def _find(question: "RefusedRequest") -> "Answer":
@@ -192,33 +169,30 @@ class RenderingSwitch(QWidget):
 
     compare = Signal()
 
-    def __init__(self, studio: Studio, parent: QWidget | None = None):
-        super().__init__(parent)
+    def __init__(self, studio: Studio):
+        super().__init__()
         self._studio = studio
-        self._worker = LatestAnswer(solve, self)
+        self._worker, self._finder = LatestAnswer(solve, self), LatestAnswer(_find, self)
         self._worker.answered.connect(self._take)
-        self._found: LimitsAnswer | None = None
-        self._finder = LatestAnswer(_find, self)
         self._finder.answered.connect(self._take_cheaper)
+        self._renderers: list[RendererFacts] | None = None
+        self._limits: list[float | None] = [None, None]
         self._cheaper: Alternative | None = None
-        self.label = QLabel("Rendered by")
-        self.label.setToolTip(TIP)
-        self.switch = Segmented("Rendered by", NAMES)
-        self.switch.setToolTip(TIP)
-        self.switch.chosen.connect(self._choose)
-        self.facts, self.note = Facts(), plain(QLabel())
-        self.rate = ChoiceRow(RATE)
-        self.rate.changed.connect(lambda _key, index: self._set(board_rate=_rate(int(index))))
-        self.button = QPushButton("Compare both")
-        self.button.clicked.connect(self.compare)
-        self.instead = QPushButton()
-        self.instead.clicked.connect(self._use_cheaper)
-        self.note.setProperty("role", "hint")
-        self.note.setWordWrap(True)
         self._message = self._refusal = ""
         self._folded = False
-        self._renderers: tuple[RendererFacts, RendererFacts] | None = None
-        self._arrange()
+        name = label("Rendered by", wrap=False)
+        self.switch = Segmented("Rendered by", NAMES)
+        for widget in (name, self.switch):
+            widget.setToolTip(TIP)
+        self.facts, self.rate, self.note = Facts(), ChoiceRow(RATE), hint()
+        self.button, self.instead = QPushButton("Compare both"), QPushButton()
+        head = across((name, 1), self.switch, gap=6)
+        parts = (head, self.facts, self.rate, self.button, self.note, self.instead)
+        down(*parts, into=self, margins=(0, 4, 0, 4), gap=4)
+        self.switch.chosen.connect(self._choose)
+        self.rate.changed.connect(self._choose_rate)
+        self.button.clicked.connect(self.compare)
+        self.instead.clicked.connect(self._use_cheaper)
         for signal in (studio.engine_changed, studio.loop_changed, studio.environment_changed):
             signal.connect(self.show_state)
         studio.values_changed.connect(self._refresh_facts)
@@ -265,7 +239,8 @@ class RenderingSwitch(QWidget):
         refusal, cheaper = self._refusal, self._cheaper
         self.switch.show_index(0 if refusal else RENDERERS.index(engine.where))
         self.switch.button(1).setEnabled(not refusal)
-        self.rate.show_value(_place(self._studio.loop.board_rate))
+        rate = self._studio.loop.board_rate
+        self.rate.show_value(0 if rate is None else RATE.options.index(f"{rate:.0f}"))
         instead = f"{refusal} {cheaper.words}" if cheaper is not None else refusal
         self.note.setText(instead or self._message or self._remark(engine))
         self.instead.setVisible(cheaper is not None)
@@ -305,25 +280,21 @@ class RenderingSwitch(QWidget):
         impedance = self._studio.environment.impedance
         if impedance is not None:
             damping = impedance(self._studio.values)[1]
-            settings = tuple(renderer.setting for renderer in self._renderers)
-            self._worker.ask(LimitsQuestion((settings[0], settings[1]), damping))
+            self._worker.ask(([renderer.setting for renderer in self._renderers], damping))
         else:
-            self._found = None
+            self._limits = [None, None]
         self._write()
 
-    def _take(self, found: LimitsAnswer) -> None:
-        self._found = found
+    def _take(self, limits: list[float | None]) -> None:
+        self._limits = limits
         self._write()
 
     def _write(self) -> None:
         engine = self._studio.engine
         if engine is None or self._renderers is None:
             return
-        limits = self._found.limits if self._found is not None else (None, None)
-        for column, (renderer, limit, where) in enumerate(
-            zip(self._renderers, limits, RENDERERS, strict=True)
-        ):
-            self.facts.show_renderer(column, fact_texts(renderer, limit), where == engine.where)
+        for column, (renderer, limit) in enumerate(zip(self._renderers, self._limits, strict=True)):
+            self.facts.show_renderer(column, renderer.texts(limit), RENDERERS[column] == engine.where)
 
     def _look_for_cheaper(self, engine: "Engine") -> None:
         """Have something looked for that the board can render, where this law is too much for it."""
@@ -354,6 +325,9 @@ class RenderingSwitch(QWidget):
         self._message = ""
         self._set(where=RENDERERS[index])
 
+    def _choose_rate(self, _key: str, index: float) -> None:
+        self._set(board_rate=float(RATE.options[int(index)]) if index else None)
+
     def _use_cheaper(self) -> None:
         if self._cheaper is not None:
             self._studio.set_value(self._cheaper.choice.key, float(self._cheaper.option))
@@ -365,22 +339,3 @@ class RenderingSwitch(QWidget):
             self.show_state()
             self.note.setText(str(error))
             self.note.show()
-
-    def _arrange(self) -> None:
-        head = QHBoxLayout()
-        head.addWidget(self.label, 1)
-        head.addWidget(self.switch)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 4, 0, 4)
-        column.setSpacing(4)
-        column.addLayout(head)
-        for part in (self.facts, self.rate, self.button, self.note, self.instead):
-            column.addWidget(part)
-
-
-def _rate(index: int) -> float | None:
-    return float(RATE.options[index]) if index else None
-
-
-def _place(rate: float | None) -> int:
-    return 0 if rate is None else RATE.options.index(f"{rate:.0f}")

@@ -1,17 +1,19 @@
 """One row per declared parameter: a number with box and slider, or a choice."""
 
+import math
 import re
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QComboBox, QGridLayout, QHBoxLayout, QLabel, QToolButton, QWidget
+from PySide6.QtWidgets import QComboBox, QGridLayout, QToolButton, QWidget
 
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.numbers import NumberBox, Quantity, ValueSlider
+from hapkit_studio.gui.widgets.parts import across, keep_size_when_hidden, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.style import mark
-from hapkit_studio.gui.widgets.text import plain, plain_tip, rich, tip
-from hapkit_studio.parameters import Choice, Parameter
+from hapkit_studio.gui.widgets.text import plain_tip, rich, tip
+from hapkit_studio.parameters import AnyParameter, Choice, Parameter
 
 # more, or longer words, do not fit beside the label in a narrow panel
 _MOST_SEGMENTS, _MOST_LETTERS = 3, 14
@@ -20,16 +22,15 @@ _WIDE = 260  # px of a row: with less its box is narrow
 
 
 class ChoiceRow(QWidget):
-    """Emits ``changed(key, index)`` when a person picks another option."""
+    """Emits ``changed(key, index)`` when a person picks another option; ``value`` is the chosen index."""
 
     changed = Signal(str, float)
 
-    def __init__(self, choice: Choice, formula: str = "", parent: QWidget | None = None):
-        super().__init__(parent)
-        self.parameter = choice
+    def __init__(self, choice: Choice, formula: str = ""):
+        super().__init__()
+        self.parameter, self._formula = choice, formula
         words = choice.words
-        self.label = plain(QLabel(choice.label))
-        self.label.setWordWrap(True)
+        self.label = label(choice.label)
         self.picker: Segmented | QComboBox
         if len(words) <= _MOST_SEGMENTS and sum(map(len, words)) <= _MOST_LETTERS:
             self.picker = Segmented(choice.label, words)
@@ -39,20 +40,9 @@ class ChoiceRow(QWidget):
             self.picker.addItems(words)
             self.picker.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             self.picker.activated.connect(self._take)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 3, 0, 3)
-        row.setSpacing(6)
-        row.addWidget(self.label, 1)
-        row.addWidget(self.picker)
-        self._formula = formula
+        across((self.label, 1), self.picker, into=self, margins=(0, 3, 0, 3), gap=6)
         self.set_locked("")
         self.show_value(choice.default)
-
-    @property
-    def value(self) -> float:
-        """Return the chosen option's index."""
-        picker = self.picker
-        return float(picker.index if isinstance(picker, Segmented) else picker.currentIndex())
 
     def tab_stops(self) -> tuple[QWidget, ...]:
         """Return what Tab stops at, in order."""
@@ -60,31 +50,27 @@ class ChoiceRow(QWidget):
 
     def show_value(self, value: float) -> None:
         """Show the option that is in force."""
-        index = int(value)
-        if isinstance(self.picker, Segmented):
-            self.picker.show_index(index)
-        else:
-            self.picker.setCurrentIndex(index)
-        self._name(value)
+        self.value = float(value)
+        show = self.picker.show_index if isinstance(self.picker, Segmented) else self.picker.setCurrentIndex
+        show(int(value))
+        self.picker.setAccessibleName(f"{self.parameter.label}, {self.parameter.word(value)}")
 
     def set_locked(self, reason: str) -> None:
         """Leave the option readable but fixed, and say why; no reason unlocks it."""
         self.setEnabled(not reason)
         self.setToolTip(tip((reason, self.parameter.help), self._formula))
 
-    def _name(self, value: float) -> None:
-        self.picker.setAccessibleName(f"{self.parameter.label}, {self.parameter.word(value)}")
-
     def _take(self, index: int) -> None:
-        self._name(index)
-        self.changed.emit(self.parameter.key, float(index))
+        self.show_value(index)
+        self.changed.emit(self.parameter.key, self.value)
 
 
-def _keep_size_when_hidden(widget: QWidget) -> None:
-    """Let a widget keep its room while it is hidden, so that nothing moves when it comes and goes."""
-    policy = widget.sizePolicy()
-    policy.setRetainSizeWhenHidden(True)
-    widget.setSizePolicy(policy)
+def _label_text(parameter: Parameter) -> str:
+    """Return label and symbol as HTML; a symbol stays on the line of its word."""
+    symbol = re.sub(r"_(\w+)", r"<sub>\1</sub>", rich(parameter.symbol))
+    words = rich(parameter.label)
+    gap = "&nbsp;" if " " in words else " "
+    return f'{words}{gap}<i style="font-family: serif">{symbol}</i>' if symbol else words
 
 
 class ParameterRow(QWidget):
@@ -92,30 +78,27 @@ class ParameterRow(QWidget):
 
     changed = Signal(str, float)
 
-    def __init__(self, parameter: Parameter, formula: str = "", parent: QWidget | None = None):
-        super().__init__(parent)
-        self.parameter = parameter
-        self.quantity = Quantity.of(parameter)
-        self._value = self.quantity.default
-        self.label = QLabel(self._label_text(), textFormat=Qt.TextFormat.RichText)
-        self.label.setWordWrap(True)
-        self.box = NumberBox(self.quantity)
+    def __init__(self, parameter: Parameter, formula: str = ""):
+        super().__init__()
+        self.parameter, self.quantity, self._formula = parameter, Quantity(parameter), formula
+        self._value = math.nan
+        self.label = label(_label_text(parameter))
+        self.label.setTextFormat(Qt.TextFormat.RichText)
+        self.box, self.slider = NumberBox(self.quantity), ValueSlider(self.quantity)
         self.box.setFixedWidth(BOX_WIDE)
         self.label.setBuddy(self.box)
-        self.unit = plain(QLabel(self.quantity.unit))
-        self.unit.setProperty("role", "hint")
+        self.unit, self.error = label(self.quantity.unit, "hint", wrap=False), label(role="error")
         self.reset = QToolButton()
         icons.bind(self.reset, "reset", "ink2", 16)
-        _keep_size_when_hidden(self.reset)
-        self.slider = ValueSlider(self.quantity)
-        self.error = plain(QLabel())
-        self.error.setProperty("role", "error")
-        self.error.setWordWrap(True)
+        keep_size_when_hidden(self.reset)
+        default = self._spoken(self.quantity.default)
+        self.reset.setToolTip(plain_tip(f"Back to {default}"))
+        self.reset.setAccessibleName(f"Reset {parameter.label} to {default}")
         self._arrange()
-        self._formula = formula
-        self._name_reset()
         self.set_locked("")
-        self._connect()
+        self.box.entered.connect(self._take)
+        self.slider.picked.connect(self._take)
+        self.reset.clicked.connect(lambda: self._take(self.quantity.default))
         self.show_value(parameter.default)
 
     @property
@@ -124,16 +107,22 @@ class ParameterRow(QWidget):
         return self._value / self.quantity.factor
 
     def show_value(self, value: float) -> None:
-        """Show an SI value that is already in force."""
-        self._value = value * self.quantity.factor
-        self.box.show_value(self._value)
-        self._show_good()
+        """Show an SI value in force; while nothing has changed, a refused one stays in its box."""
+        if value != self.value:
+            self._show(value * self.quantity.factor)
 
     def show_error(self, text: str) -> None:
         """Mark the box and say below what the limit is; the loop keeps the last good value."""
         self.error.setText(text)
         self.error.setVisible(bool(text))
         mark(self.box, "invalid", bool(text))
+
+    def set_locked(self, reason: str) -> None:
+        """Leave the value readable but fixed, and say why; no reason unlocks it."""
+        self.setEnabled(not reason)
+        words = tip((reason, self.parameter.help, self.quantity.limits()), self._formula)
+        for widget in (self, self.label, self.box, self.slider):
+            widget.setToolTip(words)
 
     def tab_stops(self) -> tuple[QWidget, ...]:
         """Return what Tab stops at, in order."""
@@ -144,39 +133,26 @@ class ParameterRow(QWidget):
         super().resizeEvent(event)
         self.box.setFixedWidth(BOX_WIDE if self.width() >= _WIDE else BOX_NARROW)
 
-    def set_compact(self, compact: bool) -> None:
-        """Leave the slider out where the panel is low."""
-        self.slider.setVisible(not compact)
-
     def _take(self, value: float) -> None:
         if not self.quantity.inside(value):
             self.show_error(self.quantity.limits())
             return
+        self._show(value)
+        self.changed.emit(self.parameter.key, self.quantity.si(value))
+
+    def _show(self, value: float) -> None:
+        """Show a good value in the unit on the screen."""
         self._value = value
         self.box.show_value(value)
-        self._show_good()
-        self.changed.emit(self.parameter.key, self._si(value))
-
-    def _si(self, value: float) -> float:
-        return min(self.parameter.high, max(self.parameter.low, value / self.quantity.factor))
-
-    def _show_good(self) -> None:
+        self.slider.show_value(value)
         if not self.error.isHidden():
             self.show_error("")
-        self.slider.show_value(self._value)
-        self.reset.setVisible(abs(self._value - self.quantity.default) > 1e-9 * self.quantity.step)
-        spoken = f"{self.parameter.label}, {self.quantity.text(self._value)} {self.quantity.unit}".rstrip()
-        self.box.setAccessibleName(spoken)
-        self.slider.setAccessibleName(spoken)
+        self.reset.setVisible(abs(value - self.quantity.default) > 1e-9 * self.quantity.step)
+        for widget in (self.box, self.slider):
+            widget.setAccessibleName(f"{self.parameter.label}, {self._spoken(value)}")
 
-    def _label_text(self) -> str:
-        symbol = re.sub(r"_(\w+)", r"<sub>\1</sub>", rich(self.parameter.symbol))
-        label = rich(self.parameter.label)
-        if not symbol:
-            return label
-        # a symbol stays on the line of its word
-        gap = "&nbsp;" if " " in label else " "
-        return f'{label}{gap}<i style="font-family: serif">{symbol}</i>'
+    def _spoken(self, value: float) -> str:
+        return f"{self.quantity.text(value)} {self.quantity.unit}".rstrip()
 
     def _arrange(self) -> None:
         grid = QGridLayout(self)
@@ -193,22 +169,12 @@ class ParameterRow(QWidget):
         grid.setColumnMinimumWidth(2, 42)
         self.error.hide()
 
-    def set_locked(self, reason: str) -> None:
-        """Leave the value readable but fixed, and say why; no reason unlocks it."""
-        self.setEnabled(not reason)
-        words = tip((reason, self.parameter.help, self.quantity.limits()), self._formula)
-        for widget in (self, self.label, self.box, self.slider):
-            widget.setToolTip(words)
 
-    def _name_reset(self) -> None:
-        default = f"{self.quantity.text(self.quantity.default)} {self.quantity.unit}".rstrip()
-        self.reset.setToolTip(plain_tip(f"Back to {default}"))
-        self.reset.setAccessibleName(f"Reset {self.parameter.label} to {default}")
+Row = ParameterRow | ChoiceRow
 
-    def _connect(self) -> None:
-        self.box.entered.connect(self._take)
-        self.slider.picked.connect(self._take)
-        self.reset.clicked.connect(self._to_default)
 
-    def _to_default(self) -> None:
-        self._take(self.quantity.default)
+def row_of(parameter: AnyParameter, formula: str = "") -> Row:
+    """Return the row for a parameter."""
+    if isinstance(parameter, Choice):
+        return ChoiceRow(parameter, formula)
+    return ParameterRow(parameter, formula)

@@ -2,11 +2,11 @@
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from PySide6.QtCore import QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QBrush, QPainter, QPen, QPolygonF
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.analysis.stability.margin import hand_words, height, nice_width, short, verdict
 from hapkit_studio.dynamics.estimators import ESTIMATORS
@@ -15,9 +15,8 @@ from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas
 from hapkit_studio.gui.panel.limits import Answer, LoopFacts, Question, answer
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import AnswerLine, down, hint, label
 from hapkit_studio.gui.widgets.style import mark
-from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
 
 if TYPE_CHECKING:
@@ -52,11 +51,6 @@ def latency_timer(device: Any) -> str:
     """Return the USB chip's latency timer in ms, nothing where it is short or not known."""
     latency = getattr(device, "latency", None)
     return f"{1e3 * latency.timer:.0f}" if latency is not None and latency.long else ""
-
-
-def delay_remedy(device: Any) -> str:
-    """Return what shortens the timer itself, for a tooltip."""
-    return device.latency.words if latency_timer(device) else ""
 
 
 class StabilityMap(Canvas):
@@ -116,31 +110,37 @@ class StabilityMap(Canvas):
             painter.drawEllipse(dot, 9, 9)
 
 
-def conditions(answer: Answer) -> str:
-    """Return hand, delay and limit in words."""
+class Verdict(NamedTuple):
+    """What card and status bar say: headline and words of the card, icon and token of both, the bar's words.
+
+    Everything that is said of an answer is put together in ``judge``.
+    """
+
+    headline: str
+    words: str
+    sign: tuple[str, str]
+    short: str
+
+
+def judge(answer: Answer) -> Verdict:
+    """Return the verdict on an answer, with hand, delay and limit below it.
+
+    What a passivity controller may hold all the same is no more than a warning, without advice to lower it.
+    """
     delay, limit = number(answer.question.setting.delay * 1e3, 2), answer.margin.limit
+    controlled = answer.question.setting.controller
     words = f"{hand_words(answer.margin.hand).capitalize()}, {delay} ms from sensor to motor."
     words = words if limit <= 0.0 else f"{words} Stiffness limit {number(limit, 0)} N/m."
-    return f"{words} {_WITHOUT}" if answer.question.setting.controller else words
-
-
-def sign_of(answer: Answer) -> tuple[str, str]:
-    """Return icon and token: what a controller may hold all the same is no more than a warning."""
-    if answer.kept is not None:
-        return "triangle", "warn"
-    if answer.stable:
-        return "check", "ok"
-    return ("triangle", "warn") if answer.question.setting.controller else ("cross", "danger")
-
-
-def headlines(answer: Answer) -> tuple[str, str]:
-    """Return the card's headline and the status bar's words; no advice to lower what the controller holds."""
-    if answer.kept is not None:
-        return _NEXT, _NEXT
+    words = f"{words} {_WITHOUT}" if controlled else words
     said = short(answer.margin)
-    if answer.question.setting.controller and not answer.stable:
-        return (f"{said}, passivity controller on",) * 2
-    return verdict(answer.margin), said
+    if answer.kept is not None:
+        return Verdict(_NEXT, words, ("triangle", "warn"), _NEXT)
+    if answer.stable:
+        return Verdict(verdict(answer.margin), words, ("check", "ok"), said)
+    if controlled:
+        said = f"{said}, passivity controller on"
+        return Verdict(said, words, ("triangle", "warn"), said)
+    return Verdict(verdict(answer.margin), words, ("cross", "danger"), said)
 
 
 def differs_by_noise_only(before: Answer, answer: Answer) -> bool:
@@ -158,25 +158,14 @@ class StabilityCard(QWidget):
 
     judged = Signal(str, str, str)
 
-    def __init__(self, studio: Studio, worker: LatestAnswer | None = None, parent: QWidget | None = None):
-        super().__init__(parent)
+    def __init__(self, studio: Studio):
+        super().__init__()
         self._studio = studio
-        self._worker = worker or LatestAnswer(answer, self)
+        self._worker = LatestAnswer(answer, self)
         self.facts = LoopFacts(studio, self)
-        self._sign = ("check", "ok")
         self._judged: Answer | None = None
-        self.heading = QLabel("Stability")
-        self.heading.setProperty("role", "section")
-        self.sign, self.headline, self.words = QLabel(), plain(QLabel()), plain(QLabel())
-        self.headline.setWordWrap(True)
-        self.headline.setProperty("role", "headline")
-        self.words.setWordWrap(True)
-        self.words.setProperty("role", "hint")
-        self.drives = plain(QLabel())
-        self.drives.setWordWrap(True)
-        self.drives.setProperty("role", "hint")
-        self.map = StabilityMap()
-        self._arrange()
+        self.verdict, self.words, self.drives, self.map = AnswerLine(), hint(), hint(), StabilityMap()
+        down(label("Stability", "section"), self.verdict, self.words, self.drives, self.map, into=self, gap=4)
         self._soon = QTimer(self, singleShot=True, interval=ASK_MS)
         self._soon.timeout.connect(self.ask)
         self._worker.answered.connect(self.show_answer)
@@ -189,10 +178,8 @@ class StabilityCard(QWidget):
             self.facts.changed,
         ):
             signal.connect(self._ask_soon)
-        theme.changed.connect(self._look)
         studio.environment_changed.connect(self._show_drives)
         self._show_drives()
-        self._look()
         self.ask()
 
     def note_health(self, health: "Health") -> None:
@@ -220,7 +207,7 @@ class StabilityCard(QWidget):
         self.map.hide()
         headline, words = self._why_not()
         self.words.setText(words)
-        self._show(headline, "circle", "ink2")
+        self._say(headline, "circle", "ink2")
         self.judged.emit(headline, "", "ink2")
 
     def show_answer(self, answer: Answer) -> None:
@@ -232,18 +219,10 @@ class StabilityCard(QWidget):
             self._judged = answer
         self.map.setVisible(True)
         self.map.show_answer(answer)
-        self.words.setText(f"{conditions(answer)} {self._why_late(answer)}".rstrip())
-        headline, words = headlines(answer)
-        self._show(headline, *sign_of(answer))
-        self.judged.emit(words, *sign_of(answer))
-
-    def _why_late(self, answer: Answer) -> str:
-        """Return why the measured delay is long, less what was added on purpose."""
-        engine = self._studio.engine
-        if engine is None:
-            return ""
-        self.words.setToolTip(delay_remedy(engine.device))
-        return delay_reason(engine.device, answer.question.setting.delay - self._studio.loop.delay)
+        said = judge(answer)
+        self.words.setText(f"{said.words} {self._why_late(answer)}".rstrip())
+        self._say(said.headline, *said.sign)
+        self.judged.emit(said.short, *said.sign)
 
     def wait(self) -> None:
         """Wait for the worker, for tests; the answer comes with the next events."""
@@ -254,23 +233,22 @@ class StabilityCard(QWidget):
         """End the worker's thread."""
         self._worker.close()
 
+    def _why_late(self, answer: Answer) -> str:
+        """Return why the measured delay is long, less what was added on purpose."""
+        engine = self._studio.engine
+        if engine is None:
+            return ""
+        self.words.setToolTip(engine.device.latency.words if latency_timer(engine.device) else "")
+        return delay_reason(engine.device, answer.question.setting.delay - self._studio.loop.delay)
+
     def _why_not(self) -> tuple[str, str]:
-        if self._studio.engine is None:
-            link = self._studio.link
-            return (
-                "Not judged yet",
-                f"{link.text}." if link.state == "idle" and link.text else "Needs a device.",
-            )
-        if self._studio.environment.impedance is None:
+        """Return headline and words where nothing can be asked."""
+        if self._studio.engine is not None and self._studio.environment.impedance is None:
             return "No limit applies", "This environment renders no stiffness or damping of its own."
-        if not self.facts.linear:
+        if self._studio.engine is not None and not self.facts.linear:
             name = ESTIMATORS[self._studio.loop.estimator].label
             return "No exact limit", f"{name} is not linear: only a run can tell."
-        if self._studio.stopped or self._studio.engine.fault is not None:
-            return "Not measured while stopped", "The motor must be on for the delay to be measured."
-        if self._studio.engine.where == "board":
-            return "Measuring the delay", "The board has not rendered yet."
-        return "Measuring the delay", "Half a second at zero force, on connecting."
+        return self.facts.why_unknown()
 
     def _show_drives(self) -> None:
         words = self._studio.environment.drives
@@ -281,26 +259,6 @@ class StabilityCard(QWidget):
         if not self._soon.isActive():
             self._soon.start()
 
-    def _show(self, words: str, sign: str, token: str) -> None:
-        self.headline.setText(words)
-        self._sign = (sign, token)
-        self._look()
-
-    def _look(self) -> None:
-        name, token = self._sign
-        self.sign.setPixmap(icons.pixmap(name, 18, token, self.devicePixelRatioF()))
-        mark(self.headline, "ink", "danger" if token == "danger" else "ink")
-
-    def _arrange(self) -> None:
-        row = QHBoxLayout()
-        row.setSpacing(6)
-        row.addWidget(self.sign)
-        row.addWidget(self.headline, 1)
-        column = QVBoxLayout(self)
-        column.setContentsMargins(0, 0, 0, 0)
-        column.setSpacing(4)
-        column.addWidget(self.heading)
-        column.addLayout(row)
-        column.addWidget(self.words)
-        column.addWidget(self.drives)
-        column.addWidget(self.map)
+    def _say(self, words: str, sign: str, token: str) -> None:
+        self.verdict.say(words, sign, token)
+        mark(self.verdict.words, "ink", "danger" if token == "danger" else "ink")

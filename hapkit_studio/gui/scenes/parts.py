@@ -74,8 +74,8 @@ def label(
 
 def on_object() -> str:
     """Return the token of words on what moves: whichever of ink and ground stands out more."""
-    ground = luminance(theme.c.obj) + 0.05
-    ratios = {token: (luminance(getattr(theme.c, token)) + 0.05) / ground for token in ("ink", "scene")}
+    ground = luminance(theme.tokens["obj"]) + 0.05
+    ratios = {token: (luminance(theme.tokens[token]) + 0.05) / ground for token in ("ink", "scene")}
     return max(ratios, key=lambda token: max(ratios[token], 1.0 / ratios[token]))
 
 

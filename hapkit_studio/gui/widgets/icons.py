@@ -7,6 +7,7 @@ from pathlib import Path
 from PySide6.QtCore import QByteArray, QObject, QRectF, QSize, Qt
 from PySide6.QtGui import QGuiApplication, QIcon, QPainter, QPixmap
 from PySide6.QtSvg import QSvgRenderer
+from PySide6.QtWidgets import QAbstractButton
 
 from hapkit_studio import resources
 from hapkit_studio.gui.widgets.theme import theme
@@ -45,46 +46,39 @@ def _drawn(text: str, size: int, ratio: float) -> QPixmap:
     return picture
 
 
-def icon(name: str, color: str = "ink", size: int = 20, on: str | None = None) -> QIcon:
-    """Return an icon at size, crisp on every screen; ``on`` is the token while checked."""
+def icon(name: str, color: str = "ink", size: int = 20) -> QIcon:
+    """Return an icon at size, crisp on every screen."""
     result = QIcon()
     ratios = {1.0, 2.0} | {s.devicePixelRatio() for s in QGuiApplication.screens()}
     for ratio in sorted(ratios):
-        result.addPixmap(pixmap(name, size, color, ratio), QIcon.Mode.Normal, QIcon.State.Off)
-        result.addPixmap(pixmap(name, size, "ink3", ratio), QIcon.Mode.Disabled, QIcon.State.Off)
-        if on:
-            result.addPixmap(pixmap(name, size, on, ratio), QIcon.Mode.Normal, QIcon.State.On)
+        result.addPixmap(pixmap(name, size, color, ratio), QIcon.Mode.Normal)
+        result.addPixmap(pixmap(name, size, "ink3", ratio), QIcon.Mode.Disabled)
     return result
 
 
 class _Binding(QObject):
     """Keeps one target's icon in the theme's colours; lives and dies with the target."""
 
-    def __init__(self, target: QObject, name: str, color: str, size: int, on: str | None):
+    def __init__(self, target: QAbstractButton, name: str, color: str, size: int):
         super().__init__(target)
-        self.target, self.arguments = target, (name, color, size, on)
+        self.target, self.arguments = target, (name, color, size)
         theme.changed.connect(self.refresh)
         self.refresh()
 
     def refresh(self) -> None:
-        self.target.setIcon(icon(*self.arguments))  # type: ignore[attr-defined]
+        self.target.setIcon(icon(*self.arguments))
 
 
-def bind(target: QObject, name: str, color: str = "ink", size: int = 20, on: str | None = None) -> None:
-    """Give an action or button an icon that follows the theme; a second call replaces the first."""
-    for old in target.findChildren(_Binding, options=Qt.FindChildOption.FindDirectChildrenOnly):
-        old.setParent(None)
-        old.deleteLater()
-    _Binding(target, name, color, size, on)
+def bind(target: QAbstractButton, name: str, color: str = "ink", size: int = 20) -> None:
+    """Give a button an icon that follows the theme."""
+    _Binding(target, name, color, size)
 
 
-@cache
-def _folder() -> tempfile.TemporaryDirectory:
-    return tempfile.TemporaryDirectory(prefix="hapkit-icons-")
+_folder = tempfile.TemporaryDirectory(prefix="hapkit-icons-")
 
 
 def file(name: str, color: str) -> str:
     """Return the path of a coloured SVG file, for style sheets, which take no pictures from memory."""
-    path = Path(_folder().name) / f"{name}-{theme.color(color).name()[1:]}.svg"
+    path = Path(_folder.name) / f"{name}-{theme.color(color).name()[1:]}.svg"
     path.write_text(svg(name, color), encoding="utf-8")
     return path.as_posix()

@@ -2,18 +2,16 @@
 
 import math
 import re
-from dataclasses import dataclass
 
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt, Signal
+from PySide6.QtCore import QPointF, QRectF, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QValidator, QWheelEvent
-from PySide6.QtWidgets import QDoubleSpinBox, QSlider, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QSlider
 
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import Parameter
 
 _ON_SCREEN = {"m": ("mm", 1000.0), "s": ("ms", 1000.0)}
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
-_BEGUN = re.compile(r"[+-]?\d*\.?\d*(e[+-]?\d*)?", re.IGNORECASE)
 _BEYOND = 1e9
 _HEIGHT = 20
 _THUMB = 16.0
@@ -21,51 +19,31 @@ _END = 11.0  # from the thumb at a limit to the slider's end: its focus ring sta
 _GROOVE = 4.0
 
 
-@dataclass(frozen=True)
 class Quantity:
-    """Limits, default and step of a parameter in the unit on the screen; factor turns SI into it.
+    """A parameter's limits, default and step in the unit on the screen; factor turns SI into it.
 
     root: the slider runs with the square root, so that small values of a wide range can be met.
     """
 
-    label: str
-    unit: str
-    factor: float
-    low: float
-    high: float
-    default: float
-    step: float
-    root: bool
+    def __init__(self, parameter: Parameter):
+        self.parameter = parameter
+        self.unit, self.factor = _ON_SCREEN.get(parameter.unit, (parameter.unit, 1.0))
+        self.low, self.high = parameter.low * self.factor, parameter.high * self.factor
+        self.default = parameter.default * self.factor
+        power = math.floor(math.log10((self.high - self.low) / 200.0) + 1e-9)
+        self.step, self.decimals = 10.0**power, max(0, -power)
+        self.root = self.low >= 0.0 and self.high > 10.0 * self.low
 
-    @classmethod
-    def of(cls, parameter: Parameter) -> "Quantity":
-        """Derive the screen's view of a declared parameter."""
-        unit, factor = _ON_SCREEN.get(parameter.unit, (parameter.unit, 1.0))
-        low, high = parameter.low * factor, parameter.high * factor
-        step = 10.0 ** math.floor(math.log10((high - low) / 200.0) + 1e-9)
-        wide = low >= 0.0 and high > 10.0 * low
-        return cls(parameter.label, unit, factor, low, high, parameter.default * factor, step, wide)
-
-    @property
-    def decimals(self) -> int:
-        """Return how many decimals the step needs."""
-        return max(0, -math.floor(math.log10(self.step) + 1e-9))
-
-    @property
-    def steps(self) -> int:
-        """Return the number of whole steps between the limits."""
-        return math.ceil((self.high - self.low) / self.step - 1e-9)
+    def si(self, value: float) -> float:
+        """Return a value in SI, inside the parameter's limits to the last bit."""
+        return min(self.parameter.high, max(self.parameter.low, value / self.factor))
 
     def index(self, value: float) -> int:
         """Return the step nearest to a value."""
         return round((value - self.low) / self.step)
 
-    def at(self, index: int) -> float:
-        """Return the value at a step, free of binary dust, never beyond the limits."""
-        return min(self.high, round(self.low + index * self.step, self.decimals + 4))
-
     def moved(self, value: float, steps: int) -> float:
-        """Return a value some steps on, inside the limits."""
+        """Return a value some steps on, inside the limits and free of binary dust."""
         return min(self.high, max(self.low, round(value + steps * self.step, self.decimals + 4)))
 
     def fraction(self, value: float) -> float:
@@ -77,7 +55,11 @@ class Quantity:
         """Return the value, on a whole step, at a place along the slider."""
         part = min(1.0, max(0.0, fraction))
         part = part * part if self.root else part
-        return self.at(self.index(self.low + part * (self.high - self.low)))
+        return self.on_step(self.low + part * (self.high - self.low))
+
+    def on_step(self, value: float) -> float:
+        """Return the whole step nearest to a value."""
+        return self.moved(self.low, self.index(value))
 
     def inside(self, value: float) -> bool:
         """Say whether a value lies within the limits, binary dust aside."""
@@ -94,11 +76,13 @@ class Quantity:
     def limits(self) -> str:
         """Say the limits in one sentence."""
         low, high = (f"{x:g}".replace("-", "−") for x in (self.low, self.high))
-        return f"{self.label} goes from {low} to {high} {self.unit}".rstrip() + "."
+        return f"{self.parameter.label} goes from {low} to {high} {self.unit}".rstrip() + "."
 
 
-def _plain(text: str) -> str:
-    return text.strip().replace("−", "-").replace(",", ".")
+def _number(text: str) -> float | None:
+    """Return the number that a text is, written with a comma or a true minus too; None where it is none."""
+    plain = text.strip().replace("−", "-").replace(",", ".")
+    return float(plain) if _NUMBER.fullmatch(plain) else None
 
 
 class NumberBox(QDoubleSpinBox):
@@ -106,8 +90,8 @@ class NumberBox(QDoubleSpinBox):
 
     entered = Signal(float)
 
-    def __init__(self, quantity: Quantity, parent: QWidget | None = None):
-        super().__init__(parent)
+    def __init__(self, quantity: Quantity):
+        super().__init__()
         self._quantity = quantity
         self._typed = False
         self.setDecimals(quantity.decimals + 4)
@@ -122,24 +106,22 @@ class NumberBox(QDoubleSpinBox):
     def show_value(self, value: float) -> None:
         """Show a value without saying so to anyone."""
         self._typed = False
-        blocked = self.blockSignals(True)
-        self.setValue(value)
-        text = self.textFromValue(value)
-        if self.lineEdit().text() != text:
-            self.lineEdit().setText(text)
-        self.blockSignals(blocked)
+        with QSignalBlocker(self):
+            self.setValue(value)
+            if self.lineEdit().text() != self.textFromValue(value):  # else the cursor stays
+                self.lineEdit().setText(self.textFromValue(value))
 
     def textFromValue(self, value: float) -> str:
         return self._quantity.text(value)
 
     def valueFromText(self, text: str) -> float:
-        match = _NUMBER.fullmatch(_plain(text))
-        return float(match.group()) if match else self.value()
+        value = _number(text)
+        return self.value() if value is None else value
 
     def validate(self, text: str, position: int) -> tuple[QValidator.State, str, int]:
-        if _NUMBER.fullmatch(_plain(text)):
+        if _number(text) is not None:
             return QValidator.State.Acceptable, text, position
-        begun = _BEGUN.fullmatch(_plain(text))
+        begun = _number(f"{text.strip()}0") is not None
         return (QValidator.State.Intermediate if begun else QValidator.State.Invalid), text, position
 
     def stepBy(self, steps: int) -> None:
@@ -168,9 +150,10 @@ class NumberBox(QDoubleSpinBox):
         self._typed = True
 
     def _finish(self) -> None:
-        if self._typed and _NUMBER.fullmatch(_plain(self.lineEdit().text())):
+        value = _number(self.lineEdit().text())
+        if self._typed and value is not None:
             self._typed = False
-            self.entered.emit(self.valueFromText(self.lineEdit().text()))
+            self.entered.emit(value)
 
 
 class ValueSlider(QSlider):
@@ -178,11 +161,11 @@ class ValueSlider(QSlider):
 
     picked = Signal(float)
 
-    def __init__(self, quantity: Quantity, parent: QWidget | None = None):
-        super().__init__(Qt.Orientation.Horizontal, parent)
+    def __init__(self, quantity: Quantity):
+        super().__init__(Qt.Orientation.Horizontal)
         self._quantity = quantity
         self._exact = quantity.default
-        self.setRange(0, quantity.steps)
+        self.setRange(0, math.ceil((quantity.high - quantity.low) / quantity.step - 1e-9))
         self.setSingleStep(1)
         self.setPageStep(10)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
@@ -198,19 +181,17 @@ class ValueSlider(QSlider):
 
     def show_value(self, value: float) -> None:
         """Show an exact value, on a step or between two, without saying so to anyone."""
-        blocked = self.blockSignals(True)
         self._exact = value
-        self.setValue(self._quantity.index(value))
-        self.blockSignals(blocked)
+        with QSignalBlocker(self):
+            self.setValue(self._quantity.index(value))
         self.update()
-
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        if event.button() == Qt.MouseButton.LeftButton:
-            self._pick(self._quantity.value(self._fraction_at(event.position().x())))
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if event.buttons() & Qt.MouseButton.LeftButton:
-            self._pick(self._quantity.value(self._fraction_at(event.position().x())))
+            fraction = (event.position().x() - _END) / max(1.0, self.width() - 2 * _END)
+            self._pick(self._quantity.value(fraction))
+
+    mousePressEvent = mouseMoveEvent
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
         self._pick(self._quantity.default)
@@ -253,12 +234,9 @@ class ValueSlider(QSlider):
             self.picked.emit(value)
 
     def _stepped(self, index: int) -> None:
-        self._exact = self._quantity.at(index)
+        self._exact = self._quantity.moved(self._quantity.low, index)
         self.update()
         self.picked.emit(self._exact)
-
-    def _fraction_at(self, x: float) -> float:
-        return (x - _END) / max(1.0, self.width() - 2 * _END)
 
     def _place(self, value: float) -> float:
         return _END + self._quantity.fraction(value) * (self.width() - 2 * _END)

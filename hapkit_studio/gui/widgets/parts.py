@@ -1,16 +1,18 @@
 """What pages and dialogs are put together from: rows, columns, labels, signs, a line with an answer."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TypeVar
 
-from PySide6.QtCore import QDir
+from PySide6.QtCore import QDir, Qt
 from PySide6.QtWidgets import (
     QBoxLayout,
     QFileDialog,
+    QFrame,
     QHBoxLayout,
     QLabel,
     QLayout,
     QPushButton,
+    QScrollArea,
     QVBoxLayout,
     QWidget,
 )
@@ -57,6 +59,16 @@ def _filled(box: _Box, parts: tuple[Part, ...], margins: Margins, gap: int) -> _
     return box
 
 
+def refill(box: QBoxLayout, parts: Iterable[QWidget]) -> None:
+    """Put widgets into a row or column in place of those in it, which are deleted."""
+    while item := box.takeAt(0):
+        if old := item.widget():
+            old.hide()
+            old.deleteLater()
+    for part in parts:
+        box.addWidget(part)
+
+
 def label(text: str = "", role: str = "", wrap: bool = True) -> QLabel:
     """Return a label of plain text that the style sheet knows by its role."""
     made = plain(QLabel(text))
@@ -68,6 +80,21 @@ def label(text: str = "", role: str = "", wrap: bool = True) -> QLabel:
 def hint(text: str = "") -> QLabel:
     """Return a label for a hint."""
     return label(text, "hint")
+
+
+def rule() -> QFrame:
+    """Return a hairline between two parts."""
+    line = QFrame()
+    line.setProperty("rule", True)
+    line.setFixedHeight(1)
+    return line
+
+
+def keep_size_when_hidden(widget: QWidget) -> None:
+    """Let a widget keep its room while it is hidden, so that nothing moves when it comes and goes."""
+    policy = widget.sizePolicy()
+    policy.setRetainSizeWhenHidden(True)
+    widget.setSizePolicy(policy)
 
 
 class Sign(QLabel):
@@ -94,16 +121,46 @@ class Sign(QLabel):
 class AnswerLine(QWidget):
     """A sign and the answer in one sentence; before there is one, what to do."""
 
-    def __init__(self, text: str):
+    def __init__(self, text: str = "", margins: Margins = (0, 0, 0, 0)):
         super().__init__()
         self.sign, self.words = Sign(), label(role="headline")
-        across(self.sign, (self.words, 1), into=self, margins=(16, 8, 16, 0))
+        across(self.sign, (self.words, 1), into=self, margins=margins)
         self.say(text)
 
     def say(self, text: str, sign: str = "circle", token: str = "ink2") -> None:
         """Show words and a sign, a neutral one before there is an answer."""
         self.words.setText(text)
         self.sign.show_sign(sign, token)
+
+
+_SIDE = 16
+
+
+class ScrollColumn(QScrollArea):
+    """A column that scrolls where it is too long; the bar stands in its margin, so that nothing moves."""
+
+    def __init__(self, top: int = 12, gap: int = 8):
+        super().__init__()
+        self.setObjectName("panel")
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.body = QWidget(self.viewport())
+        self.body.setObjectName("panelBody")
+        self.column = down(None, into=self.body, margins=(_SIDE, top, _SIDE, top), gap=gap)
+        self.setWidget(self.body)
+        self.verticalScrollBar().rangeChanged.connect(self._make_space_for_scroll_bar)
+
+    def add(self, *parts: QWidget) -> None:
+        """Add parts at the bottom."""
+        for part in parts:
+            self.column.insertWidget(self.column.count() - 1, part)
+
+    def _make_space_for_scroll_bar(self, _low: int, high: int) -> None:
+        margins = self.column.contentsMargins()
+        bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
+        margins.setRight(max(_SIDE - bar, 0))
+        self.column.setContentsMargins(margins)
 
 
 def primary(button: QPushButton) -> QPushButton:

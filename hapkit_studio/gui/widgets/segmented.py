@@ -1,11 +1,9 @@
 """A segmented control: two or three options side by side, one of them chosen."""
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QButtonGroup, QHBoxLayout, QPushButton, QWidget
+from PySide6.QtWidgets import QButtonGroup, QPushButton, QWidget
 
-
-def _place(index: int, count: int) -> str:
-    return "first" if index == 0 else "last" if index == count - 1 else "middle"
+from hapkit_studio.gui.widgets.parts import across
 
 
 class Segmented(QWidget):
@@ -13,19 +11,17 @@ class Segmented(QWidget):
 
     chosen = Signal(int)
 
-    def __init__(self, name: str, options: tuple[str, ...], parent: QWidget | None = None):
-        super().__init__(parent)
+    def __init__(self, name: str, options: tuple[str, ...]):
+        super().__init__()
         self._group = QButtonGroup(self)
-        self._group.setExclusive(True)
-        row = QHBoxLayout(self)
-        row.setContentsMargins(0, 0, 0, 0)
-        row.setSpacing(0)
-        for index, option in enumerate(options):
+        row = across(into=self, gap=0)
+        places = ("first", *["middle"] * (len(options) - 2), "last")
+        for index, (option, place) in enumerate(zip(options, places, strict=True)):
             button = QPushButton(option)
             button.setCheckable(True)
             button.setAccessibleName(f"{name}: {option}")
             button.setCursor(Qt.CursorShape.PointingHandCursor)
-            button.setProperty("segment", _place(index, len(options)))
+            button.setProperty("segment", place)
             self._group.addButton(button, index)
             row.addWidget(button)
         self._group.idToggled.connect(self._toggled)

@@ -1,7 +1,5 @@
 """The look in force: colours by token, fonts by role; follows the system."""
 
-from types import SimpleNamespace
-
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QPalette
 from PySide6.QtWidgets import QApplication
@@ -27,7 +25,7 @@ ROLES = {
 
 
 class Theme(QObject):
-    """Holds the mode in force; ``changed`` fires after every switch."""
+    """Holds the mode in force, ``tokens`` as "#RRGGBB"; ``changed`` fires after every switch."""
 
     changed = Signal()
 
@@ -35,19 +33,13 @@ class Theme(QObject):
         super().__init__()
         self.mode = "system"
         self.name = "light"
-        self.c = SimpleNamespace(**table("light"))
-        self._colors = {name: QColor(value) for name, value in vars(self.c).items()}
+        self.tokens = table("light")
         self._fonts: dict[str, QFont] = {}
         self._app: QApplication | None = None
 
-    @property
-    def tokens(self) -> dict[str, str]:
-        """Return token -> "#RRGGBB" of the mode in force."""
-        return dict(vars(self.c))
-
     def color(self, token: str, alpha: float = 1.0) -> QColor:
         """Return a token's colour; alpha 0..1."""
-        color = QColor(self._colors[token])
+        color = QColor(self.tokens[token])
         if alpha < 1.0:
             color.setAlphaF(alpha)
         return color
@@ -87,8 +79,7 @@ class Theme(QObject):
         if name == self.name:
             return
         self.name = name
-        self.c = SimpleNamespace(**table(name))
-        self._colors = {token: QColor(value) for token, value in vars(self.c).items()}
+        self.tokens = table(name)
         self._fonts.clear()
         if self._app is not None:
             self._app.setPalette(self.palette())
@@ -114,23 +105,20 @@ class Theme(QObject):
     def font(self, role: str) -> QFont:
         """Return the font of a role in ROLES, with tabular figures where the face has them."""
         if role not in self._fonts:
-            self._fonts[role] = self._font(role)
+            pixels, weight = ROLES[role]
+            font = QFont(_family())
+            if role == "formula":
+                font = QFont("DejaVu Serif")
+                font.setStyleHint(QFont.StyleHint.Serif)
+                font.setItalic(True)
+            font.setPixelSize(pixels)
+            font.setWeight(QFont.Weight(weight))
+            font.setFeature(QFont.Tag("tnum"), 1)
+            self._fonts[role] = font
         return QFont(self._fonts[role])
 
-    def _font(self, role: str) -> QFont:
-        pixels, weight = ROLES[role]
-        font = QFont(family())
-        if role == "formula":
-            font = QFont("DejaVu Serif")
-            font.setStyleHint(QFont.StyleHint.Serif)
-            font.setItalic(True)
-        font.setPixelSize(pixels)
-        font.setWeight(QFont.Weight(weight))
-        font.setFeature(QFont.Tag("tnum"), 1)
-        return font
 
-
-def family() -> str:
+def _family() -> str:
     """Return Inter where installed, else the system's face."""
     installed = QFontDatabase.families() if QApplication.instance() else []
     if "Inter" in installed:

@@ -15,7 +15,6 @@ from hapkit_studio import resources
 from hapkit_studio.formatting import number
 from hapkit_studio.gui.scenes import base, force_arrow
 from hapkit_studio.gui.scenes.stage import Stage
-from hapkit_studio.gui.widgets.style import set_style
 from hapkit_studio.gui.widgets.theme import theme
 
 _PARTS = ("upright", "plugged", "unplugged", "scale", "side_down", "empty", "weight")
@@ -206,7 +205,6 @@ class RecentPlot(pg.PlotWidget):
         self.lines: dict[str, pg.InfiniteLine] = {}
         self._title = title
         self.setMinimumSize(280, 150)
-        set_style(self, "#recent { border: 1px solid @line; border-radius: 8px; }")
         self.setObjectName("recent")
         self.setAccessibleName(f"{title}, over the last {SECONDS:g} s")
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)

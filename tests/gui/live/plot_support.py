@@ -31,6 +31,6 @@ def colored(image: QImage, token: str) -> np.ndarray:
     """Return (n, 2) columns and rows of the pixels that have exactly a token's colour."""
     image = image.convertToFormat(QImage.Format.Format_RGB32)
     raw = np.frombuffer(image.constBits(), np.uint32).reshape(image.height(), -1)[:, : image.width()]
-    wanted = np.uint32(QColor(getattr(theme.c, token)).rgb())
+    wanted = np.uint32(QColor(theme.tokens[token]).rgb())
     down, across = np.nonzero(raw == wanted)
     return np.column_stack([across, down])

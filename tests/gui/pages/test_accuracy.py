@@ -26,7 +26,7 @@ from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import TOKENS
 from tests.gui.pages.drawing_support import drawn, leave, outside
 from tests.gui.pages.drawing_support import point as point_at
-from tests.gui.test_layout import cut_off
+from tests.gui.test_layout import cut_off, resize
 
 LABELS = {"verlet": "Verlet", "rk4": "RK4", "explicit_euler": "Explicit Euler"}
 
@@ -55,13 +55,16 @@ def made_up(default: str, tolerance: float = 0.02) -> Accuracy:
 
 
 @pytest.fixture
-def page(idle_window):
-    idle_window.views.show("accuracy")
-    return idle_window.views.page("accuracy")
+def page(shared_window):
+    """Return the page in sight, its first chart chosen and measured."""
+    shared_window.views.show("accuracy")
+    shown = shared_window.views.page("accuracy")
+    shown.charts.button(0).click()
+    shown.show_result(made_up("verlet"))
+    return shown
 
 
 def test_the_answer_and_whether_the_default_is_it(page):
-    page.show_result(made_up("verlet"))
     assert page.answer.words.text().startswith("Cheapest within 2")
     assert page.answer.words.text().endswith("at a 1 ms step: Verlet, 4.0 µs per simulated second.")
     assert "It is the default." in page.side.words.text()
@@ -72,7 +75,6 @@ def test_the_answer_and_whether_the_default_is_it(page):
 
 
 def test_every_error_is_drawn_somewhere_in_the_frame_and_told(page):
-    page.show_result(made_up("verlet"))
     frame = AccuracyAxes(page.sheet)
     for found in page.sheet.points:
         point_at(page.chart, *frame.place(found))
@@ -84,7 +86,6 @@ def test_every_error_is_drawn_somewhere_in_the_frame_and_told(page):
 
 
 def test_a_row_of_the_table_lets_its_line_stand_out(page):
-    page.show_result(made_up("verlet"))
     for width in (3.0, 1.5):  # the most accurate one comes first; a second click chooses none
         row = page.table.visualRect(page.table.model().index(0, 0)).center()
         QTest.mouseClick(page.table.viewport(), Qt.MouseButton.LeftButton, pos=row)
@@ -95,7 +96,6 @@ def test_a_row_of_the_table_lets_its_line_stand_out(page):
 
 
 def test_the_table_is_sorted_by_a_click_on_a_head_and_copied(page):
-    page.show_result(made_up("verlet"))
     head = page.table.horizontalHeader()
     place = QPoint(head.sectionPosition(1) + 4, 4)
     QTest.mouseClick(head.viewport(), Qt.MouseButton.LeftButton, pos=place)
@@ -109,7 +109,6 @@ def test_the_table_is_sorted_by_a_click_on_a_head_and_copied(page):
 
 
 def test_a_chart_that_was_not_measured_shows_no_other_charts_points(page):
-    page.show_result(made_up("verlet"))
     page.charts.button(1).click()
     assert page.sheet is None
     assert page.answer.words.text() == "Run to see what each method costs."
@@ -123,14 +122,19 @@ def test_a_chart_that_was_not_measured_shows_no_other_charts_points(page):
     assert page.bar.status.text() == "6 points, 0.9 s"
 
 
-def test_what_costs_the_same_is_not_the_cheapest_alone(page):
+def test_what_costs_the_same_is_not_the_cheapest_alone():
     points = [point("verlet", 1.0, 0.002, 4000.0), point("rk4", 1.0, 0.001, 4200.0)]
     scene = Scene("damped", "Damped mass", "largest error", 0.02, "felt", Default("verlet"))
-    sheet = Sheet("integrators", scene, (), tuple(points))
-    words = "Among the cheapest (to 10 %) within 2 %: Verlet, 4.0 µs per simulated second."
-    assert answer_words(sheet) == words
-    alone = Sheet("integrators", scene, (), tuple(points[:1]))
-    assert answer_words(alone).startswith("Cheapest within 2 % at a 1 ms step: Verlet")
+    for count, words in (
+        (2, "Among the cheapest (to 10 %) within 2 %: Verlet, 4.0 µs per simulated second."),
+        (1, "Cheapest within 2 % at a 1 ms step: Verlet, 4.0 µs per simulated second."),
+    ):
+        assert answer_words(Sheet("integrators", scene, (), tuple(points[:count]))) == words
+
+
+SPEED = Scene("tremor", "Tremor", "RMS", 5e-3, "felt", Default("verlet"), unit="m/s")
+RATE = Scene("wall", "Wall", "K / limit", 1.0, "safe", Default("verlet"), step_s=None, goal="stable")
+SHARE = Scene("damped", "Damped", "largest", 0.02, "felt", Default("verlet"))
 
 
 def rows_of(page, scene: Scene, points: list[Point]) -> list[tuple[str, str, str]]:
@@ -139,19 +143,14 @@ def rows_of(page, scene: Scene, points: list[Point]) -> list[tuple[str, str, str
     return page.table.texts()
 
 
-def test_every_word_of_the_table_fits_its_column(page, idle_window, qapp):
-    page.show_result(made_up("verlet"))
-    idle_window.resize(1280, 720)
-    qapp.processEvents()
-    speed = Scene("tremor", "Tremor", "RMS", 5e-3, "felt", Default("verlet"), unit="m/s")
-    rate = Scene("wall", "Wall", "K / limit", 1.0, "safe", Default("verlet"), step_s=None, goal="stable")
-    share = Scene("damped", "Damped", "largest", 0.02, "felt", Default("verlet"))
+def test_every_word_of_the_table_fits_its_column(page, shared_window, qapp):
+    resize(qapp, shared_window, (1280, 720))
     names = ("Butterworth 120 Hz", "Kalman q = 0.001", "1 ms later")
     errors = (0.34e-3, 1.1e-3, 12e-3, 0.1234, 2e-14, 2e-7, 1.59, 4.76, 3e6, math.inf, 0.0)
-    for scene in (speed, rate, share):
-        step = 1.0 / 250.0 if scene is rate else 1e-3
+    for scene in (SPEED, RATE, SHARE):
+        step = 1.0 / 250.0 if scene is RATE else 1e-3
         found = [
-            Point("c", "s", "verlet", step, error, 227e3, label=names[2] if scene is rate else names[i % 2])
+            Point("c", "s", "verlet", step, error, 227e3, label=names[2] if scene is RATE else names[i % 2])
             for i, error in enumerate(errors)
         ]
         rows_of(page, scene, found)
@@ -160,28 +159,22 @@ def test_every_word_of_the_table_fits_its_column(page, idle_window, qapp):
 
 
 def test_a_table_has_one_unit_and_tells_rates_apart(page):
-    speed = Scene("tremor", "Tremor", "RMS", 5e-3, "felt", Default("verlet"), unit="m/s")
-    head, row = rows_of(page, speed, [Point("c", "s", "verlet", 1e-3, 0.34e-3, 38e3, label="Kalman")])
+    head, row = rows_of(page, SPEED, [Point("c", "s", "verlet", 1e-3, 0.34e-3, 38e3, label="Kalman")])
     assert (head, row) == (("Method", "µs\nper s", "Error\nmm/s"), ("Kalman", "38", "0.34"))
-    wall = Scene("wall", "Wall", "K / limit", 1.0, "safe", Default("verlet"), step_s=None, goal="stable")
-    late = [Point("c", "s", "rk4", 0.5e-3, 1.59, 91e3, label="1 ms later")]
-    head, first, second = rows_of(
-        page, wall, [Point("c", "s", "verlet", 1e-3, 0.8, 48e3, label="At once"), *late]
-    )
+    once = Point("c", "s", "verlet", 1e-3, 0.8, 48e3, label="At once")
+    late = Point("c", "s", "rk4", 0.5e-3, 1.59, 91e3, label="1 ms later")
+    head, first, second = rows_of(page, RATE, [once, late])
     assert head == ("Rate", "µs\nper s", "Of limit\n%")
     assert (first, second) == (("1 kHz", "48", "80"), ("2 kHz, 1 ms later", "91", "159"))
 
 
 @pytest.mark.slow
-def test_nothing_is_cut_off(idle_window, page, qapp):
-    page.show_result(made_up("verlet"))
+def test_nothing_is_cut_off(shared_window, page, qapp):
     page.scenes.setItemText(0, "Tremor of 0.6 counts at 8 Hz")
     page.bar.say("240 points, 10.3 s")
     for size in ((960, 600), (1280, 720), (1920, 1080)):
-        idle_window.resize(*size)
-        for _ in range(3):
-            qapp.processEvents()
-        assert cut_off(idle_window) == []
+        resize(qapp, shared_window, size)
+        assert cut_off(shared_window) == []
         assert outside(page.chart) == []
 
 

@@ -61,12 +61,14 @@ def test_out_of_date_it_is_paler(drawing):
     assert seen(drawing, 5.0, 50.0) not in (table("light")["danger"], table("light")["plot"])
 
 
-def test_nobody_looks_nothing_is_drawn(drawing, qapp):
+def test_nobody_looks_nothing_is_drawn(drawing, qapp, capfd):
     drawing.hide()
     before = drawing.count
     theme.set_mode("dark")
     qapp.processEvents()
+    drawing.canvas.draw()
     assert drawing.count == before
+    assert "Error" not in capfd.readouterr().err, "what moved is not drawn either"
     drawing.show()
     qapp.processEvents()
     assert drawing.count == before + 1
@@ -74,7 +76,7 @@ def test_nobody_looks_nothing_is_drawn(drawing, qapp):
 
 def test_what_moves_is_drawn_alone(drawing):
     before = drawing.count
-    drawing._moving[0].set_data([2.0], [20.0])
+    drawing.moving[0].set_data([2.0], [20.0])
     drawing.follow()
     assert drawing.count == before
     picture = drawing.canvas.grab().toImage()

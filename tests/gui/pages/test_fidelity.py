@@ -9,6 +9,7 @@ from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.pages.fidelity import Row
 from hapkit_studio.gui.pages.measuring import write
+from tests.gui.test_layout import resize
 
 
 def made_up(scene: str) -> Fidelity:
@@ -21,10 +22,11 @@ def made_up(scene: str) -> Fidelity:
     return Fidelity(scene, effects, effects[-1])
 
 
-@pytest.fixture
-def page(idle_window):
-    idle_window.views.show("fidelity")
-    shown = idle_window.views.page("fidelity")
+@pytest.fixture(scope="module")
+def page(shared_window):
+    """Return the page in sight with a judgement of every scene."""
+    shared_window.views.show("fidelity")
+    shown = shared_window.views.page("fidelity")
     shown.show_result([made_up(key) for key in discover()])
     return shown
 
@@ -46,18 +48,16 @@ def test_a_cell_is_told_in_words_by_keys_and_clicks(page):
     assert told["Time without"] == "0.50 of the time with"
 
 
-@pytest.mark.parametrize("size", [(960, 600), (1440, 900)])
-def test_every_word_fits_its_cell(page, idle_window, qapp, size):
-    idle_window.resize(*size)
-    for _ in range(3):
-        qapp.processEvents()
+def test_every_word_fits_its_cell(page, shared_window, qapp):
     head, heads = page.table.horizontalHeader(), page.table.texts()[0]
-    for column in range(len(TERMS) + 1):
-        assert page.table.columnWidth(column) >= head.fontMetrics().size(0, heads[column]).width()
-        for row in range(len(discover())):
-            index = page.table.model().index(row, column)
-            needed, room = page.table.sizeHintForIndex(index), page.table.visualRect(index)
-            assert needed.height() <= room.height() + 1, (row, column)
+    for size in ((960, 600), (1440, 900)):
+        resize(qapp, shared_window, size)
+        for column in range(len(TERMS) + 1):
+            assert page.table.columnWidth(column) >= head.fontMetrics().size(0, heads[column]).width()
+            for row in range(len(discover())):
+                index = page.table.model().index(row, column)
+                needed, room = page.table.sizeHintForIndex(index), page.table.visualRect(index)
+                assert needed.height() <= room.height() + 1, (size, row, column)
 
 
 def test_a_click_on_a_head_sorts_the_scenes_by_that_term(page):
@@ -66,8 +66,9 @@ def test_a_click_on_a_head_sorts_the_scenes_by_that_term(page):
     assert page.table.texts()[1][0] == "Texture"
 
 
+@pytest.mark.slow
 def test_picture_and_numbers_by_the_ending(page, tmp_path):
-    write(tmp_path / "a.png", *page.exports())
-    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
-    write(tmp_path / "a.json", *page.exports())
+    for name, begin in (("a.png", b"\x89PNG"), ("a.json", b"{")):
+        write(tmp_path / name, *page.exports())
+        assert (tmp_path / name).read_bytes().startswith(begin)
     assert "wall" in (tmp_path / "a.json").read_text()

@@ -1,5 +1,6 @@
 """The views beside Live: built when shown, room and panel shared, work in a thread that can be cancelled."""
 
+import json
 import threading
 
 import pytest
@@ -10,9 +11,9 @@ from PySide6.QtWidgets import QFileDialog, QLabel
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import pages
 from hapkit_studio.gui.background import Job
+from hapkit_studio.gui.pages import measuring
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
-from hapkit_studio.gui.pages.measuring import Export, RunBar
-from tests.gui.window_support import PATIENCE_MS
+from hapkit_studio.gui.pages.measuring import RunBar
 
 
 class Plain(Page):
@@ -32,61 +33,42 @@ class Plain(Page):
         self.ended = True
 
 
-@pytest.fixture
-def two_tabs(monkeypatch):
+def test_a_page_is_built_when_it_is_first_shown_and_ends_with_the_window(monkeypatch, make_window):
     library = {
         "first": View("first", "First", 1, Plain),
         "second": View("second", "Second", 2, Plain, scene=False),
     }
     monkeypatch.setattr(pages, "discover", lambda: library)
-    return library
-
-
-def test_a_page_is_built_when_it_is_first_shown(two_tabs, idle_window):
-    window, views = idle_window, idle_window.views
+    window = make_window()
+    views, bar = window.views, window.header.tabs
     assert window.findChildren(Plain) == []
+
+    def seen():
+        parts = window.centre.time, window.centre.scene, window.panel
+        return tuple(part.isVisible() for part in parts)
+
     views.show("first")
     page = views.page("first")
     assert page.isVisible()
     assert page.shown == [True]
-    assert not window.centre.time.isVisible()
-    assert window.centre.scene.isVisible()
+    assert seen() == (False, True, False)
     assert page.side.isVisible()
-    assert not window.panel.isVisible()
     assert page.side.width() == window.panel.width()
     views.show("second")
     assert page.shown == [True, False]
     assert not page.isVisible()
-    assert not window.centre.scene.isVisible()
+    assert seen() == (False, False, False)
     assert window.header.stop.isVisible()
-    views.show("live")
-    assert window.centre.time.isVisible()
-    assert window.centre.scene.isVisible()
-    assert window.panel.isVisible()
-    assert not page.side.isVisible()
-
-
-def test_a_page_that_acts_on_the_scene_marks_its_tab_in_every_view(two_tabs, idle_window):
-    bar, views = idle_window.header.tabs, idle_window.views
-    page = views.page("first")
-    views.show("second")
     page.marked.emit("In the scene: a spring too stiff")
-    assert bar.tabText(1) == "First ●"
-    assert bar.tabToolTip(1) == "In the scene: a spring too stiff"
+    assert (bar.tabText(1), bar.tabToolTip(1)) == ("First ●", "In the scene: a spring too stiff")
     page.marked.emit("")
     assert bar.tabText(1) == "First"
-
-
-def test_ctrl_and_a_digit_choose_a_view(two_tabs, idle_window):
     for digit, key in ((Qt.Key.Key_2, "first"), (Qt.Key.Key_3, "second"), (Qt.Key.Key_1, "live")):
-        QTest.keyClick(idle_window, digit, Qt.KeyboardModifier.ControlModifier)
-        assert idle_window.views.key == key
-
-
-def test_pages_end_with_the_window(two_tabs, idle_window):
-    idle_window.views.show("first")
-    page = idle_window.views.page("first")
-    idle_window.close()
+        QTest.keyClick(window, digit, Qt.KeyboardModifier.ControlModifier)
+        assert views.key == key
+    assert seen() == (True, True, True)
+    assert not page.side.isVisible()
+    window.close()
     assert page.ended
 
 
@@ -100,62 +82,49 @@ def job(qtbot):
 def test_work_tells_its_progress_and_hands_over_its_result(job, qtbot):
     heard = []
     job.progressed.connect(lambda done, of: heard.append((done, of)))
-    with qtbot.waitSignal(job.finished, timeout=PATIENCE_MS) as result:
+    with qtbot.waitSignal(job.finished) as result:
         job.start(lambda progress: [progress(k, 3) for k in (1, 2, 3)] and "found")
     assert result.args == ["found"]
     assert heard[-1] == (3, 3)
     assert not job.running
 
 
-def test_cancelled_work_ends_at_its_next_word_and_delivers_nothing(job, qtbot, qapp):
-    begun, go_on, ended = threading.Event(), threading.Event(), threading.Event()
+@pytest.mark.parametrize("newer", [False, True], ids=["cancelled", "replaced"])
+def test_work_that_is_over_ends_at_its_next_word_and_delivers_nothing(job, qtbot, qapp, newer):
+    go_on, ended, heard = threading.Event(), threading.Event(), []
 
     def work(progress):
         try:
-            begun.set()
             go_on.wait()
             progress(1, 2)
             return "never"
         finally:
             ended.set()
 
-    heard = []
     job.finished.connect(heard.append)
     job.start(work)
-    begun.wait()
-    job.cancel()
-    go_on.set()
-    job.wait()
-    qapp.processEvents()
-    assert ended.is_set()
-    assert heard == []
-    assert not job.running
-
-
-def test_a_newer_piece_of_work_replaces_the_older_one(job, qtbot, qapp):
-    go_on = threading.Event()
-    heard = []
-    job.finished.connect(heard.append)
-    job.start(lambda progress: go_on.wait() and "old")
     old = job._thread
-    with qtbot.waitSignal(job.finished, timeout=PATIENCE_MS):
-        job.start(lambda progress: "new")
+    if newer:
+        with qtbot.waitSignal(job.finished):
+            job.start(lambda progress: "new")
+    else:
+        job.cancel()
+    assert not job.running
     go_on.set()
     old.join()
     qapp.processEvents()
-    assert heard == ["new"]
+    assert ended.is_set()
+    assert heard == ["new"] * newer
 
 
 def test_an_error_is_said_and_a_defect_too(job, qtbot, capsys):
     def refuse(progress):
         raise ParameterError("The rate must be more than 0 Hz.")
 
-    with qtbot.waitSignal(job.failed, timeout=PATIENCE_MS) as said:
-        job.start(refuse)
-    assert said.args == ["The rate must be more than 0 Hz."]
-    with qtbot.waitSignal(job.failed, timeout=PATIENCE_MS) as said:
-        job.start(lambda progress: 1 / 0)
-    assert "division" in said.args[0]
+    for work, words in ((refuse, "The rate must be more than 0 Hz."), (lambda progress: 1 / 0, "division")):
+        with qtbot.waitSignal(job.failed) as said:
+            job.start(work)
+        assert words in said.args[0]
     assert "ZeroDivisionError" in capsys.readouterr().err
 
 
@@ -171,15 +140,15 @@ def test_the_same_button_runs_and_cancels(job, qtbot):
     assert bar.status.text() == "Cancelled"
     go_on.set()
     job.wait()
-    with qtbot.waitSignal(job.finished, timeout=PATIENCE_MS):
+    with qtbot.waitSignal(job.finished):
         bar.run.click()
     assert bar.run.text() == "Measure again"
     assert bar.export.isEnabled()
 
 
-def test_many_words_take_a_line_of_their_own_and_enter_presses(job, qtbot, idle_window):
+def test_many_words_take_a_line_of_their_own_and_enter_presses(job, shared_window):
     bar, heard = RunBar(job), []
-    bar.setParent(idle_window)
+    bar.setParent(shared_window)
     bar.resize(700, bar.sizeHint().height())
     bar.show()
     low = bar.sizeHint().height()
@@ -191,17 +160,33 @@ def test_many_words_take_a_line_of_their_own_and_enter_presses(job, qtbot, idle_
     bar.run.setFocus()
     QTest.keyClick(bar.run, Qt.Key.Key_Return)
     assert heard == [True]
+    bar.deleteLater()
 
 
-def test_the_e_stop_is_within_reach_while_a_file_is_named(idle_window):
-    export = Export(idle_window, "chart", lambda *_words, **_kinds: None)
-    export.ask(lambda path: None, dict)
-    dialog = idle_window.findChild(QFileDialog)
+def test_the_e_stop_is_within_reach_while_a_file_is_named(shared_window):
+    page = shared_window.views.page("fidelity")
+    page.export()
+    dialog = page.findChild(QFileDialog)
     assert dialog.isVisible()
     assert not dialog.isModal()
-    idle_window.header.stop.click()
-    assert idle_window.studio.stopped
+    shared_window.header.stop.click()
+    assert shared_window.studio.stopped
     dialog.close()
+
+
+def test_a_file_is_written_in_a_thread_and_what_went_wrong_is_said(
+    shared_window, monkeypatch, qtbot, tmp_path
+):
+    page, taken = shared_window.views.page("fidelity"), []
+    monkeypatch.setattr(measuring, "choose_file", lambda *given, save_as: taken.append((given[3], save_as)))
+    monkeypatch.setattr(page, "exports", lambda: (lambda path: None, lambda: {"found": 1.5}))
+    page.bar.export_pressed.emit()
+    ((save, name),) = taken
+    assert name == "fidelity.png"
+    for path, said in (("a.json", "Saved a.json"), ("no/a.json", "a.json cannot be written: No such file")):
+        save(str(tmp_path / path))
+        qtbot.waitUntil(lambda said=said: page.bar.status.text().startswith(said))
+    assert json.loads((tmp_path / "a.json").read_text()) == {"found": 1.5}
 
 
 def test_a_section_is_named_while_there_is_something_in_it(qtbot):

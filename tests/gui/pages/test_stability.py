@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QToolTip
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary, hands
 from hapkit_studio.environments import discover
+from hapkit_studio.gui.pages import measuring as measuring_page
 from hapkit_studio.gui.pages.stability import page as stability
 from hapkit_studio.gui.pages.stability.map_data import measuring
 from hapkit_studio.gui.pages.stability.page import reading
@@ -20,28 +21,57 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import theme
 from tests.gui.pages.drawing_support import click, drawn, outside, point, spot, words
 from tests.gui.pages.stability_support import follow, made_up
-from tests.gui.test_layout import cut_off
-from tests.gui.window_support import PATIENCE_MS
+from tests.gui.test_layout import cut_off, resize
+from tests.gui.window_support import PATIENCE_MS, put_back
 
 
 @pytest.fixture
-def page(window, qtbot):
-    """Return the page in sight: the wall at 620 N/m and 2 N·s/m, iir, no delay."""
-    window.studio.set_loop(estimator="iir", options=())
-    window.studio.set_values({"stiffness": 620.0, "damping": 2.0, "damping_mode": 1.0})
-    window.views.show("stability")
-    shown = window.views.page("stability")
-    follow(shown, qtbot)
-    return shown
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
 
 
 @pytest.fixture
 def wall_page(window, qtbot):
     """Return the page in sight, with the wall and the loop that the window begins with."""
+    page = window.views.page("stability")
+    page.job._needs = ""
+    page.hands.show_index(0)
+    page.real.setChecked(False)
+    page.lines, page.results.all, page._before = None, [], ("", {})
+    page._worker.forget()  # the same question may be asked again
+    page.bar.say("")
+    page.chart.show_drawing(lambda _figure, _colors: ())
     window.views.show("stability")
-    shown = window.views.page("stability")
-    follow(shown, qtbot)
-    return shown
+    follow(page, qtbot)
+    return page
+
+
+def in_force(window):
+    """Put a wall at 620 N/m and 2 N·s/m in force, iir, no delay."""
+    window.studio.set_loop(estimator="iir", options=())
+    window.studio.set_values({"stiffness": 620.0, "damping": 2.0, "damping_mode": 1.0})
+
+
+@pytest.fixture
+def page(window, qtbot, request):
+    """Return the page in sight, with another wall and loop."""
+    in_force(window)
+    return request.getfixturevalue("wall_page")
+
+
+@pytest.fixture
+def alone(window, qtbot):
+    """Return a page by itself, which nobody sees and so draws nothing."""
+    in_force(window)
+    made = stability.StabilityPage(window.studio, window.live)
+    made.job._needs = ""
+    made.set_shown(True)
+    follow(made, qtbot)
+    yield made
+    made.set_shown(False)
+    made.end()
+    made.deleteLater()
 
 
 def axes_of(page):
@@ -71,16 +101,6 @@ def test_it_judges_the_loop_in_force_and_the_dot_follows_the_sliders(page, windo
     assert column.out.text() == f"Lower stiffness below {limit:,.0f} N/m."
 
 
-def test_the_pointer_reads_the_limit(page):
-    plane = page.lines.plane
-    limit = plane.exact[60]
-    here, there = reading(page.lines, float(plane.damping[60]), 0.5 * float(limit))
-    assert there == f"limit {limit:,.0f} N/m: 2.0 × below"
-    assert here.endswith(f"{plane.damping[60]:.1f} N·s/m")
-    point(page.chart, 0.5 * plane.width, 0.5 * float(limit))
-    assert "\nlimit " in QToolTip.text()
-
-
 def test_a_click_brings_both_sliders_there_and_undo_brings_them_back_once(page, window, qtbot):
     studio, (width, top) = window.studio, axes_of(page)
     click(page.chart, 0.5 * width, 0.25 * top)
@@ -102,7 +122,14 @@ def test_a_click_brings_both_sliders_there_and_undo_brings_them_back_once(page, 
     assert studio.values["stiffness"] == now
 
 
-def test_dragging_takes_the_sliders_along_and_stops_at_the_frame(page, window):
+def test_the_pointer_reads_the_limit_and_dragging_takes_the_sliders_along_up_to_the_frame(page, window):
+    plane = page.lines.plane
+    limit = float(plane.exact[60])
+    here, there = reading(page.lines, float(plane.damping[60]), 0.5 * limit)
+    assert there == f"limit {limit:,.0f} N/m: 2.0 × below"
+    assert here.endswith(f"{plane.damping[60]:.1f} N·s/m")
+    point(page.chart, 0.5 * plane.width, 0.5 * limit)
+    assert "\nlimit " in QToolTip.text()
     width, top = axes_of(page)
     canvas, start = page.chart.canvas, spot(page.chart, 0.3 * width, 0.3 * top)
     QTest.mousePress(canvas, Qt.MouseButton.LeftButton, pos=start)
@@ -166,9 +193,9 @@ def test_every_hand_has_its_boundary(page, qtbot):
     assert {"light grip", "medium grip", "firm grip"} <= set(words(page.chart))
 
 
-def test_without_a_device_nothing_is_judged(idle_window):
-    idle_window.views.show("stability")
-    page = idle_window.views.page("stability")
+def test_without_a_device_nothing_is_judged(shared_window):
+    shared_window.views.show("stability")
+    page = shared_window.views.page("stability")
     column = page.verdict_column
     assert column.heading.text() == "Not judged yet"
     assert (column.lines.text(), column.conditions.pairs, page.side.hands.pairs) == ("", [], [])
@@ -180,7 +207,8 @@ def test_without_a_device_nothing_is_judged(idle_window):
     assert not page.job.running
 
 
-def test_a_device_that_goes_leaves_the_map_paler_and_out_of_sight_nothing_is_asked(page, window, qtbot):
+def test_a_device_that_goes_leaves_the_map_paler_and_out_of_sight_nothing_is_asked(alone, window, qtbot):
+    page = alone
     engine, window.studio.device.engine = window.studio.engine, None
     window.studio.engine_changed.emit()
     assert page.lines is None
@@ -190,11 +218,11 @@ def test_a_device_that_goes_leaves_the_map_paler_and_out_of_sight_nothing_is_ask
     window.studio.engine_changed.emit()
     follow(page, qtbot)
     assert not page.chart.pale
-    window.views.show("live")
+    page.set_shown(False)
     window.studio.set_value("stiffness", 900.0)
     page.wait()
     assert page.lines.question.stiffness == 620.0
-    window.views.show("stability")
+    page.set_shown(True)
     assert follow(page, qtbot).margin.stiffness == 900.0
 
 
@@ -221,10 +249,8 @@ def test_nothing_is_cut_off_and_the_conditions_stay_within_reach(page, window, q
     follow(page, qtbot)
     page.bar.say("100 × 100 cells, 12.3 s")
     column = page.verdict_column
-    for size in ((1280, 720), (1920, 1080), (800, 560)):
-        window.resize(*size)
-        for _ in range(3):
-            qapp.processEvents()
+    for size in ((1280, 720), (800, 560)):
+        resize(qapp, window, size)
         assert cut_off(page) == [], size
         assert outside(page.chart) == [], size
         assert not page.side.isVisible() or cut_off(page.side) == [], size
@@ -248,7 +274,8 @@ def test_what_is_measured_is_the_exact_boundary_and_progress_reaches_the_end():
     assert told[-1][0] == told[-1][1]
 
 
-def test_the_same_button_cancels_and_the_old_map_is_paler_meanwhile(page, qtbot, monkeypatch):
+def test_the_same_button_cancels_and_the_old_map_is_paler_meanwhile(alone, monkeypatch):
+    page = alone
     begun = threading.Event()
 
     def work(progress):
@@ -258,7 +285,6 @@ def test_the_same_button_cancels_and_the_old_map_is_paler_meanwhile(page, qtbot,
 
     page.show_result(made_up(page.lines.plane.setting))
     monkeypatch.setattr(stability, "measuring", lambda *_args: work)
-    page.job._needs = ""
     page.bar.run.click()
     assert begun.wait(PATIENCE_MS / 1000.0)
     assert page._map.outdated
@@ -330,9 +356,9 @@ def test_beyond_what_was_measured_with_friction_there_is_no_colour(page):
         assert len({theme.color(other).name() for other in ("plot", "stable", "unstable")} & seen) == 1
 
 
-def test_measuring_before_the_lines_are_there_begins_with_them(page, qtbot, monkeypatch):
+def test_measuring_before_the_lines_are_there_begins_with_them(alone, qtbot, monkeypatch):
+    page = alone
     monkeypatch.setattr(stability, "measuring", lambda *args: lambda _progress: made_up(args[0]))
-    page.job._needs = ""
     lines, page.lines = page.lines, None
     page.bar.run.click()
     assert not page.job.running
@@ -340,8 +366,10 @@ def test_measuring_before_the_lines_are_there_begins_with_them(page, qtbot, monk
     qtbot.waitUntil(lambda: len(page.results.all) == 1)
 
 
-def test_the_handle_is_pulled_and_let_go(wall_page, window, qtbot, monkeypatch):
-    page = wall_page
+def test_the_handle_is_pulled_and_let_go(alone, window, qtbot, monkeypatch):
+    page = alone
+    put_back(window)
+    follow(page, qtbot)
     places = []
     monkeypatch.setattr(window.studio, "move_hand", places.append)
     window.studio.set_grip("released")
@@ -355,20 +383,20 @@ def test_the_handle_is_pulled_and_let_go(wall_page, window, qtbot, monkeypatch):
     assert window.studio.grip == "released"
     page.trial._timer.setInterval(PATIENCE_MS)
     page.side.release.click()
-    window.views.show("live")
+    page.set_shown(False)
     assert places[-1] is None, "leaving the page lets go"
     assert not page.trial.holding
     monkeypatch.setattr(Studio, "hand_is_ours", False)
-    window.views.show("stability")
+    page.set_shown(True)
     assert not page.side.release.isEnabled()
     assert "On a real Hapkit you are the hand" in page.side.try_words.text()
 
 
-def test_picture_and_numbers_are_those_in_sight(wall_page, tmp_path, monkeypatch):
-    page = wall_page
+def test_picture_and_numbers_are_those_in_sight(alone, tmp_path, monkeypatch):
+    page = alone
     page.show_result(made_up(page.lines.plane.setting))
     taken = []
-    monkeypatch.setattr(page._export, "ask", lambda *args: taken.append(args))
+    monkeypatch.setattr(measuring_page, "choose_file", lambda *_args, **_given: taken.append(page.exports()))
     page.bar.export.click()
     figure, numbers = taken[0]
     assert numbers()["measured"]["stiffness"] == [800.0, 900.0, 1000.0]

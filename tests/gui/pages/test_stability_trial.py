@@ -161,7 +161,6 @@ def test_a_class_is_that_of_its_cell_and_none_is_told_beyond_the_axes():
 
 def test_it_is_said_below_the_button_and_forgotten_when_something_changes(window, qtbot):
     window.studio.choose("spring")
-    qtbot.waitUntil(lambda: window.studio.environment.key == "spring")
     window.studio.set_values({"stiffness": 1800.0, "damping": 0.0})
     window.views.show("stability")
     page = window.views.page("stability")

@@ -56,8 +56,8 @@ def test_the_switch_is_there_where_it_makes_a_difference(line):
     assert line.isHidden()
 
 
-def test_a_person_switches_and_showing_does_not(window):
-    line, studio = window.loop.model, window.studio
+def test_a_person_switches_and_showing_does_not(kept_window):
+    line, studio = kept_window.loop.model, kept_window.studio
     studio.choose("free")
     line.show_model(studio.environment, "everything", simulated=True)
     assert studio.loop.model == "scene"

@@ -11,6 +11,12 @@ from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
 from hapkit_studio.parameters import Choice
 
 
+@pytest.fixture
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
+
+
 def rows(window):
     return window.panel.parameters.rows
 
@@ -32,11 +38,11 @@ def pick(row, words):
     row.picker.activated.emit(index)
 
 
-def test_every_parameter_of_every_environment_has_a_row_named_with_value_and_unit(idle_window):
-    for key, environment in idle_window.studio.environments.items():
-        idle_window.studio.choose(key)
-        assert list(rows(idle_window)) == [p.key for p in environment.parameters]
-        for row in rows(idle_window).values():
+def test_every_parameter_of_every_environment_has_a_row_named_with_value_and_unit(shared_window):
+    for key, environment in shared_window.studio.environments.items():
+        shared_window.studio.choose(key)
+        assert list(rows(shared_window)) == [p.key for p in environment.parameters]
+        for row in rows(shared_window).values():
             if isinstance(row, ParameterRow):
                 for widget in (row.box, row.slider):
                     name = widget.accessibleName()
@@ -200,12 +206,13 @@ def test_a_choice_can_be_locked_too(qtbot):
     assert row.toolTip().startswith("<p>Not used by bands. Where it stands.</p>")
 
 
-def test_options_read_as_names_are_written_and_symbols_in_a_formula_are_slanted(idle_window):
-    title = idle_window.panel.title
+def test_options_read_as_names_are_written_and_symbols_in_a_formula_are_slanted(shared_window):
+    shared_window.studio.choose("wall")
+    title = shared_window.panel.title
     assert not title.formula.font().italic()
     assert "inside, going in" in re.sub("<i>.*?</i>", "", title.formula.text())
     assert "<i>k d</i>" in title.formula.text()
-    idle_window.studio.choose("puck")
-    picker = rows(idle_window)["integrator"].picker
+    shared_window.studio.choose("puck")
+    picker = rows(shared_window)["integrator"].picker
     euler = ["Explicit Euler", "Lecture's rule", "Semi-implicit", "Verlet", "RK4", "Implicit Euler"]
     assert [picker.itemText(i) for i in range(picker.count())][:6] == euler

@@ -17,12 +17,12 @@ from tests.gui.window_support import PATIENCE_MS
 
 
 def column(window, index):
-    return [label.text() for label in window.loop.where.facts.values[index]]
+    return [label.text() for label in window.loop.where.facts.columns[index][1:]]
 
 
-def test_the_simulated_hapkit_has_no_switch(window):
-    assert window.loop.where.isHidden()
-    assert "no board" in window.studio.engine.board_refusal()
+def test_the_simulated_hapkit_has_no_switch(kept_window):
+    assert kept_window.loop.where.isHidden()
+    assert "no board" in kept_window.studio.engine.board_refusal()
 
 
 def test_a_board_has_one_and_the_engine_follows_it(board_window):
@@ -131,7 +131,7 @@ def test_delay_and_limit_of_each_way_stand_side_by_side(board_window, qtbot):
     facts, loop = board_window.loop.where.facts, board_window.loop
     for folded, rows in ((True, 3), (False, 6)):
         loop.set_folded(folded)
-        seen = [label for label in (facts.heads[1], *facts.values[1]) if label.isVisibleTo(board_window)]
+        seen = [label for label in facts.columns[1] if label.isVisibleTo(board_window)]
         assert len(seen) == rows
 
 

@@ -9,12 +9,18 @@ from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import limit
 from hapkit_studio.analysis.stability.margin import Margin
 from hapkit_studio.gui.panel.limits import Answer, Question, answer
-from hapkit_studio.gui.panel.stability_card import conditions, differs_by_noise_only, sign_of
+from hapkit_studio.gui.panel.stability_card import differs_by_noise_only, judge
 from tests.gui.live.plot_support import colored
 from tests.gui.window_support import PATIENCE_MS
 
 SETTING = Setting()
 LATER = replace(SETTING, delay=SETTING.delay + 20e-6)
+
+
+@pytest.fixture
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
 
 
 def judged(stiffness, bound, damping=0.0, setting=SETTING):
@@ -25,7 +31,8 @@ def judged(stiffness, bound, damping=0.0, setting=SETTING):
 def said(window):
     """Return headline and words of the card, and what the status bar says."""
     card, field = window.stability, window.status.margin
-    return card.headline.text(), card.words.text(), field.words.text(), (field.sign.name, field.sign.token)
+    sign = field.sign.name, field.sign.token
+    return card.verdict.words.text(), card.words.text(), field.words.text(), sign
 
 
 def test_the_boundary_passes_through_the_limit_at_the_questions_damping():
@@ -67,22 +74,23 @@ def test_the_card_and_the_status_bar_judge_the_loop_in_force_without_a_banner(wi
 def test_with_the_controller_the_limit_is_named_as_without_it():
     controlled = Setting(controller=True)
     for bound, stiffness in ((867.0, 1127.0), (0.0, 10.0)):
-        assert sign_of(judged(stiffness, bound, setting=controlled)) == ("triangle", "warn")
-        assert sign_of(judged(stiffness, bound)) == ("cross", "danger")
-        words = conditions(judged(stiffness, bound, setting=controlled))
+        assert judge(judged(stiffness, bound, setting=controlled)).sign == ("triangle", "warn")
+        assert judge(judged(stiffness, bound)).sign == ("cross", "danger")
+        words = judge(judged(stiffness, bound, setting=controlled)).words
         assert words.endswith("Without the passivity controller, which is on: with it, only a run can tell.")
-        assert "controller" not in conditions(judged(stiffness, bound))
-    assert "Stiffness limit" not in conditions(judged(10.0, 0.0))
+        assert "controller" not in judge(judged(stiffness, bound)).words
+    assert "Stiffness limit" not in judge(judged(10.0, 0.0)).words
 
 
-def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window):
+def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window, monkeypatch):
     """61 µm and 5 N·s/m: 3628 N/m by eigenvalues, and 5 µm 9553 N/m; the card takes the device's quantum."""
     for quantum, want in ((61e-6, 3628.0), (5e-6, 9553.0)):
         setting = Setting(quantum=quantum, estimator=("kalman", {"q": 1e-2}))
         found = answer(Question(setting, 300.0, 5.0, 8.0))
         assert abs(found.margin.limit - want) < 1.0
         assert abs(dict(found.boundary)[5.0] - want) < 1.0
-    window.studio.engine.device = replace(window.studio.engine.device, quantum=61e-6)
+    engine = window.studio.engine
+    monkeypatch.setattr(engine, "device", replace(engine.device, quantum=61e-6))
     assert window.stability.facts.setting().quantum == 61e-6
 
 
@@ -107,7 +115,7 @@ def test_a_verdict_that_wanders_has_the_figures_of_now_and_one_that_drifts_away_
     assert said(window)[0] == said(window)[2] == "At the limit"
     for step, bound in enumerate((410.0, 398.0, 392.0, 380.0)):
         card.show_answer(judged(400.0, bound, setting=replace(SETTING, delay=SETTING.delay + step * 20e-6)))
-    assert "above the limit" in card.headline.text()
+    assert "above the limit" in card.verdict.words.text()
 
 
 @pytest.mark.parametrize(("stiffness", "ring"), [(250.0, False), (6000.0, True)])
@@ -125,7 +133,7 @@ def test_the_dot_stands_at_its_values_ringed_beyond_the_limit(window, stiffness,
 def test_a_fault_before_the_first_delay_is_no_measuring(board_window, qtbot, monkeypatch):
     card, engine = board_window.stability, board_window.studio.engine
     fault = SimpleNamespace(text="Fault: no sensor frame for 20 ms.", detail="", code=1)
-    qtbot.waitUntil(lambda: card.headline.text() == "Measuring the delay", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: card.verdict.words.text() == "Measuring the delay", timeout=PATIENCE_MS)
     monkeypatch.setattr(type(engine), "fault", property(lambda _self: fault))
     board_window.live.look()
-    qtbot.waitUntil(lambda: card.headline.text() == "Not measured while stopped", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: card.verdict.words.text() == "Not measured while stopped", timeout=PATIENCE_MS)

@@ -30,10 +30,6 @@ def lines(qtbot):
     studio.close()
 
 
-def said(lines):
-    return [line.words.text() for line in lines.lines]
-
-
 def moving(seconds_ago, speed):
     """Return a history of 20 s whose handle went at a speed once, some seconds before its end."""
     table = np.zeros((2001, rows.ROW_WIDTH))
@@ -46,28 +42,28 @@ def moving(seconds_ago, speed):
 
 
 def test_nothing_is_said_without_a_reason(lines):
-    assert said(lines) == []
+    assert lines.texts == []
     assert lines.isHidden()
 
 
 def test_it_follows_values_and_loop(lines):
     lines.studio.set_value("stiffness", 301.0)
-    assert said(lines) == ["Too stiff at 1000 Hz"]
+    assert lines.texts == ["Too stiff at 1000 Hz"]
     assert not lines.isHidden()
     lines.studio.set_loop(rate=2000.0)
-    assert said(lines) == ["Too stiff at 2000 Hz"]
+    assert lines.texts == ["Too stiff at 2000 Hz"]
     lines.studio.set_value("stiffness", 299.0)
-    assert said(lines) == []
+    assert lines.texts == []
     assert lines.isHidden()
 
 
 def test_it_remembers_the_speed_for_a_while(lines):
     lines.watch(moving(0.9 * LATELY_SECONDS, 0.51))
-    assert said(lines) == ["Too fast: 0.51 m/s"]
+    assert lines.texts == ["Too fast: 0.51 m/s"]
     lines.watch(moving(1.1 * LATELY_SECONDS, 0.51))
-    assert said(lines) == []
+    assert lines.texts == []
 
 
 def test_an_empty_history_has_no_speed(lines):
     lines.watch(History(60.0))
-    assert said(lines) == []
+    assert lines.texts == []

@@ -52,7 +52,7 @@ def shot(view, *row, **given):
 
 def has(picture, token, near=24):
     """Return where (height, width) a picture has a token's colour, but for the mixing at edges."""
-    color = QColor(getattr(theme.c, token))
+    color = QColor(theme.tokens[token])
     parts = zip((0, 1, 2), (color.red(), color.green(), color.blue()), strict=True)
     red, green, blue = (np.abs(picture[:, :, part] - wanted) <= near for part, wanted in parts)
     return red & green & blue

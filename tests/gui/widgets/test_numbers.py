@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from hapkit_studio.gui.widgets.numbers import Quantity
 from hapkit_studio.parameters import Parameter
 
-STIFFNESS = Quantity.of(Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0))
-PLACE = Quantity.of(Parameter("position", "Wall position", "m", 0.005, -0.04, 0.04))
-DELAY = Quantity.of(Parameter("delay", "Added delay", "s", 0.0, 0.0, 0.1))
+STIFFNESS = Quantity(Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0))
+PLACE = Quantity(Parameter("position", "Wall position", "m", 0.005, -0.04, 0.04))
+DELAY = Quantity(Parameter("delay", "Added delay", "s", 0.0, 0.0, 0.1))
 
 
 def test_metres_and_seconds_are_shown_in_thousandths():

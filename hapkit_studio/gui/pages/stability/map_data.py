@@ -42,9 +42,7 @@ class Lines:
 def solve(ask: LinesQuestion) -> Lines:
     """Compute the lines; a dot that only moves costs its margin alone."""
     axes = ask.axes
-    if axes and (ask.damping > _EDGE * axes[0] or ask.stiffness > _EDGE * axes[1]):
-        axes = None
-    if axes is None:
+    if axes is None or ask.damping > _EDGE * axes[0] or ask.stiffness > _EDGE * axes[1]:
         axes = _axes(ask)
     limits = kb_plane.hands(ask.setting, ask.damping)
     hand = min(limits, key=lambda name: limits[name]) if ask.every_hand else ask.setting.hand
@@ -111,8 +109,9 @@ class Results:
 
     def take(self, measured: Measured) -> None:
         """Keep a measurement; drop those of other loops."""
-        others = [old for old in self.all if old.setting.controller != measured.setting.controller]
-        self.all = [*(old for old in others if _same_loop(old, measured)), measured]
+        other = replace(measured.setting, controller=not measured.setting.controller)
+        kept = [old for old in self.all if (old.setting, old.real) == (other, measured.real)]
+        self.all = [*kept, measured]
 
     def prefer(self, setting: Setting, real: bool) -> None:
         """Put the measurement of these conditions last, if there is one."""
@@ -127,13 +126,6 @@ class Results:
         """Return a plane with what was measured last."""
         last = self.last
         return replace(plane, points=last.points, cells=last.cells) if last else plane
-
-
-def _same_loop(one: Measured, other: Measured) -> bool:
-    """Say whether two measurements differ by the controller alone."""
-    return (
-        replace(one.setting, controller=other.setting.controller) == other.setting and one.real == other.real
-    )
 
 
 def measuring(setting: Setting, real: bool, axes: tuple[float, float], side: int = SIDE) -> Work:

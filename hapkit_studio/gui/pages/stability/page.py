@@ -5,7 +5,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PySide6.QtCore import Signal
 from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
@@ -26,11 +25,11 @@ from hapkit_studio.gui.pages.stability.map_data import (
     solve,
 )
 from hapkit_studio.gui.pages.stability.trial import MapParameters, Trial, TrialConditions, map_parameters
-from hapkit_studio.gui.pages.stability.verdict import Verdict, VerdictColumn, nothing_yet, verdict
+from hapkit_studio.gui.pages.stability.verdict import Verdict, VerdictColumn, verdict
 from hapkit_studio.gui.panel.limits import LoopFacts
-from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows, rule
+from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.widgets.parts import across, hint, label
+from hapkit_studio.gui.widgets.parts import across, hint, label, rule
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import number
 
@@ -42,17 +41,12 @@ if TYPE_CHECKING:
 
 
 _HANDS = {"released": "Released", "light": "Light grip", "medium": "Medium grip", "firm": "Firm grip"}
+_COMPUTING = "Computing", "The map's lines come in a moment."
 _CONTROLLER = "Adds damping only while the scene gives more energy than it may."
 
 
 class StabilitySide(SidePanel):
-    """The environment's sliders, a trial, the controller, other hands.
-
-    Emits ``release_pressed`` and ``controller_chosen(on)``.
-    """
-
-    release_pressed = Signal()
-    controller_chosen = Signal(bool)
+    """The environment's sliders, a trial, the controller, other hands."""
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -61,15 +55,11 @@ class StabilitySide(SidePanel):
         self.title = PanelTitle(studio)
         self.rows = ParameterRows(studio, self.title.help)
         self.add(self.title, rule(), self.rows)
-        self.verticalScrollBar().rangeChanged.connect(self._make_space_for_scroll_bar)
         self.section("Try it")
-        self.try_words, self.outcome = hint(), label()
-        self.release = QPushButton("Release the handle here")
-        self.release.clicked.connect(self.release_pressed)
+        self.try_words, self.release, self.outcome = hint(), QPushButton(), label()
         self.add(self.try_words, self.release, self.outcome)
         self.section("Keep it stable")
         self.controller = QCheckBox("Passivity controller")
-        self.controller.clicked.connect(self.controller_chosen)
         self.add(self.controller, hint(_CONTROLLER))
         above = self.section("Other hands")
         self.hands_heading, self.hands = above[1], Pairs(above)
@@ -81,21 +71,6 @@ class StabilitySide(SidePanel):
         pairs = [(_HANDS[hand], f"{limit:,.0f} N/m") for hand, limit in limits.items() if limit == limit]
         none = [("Velocity filter", "not linear")] if limits else []
         self.hands.show_pairs(pairs or none)
-
-    def show_trial(self, words: str, button: str, enabled: bool, said: str = "") -> None:
-        """Say what a click on the map and the button do; said: what the last release showed."""
-        self.try_words.setText(words)
-        self.release.setText(button)
-        self.release.setEnabled(enabled)
-        self.outcome.setText(said)
-        self.outcome.setVisible(bool(said))
-
-    def _make_space_for_scroll_bar(self, _low: int, high: int) -> None:
-        """Give the scroll bar the margin's place, so that rows keep their width."""
-        margins = self.column.contentsMargins()
-        bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
-        margins.setRight(max(margins.left() - bar, 0))
-        self.column.setContentsMargins(margins)
 
 
 HANDS = ("released", "medium", "all")
@@ -121,15 +96,19 @@ class StabilityPage(MeasuringPage):
         self.lines: Lines | None = None
         self.results = Results()
         self._seen = self._wanted = False
+        self._map: Map | None = None
+        self._dot: Dot | None = None
         self.hands = Segmented("Hand", _HAND_WORDS)
         self.hands.show_index(0)
         self.hands.setMinimumWidth(self.hands.sizeHint().width())
         self.real = QCheckBox("Friction and sensor steps")
         self.real.setToolTip("Measure with the device's friction and sensor steps, or an ideal one")
+        self.bar.add(self.hands)
+        self.bar.add(self.real)
         self.verdict_column, self.side = VerdictColumn(), StabilitySide(studio)
-        self._map: Map | None = None
-        self._dot: Dot | None = None
-        self._arrange()
+        body = QWidget()
+        across((self.chart, 1), self.verdict_column, into=body, gap=0)
+        self.build(body)
         self._join(live)
         self._forget_lines()
 
@@ -163,7 +142,6 @@ class StabilityPage(MeasuringPage):
             return
         plane = self.lines.plane
         self.job.start(measuring(plane.setting, self.real.isChecked(), (plane.width, plane.top)))
-        self._show_measured()
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         assert self.lines is not None
@@ -220,17 +198,14 @@ class StabilityPage(MeasuringPage):
         self.lines = lines
         self.side.show_hands(lines.plane.hands, lines.plane.margin.damping)
         self.bar.export.setEnabled(True)
-        self._show_conditions()
-        self._show_measured()
-        self._say_measured()
+        self._show_all()
         if self._wanted:
             self.run()
 
     def show_result(self, measured: Measured) -> None:
         """Keep a measurement, beside the one without (or with) the controller."""
         self.results.take(measured)
-        self._show_measured()
-        self._say_measured()
+        self._show_all()
 
     # the page's life
 
@@ -263,12 +238,23 @@ class StabilityPage(MeasuringPage):
             self.lines.plane.setting, self.real.isChecked()
         )
 
-    def _show_measured(self) -> None:
-        if self.lines is not None:
-            self.results.prefer(self.lines.plane.setting, self.real.isChecked())
-        if self.lines is not None:
-            self.verdict_column.show_verdict(self._verdict(self.lines))
-            self._show_map(self.lines)
+    def _show_all(self) -> None:
+        """Show verdict, map and conditions, and how fast the map was measured or that it is out of date."""
+        if self.lines is None:
+            return
+        plane, real = self.lines.plane, self.real.isChecked()
+        self.results.prefer(plane.setting, real)
+        newest, column = self.results.last, self.verdict_column
+        if self._studio.environment.impedance is None:
+            words = f"{self._studio.environment.title} renders no stiffness or damping of its own."
+            column.show_verdict(Verdict("No limit applies", words))
+        else:
+            column.show_verdict(verdict(plane, None if self.outdated else newest))
+        self._show_map(self.lines)
+        pairs = dict(conditions(plane.setting, real)) | ({"Hand": "all of them"} if self.lines.hands else {})
+        column.conditions.show_pairs([(_NAMES.get(name, name), value) for name, value in pairs.items()])
+        if newest is not None and not self.job.running:
+            self.bar.say("Out of date" if self.outdated else newest.words((plane.width, plane.top)))
 
     def _show_map(self, lines: Lines) -> None:
         """Redraw the map, or only move the dot where nothing else changed."""
@@ -278,7 +264,8 @@ class StabilityPage(MeasuringPage):
         plane = self.results.put_into(lines.plane)
         shown, before = Map(plane, others, lines.hands, outdated, dotted), self._map
         self._map = shown
-        if self._dot is not None and before is not None and not self.chart.pale and _same(shown, before):
+        there = self._dot is not None and self.chart.moving and not self.chart.pale
+        if there and self._dot is not None and before is not None and _same(shown, before):
             self._dot.place(plane, dotted)
             self.chart.follow()
             return
@@ -293,33 +280,11 @@ class StabilityPage(MeasuringPage):
 
     def show_near(self, event: "MouseEvent | None") -> None:
         """Say limit and margin where the pointer is."""
-        known = event is not None and self.lines is not None and not self.chart.pale
-        if known and self.lines is not None and event is not None and event.xdata is not None:
-            self.chart.read(event, "\n".join(reading(self.lines, event.xdata, float(event.ydata or 0.0))))
-        else:
+        if event is None or self.lines is None or self.chart.pale:
             self.chart.read(None)
-
-    def _verdict(self, lines: Lines) -> Verdict:
-        if self._studio.environment.impedance is None:
-            title = self._studio.environment.title
-            return Verdict("No limit applies", f"{title} renders no stiffness or damping of its own.")
-        return verdict(lines.plane, None if self.outdated else self.results.last)
-
-    def _say_measured(self) -> None:
-        """Show how fast the map was measured or that it is out of date; not while another is measured."""
-        newest = self.results.last
-        if newest is not None and not self.job.running:
-            axes = (self.lines.plane.width, self.lines.plane.top) if self.lines is not None else newest.axes
-            self.bar.say("Out of date" if self.outdated else newest.words(axes))
-
-    def _show_conditions(self) -> None:
-        if self.lines is None:
-            return
-        pairs = dict(conditions(self.lines.plane.setting, self.real.isChecked()))
-        pairs |= {"Hand": "all of them"} if self.lines.hands else {}
-        self.verdict_column.conditions.show_pairs(
-            [(_NAMES.get(name, name), value) for name, value in pairs.items()]
-        )
+        else:
+            words = reading(self.lines, float(event.xdata or 0.0), float(event.ydata or 0.0))
+            self.chart.read(event, "\n".join(words))
 
     def _forget_lines(self) -> None:
         self.lines = None
@@ -328,49 +293,41 @@ class StabilityPage(MeasuringPage):
         self.verdict_column.conditions.show_pairs([])
         self.side.show_hands({}, 0.0)
         self.bar.export.setEnabled(False)
-        delay = self.facts.delay is not None
-        self.verdict_column.show_verdict(nothing_yet(self._studio.engine is not None, delay))
+        missing = self.facts.why_unknown() if self.facts.setting() is None else _COMPUTING
+        self.verdict_column.show_verdict(Verdict(*missing))
 
     def _show_studio(self) -> None:
         """Show what a click and the button do now, and whether the controller is on."""
-        parameters = self.map_parameters
+        side, trial, parameters = self.side, self.trial, self.map_parameters
         words = parameters.words if parameters else "This environment renders no stiffness or damping to set."
-        possible = self.trial.possible
-        if self._studio.engine is not None and not possible:
+        if self._studio.engine is not None and not trial.possible:
             words += " On a real Hapkit you are the hand: let go of it yourself."
-        button = "Holding…" if self.trial.holding else "Release the handle here"
-        self.side.show_trial(words, button, possible and not self.trial.holding, self.trial.said)
-        self.side.controller.setChecked(self._studio.loop.controller)
-
-    def _arrange(self) -> None:
-        self.bar.add(self.hands)
-        self.bar.add(self.real)
-        body = QWidget()
-        across((self.chart, 1), self.verdict_column, into=body, gap=0)
-        self.build(body)
+        side.try_words.setText(words)
+        side.release.setText("Holding…" if trial.holding else "Release the handle here")
+        side.release.setEnabled(trial.possible and not trial.holding)
+        side.outcome.setText(trial.said)
+        side.outcome.setVisible(bool(trial.said))
+        side.controller.setChecked(self._studio.loop.controller)
 
     def _join(self, live: "Live") -> None:
-        studio = self._studio
-        self._worker.answered.connect(self.show_lines)
-        self.facts.changed.connect(self.ask)
-        self.hands.chosen.connect(lambda _index: self.ask())
-        self.real.toggled.connect(self._show_measured)
-        self.real.toggled.connect(self._say_measured)
-        self.real.toggled.connect(self._show_conditions)
-        for signal in (studio.values_changed, studio.environment_changed):
-            signal.connect(self.ask)
-        for signal in (studio.environment_changed, studio.values_changed, studio.engine_changed):
-            signal.connect(self._show_studio)
-        studio.loop_changed.connect(self._show_studio)
-        self.trial.changed.connect(self._show_studio)
-        self.side.release_pressed.connect(lambda: self.trial.begin(self.trial_conditions))
-        self.side.controller_chosen.connect(lambda on: studio.set_loop(controller=on))
+        studio, side = self._studio, self.side
         live.health.connect(self.facts.note_health)
+        self.facts.changed.connect(self.ask)
+        self._worker.answered.connect(self.show_lines)
+        self.hands.chosen.connect(lambda _index: self.ask())
+        self.real.toggled.connect(self._show_all)
+        self.job.running_changed.connect(self._show_all)
+        for signal in (studio.environment_changed, studio.values_changed):
+            signal.connect(self.ask)
+        for signal in (studio.environment_changed, studio.values_changed, studio.engine_changed,
+                       studio.loop_changed, self.trial.changed):  # fmt: skip
+            signal.connect(self._show_studio)
+        side.release.clicked.connect(lambda: self.trial.begin(self.trial_conditions))
+        side.controller.clicked.connect(lambda on: studio.set_loop(controller=on))
         self.chart.clicked.connect(self._click)
-        self.undo.activated.connect(self._undo_click)
         self.chart.dragged.connect(self.go)
         self.chart.pointed.connect(self.show_near)
-        self.job.running_changed.connect(self._show_measured)
+        self.undo.activated.connect(self._undo_click)
 
 
 def _same(one: Map, other: Map) -> bool:

@@ -73,8 +73,12 @@ class MapParameters:
 
     def values(self, stiffness: float, damping: float) -> dict[str, float]:
         """Return what to set for a point of the map, on whole steps and inside the parameters' limits."""
-        found = ((self.stiffness, stiffness), (self.damping, damping))
-        return {p.key: _on_a_step(p, value) for p, value in found if p is not None}
+        found = {}
+        for parameter, value in ((self.stiffness, stiffness), (self.damping, damping)):
+            if parameter is not None:
+                quantity = Quantity(parameter)
+                found[parameter.key] = quantity.si(quantity.on_step(value * quantity.factor))
+        return found
 
     @property
     def words(self) -> str:
@@ -89,28 +93,20 @@ class MapParameters:
 
 def map_parameters(environment: Environment, values: Values) -> MapParameters:
     """Return the parameters that are the impedance themselves, with these values of the others."""
+    impedance = environment.impedance
+
+    def sets(parameter: Parameter, which: int) -> bool:
+        tried = [parameter.low + share * (parameter.high - parameter.low) for share in _PROBES]
+        return impedance is not None and all(
+            impedance({**values, parameter.key: value})[which] == value for value in tried
+        )
+
     numbers = [p for p in environment.parameters if isinstance(p, Parameter)]
     found = [
-        next((p for p in numbers if p.unit == unit and _is_it(environment, values, p, which)), None)
+        next((p for p in numbers if p.unit == unit and sets(p, which)), None)
         for which, unit in enumerate(_UNITS)
     ]
     return MapParameters(*found)
-
-
-def _is_it(environment: Environment, values: Values, parameter: Parameter, which: int) -> bool:
-    if environment.impedance is None:
-        return False
-    for share in _PROBES:
-        value = parameter.low + share * (parameter.high - parameter.low)
-        if environment.impedance({**values, parameter.key: value})[which] != value:
-            return False
-    return True
-
-
-def _on_a_step(parameter: Parameter, value: float) -> float:
-    quantity = Quantity.of(parameter)
-    inside = min(max(value * quantity.factor, quantity.low), quantity.high)
-    return min(max(quantity.at(quantity.index(inside)) / quantity.factor, parameter.low), parameter.high)
 
 
 def contact(environment: Environment, values: Values) -> tuple[float, float]:
@@ -237,8 +233,8 @@ class Trial(QObject):
         self._watch.timeout.connect(self.judge)
         for signal in (studio.engine_changed, studio.environment_changed):
             signal.connect(self.let_go)
-        for signal in (studio.engine_changed, studio.environment_changed, studio.values_changed):
             signal.connect(self.forget)
+        studio.values_changed.connect(self.forget)
 
     @property
     def possible(self) -> bool:
@@ -279,11 +275,11 @@ class Trial(QObject):
 
     def judge(self) -> None:
         """Report what the handle did since its release."""
-        window = self._live.history.between(self._since, float("inf"))
-        place, _way = contact(self._studio.environment, self._studio.values)
-        one = one_sided(self._studio.environment, self._studio.values)
-        here = window.y["position"] == window.y["position"]
-        seen = Released(window.x[here], window.y["position"][here] - place, window.y["asked"][here], one)
+        window = self._live.history.between(self._since, math.inf)
+        scene = self._studio.environment, self._studio.values
+        known = np.isfinite(window.y["position"])
+        position = window.y["position"][known] - contact(*scene)[0]
+        seen = Released(window.x[known], position, window.y["asked"][known], one_sided(*scene))
         self.said = outcome_words(seen, self._held) if self._held is not None else ""
         self.changed.emit()
 

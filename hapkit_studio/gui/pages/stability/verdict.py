@@ -28,15 +28,6 @@ class Verdict:
     sign: tuple[str, str] = _OPEN
 
 
-def nothing_yet(device: bool, delay: bool) -> Verdict:
-    """Say what is missing before there are lines: a device, its delay, or only time."""
-    if not device:
-        return Verdict("Not judged yet", "Needs a device.")
-    if not delay:
-        return Verdict("Measuring the delay", "Half a second at zero force, on connecting.")
-    return Verdict("Computing", "The map's lines come in a moment.")
-
-
 def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
     """Return the class measured at a point; None beyond the axes that were measured."""
     rows, columns = measured.cells.classes.shape
@@ -48,20 +39,16 @@ def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
 
 def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     """Judge the dot; measured: what was measured for this very setting, if anything was."""
-    found = _measured(plane.margin, measured)
+    margin, real = plane.margin, measured is not None and measured.real
+    found = None if measured is None else kind_at(measured, margin.damping, margin.stiffness)
     if plane.setting.controller:
-        return _controlled(plane.margin, found)
-    plain = _exact(plane.margin, plane.setting.coulomb > 0.0)
-    real, open_ = measured is not None and measured.real, math.isnan(plane.margin.limit)
+        return _controlled(margin, found)
+    plain, open_ = _exact(margin, plane.setting.coulomb > 0.0), math.isnan(margin.limit)
     if found is None or not (real or open_):
         return plain
     said = f"Measured{' with friction' if real else ''}: {_KINDS[found]}."
     sign = _SIGNS[found] if open_ else plain.sign
     return replace(plain, more=f"{plain.more}\n{said}".strip(), sign=sign)
-
-
-def _measured(margin: Margin, measured: Measured | None) -> int | None:
-    return None if measured is None else kind_at(measured, margin.damping, margin.stiffness)
 
 
 def _exact(margin: Margin, friction: bool) -> Verdict:
@@ -88,15 +75,12 @@ def _controlled(margin: Margin, found: int | None) -> Verdict:
     return Verdict(name, words, without, _SIGNS[found])
 
 
-WIDTH = 276
-
-
 class VerdictColumn(SidePanel):
     """Verdict, lines and conditions in a column that scrolls where it is too long."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.setFixedWidth(WIDTH)
+        self.setFixedWidth(276)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Ignored)
         self.setObjectName("beside")
         self.body.setObjectName("beside")
@@ -110,17 +94,14 @@ class VerdictColumn(SidePanel):
 
     def show_verdict(self, verdict: Verdict) -> None:
         """Say how far the rendered impedance is from the limit, or why nothing can be said."""
-        ink = "danger" if verdict.sign[1] == "danger" else "ink"
-        for part, text in (
-            (self.heading, verdict.headline),
-            (self.words, verdict.words),
-            (self.out, verdict.more),
-        ):
+        texts = verdict.headline, verdict.words, verdict.more
+        for part, text in zip((self.heading, self.words, self.out), texts, strict=True):
             part.setText(text)
             part.setVisible(bool(text))
         self.sign.show_sign(*verdict.sign)
-        mark(self.heading, "ink", ink)
-        mark(self.out, "ink", "danger" if ink == "danger" else "ink2")
+        danger = verdict.sign[1] == "danger"
+        mark(self.heading, "ink", "danger" if danger else "ink")
+        mark(self.out, "ink", "danger" if danger else "ink2")
 
     def show_lines(self, words: dict[str, tuple[str, str]]) -> None:
         """Say what each line of the map means."""
