@@ -205,10 +205,15 @@ class Calibration:
         length = self.scale.quantum_half / self.scale.quantum if self.scale else 0.0
         return paddle.widened(part, force, length) if part.estimates else part
 
+    @property
+    def direction_known(self) -> bool:
+        """Say whether the direction was tried, and force and position agree."""
+        return self.direction is not None and self.direction.agrees is True
+
     def _need_direction(self) -> None:
         if self.direction is None:
             self.direction = motor.push_both_ways(self.runner)
-        if not self.direction.agrees:
+        if not self.direction_known:
             raise AbortedError(NO_DIRECTION)
 
     # the end

@@ -3,15 +3,9 @@
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QCloseEvent, QKeyEvent
-from PySide6.QtWidgets import (
-    QListWidget,
-    QListWidgetItem,
-    QPushButton,
-    QWidget,
-    QWizard,
-)
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QCloseEvent
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QStackedWidget, QWidget
 
 from hapkit_studio.analysis.calibrate.calibration import Calibration
 from hapkit_studio.analysis.calibrate.result import PASS, CheckResult, skipped
@@ -19,10 +13,11 @@ from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.padding import measure_padding
 from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.gui.panel.parameter_panel import rule
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import across, down
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent
-from hapkit_studio.gui.wizard.pictures import HandleView
 from hapkit_studio.gui.wizard.step_page import StepPage
 from hapkit_studio.gui.wizard.step_save import Notes, SaveStep
 from hapkit_studio.gui.wizard.step_scale import ScaleStep
@@ -36,21 +31,6 @@ if TYPE_CHECKING:
 _SIZE, _SMALLEST = (1060, 700), (860, 560)
 _ROW_HEIGHT, _LIST_WIDTH, _ICON = 44, 200, 18
 _AFTER_STOP = "Press Release E-stop above, hands off, then begin this step again."
-_BUTTONS = QWizard.WizardButton
-_CLOSE, _SKIP, _AGAIN = _BUTTONS.CancelButton, _BUTTONS.CustomButton1, _BUTTONS.CustomButton2
-_BACK, _NEXT, _SPACE = _BUTTONS.BackButton, _BUTTONS.NextButton, _BUTTONS.Stretch
-
-
-class _Pages(QWizard):
-    """Leaves keys to the dialog that it stands in; ``close_pressed`` where a wizard would close itself."""
-
-    close_pressed = Signal()
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        event.ignore()
-
-    def done(self, result: int) -> None:
-        self.close_pressed.emit()
 
 
 class SetupDialog(BoardDialog):
@@ -70,26 +50,22 @@ class SetupDialog(BoardDialog):
             StrengthStep(board), FrictionStep(board), self.save_step,
         ]  # fmt: skip
         self._skipped: dict[int, CheckResult] = {}
-        self.list, self.pages = self._make_list(), _Pages(self)
-        self.pages.setWindowFlags(Qt.WindowType.Widget)  # part of this dialog, no window of its own
-        self.pages.setWizardStyle(QWizard.WizardStyle.ModernStyle)
-        for option in (QWizard.WizardOption.IndependentPages, QWizard.WizardOption.NoDefaultButton):
-            self.pages.setOption(option)
-        self.pages.setSideWidget(self.list)
+        self._gone = False
+        self.list, self.pages = self._make_list(), QStackedWidget()
         for step in self.steps:
-            self.pages.addPage(step)
-        self.close_button, self.skip, self.again, self.back, self.next = (
-            self._make_button(which, words)
-            for which, words in (
-                (_CLOSE, "Close"), (_SKIP, "Skip"), (_AGAIN, "Try again"), (_BACK, "Back"), (_NEXT, "Next"),
-            )
-        )  # fmt: skip
-        self._show_failed(False)
-        self.column.addWidget(self.pages, 1)
+            self.pages.addWidget(step)
+        self.close_button, self.skip, self.again, self.back, self.next = buttons = tuple(
+            QPushButton(words) for words in ("Close", "Skip", "Try again", "Back", "Next")
+        )
+        for button in buttons:
+            button.setProperty("tall", True)
+            button.setMinimumWidth(92)
+            button.setAutoDefault(False)
+        row = across(self.close_button, None, *buttons[1:], margins=(9, 9, 9, 9), gap=6)
+        self.column.addLayout(across(self.list, (self.pages, 1), gap=0), 1)
+        self.column.addLayout(down(rule(), row))
         self._connect()
-        self.pages.restart()
-        around = self.list.parentWidget()  # made by QWizard, with a margin
-        around.layout().setContentsMargins(0, 0, 0, 0)  # type: ignore[union-attr]
+        self.list.setCurrentRow(0)
         self._show_opening()
 
     @staticmethod
@@ -105,7 +81,7 @@ class SetupDialog(BoardDialog):
     @property
     def index(self) -> int:
         """Return the number of the step in sight, from 0."""
-        return self.pages.currentId()
+        return self.list.currentRow()
 
     @property
     def step(self) -> StepPage:
@@ -113,17 +89,13 @@ class SetupDialog(BoardDialog):
         return self.steps[self.index]
 
     def go(self, index: int) -> None:
-        """Show a step; its neighbours stay those of Back and Next."""
-        while self.index < index:
-            self.pages.next()
-        while self.index > index:
-            self.pages.back()
+        """Show a step."""
+        self.list.setCurrentRow(index)
 
     def skip_step(self) -> None:
         """Leave a step out, and say what is assumed then."""
         self._skipped[self.index] = skipped(f"Left out. Assumed: {self.step.if_skipped}.")
-        self._show_results()
-        self.pages.next()
+        self.go(self.index + 1)
 
     def close_or_cancel(self) -> None:
         """Cancel the job that runs; close where none does."""
@@ -134,19 +106,19 @@ class SetupDialog(BoardDialog):
 
     def try_again(self) -> None:
         """Open the board anew and begin with the first step: what was found before is not in force."""
-        self._show_failed(False)
+        self._gone = False
         self.board.start()
         self.reset()
-        self.go(0)
         self._show_opening()
         self.setFocus()
 
     def reset(self) -> None:
-        """Forget results and notes of all steps."""
+        """Forget results and notes of all steps, and go to the first."""
         self._skipped.clear()
         for step in self.steps:
             step.reset()
-        self._show_results()
+        self.go(0)
+        self._show_state()
 
     def notes(self) -> Notes:
         """Return for every step but the last whether it is done, and what was found or is assumed."""
@@ -162,20 +134,24 @@ class SetupDialog(BoardDialog):
 
     def closeEvent(self, event: QCloseEvent) -> None:
         """Hand a board with other settings back stopped: its handle may stand inside a wall now."""
-        if self.studio.link.state == "idle" and _changed(self.board.subject):
+        work = self.board.subject
+        changed = (
+            work is not None and replace(of_settings(work.original), label=work.board.label) != work.board
+        )
+        if self.studio.link.state == "idle" and changed:
             self.studio.stop()
         super().closeEvent(event)
 
     # what happens
 
-    def _entered(self) -> None:
+    def _entered(self, index: int) -> None:
         """Begin the step that has come into sight."""
-        self.board.move_hand(None)
-        for view in self.findChildren(HandleView):
-            view.show_hand(None)
-        self.list.setCurrentRow(self.index)
+        for step in self.steps:
+            if step.handle is not None:
+                step.handle.let_go.click()
+        self.pages.setCurrentIndex(index)
         self.step.enter()
-        self._update_buttons()
+        self._show_state()
         self._focus()
 
     def _focus(self) -> None:
@@ -183,66 +159,56 @@ class SetupDialog(BoardDialog):
 
         Never to one that starts the motor: then to the page itself, where Enter does nothing.
         """
-        if self.step.result is not None and self.step.result.good:
-            (self.next if self.next.isVisibleTo(self) else self.close_button).setFocus()
-            return
-        own = [b for b in self.step.findChildren(QPushButton) if b.property("takes_focus")]
-        (next((b for b in own if b.isVisibleTo(self)), self.step)).setFocus()
+        done = self.step.result is not None and self.step.result.good
+        on = self.close_button if self.step is self.save_step else self.next
+        (on if done else self.step.first or self.step).setFocus()
 
     def _show_opening(self) -> None:
-        for step in self.steps:
-            step.set_busy(True)
         self.steps[0].box.show_working("Starting the board…")
-        self._update_buttons()
+        self._show_state()
 
     def _opened(self, _subject: object) -> None:
-        for step in self.steps:
-            step.set_busy(False)
         self.step.enter()
-        self._update_buttons()
+        self._show_state()
         self._focus()
 
     def _job_started(self) -> None:
         """Give the keyboard to the E-stop while something runs."""
-        self._update_buttons()
+        self._show_state()
         self.stop.setFocus()
 
     def _job_ended(self, words: str = "") -> None:
-        for step in self.steps:
-            step.set_busy(self.board.busy)
         if words:
             self.step.show_refusal(words, _AFTER_STOP if self.studio.stopped else "")
-        self._update_buttons()
+        self._show_state()
         if not self.board.busy and self.stop.hasFocus():
             self._focus()
 
     def _failed(self, words: str) -> None:
         """Say it on every page; the only ways on are Try again and Close."""
+        self._gone = True
         for step in self.steps:
-            step.set_busy(True)
             step.box.show_text(words, "Motor off. Check the cable, then try again.", ("unplugged", "warn"))
-        self._update_buttons()
-        self._show_failed(True)
+        self._show_state()
         self.again.setFocus()
 
     def _undone(self) -> None:
         """Begin again: nothing that was found is in force any more."""
         self.reset()
-        self.go(0)
         words = "The board has its old settings again. Nothing is left to save."
         self.step.box.show_text(words, look=SIGNS[PASS])
 
-    def _complete_changed(self) -> None:
-        """Show what became of the steps, and go on with the keyboard where this one is done."""
+    def _changed(self) -> None:
+        """Show what became of a step, and go on with the keyboard where it is done."""
         tried, work = self.direction_step, self.board.subject
         if tried.result is not None and work is not None and work.direction is None:
             tried.reset()  # what was changed since has reversed force or position
-        self._show_results()
-        self._update_buttons()
+        self._show_state()
         if self.step.result is not None and self.step.result.good:
             self._focus()
 
-    def _show_results(self) -> None:
+    def _show_state(self) -> None:
+        """Show what became of the steps, what can be done now, and what Skip means."""
         for index, step in enumerate(self.steps):
             result, row = step.result or self._skipped.get(index), self.list.item(index)
             words = result.words if result is not None else "not done yet"
@@ -250,33 +216,23 @@ class SetupDialog(BoardDialog):
             row.setIcon(icons.icon(sign, color, _ICON))
             row.setToolTip(words)
             row.setData(Qt.ItemDataRole.AccessibleTextRole, f"{step.name}: {words}")
-
-    def _update_buttons(self) -> None:
-        """Offer what can be done now, and say what Skip means."""
-        step, busy = self.step, self.board.busy
-        last, done = step is self.save_step, step.result is not None and step.result.good
-        step.hint.setText("" if done or last else f"If skipped, the studio assumes: {step.if_skipped}.")
-        self.list.setEnabled(not busy)
-        self.next.setEnabled(step.isComplete())
-        self.back.setEnabled(self.index > 0 and not busy)
-        self.skip.setVisible(not last)
-        self.skip.setEnabled(not busy)
+            step.offer_buttons()
+        step, free = self.step, not self.board.busy
+        last, done = step is self.save_step, step.result is not None
+        good = step.result is not None and step.result.good
+        step.hint.setText("" if good or last else f"If skipped, the studio assumes: {step.if_skipped}.")
+        self.list.setEnabled(free)
+        for button, shown, enabled in (
+            (self.skip, not self._gone and not last, free),
+            (self.again, self._gone, True),
+            (self.back, not self._gone, free and self.index > 0),
+            (self.next, not self._gone and not last, free and done),
+        ):
+            button.setVisible(shown)
+            button.setEnabled(enabled)
         self.close_button.setText("Cancel" if self.board.job_running else "Close")
 
-    def _show_failed(self, failed: bool) -> None:
-        """Offer to try again after a failure, or the steps."""
-        buttons = [_AGAIN] if failed else [_SKIP, _BACK, _NEXT]
-        self.pages.setButtonLayout([_CLOSE, _SPACE, *buttons])
-        self.again.setVisible(failed)
-
     # putting together
-
-    def _make_button(self, which: QWizard.WizardButton, words: str) -> QPushButton:
-        button = QPushButton(words)
-        button.setAutoDefault(False)
-        self.pages.setButton(which, button)
-        self.pages.setButtonText(which, words)
-        return button
 
     def _make_list(self) -> QListWidget:
         rows = QListWidget()
@@ -290,27 +246,19 @@ class SetupDialog(BoardDialog):
         return rows
 
     def _connect(self) -> None:
-        self.list.currentRowChanged.connect(self._choose)
-        self.pages.currentIdChanged.connect(lambda _id: self._entered())
-        self.pages.close_pressed.connect(self.close_or_cancel)
+        self.list.currentRowChanged.connect(self._entered)
+        self.close_button.clicked.connect(self.close_or_cancel)
         self.skip.clicked.connect(self.skip_step)
         self.again.clicked.connect(self.try_again)
+        self.back.clicked.connect(lambda: self.go(self.index - 1))
+        self.next.clicked.connect(lambda: self.go(self.index + 1))
         self.board.opened.connect(self._opened)
         self.board.done.connect(lambda _result: self._job_ended())
         self.board.refused.connect(self._job_ended)
         self.board.failed.connect(self._failed)
         for step in self.steps:
-            step.completeChanged.connect(self._complete_changed)
+            step.changed.connect(self._changed)
             step.job_started.connect(self._job_started)
         self.save_step.undone.connect(self._undone)
         self.connect_step.padding_chosen.connect(self.studio.device.set_padding)
-        theme.changed.connect(self._show_results)
-
-    def _choose(self, index: int) -> None:
-        if index != self.index and not self.board.busy:
-            self.go(index)
-
-
-def _changed(work: Calibration | None) -> bool:
-    """Return whether a calibration changed anything but the kit's name."""
-    return work is not None and replace(of_settings(work.original), label=work.board.label) != work.board
+        theme.changed.connect(self._show_state)

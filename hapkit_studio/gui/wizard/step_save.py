@@ -45,7 +45,7 @@ class SaveStep(StepPage):
         self.label = QLineEdit(maxLength=12)
         self.label.setAccessibleName("Name of the kit")
         self.label.setMaximumWidth(180)
-        self.save = self.button("Save", self.store, primary=True)
+        self.first = self.save = self.button("Save", self.store, primary=True)
         self.undo = self.button("Undo everything…", self.ask)
         self.undo_all = self.button("Undo it all", self.undo_everything)
         self.keep = self.button("Keep", self.keep_everything)

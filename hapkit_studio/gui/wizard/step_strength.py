@@ -1,6 +1,6 @@
 """Strength: the motor constant, from weights that the motor carries or from what a kitchen scale reads."""
 
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
 from hapkit_studio.analysis.calibrate.motor import Strength
 from hapkit_studio.analysis.calibrate.result import PASS, passed
@@ -8,7 +8,7 @@ from hapkit_studio.devices.board_runner import Track
 from hapkit_studio.formatting import number
 from hapkit_studio.gui.widgets.parts import across
 from hapkit_studio.gui.widgets.segmented import Segmented
-from hapkit_studio.gui.wizard.board_dialog import SIGNS, Recent
+from hapkit_studio.gui.wizard.board_dialog import SIGNS
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.pictures import KitDrawing
 from hapkit_studio.gui.wizard.step_page import StepPage, ThousandthsBox
@@ -34,7 +34,7 @@ class StrengthStep(StepPage):
     heading = "Strength: what the motor really pushes"
     begin = "The motor is off until you press a button."
     if_skipped = "the motor constant of the kit's profile"
-    needs_direction = True
+    pushes = needs_direction = True
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
@@ -45,16 +45,17 @@ class StrengthStep(StepPage):
         self.add_row(self.method)
         self.how = self.add_text()
         self.drawing = KitDrawing(supply=True)
-        self.handle = self.add_handle(self.drawing)
+        self.add_handle(self.drawing)
         self.mass = ThousandthsBox("Mass", "g", 0.0, 200.0, 1)
         self.carry = self.button("Carry", self.start_carrying, primary=True, motor=True)
-        self.use = self.button("Use these", self.use_weights)
-        self.use.setEnabled(False)
+        self.use = self.button("Use these", self.use_weights, ready=self._was_carried)
         self.push = self.button("Push", self.start_pushing, primary=True, motor=True)
-        self.enough = self.button("Enough", self._end_pushing)
-        self.enough.setProperty("always_enabled", True)
+        self.enough = QPushButton("Enough")  # the only one that is of use while the motor pushes
+        self.enough.setProperty("tall", True)
+        self.enough.setAutoDefault(False)
+        self.enough.clicked.connect(self._end_pushing)
         self.reading = ThousandthsBox("Reading", "g", 0.0, 500.0, 1)
-        self.take = self.button("Use this reading", self.use_reading)
+        self.take = self.button("Use this reading", self.use_reading, ready=lambda: self.pushed is not None)
         self.weights, self.scale = QWidget(), QWidget()
         across(QLabel("Mass at the handle"), self.mass, self.carry, self.use, None, into=self.weights)
         across(
@@ -79,9 +80,6 @@ class StrengthStep(StepPage):
         else:
             self.drawing.show_scale()
 
-    def show_recent(self, recent: Recent) -> None:
-        self.handle.show_handle(float(recent.position[-1]), recent.force)
-
     def show_refusal(self, words: str, remedy: str = "") -> None:
         again = "Hold the handle in the middle again, then press Carry; let go slowly."
         super().show_refusal(words, remedy or (again if self.method.index == 0 else ""))
@@ -92,10 +90,8 @@ class StrengthStep(StepPage):
         self.carried.setText("")
         self.mass.show_si(MASSES[0])
 
-    def set_busy(self, busy: bool) -> None:
-        super().set_busy(busy)
-        if not busy and self.board.subject is not None:
-            self.use.setEnabled(any(mass > 0.0 for mass, _ in self.calibration.carried))
+    def _was_carried(self) -> bool:
+        return any(mass > 0.0 for mass, _ in self.calibration.carried)
 
     # weights
 
@@ -144,10 +140,8 @@ class StrengthStep(StepPage):
     def use_reading(self) -> None:
         """Take the motor constant that the reading tells."""
         track, reading = self.pushed, self.reading.si
-        if track is None:
-            self.box.show_warning("Press Push first, and read the scale meanwhile.")
-            return
-        self.run_job("Sending…", lambda work: work.use_reading(reading, track), self._measured)
+        if track is not None:
+            self.run_job("Sending…", lambda work: work.use_reading(reading, track), self._measured)
 
     def _measured(self, found: Strength) -> None:
         share, half = 100.0 * found.ratio, 100.0 * found.half

@@ -38,7 +38,7 @@ class ConnectStep(StepPage):
         self.kits.setAccessibleName("Kit")
         for kit in profiles.KITS:
             self.kits.addItem(kit.title, kit.key)
-        self.take = self.button("Use this kit", self.use_kit, primary=True)
+        self.first = self.take = self.button("Use this kit", self.use_kit, primary=True)
         self.add_row(self.kits, self.take)
         self.note = self.add_text()
         self.padded.hide()
@@ -49,7 +49,7 @@ class ConnectStep(StepPage):
 
     def enter(self) -> None:
         """Show the kit that the board is set to; offer to fill frames where that shortens the delay."""
-        if self.board.subject is None or self.result is not None:
+        if self.calibration is None or self.result is not None:
             return
         now, found = self.calibration.original, self.calibration.padding
         kit = profiles.numbered(now.profile)
@@ -99,15 +99,17 @@ class SensorStep(StepPage):
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
         self.plot = SensorPlot()
-        self.handle = self.add_handle(self.plot)
-        self.start_button = self.button(f"Start ({RECORD_SECONDS:g} s)", self.start, primary=True)
+        self.add_handle(self.plot)
+        self.first = self.start_button = self.button(
+            f"Start ({RECORD_SECONDS:g} s)", self.start, primary=True
+        )
         self.add_row(self.start_button)
 
     def show_recent(self, recent: Recent) -> None:
+        super().show_recent(recent)
         bottom, top = _SCALES.get(Sensor(self.calibration.board.sensor), _USUAL)
         most = int(abs(recent.raw).max())  # an encoder goes as far as the handle does
         self.plot.show_readings(recent.time, recent.raw, min(bottom, -most) if bottom else 0, max(top, most))
-        self.handle.show_handle(float(recent.position[-1]))
 
     def start(self) -> None:
         """Record, then judge."""
@@ -121,6 +123,7 @@ class SensorStep(StepPage):
 class DirectionStep(StepPage):
     """Switch the motor's supply on; small pulses say whether force and position agree."""
 
+    pushes = True
     name = "Direction"
     heading = "Direction: a push to the right goes to the right"
     words = (
@@ -132,7 +135,7 @@ class DirectionStep(StepPage):
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
-        self.handle = self.add_handle(KitDrawing(supply=True))
+        self.add_handle(KitDrawing(supply=True))
         self.push = self.button("Push", self.start, primary=True, motor=True)
         self.find_dead_band = self.button("Look for a dead band", self.raise_force, motor=True)
         self.find_dead_band.setToolTip(
@@ -140,9 +143,6 @@ class DirectionStep(StepPage):
         )
         self.find_dead_band.hide()
         self.add_row(self.push, self.find_dead_band)
-
-    def show_recent(self, recent: Recent) -> None:
-        self.handle.show_handle(float(recent.position[-1]), recent.force)
 
     def start(self) -> None:
         """Push both ways."""
@@ -169,6 +169,7 @@ _ESTIMATES = {
 class FrictionStep(StepPage):
     """A gentle sweep tells mass, damping and dry friction, and a dead band of the motor."""
 
+    pushes = needs_direction = True
     name = "Friction"
     heading = "Friction, damping and mass: a gentle sweep"
     words = (
@@ -178,12 +179,11 @@ class FrictionStep(StepPage):
     )
     begin = "The motor is off until you press Sweep."
     if_skipped = "mass and friction that this kit usually has"
-    needs_direction = True
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
         self.plot = PositionPlot()
-        self.handle = self.add_handle(self.plot)
+        self.add_handle(self.plot)
         self.sweep = self.button("Sweep", self.start, primary=True, motor=True)
         self.add_row(self.sweep)
         self.found = {key: label("–", "found") for key in _ESTIMATES}
@@ -192,11 +192,11 @@ class FrictionStep(StepPage):
 
     def enter(self) -> None:
         super().enter()
-        self.plot.begin_here()
+        self.plot.start = None  # limits are about where the handle is now
 
     def show_recent(self, recent: Recent) -> None:
+        super().show_recent(recent)
         self.plot.show_positions(recent.time, recent.position)
-        self.handle.show_handle(float(recent.position[-1]), recent.force)
 
     def reset(self) -> None:
         super().reset()
@@ -205,7 +205,7 @@ class FrictionStep(StepPage):
 
     def start(self) -> None:
         """Sweep."""
-        self.plot.begin_here()
+        self.plot.start = None  # limits are about where the handle is now
         self.run_job("Sweeping. Hands off…", lambda work: work.sweep(), self._swept)
 
     def _swept(self, sweep: SweepResult) -> None:

@@ -78,9 +78,7 @@ def test_strength_and_sweep_wait_for_the_direction(played):
     assert dialog.step.sweep.isEnabled()
     # what turns the position round afterwards takes that back
     work = dialog.board.subject
-    dialog.steps[2].run_job(
-        "…", lambda w: w._change(sense=-1), lambda _none: dialog.steps[2].completeChanged.emit()
-    )
+    dialog.steps[2].run_job("…", lambda w: w._change(sense=-1), lambda _none: dialog.steps[2].changed.emit())
     play.wait()
     assert work.direction is None
     assert dialog.steps[3].result is None
