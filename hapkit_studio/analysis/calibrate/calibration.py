@@ -56,11 +56,9 @@ class Calibration:
         self._change(**{f.name: getattr(kit.board, f.name) for f in Board.layout()} | keep)
         self._constant = self.board.motor_constant
 
-    def set_radii(self, handle: float, pulley: float, sector: float) -> None:
-        """Take radii in m as measured, and the scale that they make until marks say better."""
-        radii = {"handle_radius": handle, "pulley_radius": pulley, "sector_radius": sector}
-        board = replace(self.board, **radii)  # type: ignore[arg-type]
-        self._change(**radii, quantum=quantum_of(board))
+    def change_geometry(self, **changes: Any) -> None:
+        """Take radii in m as measured, or counts, and the scale that they make until marks say better."""
+        self._change(**changes, quantum=quantum_of(replace(self.board, **changes)))
 
     # the sensor
     def check_sensor(self, track: Track) -> CheckResult:
@@ -68,8 +66,7 @@ class Calibration:
         self.sensor = sensor.analyse(track)
         made = sensor.changes(self.sensor, self.board)
         if made:
-            board = replace(self.board, **made)  # type: ignore[arg-type]
-            self._change(**made, quantum=quantum_of(board))
+            self.change_geometry(**made)
         return self.sensor.result
 
     # zero and scale
@@ -112,7 +109,7 @@ class Calibration:
     def find_dead_band(self) -> CheckResult:
         """Raise the force until the handle moves, start above that, push again; raise DeviceError."""
         broke = motor.breakaway(self.runner)
-        band = motor.first_dead_band(broke)
+        band = broke.dead_band
         if band:
             self._change(dead_band=band)
         found = self.try_direction()
@@ -125,11 +122,11 @@ class Calibration:
 
     def _judge_breakaway(self, broke: Breakaway) -> CheckResult:
         """Judge by what the slowly raised force did: friction may be more than a pulse is allowed to be."""
-        self.direction = motor.judge_pulses(list(broke.pulses))
+        self.direction = motor.judge_pulses(broke.pulses)
         reversed_ = self.direction.agrees is False
         if reversed_:
             self._change(direction=-self.board.direction)
-            self.direction = motor.judge_pulses(list(motor.breakaway(self.runner).pulses))
+            self.direction = motor.judge_pulses(motor.breakaway(self.runner).pulses)
         if not self.direction.agrees:
             return self.direction.result
         turn = " The motor pushed the wrong way. It is reversed now." if reversed_ else ""

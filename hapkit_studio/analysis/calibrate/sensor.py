@@ -34,11 +34,6 @@ class SensorResult:
     noise: float
     result: CheckResult
 
-    @property
-    def counts(self) -> int | None:
-        """Return the counts from one repeat to the next as a board keeps them, None where not measured."""
-        return round(self.period) if np.isfinite(self.period) else None
-
 
 def unwrapped(raw: np.ndarray) -> np.ndarray:
     """Return readings (n,) with the repeats taken out: jumps of more than half the range seen."""
@@ -55,6 +50,15 @@ def noise_of(raw: np.ndarray) -> float:
     if not len(second):
         return 0.0
     return float(np.median(second)) / 0.6745 / np.sqrt(6.0)
+
+
+def too_noisy(noise: float) -> CheckResult:
+    """Return the result for a reading that jumps by so many counts."""
+    return warn(
+        "noisy",
+        f"The sensor's reading jumps by {noise:.0f} counts (limit {NOISY:.0f}).",
+        "Bring the magnet nearer to the chip, not touching. Keep the motor's wires away from it.",
+    )
 
 
 def periods(raw: np.ndarray) -> np.ndarray:
@@ -105,11 +109,7 @@ def _judge(found: SensorResult, track: Track, board: Board) -> CheckResult:
             "Is the right kit chosen? Is the magnet on the motor's shaft, the plug in? Then move again.",
         )
     if found.noise > NOISY:
-        return warn(
-            "noisy",
-            f"The sensor's reading jumps by {found.noise:.0f} counts (limit {NOISY:.0f}).",
-            "Bring the magnet nearer to the chip, not touching. Keep the motor's wires away from it.",
-        )
+        return too_noisy(found.noise)
     if found.travel < ENOUGH_TRAVEL:
         return warn(
             "little",
@@ -138,7 +138,7 @@ def _judge_range(found: SensorResult, track: Track, board: Board) -> CheckResult
 
 def changes(found: SensorResult, board: Board) -> dict[str, int]:
     """Return what of a board's settings a look at the sensor corrects; nothing where it failed."""
-    counts = found.counts
-    if counts is None or not found.result.good or abs(counts - board.counts_per_flip) <= found.half:
+    if not np.isfinite(found.period) or not found.result.good:
         return {}
-    return {"counts_per_flip": counts}
+    counts = round(found.period)
+    return {"counts_per_flip": counts} if abs(counts - board.counts_per_flip) > found.half else {}

@@ -5,7 +5,6 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-import numpy as np
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtWidgets import QCheckBox, QPushButton, QStackedWidget, QWidget
 
@@ -20,10 +19,9 @@ from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.haptics import rows
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.identify import Estimate, Identified, Part, Recording, Setup
+    from hapkit_studio.analysis.identify import Estimate, Identified, Part, Recording
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
-    from hapkit_studio.haptics.engine import Engine
 
 
 # Numbers ramp and forces fade for 30 ms after a change.
@@ -41,40 +39,29 @@ def newest_piece(studio: "Studio", live: "Live", seconds: float) -> "Callable[[]
     engine = studio.engine
     if engine is None:
         raise StudioError("There is no device yet to take a piece from.")
-    table = _table(engine, seconds, live.changed_at + _SETTLED)
-    setup = _setup(studio, engine)
-
-    def take() -> "Recording":
-        from hapkit_studio.analysis.identify import of_rows
-
-        return of_rows(table, setup)
-
-    return take
-
-
-def _setup(studio: "Studio", engine: "Engine") -> "Setup":
-    from hapkit_studio.analysis.identify import Handle, Setup
-
-    device = engine.modelled
-    handle = Handle(device.mass, device.viscous, device.coulomb_force) if device else None
-    quantum = float((device or engine.device).quantum)
-    grip = GRIPS[studio.grip] if device else None
-    environment, values = studio.environment, dict(studio.values)
-    return Setup(environment, values, engine.loop.rate, engine.health().delay, quantum, handle, grip)
-
-
-def _table(engine: "Engine", seconds: float, since: float) -> np.ndarray:
-    """Return the newest rows (n, ROW_WIDTH) since a time; raise StudioError where there are too few."""
     reader = engine.reader()
     reader.rewind(_ALL if math.isinf(seconds) else math.ceil(1.1 * seconds * engine.loop.rate) + 1)
     table = reader.read()
     times = table[:, rows.HOST_TIME]
-    first = max(since, times[-1] - seconds) if len(table) else since
-    table = table[times >= first]
-    kept = float(table[-1, rows.HOST_TIME] - table[0, rows.HOST_TIME]) if len(table) else 0.0
+    newest = float(times[-1]) if len(times) else 0.0
+    table = table[times >= max(live.changed_at + _SETTLED, newest - seconds)]
+    kept = newest - float(table[0, rows.HOST_TIME]) if len(table) else 0.0
     if kept < _LEAST:
         raise StudioError(f"Only {kept:.1f} s since the settings changed. Move the handle, then identify.")
-    return table
+
+    from hapkit_studio.analysis.identify import Handle, Setup, of_rows
+
+    device = engine.modelled
+    setup = Setup(
+        studio.environment,
+        dict(studio.values),
+        engine.loop.rate,
+        engine.health().delay,
+        float((device or engine.device).quantum),
+        Handle(device.mass, device.viscous, device.coulomb_force) if device else None,
+        GRIPS[studio.grip] if device else None,
+    )
+    return lambda: of_rows(table, setup)
 
 
 _STEP_MS = 8
@@ -105,12 +92,12 @@ class ShakingHand(QObject):
         self._begin, self._seconds = time.perf_counter(), seconds
         self._timer.start()
 
-    def end(self) -> None:
+    def end(self, whole: bool = False) -> None:
         """Release the handle."""
         if self.running:
             self._timer.stop()
             self._studio.move_hand(None)
-            self.finished.emit(False)
+            self.finished.emit(whole)
 
     def target(self, t: float) -> float:
         """Return where the hand is after t s, in m: about the surface, where there is one."""
@@ -123,12 +110,10 @@ class ShakingHand(QObject):
 
     def _move(self) -> None:
         t = time.perf_counter() - self._begin
-        if t >= self._seconds:
-            self._timer.stop()
-            self._studio.move_hand(None)
-            self.finished.emit(True)
-        else:
+        if t < self._seconds:
             self._studio.move_hand(self.target(t))
+        else:
+            self.end(whole=True)
 
 
 PIECES = ((2.0, "2 s"), (5.0, "5 s"), (10.0, "10 s"), (math.inf, "All"))
@@ -196,7 +181,13 @@ class IdentifyPage(MeasuringPage):
         self._body.addWidget(self.how)
         self._body.addWidget(self.chart)
         self.build(self._body)
-        self._join()
+        self.parts.chosen.connect(lambda _index: self.show_part())
+        self.shaking.clicked.connect(self._press_shake)
+        self.shake.finished.connect(self._shaken)
+        studio.stop_changed.connect(lambda: self.shake.end())
+        for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed,
+                        studio.engine_changed, studio.link_changed):  # fmt: skip
+            changed.connect(self._look)
         self.show_part()
         self._look()
 
@@ -263,10 +254,8 @@ class IdentifyPage(MeasuringPage):
 
         found, device = self.found, self._device
         assert found is not None
-        return lambda path: identify_figure(found, path, device), lambda: {
-            **found.as_json(),
-            "device": device,
-        }
+        numbers = {**found.as_json(), "device": device}
+        return lambda path: identify_figure(found, path, device), lambda: numbers
 
     def set_shown(self, on: bool) -> None:
         if not on:
@@ -295,23 +284,12 @@ class IdentifyPage(MeasuringPage):
             self.bar.say("Let go")
 
     def _look(self) -> None:
-        """Enable only what the device allows."""
+        """Enable only what the device allows; say whether the result still holds."""
         ours = self._studio.hand_is_ours and self._studio.grip != "released"
         self.shaking.setEnabled(ours or self.shake.running)
         self.shaking.setText("Let go" if self.shake.running else "Shake")
         self.released.setVisible(self._studio.engine is not None and not self._studio.simulated)
-
-    def _join(self) -> None:
-        self.parts.chosen.connect(lambda _index: self.show_part())
-        self.shaking.clicked.connect(self._press_shake)
-        self.shake.finished.connect(self._shaken)
-        self._studio.engine_changed.connect(self._look)
-        self._studio.loop_changed.connect(self._look)
-        self._studio.stop_changed.connect(self.shake.end)
-        studio = self._studio
-        for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed,
-                        studio.engine_changed, studio.link_changed):  # fmt: skip
-            changed.connect(lambda: self._say(self.part))
+        self._say(self.part)
 
 
 VIEW = View("identify", "Identify", 50, IdentifyPage)

@@ -33,15 +33,14 @@ class CheckDialog(BoardDialog):
         self.report: Report | None = None
         self._finished_checks = 0
         self.box, self.bar = ResultBox(), QProgressBar()
-        self.test, self.close_button = primary(QPushButton("Test")), QPushButton("Close")
+        self.test = primary(QPushButton("Test"))
         self.test.setEnabled(False)
         self.rows: dict[str, tuple[Sign, QLabel]] = {}
         self.column.addLayout(self._body(), 1)
         self.test.clicked.connect(self.run)
-        self.close_button.clicked.connect(self.close_or_cancel)
         self.board.progressed.connect(self._show_check)
         self.board.opened.connect(self._opened)
-        self.board.refused.connect(self._refused)
+        self.board.refused.connect(lambda words: self._offer(words, look=SIGNS[WARN]))
         self.board.failed.connect(self._failed)
         self.box.show_working("Starting the board…")
 
@@ -62,13 +61,6 @@ class CheckDialog(BoardDialog):
             self.bar.setValue(0)
             self.box.show_working("Testing. Hands off…")
 
-    def close_or_cancel(self) -> None:
-        """Cancel the checks while they run; close where they do not."""
-        if self.board.job_running:
-            self.board.cancel()
-        else:
-            self.close()
-
     def show_recent(self, _recent: Recent) -> None:
         """Show how far a long check is; one that begins again leaves the bar where it is."""
         runner = self.board.runner
@@ -78,9 +70,8 @@ class CheckDialog(BoardDialog):
             self.bar.setValue(max(self.bar.value(), min(within, _STEPS * (self._finished_checks + 1))))
 
     def _opened(self, _runner: object) -> None:
-        self.test.setEnabled(True)
+        self._offer(_BEGIN, button="Test")
         self.test.setFocus()
-        self.box.show_text(_BEGIN)
 
     def _show_check(self, progress: tuple[str, CheckResult | None]) -> None:
         key, result = progress
@@ -97,21 +88,18 @@ class CheckDialog(BoardDialog):
 
     def _finished(self, report: Report) -> None:
         self.report = report
-        self._offer_test("Test again")
-        level = PASS if report.good else FAIL if report.dangerous else WARN
-        self.box.show_text(report.words, look=SIGNS[level])
-
-    def _refused(self, words: str) -> None:
-        self._offer_test("Test again")
-        self.box.show_warning(words)
+        self._offer(report.words, look=SIGNS[PASS if report.good else FAIL if report.dangerous else WARN])
 
     def _failed(self, words: str) -> None:
-        self._offer_test("Test")
+        self._offer(words, "Close this window, connect the board again.", ("unplugged", "warn"), "Test")
         self.test.setEnabled(False)
-        self.box.show_text(words, "Close this window, connect the board again.", ("unplugged", "warn"))
 
-    def _offer_test(self, words: str) -> None:
-        self.test.setText(words)
+    def _offer(
+        self, words: str, remedy: str = "", look: tuple[str, str] = NEUTRAL, button: str = "Test again"
+    ) -> None:
+        """Say how it stands, and offer to test."""
+        self.box.show_text(words, remedy, look)
+        self.test.setText(button)
         self.test.setEnabled(True)
         self.close_button.setText("Close")
 

@@ -8,7 +8,7 @@ from PySide6.QtGui import QCloseEvent
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QStackedWidget, QWidget
 
 from hapkit_studio.analysis.calibrate.calibration import Calibration
-from hapkit_studio.analysis.calibrate.result import PASS, CheckResult, skipped
+from hapkit_studio.analysis.calibrate.result import PASS, SKIP, CheckResult
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.padding import measure_padding
 from hapkit_studio.devices.profiles import of_settings
@@ -54,14 +54,14 @@ class SetupDialog(BoardDialog):
         self.list, self.pages = self._make_list(), QStackedWidget()
         for step in self.steps:
             self.pages.addWidget(step)
-        self.close_button, self.skip, self.again, self.back, self.next = buttons = tuple(
-            QPushButton(words) for words in ("Close", "Skip", "Try again", "Back", "Next")
+        self.skip, self.again, self.back, self.next = buttons = tuple(
+            QPushButton(words) for words in ("Skip", "Try again", "Back", "Next")
         )
-        for button in buttons:
+        for button in (self.close_button, *buttons):
             button.setProperty("tall", True)
             button.setMinimumWidth(92)
             button.setAutoDefault(False)
-        row = across(self.close_button, None, *buttons[1:], margins=(9, 9, 9, 9), gap=6)
+        row = across(self.close_button, None, *buttons, margins=(9, 9, 9, 9), gap=6)
         self.column.addLayout(across(self.list, (self.pages, 1), gap=0), 1)
         self.column.addLayout(down(rule(), row))
         self._connect()
@@ -94,15 +94,8 @@ class SetupDialog(BoardDialog):
 
     def skip_step(self) -> None:
         """Leave a step out, and say what is assumed then."""
-        self._skipped[self.index] = skipped(f"Left out. Assumed: {self.step.if_skipped}.")
+        self._skipped[self.index] = CheckResult(SKIP, f"Left out. Assumed: {self.step.if_skipped}.")
         self.go(self.index + 1)
-
-    def close_or_cancel(self) -> None:
-        """Cancel the job that runs; close where none does."""
-        if self.board.job_running:
-            self.board.cancel()
-        else:
-            self.close()
 
     def try_again(self) -> None:
         """Open the board anew and begin with the first step: what was found before is not in force."""
@@ -247,7 +240,6 @@ class SetupDialog(BoardDialog):
 
     def _connect(self) -> None:
         self.list.currentRowChanged.connect(self._entered)
-        self.close_button.clicked.connect(self.close_or_cancel)
         self.skip.clicked.connect(self.skip_step)
         self.again.clicked.connect(self.try_again)
         self.back.clicked.connect(lambda: self.go(self.index - 1))

@@ -128,8 +128,8 @@ class ScaleStep(StepPage):
 
     def use_radii(self) -> None:
         """Put the radii in force that were typed."""
-        handle, pulley, sector = (self.radii[key].si for key, _ in _RADII)
-        self.run_job("Sending…", lambda work: work.set_radii(handle, pulley, sector), self._radii_in_force)
+        radii = {key: box.si for key, box in self.radii.items()}
+        self.run_job("Sending…", lambda work: work.change_geometry(**radii), self._radii_in_force)
 
     def _radii_in_force(self, _none: object) -> None:
         self._show_radii()

@@ -6,8 +6,8 @@ from PySide6.QtWidgets import QCheckBox, QComboBox
 from hapkit_studio.analysis.calibrate import motions
 from hapkit_studio.analysis.calibrate.paddle import SweepResult
 from hapkit_studio.analysis.calibrate.result import PASS, CheckResult, passed, warn
+from hapkit_studio.analysis.identify import words
 from hapkit_studio.devices import profiles
-from hapkit_studio.formatting import number
 from hapkit_studio.gui.widgets.parts import across, down, label
 from hapkit_studio.gui.wizard.board_dialog import SIGNS, Recent
 from hapkit_studio.gui.wizard.board_thread import BoardThread
@@ -158,12 +158,7 @@ class DirectionStep(StepPage):
         self.finish(result)
 
 
-# estimate: name, factor to the unit shown, unit, decimals
-_ESTIMATES = {
-    "mass": ("Mass", 1e3, "g", 1),
-    "viscous": ("Damping", 1.0, "N·s/m", 3),
-    "coulomb": ("Dry friction", 1.0, "N", 3),
-}
+_ESTIMATES = {"mass": "Mass", "viscous": "Damping", "coulomb": "Dry friction"}
 
 
 class FrictionStep(StepPage):
@@ -187,7 +182,7 @@ class FrictionStep(StepPage):
         self.sweep = self.button("Sweep", self.start, primary=True, motor=True)
         self.add_row(self.sweep)
         self.found = {key: label("–", "found") for key in _ESTIMATES}
-        cells = [down(label(name, "axis"), self.found[key]) for key, (name, *_rest) in _ESTIMATES.items()]
+        cells = [down(label(name, "axis"), self.found[key]) for key, name in _ESTIMATES.items()]
         self.column.addLayout(across(*cells, None, gap=24))
 
     def enter(self) -> None:
@@ -214,17 +209,15 @@ class FrictionStep(StepPage):
             self.finish(warn("sweep", part.advice, "Handle in the middle, hands off, sweep again."))
             return
         not_told = []
-        for key, (words, scale, unit, decimals) in _ESTIMATES.items():
+        for key, name in _ESTIMATES.items():
             e = part[key]
-            half = max(scale * e.half, 10.0**-decimals)
-            value = f"{number(scale * e.value, decimals)} ± {half:.{decimals}f} {unit}"
-            self.found[key].setText(value if e.told else "not told")
-            not_told += [] if e.told else [f"{words}: {e.advice}"]
+            self.found[key].setText(f"{words.measured(e)} {words.unit_of(e)}" if e.told else "not told")
+            not_told += [] if e.told else [f"{name}: {e.advice}"]
         if not_told:
             self.finish(warn("not told", " ".join(not_told), "Handle in the middle, sweep again."))
             return
         band, board = sweep.board.dead_band, self.calibration.board
-        words = f" The motor begins to turn at duty {band} of 255." if band else ""
+        more = f" The motor begins to turn at duty {band} of 255." if band else ""
         if band and self.calibration.strength is not None:
-            words += f" With it, the motor constant is {1e3 * board.motor_constant:.2f} mN·m."
-        self.finish(passed(f"Found, each with its 95 % interval.{words}"))
+            more += f" With it, the motor constant is {1e3 * board.motor_constant:.2f} mN·m."
+        self.finish(passed(f"Found, each with its 95 % interval.{more}"))

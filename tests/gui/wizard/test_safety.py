@@ -324,9 +324,9 @@ def test_on_the_real_firmware_a_sweep_is_cancelled_stopped_and_begun_again(playe
         button.click()
         play.wait()
         assert words in dialog.step.box.words.text()
-        qtbot.waitUntil(lambda: dialog.board.samples()[-1].pwm == 0)
+        qtbot.waitUntil(lambda: dialog.board.runner.recent[-1].pwm == 0)
     dialog.release.click()
     dialog.step.sweep.click()
-    qtbot.waitUntil(lambda: any(sample.pwm for sample in dialog.board.samples()[-20:]))
+    qtbot.waitUntil(lambda: any(sample.pwm for sample in list(dialog.board.runner.recent)[-20:]))
     dialog.close()
     assert board.summary
