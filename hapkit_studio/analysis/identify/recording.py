@@ -78,8 +78,9 @@ class Recording:
                 f"The piece from {low:g} s to {high:g} s is not in the recording, {first:g} s to {last:g} s."
             )
         chosen = (self.time >= low) & (self.time <= high)
-        found = vars(self).items()
-        return Recording(**{name: x[chosen] if isinstance(x, np.ndarray) else x for name, x in found})
+        piece: dict[str, Any] = vars(self).copy()
+        piece.update((name, x[chosen]) for name, x in piece.items() if isinstance(x, np.ndarray))
+        return Recording(**piece)
 
     def check(self) -> "Recording":
         """Return this; raise ParameterError where it is too short for anything."""
