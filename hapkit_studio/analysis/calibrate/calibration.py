@@ -90,7 +90,7 @@ class Calibration:
         """Put the scale in force: positions, and the radius that explains them; raise ParameterError."""
         found, before = self.scale or self.measure_scale(), self.board
         self._change(**scale.changes(found, before))
-        if self.carried:
+        if self.weighed:
             self.use_weights()
         return scale.in_force(found, before)
 
@@ -143,6 +143,11 @@ class Calibration:
         self.carried = [*(h for h in self.carried if h[0] != mass), (mass, track)]
         return force
 
+    @property
+    def weighed(self) -> bool:
+        """Say whether a mass was carried, so that the motor constant can be told."""
+        return any(mass > 0.0 for mass, _ in self.carried)
+
     def use_weights(self) -> Strength:
         """Put the motor constant from the masses carried in force; raise ParameterError."""
         board = self._with_first_constant()
@@ -192,7 +197,7 @@ class Calibration:
     def _use_dead_band(self, band: int) -> None:
         """Put a dead band in force, and the motor constant that the weights make by it."""
         self._change(dead_band=band)
-        if self.carried:
+        if self.weighed:
             self.use_weights()
 
     def _widened(self, part: Part, track: Track) -> Part:

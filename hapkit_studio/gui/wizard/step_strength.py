@@ -48,7 +48,7 @@ class StrengthStep(StepPage):
         self.add_handle(self.drawing)
         self.mass = ThousandthsBox("Mass", "g", 0.0, 200.0, 1)
         self.carry = self.button("Carry", self.start_carrying, primary=True, motor=True)
-        self.use = self.button("Use these", self.use_weights, ready=self._was_carried)
+        self.use = self.button("Use these", self.use_weights, ready=lambda: self.calibration.weighed)
         self.push = self.button("Push", self.start_pushing, primary=True, motor=True)
         self.enough = QPushButton("Enough")  # the only one that is of use while the motor pushes
         self.enough.setProperty("tall", True)
@@ -89,9 +89,6 @@ class StrengthStep(StepPage):
         self.pushed = None
         self.carried.setText("")
         self.mass.show_si(MASSES[0])
-
-    def _was_carried(self) -> bool:
-        return any(mass > 0.0 for mass, _ in self.calibration.carried)
 
     # weights
 
