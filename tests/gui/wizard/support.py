@@ -2,12 +2,26 @@
 
 import math
 
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QWidget
+
 from hapkit_studio.devices import DeviceEntry
+from hapkit_studio.gui.studio import Studio
 from tests.devices.paddle_kit import PaddleKit
-from tests.gui.window_support import PATIENCE_MS
+from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
 
 PACE = 2e-5
 """s that a period of the kit takes, so that its thread leaves the window some time."""
+
+
+class Bench(QWidget):
+    """Stands for the window, of which a dialog knows no more; it costs less to open."""
+
+    closed = Signal()
+
+    def __init__(self):
+        super().__init__()
+        self.studio = Studio(lambda: [SIMULATED], build_engine)
 
 
 class Played:

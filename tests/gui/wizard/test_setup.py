@@ -11,7 +11,8 @@ from PySide6.QtWidgets import QLabel, QPushButton
 
 from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.devices.profiles import quantum_of
-from hapkit_studio.protocol.messages import Origin
+from hapkit_studio.gui.wizard import steps
+from hapkit_studio.protocol.messages import Force, Origin
 from tests.devices.paddle_kit import PaddleKit
 from tests.gui.wizard.support import PACE
 
@@ -181,7 +182,8 @@ def test_radii_and_marks_are_checked_against_each_other(played):
     assert "assumed" not in step.hint.text()
 
 
-def test_an_encoder_counts_both_ways(played):
+def test_an_encoder_counts_both_ways(played, monkeypatch):
+    monkeypatch.setattr(steps, "RECORD_SECONDS", 5.5)
     play = played(kit=EncoderKit(pace=PACE))
     sensor = play.dialog.steps[1]
     play.dialog.go(1)
@@ -198,14 +200,33 @@ def test_an_encoder_counts_both_ways(played):
     assert "in the middle:" in play.dialog.save_step.box.words.text()  # how to switch it on
 
 
-def test_the_drawing_is_of_the_method_chosen_and_a_handle_that_ran_away_is_held_again(played):
-    play = played()
+class LateKit(PaddleKit):
+    """A kit that hears nothing for 40 ms, once, in the midst of a push."""
+
+    late, mute = False, 0
+
+    def send_messages(self, *messages):
+        pushed = max((abs(m.force) for m in messages if isinstance(m, Force)), default=0.0)
+        if self.late and pushed and self.pwm:
+            self.late, self.mute = False, 40
+        if not self.mute or not pushed:
+            super().send_messages(*messages)
+        self.mute = max(self.mute - 1, 0)
+
+
+def test_the_drawing_is_of_the_method_chosen_and_what_failed_is_carried_again(played):
+    play = played(kit=LateKit(pace=PACE))
     play.direct()
     play.dialog.go(4)
     step = play.dialog.step
     assert step.drawing.shown == {"side_down", "empty"}
+    play.kit.late = True
     play.hang(0.0)
     play.press(step.carry)
+    assert "This computer was late" in step.box.words.text()
+    play.hang(0.0)
+    play.press(step.carry)
+    assert "0 g took" in step.box.words.text()
     assert "hang 50 g on it" in step.box.remedy.text()
     assert step.drawing.grams == "50"
     step.method.button(1).click()
