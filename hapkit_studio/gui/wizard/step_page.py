@@ -16,6 +16,7 @@ from hapkit_studio.gui.wizard.board_dialog import Recent, ResultBox
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.pictures import HandleView
 
+Job = Callable[[Calibration], Any]
 _SIDE, _SPACE = 24, 12
 
 
@@ -127,7 +128,13 @@ class StepPage(QWidget):
         self._buttons.append((made, ready))
         return made
 
-    def run_job(self, words: str, job: Callable[[Calibration], Any], after: Callable[[Any], object]) -> bool:
+    def job_button(
+        self, words: str, says: str, job: Job, after: Callable[[Any], object], **options: Any
+    ) -> QPushButton:
+        """Return a button that runs a job, which needs nothing that is typed; options: as of ``button``."""
+        return self.button(words, lambda: self.run_job(says, job, after), **options)
+
+    def run_job(self, words: str, job: Job, after: Callable[[Any], object]) -> bool:
         """Hand the board's thread a job, say meanwhile what it does, then call after(result)."""
         if not self.board.run_job(job, after):
             return False

@@ -56,7 +56,9 @@ class SaveStep(StepPage):
         self.label.setMaximumWidth(180)
         self.first = self.save = self.button("Save", self.store, primary=True)
         self.undo = self.button("Undo everything…", self.ask)
-        self.undo_all = self.button("Undo it all", self.undo_everything)
+        self.undo_all = self.job_button(
+            "Undo it all", "Restoring…", lambda work: work.undo(), lambda _none: self.undone.emit()
+        )
         self.keep = self.button("Keep", self.keep_everything)
         buttons = self.save, self.undo, self.undo_all, self.keep
         self.foot.insertLayout(0, across(QLabel("Name of the kit"), self.label, *buttons, None, gap=10))
@@ -134,10 +136,6 @@ class SaveStep(StepPage):
             self.box.show_result(self.result)
         else:
             self.box.show_text(_UNSAVED)
-
-    def undo_everything(self) -> None:
-        """Put back what the board had at the start."""
-        self.run_job("Restoring…", lambda work: work.undo(), lambda _none: self.undone.emit())
 
     def _show_question(self, asked: bool) -> None:
         self.undo.setVisible(not asked)

@@ -39,7 +39,10 @@ class ScaleStep(StepPage):
         self.place = ThousandthsBox("Mark", "mm", -1e3 * REACH, 1e3 * REACH, 1)
         self.take = self.button("Take", self.take_mark, primary=True)
         self.restart = self.button("Start again", self.forget_marks)
-        self.apply = self.button("Use this scale", self.use_scale, ready=lambda: len(self._marks) >= 2)
+        self.apply = self.job_button(
+            "Use this scale", "Sending…", lambda work: work.use_scale(), self._scale_in_force,
+            ready=lambda: len(self._marks) >= 2,
+        )  # fmt: skip
         self.add_row(QLabel("Handle at"), self.place, self.take, self.restart, self.apply)
         self.residuals = self.add_text()
         self.radii = {key: ThousandthsBox(words, "mm", 1.0, 200.0, 2) for key, words in _RADII}
@@ -79,10 +82,6 @@ class ScaleStep(StepPage):
         self.calibration.forget_marks()
         self.reset()
         self.changed.emit()
-
-    def use_scale(self) -> None:
-        """Put the scale in force."""
-        self.run_job("Sending…", lambda work: work.use_scale(), self._scale_in_force)
 
     def _show_first(self) -> None:
         words = f"Hold the handle at {_mm(PLACES[0])}, then press Take."

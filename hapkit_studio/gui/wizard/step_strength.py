@@ -1,5 +1,7 @@
 """Strength: the motor constant, from weights that the motor carries or from what a kitchen scale reads."""
 
+import threading
+
 from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
 from hapkit_studio.analysis.calibrate.motor import Strength
@@ -39,7 +41,7 @@ class StrengthStep(StepPage):
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
         self.pushed: Track | None = None
-        self._enough = False
+        self._pushed_enough = threading.Event()
         self.method = Segmented("How", ("Weights", "Kitchen scale"))
         self.method.show_index(0)
         self.add_row(self.method)
@@ -48,12 +50,15 @@ class StrengthStep(StepPage):
         self.add_handle(self.drawing)
         self.mass = ThousandthsBox("Mass", "g", 0.0, 200.0, 1)
         self.carry = self.button("Carry", self.start_carrying, primary=True, motor=True)
-        self.use = self.button("Use these", self.use_weights, ready=lambda: self.calibration.weighed)
+        self.use = self.job_button(
+            "Use these", "Sending…", lambda work: work.use_weights(), self._measured,
+            ready=lambda: self.calibration.weighed,
+        )  # fmt: skip
         self.push = self.button("Push", self.start_pushing, primary=True, motor=True)
         self.enough = QPushButton("Enough")  # the only one that is of use while the motor pushes
         self.enough.setProperty("tall", True)
         self.enough.setAutoDefault(False)
-        self.enough.clicked.connect(self._end_pushing)
+        self.enough.clicked.connect(self._pushed_enough.set)
         self.reading = ThousandthsBox("Reading", "g", 0.0, 500.0, 1)
         self.take = self.button("Use this reading", self.use_reading, ready=lambda: self.pushed is not None)
         self.weights, self.scale = QWidget(), QWidget()
@@ -111,23 +116,18 @@ class StrengthStep(StepPage):
         if rest:
             self.mass.show_si(rest[0])
 
-    def use_weights(self) -> None:
-        """Take the motor constant that the weights tell."""
-        self.run_job("Sending…", lambda work: work.use_weights(), self._measured)
-
     # kitchen scale
 
     def start_pushing(self) -> None:
         """Push on the scale until Enough is pressed."""
-        self._enough = False
+        self._pushed_enough.clear()
         words = f"Pushing with {PUSH:g} N. Read the scale, then press Enough."
         if self.run_job(
-            words, lambda work: work.push_on_scale(PUSH, PUSH_SECONDS, lambda: self._enough), self._pushed
+            words,
+            lambda work: work.push_on_scale(PUSH, PUSH_SECONDS, self._pushed_enough.is_set),
+            self._pushed,
         ):
             self.enough.setFocus()
-
-    def _end_pushing(self) -> None:
-        self._enough = True
 
     def _pushed(self, track: Track) -> None:
         self.pushed = track

@@ -100,8 +100,12 @@ class SensorStep(StepPage):
         super().__init__(board)
         self.plot = SensorPlot()
         self.add_handle(self.plot)
-        self.first = self.start_button = self.button(
-            f"Start ({RECORD_SECONDS:g} s)", self.start, primary=True
+        self.first = self.start_button = self.job_button(
+            f"Start ({RECORD_SECONDS:g} s)",
+            "Move the handle: right end, left end, right end, left end…",
+            lambda work: work.check_sensor(work.runner.record(RECORD_SECONDS)),
+            self.finish,
+            primary=True,
         )
         self.add_row(self.start_button)
 
@@ -110,14 +114,6 @@ class SensorStep(StepPage):
         bottom, top = _SCALES.get(Sensor(self.calibration.board.sensor), _USUAL)
         most = int(abs(recent.raw).max())  # an encoder goes as far as the handle does
         self.plot.show_readings(recent.time, recent.raw, min(bottom, -most) if bottom else 0, max(top, most))
-
-    def start(self) -> None:
-        """Record, then judge."""
-        self.run_job(
-            "Move the handle: right end, left end, right end, left end…",
-            lambda work: work.check_sensor(work.runner.record(RECORD_SECONDS)),
-            self.finish,
-        )
 
 
 class DirectionStep(StepPage):
@@ -136,21 +132,19 @@ class DirectionStep(StepPage):
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
         self.add_handle(KitDrawing(supply=True))
-        self.push = self.button("Push", self.start, primary=True, motor=True)
-        self.find_dead_band = self.button("Look for a dead band", self.raise_force, motor=True)
+        self.push = self.job_button(
+            "Push", "Pushing, 0.3 N at most…", lambda work: work.try_direction(), self._judged,
+            primary=True, motor=True,
+        )  # fmt: skip
+        self.find_dead_band = self.job_button(
+            "Look for a dead band", "Raising the force, 1.5 N at most…", lambda work: work.find_dead_band(),
+            self._judged, motor=True,
+        )  # fmt: skip
         self.find_dead_band.setToolTip(
             "Raises the force slowly, 1.5 N at most, until the handle moves half a millimetre"
         )
         self.find_dead_band.hide()
         self.add_row(self.push, self.find_dead_band)
-
-    def start(self) -> None:
-        """Push both ways."""
-        self.run_job("Pushing, 0.3 N at most…", lambda work: work.try_direction(), self._judged)
-
-    def raise_force(self) -> None:
-        """Raise the force until the handle moves."""
-        self.run_job("Raising the force, 1.5 N at most…", lambda work: work.find_dead_band(), self._judged)
 
     def _judged(self, result: CheckResult) -> None:
         self.find_dead_band.setVisible(result.key == "no motion")

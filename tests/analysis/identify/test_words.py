@@ -87,11 +87,7 @@ def test_one_object_and_a_picture(csv, capsys, tmp_path):
     assert found["written"] == [str(picture)]
     assert picture.stat().st_size > 20_000
     setup = found["setup"]
-    assert (setup["Environment"], setup["Stiffness"], setup["Rate"]) == (
-        "Wall",
-        "300 N/m",
-        "1,000 Hz",
-    )
+    assert (setup["Environment"], setup["Stiffness"], setup["Rate"]) == ("Wall", "300 N/m", "1,000 Hz")
 
 
 def test_a_piece_that_tells_nothing_is_drawn_too(capsys, tmp_path):
