@@ -35,11 +35,6 @@ class SensorResult:
     result: CheckResult
 
 
-def unwrapped(raw: np.ndarray) -> np.ndarray:
-    """Return readings (n,) with the repeats taken out: jumps of more than half the range seen."""
-    return np.unwrap(raw.astype(float), period=float(np.ptp(raw)) + 1.0)
-
-
 def noise_of(raw: np.ndarray) -> float:
     """Return one sigma in counts of what neighbouring readings (n,) do not share; repeats do not count.
 
@@ -88,13 +83,15 @@ def analyse(track: Track) -> SensorResult:
     board, raw = track.settings, track.raw
     low, high = int(raw.min()), int(raw.max())
     noise = noise_of(raw)
-    sizes = periods(raw) if board.sensor != Sensor.QUADRATURE else np.empty(0)
-    period, half = float("nan"), float("nan")
+    period = half = float("nan")
+    if board.sensor == Sensor.QUADRATURE:
+        sizes, turns = np.empty(0), track.count
+    else:  # repeats are jumps of more than half the range seen
+        sizes, turns = periods(raw), np.unwrap(raw.astype(float), period=float(np.ptp(raw)) + 1.0)
     if len(sizes) >= _FEW_REPEATS:
         middle = np.median(sizes)
         near = sizes[np.abs(sizes - middle) <= max(0.05 * middle, 5.0)]
         period, half = float(near.mean()), 1.96 * float(near.std(ddof=1)) / np.sqrt(len(near)) + 0.5
-    turns = unwrapped(raw) if board.sensor != Sensor.QUADRATURE else track.count
     travel = float(np.ptp(turns)) * quantum_of(board)
     found = SensorResult(low, high, len(sizes), period, half, travel, noise, passed(""))
     return replace(found, result=_judge(found, track, board))

@@ -44,10 +44,9 @@ def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
     ways = ((~held, True), (held & setup.hold_known, False))
     parts = [_best(grid, setup, free, free_hand) for free, free_hand in ways]
     found = [part for part in parts if part is not None]
-    if not found and not setup.hold_known and held.any():
-        return Part("handle", advice=UNKNOWN_HOLD, left_out=grid.left_out)
     if not found:
-        return Part("handle", advice=NOTHING_MOVES, left_out=grid.left_out)
+        unknown = not setup.hold_known and bool(held.any())
+        return Part("handle", advice=UNKNOWN_HOLD if unknown else NOTHING_MOVES, left_out=grid.left_out)
     return min(found, key=lambda part: part["mass"].half / max(abs(part["mass"].value), 1e-9))
 
 
@@ -218,9 +217,5 @@ def _truth(setup: Setup, released: bool) -> dict[str, float]:
     if setup.handle is None or (not released and setup.grip is None):
         return {}
     grip = 0.0 if released or setup.grip is None else setup.grip.mass
-    truth = {
-        "mass": setup.handle.mass + grip,
-        "viscous": setup.handle.viscous,
-        "coulomb": setup.handle.coulomb,
-    }
+    truth = vars(setup.handle) | {"mass": setup.handle.mass + grip}
     return {name: value for name, value in truth.items() if math.isfinite(value)}
