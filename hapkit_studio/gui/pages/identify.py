@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QCheckBox, QPushButton, QStackedWidget, QWidget
 
 from hapkit_studio.dynamics.hand import GRIPS
@@ -70,52 +70,6 @@ _SINES = ((0.0085, 0.83, 0.0), (0.0045, 2.37, 1.0), (0.0020, 4.91, 2.0))
 _INTO_SURFACE = 0.003
 
 
-class ShakingHand(QObject):
-    """Moves the hand for some seconds, then lets go; ``finished(True)`` unless it was ended before."""
-
-    finished = Signal(bool)
-
-    def __init__(self, studio: "Studio", parent: QObject | None = None):
-        super().__init__(parent)
-        self._studio = studio
-        self._begin, self._seconds = 0.0, 0.0
-        self._timer = QTimer(self, interval=_STEP_MS, timerType=Qt.TimerType.PreciseTimer)
-        self._timer.timeout.connect(self._move)
-
-    @property
-    def running(self) -> bool:
-        """Say whether the hand moves."""
-        return self._timer.isActive()
-
-    def start(self, seconds: float) -> None:
-        """Begin to move."""
-        self._begin, self._seconds = time.perf_counter(), seconds
-        self._timer.start()
-
-    def end(self, whole: bool = False) -> None:
-        """Release the handle."""
-        if self.running:
-            self._timer.stop()
-            self._studio.move_hand(None)
-            self.finished.emit(whole)
-
-    def target(self, t: float) -> float:
-        """Return where the hand is after t s, in m: about the surface, where there is one."""
-        values = self._studio.values
-        place = values.get("position", values.get("center", 0.0))
-        if self._studio.environment.shades and "position" in values:
-            place += _INTO_SURFACE if values.get("side", 0.0) == 0.0 else -_INTO_SURFACE
-        soft = min(t / 0.3, 1.0)
-        return place + soft * sum(a * math.sin(2.0 * math.pi * f * t + p) for a, f, p in _SINES)
-
-    def _move(self) -> None:
-        t = time.perf_counter() - self._begin
-        if t < self._seconds:
-            self._studio.move_hand(self.target(t))
-        else:
-            self.end(whole=True)
-
-
 PIECES = ((2.0, "2 s"), (5.0, "5 s"), (10.0, "10 s"), (math.inf, "All"))
 PARTS = ("rendered", "handle")
 _HOW = (
@@ -164,7 +118,8 @@ class IdentifyPage(MeasuringPage):
         super().__init__(studio, live)
         self.found: Identified | None = None
         self._device = ""
-        self.shake = ShakingHand(studio, self)
+        self._began, self._seconds = 0.0, 0.0
+        self.shake = QTimer(self, interval=_STEP_MS, timerType=Qt.TimerType.PreciseTimer)
         self.pieces = Segmented("Newest piece", tuple(words for _, words in PIECES))
         self.pieces.show_index(1)
         self.parts = Segmented("What", ("Rendered", "Handle"))
@@ -183,8 +138,8 @@ class IdentifyPage(MeasuringPage):
         self.build(self._body)
         self.parts.chosen.connect(lambda _index: self.show_part())
         self.shaking.clicked.connect(self._press_shake)
-        self.shake.finished.connect(self._shaken)
-        studio.stop_changed.connect(lambda: self.shake.end())
+        self.shake.timeout.connect(self._shake)
+        studio.stop_changed.connect(self.let_go)
         for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed,
                         studio.engine_changed, studio.link_changed):  # fmt: skip
             changed.connect(self._look)
@@ -259,35 +214,54 @@ class IdentifyPage(MeasuringPage):
 
     def set_shown(self, on: bool) -> None:
         if not on:
-            self.shake.end()
+            self.let_go()
 
     def end(self) -> None:
-        self.shake.end()
+        self.let_go()
         super().end()
 
-    # shaking
+    # shaking: the hand moves for some seconds, then the piece is identified
+
+    def hand_target(self, t: float) -> float:
+        """Return where the hand is after t s, in m: about the surface, where there is one."""
+        values = self._studio.values
+        place = values.get("position", values.get("center", 0.0))
+        if self._studio.environment.shades and "position" in values:
+            place += _INTO_SURFACE if values.get("side", 0.0) == 0.0 else -_INTO_SURFACE
+        soft = min(t / 0.3, 1.0)
+        return place + soft * sum(a * math.sin(2.0 * math.pi * f * t + p) for a, f, p in _SINES)
+
+    def let_go(self) -> None:
+        """Release the handle where the hand shakes it."""
+        if self.shake.isActive():
+            self.shake.stop()
+            self._studio.move_hand(None)
+            self.bar.say("Let go")
+            self._look()
 
     def _press_shake(self) -> None:
-        if self.shake.running:
-            self.shake.end()
+        if self.shake.isActive():
+            self.let_go()
             return
         seconds = PIECES[self.pieces.index][0]
-        self.shake.start(seconds if math.isfinite(seconds) else PIECES[-2][0])
+        self._began, self._seconds = time.perf_counter(), min(seconds, PIECES[-2][0])
+        self.shake.start()
         self.bar.say("Shaking…")
         self._look()
 
-    def _shaken(self, whole: bool) -> None:
-        self._look()
-        if whole:
-            self.press()
+    def _shake(self) -> None:
+        t = time.perf_counter() - self._began
+        if t < self._seconds:
+            self._studio.move_hand(self.hand_target(t))
         else:
-            self.bar.say("Let go")
+            self.let_go()
+            self.press()
 
     def _look(self) -> None:
         """Enable only what the device allows; say whether the result still holds."""
         ours = self._studio.hand_is_ours and self._studio.grip != "released"
-        self.shaking.setEnabled(ours or self.shake.running)
-        self.shaking.setText("Let go" if self.shake.running else "Shake")
+        self.shaking.setEnabled(ours or self.shake.isActive())
+        self.shaking.setText("Let go" if self.shake.isActive() else "Shake")
         self.released.setVisible(self._studio.engine is not None and not self._studio.simulated)
         self._say(self.part)
 

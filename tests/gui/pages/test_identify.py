@@ -157,17 +157,17 @@ def test_shaking_ends_in_what_was_rendered(window, qtbot):
 def test_the_hand_shakes_about_the_surface_until_a_stop_or_another_view_lets_go(window, qtbot):
     window.views.show("identify")
     page = window.views.page("identify")
-    places = np.array([page.shake.target(t) for t in np.arange(0.0, 10.0, 0.01)])
+    places = np.array([page.hand_target(t) for t in np.arange(0.0, 10.0, 0.01)])
     assert places[0] == pytest.approx(0.005 + 0.003)  # at the wall's surface
     assert places.min() < 0.0
     assert 0.015 < places.max() < 0.05
     page.shaking.click()
     window.studio.stop()
-    assert not page.shake.running
+    assert not page.shake.isActive()
     assert page.found is None
     window.studio.release_stop()
     page.shaking.click()
     window.views.show("live")
-    assert not page.shake.running
+    assert not page.shake.isActive()
     window.studio.set_grip("released")
     assert not page.shaking.isEnabled()
