@@ -15,6 +15,7 @@ from hapkit_studio.analysis.identify.estimates import Part
 from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, Track
 from hapkit_studio.devices.padding import Padding
 from hapkit_studio.devices.profiles import Kit, of_settings, quantum_of
+from hapkit_studio.errors import ParameterError
 from hapkit_studio.protocol.messages import Board, Settings
 
 MARK_SECONDS = 0.5
@@ -39,6 +40,7 @@ class Calibration:
         self.scale: Scale | None = None
         self.direction: Direction | None = None
         self.carried: list[tuple[float, Track]] = []
+        self.pushed: Track | None = None
         self.strength: Strength | None = None
         self.sweep_result: SweepResult | None = None
         self._constant = self.runner.settings.motor_constant
@@ -162,11 +164,14 @@ class Calibration:
     def push_on_scale(self, force: float, seconds: float, until: Callable[[], bool]) -> Track:
         """Press on a kitchen scale with a force in N; raise DeviceError."""
         self._need_direction()
-        return motions.push(self.runner, force, seconds, until)
+        self.pushed = motions.push(self.runner, force, seconds, until)
+        return self.pushed
 
-    def use_reading(self, reading: float, track: Track) -> Strength:
+    def use_reading(self, reading: float) -> Strength:
         """Put the motor constant from a scale's reading in kg in force; raise ParameterError."""
-        return self._use(motor.strength_from_scale(reading, track, self._with_first_constant()))
+        if self.pushed is None:
+            raise ParameterError("Push on the scale first, and read it meanwhile.")
+        return self._use(motor.strength_from_scale(reading, self.pushed, self._with_first_constant()))
 
     def _with_first_constant(self) -> Board:
         """Return the settings with the motor constant that this calibration began with."""

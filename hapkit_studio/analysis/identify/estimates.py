@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hapkit_studio.analysis.identify.regression import Fit
-from hapkit_studio.analysis.identify.windows import Grid, Windows
+from hapkit_studio.analysis.identify.windows import Windows
 
 
 @dataclass(frozen=True)
@@ -185,17 +185,3 @@ def estimate(
     }
     advice = "" if told else f"Cannot tell. {term.advice.format(**words)}"
     return Estimate(name, value, half, asked, expected, told, advice)
-
-
-def points(
-    grid: Grid,
-    windows: Windows,
-    names: tuple[str, ...],
-    columns: np.ndarray,
-    force: np.ndarray,
-    kept: np.ndarray,
-    fit: Fit,
-) -> Points:
-    """Return what was used, to be drawn."""
-    times = grid.begin + grid.period * (windows.starts + 0.5 * windows.length)
-    return Points(times[kept], (*names, "offset"), columns[kept], force[kept], fit, grid.middle)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hapkit_studio.analysis.identify.estimates import Estimate, Part, Sizes, estimate, points, sizes
+from hapkit_studio.analysis.identify.estimates import Estimate, Part, Points, Sizes, estimate, sizes
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.regression import STRONG, Fit, by_target, solve, widening
 from hapkit_studio.analysis.identify.windows import Grid, Windows
@@ -119,6 +119,7 @@ def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, releas
     if fit is None:
         return None
     variances = _by_steps(windows, made, kept)
+    times = grid.begin + windows.middles[kept]
     moved = sizes(grid.position, windows, kept)
     part = Part(
         "handle",
@@ -127,7 +128,7 @@ def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, releas
         hertz=moved.hertz,
         seconds=float(kept.sum()) * windows.piece * grid.period,
         released=released,
-        points=points(grid, windows, NAMES, columns, force, kept, fit),
+        points=Points(times, (*NAMES, "offset"), columns[kept], force[kept], fit, grid.middle),
         left_out=grid.left_out,
     )
     # chosen by the variances and not by the intervals found, the windows do not favour small intervals

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from hapkit_studio.analysis.identify.estimates import Estimate, Part, Sizes, estimate, points, sizes
+from hapkit_studio.analysis.identify.estimates import Estimate, Part, Points, Sizes, estimate, sizes
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.regression import Fit, solve
 from hapkit_studio.analysis.identify.windows import Grid, Windows
@@ -92,7 +92,7 @@ def _fitted(
     fit = solve(columns, columns, against, kept) if there.any() else None
     if fit is None:
         return Part("rendered", advice=_why_not(grid, asked, names), left_out=left_out)
-    moved = sizes(grid.position, windows, kept)
+    moved, times = sizes(grid.position, windows, kept), grid.begin + windows.middles[kept]
     steps = _steps(fit, names, windows, columns[kept], setup.quantum)
     expected = _expected(grid, asked, names, windows, columns, kept)
     known = {"stiffness": asked.stiffness, "friction": asked.friction, "damping_out": 0.0}
@@ -109,7 +109,7 @@ def _fitted(
         explained=fit.explained,
         hertz=moved.hertz,
         seconds=float(kept.sum()) * windows.piece * grid.period,
-        points=points(grid, windows, names, columns, against, kept, fit),
+        points=Points(times, (*names, "offset"), columns[kept], against[kept], fit, grid.middle),
         left_out=left_out,
         damped=int(grid.damped.sum()),
     )

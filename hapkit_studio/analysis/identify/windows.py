@@ -202,6 +202,11 @@ class Windows:
         first = -(-self.lead // self.piece) * self.piece
         return np.arange(first, self.count - self.length, self.piece)
 
+    @property
+    def middles(self) -> np.ndarray:
+        """Return every window's middle in s from the grid's first sample."""
+        return self.period * (self.starts + 0.5 * self.length)
+
     def kernel(self, order: int) -> np.ndarray:
         """Return the weights (length + 1,) of samples in the mean of a derivative of that order."""
         u = np.arange(self.length + 1) / self.piece

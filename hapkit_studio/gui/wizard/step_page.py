@@ -134,13 +134,11 @@ class StepPage(QWidget):
         """Return a button that runs a job, which needs nothing that is typed; options: as of ``button``."""
         return self.button(words, lambda: self.run_job(says, job, after), **options)
 
-    def run_job(self, words: str, job: Job, after: Callable[[Any], object]) -> bool:
+    def run_job(self, words: str, job: Job, after: Callable[[Any], object]) -> None:
         """Hand the board's thread a job, say meanwhile what it does, then call after(result)."""
-        if not self.board.run_job(job, after):
-            return False
-        self.box.show_working(words)
-        self.job_started.emit()
-        return True
+        if self.board.run_job(job, after):
+            self.box.show_working(words)
+            self.job_started.emit()
 
     def finish(self, result: CheckResult) -> None:
         """Show and keep what the step found."""

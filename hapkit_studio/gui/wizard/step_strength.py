@@ -40,7 +40,6 @@ class StrengthStep(StepPage):
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
-        self.pushed: Track | None = None
         self._pushed_enough = threading.Event()
         self.method = Segmented("How", ("Weights", "Kitchen scale"))
         self.method.show_index(0)
@@ -60,7 +59,9 @@ class StrengthStep(StepPage):
         self.enough.setAutoDefault(False)
         self.enough.clicked.connect(self._pushed_enough.set)
         self.reading = ThousandthsBox("Reading", "g", 0.0, 500.0, 1)
-        self.take = self.button("Use this reading", self.use_reading, ready=lambda: self.pushed is not None)
+        self.take = self.button(
+            "Use this reading", self.use_reading, ready=lambda: self.calibration.pushed is not None
+        )
         self.weights, self.scale = QWidget(), QWidget()
         across(QLabel("Mass at the handle"), self.mass, self.carry, self.use, None, into=self.weights)
         across(
@@ -91,7 +92,6 @@ class StrengthStep(StepPage):
 
     def reset(self) -> None:
         super().reset()
-        self.pushed = None
         self.carried.setText("")
         self.mass.show_si(MASSES[0])
 
@@ -122,23 +122,18 @@ class StrengthStep(StepPage):
         """Push on the scale until Enough is pressed."""
         self._pushed_enough.clear()
         words = f"Pushing with {PUSH:g} N. Read the scale, then press Enough."
-        if self.run_job(
-            words,
-            lambda work: work.push_on_scale(PUSH, PUSH_SECONDS, self._pushed_enough.is_set),
-            self._pushed,
-        ):
-            self.enough.setFocus()
+        enough = self._pushed_enough.is_set
+        self.run_job(words, lambda work: work.push_on_scale(PUSH, PUSH_SECONDS, enough), self._pushed)
+        self.enough.setFocus()
 
-    def _pushed(self, track: Track) -> None:
-        self.pushed = track
+    def _pushed(self, _track: Track) -> None:
         self.box.show_text("Type what the scale read, then press Use this reading.")
         self.reading.setFocus()
 
     def use_reading(self) -> None:
         """Take the motor constant that the reading tells."""
-        track, reading = self.pushed, self.reading.si
-        if track is not None:
-            self.run_job("Sending…", lambda work: work.use_reading(reading, track), self._measured)
+        reading = self.reading.si
+        self.run_job("Sending…", lambda work: work.use_reading(reading), self._measured)
 
     def _measured(self, found: Strength) -> None:
         share, half = 100.0 * found.ratio, 100.0 * found.half

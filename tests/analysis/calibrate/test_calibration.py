@@ -95,11 +95,11 @@ def test_a_kitchen_scale_tells_the_strength_too():
     kit.hand = 0.0
     track = work.push_on_scale(1.0, 2.0, lambda: False)
     pushed = kit.motor_force(int(track.pwm[-1]))
-    found = work.use_reading(pushed / 9.81, track)
+    found = work.use_reading(pushed / 9.81)
     assert found.ratio == pytest.approx(0.7, rel=0.02)
     for reading in (0.0, 5.0):
         with pytest.raises(ParameterError):
-            work.use_reading(reading, track)
+            work.use_reading(reading)
 
 
 # kits that are hard to measure: intervals stay true

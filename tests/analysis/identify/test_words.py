@@ -46,6 +46,7 @@ def test_the_loop_is_named_as_the_reason():
     found = shaken(1, values={"stiffness": 400.0}, delay=1e-3)
     text = "\n".join(found.sentences(found.rendered))
     assert "you set 0 N·s/m, you rendered −0.6" in text
+    assert found.rendered["damping"].value == pytest.approx(-400.0 * 1.5e-3, rel=0.01)
     assert "That is what the loop makes of it, −0.6" in text
     assert "1.5 ms on average: that takes 400 N/m × 1.5 ms = 0.6 N·s/m." in text
 

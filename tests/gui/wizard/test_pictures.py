@@ -58,20 +58,15 @@ def test_the_kit_is_drawn_as_the_step_needs_it(qtbot):
 def test_a_long_run_shows_its_bar_and_moves_nothing(qtbot):
     box = ResultBox()
     qtbot.addWidget(box)
-    box.resize(400, 60)
     box.show()
-    box.show_text("Sweeping. Hands off…")
+    box.show_text("Found.", "Next: hang 50 g on it.", SIGNS["pass"])
     box.resize(400, 60)
     low = box.height()
-    box.show_progress(3.0, 12.0)
-    assert box.bar.isVisible()
-    assert box.bar.value() == 0.25 * box.bar.maximum()
-    assert box.height() == low
-    box.show_text("Found.", "Next: hang 50 g on it.", SIGNS["pass"])
-    for passed, seconds in ((1.0, 0.9 * LONG_SECONDS), (20.0, math.inf), (0.0, 0.0)):
+    for passed, seconds in ((1.0, 0.9 * LONG_SECONDS), (20.0, math.inf), (3.0, 12.0), (0.0, 0.0)):
         box.show_progress(passed, seconds)
-        assert not box.bar.isVisible()
+        assert box.bar.isVisible() == (seconds == 12.0)
         assert box.height() == low
+    assert box.bar.value() == 0.25 * box.bar.maximum()
 
 
 def test_the_sweeps_limits_lie_about_its_start(qtbot):
