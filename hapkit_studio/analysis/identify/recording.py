@@ -218,7 +218,10 @@ def _setup_of(settings: Mapping, times: np.ndarray, hand: Hand | None) -> tuple[
         grip,
         hold_known=grip is not None or not isinstance(name, str) or name in _NO_GRIP,
     )
-    return setup, _target(hand, times)
+    if hand is None:
+        return setup, None
+    target: Any = hand.target
+    return setup, np.array(target(times) if hand.vectorised else [target(t) for t in times.tolist()], float)
 
 
 def _grip(numbers: Any) -> Grip | None:
@@ -227,14 +230,6 @@ def _grip(numbers: Any) -> Grip | None:
         return None
     found = [_number(numbers, key) for key in ("mass", "damping", "stiffness")]
     return Grip(*found) if all(math.isfinite(x) for x in found) else None
-
-
-def _target(hand: Hand | None, times: np.ndarray) -> np.ndarray | None:
-    """Return where the hand pulls to (n,) in m, None where nobody holds."""
-    if hand is None:
-        return None
-    target: Any = hand.target
-    return np.array(target(times) if hand.vectorised else [target(t) for t in times.tolist()], dtype=float)
 
 
 def _scene(settings: Mapping) -> tuple[Any, dict[str, float]]:

@@ -95,6 +95,9 @@ def lay(recording: Recording) -> Grid:
     sign = direction(along, recording.setup.quantum, period)
     left_out = {word: int(((flags & bit) != 0).sum()) for word, bit in REASONS.items()}
     left_out["lost"] = int((~there).sum())
+    target = recording.target
+    if target is not None:
+        target = np.interp(np.arange(count), place, target[good]) if np.isfinite(target).all() else None
     return Grid(
         period=period,
         begin=float(recording.time[0]),
@@ -115,15 +118,9 @@ def lay(recording: Recording) -> Grid:
         damped=flags & rows.DAMPED != 0,
         seen=spread(recording.position),
         speed=spread(recording.velocity),
-        target=_target(recording, place, good),
+        target=target,
         left_out={word: number for word, number in left_out.items() if number},
     )
-
-
-def _target(recording: Recording, place: np.ndarray, good: np.ndarray) -> np.ndarray | None:
-    if recording.target is None or not np.isfinite(recording.target).all():
-        return None
-    return np.interp(np.arange(int(place[-1]) + 1), place, recording.target[good])
 
 
 def _steps(recording: Recording) -> tuple[np.ndarray, float]:

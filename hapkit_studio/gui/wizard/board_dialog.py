@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import QDialog, QFrame, QProgressBar, QPushButton, QWidget
 
-from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
+from hapkit_studio.analysis.calibrate.result import FAIL, PASS, SKIP, WARN, CheckResult
 from hapkit_studio.devices.board_runner import motor_force
 from hapkit_studio.devices.profiles import readings
 from hapkit_studio.gui.header import StopButton
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
 
 FRAME_MS = 50
-SIGNS = {PASS: ("check", "ok"), WARN: ("triangle", "warn"), FAIL: ("triangle", "danger")}
-"""Icon and colour of a result's level."""
 NEUTRAL = ("circle", "ink3")
+SIGNS = {PASS: ("check", "ok"), WARN: ("triangle", "warn"), FAIL: ("triangle", "danger"), SKIP: NEUTRAL}
+"""Icon and colour of a result's level."""
 LONG_SECONDS = 5.0
 """s from which on a run shows how far it is."""
 _EVERY = 5
@@ -199,7 +199,7 @@ class ResultBox(QFrame):
 
     def show_result(self, result: CheckResult) -> None:
         """Show the result of a check."""
-        self.show_text(result.words, result.remedy, SIGNS.get(result.level, NEUTRAL))
+        self.show_text(result.words, result.remedy, SIGNS[result.level])
 
     def show_warning(self, words: str, remedy: str = "") -> None:
         """Show what went wrong, and what to do."""

@@ -67,7 +67,7 @@ class CheckDialog(BoardDialog):
         key, result = progress
         sign, words = self.rows[key]
         mark(words, "role", "")
-        sign.show_sign(*(("circle", "accent") if result is None else SIGNS.get(result.level, NEUTRAL)))
+        sign.show_sign(*(("circle", "accent") if result is None else SIGNS[result.level]))
         if result is None:
             words.setText(f"{words.text()} Under way…")
             return

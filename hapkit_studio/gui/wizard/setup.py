@@ -205,7 +205,7 @@ class SetupDialog(BoardDialog):
         for index, step in enumerate(self.steps):
             result, row = step.result or self._skipped.get(index), self.list.item(index)
             words = result.words if result is not None else "not done yet"
-            sign, color = SIGNS.get(result.level, NEUTRAL) if result is not None else NEUTRAL
+            sign, color = SIGNS[result.level] if result is not None else NEUTRAL
             row.setIcon(icons.icon(sign, color, _ICON))
             row.setToolTip(words)
             row.setData(Qt.ItemDataRole.AccessibleTextRole, f"{step.name}: {words}")
