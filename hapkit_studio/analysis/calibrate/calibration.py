@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from hapkit_studio.analysis.calibrate import motions, motor, paddle, scale, sensor
-from hapkit_studio.analysis.calibrate.motor import Breakaway, Direction, Strength
+from hapkit_studio.analysis.calibrate.motor import Direction, Strength
 from hapkit_studio.analysis.calibrate.paddle import SweepResult
 from hapkit_studio.analysis.calibrate.result import CheckResult, passed
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
@@ -99,14 +99,10 @@ class Calibration:
     # direction
     def try_direction(self) -> CheckResult:
         """Push both ways; reverse a motor that goes the wrong way, and push again; raise DeviceError."""
-        self.direction = motor.push_both_ways(self.runner)
-        if self.direction.agrees is not False:
-            return self.direction.result
-        self._change(direction=-self.board.direction)
-        self.direction = motor.push_both_ways(self.runner)
-        if self.direction.agrees:
+        found, wrong = self._keep_direction(lambda: motor.push_both_ways(self.runner))
+        if wrong and found.agrees:
             return passed("The motor pushed the wrong way. It is reversed now; force and position agree now.")
-        return self.direction.result
+        return found.result
 
     def find_dead_band(self) -> CheckResult:
         """Raise the force until the handle moves, start above that, push again; raise DeviceError."""
@@ -115,26 +111,24 @@ class Calibration:
         if band:
             self._change(dead_band=band)
         found = self.try_direction()
-        if found.key == "no motion":
-            found = self._judge_breakaway(broke)
-        words = (
-            f" The motor begins to turn at duty {band} of 255; the step Friction measures it." if band else ""
-        )
-        return replace(found, words=found.words + words)
+        if found.key == "no motion":  # friction may be more than a pulse is allowed to be
+            slow, wrong = self._keep_direction(
+                lambda: motor.judge_pulses(motor.breakaway(self.runner).pulses)
+            )
+            turn = " The motor pushed the wrong way. It is reversed now." if wrong else ""
+            held = f"Dry friction holds the handle up to {broke.force:.2f} N.{turn}"
+            found = passed(f"{held} Force and position agree.") if slow.agrees else slow.result
+        more = f" The motor begins to turn at duty {band} of 255; the step Friction measures it."
+        return replace(found, words=found.words + more) if band else found
 
-    def _judge_breakaway(self, broke: Breakaway) -> CheckResult:
-        """Judge by what the slowly raised force did: friction may be more than a pulse is allowed to be."""
-        self.direction = motor.judge_pulses(broke.pulses)
-        reversed_ = self.direction.agrees is False
-        if reversed_:
+    def _keep_direction(self, push: Callable[[], Direction]) -> tuple[Direction, bool]:
+        """Keep what pushes tell; reverse a motor that goes the wrong way, push again; say whether it did."""
+        self.direction = push()
+        wrong = self.direction.agrees is False
+        if wrong:
             self._change(direction=-self.board.direction)
-            self.direction = motor.judge_pulses(motor.breakaway(self.runner).pulses)
-        if not self.direction.agrees:
-            return self.direction.result
-        turn = " The motor pushed the wrong way. It is reversed now." if reversed_ else ""
-        return passed(
-            f"Dry friction holds the handle up to {broke.force:.2f} N.{turn} Force and position agree."
-        )
+            self.direction = push()
+        return self.direction, wrong
 
     # strength
     def carry(self, mass: float) -> float:
