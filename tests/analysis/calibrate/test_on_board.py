@@ -7,7 +7,7 @@ from hapkit_studio.devices.board_runner import BoardRunner
 from hapkit_studio.devices.virtual_board import VirtualBoard, built
 from hapkit_studio.protocol.messages import Alive, Origin, Save
 
-pytestmark = pytest.mark.skipif(not built(), reason="the virtual board is not built")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(not built(), reason="the virtual board is not built")]
 
 
 class PatientBoard(VirtualBoard):
@@ -66,7 +66,6 @@ def test_magnet_and_motor_the_wrong_way_round_are_put_right_and_kept(begin):
     assert work.runner.settings.label == "mine"
 
 
-@pytest.mark.slow
 def test_a_sweep_tells_the_paddle_of_the_virtual_board(begin):
     truth = {"mass": 0.08, "viscous": 0.3, "coulomb": 0.2}
     _, work = begin(*[word for key, value in truth.items() for word in (f"--{key}", str(value))])

@@ -17,15 +17,12 @@ from tests.analysis.identify.motions import shaken
 @pytest.mark.parametrize(
     ("key", "value", "half", "text"),
     [
-        ("stiffness", 287.31, 4.2, "287 ± 4"),
         ("stiffness", 287.31, 1.6, "287.3 ± 1.6"),
         ("stiffness", 299.98, 0.02, "300.0 ± 0.1"),
         ("stiffness", 1234.0, 260.0, "1,234 ± 260"),
-        ("damping", -0.4496, 0.0131, "−0.450 ± 0.013"),
         ("damping", -0.0001, 0.02, "0.000 ± 0.020"),
         ("mass", 0.0441, 0.0012, "44.1 ± 1.2"),
         ("centre", 0.00502, 0.0001, "5.02 ± 0.10"),
-        ("coulomb", 0.1004, 0.004, "0.100 ± 0.004"),
     ],
 )
 def test_a_number_is_written_as_fine_as_it_is_known(key, value, half, text):
