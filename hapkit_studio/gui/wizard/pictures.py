@@ -87,11 +87,6 @@ class HandleView(SceneView):
         self._known = True
         self.update_state(position, force, force, self._held, False, False, np.empty(0))
 
-    def show_marks(self, marks: Mapping[float, bool]) -> None:
-        """Show places in m, and whether they are taken."""
-        self.marks = marks
-        self.update()
-
     def sizeHint(self) -> QSize:
         return QSize(520, 150)
 

@@ -118,7 +118,8 @@ class ScaleStep(StepPage):
         left = PLACES[len(taken) :]
         self.place.show_si(left[0] if left else 0.0)
         if self.handle is not None:
-            self.handle.show_marks({p: p in taken and p not in left for p in sorted({*PLACES, *taken})})
+            self.handle.marks = {p: p in taken and p not in left for p in sorted({*PLACES, *taken})}
+            self.handle.update()
         if not taken:
             self.residuals.setText("")
         self.first = self.take
