@@ -73,7 +73,6 @@ class HandleView(SceneView):
         self.marks: Mapping[float, bool] = {}
         self._with_force, self._known = with_force, False
         self.let_go = QPushButton("Let go", self)
-        self.let_go.setAutoDefault(False)
         self.let_go.clicked.connect(self._let_go)
         self.setMinimumSize(280, 150)
         self.setMaximumHeight(236)

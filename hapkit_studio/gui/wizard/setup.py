@@ -4,8 +4,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QStackedWidget, QWidget
+from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QWidget, QWizard
 
 from hapkit_studio.analysis.calibrate.calibration import Calibration
 from hapkit_studio.analysis.calibrate.result import PASS, SKIP, CheckResult
@@ -13,9 +13,7 @@ from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.padding import measure_padding
 from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.devices.virtual_board import VirtualBoard
-from hapkit_studio.gui.panel.parameter_panel import rule
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import across, down
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent
 from hapkit_studio.gui.wizard.step_page import StepPage
@@ -31,6 +29,17 @@ if TYPE_CHECKING:
 _SIZE, _SMALLEST = (1060, 700), (860, 560)
 _ROW_HEIGHT, _LIST_WIDTH, _ICON = 44, 200, 18
 _AFTER_STOP = "Press Release E-stop above, hands off, then begin this step again."
+_BUTTONS = QWizard.WizardButton
+_SKIP, _AGAIN, _CLOSE = _BUTTONS.CustomButton1, _BUTTONS.CustomButton2, _BUTTONS.CustomButton3
+_BACK, _NEXT, _SPACE = _BUTTONS.BackButton, _BUTTONS.NextButton, _BUTTONS.Stretch
+_WORDS = {_BACK: "Back", _NEXT: "Next", _SKIP: "Skip", _AGAIN: "Try again"}
+
+
+class _Pages(QWizard):
+    """Leaves keys to the dialog that it stands in: Esc stops the motor, Enter presses what has the focus."""
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        event.ignore()
 
 
 class SetupDialog(BoardDialog):
@@ -50,22 +59,14 @@ class SetupDialog(BoardDialog):
             StrengthStep(board), FrictionStep(board), self.save_step,
         ]  # fmt: skip
         self._skipped: dict[int, CheckResult] = {}
-        self._gone = False
-        self.list, self.pages = self._make_list(), QStackedWidget()
-        for step in self.steps:
-            self.pages.addWidget(step)
-        self.skip, self.again, self.back, self.next = buttons = tuple(
-            QPushButton(words) for words in ("Skip", "Try again", "Back", "Next")
-        )
-        for button in (self.close_button, *buttons):
-            button.setProperty("tall", True)
-            button.setMinimumWidth(92)
-            button.setAutoDefault(False)
-        row = across(self.close_button, None, *buttons, margins=(9, 9, 9, 9), gap=6)
-        self.column.addLayout(across(self.list, (self.pages, 1), gap=0), 1)
-        self.column.addLayout(down(rule(), row))
+        self.list = self._make_list()
+        self.pages = self._make_pages()
+        self.back, self.next, self.skip, self.again = (self.pages.button(which) for which in _WORDS)
+        self.column.addWidget(self.pages, 1)
         self._connect()
-        self.list.setCurrentRow(0)
+        self.pages.restart()
+        around = self.list.parentWidget()  # made by QWizard, with a margin
+        around.layout().setContentsMargins(0, 0, 0, 0)  # type: ignore[union-attr]
         self._show_opening()
 
     @staticmethod
@@ -81,7 +82,7 @@ class SetupDialog(BoardDialog):
     @property
     def index(self) -> int:
         """Return the number of the step in sight, from 0."""
-        return self.list.currentRow()
+        return self.pages.currentId()
 
     @property
     def step(self) -> StepPage:
@@ -89,17 +90,19 @@ class SetupDialog(BoardDialog):
         return self.steps[self.index]
 
     def go(self, index: int) -> None:
-        """Show a step."""
-        self.list.setCurrentRow(index)
+        """Show a step; its neighbours stay those of Back and Next."""
+        while self.index < index:
+            self.pages.next()
+        while self.index > index:
+            self.pages.back()
 
     def skip_step(self) -> None:
         """Leave a step out, and say what is assumed then."""
         self._skipped[self.index] = CheckResult(SKIP, f"Left out. Assumed: {self.step.if_skipped}.")
-        self.go(self.index + 1)
+        self.pages.next()
 
     def try_again(self) -> None:
         """Open the board anew and begin with the first step: what was found before is not in force."""
-        self._gone = False
         self.board.start()
         self.reset()
         self._show_opening()
@@ -110,8 +113,7 @@ class SetupDialog(BoardDialog):
         self._skipped.clear()
         for step in self.steps:
             step.reset()
-        self.go(0)
-        self._show_state()
+        self.pages.restart()
 
     def notes(self) -> Notes:
         """Return for every step but the last whether it is done, and what was found or is assumed."""
@@ -138,11 +140,15 @@ class SetupDialog(BoardDialog):
     # what happens
 
     def _entered(self, index: int) -> None:
-        """Begin the step that has come into sight."""
+        """Begin the step that has come into sight; index: -1 while the wizard begins again."""
+        if index < 0:
+            return
         for step in self.steps:
             if step.handle is not None:
                 step.handle.let_go.click()
-        self.pages.setCurrentIndex(index)
+        self.list.setCurrentRow(index)
+        ways_on = [_BACK] if self.step is self.save_step else [_SKIP, _BACK, _NEXT]
+        self.pages.setButtonLayout([_CLOSE, _SPACE, *ways_on])
         self.step.enter()
         self._show_state()
         self._focus()
@@ -179,10 +185,10 @@ class SetupDialog(BoardDialog):
 
     def _failed(self, words: str) -> None:
         """Say it on every page; the only ways on are Try again and Close."""
-        self._gone = True
         for step in self.steps:
             step.box.show_text(words, "Motor off. Check the cable, then try again.", ("unplugged", "warn"))
         self._show_state()
+        self.pages.setButtonLayout([_CLOSE, _SPACE, _AGAIN])
         self.again.setFocus()
 
     def _undone(self) -> None:
@@ -211,21 +217,30 @@ class SetupDialog(BoardDialog):
             row.setData(Qt.ItemDataRole.AccessibleTextRole, f"{step.name}: {words}")
             step.offer_buttons()
         step, free = self.step, not self.board.busy
-        last, done = step is self.save_step, step.result is not None
-        good = step.result is not None and step.result.good
+        last, good = step is self.save_step, step.result is not None and step.result.good
         step.hint.setText("" if good or last else f"If skipped, the studio assumes: {step.if_skipped}.")
         self.list.setEnabled(free)
-        for button, shown, enabled in (
-            (self.skip, not self._gone and not last, free),
-            (self.again, self._gone, True),
-            (self.back, not self._gone, free and self.index > 0),
-            (self.next, not self._gone and not last, free and done),
-        ):
-            button.setVisible(shown)
-            button.setEnabled(enabled)
+        self.skip.setEnabled(free)
+        self.back.setEnabled(free and self.index > 0)
         self.close_button.setText("Cancel" if self.board.job_running else "Close")
 
     # putting together
+
+    def _make_pages(self) -> QWizard:
+        pages = _Pages(self)
+        pages.setWindowFlags(Qt.WindowType.Widget)  # part of this dialog, no window of its own
+        pages.setWizardStyle(QWizard.WizardStyle.ModernStyle)
+        pages.setOption(QWizard.WizardOption.IndependentPages)
+        pages.setOption(QWizard.WizardOption.NoDefaultButton)
+        pages.setSideWidget(self.list)
+        for step in self.steps:
+            pages.addPage(step)
+        pages.setButton(_CLOSE, self.close_button)
+        for which, words in _WORDS.items():
+            pages.setButtonText(which, words)
+        for button in pages.findChildren(QPushButton):
+            button.setAutoDefault(False)
+        return pages
 
     def _make_list(self) -> QListWidget:
         rows = QListWidget()
@@ -239,11 +254,10 @@ class SetupDialog(BoardDialog):
         return rows
 
     def _connect(self) -> None:
-        self.list.currentRowChanged.connect(self._entered)
+        self.list.currentRowChanged.connect(self.go)
+        self.pages.currentIdChanged.connect(self._entered)
         self.skip.clicked.connect(self.skip_step)
         self.again.clicked.connect(self.try_again)
-        self.back.clicked.connect(lambda: self.go(self.index - 1))
-        self.next.clicked.connect(lambda: self.go(self.index + 1))
         self.board.opened.connect(self._opened)
         self.board.done.connect(lambda _result: self._job_ended())
         self.board.refused.connect(self._job_ended)

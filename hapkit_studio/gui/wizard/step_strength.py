@@ -56,7 +56,6 @@ class StrengthStep(StepPage):
         self.push = self.button("Push", self.start_pushing, primary=True, motor=True)
         self.enough = QPushButton("Enough")  # the only one that is of use while the motor pushes
         self.enough.setProperty("tall", True)
-        self.enough.setAutoDefault(False)
         self.enough.clicked.connect(self._pushed_enough.set)
         self.reading = ThousandthsBox("Reading", "g", 0.0, 500.0, 1)
         self.take = self.button(

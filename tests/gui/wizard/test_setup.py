@@ -92,6 +92,12 @@ def test_words_are_whole_controls_named_and_a_skipped_step_says_what_is_assumed(
             dialog.skip.click()
             assert "Left out" in dialog.list.item(index).toolTip()
     assert all(step.if_skipped in dialog.step.assumptions.text() for step in dialog.steps[:-1])
+    rows = dialog.list
+    place = rows.visualItemRect(rows.item(3)).center()
+    qtbot.mouseClick(rows.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    assert dialog.index == 3
+    dialog.back.click()  # to its neighbour, not to where the list was left
+    assert dialog.index == rows.currentRow() == 2
 
 
 def test_no_supply_offers_the_search_and_the_hand_of_a_board_that_has_one_is_dragged(played, qtbot):
