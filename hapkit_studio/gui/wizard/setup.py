@@ -16,11 +16,14 @@ from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent
+from hapkit_studio.gui.wizard.step_connect import ConnectStep
+from hapkit_studio.gui.wizard.step_direction import DirectionStep
+from hapkit_studio.gui.wizard.step_friction import FrictionStep
 from hapkit_studio.gui.wizard.step_page import StepPage
 from hapkit_studio.gui.wizard.step_save import Notes, SaveStep
 from hapkit_studio.gui.wizard.step_scale import ScaleStep
+from hapkit_studio.gui.wizard.step_sensor import SensorStep
 from hapkit_studio.gui.wizard.step_strength import StrengthStep
-from hapkit_studio.gui.wizard.steps import ConnectStep, DirectionStep, FrictionStep, SensorStep
 
 if TYPE_CHECKING:
     from hapkit_studio.devices.board_runner import BoardRunner

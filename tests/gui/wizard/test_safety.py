@@ -12,7 +12,7 @@ from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION
 from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.devices.virtual_board import VirtualBoard, built
 from hapkit_studio.errors import NoDataError
-from hapkit_studio.gui.wizard import steps
+from hapkit_studio.gui.wizard import step_sensor
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.protocol.messages import Sensor
 from tests.devices.paddle_kit import PaddleKit
@@ -86,7 +86,7 @@ def test_strength_and_sweep_wait_for_the_direction(played):
 
 
 def test_cancel_e_stop_and_esc_end_the_job_of_every_step_which_can_be_begun_again(played, qtbot, monkeypatch):
-    monkeypatch.setattr(steps, "RECORD_SECONDS", 1.0)
+    monkeypatch.setattr(step_sensor, "RECORD_SECONDS", 1.0)
     play = played()
     dialog, kit, studio = play.dialog, play.kit, play.window.studio
     play.direct()

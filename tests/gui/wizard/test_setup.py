@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QLabel, QPushButton
 
 from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.devices.profiles import quantum_of
-from hapkit_studio.gui.wizard import steps
+from hapkit_studio.gui.wizard import step_sensor
 from hapkit_studio.protocol.messages import Force, Origin
 from tests.devices.paddle_kit import PaddleKit
 from tests.gui.wizard.support import PACE
@@ -189,7 +189,7 @@ def test_radii_and_marks_are_checked_against_each_other(played):
 
 
 def test_an_encoder_counts_both_ways(played, monkeypatch):
-    monkeypatch.setattr(steps, "RECORD_SECONDS", 5.5)
+    monkeypatch.setattr(step_sensor, "RECORD_SECONDS", 5.5)
     play = played(kit=EncoderKit(pace=PACE))
     sensor = play.dialog.steps[1]
     play.dialog.go(1)
