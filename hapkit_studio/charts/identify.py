@@ -91,7 +91,7 @@ def _term(axes: Any, c: Colors, part: "Part", name: str) -> None:
 
 
 def _residuals(axes: Any, c: Colors, points: "Points", end: float) -> None:
-    axes.plot(points.time - end, 1e3 * points.residual, ".", markersize=2.5, color=c.applied)
+    axes.plot(points.time - end, 1e3 * points.fit.residual, ".", markersize=2.5, color=c.applied)
     axes.axhline(0.0, color=c.ink2, linewidth=1)
     style_axes(axes, c, "time, s (what no term explains)", "mN")
     axes.locator_params(axis="y", nbins=4)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from hapkit_studio.analysis.calibrate import motions, motor, paddle, scale, sensor
-from hapkit_studio.analysis.calibrate.motor import Breakaway, Direction, Strength
+from hapkit_studio.analysis.calibrate.motor import Direction, Strength
 from hapkit_studio.analysis.calibrate.paddle import SweepResult
 from hapkit_studio.analysis.calibrate.result import CheckResult, passed
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
@@ -15,6 +15,7 @@ from hapkit_studio.analysis.identify.estimates import Part
 from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, Track
 from hapkit_studio.devices.padding import Padding
 from hapkit_studio.devices.profiles import Kit, of_settings, quantum_of
+from hapkit_studio.errors import ParameterError
 from hapkit_studio.protocol.messages import Board, Settings
 
 MARK_SECONDS = 0.5
@@ -39,6 +40,7 @@ class Calibration:
         self.scale: Scale | None = None
         self.direction: Direction | None = None
         self.carried: list[tuple[float, Track]] = []
+        self.pushed: Track | None = None
         self.strength: Strength | None = None
         self.sweep_result: SweepResult | None = None
         self._constant = self.runner.settings.motor_constant
@@ -56,11 +58,9 @@ class Calibration:
         self._change(**{f.name: getattr(kit.board, f.name) for f in Board.layout()} | keep)
         self._constant = self.board.motor_constant
 
-    def set_radii(self, handle: float, pulley: float, sector: float) -> None:
-        """Take radii in m as measured, and the scale that they make until marks say better."""
-        radii = {"handle_radius": handle, "pulley_radius": pulley, "sector_radius": sector}
-        board = replace(self.board, **radii)  # type: ignore[arg-type]
-        self._change(**radii, quantum=quantum_of(board))
+    def change_geometry(self, **changes: Any) -> None:
+        """Take radii in m as measured, or counts, and the scale that they make until marks say better."""
+        self._change(**changes, quantum=quantum_of(replace(self.board, **changes)))
 
     # the sensor
     def check_sensor(self, track: Track) -> CheckResult:
@@ -68,8 +68,7 @@ class Calibration:
         self.sensor = sensor.analyse(track)
         made = sensor.changes(self.sensor, self.board)
         if made:
-            board = replace(self.board, **made)  # type: ignore[arg-type]
-            self._change(**made, quantum=quantum_of(board))
+            self.change_geometry(**made)
         return self.sensor.result
 
     # zero and scale
@@ -93,49 +92,43 @@ class Calibration:
         """Put the scale in force: positions, and the radius that explains them; raise ParameterError."""
         found, before = self.scale or self.measure_scale(), self.board
         self._change(**scale.changes(found, before))
-        if self.carried:
+        if self.weighed:
             self.use_weights()
         return scale.in_force(found, before)
 
     # direction
     def try_direction(self) -> CheckResult:
         """Push both ways; reverse a motor that goes the wrong way, and push again; raise DeviceError."""
-        self.direction = motor.push_both_ways(self.runner)
-        if self.direction.agrees is not False:
-            return self.direction.result
-        self._change(direction=-self.board.direction)
-        self.direction = motor.push_both_ways(self.runner)
-        if self.direction.agrees:
+        found, wrong = self._keep_direction(lambda: motor.push_both_ways(self.runner))
+        if wrong and found.agrees:
             return passed("The motor pushed the wrong way. It is reversed now; force and position agree now.")
-        return self.direction.result
+        return found.result
 
     def find_dead_band(self) -> CheckResult:
         """Raise the force until the handle moves, start above that, push again; raise DeviceError."""
         broke = motor.breakaway(self.runner)
-        band = motor.first_dead_band(broke)
+        band = broke.dead_band
         if band:
             self._change(dead_band=band)
         found = self.try_direction()
-        if found.key == "no motion":
-            found = self._judge_breakaway(broke)
-        words = (
-            f" The motor begins to turn at duty {band} of 255; the step Friction measures it." if band else ""
-        )
-        return replace(found, words=found.words + words)
+        if found.key == "no motion":  # friction may be more than a pulse is allowed to be
+            slow, wrong = self._keep_direction(
+                lambda: motor.judge_pulses(motor.breakaway(self.runner).pulses)
+            )
+            turn = " The motor pushed the wrong way. It is reversed now." if wrong else ""
+            held = f"Dry friction holds the handle up to {broke.force:.2f} N.{turn}"
+            found = passed(f"{held} Force and position agree.") if slow.agrees else slow.result
+        more = f" The motor begins to turn at duty {band} of 255; the step Friction measures it."
+        return replace(found, words=found.words + more) if band else found
 
-    def _judge_breakaway(self, broke: Breakaway) -> CheckResult:
-        """Judge by what the slowly raised force did: friction may be more than a pulse is allowed to be."""
-        self.direction = motor.judge_pulses(list(broke.pulses))
-        reversed_ = self.direction.agrees is False
-        if reversed_:
+    def _keep_direction(self, push: Callable[[], Direction]) -> tuple[Direction, bool]:
+        """Keep what pushes tell; reverse a motor that goes the wrong way, push again; say whether it did."""
+        self.direction = push()
+        wrong = self.direction.agrees is False
+        if wrong:
             self._change(direction=-self.board.direction)
-            self.direction = motor.judge_pulses(list(motor.breakaway(self.runner).pulses))
-        if not self.direction.agrees:
-            return self.direction.result
-        turn = " The motor pushed the wrong way. It is reversed now." if reversed_ else ""
-        return passed(
-            f"Dry friction holds the handle up to {broke.force:.2f} N.{turn} Force and position agree."
-        )
+            self.direction = push()
+        return self.direction, wrong
 
     # strength
     def carry(self, mass: float) -> float:
@@ -145,6 +138,11 @@ class Calibration:
         force, _ = motor.carrying_force(track, self.board)
         self.carried = [*(h for h in self.carried if h[0] != mass), (mass, track)]
         return force
+
+    @property
+    def weighed(self) -> bool:
+        """Say whether a mass was carried, so that the motor constant can be told."""
+        return any(mass > 0.0 for mass, _ in self.carried)
 
     def use_weights(self) -> Strength:
         """Put the motor constant from the masses carried in force; raise ParameterError."""
@@ -160,11 +158,14 @@ class Calibration:
     def push_on_scale(self, force: float, seconds: float, until: Callable[[], bool]) -> Track:
         """Press on a kitchen scale with a force in N; raise DeviceError."""
         self._need_direction()
-        return motions.push(self.runner, force, seconds, until)
+        self.pushed = motions.push(self.runner, force, seconds, until)
+        return self.pushed
 
-    def use_reading(self, reading: float, track: Track) -> Strength:
+    def use_reading(self, reading: float) -> Strength:
         """Put the motor constant from a scale's reading in kg in force; raise ParameterError."""
-        return self._use(motor.strength_from_scale(reading, track, self._with_first_constant()))
+        if self.pushed is None:
+            raise ParameterError("Push on the scale first, and read it meanwhile.")
+        return self._use(motor.strength_from_scale(reading, self.pushed, self._with_first_constant()))
 
     def _with_first_constant(self) -> Board:
         """Return the settings with the motor constant that this calibration began with."""
@@ -195,7 +196,7 @@ class Calibration:
     def _use_dead_band(self, band: int) -> None:
         """Put a dead band in force, and the motor constant that the weights make by it."""
         self._change(dead_band=band)
-        if self.carried:
+        if self.weighed:
             self.use_weights()
 
     def _widened(self, part: Part, track: Track) -> Part:
@@ -205,10 +206,15 @@ class Calibration:
         length = self.scale.quantum_half / self.scale.quantum if self.scale else 0.0
         return paddle.widened(part, force, length) if part.estimates else part
 
+    @property
+    def direction_known(self) -> bool:
+        """Say whether the direction was tried, and force and position agree."""
+        return self.direction is not None and self.direction.agrees is True
+
     def _need_direction(self) -> None:
         if self.direction is None:
             self.direction = motor.push_both_ways(self.runner)
-        if not self.direction.agrees:
+        if not self.direction_known:
             raise AbortedError(NO_DIRECTION)
 
     # the end

@@ -10,18 +10,8 @@ import numpy as np
 from hapkit_studio.analysis.calibrate import motions
 from hapkit_studio.analysis.calibrate.motor import push_both_ways
 from hapkit_studio.analysis.calibrate.paddle import sweep
-from hapkit_studio.analysis.calibrate.result import (
-    FAIL,
-    PASS,
-    SKIP,
-    WARN,
-    CheckResult,
-    failed,
-    passed,
-    skipped,
-    warn,
-)
-from hapkit_studio.analysis.calibrate.sensor import NOISY, noise_of
+from hapkit_studio.analysis.calibrate.result import FAIL, PASS, SKIP, WARN, CheckResult, passed, warn
+from hapkit_studio.analysis.calibrate.sensor import NOISY, noise_of, too_noisy
 from hapkit_studio.devices.board_runner import (
     AbortedError,
     BoardRunner,
@@ -32,8 +22,6 @@ from hapkit_studio.devices.board_runner import (
 from hapkit_studio.devices.profiles import numbered, quantum_of
 from hapkit_studio.protocol.messages import BoardFlag, Force, Origin, Release, Sample, Stop
 
-SECONDS = 30.0
-"""What all of it takes, about."""
 SPRING = 100.0
 """N/m: a spring that every kit renders without growing."""
 _SWEEP_SECONDS = 8.0
@@ -57,7 +45,6 @@ class Check:
     title: str
     about: str
     run: Callable[[BoardRunner], CheckResult]
-    motor: bool = False
 
 
 def settings(runner: BoardRunner) -> CheckResult:
@@ -89,11 +76,7 @@ def sensor(runner: BoardRunner) -> CheckResult:
     noise = noise_of(track.raw)
     lost = len(track) / max(1, int((track.seq[-1] - track.seq[0]) % 65536) + 1)
     if noise > NOISY:
-        return warn(
-            "noisy",
-            f"The reading jumps by {noise:.0f} counts at rest (limit {NOISY:.0f}).",
-            "Bring the magnet nearer to the chip, not touching. Keep the motor's wires away from it.",
-        )
+        return too_noisy(noise)
     if np.ptp(track.position) > 0.5e-3:
         words = f"The handle moved {1e3 * np.ptp(track.position):.1f} mm while it should rest."
         return warn("moving", words, "Take the hands off, level the kit, test again.")
@@ -111,8 +94,9 @@ def stopping(runner: BoardRunner) -> CheckResult:
     elif silence_pwm or not silence_flags & BoardFlag.WATCHDOG:
         words, key = "The motor did not go off when the computer fell silent.", "watchdog"
     else:
-        return passed("Motor off at E-stop, and when the computer falls silent.")
-    return failed(key, words, "Pull the motor's supply. Flash the firmware again, then test again.")
+        return passed(_STOPPING)
+    remedy = "Pull the motor's supply. Flash the firmware again, then test again."
+    return CheckResult(FAIL, words, remedy, key)
 
 
 def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
@@ -120,52 +104,34 @@ def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
 
     Time counts from when the board heard of it: the computer may have sent it late.
     """
-    board, answers = runner.board, _Answers()
+    board, obeyed = runner.board, False
+    time = heard = 0.0  # s by the board's clock, and when it heard its last force
+    last: Sample | None = None
+    stopped: int | None = None  # number of the first sample that a stop came with
     try:
         with contextlib.closing(runner.samples(_PATIENCE)) as samples:
             for sample in samples:
                 runner.check_stopped()
-                answers.take(sample)
-                if answers.time < _PUSHED_SECONDS:
+                if last is not None:
+                    time += ((sample.time_us - last.time_us) & 0xFFFFFFFF) * 1e-6
+                    heard = time if sample.answered != last.answered else heard
+                last = sample
+                obeyed = obeyed or not sample.flags & BoardFlag.WATCHDOG
+                enough = time > heard + _SILENCE_SECONDS - _PUSHED_SECONDS
+                if time < _PUSHED_SECONDS:
                     board.send_messages(Force(sample.seq, 0, 0.05))
                 elif not silent:
-                    answers.stopped_at = sample.seq if answers.stopped_at is None else answers.stopped_at
+                    stopped = sample.seq if stopped is None else stopped
                     board.send_messages(Stop(), Force(sample.seq, 0, 0.05))
-                if answers.time > _SILENCE_SECONDS and answers.enough(silent):
+                    went_on = (sample.answered - stopped) & 0xFFFF < 0x8000
+                    enough = went_on or bool(sample.flags & BoardFlag.STOPPED) or time > _PATIENCE
+                if enough and time > _SILENCE_SECONDS:
                     break
     finally:
         board.send_messages(Release())
-    if not answers.obeyed:
+    if last is None or not obeyed:
         raise LateError
-    return answers.flags, answers.pwm
-
-
-class _Answers:
-    """What a board's samples told: time in s, when it heard its last force, whether it ever pushed."""
-
-    def __init__(self) -> None:
-        self.time = self.heard = 0.0
-        self.flags = self.pwm = 0
-        self.obeyed = False
-        self.stopped_at: int | None = None  # number of the first sample that a stop came with
-        self._last: Sample | None = None
-
-    def take(self, sample: Sample) -> None:
-        if self._last is not None:
-            self.time += ((sample.time_us - self._last.time_us) & 0xFFFFFFFF) * 1e-6
-            if sample.answered != self._last.answered:
-                self.heard = self.time
-        self.flags, self.pwm, self._last = sample.flags, sample.pwm, sample
-        self.obeyed = self.obeyed or not sample.flags & BoardFlag.WATCHDOG
-
-    def enough(self, silent: bool) -> bool:
-        """Say whether the board has had time to go off, or has gone on after it was stopped."""
-        if silent:
-            return self.time > self.heard + _SILENCE_SECONDS - _PUSHED_SECONDS
-        if self._last is None or self.stopped_at is None:
-            return False
-        went_on = (self._last.answered - self.stopped_at) & 0xFFFF < 0x8000
-        return went_on or bool(self.flags & BoardFlag.STOPPED) or self.time > _PATIENCE
+    return last.flags, last.pwm
 
 
 def direction(runner: BoardRunner) -> CheckResult:
@@ -173,7 +139,8 @@ def direction(runner: BoardRunner) -> CheckResult:
     found = push_both_ways(runner)
     if found.agrees is False:
         words = found.result.words + " A spring would run away."
-        return failed("opposite", words, "Run Set up my Hapkit, step Direction, or Device, Flip direction.")
+        remedy = "Run Set up my Hapkit, step Direction, or Device, Flip direction."
+        return CheckResult(FAIL, words, remedy, "opposite")
     if found.result.key == "no motion" and runner.settings.coulomb > _HOLDING_FRICTION:
         words = (
             f"{found.result.words} Dry friction of {runner.settings.coulomb:.2f} N is stored: it may hold it."
@@ -219,21 +186,17 @@ def spring(runner: BoardRunner) -> CheckResult:
     return passed(f"A spring of {SPRING:.0f} N/m comes to rest.")
 
 
+_STOPPING = "Motor off at E-stop, and when the computer falls silent."
 CHECKS = (
     Check("settings", "Settings", "What the board has stored, and whether it fits together.", settings),
     Check("sensor", "Sensor", "Steady at rest; no sample lost.", sensor),
-    Check(
-        "stopping",
-        "Stopping",
-        "Motor off at E-stop, and when the computer falls silent.",
-        stopping,
-        motor=True,
-    ),
-    Check("direction", "Direction", "Pulses of 0.3 N at most, both ways.", direction, motor=True),
-    Check("paddle", "Mass and friction", "A gentle sweep, within ± 25 mm.", paddle, motor=True),
-    Check("spring", "Spring", "A spring of 100 N/m comes to rest.", spring, motor=True),
+    Check("stopping", "Stopping", _STOPPING, stopping),
+    Check("direction", "Direction", "Pulses of 0.3 N at most, both ways.", direction),
+    Check("paddle", "Mass and friction", "A gentle sweep, within ± 25 mm.", paddle),
+    Check("spring", "Spring", "A spring of 100 N/m comes to rest.", spring),
 )
 _NEEDED = ("stopping", "direction")
+"""Unless these pass, nothing that comes after them moves the handle."""
 
 
 @dataclass(frozen=True)
@@ -270,10 +233,8 @@ class Report:
 
     def _titles(self, level: str) -> str:
         """Return the checks with a result of a level, in words."""
-        return ", ".join(c.title.lower() for c in CHECKS if self._level(c.key) == level)
-
-    def _level(self, key: str) -> str:
-        return self.results[key].level if key in self.results else ""
+        titles = {check.key: check.title.lower() for check in CHECKS}
+        return ", ".join(titles[key] for key, result in self.results.items() if result.level == level)
 
 
 def run_all(
@@ -287,13 +248,11 @@ def run_all(
     results: dict[str, CheckResult] = {}
     for check in CHECKS:
         report(check, None)
-        blocked = [key for key in _NEEDED if key in results and not results[key].good]
-        if check.motor and blocked:
-            result = skipped("Left out until the checks above pass.")
+        if all(results[key].good for key in _NEEDED if key in results):
+            results[check.key] = _run_check(check, runner)
         else:
-            result = _run_check(check, runner)
-        results[check.key] = result
-        report(check, result)
+            results[check.key] = CheckResult(SKIP, "Left out until the checks above pass.")
+        report(check, results[check.key])
     return Report(results)
 
 

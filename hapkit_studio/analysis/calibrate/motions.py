@@ -21,6 +21,7 @@ SPRING_LIMITS = Limits(1.2, 0.025, 0.8)
 SWEEP_SECONDS = 12.0
 
 _FADE_SECONDS = 0.5
+_RISE = 0.5  # N/s
 # m, Hz: no small common period, so that the sensor's steps fall otherwise each time
 _SINES = ((0.0085, 0.83), (0.0050, 2.37), (0.0015, 4.91))
 
@@ -37,50 +38,43 @@ def pulse(runner: BoardRunner, force: float) -> Track:
     return runner.run(pushing, PULSE_SECONDS + COAST_SECONDS, PULSE_LIMITS)
 
 
-def raise_force(runner: BoardRunner, sign: float = 1.0, rate: float = 0.5) -> Track:
-    """Raise a force by rate in N/s up to 1.5 N until the handle moves 0.5 mm; raise DeviceError."""
+def raise_force(runner: BoardRunner, sign: float = 1.0) -> Track:
+    """Raise a force by 0.5 N/s up to 1.5 N until the handle moves 0.5 mm; raise DeviceError."""
     moved = False
 
     def rising(t: float, x: float, v: float) -> float:
         nonlocal moved
         moved = moved or abs(x) > 0.25 * PULSE_END
-        return 0.0 if moved else sign * rate * t
+        return 0.0 if moved else sign * _RISE * t
 
-    return runner.run(rising, RAISE_LIMITS.force / rate, RAISE_LIMITS, lambda: moved)
+    return runner.run(rising, RAISE_LIMITS.force / _RISE, RAISE_LIMITS, lambda: moved)
 
 
-class Carry:
-    """Holds the handle where it was, then moves it slowly up and down, so that friction acts with both signs.
+SETTLE_SECONDS, STROKE, _CREEP = 3.0, 0.006, 0.012
+"""A weight is carried so many s before it creeps so many m up and down, at so many m/s."""
+CARRY_PERIOD = 4.0 * STROKE / _CREEP
+_CARRY_SECONDS = SETTLE_SECONDS + 3.0 * CARRY_PERIOD
+_HAND_OVER_SECONDS = 1.0
 
-    weight: N that are expected to pull to the left; they fade in while a person still holds.
+
+def carry(runner: BoardRunner, weight: float = 0.0) -> Track:
+    """Carry a weight in N that pulls to the left, creeping ± 6 mm after 3 s; raise DeviceError.
+
+    The handle is held where it was, then moved slowly up and down, so that friction acts with both signs. The
+    weight fades in while a person still holds.
     """
-
     stiffness, damping, integral = 40.0, 0.8, 120.0
-    hand_over, settle, stroke, speed = 1.0, 3.0, 0.006, 0.012
+    before = total = 0.0
 
-    def __init__(self, weight: float = 0.0):
-        self._before, self._sum, self._weight = 0.0, 0.0, weight
+    def carrying(t: float, x: float, v: float) -> float:
+        nonlocal before, total
+        phase = max(t - SETTLE_SECONDS, 0.0) * _CREEP / STROKE
+        error = STROKE * (1.0 - abs((phase + 1.0) % 4.0 - 2.0)) - x
+        total += integral * error * (t - before)
+        before = t
+        return weight * min(t / _HAND_OVER_SECONDS, 1.0) + stiffness * error + total - damping * v
 
-    def target(self, t: float) -> float:
-        """Return how far from its start the handle shall be after t s, in m."""
-        phase = max(t - self.settle, 0.0) * self.speed / self.stroke
-        return self.stroke * (1.0 - abs((phase + 1.0) % 4.0 - 2.0))
-
-    def __call__(self, t: float, x: float, v: float) -> float:
-        error = self.target(t) - x
-        self._sum += self.integral * error * (t - self._before)
-        self._before = t
-        expected = self._weight * min(t / self.hand_over, 1.0)
-        return expected + self.stiffness * error + self._sum - self.damping * v
-
-
-CARRY_PERIOD = 4.0 * Carry.stroke / Carry.speed
-CARRY_SECONDS = Carry.settle + 3.0 * CARRY_PERIOD
-
-
-def carry(runner: BoardRunner, weight: float = 0.0, seconds: float = CARRY_SECONDS) -> Track:
-    """Carry a weight in N that pulls to the left, creeping ± 6 mm after 3 s; raise DeviceError."""
-    return runner.run(Carry(weight), seconds, CARRY_LIMITS)
+    return runner.run(carrying, _CARRY_SECONDS, CARRY_LIMITS)
 
 
 def push(runner: BoardRunner, force: float, seconds: float, until: Callable[[], bool]) -> Track:

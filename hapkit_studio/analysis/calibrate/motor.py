@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapkit_studio.analysis.calibrate import motions
-from hapkit_studio.analysis.calibrate.motions import CARRY_PERIOD, Carry
+from hapkit_studio.analysis.calibrate.motions import CARRY_PERIOD, SETTLE_SECONDS, STROKE
 from hapkit_studio.analysis.calibrate.result import CheckResult, passed, warn
 from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, Track, motor_force
 from hapkit_studio.devices.profiles import of_settings
@@ -40,9 +40,8 @@ def displacement(track: Track, averaged: int = 1) -> float:
 
 @dataclass(frozen=True)
 class Direction:
-    """How far each pulse (force in N) moved the handle in m; agrees: None where that cannot be told."""
+    """Whether force and position agree, None where that cannot be told; in words."""
 
-    pulses: tuple[tuple[float, float], ...]
     agrees: bool | None
     result: CheckResult
 
@@ -58,18 +57,18 @@ def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
             "Is the motor's supply on (12 V plug, not only USB)? Is the cable on the pulley, and not jammed? "
             "Is the handle free? If all that is so, look for a dead band."
         )
-        return Direction(tuple(pulses), None, warn("no motion", words, remedy))
+        return Direction(None, warn("no motion", words, remedy))
     signs = {np.sign(force * moved_by) for force, moved_by in moved}
     if len(signs) > 1 or not rights or not lefts:
         words = "The handle did not follow the pulses both ways."
         remedy = "Level the kit, let the handle go in the middle, keep the hands off. Then push again."
-        return Direction(tuple(pulses), None, warn("one way", words, remedy))
+        return Direction(None, warn("one way", words, remedy))
     farthest = 1e3 * max(abs(moved_by) for _, moved_by in moved)
     if signs == {-1.0}:
         words = f"A push to the right moved the handle to the left, {farthest:.1f} mm."
         remedy = "Nothing to do: the motor's direction is reversed now, and pushed again."
-        return Direction(tuple(pulses), False, warn("opposite", words, remedy))
-    return Direction(tuple(pulses), True, passed(f"Force and position agree: {farthest:.1f} mm both ways."))
+        return Direction(False, warn("opposite", words, remedy))
+    return Direction(True, passed(f"Force and position agree: {farthest:.1f} mm both ways."))
 
 
 def push_both_ways(runner: BoardRunner) -> Direction:
@@ -85,14 +84,14 @@ def push_both_ways(runner: BoardRunner) -> Direction:
 
 @dataclass(frozen=True)
 class Breakaway:
-    """Where the handle begins to move: force in N, by the settings, and duty of 255.
+    """Where the handle begins to move: force in N, by the settings; the dead band of 255 to begin with, or 0.
 
     pulses: each way's force in N and how far in m the handle went.
     """
 
     force: float
-    duty: int
-    pulses: tuple[tuple[float, float], ...]
+    dead_band: int
+    pulses: list[tuple[float, float]]
 
 
 def breakaway(runner: BoardRunner) -> Breakaway:
@@ -110,14 +109,10 @@ def breakaway(runner: BoardRunner) -> Breakaway:
             )
         duties.append(int(np.abs(track.pwm).max()))
         shifts.append(displacement(track))
-    forces = motor_force(of_settings(runner.settings), np.array(duties))
-    pulses = ((float(forces[0]), shifts[0]), (-float(forces[1]), shifts[1]))
-    return Breakaway(float(np.mean(forces)), round(float(np.mean(duties))), pulses)
-
-
-def first_dead_band(found: Breakaway) -> int:
-    """Return a dead band to begin with, from the duty at which the handle broke away, or 0."""
-    return round(_BELOW * found.duty) if found.force > _SUSPICIOUS else 0
+    right, left = motor_force(of_settings(runner.settings), np.array(duties)).tolist()
+    force = 0.5 * (right + left)
+    dead_band = round(_BELOW * float(np.mean(duties))) if force > _SUSPICIOUS else 0
+    return Breakaway(force, dead_band, [(right, shifts[0]), (-left, shifts[1])])
 
 
 @dataclass(frozen=True)
@@ -135,10 +130,10 @@ def carrying_force(track: Track, board: Board) -> tuple[float, float]:
     Up and down take as long, so that friction, which hinders both, is not in the mean. Where it sticks, the
     mean may be anywhere in what did not move the handle.
     """
-    periods = int((track.time[-1] - Carry.settle) / CARRY_PERIOD + 1e-3)
+    periods = int((track.time[-1] - SETTLE_SECONDS) / CARRY_PERIOD + 1e-3)
     if periods < 2:
         raise ParameterError("The weight was not carried long enough. Measure it again.")
-    end = Carry.settle + periods * CARRY_PERIOD
+    end = SETTLE_SECONDS + periods * CARRY_PERIOD
     force = motor_force(board, track.pwm)
     means = [
         float(force[(track.time >= t) & (track.time < t + CARRY_PERIOD)].mean())
@@ -146,8 +141,8 @@ def carrying_force(track: Track, board: Board) -> tuple[float, float]:
     ]
     size = np.abs(track.pwm)
     step = float(np.max(motor_force(board, size + 1) - motor_force(board, size)))
-    carrying = (track.time >= Carry.settle) & (track.time < end)
-    stuck = float(np.ptp(track.position[carrying])) < Carry.stroke
+    carrying = (track.time >= SETTLE_SECONDS) & (track.time < end)
+    stuck = float(np.ptp(track.position[carrying])) < STROKE
     duty = size[carrying]
     if stuck and float(np.mean(duty == duty.max())) > _AT_LIMIT:
         most = abs(float(force[carrying].mean()))

@@ -7,7 +7,7 @@ import numpy as np
 
 from hapkit_studio.analysis.calibrate import motions
 from hapkit_studio.analysis.calibrate.motor import breakaway
-from hapkit_studio.analysis.identify.estimates import Estimate, Part
+from hapkit_studio.analysis.identify.estimates import Part
 from hapkit_studio.analysis.identify.handle import handle
 from hapkit_studio.analysis.identify.recording import Recording, Setup
 from hapkit_studio.analysis.identify.windows import Grid, Windows, lay
@@ -16,7 +16,6 @@ from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.haptics import rows
 from hapkit_studio.protocol.messages import Board, BoardFlag
 
-NAMES = ("mass", "viscous", "coulomb")
 FORCE_SURE = 0.002
 """Share of a force that the steps of its duty leave open."""
 TIME_SURE = 50e-6
@@ -104,7 +103,10 @@ def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
     windows, kept = _longest_windows(grid)
     if kept.sum() < _FEWEST:
         return board.dead_band
-    friction, inertial = np.split(np.linalg.qr(_features(grid, windows)[kept])[0], 2, axis=1)
+    rates = [windows.derivative(grid.position, order) for order in (2, 1)]
+    direction = np.sign(windows.derivative(grid.sign, 0))
+    features = np.column_stack([direction, np.ones(len(direction)), *rates])
+    friction, inertial = np.split(np.linalg.qr(features[kept])[0], 2, axis=1)
 
     def residual(band: int) -> float:
         y = _window_forces(track, replace(board, dead_band=band), grid, windows)[kept]
@@ -132,13 +134,6 @@ def _longest_windows(grid: Grid) -> tuple[Windows, np.ndarray]:
     return windows, kept
 
 
-def _features(grid: Grid, windows: Windows) -> np.ndarray:
-    """Return each window's direction, 1, mean acceleration and speed, (windows, 4)."""
-    rates = [windows.derivative(grid.position, order) for order in (2, 1)]
-    direction = np.sign(windows.derivative(grid.sign, 0))
-    return np.column_stack([direction, np.ones(len(direction)), *rates])
-
-
 def _window_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> np.ndarray:
     """Return each window's mean force in N by a board's settings, (windows,)."""
     values = mean_forces(track, board)
@@ -160,23 +155,16 @@ def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
     for e in part.estimates:
         scales = math.hypot(force, 0.0 if e.key == "coulomb" else 2.0 * length)
         wider = replace(e, half=math.hypot(e.half, scales * e.value, moved.get(e.key, 0.0)))
-        made.append(
-            wider if wider.half <= max(abs(e.value), e.term.fine) else _not_told(wider, force, length)
-        )
+        if e.told and wider.half > max(abs(e.value), e.term.fine):
+            scale = "length: take the marks" if 2.0 * length >= force else "force: take the weights"
+            wider = replace(wider, told=False, advice=f"Cannot tell by such a scale of {scale} again.")
+        made.append(wider)
     return replace(part, estimates=tuple(made))
-
-
-def _not_told(estimate: Estimate, force: float, length: float) -> Estimate:
-    """Return an estimate that is not told, with what to do about the scale that leaves it open."""
-    if not estimate.told:
-        return estimate
-    scale = "length: take the marks" if 2.0 * length >= force else "force: take the weights"
-    return replace(estimate, told=False, advice=f"Cannot tell by such a scale of {scale} again.")
 
 
 def changes(part: Part) -> dict[str, float]:
     """Return what of a board's settings a sweep tells; a number that it does not tell stays."""
-    return {e.key: max(e.value, 0.0) for e in part.estimates if e.key in NAMES and e.told}
+    return {e.key: max(e.value, 0.0) for e in part.estimates if e.told}
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,11 @@ PASS, WARN, FAIL, SKIP = "pass", "look", "fail", "skip"
 
 @dataclass(frozen=True)
 class CheckResult:
-    """What was found, in words; remedy: what to do at WARN, and at FAIL (a danger); key: names the fault."""
+    """What was found, in words; remedy: what to do; key: names the fault.
+
+    WARN: something to look at, nothing is dangerous. FAIL: a danger, nothing may be rendered before it is
+    repaired. SKIP: left out, the words say what is assumed.
+    """
 
     level: str
     words: str
@@ -26,15 +30,5 @@ def passed(words: str) -> CheckResult:
 
 
 def warn(key: str, words: str, remedy: str) -> CheckResult:
-    """Return the result of a check that found something to look at; nothing is dangerous."""
+    """Return the result of a check that found something to look at."""
     return CheckResult(WARN, words, remedy, key)
-
-
-def failed(key: str, words: str, remedy: str) -> CheckResult:
-    """Return the result of a check that found a danger: nothing may be rendered before it is repaired."""
-    return CheckResult(FAIL, words, remedy, key)
-
-
-def skipped(words: str) -> CheckResult:
-    """Return the result of a check that was left out; the words say what is assumed."""
-    return CheckResult(SKIP, words)

@@ -34,7 +34,6 @@ class Mark:
 
     place: float
     count: float
-    spread: float
 
 
 def mark_from(track: Track, place: float) -> Mark:
@@ -44,18 +43,17 @@ def mark_from(track: Track, place: float) -> Mark:
     if spread > STILL:
         moved = f"The handle moved {1e3 * spread:.1f} mm (limit {1e3 * STILL:.1f} mm)."
         raise ParameterError(f"{moved} Hold it still, take it again.")
-    return Mark(place, float(count.mean()), spread)
+    return Mark(place, float(count.mean()))
 
 
 @dataclass(frozen=True)
 class Scale:
-    """Quantum m per count and zero (a count before sense) with 95 % half widths; sense; what each mark is off
+    """Quantum m per count with its 95 % half width; zero (a count before sense); sense; what each mark is off
     by (n,) in m; the quantum's ratio to what the radii make; how far a mark taken twice differs, in m."""
 
     quantum: float
     quantum_half: float
     zero: float
-    zero_half: float
     sense: int
     residuals: np.ndarray
     ratio: float
@@ -79,23 +77,13 @@ def fit(marks: list[Mark], board: Board) -> Scale:
     residuals = (counts - zero - slope * places) / slope
     freedom = len(marks) - 2 + _KNOWN
     sigma = np.sqrt((float(residuals @ residuals) + _KNOWN * READING**2) / freedom)
-    wide = float(stats.t.ppf(0.975, freedom)) * sigma
+    spread = float(stats.t.ppf(0.975, freedom)) * sigma / np.sqrt(float(around @ around))
     quantum = 1.0 / abs(slope)
-    spread = wide / np.sqrt(float(around @ around))
-    at_zero = np.hypot(wide / np.sqrt(len(marks)), spread * middle)
     sense = 1 if slope > 0.0 else -1
+    twice = quantum * max(abs(a.count - b.count) for a in marks for b in marks if a.place == b.place)
     ratio = quantum / quantum_of(board)
-    found = Scale(
-        quantum, quantum * spread, zero, at_zero / quantum, sense, residuals, ratio, _closure(marks, slope),
-        passed(""),
-    )  # fmt: skip
+    found = Scale(quantum, quantum * spread, zero, sense, residuals, ratio, twice, passed(""))
     return replace(found, result=_judge(found, board))
-
-
-def _closure(marks: list[Mark], slope: float) -> float:
-    """Return the largest difference in m between two marks at one place, 0 without any."""
-    apart = [abs(a.count - b.count) for a in marks for b in marks if a.place == b.place]
-    return max(apart, default=0.0) / abs(slope)
 
 
 def _judge(found: Scale, board: Board) -> CheckResult:

@@ -34,16 +34,6 @@ class SensorResult:
     noise: float
     result: CheckResult
 
-    @property
-    def counts(self) -> int | None:
-        """Return the counts from one repeat to the next as a board keeps them, None where not measured."""
-        return round(self.period) if np.isfinite(self.period) else None
-
-
-def unwrapped(raw: np.ndarray) -> np.ndarray:
-    """Return readings (n,) with the repeats taken out: jumps of more than half the range seen."""
-    return np.unwrap(raw.astype(float), period=float(np.ptp(raw)) + 1.0)
-
 
 def noise_of(raw: np.ndarray) -> float:
     """Return one sigma in counts of what neighbouring readings (n,) do not share; repeats do not count.
@@ -55,6 +45,15 @@ def noise_of(raw: np.ndarray) -> float:
     if not len(second):
         return 0.0
     return float(np.median(second)) / 0.6745 / np.sqrt(6.0)
+
+
+def too_noisy(noise: float) -> CheckResult:
+    """Return the result for a reading that jumps by so many counts."""
+    return warn(
+        "noisy",
+        f"The sensor's reading jumps by {noise:.0f} counts (limit {NOISY:.0f}).",
+        "Bring the magnet nearer to the chip, not touching. Keep the motor's wires away from it.",
+    )
 
 
 def periods(raw: np.ndarray) -> np.ndarray:
@@ -84,13 +83,15 @@ def analyse(track: Track) -> SensorResult:
     board, raw = track.settings, track.raw
     low, high = int(raw.min()), int(raw.max())
     noise = noise_of(raw)
-    sizes = periods(raw) if board.sensor != Sensor.QUADRATURE else np.empty(0)
-    period, half = float("nan"), float("nan")
+    period = half = float("nan")
+    if board.sensor == Sensor.QUADRATURE:
+        sizes, turns = np.empty(0), track.count
+    else:  # repeats are jumps of more than half the range seen
+        sizes, turns = periods(raw), np.unwrap(raw.astype(float), period=float(np.ptp(raw)) + 1.0)
     if len(sizes) >= _FEW_REPEATS:
         middle = np.median(sizes)
         near = sizes[np.abs(sizes - middle) <= max(0.05 * middle, 5.0)]
         period, half = float(near.mean()), 1.96 * float(near.std(ddof=1)) / np.sqrt(len(near)) + 0.5
-    turns = unwrapped(raw) if board.sensor != Sensor.QUADRATURE else track.count
     travel = float(np.ptp(turns)) * quantum_of(board)
     found = SensorResult(low, high, len(sizes), period, half, travel, noise, passed(""))
     return replace(found, result=_judge(found, track, board))
@@ -105,11 +106,7 @@ def _judge(found: SensorResult, track: Track, board: Board) -> CheckResult:
             "Is the right kit chosen? Is the magnet on the motor's shaft, the plug in? Then move again.",
         )
     if found.noise > NOISY:
-        return warn(
-            "noisy",
-            f"The sensor's reading jumps by {found.noise:.0f} counts (limit {NOISY:.0f}).",
-            "Bring the magnet nearer to the chip, not touching. Keep the motor's wires away from it.",
-        )
+        return too_noisy(found.noise)
     if found.travel < ENOUGH_TRAVEL:
         return warn(
             "little",
@@ -138,7 +135,7 @@ def _judge_range(found: SensorResult, track: Track, board: Board) -> CheckResult
 
 def changes(found: SensorResult, board: Board) -> dict[str, int]:
     """Return what of a board's settings a look at the sensor corrects; nothing where it failed."""
-    counts = found.counts
-    if counts is None or not found.result.good or abs(counts - board.counts_per_flip) <= found.half:
+    if not np.isfinite(found.period) or not found.result.good:
         return {}
-    return {"counts_per_flip": counts}
+    counts = round(found.period)
+    return {"counts_per_flip": counts} if abs(counts - board.counts_per_flip) > found.half else {}

@@ -4,10 +4,9 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy import stats
 
-from hapkit_studio.analysis.identify.regression import LEVEL, Fit
-from hapkit_studio.analysis.identify.windows import Grid, Windows
+from hapkit_studio.analysis.identify.regression import Fit
+from hapkit_studio.analysis.identify.windows import Windows
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,7 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Points:
-    """The windows that were used: time s, columns (m, p) named, coefficients (p,), force and residual in N.
+    """The windows that were used: time s, columns (m, p) named, force in N, and the fit to them.
 
     The force is the sum of columns times coefficients; the last column is 1. middle is the position in m that
     the column of positions counts from.
@@ -87,11 +86,8 @@ class Points:
     time: np.ndarray
     names: tuple[str, ...]
     columns: np.ndarray
-    beta: np.ndarray
-    covariance: np.ndarray
-    quantile: float
     force: np.ndarray
-    residual: np.ndarray
+    fit: Fit
     middle: float = 0.0
 
     def share(self, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -103,20 +99,19 @@ class Points:
         own = self.columns[:, at]
         there = own != 0.0
         moved, offset = self._constant(name)
-        return own[there] + moved, own[there] * self.beta[at] + offset + self.residual[there]
+        return own[there] + moved, own[there] * self.fit.beta[at] + offset + self.fit.residual[there]
 
     def line(self, name: str, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the term's force in N at values (k,) of what it acts on, and its band's half width (k,)."""
         moved, offset = self._constant(name)
         place, own = self.names.index(name), at - moved
-        gradient = np.zeros((len(at), len(self.beta)))
+        gradient = np.zeros((len(at), len(self.names)))
         gradient[:, place] = own
         gradient[:, -1] = 1.0 if name == "stiffness" else 0.0
-        variance = np.einsum("ki,ij,kj->k", gradient, self.covariance, gradient)
-        return own * self.beta[place] + offset, self.quantile * np.sqrt(np.maximum(variance, 0.0))
+        return own * self.fit.beta[place] + offset, self.fit.half_of(gradient)
 
     def _constant(self, name: str) -> tuple[float, float]:
-        return (self.middle, float(self.beta[-1])) if name == "stiffness" else (0.0, 0.0)
+        return (self.middle, float(self.fit.beta[-1])) if name == "stiffness" else (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -180,7 +175,9 @@ def estimate(
     """Return the estimate; an interval wider than its value and than what is felt tells nothing."""
     term, value = TERMS[name], float(value)
     half = max(float(half), _FINEST * term.fine)
-    told = math.isfinite(half) and (half <= abs(value) or half <= term.fine) and _possible(name, value, half)
+    # a mass is above zero, no friction pushes
+    possible = {"mass": value > half, "viscous": value >= -half, "coulomb": value >= -half}.get(name, True)
+    told = math.isfinite(half) and (half <= abs(value) or half <= term.fine) and possible
     words = {
         "travel": f"{1e3 * moved.travel:.2g} mm",
         "speed": f"{1e3 * moved.speed:.2g} mm/s",
@@ -188,34 +185,3 @@ def estimate(
     }
     advice = "" if told else f"Cannot tell. {term.advice.format(**words)}"
     return Estimate(name, value, half, asked, expected, told, advice)
-
-
-def _possible(name: str, value: float, half: float) -> bool:
-    """Return whether a handle can have such a number: a mass is above zero, no friction pushes."""
-    if name == "mass":
-        return value - half > 0.0
-    return name not in ("viscous", "coulomb") or value + half >= 0.0
-
-
-def points(
-    grid: Grid,
-    windows: Windows,
-    names: tuple[str, ...],
-    columns: np.ndarray,
-    force: np.ndarray,
-    kept: np.ndarray,
-    fit: Fit,
-) -> Points:
-    """Return what was used, to be drawn."""
-    times = grid.begin + grid.period * (windows.starts + 0.5 * windows.length)
-    return Points(
-        times[kept],
-        (*names, "offset"),
-        columns[kept],
-        fit.beta,
-        fit.covariance,
-        float(stats.t.ppf(0.5 + 0.5 * LEVEL, fit.freedom)),
-        force[kept],
-        fit.residual,
-        grid.middle,
-    )

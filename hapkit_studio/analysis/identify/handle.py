@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hapkit_studio.analysis.identify.estimates import Estimate, Part, Sizes, estimate, points, sizes
+from hapkit_studio.analysis.identify.estimates import Estimate, Part, Points, Sizes, estimate, sizes
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.regression import STRONG, Fit, by_target, solve, widening
 from hapkit_studio.analysis.identify.windows import Grid, Windows
@@ -44,10 +44,9 @@ def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
     ways = ((~held, True), (held & setup.hold_known, False))
     parts = [_best(grid, setup, free, free_hand) for free, free_hand in ways]
     found = [part for part in parts if part is not None]
-    if not found and not setup.hold_known and held.any():
-        return Part("handle", advice=UNKNOWN_HOLD, left_out=grid.left_out)
     if not found:
-        return Part("handle", advice=NOTHING_MOVES, left_out=grid.left_out)
+        unknown = not setup.hold_known and bool(held.any())
+        return Part("handle", advice=UNKNOWN_HOLD if unknown else NOTHING_MOVES, left_out=grid.left_out)
     return min(found, key=lambda part: part["mass"].half / max(abs(part["mass"].value), 1e-9))
 
 
@@ -120,6 +119,7 @@ def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, releas
     if fit is None:
         return None
     variances = _by_steps(windows, made, kept)
+    times = grid.begin + windows.middles[kept]
     moved = sizes(grid.position, windows, kept)
     part = Part(
         "handle",
@@ -128,7 +128,7 @@ def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, releas
         hertz=moved.hertz,
         seconds=float(kept.sum()) * windows.piece * grid.period,
         released=released,
-        points=points(grid, windows, NAMES, columns, force, kept, fit),
+        points=Points(times, (*NAMES, "offset"), columns[kept], force[kept], fit, grid.middle),
         left_out=grid.left_out,
     )
     # chosen by the variances and not by the intervals found, the windows do not favour small intervals
@@ -218,9 +218,5 @@ def _truth(setup: Setup, released: bool) -> dict[str, float]:
     if setup.handle is None or (not released and setup.grip is None):
         return {}
     grip = 0.0 if released or setup.grip is None else setup.grip.mass
-    truth = {
-        "mass": setup.handle.mass + grip,
-        "viscous": setup.handle.viscous,
-        "coulomb": setup.handle.coulomb,
-    }
+    truth = vars(setup.handle) | {"mass": setup.handle.mass + grip}
     return {name: value for name, value in truth.items() if math.isfinite(value)}

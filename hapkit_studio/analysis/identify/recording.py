@@ -2,7 +2,6 @@
 
 import json
 import math
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -70,11 +69,6 @@ class Recording:
     def __len__(self) -> int:
         return len(self.time)
 
-    @property
-    def seconds(self) -> float:
-        """Return how long the recording is, in s."""
-        return float(self.time[-1] - self.time[0]) if len(self) else 0.0
-
     def between(self, begin: float | None, end: float | None) -> "Recording":
         """Return the piece from begin to end, in the recording's own time in s; raise ParameterError."""
         first, last = self.time[0], self.time[-1]
@@ -83,12 +77,10 @@ class Recording:
             raise ParameterError(
                 f"The piece from {low:g} s to {high:g} s is not in the recording, {first:g} s to {last:g} s."
             )
-        return self._only((self.time >= low) & (self.time <= high))
-
-    def _only(self, chosen: np.ndarray) -> "Recording":
-        columns = ("time", "position", "velocity", "asked", "applied", "flags", "hand_force", "hand_held")
-        only = {name: getattr(self, name)[chosen] for name in columns}
-        return replace(self, **only, target=None if self.target is None else self.target[chosen])
+        chosen = (self.time >= low) & (self.time <= high)
+        piece: dict[str, Any] = vars(self).copy()
+        piece.update((name, x[chosen]) for name, x in piece.items() if isinstance(x, np.ndarray))
+        return Recording(**piece)
 
     def check(self) -> "Recording":
         """Return this; raise ParameterError where it is too short for anything."""
@@ -163,48 +155,39 @@ def from_run(run: Any, hand: Hand | None = None) -> Recording:
 
 def from_csv(path: str | Path) -> Recording:
     """Return the recording in a file that ``Run.save`` wrote; raise ParameterError with one line."""
-    name = Path(path).name if isinstance(path, str | Path) else ""
     try:
-        file = open(Path(path), encoding="utf-8", errors="replace")  # noqa: SIM115
+        text = Path(path).read_text(encoding="utf-8", errors="replace")
     except TypeError:
         raise ParameterError(f"A recording is the path of a file, not {path!r}.") from None
     except OSError as error:
         raise ParameterError(f"Cannot read {path}: {error.strerror}.") from None
-    with file:
-        settings = _header(file.readline(), name)
-        names = file.readline().strip().split(",")
-        lacking = [column for column in _NEEDED if column not in names]
-        if lacking:
-            raise ParameterError(f"{name} has no column {lacking[0]}: it is no recording of the studio.")
-        table = _numbers(file, names, name)
-    columns = {field: table[:, names.index(key)] for key, field in _COLUMNS.items() if key in names}
-    unknown = np.full(len(table), math.nan)
-    defaults = {"force": columns["applied_force"], "flags": np.zeros(len(table)), "hand_force": unknown}
-    run = SimpleNamespace(**{**defaults, **columns}, settings=settings)
-    return from_run(run)
-
-
-def _header(line: str, name: str) -> dict:
+    name, (header, heads, *lines) = Path(path).name, (text + "\n\n").splitlines()
     try:
-        settings = json.loads(line.removeprefix("#")) if line.startswith("#") else None
+        settings = json.loads(header.removeprefix("#")) if header.startswith("#") else None
     except json.JSONDecodeError:
         settings = None
     if not isinstance(settings, dict):
         raise ParameterError(f"{name} does not begin with the settings of a run: save one with run --csv.")
-    return settings
+    names = heads.split(",")
+    lacking = [column for column in _NEEDED if column not in names]
+    if lacking:
+        raise ParameterError(f"{name} has no column {lacking[0]}: it is no recording of the studio.")
+    table = _numbers([line for line in lines if line], names, name)
+    columns = {field: table[:, names.index(key)] for key, field in _COLUMNS.items() if key in names}
+    unknown = np.full(len(table), math.nan)
+    defaults = {"force": columns["applied_force"], "flags": np.zeros(len(table)), "hand_force": unknown}
+    return from_run(SimpleNamespace(**{**defaults, **columns}, settings=settings))
 
 
-def _numbers(file: Any, names: list[str], name: str) -> np.ndarray:
+def _numbers(lines: list[str], names: list[str], name: str) -> np.ndarray:
+    """Return a table's lines as numbers (n, names); raise ParameterError."""
+    if not lines:
+        raise ParameterError(f"{name} has 0 rows under its names: it is no recording of the studio.")
     try:
-        with warnings.catch_warnings():
-            # a file without rows is told below
-            warnings.simplefilter("ignore", UserWarning)
-            table = np.loadtxt(file, delimiter=",", ndmin=2)
+        table = np.loadtxt(lines, delimiter=",", ndmin=2)
     except ValueError as error:
         raise ParameterError(f"{name} is not a table of numbers: {error}.") from None
-    if not table.size:
-        raise ParameterError(f"{name} has 0 rows under its names: it is no recording of the studio.")
-    if table.shape[1] != len(names) or not len(table):
+    if table.shape[1] != len(names):
         shape = f"{len(table)} rows of {table.shape[1]} numbers for {len(names)} names"
         raise ParameterError(f"{name} has {shape}: it is no recording of the studio.")
     needed = table[:, [names.index(column) for column in _NEEDED]]
@@ -235,7 +218,10 @@ def _setup_of(settings: Mapping, times: np.ndarray, hand: Hand | None) -> tuple[
         grip,
         hold_known=grip is not None or not isinstance(name, str) or name in _NO_GRIP,
     )
-    return setup, _target(hand, times)
+    if hand is None:
+        return setup, None
+    target: Any = hand.target
+    return setup, np.array(target(times) if hand.vectorised else [target(t) for t in times.tolist()], float)
 
 
 def _grip(numbers: Any) -> Grip | None:
@@ -244,14 +230,6 @@ def _grip(numbers: Any) -> Grip | None:
         return None
     found = [_number(numbers, key) for key in ("mass", "damping", "stiffness")]
     return Grip(*found) if all(math.isfinite(x) for x in found) else None
-
-
-def _target(hand: Hand | None, times: np.ndarray) -> np.ndarray | None:
-    """Return where the hand pulls to (n,) in m, None where nobody holds."""
-    if hand is None:
-        return None
-    target: Any = hand.target
-    return np.array(target(times) if hand.vectorised else [target(t) for t in times.tolist()], dtype=float)
 
 
 def _scene(settings: Mapping) -> tuple[Any, dict[str, float]]:

@@ -42,13 +42,12 @@ class Fit:
     @property
     def half(self) -> np.ndarray:
         """Return the half widths (p,) of the intervals."""
-        width = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
-        return width * float(stats.t.ppf(0.5 + 0.5 * LEVEL, self.freedom))
+        return self.half_of(np.eye(len(self.beta)))
 
-    def half_of(self, gradient: np.ndarray) -> float:
-        """Return the half width of what depends on the coefficients by this gradient (p,)."""
-        width = float(np.sqrt(max(gradient @ self.covariance @ gradient, 0.0)))
-        return width * float(stats.t.ppf(0.5 + 0.5 * LEVEL, self.freedom))
+    def half_of(self, gradient: np.ndarray) -> np.ndarray:
+        """Return the half widths (k,) of what depends on the coefficients by these gradients (k, p)."""
+        variance = np.einsum("ki,ij,kj->k", gradient, self.covariance, gradient)
+        return np.sqrt(np.maximum(variance, 0.0)) * stats.t.ppf(0.5 + 0.5 * LEVEL, self.freedom)
 
 
 def solve(

@@ -14,23 +14,11 @@ import math
 
 import numpy as np
 
-from hapkit_studio.analysis.identify.estimates import Estimate, Part, Sizes, estimate, points, sizes
+from hapkit_studio.analysis.identify.estimates import Estimate, Part, Points, Sizes, estimate, sizes
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.analysis.identify.regression import Fit, solve
 from hapkit_studio.analysis.identify.windows import Grid, Windows
 from hapkit_studio.environments.base import ForceTerms
-
-
-def expected_commands(grid: Grid, what: ForceTerms) -> np.ndarray | None:
-    """Return the commands (n,) in N of what was set, for the motion the law saw; None if not simple."""
-    if not what.simple:
-        return None
-    depth, rate = grid.seen - (what.centre or 0.0), grid.speed
-    if what.one_way:
-        rate = np.where(rate * what.one_way > 0.0, rate, 0.0)
-    force = -(what.stiffness or 0.0) * depth - (what.damping or 0.0) * rate
-    return force - (what.friction or 0.0) * np.sign(grid.speed)
-
 
 # Windows of about that length are short beside any motion of a hand, and long beside the sensor's steps.
 LONGEST_SECONDS = 0.026
@@ -104,14 +92,16 @@ def _fitted(
     fit = solve(columns, columns, against, kept) if there.any() else None
     if fit is None:
         return Part("rendered", advice=_why_not(grid, asked, names), left_out=left_out)
-    moved = sizes(grid.position, windows, kept)
+    moved, times = sizes(grid.position, windows, kept), grid.begin + windows.middles[kept]
     steps = _steps(fit, names, windows, columns[kept], setup.quantum)
     expected = _expected(grid, asked, names, windows, columns, kept)
+    known = {"stiffness": asked.stiffness, "friction": asked.friction, "damping_out": 0.0}
+    known |= dict.fromkeys(("damping", "damping_in"), asked.damping)
     estimates = [
-        estimate(name, fit.beta[i], fit.half[i] + steps[i], moved, _set(name, asked), expected.get(name))
+        estimate(name, fit.beta[i], fit.half[i] + steps[i], moved, known[name], expected.get(name))
         for i, name in enumerate(names)
     ]
-    estimates += [estimate(name, 0.0, math.inf, moved, _set(name, asked)) for name in absent]
+    estimates += [estimate(name, 0.0, math.inf, moved, known[name]) for name in absent]
     estimates += _centre(fit, names, grid, asked, estimates, moved, expected.get("offset"))
     return Part(
         "rendered",
@@ -119,7 +109,7 @@ def _fitted(
         explained=fit.explained,
         hertz=moved.hertz,
         seconds=float(kept.sum()) * windows.piece * grid.period,
-        points=points(grid, windows, names, columns, against, kept, fit),
+        points=Points(times, (*names, "offset"), columns[kept], against[kept], fit, grid.middle),
         left_out=left_out,
         damped=int(grid.damped.sum()),
     )
@@ -141,12 +131,6 @@ def _steps(
     return len(columns) * np.abs(inverse) @ (error * np.abs(fit.beta))
 
 
-def _set(name: str, asked: ForceTerms) -> float | None:
-    if name == "damping_out":
-        return 0.0
-    return {"stiffness": asked.stiffness, "friction": asked.friction}.get(name, asked.damping)
-
-
 def _expected(
     grid: Grid,
     asked: ForceTerms,
@@ -156,9 +140,13 @@ def _expected(
     kept: np.ndarray,
 ) -> dict[str, float]:
     """Return what would have been found if the law had done what was set, no more and no less."""
-    commands = expected_commands(grid, asked)
-    if commands is None:
+    if not asked.simple:
         return {}
+    depth, rate = grid.seen - (asked.centre or 0.0), grid.speed
+    if asked.one_way:
+        rate = np.where(rate * asked.one_way > 0.0, rate, 0.0)
+    commands = -(asked.stiffness or 0.0) * depth - (asked.damping or 0.0) * rate
+    commands -= (asked.friction or 0.0) * np.sign(grid.speed)
     fit = solve(columns, columns, -windows.held(commands), kept)
     return dict(zip((*names, "offset"), fit.beta.tolist(), strict=True)) if fit else {}
 
@@ -190,10 +178,10 @@ def _centre(
         return []
     mean = moved.middle
     force = fit.beta[at] * mean + fit.beta[-1]
-    gradient = np.zeros(len(fit.beta))
-    gradient[at], gradient[-1] = -mean / still + force / still**2, -1.0 / still
+    gradient = np.zeros((1, len(fit.beta)))
+    gradient[0, at], gradient[0, -1] = -mean / still + force / still**2, -1.0 / still
     value = float(grid.middle + mean - force / still)
-    half = fit.half_of(gradient)
+    half = float(fit.half_of(gradient)[0])
     if offset is not None and found.expected is not None and asked.stiffness and asked.centre is not None:
         # what a late velocity adds to the mean force, by the same fit to what was set
         set_force = found.expected * mean + offset

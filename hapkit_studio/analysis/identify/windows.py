@@ -95,6 +95,9 @@ def lay(recording: Recording) -> Grid:
     sign = direction(along, recording.setup.quantum, period)
     left_out = {word: int(((flags & bit) != 0).sum()) for word, bit in REASONS.items()}
     left_out["lost"] = int((~there).sum())
+    target = recording.target
+    if target is not None:
+        target = np.interp(np.arange(count), place, target[good]) if np.isfinite(target).all() else None
     return Grid(
         period=period,
         begin=float(recording.time[0]),
@@ -115,15 +118,9 @@ def lay(recording: Recording) -> Grid:
         damped=flags & rows.DAMPED != 0,
         seen=spread(recording.position),
         speed=spread(recording.velocity),
-        target=_target(recording, place, good),
+        target=target,
         left_out={word: number for word, number in left_out.items() if number},
     )
-
-
-def _target(recording: Recording, place: np.ndarray, good: np.ndarray) -> np.ndarray | None:
-    if recording.target is None or not np.isfinite(recording.target).all():
-        return None
-    return np.interp(np.arange(int(place[-1]) + 1), place, recording.target[good])
 
 
 def _steps(recording: Recording) -> tuple[np.ndarray, float]:
@@ -201,6 +198,11 @@ class Windows:
         """Return the first sample of every window whose samples and forces are all on the grid."""
         first = -(-self.lead // self.piece) * self.piece
         return np.arange(first, self.count - self.length, self.piece)
+
+    @property
+    def middles(self) -> np.ndarray:
+        """Return every window's middle in s from the grid's first sample."""
+        return self.period * (self.starts + 0.5 * self.length)
 
     def kernel(self, order: int) -> np.ndarray:
         """Return the weights (length + 1,) of samples in the mean of a derivative of that order."""

@@ -16,22 +16,21 @@ _WORTH_A_REASON = 0.1
 
 def unit_of(estimate: Estimate) -> str:
     """Return the unit a person reads the estimate in."""
-    unit = estimate.term.unit
-    return READ_UNITS.get(unit, (unit, 1.0))[0]
+    return _unit(estimate)[0]
 
 
-def _decimals(half: float, finest: float) -> int:
-    """Return how many decimals an interval of that half width bears; none finer than anybody feels."""
-    if not math.isfinite(half):
-        return 2
-    digits = 1 - math.floor(math.log10(max(half, finest)))
-    return max(digits - 1 if max(half, finest) * 10.0 ** (digits - 1) >= 3.0 else digits, 0)
+def _unit(estimate: Estimate) -> tuple[str, float]:
+    return READ_UNITS.get(estimate.term.unit, (estimate.term.unit, 1.0))
 
 
 def _read(estimate: Estimate) -> tuple[float, int]:
     """Return how many of the unit a person reads one SI unit is, and the decimals that are known."""
-    scale = READ_UNITS.get(estimate.term.unit, ("", 1.0))[1]
-    return scale, _decimals(scale * estimate.half, _FINEST * scale * estimate.term.fine)
+    scale = _unit(estimate)[1]
+    if not math.isfinite(estimate.half):
+        return scale, 2
+    half = scale * max(estimate.half, _FINEST * estimate.term.fine)
+    digits = 1 - math.floor(math.log10(half))
+    return scale, max(digits - 1 if half * 10.0 ** (digits - 1) >= 3.0 else digits, 0)
 
 
 def measured(estimate: Estimate) -> str:
@@ -51,7 +50,7 @@ def plain(value: float | None, estimate: Estimate) -> str:
     """Write a value that was set or is expected, in the unit a person reads; a dash for none."""
     if value is None:
         return "–"
-    scale = READ_UNITS.get(estimate.term.unit, ("", 1.0))[1]
+    scale = _unit(estimate)[1]
     size = abs(scale * value)
     text = f"{size:,.0f}" if size >= 1e4 else f"{size:,.4g}"
     return MINUS + text if value < 0.0 and size != 0.0 else text
@@ -112,10 +111,9 @@ def lateness(part: Part, setup: Setup) -> str:
     if spring is None or spring.asked is None:
         return ""
     late = 0.5 / setup.rate + setup.delay  # half a period and the delay
-    took = f"{plain(spring.asked, spring)} N/m × {1e3 * late:.3g} ms = {spring.asked * late:.2g} N·s/m"
-    return (
-        f"A command is held for a period and comes late, {1e3 * late:.3g} ms on average: that takes {took}."
-    )
+    ms, took = f"{1e3 * late:.3g} ms", f"{spring.asked * late:.2g} N·s/m"
+    words = f"that takes {plain(spring.asked, spring)} N/m × {ms} = {took}."
+    return f"A command is held for a period and comes late, {ms} on average: {words}"
 
 
 def conditions(setup: Setup) -> list[tuple[str, str]]:
@@ -138,14 +136,6 @@ def conditions(setup: Setup) -> list[tuple[str, str]]:
     ]
 
 
-def left_out(part: Part, total: int) -> str:
-    """Say what was left out, "" for nothing."""
-    if not part.left_out or total <= 0:
-        return ""
-    shares = [f"{100.0 * n / total:.3g} % {reason}" for reason, n in part.left_out.items()]
-    return f"Left out: {', '.join(shares)}."
-
-
 def remarks(part: Part, setup: Setup, total: int) -> list[str]:
     """Return what is to be said of the whole part, a line each."""
     rendered = part.key == "rendered"
@@ -160,7 +150,10 @@ def remarks(part: Part, setup: Setup, total: int) -> list[str]:
         lines.append(f"These terms make only {share} of the force: the law is more than that.")
     if rendered and part.estimates and setup.handle is None:
         lines.append("The force is what was sent to the motor: nothing measures it.")
-    return [line for line in (*lines, left_out(part, total)) if line]
+    if part.left_out and total:
+        shares = (f"{100.0 * n / total:.3g} % {reason}" for reason, n in part.left_out.items())
+        lines.append(f"Left out: {', '.join(shares)}.")
+    return [line for line in lines if line]
 
 
 def notes(part: Part, setup: Setup, total: int) -> list[str]:

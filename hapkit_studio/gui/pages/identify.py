@@ -5,8 +5,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-import numpy as np
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QCheckBox, QPushButton, QStackedWidget, QWidget
 
 from hapkit_studio.dynamics.hand import GRIPS
@@ -20,10 +19,9 @@ from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.haptics import rows
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.identify import Estimate, Identified, Part, Recording, Setup
+    from hapkit_studio.analysis.identify import Estimate, Identified, Part, Recording
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
-    from hapkit_studio.haptics.engine import Engine
 
 
 # Numbers ramp and forces fade for 30 ms after a change.
@@ -41,94 +39,35 @@ def newest_piece(studio: "Studio", live: "Live", seconds: float) -> "Callable[[]
     engine = studio.engine
     if engine is None:
         raise StudioError("There is no device yet to take a piece from.")
-    table = _table(engine, seconds, live.changed_at + _SETTLED)
-    setup = _setup(studio, engine)
-
-    def take() -> "Recording":
-        from hapkit_studio.analysis.identify import of_rows
-
-        return of_rows(table, setup)
-
-    return take
-
-
-def _setup(studio: "Studio", engine: "Engine") -> "Setup":
-    from hapkit_studio.analysis.identify import Handle, Setup
-
-    device = engine.modelled
-    handle = Handle(device.mass, device.viscous, device.coulomb_force) if device else None
-    quantum = float((device or engine.device).quantum)
-    grip = GRIPS[studio.grip] if device else None
-    environment, values = studio.environment, dict(studio.values)
-    return Setup(environment, values, engine.loop.rate, engine.health().delay, quantum, handle, grip)
-
-
-def _table(engine: "Engine", seconds: float, since: float) -> np.ndarray:
-    """Return the newest rows (n, ROW_WIDTH) since a time; raise StudioError where there are too few."""
     reader = engine.reader()
     reader.rewind(_ALL if math.isinf(seconds) else math.ceil(1.1 * seconds * engine.loop.rate) + 1)
     table = reader.read()
     times = table[:, rows.HOST_TIME]
-    first = max(since, times[-1] - seconds) if len(table) else since
-    table = table[times >= first]
-    kept = float(table[-1, rows.HOST_TIME] - table[0, rows.HOST_TIME]) if len(table) else 0.0
+    newest = float(times[-1]) if len(times) else 0.0
+    table = table[times >= max(live.changed_at + _SETTLED, newest - seconds)]
+    kept = newest - float(table[0, rows.HOST_TIME]) if len(table) else 0.0
     if kept < _LEAST:
         raise StudioError(f"Only {kept:.1f} s since the settings changed. Move the handle, then identify.")
-    return table
+
+    from hapkit_studio.analysis.identify import Handle, Setup, of_rows
+
+    device = engine.modelled
+    setup = Setup(
+        studio.environment,
+        dict(studio.values),
+        engine.loop.rate,
+        engine.health().delay,
+        float((device or engine.device).quantum),
+        Handle(device.mass, device.viscous, device.coulomb_force) if device else None,
+        GRIPS[studio.grip] if device else None,
+    )
+    return lambda: of_rows(table, setup)
 
 
 _STEP_MS = 8
 # m, Hz, rad: no small common period, so that the sensor's steps fall otherwise each time
 _SINES = ((0.0085, 0.83, 0.0), (0.0045, 2.37, 1.0), (0.0020, 4.91, 2.0))
 _INTO_SURFACE = 0.003
-
-
-class ShakingHand(QObject):
-    """Moves the hand for some seconds, then lets go; ``finished(True)`` unless it was ended before."""
-
-    finished = Signal(bool)
-
-    def __init__(self, studio: "Studio", parent: QObject | None = None):
-        super().__init__(parent)
-        self._studio = studio
-        self._begin, self._seconds = 0.0, 0.0
-        self._timer = QTimer(self, interval=_STEP_MS, timerType=Qt.TimerType.PreciseTimer)
-        self._timer.timeout.connect(self._move)
-
-    @property
-    def running(self) -> bool:
-        """Say whether the hand moves."""
-        return self._timer.isActive()
-
-    def start(self, seconds: float) -> None:
-        """Begin to move."""
-        self._begin, self._seconds = time.perf_counter(), seconds
-        self._timer.start()
-
-    def end(self) -> None:
-        """Release the handle."""
-        if self.running:
-            self._timer.stop()
-            self._studio.move_hand(None)
-            self.finished.emit(False)
-
-    def target(self, t: float) -> float:
-        """Return where the hand is after t s, in m: about the surface, where there is one."""
-        values = self._studio.values
-        place = values.get("position", values.get("center", 0.0))
-        if self._studio.environment.shades and "position" in values:
-            place += _INTO_SURFACE if values.get("side", 0.0) == 0.0 else -_INTO_SURFACE
-        soft = min(t / 0.3, 1.0)
-        return place + soft * sum(a * math.sin(2.0 * math.pi * f * t + p) for a, f, p in _SINES)
-
-    def _move(self) -> None:
-        t = time.perf_counter() - self._begin
-        if t >= self._seconds:
-            self._timer.stop()
-            self._studio.move_hand(None)
-            self.finished.emit(True)
-        else:
-            self._studio.move_hand(self.target(t))
 
 
 PIECES = ((2.0, "2 s"), (5.0, "5 s"), (10.0, "10 s"), (math.inf, "All"))
@@ -179,7 +118,8 @@ class IdentifyPage(MeasuringPage):
         super().__init__(studio, live)
         self.found: Identified | None = None
         self._device = ""
-        self.shake = ShakingHand(studio, self)
+        self._began, self._seconds = 0.0, 0.0
+        self.shake = QTimer(self, interval=_STEP_MS, timerType=Qt.TimerType.PreciseTimer)
         self.pieces = Segmented("Newest piece", tuple(words for _, words in PIECES))
         self.pieces.show_index(1)
         self.parts = Segmented("What", ("Rendered", "Handle"))
@@ -196,7 +136,13 @@ class IdentifyPage(MeasuringPage):
         self._body.addWidget(self.how)
         self._body.addWidget(self.chart)
         self.build(self._body)
-        self._join()
+        self.parts.chosen.connect(lambda _index: self.show_part())
+        self.shaking.clicked.connect(self._press_shake)
+        self.shake.timeout.connect(self._shake)
+        studio.stop_changed.connect(self.let_go)
+        for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed,
+                        studio.engine_changed, studio.link_changed):  # fmt: skip
+            changed.connect(self._look)
         self.show_part()
         self._look()
 
@@ -263,55 +209,61 @@ class IdentifyPage(MeasuringPage):
 
         found, device = self.found, self._device
         assert found is not None
-        return lambda path: identify_figure(found, path, device), lambda: {
-            **found.as_json(),
-            "device": device,
-        }
+        numbers = {**found.as_json(), "device": device}
+        return lambda path: identify_figure(found, path, device), lambda: numbers
 
     def set_shown(self, on: bool) -> None:
         if not on:
-            self.shake.end()
+            self.let_go()
 
     def end(self) -> None:
-        self.shake.end()
+        self.let_go()
         super().end()
 
-    # shaking
+    # shaking: the hand moves for some seconds, then the piece is identified
+
+    def hand_target(self, t: float) -> float:
+        """Return where the hand is after t s, in m: about the surface, where there is one."""
+        values = self._studio.values
+        place = values.get("position", values.get("center", 0.0))
+        if self._studio.environment.shades and "position" in values:
+            place += _INTO_SURFACE if values.get("side", 0.0) == 0.0 else -_INTO_SURFACE
+        soft = min(t / 0.3, 1.0)
+        return place + soft * sum(a * math.sin(2.0 * math.pi * f * t + p) for a, f, p in _SINES)
+
+    def let_go(self) -> None:
+        """Release the handle where the hand shakes it."""
+        if self.shake.isActive():
+            self.shake.stop()
+            self._studio.move_hand(None)
+            self.bar.say("Let go")
+            self._look()
 
     def _press_shake(self) -> None:
-        if self.shake.running:
-            self.shake.end()
+        if self.shake.isActive():
+            self.let_go()
             return
         seconds = PIECES[self.pieces.index][0]
-        self.shake.start(seconds if math.isfinite(seconds) else PIECES[-2][0])
+        self._began, self._seconds = time.perf_counter(), min(seconds, PIECES[-2][0])
+        self.shake.start()
         self.bar.say("Shaking…")
         self._look()
 
-    def _shaken(self, whole: bool) -> None:
-        self._look()
-        if whole:
-            self.press()
+    def _shake(self) -> None:
+        t = time.perf_counter() - self._began
+        if t < self._seconds:
+            self._studio.move_hand(self.hand_target(t))
         else:
-            self.bar.say("Let go")
+            self.let_go()
+            self.press()
 
     def _look(self) -> None:
-        """Enable only what the device allows."""
+        """Enable only what the device allows; say whether the result still holds."""
         ours = self._studio.hand_is_ours and self._studio.grip != "released"
-        self.shaking.setEnabled(ours or self.shake.running)
-        self.shaking.setText("Let go" if self.shake.running else "Shake")
+        self.shaking.setEnabled(ours or self.shake.isActive())
+        self.shaking.setText("Let go" if self.shake.isActive() else "Shake")
         self.released.setVisible(self._studio.engine is not None and not self._studio.simulated)
-
-    def _join(self) -> None:
-        self.parts.chosen.connect(lambda _index: self.show_part())
-        self.shaking.clicked.connect(self._press_shake)
-        self.shake.finished.connect(self._shaken)
-        self._studio.engine_changed.connect(self._look)
-        self._studio.loop_changed.connect(self._look)
-        self._studio.stop_changed.connect(self.shake.end)
-        studio = self._studio
-        for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed,
-                        studio.engine_changed, studio.link_changed):  # fmt: skip
-            changed.connect(lambda: self._say(self.part))
+        self._say(self.part)
 
 
 VIEW = View("identify", "Identify", 50, IdentifyPage)

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import QDialog, QFrame, QProgressBar, QPushButton, QWidget
 
-from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
+from hapkit_studio.analysis.calibrate.result import FAIL, PASS, SKIP, WARN, CheckResult
 from hapkit_studio.devices.board_runner import motor_force
 from hapkit_studio.devices.profiles import readings
 from hapkit_studio.gui.header import StopButton
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
 
 FRAME_MS = 50
-SIGNS = {PASS: ("check", "ok"), WARN: ("triangle", "warn"), FAIL: ("triangle", "danger")}
-"""Icon and colour of a result's level."""
 NEUTRAL = ("circle", "ink3")
+SIGNS = {PASS: ("check", "ok"), WARN: ("triangle", "warn"), FAIL: ("triangle", "danger"), SKIP: NEUTRAL}
+"""Icon and colour of a result's level."""
 LONG_SECONDS = 5.0
 """s from which on a run shows how far it is."""
 _EVERY = 5
@@ -58,6 +58,8 @@ class BoardDialog(QDialog):
         assert entry is not None
         self.board = BoardThread(entry.make, self.prepare, self)
         self.stop, self.release = StopButton(studio), QPushButton("Release E-stop")
+        self.close_button = QPushButton("Close")
+        self.close_button.clicked.connect(self.close_or_cancel)
         self.column = down(self._header(), into=self)
         self._frames = QTimer(self, interval=FRAME_MS)
         self._frames.timeout.connect(self._show_frame)
@@ -98,22 +100,29 @@ class BoardDialog(QDialog):
         self.board.start()
         self._frames.start()
 
+    def close_or_cancel(self) -> None:
+        """Cancel the job that runs; close where none does."""
+        if self.board.job_running:
+            self.board.cancel()
+        else:
+            self.close()
+
     def _show_frame(self) -> None:
-        samples = self.board.samples()
-        if self.board.runner is None or not samples:
+        runner = self.board.runner
+        samples = list(runner.recent) if runner is not None else []
+        if runner is None or not samples:
             return
-        settings = self.board.runner.settings
         # every sample would cost the thread that answers them its time
         shown = samples[(len(samples) - 1) % _EVERY :: _EVERY]
         clock, raw, count = np.array([(s.time_us, s.raw, s.count) for s in shown]).T
         time = 1e-6 * np.cumsum(np.diff(clock, prepend=clock[0]) % 2**32)
-        force = float(motor_force(settings, np.array([samples[-1].pwm]))[0])
-        self.show_recent(Recent(time, readings(raw, settings.sensor), count * settings.quantum, force))
+        force = float(motor_force(runner.settings, np.array([samples[-1].pwm]))[0])
+        position = count * runner.settings.quantum
+        self.show_recent(Recent(time, readings(raw, runner.settings.sensor), position, force))
 
     def _stop_changed(self) -> None:
-        stopped = self.studio.stopped
-        self.release.setVisible(stopped)
-        if stopped:
+        self.release.setVisible(self.studio.stopped)
+        if self.studio.stopped:
             self.board.stop()
         else:
             self.board.release()
@@ -167,12 +176,8 @@ class ResultBox(QFrame):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("resultBox")
-        self.sign, self.words, self.remedy, self.bar = (
-            Sign(22),
-            label(role="headline"),
-            label(),
-            QProgressBar(),
-        )
+        self.sign, self.words, self.remedy = Sign(22), label(role="headline"), label()
+        self.bar = QProgressBar()
         self.bar.setFixedHeight(5)
         self.bar.setAccessibleName("Progress")
         kept = self.bar.sizePolicy()
@@ -194,7 +199,7 @@ class ResultBox(QFrame):
 
     def show_result(self, result: CheckResult) -> None:
         """Show the result of a check."""
-        self.show_text(result.words, result.remedy, SIGNS.get(result.level, NEUTRAL))
+        self.show_text(result.words, result.remedy, SIGNS[result.level])
 
     def show_warning(self, words: str, remedy: str = "") -> None:
         """Show what went wrong, and what to do."""

@@ -4,15 +4,12 @@ import queue
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.devices.board_runner import BoardRunner
 from hapkit_studio.errors import DeviceError, PortBusyError, StudioError
-
-if TYPE_CHECKING:
-    from hapkit_studio.protocol.messages import Sample
 
 BUSY_SECONDS = 5.0
 """s for the studio's own loop to let go of the port."""
@@ -63,7 +60,7 @@ class BoardThread(QObject):
         if self._quit.is_set():
             return
         if self._thread.is_alive():
-            self._report("failed", "The board is still being closed.")
+            self._reports.put(("failed", "The board is still being closed."))
             return
         self.runner = self.subject = self._job = self._after = None
         self.busy = True
@@ -113,10 +110,6 @@ class BoardThread(QObject):
         if self.runner is not None and self.has_hand:
             self.runner.board.move_hand(place)
 
-    def samples(self) -> "list[Sample]":
-        """Return the samples of the last ten seconds, oldest first."""
-        return list(self.runner.recent) if self.runner is not None else []
-
     def end(self) -> None:
         """Motor off, let go of the board, wait for that; may be called twice."""
         self._quit.set()
@@ -137,13 +130,13 @@ class BoardThread(QObject):
             self.runner = runner
             if self._stopped:
                 runner.stop()
-            self._report("opened", self.subject)
+            self._reports.put(("opened", self.subject))
             while not self._quit.is_set():
                 self._next_job(runner)
         except DeviceError as error:
-            self._report("failed", str(error))
+            self._reports.put(("failed", str(error)))
         except Exception:
-            self._report("failed", "An error in the studio ended this. Force is zero.")
+            self._reports.put(("failed", "An error in the studio ended this. Force is zero."))
             raise
         finally:
             if runner is not None:
@@ -169,18 +162,15 @@ class BoardThread(QObject):
         if job is None:
             return
         try:
-            self._report("done", job(self.subject))
+            self._reports.put(("done", job(self.subject)))
         except StudioError as error:
-            self._report("refused", str(error))
+            self._reports.put(("refused", str(error)))
         except OSError as error:  # of a file; a port's are a DeviceError
-            self._report("refused", f"{error.strerror}: {error.filename}.")
+            self._reports.put(("refused", f"{error.strerror}: {error.filename}."))
 
     def report_progress(self, what: object) -> None:
         """Emit ``progressed`` in the window's thread; a job calls this."""
-        self._report("progressed", what)
-
-    def _report(self, kind: str, what: object) -> None:
-        self._reports.put((kind, what))
+        self._reports.put(("progressed", what))
 
     # in the window's thread again
 

@@ -1,22 +1,19 @@
 """Test my Hapkit: every check with its result, and what to do; nothing is changed on the board."""
 
-import math
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QGridLayout, QLabel, QLayout, QProgressBar, QPushButton, QWidget
+from PySide6.QtWidgets import QGridLayout, QLabel, QLayout, QPushButton, QWidget
 
 from hapkit_studio.analysis.calibrate.checks import CHECKS, Report, run_all
 from hapkit_studio.analysis.calibrate.result import FAIL, PASS, WARN, CheckResult
 from hapkit_studio.gui.widgets.parts import Sign, across, down, label, primary
 from hapkit_studio.gui.widgets.style import mark
-from hapkit_studio.gui.wizard.board_dialog import LONG_SECONDS, NEUTRAL, SIGNS, BoardDialog, Recent, ResultBox
+from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent, ResultBox
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.studio import Studio
 
-_STEPS = 100
-"""Steps of the progress bar for each check."""
 _ICON = 20
 _BEGIN = "Handle in the middle, hands off, motor's supply on. Then press Test; it takes half a minute."
 
@@ -31,17 +28,15 @@ class CheckDialog(BoardDialog):
         self.resize(820, 600)
         self.setMinimumSize(640, 480)
         self.report: Report | None = None
-        self._finished_checks = 0
-        self.box, self.bar = ResultBox(), QProgressBar()
-        self.test, self.close_button = primary(QPushButton("Test")), QPushButton("Close")
+        self.box = ResultBox()
+        self.test = primary(QPushButton("Test"))
         self.test.setEnabled(False)
         self.rows: dict[str, tuple[Sign, QLabel]] = {}
         self.column.addLayout(self._body(), 1)
         self.test.clicked.connect(self.run)
-        self.close_button.clicked.connect(self.close_or_cancel)
         self.board.progressed.connect(self._show_check)
         self.board.opened.connect(self._opened)
-        self.board.refused.connect(self._refused)
+        self.board.refused.connect(lambda words: self._offer(words, look=SIGNS[WARN]))
         self.board.failed.connect(self._failed)
         self.box.show_working("Starting the board…")
 
@@ -58,60 +53,41 @@ class CheckDialog(BoardDialog):
         ):
             self.test.setEnabled(False)
             self.close_button.setText("Cancel")
-            self._finished_checks = 0
-            self.bar.setValue(0)
             self.box.show_working("Testing. Hands off…")
 
-    def close_or_cancel(self) -> None:
-        """Cancel the checks while they run; close where they do not."""
-        if self.board.job_running:
-            self.board.cancel()
-        else:
-            self.close()
-
     def show_recent(self, _recent: Recent) -> None:
-        """Show how far a long check is; one that begins again leaves the bar where it is."""
-        runner = self.board.runner
-        passed, seconds = runner.progress if runner is not None and self.board.busy else (0.0, 0.0)
-        if LONG_SECONDS <= seconds < math.inf:
-            within = round(_STEPS * (self._finished_checks + passed / seconds))
-            self.bar.setValue(max(self.bar.value(), min(within, _STEPS * (self._finished_checks + 1))))
+        if self.board.runner is not None:
+            self.box.show_progress(*self.board.runner.progress)
 
     def _opened(self, _runner: object) -> None:
-        self.test.setEnabled(True)
+        self._offer(_BEGIN, button="Test")
         self.test.setFocus()
-        self.box.show_text(_BEGIN)
 
     def _show_check(self, progress: tuple[str, CheckResult | None]) -> None:
         key, result = progress
         sign, words = self.rows[key]
         mark(words, "role", "")
-        sign.show_sign(*(("circle", "accent") if result is None else SIGNS.get(result.level, NEUTRAL)))
+        sign.show_sign(*(("circle", "accent") if result is None else SIGNS[result.level]))
         if result is None:
             words.setText(f"{words.text()} Under way…")
             return
         words.setText(f"{result.words} {result.remedy}".strip())
         words.setAccessibleName(f"{key}: {result.level}. {words.text()}")
-        self._finished_checks += 1
-        self.bar.setValue(_STEPS * self._finished_checks)
 
     def _finished(self, report: Report) -> None:
         self.report = report
-        self._offer_test("Test again")
-        level = PASS if report.good else FAIL if report.dangerous else WARN
-        self.box.show_text(report.words, look=SIGNS[level])
-
-    def _refused(self, words: str) -> None:
-        self._offer_test("Test again")
-        self.box.show_warning(words)
+        self._offer(report.words, look=SIGNS[PASS if report.good else FAIL if report.dangerous else WARN])
 
     def _failed(self, words: str) -> None:
-        self._offer_test("Test")
+        self._offer(words, "Close this window, connect the board again.", ("unplugged", "warn"), "Test")
         self.test.setEnabled(False)
-        self.box.show_text(words, "Close this window, connect the board again.", ("unplugged", "warn"))
 
-    def _offer_test(self, words: str) -> None:
-        self.test.setText(words)
+    def _offer(
+        self, words: str, remedy: str = "", look: tuple[str, str] = NEUTRAL, button: str = "Test again"
+    ) -> None:
+        """Say how it stands, and offer to test."""
+        self.box.show_text(words, remedy, look)
+        self.test.setText(button)
         self.test.setEnabled(True)
         self.close_button.setText("Close")
 
@@ -124,9 +100,8 @@ class CheckDialog(BoardDialog):
             sign.setFixedWidth(_ICON + 2)
             for place, part in enumerate((sign, label(check.title, "headline", wrap=False), words)):
                 grid.addWidget(part, line, place, Qt.AlignmentFlag.AlignTop)
-        self.bar.setRange(0, _STEPS * len(CHECKS))
         for button in (self.test, self.close_button):
             button.setProperty("tall", True)
             button.setAutoDefault(False)
         buttons = across(self.test, None, self.close_button)
-        return down(grid, None, self.bar, self.box, buttons, margins=(24, 18, 24, 18), gap=12)
+        return down(grid, None, self.box, buttons, margins=(24, 18, 24, 18), gap=12)

@@ -12,6 +12,7 @@ from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.devices.calibration_file import MEASURED, setting_label, setting_text
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.widgets.parts import across, label
+from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.step_page import StepPage
 from hapkit_studio.protocol.messages import Sensor
@@ -35,19 +36,29 @@ class SaveStep(StepPage):
     def __init__(self, board: BoardThread, notes: Callable[[], Notes]) -> None:
         super().__init__(board)
         self._notes = notes
-        self._grid = QGridLayout()
-        self._grid.setHorizontalSpacing(28)
-        self._grid.setVerticalSpacing(2)
-        self.column.addLayout(self._grid)
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(28)
+        grid.setVerticalSpacing(2)
+        grid.setColumnStretch(3, 1)
+        self.column.addLayout(grid)
+        for column, head in enumerate(("before", "now"), 1):
+            grid.addWidget(label(head, "axis", wrap=False), 0, column)
+        self._cells: dict[str, tuple[QLabel, QLabel]] = {}
+        for row, name in enumerate(MEASURED, 1):
+            had, has = self._cells[name] = label(role="axis", wrap=False), label(wrap=False)
+            for column, cell in enumerate((label(setting_label(name), "axis", wrap=False), had, has)):
+                grid.addWidget(cell, row, column)
         self.assumptions = self.add_text()
         self.assumptions.setProperty("ink", "ink2")
         self.column.addStretch(1)
         self.label = QLineEdit(maxLength=12)
         self.label.setAccessibleName("Name of the kit")
         self.label.setMaximumWidth(180)
-        self.save = self.button("Save", self.store, primary=True)
+        self.first = self.save = self.button("Save", self.store, primary=True)
         self.undo = self.button("Undo everything…", self.ask)
-        self.undo_all = self.button("Undo it all", self.undo_everything)
+        self.undo_all = self.job_button(
+            "Undo it all", "Restoring…", lambda work: work.undo(), lambda _none: self.undone.emit()
+        )
         self.keep = self.button("Keep", self.keep_everything)
         buttons = self.save, self.undo, self.undo_all, self.keep
         self.foot.insertLayout(0, across(QLabel("Name of the kit"), self.label, *buttons, None, gap=10))
@@ -59,7 +70,7 @@ class SaveStep(StepPage):
     def enter(self) -> None:
         """Show what the board had, and what it has now."""
         self.keep_everything()
-        if self.board.subject is None:
+        if self.calibration is None:
             return
         if not self.label.text():
             self.label.setText(self.calibration.board.label)
@@ -126,29 +137,15 @@ class SaveStep(StepPage):
         else:
             self.box.show_text(_UNSAVED)
 
-    def undo_everything(self) -> None:
-        """Put back what the board had at the start."""
-        self.run_job("Restoring…", lambda work: work.undo(), lambda _none: self.undone.emit())
-
     def _show_question(self, asked: bool) -> None:
         self.undo.setVisible(not asked)
         self.undo_all.setVisible(asked)
         self.keep.setVisible(asked)
 
-    # the table
-
     def _fill_table(self) -> None:
-        while (item := self._grid.takeAt(0)) is not None:
-            if (cell := item.widget()) is not None:
-                cell.deleteLater()
         before, now = self.calibration.original, self.calibration.board
-        lines = [
-            (setting_label(name), setting_text(before, name), setting_text(now, name)) for name in MEASURED
-        ]
-        for row, (name, old, new) in enumerate([("", "before", "now"), *lines]):
-            self._grid.addWidget(label(name, "axis", wrap=False), row, 0)
-            self._grid.addWidget(label(old, "axis", wrap=False), row, 1)
-            same = row == 0 or new == old
-            words = new if row == 0 else "as before" if same else new
-            self._grid.addWidget(label(words, "axis" if same else "headline", wrap=False), row, 2)
-        self._grid.setColumnStretch(3, 1)
+        for name, (had, has) in self._cells.items():
+            old, new = setting_text(before, name), setting_text(now, name)
+            had.setText(old)
+            has.setText("as before" if new == old else new)
+            mark(has, "role", "axis" if new == old else "headline")

@@ -6,11 +6,12 @@ from hapkit_studio.analysis.calibrate.result import PASS, CheckResult
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
 from hapkit_studio.formatting import number
 from hapkit_studio.gui.widgets.parts import across, down, label
-from hapkit_studio.gui.wizard.board_dialog import SIGNS, Recent
+from hapkit_studio.gui.wizard.board_dialog import SIGNS
 from hapkit_studio.gui.wizard.board_thread import BoardThread
-from hapkit_studio.gui.wizard.pictures import REACH
 from hapkit_studio.gui.wizard.step_page import StepPage, ThousandthsBox
 
+REACH = 0.050
+"""m to either side at which a mark may be."""
 PLACES = (0.0, -0.020, 0.020, 0.0)
 _SAME = 6e-6
 """m by which a radius may differ from what is shown of it."""
@@ -34,42 +35,40 @@ class ScaleStep(StepPage):
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
-        self.handle = self.add_handle()
+        self.add_handle()
         self.place = ThousandthsBox("Mark", "mm", -1e3 * REACH, 1e3 * REACH, 1)
         self.take = self.button("Take", self.take_mark, primary=True)
         self.restart = self.button("Start again", self.forget_marks)
-        self.apply = self.button("Use this scale", self.use_scale)
+        self.apply = self.job_button(
+            "Use this scale", "Sending…", lambda work: work.use_scale(), self._scale_in_force,
+            ready=lambda: len(self._marks) >= 2,
+        )  # fmt: skip
         self.add_row(QLabel("Handle at"), self.place, self.take, self.restart, self.apply)
         self.residuals = self.add_text()
         self.radii = {key: ThousandthsBox(words, "mm", 1.0, 200.0, 2) for key, words in _RADII}
         for box in self.radii.values():
-            box.valueChanged.connect(lambda _value: self._offer_radii())
-        self.set_radii = self.button("Use these radii", self.use_radii)
+            box.valueChanged.connect(lambda _value: self.offer_buttons())
+        self.set_radii = self.button("Use these radii", self.use_radii, ready=self._radii_differ)
         cells = [down(QLabel(words), self.radii[key], gap=6) for key, words in _RADII]
         self.column.addWidget(label("Radii of your kit, not diameters:", "hint"))
         self.column.addLayout(across(*cells, down(None, self.set_radii), None))
         self.column.addStretch(1)
         self._offer_mark()
 
-    def enter(self) -> None:
-        if self.board.subject is not None:
-            self._show_radii()
-            if not self.calibration.marks:
-                self._show_first()
+    @property
+    def _marks(self) -> list[Mark]:
+        return self.calibration.marks if self.calibration is not None else []
 
-    def show_recent(self, recent: Recent) -> None:
-        self.handle.show_handle(float(recent.position[-1]))
+    def enter(self) -> None:
+        if self.calibration is not None:
+            self._show_radii()
+            if not self._marks:
+                self._show_first()
 
     def reset(self) -> None:
         super().reset()
         self._show_first()
         self._offer_mark()
-
-    def set_busy(self, busy: bool) -> None:
-        super().set_busy(busy)
-        if not busy:
-            self._offer_radii()
-            self.apply.setEnabled(self.board.subject is not None and len(self.calibration.marks) >= 2)
 
     # marks
 
@@ -82,18 +81,14 @@ class ScaleStep(StepPage):
         """Take all marks again."""
         self.calibration.forget_marks()
         self.reset()
-        self.completeChanged.emit()
-
-    def use_scale(self) -> None:
-        """Put the scale in force."""
-        self.run_job("Sending…", lambda work: work.use_scale(), self._scale_in_force)
+        self.changed.emit()
 
     def _show_first(self) -> None:
         words = f"Hold the handle at {_mm(PLACES[0])}, then press Take."
         self.box.show_text(words, "Until then the picture has the board's old zero, which may be off.")
 
     def _mark_taken(self, mark: Mark) -> None:
-        taken = len(self.calibration.marks)
+        taken = len(self._marks)
         if taken < len(PLACES):
             words = f"Taken at {_mm(mark.place)}. Go on to {_mm(PLACES[taken])}."
             self.box.show_text(words, look=SIGNS[PASS])
@@ -110,8 +105,8 @@ class ScaleStep(StepPage):
         words = " The sensor counts the other way: positions are reversed." if reverse else ""
         self.residuals.setText(f"Each mark's distance from the straight line: {off} mm.{words}")
         self.box.show_result(scale.result)
-        self.take.setProperty("takes_focus", False)  # an Enter too many must not take a fifth mark
-        self.apply.setProperty("takes_focus", scale.result.good)
+        # an Enter too many must not take a fifth mark
+        self.first = self.apply if scale.result.good else None
 
     def _scale_in_force(self, result: CheckResult) -> None:
         self._show_radii()
@@ -119,48 +114,41 @@ class ScaleStep(StepPage):
 
     def _offer_mark(self) -> None:
         """Offer the next mark."""
-        marks = self.calibration.marks if self.board.subject is not None else []
-        taken = [mark.place for mark in marks]
-        left = list(PLACES[len(taken) :])
+        taken = [mark.place for mark in self._marks]
+        left = PLACES[len(taken) :]
         self.place.show_si(left[0] if left else 0.0)
-        places = sorted({*PLACES, *taken})
-        self.handle.show_marks(tuple((p, p in taken and p not in left) for p in places))
-        if not marks:
+        if self.handle is not None:
+            self.handle.marks = {p: p in taken and p not in left for p in sorted({*PLACES, *taken})}
+            self.handle.update()
+        if not taken:
             self.residuals.setText("")
-        self.take.setProperty("takes_focus", True)
-        self.apply.setProperty("takes_focus", False)
-        self.apply.setEnabled(len(taken) >= 2)
+        self.first = self.take
 
     # radii
 
     def use_radii(self) -> None:
         """Put the radii in force that were typed."""
-        handle, pulley, sector = (self.radii[key].si for key, _ in _RADII)
-        self.run_job("Sending…", lambda work: work.set_radii(handle, pulley, sector), self._radii_in_force)
+        radii = {key: box.si for key, box in self.radii.items()}
+        self.run_job("Sending…", lambda work: work.change_geometry(**radii), self._radii_in_force)
 
     def _radii_in_force(self, _none: object) -> None:
         self._show_radii()
         self.result = None
-        self.completeChanged.emit()
-        if len(self.calibration.marks) >= len(PLACES):
+        self.changed.emit()
+        if len(self._marks) >= len(PLACES):
             self._fit()  # what was taken says at once whether they are right
-            return
-        self.box.show_text(
-            "The board has these radii now. Take the marks: they check them.", look=SIGNS[PASS]
-        )
+        else:
+            words = "The board has these radii now. Take the marks: they check them."
+            self.box.show_text(words, look=SIGNS[PASS])
 
     def _show_radii(self) -> None:
         for key, box in self.radii.items():
             box.show_si(getattr(self.calibration.board, key))
-        self._offer_radii()
 
-    def _offer_radii(self) -> None:
-        """Offer radii only where those typed are others than the board's."""
-        work = self.board.subject
-        other = work is not None and any(
-            abs(box.si - getattr(work.board, key)) > _SAME for key, box in self.radii.items()
-        )
-        self.set_radii.setEnabled(other and not self.board.busy)
+    def _radii_differ(self) -> bool:
+        """Return whether the radii typed are others than the board's."""
+        board = self.calibration.board
+        return any(abs(box.si - getattr(board, key)) > _SAME for key, box in self.radii.items())
 
 
 def _mm(place: float) -> str:

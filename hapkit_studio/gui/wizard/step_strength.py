@@ -1,6 +1,8 @@
 """Strength: the motor constant, from weights that the motor carries or from what a kitchen scale reads."""
 
-from PySide6.QtWidgets import QLabel, QWidget
+import threading
+
+from PySide6.QtWidgets import QLabel, QPushButton, QWidget
 
 from hapkit_studio.analysis.calibrate.motor import Strength
 from hapkit_studio.analysis.calibrate.result import PASS, passed
@@ -8,7 +10,7 @@ from hapkit_studio.devices.board_runner import Track
 from hapkit_studio.formatting import number
 from hapkit_studio.gui.widgets.parts import across
 from hapkit_studio.gui.widgets.segmented import Segmented
-from hapkit_studio.gui.wizard.board_dialog import SIGNS, Recent
+from hapkit_studio.gui.wizard.board_dialog import SIGNS
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.pictures import KitDrawing
 from hapkit_studio.gui.wizard.step_page import StepPage, ThousandthsBox
@@ -34,27 +36,31 @@ class StrengthStep(StepPage):
     heading = "Strength: what the motor really pushes"
     begin = "The motor is off until you press a button."
     if_skipped = "the motor constant of the kit's profile"
-    needs_direction = True
+    pushes = needs_direction = True
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
-        self.pushed: Track | None = None
-        self._enough = False
+        self._pushed_enough = threading.Event()
         self.method = Segmented("How", ("Weights", "Kitchen scale"))
         self.method.show_index(0)
         self.add_row(self.method)
         self.how = self.add_text()
         self.drawing = KitDrawing(supply=True)
-        self.handle = self.add_handle(self.drawing)
+        self.add_handle(self.drawing)
         self.mass = ThousandthsBox("Mass", "g", 0.0, 200.0, 1)
         self.carry = self.button("Carry", self.start_carrying, primary=True, motor=True)
-        self.use = self.button("Use these", self.use_weights)
-        self.use.setEnabled(False)
+        self.use = self.job_button(
+            "Use these", "Sending…", lambda work: work.use_weights(), self._measured,
+            ready=lambda: self.calibration.weighed,
+        )  # fmt: skip
         self.push = self.button("Push", self.start_pushing, primary=True, motor=True)
-        self.enough = self.button("Enough", self._end_pushing)
-        self.enough.setProperty("always_enabled", True)
+        self.enough = QPushButton("Enough")  # the only one that is of use while the motor pushes
+        self.enough.setProperty("tall", True)
+        self.enough.clicked.connect(self._pushed_enough.set)
         self.reading = ThousandthsBox("Reading", "g", 0.0, 500.0, 1)
-        self.take = self.button("Use this reading", self.use_reading)
+        self.take = self.button(
+            "Use this reading", self.use_reading, ready=lambda: self.calibration.pushed is not None
+        )
         self.weights, self.scale = QWidget(), QWidget()
         across(QLabel("Mass at the handle"), self.mass, self.carry, self.use, None, into=self.weights)
         across(
@@ -79,23 +85,14 @@ class StrengthStep(StepPage):
         else:
             self.drawing.show_scale()
 
-    def show_recent(self, recent: Recent) -> None:
-        self.handle.show_handle(float(recent.position[-1]), recent.force)
-
     def show_refusal(self, words: str, remedy: str = "") -> None:
         again = "Hold the handle in the middle again, then press Carry; let go slowly."
         super().show_refusal(words, remedy or (again if self.method.index == 0 else ""))
 
     def reset(self) -> None:
         super().reset()
-        self.pushed = None
         self.carried.setText("")
         self.mass.show_si(MASSES[0])
-
-    def set_busy(self, busy: bool) -> None:
-        super().set_busy(busy)
-        if not busy and self.board.subject is not None:
-            self.use.setEnabled(any(mass > 0.0 for mass, _ in self.calibration.carried))
 
     # weights
 
@@ -118,36 +115,24 @@ class StrengthStep(StepPage):
         if rest:
             self.mass.show_si(rest[0])
 
-    def use_weights(self) -> None:
-        """Take the motor constant that the weights tell."""
-        self.run_job("Sending…", lambda work: work.use_weights(), self._measured)
-
     # kitchen scale
 
     def start_pushing(self) -> None:
         """Push on the scale until Enough is pressed."""
-        self._enough = False
+        self._pushed_enough.clear()
         words = f"Pushing with {PUSH:g} N. Read the scale, then press Enough."
-        if self.run_job(
-            words, lambda work: work.push_on_scale(PUSH, PUSH_SECONDS, lambda: self._enough), self._pushed
-        ):
-            self.enough.setFocus()
+        enough = self._pushed_enough.is_set
+        self.run_job(words, lambda work: work.push_on_scale(PUSH, PUSH_SECONDS, enough), self._pushed)
+        self.enough.setFocus()
 
-    def _end_pushing(self) -> None:
-        self._enough = True
-
-    def _pushed(self, track: Track) -> None:
-        self.pushed = track
+    def _pushed(self, _track: Track) -> None:
         self.box.show_text("Type what the scale read, then press Use this reading.")
         self.reading.setFocus()
 
     def use_reading(self) -> None:
         """Take the motor constant that the reading tells."""
-        track, reading = self.pushed, self.reading.si
-        if track is None:
-            self.box.show_warning("Press Push first, and read the scale meanwhile.")
-            return
-        self.run_job("Sending…", lambda work: work.use_reading(reading, track), self._measured)
+        reading = self.reading.si
+        self.run_job("Sending…", lambda work: work.use_reading(reading), self._measured)
 
     def _measured(self, found: Strength) -> None:
         share, half = 100.0 * found.ratio, 100.0 * found.half

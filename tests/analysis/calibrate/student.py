@@ -9,6 +9,42 @@ from tests.devices.paddle_kit import PaddleKit
 MARKS = (0.0, -0.02, 0.02, 0.0)
 
 
+# what the hand does from now on, while somebody else lets the kit run
+
+
+def lead(kit, place, seconds=0.2):
+    """Lead the handle to a place in m and hold it there."""
+    start, begin = kit.x, kit.time
+    kit.student = lambda k: setattr(k, "hand", start + (place - start) * min((k.time - begin) / seconds, 1.0))
+
+
+def swing(kit, seconds=5.0, reach=0.048):
+    """Move the handle from the left end to the right end and back, twice in so many s."""
+    begin = kit.time
+    turn = 4.0 * math.pi / seconds
+    kit.student = lambda k: setattr(k, "hand", -reach * math.cos(turn * (k.time - begin)))
+
+
+def hang(kit, mass):
+    """Hold the handle with a mass in kg on it, and let go 1.2 s after the motor has begun to push."""
+    kit.weight, kit.hand, begin = -9.81 * mass, 0.0, []
+
+    def lets_go(k):
+        if k.forces and k.forces[-1] != 0.0 and not begin:
+            begin.append(k.time)
+        k.hand = None if begin and k.time > begin[0] + 1.2 else 0.0
+
+    kit.student = lets_go
+
+
+def leave(kit):
+    """Take the hand off."""
+    kit.student, kit.hand = (lambda k: None), None
+
+
+# the same with a calibration, whose runner lets the kit run
+
+
 def session(kit: PaddleKit) -> Calibration:
     """Return a calibration on a kit, its runner open."""
     runner = BoardRunner(kit)
@@ -19,36 +55,23 @@ def session(kit: PaddleKit) -> Calibration:
 def end_to_end(kit, work: Calibration, seconds=5.0, reach=0.048):
     """Move the handle from the left end to the right end and back, twice; return the result."""
     walk(kit, work, -reach, 0.4)
-    begin = kit.time
-
-    def moving(k):
-        k.hand = -reach * math.cos(2.0 * math.pi * 2.0 * (k.time - begin) / seconds)
-
-    kit.student = moving
-    track = work.runner.record(seconds)
-    kit.student = lambda k: None
-    return work.check_sensor(track)
+    swing(kit, seconds, reach)
+    return work.check_sensor(work.runner.record(seconds))
 
 
 def walk(kit, work, place, seconds=0.2):
     """Lead the handle to a place in m, and hold it there."""
-    begin, start = kit.time, kit.x
-
-    def moving(k):
-        k.hand = start + (place - start) * min((k.time - begin) / seconds, 1.0)
-
-    kit.student = moving
+    lead(kit, place, seconds)
     work.runner.record(seconds + 0.01)
-    kit.student, kit.hand = (lambda k: None), place
 
 
-def hold_at_marks(kit, work, marks=MARKS, off=0.0, slip_at=None):
+def hold_at_marks(kit, work, slip_at=None):
     """Hold the handle at marks; slip_at: the cable slips 200 counts before that one. Return the scale."""
     work.forget_marks()
-    for number, place in enumerate(marks):
+    for number, place in enumerate(MARKS):
         if number == slip_at:
             kit.slipped += 200.0
-        walk(kit, work, place + off)
+        walk(kit, work, place)
         work.take_mark(place)
     let_go(kit, work)
     return work.measure_scale()
@@ -58,22 +81,16 @@ def let_go(kit, work):
     """Lead the handle to the middle and leave it there, free."""
     kit.weight = 0.0
     walk(kit, work, 0.0)
-    kit.hand, kit.v = None, 0.0
+    leave(kit)
+    kit.v = 0.0
 
 
 def weigh(kit, work, masses=(0.0, 0.05, 0.1)):
     """Hang masses in kg at the handle, one after the other; return the strength."""
     for mass in masses:
         let_go(kit, work)
-        kit.weight, kit.hand = -9.81 * mass, 0.0
-        begin = kit.time
-
-        def lets_go(k, begin=begin):
-            k.hand = 0.0 if k.time < begin + 1.2 else None
-
-        kit.student = lets_go
+        hang(kit, mass)
         work.carry(mass)
-        kit.student = lambda k: None
     let_go(kit, work)
     return work.use_weights()
 

@@ -1,6 +1,7 @@
 """The commands: a board's settings shown and changed; a test of a kit with its results, for programs too."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
@@ -82,16 +83,14 @@ def test_a_simulated_device_has_no_board(capsys):
         assert "no board" in complaint
 
 
-def test_check_says_a_result_for_each(capsys, monkeypatch):
+def test_check_says_a_result_for_each(monkeypatch):
     kit = PaddleKit(direction=-1)
     kit.origin = Origin.STORED
     monkeypatch.setattr(check_hapkit, "board_named", lambda key: kit)
-    code, found = run(capsys, "check", "port")
-    assert code == check_hapkit.DANGER
-    assert found["pass"] is False
-    assert found["checks"]["direction"]["key"] == "opposite"
-    assert cli.main(["check", "port"]) == check_hapkit.DANGER
-    text = capsys.readouterr().out
-    assert "Direction          FAIL" in text
-    assert "Do not use this Hapkit yet. Repair first: direction. " in text
-    assert "Not tested until then: mass and friction, spring." in text
+    result = check_hapkit.run(SimpleNamespace(device="port"))
+    assert result.code == check_hapkit.DANGER
+    assert result.as_json["pass"] is False
+    assert result.as_json["checks"]["direction"]["key"] == "opposite"
+    assert "Direction          FAIL" in result.text
+    assert "Do not use this Hapkit yet. Repair first: direction. " in result.text
+    assert "Not tested until then: mass and friction, spring." in result.text

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from hapkit_studio.analysis.calibrate import motions, paddle
+from hapkit_studio.analysis.identify.handle import NAMES
 from hapkit_studio.devices.board_runner import BoardRunner, motor_force
 from hapkit_studio.devices.profiles import default
 from hapkit_studio.protocol.messages import MotorMap
 from tests.devices.paddle_kit import PaddleKit
+from tests.wide import wide
 
 SEEDS = range(7)
 
@@ -48,13 +50,13 @@ def test_what_the_scales_leave_open_is_not_told():
     runner.close()
     for length, told in ((0.49, True), (0.51, False)):
         wider = paddle.widened(part, 0.0, length)
-        assert [wider[key].told for key in paddle.NAMES] == [told, told, True]
-        assert set(paddle.changes(wider)) == (set(paddle.NAMES) if told else {"coulomb"})
+        assert [wider[key].told for key in NAMES] == [told, told, True]
+        assert set(paddle.changes(wider)) == (set(NAMES) if told else {"coulomb"})
         assert ("take the marks again" in wider["mass"].advice) != told
     assert "take the weights again" in paddle.widened(part, 1.01, 0.0)["coulomb"].advice
 
 
-@pytest.mark.parametrize("dead", [0, 40])
+@pytest.mark.parametrize("dead", wide([0, 40], lambda dead: dead == 40))
 def test_a_dead_band_shows_in_the_force_that_a_motion_takes(dead):
     runner = BoardRunner(PaddleKit(dead=dead))
     runner.open()

@@ -34,14 +34,6 @@ def test_a_sine_renders_what_hold_delay_and_difference_make_of_it(quantum, rate,
     assert part.hertz == pytest.approx(3.7, rel=0.05)
 
 
-def test_hold_and_delay_take_stiffness_times_lag_from_the_damping():
-    part = shaken(3, values={"stiffness": 400.0}, delay=1e-3).rendered
-    lag = 0.5e-3 + 1e-3
-    assert part["damping"].value == pytest.approx(-400.0 * lag, rel=0.01)
-    assert part["damping"].expected == pytest.approx(part["damping"].value, abs=1e-3)
-    assert part["damping"].asked == 0.0
-
-
 def test_a_wall_is_judged_by_its_contacts_only():
     run = hs.simulate("wall", {"stiffness": 500.0, "damping_mode": "none"}, hand="tap", seconds=3.0)
     part = identify(from_run(run)).rendered

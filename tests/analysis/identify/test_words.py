@@ -17,15 +17,12 @@ from tests.analysis.identify.motions import shaken
 @pytest.mark.parametrize(
     ("key", "value", "half", "text"),
     [
-        ("stiffness", 287.31, 4.2, "287 ± 4"),
         ("stiffness", 287.31, 1.6, "287.3 ± 1.6"),
         ("stiffness", 299.98, 0.02, "300.0 ± 0.1"),
         ("stiffness", 1234.0, 260.0, "1,234 ± 260"),
-        ("damping", -0.4496, 0.0131, "−0.450 ± 0.013"),
         ("damping", -0.0001, 0.02, "0.000 ± 0.020"),
         ("mass", 0.0441, 0.0012, "44.1 ± 1.2"),
         ("centre", 0.00502, 0.0001, "5.02 ± 0.10"),
-        ("coulomb", 0.1004, 0.004, "0.100 ± 0.004"),
     ],
 )
 def test_a_number_is_written_as_fine_as_it_is_known(key, value, half, text):
@@ -46,6 +43,7 @@ def test_the_loop_is_named_as_the_reason():
     found = shaken(1, values={"stiffness": 400.0}, delay=1e-3)
     text = "\n".join(found.sentences(found.rendered))
     assert "you set 0 N·s/m, you rendered −0.6" in text
+    assert found.rendered["damping"].value == pytest.approx(-400.0 * 1.5e-3, rel=0.01)
     assert "That is what the loop makes of it, −0.6" in text
     assert "1.5 ms on average: that takes 400 N/m × 1.5 ms = 0.6 N·s/m." in text
 
@@ -87,11 +85,7 @@ def test_one_object_and_a_picture(csv, capsys, tmp_path):
     assert found["written"] == [str(picture)]
     assert picture.stat().st_size > 20_000
     setup = found["setup"]
-    assert (setup["Environment"], setup["Stiffness"], setup["Rate"]) == (
-        "Wall",
-        "300 N/m",
-        "1,000 Hz",
-    )
+    assert (setup["Environment"], setup["Stiffness"], setup["Rate"]) == ("Wall", "300 N/m", "1,000 Hz")
 
 
 def test_a_piece_that_tells_nothing_is_drawn_too(capsys, tmp_path):

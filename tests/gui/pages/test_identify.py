@@ -30,24 +30,22 @@ def found():
     return identify(from_run(run))
 
 
-def test_nothing_is_shown_before_anything_was_identified(page):
+def test_each_part_shows_its_terms_and_before_that_what_to_do(page, found):
     assert page.answer.words.text() == "Move the handle or press Shake, then identify what was rendered."
-    assert not page.chart.isVisible()
-    assert not page.bar.export.isEnabled()
     assert "press Identify" in page.how.text()
-    assert page.how.isVisible()
     page.press()
     assert page.bar.status.text() == "There is no device yet to take a piece from."
     assert not page.shaking.isEnabled()
 
-
-def test_each_part_shows_its_terms(page, found):
     page.show_result(found)
-    assert not page.how.isVisible()
-    assert page.bar.export.isEnabled()
     assert page.answer.words.text().startswith("Stiffness: you set 300 N/m, you rendered 29")
     titles = [axes.get_xlabel() for axes in drawn(page.chart)]
     assert titles[1:] == ["velocity going in, mm/s", "velocity going out, mm/s", LEFT_OVER]
+    for axes, name in zip(drawn(page.chart)[:3], found.rendered.points.names, strict=False):
+        across, up = axes.get_xlim(), axes.get_ylim()
+        own, force = found.rendered.points.share(name)
+        assert across[0] < 1e3 * own.min() < 1e3 * own.max() < across[1]
+        assert up[0] < -force.max() < -force.min() < up[1]
     rows = {row[0]: row[1:] for row in page.table.texts()}
     assert rows["Term"] == ("Set", "Rendered")
     asked, rendered = rows["Damping, going in\nN·s/m"]
@@ -59,27 +57,24 @@ def test_each_part_shows_its_terms(page, found):
     assert titles == ["acceleration, m/s²", "velocity, mm/s", "direction of motion", LEFT_OVER]
 
     page.parts.button(0).click()
-    for axes, name in zip(drawn(page.chart)[:3], found.rendered.points.names, strict=False):
-        across, up = axes.get_xlim(), axes.get_ylim()
-        own, force = found.rendered.points.share(name)
-        assert across[0] < 1e3 * own.min() < 1e3 * own.max() < across[1]
-        assert up[0] < -force.max() < -force.min() < up[1]
-
-
-def test_what_is_not_told_is_a_warning_and_nothing_is_not_exported(page, found):
-    page.show_result(identify(from_run(hs.simulate("wall", seconds=1.0))))
-    assert page.answer.words.text() == "Cannot tell: the piece never touches. Push into the surface."
-    assert page.answer.sign.name == "triangle"
-    assert not page.chart.isVisible()
-    assert page.how.isVisible()
     nothing = replace(found, rendered=Part("rendered", advice="No."), handle=Part("handle", advice="No."))
-    page.bar.export.setEnabled(True)
-    page.show_result(nothing)
-    assert not page.bar.export.isEnabled()
+    still = identify(from_run(hs.simulate("wall", seconds=1.0)))
+    for what, words, shown in (
+        (found, found.sentences(found.rendered)[0], True),
+        (still, "Cannot tell: the piece never touches. Push into the surface.", False),
+        (nothing, "No.", False),
+    ):
+        page.show_result(what)
+        assert page.answer.words.text() == words
+        assert page.answer.sign.name == ("check" if shown else "triangle")
+        assert page.chart.isVisible() == shown
+        assert page.how.isVisible() != shown
+        assert page.bar.export.isEnabled() == shown
 
 
-def test_a_result_of_other_settings_is_out_of_date(page, found, idle_window):
+def test_words_fit_and_a_result_of_other_settings_is_out_of_date(page, found, idle_window):
     studio = idle_window.studio
+    idle_window.resize(1280, 720)
     page._fresh.begin()
     page.show_result(found)
     stiffness, scene = studio.values["stiffness"], studio.environment.key
@@ -100,6 +95,15 @@ def test_a_result_of_other_settings_is_out_of_date(page, found, idle_window):
         back()
         assert page.answer.sign.name == "check"
         assert not page.chart.pale
+    # words fit at the smallest size
+    idle_window.grab()
+    assert page.answer.words.sizeHint().width() <= page.answer.words.width()
+    for widget in (page.bar.run, page.shaking, *page.pieces.buttons, *page.parts.buttons):
+        assert widget.sizeHint().width() <= widget.width()
+    for label in page.side.findChildren(QLabel):
+        assert label.wordWrap() or label.sizeHint().width() <= label.width() + 1
+    for row in range(len(page.part.estimates)):
+        assert page.table.rowHeight(row) >= page.table.sizeHintForRow(row)
 
 
 @pytest.mark.slow
@@ -118,26 +122,6 @@ def test_it_is_saved_and_a_low_window_keeps_the_upper_axes(page, found, idle_win
         titles = [axes.get_xlabel() for axes in drawn(page.chart)]
         assert (LEFT_OVER in titles) == shown
         assert outside(page.chart) == []
-
-
-def test_words_fit_at_the_smallest_size(page, found, idle_window):
-    idle_window.resize(1280, 720)
-    page.show_result(found)
-    idle_window.grab()
-    assert page.answer.words.sizeHint().width() <= page.answer.words.width()
-    for widget in (page.bar.run, page.shaking, *page.pieces.buttons, *page.parts.buttons):
-        assert widget.sizeHint().width() <= widget.width()
-    for label in page.side.findChildren(QLabel):
-        assert label.wordWrap() or label.sizeHint().width() <= label.width() + 1
-    for row in range(len(page.part.estimates)):
-        assert page.table.rowHeight(row) >= page.table.sizeHintForRow(row)
-
-
-def test_the_hand_shakes_about_the_surface_within_the_rail(page):
-    places = np.array([page.shake.target(t) for t in np.arange(0.0, 10.0, 0.01)])
-    assert places[0] == pytest.approx(0.005 + 0.003)
-    assert places.min() < 0.0
-    assert 0.015 < places.max() < 0.05
 
 
 @pytest.mark.slow
@@ -170,16 +154,20 @@ def test_shaking_ends_in_what_was_rendered(window, qtbot):
         newest_piece(window.studio, window.live, math.inf)()
 
 
-def test_a_stop_and_another_view_let_go(window, qtbot):
+def test_the_hand_shakes_about_the_surface_until_a_stop_or_another_view_lets_go(window, qtbot):
     window.views.show("identify")
     page = window.views.page("identify")
+    places = np.array([page.hand_target(t) for t in np.arange(0.0, 10.0, 0.01)])
+    assert places[0] == pytest.approx(0.005 + 0.003)  # at the wall's surface
+    assert places.min() < 0.0
+    assert 0.015 < places.max() < 0.05
     page.shaking.click()
     window.studio.stop()
-    assert not page.shake.running
+    assert not page.shake.isActive()
     assert page.found is None
     window.studio.release_stop()
     page.shaking.click()
     window.views.show("live")
-    assert not page.shake.running
+    assert not page.shake.isActive()
     window.studio.set_grip("released")
     assert not page.shaking.isEnabled()

@@ -3,28 +3,34 @@
 import threading
 
 import pytest
+import shiboken6
 
 from hapkit_studio.gui.wizard.check import CheckDialog
 from hapkit_studio.gui.wizard.setup import SetupDialog
-from tests.gui.wizard.support import Played
+from tests.gui.wizard.support import Bench, Played
 
 
 @pytest.fixture
-def play_dialog(idle_window, qtbot):
-    """Return a maker of open dialogs, each on a kit with its own truth."""
-    return lambda kind, **truth: Played(kind, idle_window, qtbot, **truth)
+def bench(qtbot):
+    """Return what stands for the window below a dialog, with a studio of its own."""
+    made = Bench()
+    made.show()
+    yield made
+    made.closed.emit()
+    made.studio.close()
+    shiboken6.delete(made)
 
 
 @pytest.fixture
-def played(play_dialog):
-    """Return a maker of open set-ups."""
-    return lambda **truth: play_dialog(SetupDialog, **truth)
+def played(bench, qtbot):
+    """Return a maker of open set-ups, each on a kit with its own truth; over the bench or a window."""
+    return lambda window=bench, **truth: Played(SetupDialog, window, qtbot, **truth)
 
 
 @pytest.fixture
-def checked(play_dialog):
+def checked(idle_window, qtbot):
     """Return a maker of open tests of a kit."""
-    return lambda **truth: play_dialog(CheckDialog, **truth)
+    return lambda **truth: Played(CheckDialog, idle_window, qtbot, **truth)
 
 
 @pytest.fixture(autouse=True)

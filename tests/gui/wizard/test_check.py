@@ -1,6 +1,6 @@
 """Test my Hapkit in the window, and how both are opened."""
 
-import pytest
+from PySide6.QtCore import Qt
 
 from hapkit_studio.gui.wizard.board_dialog import BoardDialog
 from hapkit_studio.gui.wizard.check import CheckDialog
@@ -9,16 +9,25 @@ from hapkit_studio.protocol.messages import Origin
 from tests.gui.window_support import PATIENCE_MS
 
 
-@pytest.mark.parametrize(("truth", "good"), [({}, True), ({"direction": -1}, False)])
-def test_every_check_has_its_result_in_words(checked, qtbot, truth, good):
-    play = checked(**truth)
+def test_cancel_and_esc_end_the_checks_and_each_has_its_result_in_words(checked, qtbot):
+    play = checked(direction=-1)
     play.kit.origin = Origin.STORED
     dialog = play.dialog
+    for end, words in (
+        (dialog.close_button.click, "Cancelled"),
+        (lambda: qtbot.keyClick(dialog, Qt.Key.Key_Escape), "Stopped"),
+    ):
+        dialog.test.click()
+        qtbot.waitUntil(lambda: dialog.board.runner.progress[0] > 0.02)
+        end()
+        play.wait()
+        assert words in dialog.box.words.text()
+        assert play.kit.pwm == 0
+    dialog.release.click()
     dialog.test.click()
     qtbot.waitUntil(lambda: dialog.report is not None, timeout=PATIENCE_MS)
-    assert dialog.report.good is good
+    assert dialog.report.dangerous
     assert dialog.box.words.text() == dialog.report.words
-    assert dialog.bar.value() == dialog.bar.maximum()
     for key, verdict in dialog.report.results.items():
         assert verdict.words in dialog.rows[key][1].text()
     dialog.close()

@@ -4,28 +4,33 @@ import math
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 
+from hapkit_studio.gui.scenes import base
 from hapkit_studio.gui.wizard.board_dialog import LONG_SECONDS, SIGNS, ResultBox
 from hapkit_studio.gui.wizard.pictures import HandleView, KitDrawing, PositionPlot, SensorPlot
 
 
 def test_the_hand_is_let_go_by_a_button_that_never_covers_it(qtbot):
-    view, moved = HandleView(), []
+    view, moved = HandleView(with_force=True), []
     qtbot.addWidget(view)
     view.hand_moved.connect(moved.append)
+    view.hand_released.connect(lambda: moved.append(None))
     view.set_hand_enabled(True)
     view.show()
     assert view.let_go.isHidden()
     for width in (view.minimumWidth(), 812):
         view.resize(width, view.minimumHeight())
-        for place in np.linspace(-0.055, 0.055, 23):
-            view.move_hand(float(place))
-            ring, button = view.hand_rect().toAlignedRect(), view.let_go.geometry()
+        for x in np.linspace(0, width, 23):
+            qtbot.mousePress(view, Qt.MouseButton.LeftButton, pos=QPoint(int(x), 60))
+            qtbot.mouseRelease(view, Qt.MouseButton.LeftButton)
+            button, stage = view.let_go.geometry(), view._layout()
             assert view.rect().contains(button)
-            assert not button.intersects(ring)
+            assert (
+                abs(button.center().x() - stage.x(1e3 * moved[-1])) > button.width() / 2 + base.RING * stage.u
+            )
     qtbot.mouseClick(view.let_go, Qt.MouseButton.LeftButton)
-    assert moved[-2:] == [0.05, None]
+    assert moved[-1] is None
     assert view.let_go.isHidden()
 
 
@@ -34,7 +39,7 @@ def test_a_reading_that_stands_still_is_drawn_with_its_ends(qtbot, value):
     plot = SensorPlot()
     qtbot.addWidget(plot)
     plot.show_readings(np.linspace(0.0, 10.0, 500), np.full(500, value), 0, 1023)
-    assert [line.value() for line in plot.lines.values()] == [value, value]
+    assert [line.value() for line in plot.lines] == [value, value]
     low, high = plot.getViewBox().viewRange()[1]
     assert low < value < high
 
@@ -53,20 +58,15 @@ def test_the_kit_is_drawn_as_the_step_needs_it(qtbot):
 def test_a_long_run_shows_its_bar_and_moves_nothing(qtbot):
     box = ResultBox()
     qtbot.addWidget(box)
-    box.resize(400, 60)
     box.show()
-    box.show_text("Sweeping. Hands off…")
+    box.show_text("Found.", "Next: hang 50 g on it.", SIGNS["pass"])
     box.resize(400, 60)
     low = box.height()
-    box.show_progress(3.0, 12.0)
-    assert box.bar.isVisible()
-    assert box.bar.value() == 0.25 * box.bar.maximum()
-    assert box.height() == low
-    box.show_text("Found.", "Next: hang 50 g on it.", SIGNS["pass"])
-    for passed, seconds in ((1.0, 0.9 * LONG_SECONDS), (20.0, math.inf), (0.0, 0.0)):
+    for passed, seconds in ((1.0, 0.9 * LONG_SECONDS), (20.0, math.inf), (3.0, 12.0), (0.0, 0.0)):
         box.show_progress(passed, seconds)
-        assert not box.bar.isVisible()
+        assert box.bar.isVisible() == (seconds == 12.0)
         assert box.height() == low
+    assert box.bar.value() == 0.25 * box.bar.maximum()
 
 
 def test_the_sweeps_limits_lie_about_its_start(qtbot):
@@ -75,6 +75,6 @@ def test_the_sweeps_limits_lie_about_its_start(qtbot):
     plot.show_positions(np.array([0.0, 1.0]), np.array([0.007, 0.008]))
     plot.show_positions(np.array([0.0, 1.0]), np.array([0.008, 0.020]))
     assert (plot.start, plot.values[-1]) == (0.008, 12.0)
-    plot.begin_here()
+    plot.start = None
     plot.show_positions(np.array([0.0, 1.0]), np.array([0.008, 0.020]))
     assert plot.start == 0.020

@@ -12,58 +12,56 @@ from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION
 from hapkit_studio.devices import calibration_file, profiles
 from hapkit_studio.devices.virtual_board import VirtualBoard, built
 from hapkit_studio.errors import NoDataError
+from hapkit_studio.gui.wizard import step_sensor
 from hapkit_studio.gui.wizard.board_thread import BoardThread
-from hapkit_studio.protocol.messages import Force, Sensor
+from hapkit_studio.protocol.messages import Sensor
 from tests.devices.paddle_kit import PaddleKit
-from tests.gui.wizard.support import PACE
+from tests.gui.wizard.support import PACE, Played
+
+JOBS = [(1, "start_button"), (2, "take")]
+MOTIONS = [(3, "push"), (4, "carry"), (4, "push"), (5, "sweep")]
 
 
-@pytest.mark.parametrize("directed", [False, True])
-def test_no_step_gives_the_keyboard_to_a_button_that_starts_the_motor(played, qtbot, directed):
-    play = played()
-    if directed:
-        play.direct()
-    before = len([force for force in play.kit.forces if force])
-    for index in (3, 4, 5):
-        play.dialog.list.setCurrentRow(index)
-        focused = play.dialog.focusWidget()
-        assert not (isinstance(focused, QPushButton) and focused.property("motor"))
-        if not play.dialog.next.hasFocus():
-            qtbot.keyClick(play.dialog, Qt.Key.Key_Return)
-            assert play.dialog.index == index
-        assert not play.dialog.board.busy
-    assert len([force for force in play.kit.forces if force]) == before
+def pushes(kit):
+    return [force for force in kit.forces if force]
 
 
-def test_a_key_held_down_or_enter_in_a_number_presses_nothing(played, qtbot):
-    play = played()
-    play.dialog.skip.setFocus()
+def test_no_key_starts_the_motor_and_esc_stops_it_wherever_the_keyboard_is(played, idle_window, qtbot):
+    play = played(idle_window)
+    dialog, kit = play.dialog, play.kit
+    dialog.skip.setFocus()
     for repeats, step in ((True, 0), (False, 1)):
         enter = QKeyEvent(
             QEvent.Type.KeyPress, Qt.Key.Key_Return, Qt.KeyboardModifier.NoModifier, "\r", repeats
         )
-        QApplication.sendEvent(play.dialog, enter)
-        assert play.dialog.index == step
-    play.dialog.go(4)
-    play.dialog.step.mass.setFocus()
-    qtbot.keyClick(play.dialog.step.mass, Qt.Key.Key_Return)
-    assert not play.dialog.board.busy
-    assert set(play.kit.forces) == {0.0}
-
-
-def test_esc_stops_wherever_the_keyboard_is(played, qtbot):
-    play = played()
-    dialog, studio = play.dialog, play.window.studio
+        QApplication.sendEvent(dialog, enter)
+        assert dialog.index == step
+    dialog.go(4)
+    dialog.step.mass.setFocus()
+    qtbot.keyClick(dialog.step.mass, Qt.Key.Key_Return)
+    assert not dialog.board.busy
     for index in range(7):
         dialog.go(index)
-        for widget in (dialog, dialog.list, dialog.skip, *dialog.step.findChildren(QWidget)):
-            if widget.isVisible() and widget.focusPolicy() != Qt.FocusPolicy.NoFocus:
-                qtbot.keyClick(widget, Qt.Key.Key_Escape)
-                assert studio.stopped, widget
-                assert dialog.isVisible()
-                assert dialog.pages.isVisible()
-                studio.release_stop()
-    assert set(play.kit.forces) == {0.0}, "nothing was pressed"
+        widgets = (dialog, dialog.list, dialog.skip, *dialog.step.findChildren(QWidget))
+        takes_keys = [w for w in widgets if w.isVisible() and w.focusPolicy() != Qt.FocusPolicy.NoFocus]
+        for widget in {type(w): w for w in takes_keys}.values():
+            qtbot.keyClick(widget, Qt.Key.Key_Escape)
+            assert dialog.studio.stopped, widget
+            assert dialog.isVisible()
+            dialog.studio.release_stop()
+    for directed in (False, True):
+        if directed:
+            play.direct()
+        before = len(pushes(kit))
+        for index in (3, 4, 5):
+            dialog.list.setCurrentRow(index)
+            focused = dialog.focusWidget()
+            assert not (isinstance(focused, QPushButton) and focused.property("motor"))
+            if not dialog.next.hasFocus():
+                qtbot.keyClick(dialog, Qt.Key.Key_Return)
+                assert dialog.index == index
+            assert not dialog.board.busy
+        assert len(pushes(kit)) == before
 
 
 def test_strength_and_sweep_wait_for_the_direction(played):
@@ -78,32 +76,65 @@ def test_strength_and_sweep_wait_for_the_direction(played):
     assert dialog.step.sweep.isEnabled()
     # what turns the position round afterwards takes that back
     work = dialog.board.subject
-    dialog.steps[2].run_job(
-        "…", lambda w: w._change(sense=-1), lambda _none: dialog.steps[2].completeChanged.emit()
-    )
+    dialog.steps[2].run_job("…", lambda w: w._change(sense=-1), lambda _none: dialog.steps[2].changed.emit())
     play.wait()
     assert work.direction is None
     assert dialog.steps[3].result is None
     assert not dialog.step.sweep.isEnabled()
+    dialog.close()
+    assert play.window.studio.stopped, "a board with other settings comes back stopped"
 
 
-def test_while_the_motor_moves_only_the_stop_is_left(played, qtbot):
+def test_cancel_e_stop_and_esc_end_the_job_of_every_step_which_can_be_begun_again(played, qtbot, monkeypatch):
+    monkeypatch.setattr(step_sensor, "RECORD_SECONDS", 1.0)
     play = played()
-    dialog = play.dialog
+    dialog, kit, studio = play.dialog, play.kit, play.window.studio
     play.direct()
-    dialog.go(5)
-    play.kit.pace = 1e-3
-    dialog.step.sweep.click()
-    qtbot.waitUntil(lambda: play.kit.pwm != 0)
-    assert dialog.stop.hasFocus() or dialog.focusWidget() is dialog.stop
-    assert not dialog.list.isEnabled()
-    qtbot.mouseClick(dialog.list.viewport(), Qt.MouseButton.LeftButton)
-    assert dialog.focusWidget() is dialog.stop
-    assert dialog.index == 5
-    dialog.stop.click()
-    play.wait()
-    assert dialog.list.isEnabled()
-    dialog.release.click()
+    play.lead(0.0)
+    ends = [
+        ("Cancelled", dialog.close_button.click),
+        ("Stopped", dialog.stop.click),
+        ("Stopped", lambda: qtbot.keyClick(dialog, Qt.Key.Key_Escape)),
+    ]
+    for index, name in JOBS + MOTIONS:
+        dialog.go(index)
+        button = getattr(dialog.step, name)
+        if name in ("push", "carry") and index == 4:
+            dialog.step.method.button(name == "push").click()
+        for words, end in ends if (index, name) in MOTIONS else ends[:1]:
+            kit.pace = 1e-3
+            button.click()
+            assert dialog.close_button.text() == "Cancel"
+            assert dialog.focusWidget() is (
+                dialog.step.enough if (index, name) == (4, "push") else dialog.stop
+            )
+            assert not dialog.list.isEnabled()
+            qtbot.waitUntil(lambda: dialog.board.runner.progress[0] > 0.02)
+            end()
+            qtbot.waitUntil(lambda: not dialog.board.busy, timeout=5_000)
+            assert kit.pwm == 0
+            assert words in dialog.step.box.words.text()
+            assert dialog.close_button.text() == "Close"
+            assert dialog.list.isEnabled()
+            assert dialog.isVisible()
+            if words == "Stopped":
+                assert kit.stopped
+                assert dialog.release.isVisible()
+                play.press(button)  # nothing moves until the stop is released
+                assert kit.pwm == 0
+                dialog.release.click()
+                assert not studio.stopped
+        kit.pace = PACE
+        if (index, name) == (4, "push"):
+            button.click()
+            qtbot.waitUntil(lambda: kit.pwm != 0)
+            dialog.step.enough.click()
+            play.wait()
+        else:
+            play.let_go() if index in (3, 5) else play.lead(0.0)
+            play.press(button)
+        assert words not in dialog.step.box.words.text()
+    assert dialog.step.result.good, "a sweep after no mass was carried but the empty handle"
 
 
 def test_a_board_that_does_not_answer_leaves_try_again_and_close(played, qtbot):
@@ -130,26 +161,6 @@ def test_a_board_that_does_not_answer_leaves_try_again_and_close(played, qtbot):
     assert play.kit.pwm == 0
 
 
-def test_enter_while_the_board_starts_does_not_stop_it(played, qtbot, monkeypatch):
-    from tests.gui.wizard import support
-
-    monkeypatch.setattr(support.Played, "wait", lambda self: qtbot.keyClick(self.dialog, Qt.Key.Key_Return))
-    play = played()
-    assert not play.window.studio.stopped
-
-
-@pytest.mark.parametrize("changed", [False, True])
-def test_a_board_with_other_settings_comes_back_stopped(played, changed):
-    play = played()
-    step = play.dialog.steps[2]
-    step.run_job(
-        "…", lambda work: work._change(zero=work.board.zero + (400 if changed else 0)), lambda _none: None
-    )
-    play.wait()
-    play.dialog.close()
-    assert play.window.studio.stopped is changed
-
-
 def test_a_kit_chosen_by_mistake_is_given_back_and_undoing_it_all_is_asked_about(played):
     play = played()
     step, save = play.dialog.connect_step, play.dialog.save_step
@@ -166,30 +177,8 @@ def test_a_kit_chosen_by_mistake_is_given_back_and_undoing_it_all_is_asked_about
     assert save.undo.isVisible()
     assert not save.undo_all.isVisible()
     assert step.result is not None
-
-
-def test_esc_ends_a_sweep_and_holds(played, qtbot):
-    play = played()
-    dialog, kit = play.dialog, play.kit
-    play.direct()
-    dialog.go(5)
-    kit.pace = 1e-3
-    dialog.step.sweep.click()
-    qtbot.waitUntil(lambda: kit.pwm != 0)
-    qtbot.keyClick(dialog, Qt.Key.Key_Escape)
-    play.wait()
-    assert kit.pwm == 0
-    assert kit.stopped
-    assert "Stopped" in dialog.step.box.words.text()
-    assert dialog.isVisible()
-    assert dialog.release.isVisible()
-    play.press(dialog.step.sweep)
-    assert kit.pwm == 0
-    dialog.release.click()
-    assert not play.window.studio.stopped
-    kit.pace = 2e-5
-    play.press(dialog.step.sweep)
-    assert dialog.step.result.good
+    play.dialog.close()
+    assert not play.window.studio.stopped, "the board has the settings that it had"
 
 
 def test_closing_in_the_middle_of_a_sweep_leaves_the_motor_off(played, qtbot):
@@ -207,74 +196,26 @@ def test_closing_in_the_middle_of_a_sweep_leaves_the_motor_off(played, qtbot):
     assert play.window.studio.link.state != "idle"
 
 
-def test_another_device_chosen_meanwhile_gets_the_window_back(played, qtbot):
-    play = played()
+def test_another_device_chosen_meanwhile_gets_the_window_back(played, idle_window, qtbot):
+    play = played(idle_window)
     studio = play.window.studio
     studio.device.open(studio.device.entries()[0])
     assert play.kit.hello is None
     qtbot.waitUntil(lambda: studio.engine is not None)
 
 
-RECORDINGS = [(1, "start_button"), (2, "take")]
-MOTIONS = [(3, "push"), (4, "carry"), (4, "push"), (5, "sweep")]
+def test_a_stop_that_was_pressed_before_it_opened_holds_and_enter_presses_none(played, qtbot, monkeypatch):
+    wait = Played.wait
 
+    def press_enter_and_wait(play):
+        qtbot.keyClick(play.dialog, Qt.Key.Key_Return)
+        assert not play.window.studio.stopped
+        play.window.studio.stop()
+        wait(play)
 
-@pytest.mark.parametrize(("index", "name"), RECORDINGS + MOTIONS)
-def test_cancel_and_e_stop_end_the_job_of_every_step_which_can_be_begun_again(played, qtbot, index, name):
-    play = played()
-    dialog, kit = play.dialog, play.kit
-    play.direct()
-    play.lead(0.0)
-    dialog.go(index)
-    ends = [("Cancelled", dialog.close_button), ("Stopped", dialog.stop)]
-    for words, button_that_ends in ends if (index, name) in MOTIONS else ends[:1]:
-        kit.pace = 1e-3
-        getattr(dialog.step, name).click()
-        assert dialog.close_button.text() == "Cancel"
-        qtbot.waitUntil(lambda: dialog.board.runner.progress[0] > 0.02)
-        button_that_ends.click()
-        qtbot.waitUntil(lambda: not dialog.board.busy, timeout=5_000)
-        assert kit.pwm == 0
-        assert words in dialog.step.box.words.text()
-        assert dialog.close_button.text() == "Close"
-        assert dialog.isVisible()
-    play.window.studio.release_stop()
-    kit.pace = PACE
-    play.press(getattr(dialog.step, name))
-    assert words not in dialog.step.box.words.text()
-
-
-class LateKit(PaddleKit):
-    """A kit that hears nothing for 40 ms, once, in the midst of a push."""
-
-    late, mute = False, 0
-
-    def send_messages(self, *messages):
-        pushed = max((abs(m.force) for m in messages if isinstance(m, Force)), default=0.0)
-        if self.late and pushed and self.pwm:
-            self.late, self.mute = False, 40
-        if not self.mute or not pushed:
-            super().send_messages(*messages)
-        self.mute = max(self.mute - 1, 0)
-
-
-def test_carrying_again_after_the_computer_was_late(played):
-    play = played(kit=LateKit(pace=PACE))
-    play.direct()
-    play.dialog.go(4)
-    step = play.dialog.step
-    play.kit.late = True
-    play.hang(0.0)
-    play.press(step.carry)
-    assert "This computer was late" in step.box.words.text()
-    play.hang(0.0)
-    play.press(step.carry)
-    assert "0 g took" in step.box.words.text()
-
-
-def test_a_stop_that_was_pressed_before_it_opened_holds(played, idle_window):
-    idle_window.studio.stop()
-    play = played()
+    with monkeypatch.context() as patched:
+        patched.setattr(Played, "wait", press_enter_and_wait)
+        play = played()
     play.dialog.go(3)
     play.press(play.dialog.step.push)
     assert "Stopped" in play.dialog.step.box.words.text()
@@ -282,25 +223,30 @@ def test_a_stop_that_was_pressed_before_it_opened_holds(played, idle_window):
     assert not any(play.kit.forces)
 
 
-@pytest.mark.parametrize("fails", ["board", "file"])
-def test_saving_that_failed_is_said_and_tried_again(played, monkeypatch, fails):
+def test_saving_that_failed_is_said_and_tried_again(played, monkeypatch):
     play = played()
     play.dialog.go(6)
     save = play.dialog.save_step
 
-    def refuse(*_words):
-        raise (
-            NoDataError("Silent.") if fails == "board" else PermissionError(13, "Permission denied", "x.toml")
-        )
+    def refuse_with(error):
+        def refuse(*_words):
+            raise error
 
-    with monkeypatch.context() as patched:
-        target = (play.kit, "save") if fails == "board" else (calibration_file, "write")
-        patched.setattr(*target, refuse)
-        play.press(save.save)
-        assert save.result is None
-        assert save.box.words.text() == ("Silent." if fails == "board" else "Permission denied: x.toml.")
+        return refuse
+
+    denied = PermissionError(13, "Permission denied", "x.toml")
+    for target, name, error, words in (
+        (play.kit, "save", NoDataError("Silent."), "Silent."),
+        (calibration_file, "write", denied, "Permission denied: x.toml."),
+    ):
+        with monkeypatch.context() as patched:
+            patched.setattr(target, name, refuse_with(error))
+            play.press(save.save)
+            assert save.result is None
+            assert save.box.words.text() == words
     play.press(save.save)
     assert save.result.good
+    assert "within 8" in save.box.words.text()  # of the middle, when the board is switched on
 
 
 def test_a_board_whose_owner_is_destroyed_is_let_go(qtbot):
@@ -326,9 +272,9 @@ def test_on_the_real_firmware_a_sweep_is_cancelled_stopped_and_begun_again(playe
         button.click()
         play.wait()
         assert words in dialog.step.box.words.text()
-        qtbot.waitUntil(lambda: dialog.board.samples()[-1].pwm == 0)
+        qtbot.waitUntil(lambda: dialog.board.runner.recent[-1].pwm == 0)
     dialog.release.click()
     dialog.step.sweep.click()
-    qtbot.waitUntil(lambda: any(sample.pwm for sample in dialog.board.samples()[-20:]))
+    qtbot.waitUntil(lambda: any(sample.pwm for sample in list(dialog.board.runner.recent)[-20:]))
     dialog.close()
     assert board.summary

@@ -1,0 +1,75 @@
+"""Connect: USB only, and which kit it is."""
+
+from PySide6.QtCore import Signal
+from PySide6.QtWidgets import QCheckBox, QComboBox
+
+from hapkit_studio.analysis.calibrate.result import PASS, passed
+from hapkit_studio.devices import profiles
+from hapkit_studio.gui.wizard.board_dialog import SIGNS
+from hapkit_studio.gui.wizard.board_thread import BoardThread
+from hapkit_studio.gui.wizard.pictures import KitDrawing
+from hapkit_studio.gui.wizard.step_page import StepPage
+from hapkit_studio.protocol.messages import Origin
+
+
+class ConnectStep(StepPage):
+    """Plug in USB only, and say which kit it is; skipped, the board's own numbers stay."""
+
+    padding_chosen = Signal(int)
+    name = "Connect"
+    heading = "Connect, and choose your kit"
+    words = (
+        "1. Plug in USB, and hold the board's connector with the other hand: a green light comes on.\n"
+        "2. Leave the motor's 12 V supply unplugged until the step Direction.\n"
+        "3. Choose your kit."
+    )
+    if_skipped = "the kit that the board is set to"
+
+    def __init__(self, board: BoardThread) -> None:
+        super().__init__(board)
+        self._size = 0
+        self.column.addWidget(KitDrawing(supply=False), 1)
+        self.kits, self.padded = QComboBox(), QCheckBox()
+        self.kits.setProperty("tall", True)
+        self.kits.setAccessibleName("Kit")
+        for kit in profiles.KITS:
+            self.kits.addItem(kit.title, kit.key)
+        self.first = self.take = self.button("Use this kit", self.use_kit, primary=True)
+        self.add_row(self.kits, self.take)
+        self.note = self.add_text()
+        self.padded.hide()
+        self.column.addWidget(self.padded)
+        self.padded.toggled.connect(lambda on: self.padding_chosen.emit(self._size if on else 0))
+        self.kits.currentIndexChanged.connect(lambda _index: self._show_note())
+        self._show_note()
+
+    def enter(self) -> None:
+        """Show the kit that the board is set to; offer to fill frames where that shortens the delay."""
+        if self.calibration is None or self.result is not None:
+            return
+        now, found = self.calibration.original, self.calibration.padding
+        kit = profiles.numbered(now.profile)
+        self.kits.setCurrentIndex(profiles.KITS.index(kit) if kit else 0)
+        self._size = found.better if found is not None else 0
+        self.padded.setVisible(self._size > 0)
+        if found is not None:
+            delays = f"{1e3 * found.padded:.1f} ms instead of {1e3 * found.plain:.1f} ms"
+            self.padded.setText(f"Fill frames to {self._size} bytes: delay {delays}")
+        stored = "has stored settings" if now.origin == Origin.STORED else "has the usual kit's settings"
+        self.box.show_text(f"Connected. The board {stored}. Force is zero.", look=SIGNS[PASS])
+
+    def reset(self) -> None:
+        super().reset()
+        self.enter()
+
+    def use_kit(self) -> None:
+        """Take the kit's numbers."""
+        kit = profiles.named(self.kits.currentData())
+        if kit is profiles.numbered(self.calibration.board.profile):
+            self.finish(passed(f"{kit.title}: as the board has it."))
+        else:
+            found = passed(f"The board is set to this kit: {kit.title}.")
+            self.run_job("Sending…", lambda work: work.use_kit(kit), lambda _none: self.finish(found))
+
+    def _show_note(self) -> None:
+        self.note.setText(profiles.named(self.kits.currentData()).note)

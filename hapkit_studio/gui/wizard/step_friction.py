@@ -1,0 +1,75 @@
+"""Friction: a gentle sweep tells mass, damping and dry friction."""
+
+from hapkit_studio.analysis.calibrate import motions
+from hapkit_studio.analysis.calibrate.paddle import SweepResult
+from hapkit_studio.analysis.calibrate.result import passed, warn
+from hapkit_studio.analysis.identify import words
+from hapkit_studio.gui.widgets.parts import across, down, label
+from hapkit_studio.gui.wizard.board_dialog import Recent
+from hapkit_studio.gui.wizard.board_thread import BoardThread
+from hapkit_studio.gui.wizard.pictures import PositionPlot
+from hapkit_studio.gui.wizard.step_page import StepPage
+
+_ESTIMATES = {"mass": "Mass", "viscous": "Damping", "coulomb": "Dry friction"}
+
+
+class FrictionStep(StepPage):
+    """A gentle sweep tells mass, damping and dry friction, and a dead band of the motor."""
+
+    pushes = needs_direction = True
+    name = "Friction"
+    heading = "Friction, damping and mass: a gentle sweep"
+    words = (
+        "Stand the kit upright again. Handle in the middle, hands off, then press Sweep: for "
+        "a quarter to half a minute the motor moves the handle by itself, within ±\u00a025\u00a0mm and "
+        f"{motions.SWEEP_LIMITS.force:g}\u00a0N. It stops if anything looks wrong."
+    )
+    begin = "The motor is off until you press Sweep."
+    if_skipped = "mass and friction that this kit usually has"
+
+    def __init__(self, board: BoardThread) -> None:
+        super().__init__(board)
+        self.plot = PositionPlot()
+        self.add_handle(self.plot)
+        self.sweep = self.button("Sweep", self.start, primary=True, motor=True)
+        self.add_row(self.sweep)
+        self.found = {key: label("–", "found") for key in _ESTIMATES}
+        cells = [down(label(name, "axis"), self.found[key]) for key, name in _ESTIMATES.items()]
+        self.column.addLayout(across(*cells, None, gap=24))
+
+    def enter(self) -> None:
+        super().enter()
+        self.plot.start = None  # limits are about where the handle is now
+
+    def show_recent(self, recent: Recent) -> None:
+        super().show_recent(recent)
+        self.plot.show_positions(recent.time, recent.position)
+
+    def reset(self) -> None:
+        super().reset()
+        for value in self.found.values():
+            value.setText("–")
+
+    def start(self) -> None:
+        """Sweep."""
+        self.plot.start = None  # limits are about where the handle is now
+        self.run_job("Sweeping. Hands off…", lambda work: work.sweep(), self._swept)
+
+    def _swept(self, sweep: SweepResult) -> None:
+        part = sweep.part
+        if not part.estimates:
+            self.finish(warn("sweep", part.advice, "Handle in the middle, hands off, sweep again."))
+            return
+        not_told = []
+        for key, name in _ESTIMATES.items():
+            e = part[key]
+            self.found[key].setText(f"{words.measured(e)} {words.unit_of(e)}" if e.told else "not told")
+            not_told += [] if e.told else [f"{name}: {e.advice}"]
+        if not_told:
+            self.finish(warn("not told", " ".join(not_told), "Handle in the middle, sweep again."))
+            return
+        band, board = sweep.board.dead_band, self.calibration.board
+        more = f" The motor begins to turn at duty {band} of 255." if band else ""
+        if band and self.calibration.strength is not None:
+            more += f" With it, the motor constant is {1e3 * board.motor_constant:.2f} mN·m."
+        self.finish(passed(f"Found, each with its 95 % interval.{more}"))
