@@ -172,6 +172,16 @@ class Engine:
         chosen = _environment(key)
         self._change(environment=chosen, values=chosen.values(values))
 
+    def replace_environment(
+        self, present: Environment, its_values: Mapping[str, float], key: str | Environment, values: Mapping
+    ) -> bool:
+        """Switch to an environment where another with its values is in force still; return whether it was."""
+        with self._lock:
+            still = self.environment is present and self.values == its_values
+            if still:
+                self.set_environment(key, values)
+            return still
+
     def set_parameter(self, key: str, value: object) -> None:
         """Change one parameter; raise ParameterError, and the loop keeps the last good value."""
         current = {p.key: self._wanted.values[p.key] for p in self.environment.parameters}

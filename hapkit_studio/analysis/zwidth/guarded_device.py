@@ -30,6 +30,7 @@ WALL = replace(
 CALM = 100.0
 _LOOK_SECONDS = 0.004
 _SILENCE_SECONDS = 3.0
+_CHANGED = "The settings were changed. The measurement ended."
 _USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
 
 
@@ -91,7 +92,7 @@ class GuardedDevice:
         self._place = engine.values if engine.environment is _PERSONS else WALL.values()
         self.surface = self._place["position"]
         self.into = 1.0 if self._place["side"] == 0.0 else -1.0
-        self._mine: dict[str, float] = {}
+        self._mine = self._before[:2]
         self._samples, self._seconds = 0, 0.0
         self.clamped = False
 
@@ -114,8 +115,7 @@ class GuardedDevice:
         self.engine.move_hand(None)
         environment, values, grip = self._before
         self.engine.set_grip(grip)
-        if self._untouched:
-            self.engine.set_environment(environment, values)
+        self.engine.replace_environment(*self._mine, environment, values)
         with contextlib.suppress(DeviceError):  # a device that is gone has no limit; opening sets it anew
             self.engine.limit_force(self.engine.device.max_force)
 
@@ -131,10 +131,12 @@ class GuardedDevice:
         return self._samples / self._seconds if self._seconds > 0.0 else math.nan
 
     def wall(self, stiffness: float, damping: float) -> None:
-        """Bring a wall into force, over 30 ms."""
+        """Bring a wall into force, over 30 ms; raise Interrupted where somebody has changed the settings."""
         values = {"stiffness": stiffness, "damping": damping, "damping_mode": "both"}
-        self._mine = WALL.values({**self._place, **values})
-        self.engine.set_environment(WALL, self._mine)
+        wall = WALL, WALL.values({**self._place, **values})
+        if not self.engine.replace_environment(*self._mine, *wall):
+            raise Interrupted(_CHANGED)
+        self._mine = wall
 
     def calm(self) -> None:
         """Bring a wall into force that is sure to be steady."""
@@ -165,10 +167,6 @@ class GuardedDevice:
                 raise Interrupted(f"{self.engine.device.title} sends nothing. The measurement ended.")
             time.sleep(min(_LOOK_SECONDS, 0.05 * seconds))
 
-    @property
-    def _untouched(self) -> bool:
-        return self.engine.environment is WALL and self.engine.values == self._mine
-
     def _check(self) -> None:
         self._look()
         if self.engine.stopped:
@@ -176,8 +174,8 @@ class GuardedDevice:
         fault = self.engine.fault
         if fault is not None:
             raise Interrupted(f"{fault.text} The measurement ended.")
-        if not self._untouched:
-            raise Interrupted("The settings were changed. The measurement ended.")
+        if (self.engine.environment, self.engine.values) != self._mine:
+            raise Interrupted(_CHANGED)
 
     def _judge(self, new: np.ndarray) -> None:
         self.clamped = self.clamped or bool((new[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED).any())

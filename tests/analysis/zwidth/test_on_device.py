@@ -1,5 +1,6 @@
 """Z-width on running devices: the simulated one live, the virtual board, stops and limits, a person."""
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -156,6 +157,21 @@ def test_what_ends_it_leaves_the_old_settings_and_no_force_of_the_wall(
         found = rest(engine.reader(), 20)
         assert np.all(found[:, rows.APPLIED] == 0.0)
         assert np.all(found[:, rows.FLAGS].astype(int) & rows.STOPPED)
+
+
+def test_a_scene_chosen_just_before_the_next_wall_stays(running, monkeypatch):
+    """Between a look at the settings and the wall after it nobody has looked again."""
+    engine, wall, count = running(), on_device.GuardedDevice.wall, itertools.count()
+
+    def choose_then_try(guarded, stiffness, damping):
+        if next(count) == 2:
+            engine.set_environment("friction")
+        wall(guarded, stiffness, damping)
+
+    monkeypatch.setattr(on_device.GuardedDevice, "wall", choose_then_try)
+    with pytest.raises(Interrupted, match="settings were changed"):
+        on_device.measure(engine, (0.0,), ONE_TRIAL)
+    assert_as_before(engine, "friction")
 
 
 def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch):
