@@ -39,8 +39,8 @@ def power_of_ten(value: float) -> str:
 
 def with_unit(value: float, unit: str = "", digits: int = 3, sign: bool = False) -> str:
     """Write a value with up to so many significant digits and its unit; sign: with a plus above zero."""
-    rounded = float(f"{value:.{digits}g}")  # first rounded, then written: thousands are written out
-    text = f"{rounded:+g}" if sign else f"{rounded:g}"
+    rounded = float(f"{value:.{digits}g}")  # first rounded, then written
+    text = f"{rounded:+,g}" if sign else f"{rounded:,g}"
     return f"{text.replace('-', MINUS)} {unit}".rstrip()
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from tests.lateness import ATTEMPTS
 
-PATIENCE = 30.0
+PATIENCE = 120.0
 """s after which what has not come about never will, however busy the machine is."""
 
 

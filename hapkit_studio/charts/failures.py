@@ -108,11 +108,16 @@ def scaled(y: np.ndarray) -> tuple[float, str]:
 
 
 def _curve(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     plot = chart.plot
-    for axis, log in (("x", plot.log_x), ("y", plot.log_y)):
+    for name, log in (("x", plot.log_x), ("y", plot.log_y)):
+        axis = getattr(axes, f"{name}axis")
         if log:
-            getattr(axes, f"set_{axis}scale")("log")
-            _plain_numbers(getattr(axes, f"{axis}axis"))
+            getattr(axes, f"set_{name}scale")("log")
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_minor_formatter(NullFormatter())
+        axis.set_major_formatter("{x:,g}")
     looks = {role: iter(known) for role, known in _LOOKS.items()}
     for line in chart.lines:
         token, dashes, marker = next(looks[line.role])
@@ -128,15 +133,6 @@ def _curve(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
     style.style_axes(axes, c, plot.x_label, fill(plot.y_label, letters))
     _limits(axes, c, shown, chart)
     style.legend(axes, c)
-
-
-def _plain_numbers(axis: Any) -> None:
-    """Give a logarithmic axis plain numbers at 1, 2 and 5 of each decade."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
 
 
 def _limits(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:

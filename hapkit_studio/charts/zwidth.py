@@ -61,7 +61,7 @@ def draw(figure: Any, c: Colors, walls: Walls) -> None:
     damping, stiffness, limited = np.array(walls.points, dtype=float).reshape(-1, 3).T
     axes.fill_between(damping, stiffness, color=c.stable, linewidth=0.0)
     axes.plot(damping, stiffness, color=c.position, linewidth=2.4, zorder=3)
-    for at_limit, words in ((0.0, "rendered without buzzing"), (1.0, "the same, at the motor's limit")):
+    for at_limit, words in ((0.0, "rendered without buzzing"), (1.0, "at the motor's limit")):
         seen = limited == at_limit
         if seen.any():
             axes.plot(
