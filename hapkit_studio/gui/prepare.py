@@ -21,8 +21,9 @@ ALWAYS = ("free", "wall")
 FIRST = "wall"
 _SOURCES = ("analysis", "devices", "dynamics", "environments", "haptics", "laws", "protocol")
 _STAMPED = ("loop", "boards", "analysis")
-# How much a part gives way to the window and the running loop.
+# How much a part gives way to the window and the running loop, where nobody waits for it.
 _NICE = {"laws": 10, "boards": 19, "analysis": 10}
+_GENTLY = "--gently"
 _MOST_PROGRAMS = 2
 _QUANTUM = 20.7e-6
 _NO_FILE = -1
@@ -47,17 +48,17 @@ def possible() -> bool:
     return not interpreted and not getattr(sys, "frozen", False)
 
 
-def begin(part: str, key: str = FIRST) -> "subprocess.Popen | None":
+def begin(part: str, key: str = FIRST, gently: bool = True) -> "subprocess.Popen | None":
     """Start compiling a part in a program of its own; None where that was done before or cannot be.
 
-    key is the environment that the loop begins with.
+    key is the environment that the loop begins with. gently: it gives way to the window and the loop.
     """
     if not possible() or (prepared(part) and (part != "loop" or _has_law(key))):
         return None
-    return _program(part, key)
+    return _program(part, key, gently=gently)
 
 
-def begin_laws(keys: Iterable[str]) -> "list[subprocess.Popen]":
+def begin_laws(keys: Iterable[str], gently: bool = True) -> "list[subprocess.Popen]":
     """Start compiling the laws of environments, cheap ones first; none where that cannot be.
 
     Each can be used as soon as it is done. On several processors two programs share them.
@@ -68,12 +69,14 @@ def begin_laws(keys: Iterable[str]) -> "list[subprocess.Popen]":
     order = sorted(keys, key=lambda key: len(library[key].force.source))
     share = min(_MOST_PROGRAMS, os.cpu_count() or 1)
     shares = [order[i::share] for i in range(share)] if possible() else []
-    return [_program("laws", *some) for some in shares if some]
+    return [_program("laws", *some, gently=gently) for some in shares if some]
 
 
-def _program(part: str, *keys: str) -> subprocess.Popen:
-    gently = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0) if part in _NICE else 0  # Windows
-    return subprocess.Popen([sys.executable, "-m", _MODULE, part, *keys], creationflags=gently)
+def _program(part: str, *keys: str, gently: bool = False) -> subprocess.Popen:
+    gently = gently and part in _NICE
+    flags = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0) if gently else 0  # Windows
+    words = [sys.executable, "-m", _MODULE, *([_GENTLY] if gently else []), part, *keys]
+    return subprocess.Popen(words, creationflags=flags)
 
 
 def _has_law(key: str) -> bool:
@@ -158,12 +161,15 @@ def compile_all(*_keys: str) -> None:
     from hapkit_studio.environments import discover
 
     steps: list[tuple[str, Callable[[], Iterable[subprocess.Popen | None]]]] = [
-        ("the loop", lambda: [begin("loop")]),
+        ("the loop", lambda: [begin("loop", gently=False)]),
         (
             "the environments",
-            lambda: begin_laws(k for k, e in discover().items() if not e.force.is_compiled()),
+            lambda: begin_laws((k for k, e in discover().items() if not e.force.is_compiled()), gently=False),
         ),
-        ("what boards and measurements need", lambda: [begin("boards"), begin("analysis")]),
+        (
+            "what boards and measurements need",
+            lambda: [begin(part, gently=False) for part in ("boards", "analysis")],
+        ),
     ]
     for number, (what, start) in enumerate(steps, 1):
         print(f"Compiling {what} ({number} of {len(steps)}) ...", flush=True)
@@ -182,9 +188,10 @@ _COMPILE: dict[str, Callable[..., None]] = {
 }
 
 
-def main(part: str = "loop", *keys: str) -> None:
+def main(*words: str) -> None:
     """Compile a part, for some environments; then leave its stamp and clear older ones away."""
-    if part in _NICE and hasattr(os, "nice"):
+    part, *keys = [word for word in words if word != _GENTLY]
+    if _GENTLY in words and hasattr(os, "nice"):
         os.nice(_NICE[part])
     mark = stamp(part)
     _COMPILE[part](*(keys or (FIRST,)))

@@ -29,14 +29,14 @@ print(os.nice(0))
 def started(monkeypatch):
     """Return the programs that would have been started."""
     programs: list[tuple[str, ...]] = []
-    monkeypatch.setattr(prepare, "_program", lambda *words: programs.append(words) or words)
+    monkeypatch.setattr(prepare, "_program", lambda *words, gently: programs.append(words) or words)
     return programs
 
 
 @pytest.fixture
 def stamped(tmp_path, monkeypatch):
     """Say that every part was compiled before."""
-    monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda _name: str(tmp_path))
+    monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda *_, **__: str(tmp_path))
     for part in ("loop", "boards"):
         prepare.stamp(part).touch()
 
@@ -47,10 +47,13 @@ def stamped(tmp_path, monkeypatch):
     ("words", "laws", "nicer"),
     [
         (("paddle", "damping"), {"free", "wall", "damping"}, 0),
-        (("laws", "damping", "swamp", "detents"), {"damping", "detents"}, 10),
+        (("laws", "damping"), {"damping"}, 0),
+        (("--gently", "laws", "damping", "swamp", "detents"), {"damping", "detents"}, 10),
     ],
 )
-def test_the_loop_waits_for_its_law_alone_and_the_others_give_way(tmp_path, monkeypatch, words, laws, nicer):
+def test_the_loop_waits_for_its_law_alone_and_others_give_way_where_nobody_waits(
+    tmp_path, monkeypatch, words, laws, nicer
+):
     command = [sys.executable, "-c", PROGRAM, str(tmp_path), *words]
     done = subprocess.run(command, capture_output=True, text=True, timeout=180, check=True)
     monkeypatch.setattr(native.numba.config, "CACHE_DIR", str(tmp_path))
@@ -67,6 +70,17 @@ def test_a_stamp_does_not_stand_for_a_law_that_is_missing(stamped, started, monk
     assert prepare.begin("loop", "puck") == ("loop", "puck")
     prepare.stamp("loop").unlink()
     assert prepare.begin("loop", "cat") == ("loop", "cat")
+
+
+def test_only_what_nobody_waits_for_gives_way(monkeypatch):
+    commands = []
+    monkeypatch.setattr(prepare.subprocess, "Popen", lambda words, **_: commands.append(words))
+    monkeypatch.setattr(prepare, "prepared", lambda part: False)
+    for gently in (True, False):
+        prepare.begin("boards", gently=gently)
+        prepare.begin_laws(["wall"], gently=gently)
+        prepare.begin("loop", gently=gently)
+    assert ["--gently" in words for words in commands] == [True, True, False, False, False, False]
 
 
 @pytest.mark.parametrize(("processors", "programs"), [(1, 1), (2, 2), (16, 2), (None, 1)])
@@ -107,7 +121,8 @@ def test_a_law_that_cannot_be_compiled_keeps_no_other_back(monkeypatch, capsys):
 def test_setting_up_compiles_every_part_and_ends_where_one_fails(stamped, code, monkeypatch, capsys):
     programs = []
 
-    def program(*words):
+    def program(*words, gently):
+        assert not gently  # somebody waits for it
         programs.append(words)
         return SimpleNamespace(returncode=code, wait=lambda: code)
 
