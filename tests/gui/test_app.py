@@ -74,6 +74,7 @@ def test_an_unknown_environment_is_one_line(qapp, capsys):
 
 def test_the_stamp_follows_sources_and_cache(monkeypatch, tmp_path):
     monkeypatch.setattr(prepare.platformdirs, "user_cache_dir", lambda *_, **__: str(tmp_path))
+    monkeypatch.setattr(prepare, "_has_law", lambda _key: True)
     before = prepare.stamp("loop")
     assert not prepare.prepared("loop")
     before.touch()
