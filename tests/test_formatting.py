@@ -26,7 +26,7 @@ def test_what_is_tiny_or_huge_is_a_power_of_ten():
 
 def test_units_stand_behind_the_number_and_length_and_time_change_to_those_of_the_screen():
     assert with_unit(0.5, "N") == "0.5 N"
-    assert with_unit(-1234.56, "N/m") == "−1230 N/m"
+    assert with_unit(-1234.56, "N/m") == "−1,230 N/m"
     assert with_unit(2.0, "N", sign=True) == "+2 N"
     assert with_unit(2.0) == "2"
     assert on_screen(0.0123456, "m") == "12.35 mm"

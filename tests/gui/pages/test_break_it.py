@@ -124,7 +124,7 @@ def test_a_limit_without_a_unit_names_its_quantity():
     for key, value, words in (
         ("integrators", 1.64, "Limit ω·dt 1.64"),
         ("bounce", 0.4, "Limit lateness 0.4"),
-        ("sampled_spring", 1001.9, "Limit 1002 N/m"),
+        ("sampled_spring", 1001.9, "Limit 1,002 N/m"),
     ):
         record = Record(failures()[key])
         record.limit = value
