@@ -16,6 +16,7 @@ from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.analysis.sweeps import sweep
 from hapkit_studio.errors import StudioError
 from tests.analysis import sweep_tasks
+from tests.waiting import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[2]
 CELLS = [0.25 * i for i in range(6000)]
@@ -69,8 +70,8 @@ def test_same_numbers_and_nothing_is_lost_with_a_worker(dask):
     with ThreadPoolExecutor(2) as threads:  # before the workers, so that they find it compiled
         wanted = rendered.boundary(setting, damping, executor=threads)
         roots = sweep(sweep_tasks.busy_roots, CELLS, executor=threads)
-    with cluster(dask.address, timeout=30.0) as executor:
-        executor.client.wait_for_workers(2, timeout=60)
+    with cluster(dask.address, timeout=PATIENCE) as executor:
+        executor.client.wait_for_workers(2, timeout=PATIENCE)
         assert (rendered.boundary(setting, damping, executor=executor) == wanted).all()
         placed = sweep(sweep_tasks.roots_and_place, CELLS, executor=executor, chunk=100)
         assert {place for _, place in placed} == {worker.pid for worker in dask.workers}
@@ -97,7 +98,10 @@ def test_a_scheduler_that_dies_is_said_in_one_line(dask, capfd):
         if done:
             dask.scheduler.kill()
 
-    with cluster(dask.address, timeout=30.0) as executor, pytest.raises(StudioError, match="gave up a part"):
+    with (
+        cluster(dask.address, timeout=PATIENCE) as executor,
+        pytest.raises(StudioError, match="gave up a part"),
+    ):
         sweep(sweep_tasks.busy_roots, CELLS, executor=executor, progress=kill_it, chunk=50)
     assert "Traceback" not in capfd.readouterr().err
 

@@ -27,6 +27,7 @@ from hapkit_studio.protocol.messages import (
     Stream,
 )
 from tests.devices.fake_board import HELLO_FIELDS, KIT, UNPLUG, FakeKit, sample
+from tests.waiting import PATIENCE
 
 HELLO = Hello(**HELLO_FIELDS)
 
@@ -231,7 +232,7 @@ class Streaming:
     in_waiting = 1
 
     def __init__(self):
-        self.asked, self.end = 0, time.monotonic() + 20.0
+        self.asked, self.end = 0, time.monotonic() + PATIENCE
 
     def fileno(self):
         return -1

@@ -39,8 +39,8 @@ def chip(calls):
 
 
 @pytest.fixture(scope="module")
-def computer(tmp_path_factory):
-    with machine_pc.Machine(machine_pc.build(tmp_path_factory.mktemp("machine"))) as found:
+def computer():
+    with machine_pc.Machine(machine_pc.build()) as found:
         yield found
 
 

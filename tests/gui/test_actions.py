@@ -27,6 +27,18 @@ def sheets(window):
     return [sheet for sheet in window.findChildren(TextDialog) if sheet.isVisible()]
 
 
+@pytest.fixture(autouse=True)
+def as_it_began(shared_window):
+    """Leave the file's window as each test found it."""
+    yield
+    for sheet in sheets(shared_window):
+        sheet.close()
+    single_keys = shared_window.actions_by_key.qt["view.single_keys"]
+    if not single_keys.isChecked():
+        single_keys.trigger()
+    shared_window.studio.choose("wall")
+
+
 def menu_actions(menu):
     for action in menu.actions():
         if action.menu() is not None:

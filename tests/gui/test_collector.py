@@ -34,5 +34,5 @@ def test_what_allocates_in_the_background_frees_no_widget(qtbot):
     worker.start()
     worker.join()
     assert kept() is not None
-    qtbot.waitUntil(lambda: kept() is None, timeout=30_000)
+    qtbot.waitUntil(lambda: kept() is None, timeout=180_000)
     assert freed == ["MainThread"]

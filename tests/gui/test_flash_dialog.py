@@ -69,15 +69,15 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back_with_its_settings(
     make_window, qtbot, tmp_path, monkeypatch
 ):
     board = boot.Board(tmp_path, boot.optiboot(tmp_path, SOON), firmware=shipped())
-    with contextlib.closing(HapkitBoard(board.port)) as kit:
-        kit.open()
-        kit.configure(replace(of_settings(kit.settings()), label="Mine", max_force=1.5))
-        assert kit.save().origin == Origin.STORED
     monkeypatch.setattr(flash, "flash", partial(flash.flash, speeds=(SOON,)))
     monkeypatch.setattr(serial_ports, "ports", list)
     entry = DeviceEntry(board.port, "Hapkit on port", lambda: HapkitBoard(board.port))
-    window = make_window(entries=(SIMULATED, entry))
     try:
+        with contextlib.closing(HapkitBoard(board.port)) as kit:
+            kit.open()
+            kit.configure(replace(of_settings(kit.settings()), label="Mine", max_force=1.5))
+            assert kit.save().origin == Origin.STORED
+        window = make_window(entries=(SIMULATED, entry))
         window.studio.device.open(entry)
         qtbot.waitUntil(lambda: window.studio.engine is not None)
         sheet, seen = sheet_of(window), []
@@ -101,8 +101,8 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back_with_its_settings(
         assert sheet.write.isEnabled()
         assert sheet.write.text() == "Flash"
         assert sheet.close()
-    finally:
         window.close()
+    finally:
         board.end()
 
 

@@ -7,6 +7,7 @@ from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.haptics.engine import Engine
+from tests.lateness import clear_lateness
 
 PATIENCE_MS = 180_000
 """What anything may take: the first loop is compiled, which takes a busy machine more than a minute."""
@@ -21,11 +22,13 @@ def build_engine(entry: DeviceEntry) -> Engine:
 def put_back(window) -> None:
     """Bring a window back to how it began, so that the next test can have it."""
     studio = window.studio
+    clear_lateness(studio)
     window.views.show("live")
     for dialog in window.findChildren(QDialog):
         dialog.close()
     for banner in list(window.banners.banners):
         window.banners.set(banner.notice.key, None)
+    window.live.set_paused(False)
     if studio.stopped:
         studio.release_stop()
     for key, environment in studio.environments.items():

@@ -11,9 +11,10 @@ from hapkit_studio.protocol.framing import crc16, encode
 from hapkit_studio.protocol.messages import Law, Leave, Piece, Sample, Stream, Telemetry, Tune
 from tests.devices.fake_board import ARENA, KIT, FakeBoard, FakeKit
 from tests.haptics.serial_support import repeated
+from tests.waiting import PATIENCE
 
 ZERO = 1000
-SILENCE = 30.0
+SILENCE = PATIENCE
 """s after which a loop that has not taken a frame has given the board up."""
 
 

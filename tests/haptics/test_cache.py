@@ -22,7 +22,7 @@ hs.simulate("wall", hand=hs.Prescribed(lambda t: 0.01), seconds=0.02)
 engine = Engine(SimulatedHapkit(), realtime=False)
 reader = engine.reader()
 engine.start()
-rows, deadline = {}, time.monotonic() + 30.0
+rows, deadline = {}, time.monotonic() + 200.0
 for key in library:
     engine.set_environment(key)
     while rows.get(key, 0) < 20 and time.monotonic() < deadline:

@@ -20,7 +20,7 @@ needs_compiler = pytest.mark.skipif(
 )
 
 
-def build(watched: bool = False) -> Path:
+def build(*, watched: bool = False) -> Path:
     """Return the program, built where its sources are newer; watched: by the sanitizers."""
     folder = ROOT / "build" / "machine"
     made = folder / ("machine_watched" if watched else "machine")

@@ -38,7 +38,7 @@ KEYS = wide(ENVIRONMENTS, lambda key: key not in LENGTHY)
 )
 def machine(request):
     """Return the board's machine on this computer, once watched by the sanitizers and with more settings."""
-    with Machine(build(request.param)) as made:
+    with Machine(build(watched=request.param)) as made:
         made.settings = 3 if request.param else 1
         yield made
 

@@ -36,7 +36,7 @@ def useful(force: float) -> float:
 
 @pytest.fixture(scope="module")
 def watched():
-    with Machine(build(True)) as made:
+    with Machine(build(watched=True)) as made:
         yield made
 
 

@@ -107,7 +107,7 @@ def test_the_program_ends_where_nobody_is_left_to_end_it(tmp_path, stiffness):
     tried = saved(tmp_path, with_functions(with_check("while True: pass")))
     process = isolated.begin("hapkit_studio.workshop.function_process", str(tried.path))
     words = [tried.text, ["check", {**VALUES, "stiffness": stiffness}]]
-    process.communicate("".join(json.dumps(w) + "\n" for w in words).encode(), timeout=20.0)
+    process.communicate("".join(json.dumps(w) + "\n" for w in words).encode(), timeout=PATIENCE)
     assert process.returncode is not None
 
 
@@ -122,5 +122,5 @@ def test_the_program_ends_where_nobody_is_left_to_end_it(tmp_path, stiffness):
 )
 def test_in_a_trial_the_function_is_named_at_its_line(tmp_path, statement, said):
     tried = saved(tmp_path, with_functions(with_check(statement).replace("123 <", "0 <=")))
-    (problem,) = trial.check(tried, timeout=10.0).problems
+    (problem,) = trial.check(tried, timeout=40.0).problems
     assert (problem.text, problem.line) == (said, line_of(tried.text, "def check"))

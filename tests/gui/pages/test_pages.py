@@ -172,6 +172,7 @@ def test_the_e_stop_is_within_reach_while_a_file_is_named(shared_window):
     shared_window.header.stop.click()
     assert shared_window.studio.stopped
     dialog.close()
+    shared_window.studio.release_stop()
 
 
 def test_a_file_is_written_in_a_thread_and_what_went_wrong_is_said(

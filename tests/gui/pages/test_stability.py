@@ -207,14 +207,16 @@ def test_without_a_device_nothing_is_judged(shared_window):
     assert not page.job.running
 
 
-def test_a_device_that_goes_leaves_the_map_paler_and_out_of_sight_nothing_is_asked(alone, window, qtbot):
+def test_a_device_that_goes_leaves_the_map_paler_and_out_of_sight_nothing_is_asked(
+    alone, window, qtbot, monkeypatch
+):
     page = alone
-    engine, window.studio.device.engine = window.studio.engine, None
-    window.studio.engine_changed.emit()
-    assert page.lines is None
-    assert page.chart.pale
-    assert page.verdict_column.heading.text() == "Not judged yet"
-    window.studio.device.engine = engine
+    with monkeypatch.context() as gone:
+        gone.setattr(window.studio.device, "engine", None)
+        window.studio.engine_changed.emit()
+        assert page.lines is None
+        assert page.chart.pale
+        assert page.verdict_column.heading.text() == "Not judged yet"
     window.studio.engine_changed.emit()
     follow(page, qtbot)
     assert not page.chart.pale

@@ -111,7 +111,7 @@ def test_cancel_e_stop_and_esc_end_the_job_of_every_step_which_can_be_begun_agai
             assert not dialog.list.isEnabled()
             qtbot.waitUntil(lambda: dialog.board.runner.progress[0] > 0.02)
             end()
-            qtbot.waitUntil(lambda: not dialog.board.busy, timeout=5_000)
+            qtbot.waitUntil(lambda: not dialog.board.busy)
             assert kit.pwm == 0
             assert words in dialog.step.box.words.text()
             assert dialog.close_button.text() == "Close"
