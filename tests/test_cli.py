@@ -213,6 +213,8 @@ WRONG = [
 def test_says_what_is_wrong_in_one_line(capsys, tmp_path, monkeypatch, words, says):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(live_run, "play", lambda *_: pytest.fail("it began"))
+    if "--csv" in words or "--plot" in words:
+        monkeypatch.setattr(Engine, "start", lambda engine: pytest.fail("the device was opened"))
     code, out, err = run(capsys, *shlex.split(words))
     assert code == 2
     assert out == ""
