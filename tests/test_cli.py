@@ -7,6 +7,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,9 +18,10 @@ from hapkit_studio.commands import live_run
 from hapkit_studio.devices import DeviceEntry, flash
 from hapkit_studio.devices.hapkit import HapkitBoard, probe
 from hapkit_studio.devices.virtual_board import built
-from hapkit_studio.haptics import arrays
+from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.haptics.health import Fault
+from hapkit_studio.haptics.health import Fault, LinkCounts
+from hapkit_studio.haptics.link import MeasuredDelay
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Origin
 from tests.devices.fake_board import KIT, FakeKit
@@ -213,6 +215,8 @@ WRONG = [
 def test_says_what_is_wrong_in_one_line(capsys, tmp_path, monkeypatch, words, says):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(live_run, "play", lambda *_: pytest.fail("it began"))
+    if "--csv" in words or "--plot" in words:
+        monkeypatch.setattr(Engine, "start", lambda engine: pytest.fail("the device was opened"))
     code, out, err = run(capsys, *shlex.split(words))
     assert code == 2
     assert out == ""
@@ -234,29 +238,92 @@ def test_an_interrupt_ends_without_a_traceback(capsys, monkeypatch):
 
 
 class Gone:
-    """What a run asks of an engine whose device goes away after three looks."""
+    """What a run asks of an engine that no force can follow after three looks, for a reason of its own."""
 
-    def __init__(self):
-        self.looks = 0
+    def __init__(self, reason):
+        self.looks, self.reason = 0, reason
 
     @property
     def fault(self):
         self.looks += 1
-        return Fault(arrays.DEVICE_GONE, "The device is gone.") if self.looks > 3 else None
+        return self.reason if self.looks > 3 else None
 
     def read(self):
         return np.zeros((2, 3))
 
 
-def test_a_run_ends_when_the_device_goes_away_and_keeps_what_came():
-    engine = Gone()
-    table, played = live_run.play(engine, engine, None, 3600.0)
+@pytest.mark.parametrize(
+    ("code", "remedy"),
+    [
+        (arrays.DEVICE_GONE, "Check the USB cable, then try again."),
+        (arrays.SLOW_LINK, "Let the board render (--render board), or use a faster port."),
+    ],
+)
+def test_a_run_ends_where_no_force_can_follow_and_keeps_what_came(code, remedy):
+    engine = Gone(Fault(code, "It is so."))
+    table, played = live_run.play(engine, engine, None, 20.0)
     assert len(table) == 2 * (3 + 1)
-    assert played < 3600.0
-    assert live_run.fault_words(engine.fault) == (
-        "The device is gone. Force is zero. Check the USB cable, then try again."
+    assert played < 20.0
+    assert live_run.fault_words(engine.fault) == f"It is so. Force is zero. {remedy}"
+
+
+def engine_on_bad_link():
+    """Return what a run asks of an engine whose spring is too stiff for the link's delay of 5 ms."""
+    counts = LinkCounts(1, 2, 3, 4, no_sample=5, away=6, held_up=7, cut=8)
+    return SimpleNamespace(
+        where="computer",
+        fault=None,
+        device=SimpleNamespace(simulated=False, mass=0.044, viscous=0.5, quantum=2e-5),
+        loop=SimpleNamespace(rate=1000.0, estimator="difference"),
+        environment=environments.discover()["spring"],
+        values={"stiffness": 300.0, "damping": 0.0},
+        board_plan=None,
+        possible_plan=SimpleNamespace(rate=2000),
+        missed_of=lambda where: 0,
+        delay_of=lambda where: MeasuredDelay(5e-3, 1e-4, 100),
+        health=lambda: SimpleNamespace(link=counts),
     )
-    assert "Let the board render (--render board)" in live_run.fault_words(Fault(arrays.SLOW_LINK, "Slow."))
+
+
+TOO_STIFF = "300 N/m are in force: it may swing. Lower the stiffness, or let the board render."
+
+
+def test_what_was_bad_about_a_link_is_in_the_result(capsys, monkeypatch):
+    engine, table = engine_on_bad_link(), np.zeros((1000, rows.ROW_WIDTH))
+    table[:, rows.BOARD_TIME], table[:, rows.PERIOD] = 1e-3 * np.arange(1000), 1e-3
+    table[:250, rows.FLAGS], table[250:300, rows.FLAGS] = rows.STALE, rows.FAULT
+    found = live_run._both(engine, table)
+    slower, stiff, without = remarks = live_run._remarks(engine, found, 4000.0)
+    assert slower == "The board renders at 2,000 Hz, not at 4,000 Hz: this law has time for no more."
+    assert stiff.endswith(TOO_STIFF)
+    assert without == (
+        "No force for 0.30 s. The line brought no sample for 20 ms: 5 times. This computer was busy "
+        "elsewhere for 20 ms: 6 times. The law held the loop up for 20 ms: 7 times. The board switched its "
+        "motor off, as forces came too late or not at all: 8 times."
+    )
+    engine.fault = Fault(arrays.SLOW_LINK, "Slow.")  # says so itself
+    assert live_run._remarks(engine, found, 2000.0) == [without]
+    played = live_run.Played(table, 1.0, found, remarks, None, None, 0)
+    monkeypatch.setattr(live_run, "run", lambda *_: played)
+    shown = as_json(capsys, "run", "spring", "--device", "simulated", "--seconds", "1")
+    assert shown["warnings"] == remarks
+    assert shown["link"]["without_force_s"] == pytest.approx(0.3)
+    off = {"no_sample": 5, "computer_busy": 6, "law_too_long": 7, "board_watchdog": 8}
+    assert shown["link"]["motor_off"] == off
+
+
+def test_a_spring_too_stiff_for_the_link_is_said_during_the_run_once(capsys):
+    engine = engine_on_bad_link()
+    few, enough = MeasuredDelay(5e-3, 1e-4, 99), engine.delay_of("computer")
+    look = live_run.say_doubt(engine)
+    for delay, now, lines in ((few, 0.1, 0), (enough, 0.2, 1), (enough, 0.3, 0)):
+        engine.delay_of = lambda where, delay=delay: delay
+        look(now)
+        out, err = capsys.readouterr()
+        assert (out, err.count(f"{TOO_STIFF}\n")) == ("", lines)
+    engine.fault = Fault(arrays.SLOW_LINK, "Slow.")
+    live_run.say_doubt(engine)(1.0)
+    assert capsys.readouterr() == ("", "")
 
 
 def test_a_run_that_a_person_ends_keeps_what_came(capsys, tmp_path, monkeypatch):

@@ -197,6 +197,10 @@ def test_a_person_is_told_what_to_do(page, window):
     page.show_trial()
     assert page.answer.words.text() == "Press gently into the wall and hold."
     page.job._wanted = None
+    page.force.box.entered.emit(9.0)
+    assert (page.force.error.text(), page.force.value) == ("Force limit goes from 0.1 to 3 N.", 2.0)
+    page.force.box.entered.emit(2.0)
+    assert page.force.error.isHidden()
 
 
 def test_without_a_device_it_says_so(shared_window):

@@ -1,5 +1,6 @@
 """Test my Hapkit in the window, and how both are opened."""
 
+import pytest
 from PySide6.QtCore import Qt
 
 from hapkit_studio.gui.wizard.board_dialog import BoardDialog
@@ -30,6 +31,25 @@ def test_cancel_and_esc_end_the_checks_and_each_has_its_result_in_words(checked,
     assert dialog.box.words.text() == dialog.report.words
     for key, verdict in dialog.report.results.items():
         assert verdict.words in dialog.rows[key][1].text()
+    dialog.close()
+    assert play.kit.pwm == 0
+
+
+@pytest.mark.slow
+def test_a_healthy_kit_is_said_to_be_well_and_no_bar_stays(checked, qtbot):
+    play = checked()
+    play.kit.origin = Origin.STORED
+    dialog = play.dialog
+    dialog.test.click()
+    dialog.box.show_progress(5.0, 10.0)
+    assert dialog.box.bar.isVisible()
+    qtbot.waitUntil(lambda: dialog.report is not None, timeout=PATIENCE_MS)
+    assert dialog.report.good
+    assert dialog.box.words.text() == "Your Hapkit works as it should."
+    assert dialog.box.sign.name == "check"
+    for key, verdict in dialog.report.results.items():
+        assert verdict.words in dialog.rows[key][1].text()
+    qtbot.waitUntil(dialog.box.bar.isHidden, timeout=PATIENCE_MS)
     dialog.close()
     assert play.kit.pwm == 0
 
