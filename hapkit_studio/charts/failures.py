@@ -1,5 +1,6 @@
 """A failure: what moves just inside its limit and just outside, and the measured curve beside the formula."""
 
+import itertools
 import math
 import re
 from pathlib import Path
@@ -118,7 +119,7 @@ def _curve(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
             axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axis.set_minor_formatter(NullFormatter())
         axis.set_major_formatter("{x:,g}")
-    looks = {role: iter(known) for role, known in _LOOKS.items()}
+    looks = {role: itertools.cycle(known) for role, known in _LOOKS.items()}
     for line in chart.lines:
         token, dashes, marker = next(looks[line.role])
         seen = np.isfinite(line.y)

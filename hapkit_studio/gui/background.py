@@ -42,7 +42,7 @@ class Job(QObject):
         super().__init__(parent)
         self._needs = needs
         self._wanted: object = None
-        self._thread: threading.Thread | None = None
+        self._threads: list[threading.Thread] = []
         self._done.connect(self._deliver)
 
     @property
@@ -53,8 +53,9 @@ class Job(QObject):
     def start(self, work: Work) -> None:
         """Start work; cancel what is running."""
         token = self._wanted = object()
-        self._thread = threading.Thread(target=self._work, args=(work, token), name="measuring", daemon=True)
-        self._thread.start()
+        thread = threading.Thread(target=self._work, args=(work, token), name="measuring", daemon=True)
+        self._threads = [*(one for one in self._threads if one.is_alive()), thread]
+        thread.start()
         self.running_changed.emit(True)
 
     def cancel(self) -> None:
@@ -65,8 +66,8 @@ class Job(QObject):
 
     def wait(self) -> None:
         """Wait until the thread has ended, for tests and for closing."""
-        if self._thread is not None:
-            self._thread.join()
+        while self._threads:
+            self._threads.pop().join()
 
     def end(self) -> None:
         """Cancel and wait."""

@@ -1,6 +1,7 @@
 """What a board can render by itself, and how a law is to be rendered there."""
 
 import hashlib
+import traceback
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -99,12 +100,14 @@ class BoardPlanner:
     def plan(self, request: PlanRequest) -> BoardPlan | str:
         """Return how a request is rendered, or in one line why not; compiles the law, for about 0.1 s."""
         found = self.known(request)
-        if found is None:
-            found = self._work_out(request)
-            while len(self._answers) >= _KEPT:
-                self._answers.pop(next(iter(self._answers)), None)
-            self._answers[request.key] = found
-        return found
+        return self.keep(request, self._work_out(request)) if found is None else found
+
+    def keep(self, request: PlanRequest, answer: BoardPlan | str) -> BoardPlan | str:
+        """Keep an answer to a request, and return it."""
+        while len(self._answers) >= _KEPT:
+            self._answers.pop(next(iter(self._answers)), None)
+        self._answers[request.key] = answer
+        return answer
 
     def _work_out(self, request: PlanRequest) -> BoardPlan | str:
         """Try one rate after the other, from the fastest that is not above the one asked for."""
@@ -143,7 +146,13 @@ class BackgroundPlanner:
         """Return a known answer; None where it is being worked out from now on."""
 
         def work_out() -> None:
-            planner.plan(request)
+            try:
+                planner.plan(request)
+            except Exception as defect:  # nobody asks the future
+                traceback.print_exc()
+                planner.keep(
+                    request, f"{request.environment.title} cannot be rendered on the board: {defect}"
+                )
             self._done(planner)
 
         found = planner.known(request)
@@ -151,6 +160,11 @@ class BackgroundPlanner:
             self._waiting.cancel()
             self._waiting = self._thread.submit(work_out)
         return found
+
+    def close(self) -> None:
+        """Let the thread end; what waits is forgotten."""
+        self._thread.shutdown(wait=False, cancel_futures=True)
+        self._thread = ThreadPoolExecutor(1, "hapkit-law")
 
 
 @lru_cache(maxsize=_KEPT)

@@ -110,6 +110,7 @@ class Engine:
         if self.driver is not None:
             self.driver.close()
             self.driver = None
+        self._planning.close()
 
     def use(self, device: Any) -> None:
         """Change to another device, settings and readers kept; raise DeviceError with the force at zero."""

@@ -1,11 +1,13 @@
 """What a board offers: room and time for a law, in words where they are too little, and at what rate."""
 
+import threading
+
 import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import block
-from hapkit_studio.haptics.board_plan import CLOCK, RATES, BoardPlanner, PlanRequest, share
+from hapkit_studio.haptics.board_plan import CLOCK, RATES, BackgroundPlanner, BoardPlanner, PlanRequest, share
 from hapkit_studio.haptics.settings import Wanted
 from hapkit_studio.laws import law
 from hapkit_studio.laws.machine import FRAME, REST, REST_AT_MOST
@@ -13,6 +15,7 @@ from hapkit_studio.protocol.framing import crc16
 from hapkit_studio.protocol.messages import SettingsRequest
 from tests.devices.fake_board import ARENA, KIT, FakeBoard, FakeKit
 from tests.haptics.support import CONSTANT
+from tests.waiting import PATIENCE, wait_until
 from tests.wide import wide
 
 SPRING = environments.named("spring")
@@ -122,3 +125,17 @@ def test_a_board_that_offers_nothing_says_why(connect, kit, words):
         assert engine.where == "computer"
     finally:
         engine.close()
+
+
+def test_a_defect_of_the_compiler_is_an_answer_and_the_thread_ends(monkeypatch):
+    def fail(self, request):
+        raise ZeroDivisionError("a defect")
+
+    monkeypatch.setattr(BoardPlanner, "_work_out", fail)
+    answered = threading.Event()
+    planning, planner = BackgroundPlanner(lambda _: answered.set()), BoardPlanner(ARENA)
+    assert planning.plan(planner, request()) is None
+    assert answered.wait(PATIENCE)
+    assert planning.plan(planner, request()) == "Spring cannot be rendered on the board: a defect"
+    planning.close()
+    wait_until(lambda: not [t for t in threading.enumerate() if t.name.startswith("hapkit-law")])

@@ -112,8 +112,9 @@ class Calibration:
             self._change(dead_band=band)
         found = self.try_direction()
         if found.key == "no motion":  # friction may be more than a pulse is allowed to be
+            known = [broke]  # measured anew only once the motor is reversed
             slow, wrong = self._keep_direction(
-                lambda: motor.judge_pulses(motor.breakaway(self.runner).pulses)
+                lambda: motor.judge_pulses((known.pop() if known else motor.breakaway(self.runner)).pulses)
             )
             turn = " The motor pushed the wrong way. It is reversed now." if wrong else ""
             held = f"Dry friction holds the handle up to {broke.force:.2f} N.{turn}"

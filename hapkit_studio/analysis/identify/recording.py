@@ -161,14 +161,14 @@ def from_csv(path: str | Path) -> Recording:
         raise ParameterError(f"A recording is the path of a file, not {path!r}.") from None
     except OSError as error:
         raise ParameterError(f"Cannot read {path}: {error.strerror}.") from None
-    name, (header, heads, *lines) = Path(path).name, (text + "\n\n").splitlines()
+    name, (header, heads, *lines) = Path(path).name, (text + "\n\n").split("\n")
     try:
         settings = json.loads(header.removeprefix("#")) if header.startswith("#") else None
     except json.JSONDecodeError:
         settings = None
     if not isinstance(settings, dict):
         raise ParameterError(f"{name} does not begin with the settings of a run: save one with run --csv.")
-    names = heads.split(",")
+    names = heads.strip().split(",")
     lacking = [column for column in _NEEDED if column not in names]
     if lacking:
         raise ParameterError(f"{name} has no column {lacking[0]}: it is no recording of the studio.")

@@ -62,7 +62,7 @@ _DYING, _STEADY, _GROWING = 0.9, 1.01, 1.1
 
 @dataclass(frozen=True)
 class Rendered:
-    """What renders the spring: the device, its loop, the hand on it, the passivity controller.
+    """What renders the spring: the device, its loop with or without the controller, the hand on it.
 
     quantum in m: what the velocity estimator is designed for where the device's own sensor is ideal.
     """
@@ -70,7 +70,6 @@ class Rendered:
     device: SimulatedHapkit
     loop: LoopSettings
     grip: Grip | None = None
-    controller: bool = False
     quantum: float = USUAL_QUANTUM
 
     @property
@@ -81,7 +80,7 @@ class Rendered:
     @property
     def linear(self) -> bool:
         """Return whether twice the motion is twice the force, so that its size does not matter."""
-        exact = self.device.coulomb_force == 0.0 and self.device.quantum == 0.0 and not self.controller
+        exact = self.device.coulomb_force == 0.0 and self.device.quantum == 0.0 and not self.loop.controller
         return exact and self.linear_estimate
 
     @property
@@ -125,7 +124,7 @@ def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarra
     for start in STARTS:
         centre = -0.5 * what.device.quantum
         found = _let_go(what, stiffness[quiet], damping[quiet], start * step, centre, limits)
-        verdict[quiet] = _by_reach(found, FEW_STEPS * step, what.controller, what.linear_estimate)
+        verdict[quiet] = _by_reach(found, FEW_STEPS * step, what.loop.controller, what.linear_estimate)
         quiet = quiet[verdict[quiet] == DECAYS]
     return verdict
 
@@ -198,7 +197,7 @@ def rendered(setting: Setting, real: bool = False) -> Rendered:
     The velocity estimator is that of the device either way, designed for its sensor's quantum.
     """
     quantum = setting.quantum or USUAL_QUANTUM
-    return Rendered(setting.device(real), setting.loop, setting.grip, setting.controller, quantum)
+    return Rendered(setting.device(real), setting.loop, setting.grip, quantum)
 
 
 def classes(

@@ -15,7 +15,7 @@ class Segmented(QWidget):
         super().__init__()
         self._group = QButtonGroup(self)
         row = across(into=self, gap=0)
-        places = ("first", *["middle"] * (len(options) - 2), "last")
+        places = ("first", *["middle"] * (len(options) - 2), "last")[: len(options)]
         for index, (option, place) in enumerate(zip(options, places, strict=True)):
             button = QPushButton(option)
             button.setCheckable(True)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QByteArray, QRectF, QSize, Qt
-from PySide6.QtGui import QMouseEvent, QPen, QResizeEvent
+from PySide6.QtGui import QMouseEvent, QPen, QResizeEvent, QWheelEvent
 from PySide6.QtSvgWidgets import QSvgWidget
 from PySide6.QtWidgets import QPushButton, QSizePolicy
 
@@ -69,6 +69,7 @@ class HandleView(SceneView):
 
     def __init__(self, with_force: bool) -> None:
         super().__init__()
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # while a job runs the keyboard is the E-stop's
         self.marks: Mapping[float, bool] = {}
         self._with_force, self._known = with_force, False
         self.let_go = QPushButton("Let go", self)
@@ -94,6 +95,10 @@ class HandleView(SceneView):
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
         self._dragging = False
+        self.set_hand_enabled(self._hand_enabled)  # the open hand again
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        event.ignore()  # the page scrolls
 
     def _hold(self, target: float) -> None:
         super()._hold(target)

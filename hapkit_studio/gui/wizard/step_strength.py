@@ -73,6 +73,10 @@ class StrengthStep(StepPage):
         self.mass.valueChanged.connect(lambda _grams: self._draw())
         self._show_method(0)
 
+    def offer_buttons(self) -> None:
+        super().offer_buttons()
+        self.method.setEnabled(not self.board.busy)  # the button that ends a push stays in sight
+
     def _show_method(self, index: int) -> None:
         self.how.setText((_WEIGHTS, _SCALE)[index])
         self.weights.setVisible(index == 0)

@@ -103,7 +103,7 @@ def test_work_that_is_over_ends_at_its_next_word_and_delivers_nothing(job, qtbot
 
     job.finished.connect(heard.append)
     job.start(work)
-    old = job._thread
+    old = job._threads[-1]
     if newer:
         with qtbot.waitSignal(job.finished):
             job.start(lambda progress: "new")

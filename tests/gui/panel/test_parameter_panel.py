@@ -216,3 +216,9 @@ def test_options_read_as_names_are_written_and_symbols_in_a_formula_are_slanted(
     picker = rows(shared_window)["integrator"].picker
     euler = ["Explicit Euler", "Lecture's rule", "Semi-implicit", "Verlet", "RK4", "Implicit Euler"]
     assert [picker.itemText(i) for i in range(picker.count())][:6] == euler
+
+
+def test_a_choice_of_one_has_a_row(qtbot):
+    row = ChoiceRow(Choice("kind", "Kind", ("only",)))
+    qtbot.addWidget(row)
+    assert [button.property("segment") for button in row.picker.buttons] == ["first"]

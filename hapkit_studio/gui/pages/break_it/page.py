@@ -112,6 +112,7 @@ class BreakItPage(MeasuringPage):
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         shown = copy(self.record)
+        shown.old = set(shown.old)
         return lambda path: failure_figure(shown, path), lambda: base.as_json(shown, traces=True)
 
     # the page's life

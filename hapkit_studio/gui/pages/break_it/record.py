@@ -74,6 +74,7 @@ class Record(Shown):
         if part.case != self.case:
             return
         names = [part.name]
+        self.wrong = "" if part.name == "limit" else self.wrong
         if isinstance(part.found, Try):
             assert self.limit is not None
             assert self.value is not None
