@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hapkit_studio.haptics import arrays
+from hapkit_studio.haptics import arrays, clock, link
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.framing import crc16, encode
 from hapkit_studio.protocol.messages import Law, Leave, Piece, Sample, Stream, Telemetry, Tune
@@ -125,10 +125,10 @@ class BoardSetup:
         """Send so many frames; return their rows, those shown."""
         found = []
         for _ in range(frames):
+            conn, said = self.engine.driver.conn, clock.now()
             self.board.say(self.frame())
-            answered = self.seq
             over = time.monotonic() + SILENCE
-            while self.engine.driver.conn.samples[0, 0] != answered:
+            while conn.samples[0, 0] != self.seq or conn.numbers[link.LAST_ANSWER] < said:
                 assert time.monotonic() < over, "the loop takes no frame"
                 time.sleep(0.0002)
             found.append(self.reader.read())
@@ -137,14 +137,18 @@ class BoardSetup:
         found.append(late)
         return [row for part in found for row in part]
 
-    def until(self, true, frames=400):
+    def until(self, true):
         """Send frames until something is so."""
-        found = []
+        found, over = [], time.monotonic() + SILENCE
         while not true():
-            assert frames > 0, "it never came about"
+            assert time.monotonic() < over, "it never came about"
             found += self.run(1)
-            frames -= 1
         return found
+
+    def excuse_over(self):
+        """Send frames until what the board latched before it was told to forget is no longer excused."""
+        self.run(1)
+        self.until(lambda: clock.now() > self.engine.driver.conn.numbers[link.EXCUSED])
 
     def go(self, rate=None):
         """Let the board render; return the rows until it does."""

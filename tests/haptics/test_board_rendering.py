@@ -329,7 +329,7 @@ def test_what_the_board_latches_is_latched_here_stops_it_and_can_be_cleared(setu
     setup.run(3)
     wait_until(lambda: setup.told(Stop, Release)[-1] == Release())
     setup.telemetry = {}
-    setup.run(200)
+    setup.excuse_over()
     setup.until(lambda: setup.engine.rendering == "board")
     assert setup.engine.fault is None
     setup.count += 400
@@ -340,7 +340,7 @@ def test_what_the_board_latches_is_latched_here_stops_it_and_can_be_cleared(setu
     assert f"over-speed, {speed:.1f} m/s" in setup.engine.fault.text
     setup.telemetry = {}
     setup.engine.clear_fault()
-    setup.run(200)
+    setup.excuse_over()
     setup.until(lambda: setup.engine.rendering == "board")
     setup.telemetry = {"flags": int(BoardFlag.REFUSED), "asked": float("nan")}
     row = setup.run(2)[-1]
