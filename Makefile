@@ -13,7 +13,7 @@ CHECK := PYTHONDONTWRITEBYTECODE= QT_QPA_PLATFORM=offscreen NUMBA_CACHE_DIR=$(CU
 BY_FILE := --dist loadfile --no-loadscope-reorder
 LAST := command -v avr-g++ >/dev/null || echo "No avr-g++: what needs the firmware was not checked."
 # what most tests need compiled: each part once, before two programs at a time would each do all of it
-WARM := warm-boards warm-analysis
+WARM := warm-verdict warm-boards warm-analysis
 
 .PHONY: help run test test-all lint warm-loop $(WARM) bench pictures firmware board fuzz realtime clean
 .DEFAULT_GOAL := help

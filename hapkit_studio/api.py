@@ -12,7 +12,7 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.setting import DELAY, RATE
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
-from hapkit_studio.dynamics.hand import Hand, Prescribed, hand_named
+from hapkit_studio.dynamics.hand import Grip, Hand, Prescribed, hand_named
 from hapkit_studio.environments.base import Conditions, Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import arrays, headless, health, rows
@@ -146,10 +146,29 @@ def simulate(
         state=np.ascontiguousarray(out[:, rows.STATE : rows.STATE + len(chosen.state_names)]),
         state_names=chosen.state_names,
         faults=(fault.text,) if fault else (),
-        warnings=tuple(chosen.warnings(values, conditions)),
+        warnings=(*chosen.warnings(values, conditions), *_unrest(scene, moving, out)),
         settings=settings,
         hand_target=out[:, rows.HAND_TARGET].copy() if own else None,
     )
+
+
+def _unrest(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.ndarray) -> list[str]:
+    """Return what the handle does, in the hand and let go, where it does not settle from any push.
+
+    Only what still moves in the last fifth of a run is looked at; an imposed motion takes what comes.
+    """
+    last = out[-max(len(out) // 5, 1) :, rows.TRUE_POSITION]
+    if isinstance(hand, Prescribed) or np.ptp(last) <= scene.device.quantum:
+        return []
+    from hapkit_studio.analysis.stability.behaviour import behaviour  # late: most runs come to rest
+
+    held = hand is not None and hand.release > 0.0
+    let_go = hand is None or hand.release * scene.loop.rate < len(out)
+    grips = {"In the hand": Grip(hand.mass, hand.damping, hand.stiffness)} if hand and held else {}
+    found = {
+        name: behaviour(scene, grip) for name, grip in (grips | ({"Let go": None} if let_go else {})).items()
+    }
+    return [f"{name}: {does.sentence}." for name, does in found.items() if not does.calm]
 
 
 def columns_of(table: np.ndarray) -> dict[str, np.ndarray]:

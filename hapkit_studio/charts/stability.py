@@ -10,7 +10,7 @@ import numpy as np
 
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
-from hapkit_studio.analysis.stability.margin import factor, hand_words, sentence
+from hapkit_studio.analysis.stability.margin import factor, hand_words
 from hapkit_studio.charts import style
 
 _SIZE = (972, 700)
@@ -54,6 +54,7 @@ class Map:
         plane = self.plane
         there = {
             "exact": plane.setting.linear,
+            "friction": plane.setting.linear and plane.setting.coulomb > 0.0,
             "measured": bool(self.boundaries),
             "simple": True,
             "passive": bool(plane.edge.any()),
@@ -67,7 +68,7 @@ class Map:
 
 def stability_figure(plane: Plane, path: str | Path, device: str = "") -> None:
     """Write the plane, its verdict above and the conditions below it; device: what it holds for."""
-    shown, margin = Map(plane), plane.margin
+    shown = Map(plane)
     real = any(found is not None and found.real for found in (plane.cells, plane.points))
     limits = [(f"Limit, {hand_words(hand)}", f"{k:,.0f} N/m") for hand, k in plane.hands.items() if k == k]
     own = [("Device", device)] if device else []
@@ -77,7 +78,7 @@ def stability_figure(plane: Plane, path: str | Path, device: str = "") -> None:
         lambda figure, c: draw(figure, c, shown),
         path,
         _SIZE,
-        title + sentence(margin),
+        title + plane.words,
         style.unbroken([f"{name}: {words}" for name, words in shown.lines().values()])
         + "\n"
         + style.unbroken([" ".join(pair) for pair in pairs]),
@@ -115,6 +116,9 @@ def _lines(axes: Any, c: style.Colors, shown: Map) -> None:
     plane, names = shown.plane, {key: name for key, (name, _) in shown.lines().items()}
     if plane.setting.linear:
         axes.plot(plane.damping, plane.exact, color=c.ink, linewidth=3, label=names["exact"])
+    if "friction" in names:
+        name = names["friction"]
+        axes.plot(plane.damping, plane.friction, color=c.ink2, linewidth=2, linestyle=style.DASH, label=name)
     for hand, limits in shown.hands.items():
         if hand != plane.setting.hand:
             axes.plot(plane.damping, limits, color=c.ink2, linewidth=1.6)
@@ -162,7 +166,8 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
             plane.damping, plane.exact, 10.0 * plane.top, facecolor="none", edgecolor=c.danger + _FAINT,
             hatch="//", linewidth=0.0, zorder=0.2,
         )  # fmt: skip
-        axes.fill_between(plane.damping, 0.0, plane.exact, color=c.stable, linewidth=0.0, zorder=0.1)
+        axes.fill_between(plane.damping, 0.0, plane.friction, color=c.warnsoft, linewidth=0.0, zorder=0.25)
+        axes.fill_between(plane.damping, 0.0, plane.exact, color=c.stable, linewidth=0.0, zorder=0.26)
     if cells is not None:
         _cells(axes, measured, cells)
         named |= {_TOKENS[kind]: hand for kind in np.unique(cells.classes)}
@@ -172,7 +177,8 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
         axes.add_patch(sample)
     for token, kind in zip(_TOKENS, _KINDS, strict=True):
         if token in named:
-            word = "stable" if token == "stable" and shown.particular is None else kind
+            exact = {"stable": "stable", "unstable": "grows without dry friction"}
+            word = kind if shown.particular is not None else exact.get(token, kind)
             label = word if token == "warnsoft" else f"{word}, {named[token]}"
             look = {"hatch": "//", "edgecolor": c.danger + _FAINT} if token == "unstable" else {}
             axes.add_patch(Rectangle((0, 0), 0, 0, facecolor=getattr(c, token), label=label, **look))
@@ -217,7 +223,7 @@ class Dot:
     def place(self, plane: Plane, dotted: bool = True) -> None:
         """Show a plane's impedance; dotted: whether there is one."""
         margin, c = plane.margin, self._c
-        bad = not margin.stable and plane.setting.linear and not plane.setting.controller
+        bad = not plane.said.calm if plane.said else not margin.stable and plane.setting.linear
         color = c.danger if bad else c.accent
         x, y = margin.damping, margin.stiffness
         self._feet.set(data=([0.0, x, x], [y, y, 0.0]), color=color)

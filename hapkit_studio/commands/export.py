@@ -2,7 +2,6 @@
 
 import argparse
 import contextlib
-import math
 
 from hapkit_studio.analysis.stability import on_board
 from hapkit_studio.commands import base
@@ -37,9 +36,9 @@ def run(options: argparse.Namespace) -> base.Result:
     rate = sketch.usual_rate(found, values) if options.rate is None else options.rate
     spec = base.estimator_spec(options.estimator)
     sketch.check(rate, spec, options.prints)
-    margin = on_board.sketch_margin(found, values, kit.board, rate, spec)
-    limit = on_board.sketch_words(margin, rate)
-    text = sketch.text(found, values, kit, rate, spec, options.prints, limit)
+    verdict = on_board.sketch_verdict(found, values, kit.board, rate, spec)
+    words = on_board.sketch_words(verdict, rate)
+    text = sketch.text(found, values, kit, rate, spec, options.prints, words)
     path = sketch.write_sketch(options.output or found.key, text, options.force)
     whose = f"{kit.board.label}, {'calibrated' if kit.calibrated else 'the usual numbers of such a kit'}"
     numbers = {
@@ -47,11 +46,11 @@ def run(options: argparse.Namespace) -> base.Result:
         "kit": kit.board.label,
         "calibrated": kit.calibrated,
         "rate_Hz": rate,
-        "stiffness_limit": margin.limit if margin and math.isfinite(margin.limit) else None,
-        "stable": margin.stable if margin else None,
+        "stiffness_limit": verdict.limit,
+        "stable": verdict.calm,
     }
     lines = f"wrote {path}\nfor {whose}; open it in the Arduino IDE, board Arduino Uno, and upload"
-    lines = "\n".join([lines, *filter(None, [limit]), *switched_off(found)])
+    lines = "\n".join([lines, words, *switched_off(found)])
     return base.Result(lines, {"environment": found.key, **numbers})
 
 

@@ -13,6 +13,7 @@ from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import RENDERED_DAMPING, WIDTH, Plane, plane
 from hapkit_studio.analysis.stability.margin import hand_words, sentence
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
+from hapkit_studio.analysis.stability.verdict import of_spring
 from hapkit_studio.charts.stability import stability_figure
 from hapkit_studio.commands import base
 from hapkit_studio.errors import ParameterError
@@ -37,7 +38,9 @@ OPTIONS = (
 def run(options: argparse.Namespace) -> base.Result:
     """Judge a loop; measure where asked."""
     _check(options)
-    found = plane(base.setting_of(options), options.stiffness, options.damping, width=options.to)
+    setting = base.setting_of(options)
+    found = plane(setting, options.stiffness, options.damping, width=options.to)
+    found = replace(found, said=of_spring(setting, options.stiffness, options.damping))
     begin = time.monotonic()
     with cluster(options.scheduler) if options.scheduler is not None else nullcontext() as executor:
         found = _measured(options, found, executor)
@@ -54,8 +57,6 @@ def _check(options: argparse.Namespace) -> None:
             f"The largest damping shown must be more than the rendered {options.damping:g} N·s/m, "
             f"not {options.to:g} N·s/m."
         )
-    if options.controller and not (options.measure or options.map):
-        raise ParameterError("The passivity controller has no exact limit: add --measure or --map.")
 
 
 def _measured(options: argparse.Namespace, found: Plane, executor: Any) -> Plane:
@@ -77,10 +78,13 @@ def _measured(options: argparse.Namespace, found: Plane, executor: Any) -> Plane
 
 
 def _text(found: Plane, seconds: float | None) -> str:
-    margin, setting = found.margin, found.setting
+    margin, setting, said = found.margin, found.setting, found.said
+    assert said is not None
     limits = ", ".join(f"{hand_words(hand)} {_newtons(limit)}" for hand, limit in found.hands.items())
     lines = [
         f"{margin.stiffness:g} N/m and {margin.damping:g} N·s/m: {sentence(margin)}",
+        *said.lines,
+        *([said.swings] if said.swings else []),
         ", ".join(f"{name.lower()} {value}" for name, value in kb_plane.conditions(setting)),
         "",
         *_table(found),

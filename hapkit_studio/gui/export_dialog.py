@@ -60,13 +60,12 @@ class ExportDialog(FormDialog):
         self.verdict.say(f"Not saved yet. {words}".rstrip(), *(() if safe else ("triangle", "warn")))
 
     def _limit(self) -> tuple[str, bool]:
-        """Return limit and margin in words, and whether it is within."""
+        """Return limit and verdict in words, and whether the handle is calm."""
         studio = self._studio
         kit, spec = self.kits.currentData(), spec_on_board(studio.loop.spec)
         rate = self.rates.currentData() or sketch.usual_rate(studio.environment, studio.values)
-        found = on_board.sketch_margin(studio.environment, studio.values, kit.board, rate, spec)
-        words = on_board.sketch_words(found, rate)
-        return words, not words or found is None or found.stable
+        found = on_board.sketch_verdict(studio.environment, studio.values, kit.board, rate, spec)
+        return on_board.sketch_words(found, rate), found.calm
 
     def text(self) -> str:
         """Return the sketch; raise ParameterError, LawError."""

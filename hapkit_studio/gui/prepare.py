@@ -1,8 +1,8 @@
 """Compiles what the loops need into numba's cache. Its own program: a compile in a thread freezes the window.
 
-Knows no Qt, so that it is up and done sooner. Part "loop" is what the first picture waits for; then come the
-"laws" of the other environments, from the lowest up, "boards", what a board waits for, and "analysis", what
-the measuring views wait for. Part "all" is all of these.
+Knows no Qt, so that it is up and done sooner. Part "loop" is what the first picture waits for, "verdict" what
+the stability card does; then come the "laws" of the other environments, from the lowest up, "boards", what a
+board waits for, and "analysis", what the measuring views wait for. Part "all" is all of these.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ from hapkit_studio.resources import sources_stamp
 ALWAYS = ("free", "wall")
 FIRST = "wall"
 _SOURCES = ("analysis", "devices", "dynamics", "environments", "haptics", "laws", "protocol")
-_STAMPED = ("loop", "boards", "analysis")
+_STAMPED = ("loop", "verdict", "boards", "analysis")
 # How much a part gives way to the window and the running loop, where nobody waits for it.
 _NICE = {"laws": 10, "boards": 19, "analysis": 10}
 _GENTLY = "--gently"
@@ -139,6 +139,14 @@ def compile_laws(*keys: str) -> None:
             print(f"{key}: {error}", file=sys.stderr, flush=True)
 
 
+def compile_verdict(*_keys: str) -> None:
+    """Compile what judges a scene."""
+    from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.analysis.stability.verdict import of_spring
+
+    of_spring(Setting(), 300.0, 0.0)
+
+
 def compile_boards(*_keys: str) -> None:
     """Compile the loop on a serial port, by calling it with the quit word set and no port."""
     from hapkit_studio.haptics import arrays, block, health, link, rows, serial_loop
@@ -168,7 +176,7 @@ def compile_all(*_keys: str) -> None:
         ),
         (
             "what boards and measurements need",
-            lambda: [begin(part, gently=False) for part in ("boards", "analysis")],
+            lambda: [begin(part, gently=False) for part in ("verdict", "boards", "analysis")],
         ),
     ]
     for number, (what, start) in enumerate(steps, 1):
@@ -182,6 +190,7 @@ _COMPILE: dict[str, Callable[..., None]] = {
     "loop": compile_loop,
     "paddle": compile_paddle,
     "laws": compile_laws,
+    "verdict": compile_verdict,
     "boards": compile_boards,
     "analysis": compile_analysis,
     "all": compile_all,

@@ -135,6 +135,27 @@ def _watch(
     return end, done
 
 
+@inlined
+def restart(
+    r: LoopArrays,
+    body: Plant,
+    flat: Flat,
+    made: Flat,
+    hand: np.ndarray,
+    numbers: np.ndarray,
+    start: float,
+) -> None:
+    """Bring arrays and plant back as the scene made them, with other parameters and another start in m."""
+    for j in range(flat.numbers.shape[0]):
+        flat.numbers[j] = made.numbers[j]
+    for j in range(flat.words.shape[0]):
+        flat.words[j] = made.words[j]
+    for j in range(numbers.shape[0]):
+        r.block.values[block.PARAMS + j] = numbers[j]
+    body.dev[simulated.X] = start
+    simulated_loop.configure(body, r.block.values, hand, True)
+
+
 @compiled
 def run(
     r: LoopArrays,
@@ -153,14 +174,7 @@ def run(
     sample; hand: mass, damping, stiffness of one that rests at 0 m, zeros for none.
     """
     for i in range(cells.starts.shape[0]):
-        for j in range(flat.numbers.shape[0]):
-            flat.numbers[j] = made.numbers[j]
-        for j in range(flat.words.shape[0]):
-            flat.words[j] = made.words[j]
-        for j in range(cells.numbers.shape[1]):
-            r.block.values[block.PARAMS + j] = cells.numbers[i, j]
-        body.dev[simulated.X] = cells.starts[i]
-        simulated_loop.configure(body, r.block.values, hand, True)
+        restart(r, body, flat, made, hand, cells.numbers[i], cells.starts[i])
         end, done = _watch(r, body, row, cells.samples[i], cells.weights[i], limits, found.parts[i])
         found.ends[i], found.samples[i] = end, done
 

@@ -70,14 +70,14 @@ def test_a_sketch_that_would_buzz_is_said_so_in_the_sheet_and_in_the_file(window
     limit = 2.0 * 0.5 / (1e-3 + 2e-3)  # K < 2 b / (T + 2 t), t = T, b the default kit's, B = 0
     words = sheet.verdict.words.text()
     assert "at 1,000 Hz" in words
-    assert "above the limit" in words
+    assert "In your hand: settles below" in words
     found = float(re.search(r"Limit ([\d,]+) N/m", words)[1])
     assert found == pytest.approx(limit, rel=0.01)
     sheet.rates.setCurrentIndex(sheet.rates.findData(2000))
     assert "at 2,000 Hz" in sheet.verdict.words.text()
     sheet.write(str(tmp_path / "stiff.ino"))
     assert "Saved stiff/stiff.ino" in sheet.verdict.words.text()
-    assert "above the limit" in sheet.verdict.words.text()
+    assert "In your hand: settles below" in sheet.verdict.words.text()
     assert "times above the limit" in (tmp_path / "stiff" / "stiff.ino").read_text("utf-8")
     window.studio.set_values({"stiffness": 100.0})
     assert "below the limit" in sheet.verdict.words.text()

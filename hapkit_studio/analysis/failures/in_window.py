@@ -8,6 +8,7 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.failures.base import Live
+from hapkit_studio.analysis.stability.behaviour import behaviour
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Hand, grip_named
 from hapkit_studio.formatting import on_screen, with_unit
@@ -22,8 +23,7 @@ SEEN = 0.5e-3
 POINTER = 0.035
 FROM, THROW = -0.03, 0.25  # m, m/s: where a throw begins, how fast the pointer goes
 FARTHEST = 0.06  # m: as far as the pointer reaches
-_SHARES = (1.25, 1.5, 1.75, 2.0, 3.0, 5.0, 8.0)
-_WHY = "It comes to rest: dry friction and the motor's 3 N hold it, which the limit leaves out."
+_WHY = "Dry friction and the motor's 3 N hold it, which the limit leaves out."
 
 
 def let_go(live: Live, pointer: float = POINTER, column: int = rows.TRUE_POSITION) -> float:
@@ -41,17 +41,22 @@ def thrown(live: Live, wall: float) -> float:
     return float(-speed[back] / speed[there])
 
 
-def _released(live: Live, target: Callable, release: float) -> tuple[np.ndarray, float]:
-    """Return the rows (n, …) under a medium grip that follows target(t) and lets go, and their rate in Hz."""
-    environment, grip = environments.named(live.environment), grip_named(live.grip)
-    assert grip is not None
-    device = SimulatedHapkit().reduced(environment.needs)
+def _scene(live: Live) -> headless.Scene:
+    """Return it as the headless loop takes it, on the device that the window models."""
+    environment = environments.named(live.environment)
     settings: dict[str, Any] = dict(live.loop)
     if "estimator" in settings:
         settings["estimator"] = settings["estimator"], dict(settings.pop("options", ()))
-    scene = headless.Scene(
+    device = SimulatedHapkit().reduced(environment.needs)
+    return headless.Scene(
         environment, environment.values(live.values), device, LoopSettings().changed(**settings)
     )
+
+
+def _released(live: Live, target: Callable, release: float) -> tuple[np.ndarray, float]:
+    """Return the rows (n, …) under a medium grip that follows target(t) and lets go, and their rate in Hz."""
+    grip, scene = grip_named(live.grip), _scene(live)
+    assert grip is not None
     hand = Hand(grip.mass, grip.damping, grip.stiffness, target, release, vectorised=True)
     rate = scene.loop.rate
     return headless.render(scene, hand, round((HELD + WATCHED) * rate))[0], rate
@@ -68,24 +73,13 @@ def behind(place: float, stiffness: float) -> float:
 def pulled(
     make: Callable[[float], Live], value: float, bound: float, key: str, unit: str, pointer: float = POINTER
 ) -> Live:
-    """Return ``make(value)`` with advice that is true: what a pull shows, and where it shows more.
+    """Return ``make(value)`` with advice that is true: what the handle does when it is let go.
 
     make returns the scene of a value of the knob, whose limit is bound; key is the parameter that it sets.
     """
     live = make(value)
     cut = value > 1.001 * live.values[key]
     most = f" The window takes no more than {with_unit(live.values[key], unit, 4)}." if cut else ""
-    swing = let_go(live, pointer)
-    if swing > SEEN:
-        said = f"It swings on by {on_screen(swing, 'm', 2)}."
-    elif value <= bound:
-        said = "It comes to rest."
-    else:
-        tried = {other.values[key]: other for other in (make(share * bound) for share in _SHARES)}
-        swings = (v for v, other in tried.items() if v > live.values[key] and let_go(other, pointer) > SEEN)
-        more = next(swings, None)
-        swings_on = (
-            f"With {with_unit(more, unit, 4)} it swings on." if more else "An added delay may move it."
-        )
-        said = f"{_WHY} {swings_on}"
-    return replace(live, advice=f"Drag to {on_screen(pointer, 'm')} and let go. {said}{most}")
+    does = behaviour(_scene(live), None)
+    why = f" {_WHY}" if does.calm and value > bound else ""
+    return replace(live, advice=f"Drag to {on_screen(pointer, 'm')} and let go: {does.sentence}.{why}{most}")

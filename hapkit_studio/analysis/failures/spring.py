@@ -62,7 +62,8 @@ def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
     """Return how the handle moves, let go 1 mm from the centre: whether the spring calms or shakes it."""
     out = released(where, damping, stiffness)
     rate = rate_of(where, stiffness, out)
-    return base.growth_evidence(1e3 * out[:, rows.TRUE_POSITION], where.period, rate)
+    place = 1e3 * out[:, rows.TRUE_POSITION]
+    return base.growth_evidence(place, where.period, rate, more=" without dry friction")
 
 
 def loop_of(case: Case, estimator: Spec = "difference") -> dict[str, object]:

@@ -36,7 +36,9 @@ def probe(amplitude: float, case: base.Case) -> base.Evidence:
     place = out[:, rows.TRUE_POSITION] - 0.5 * wavelength
     n = base.alive(np.abs(place[: base.before_lost(place, REACH * wavelength)]), DEAD * START * wavelength)
     rate = spring.rate_of(where, stiffness(amplitude, case), out[:n])
-    return base.growth_evidence(1e6 * place[:n], where.period, rate, "position in the valley", "µm")
+    return base.growth_evidence(
+        1e6 * place[:n], where.period, rate, "position in the valley", "µm", " without dry friction"
+    )
 
 
 def live(amplitude: float, case: base.Case) -> base.Live:

@@ -2,12 +2,12 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole_number
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.setting import VISCOUS, Setting
 from hapkit_studio.analysis.stability.limits import (
     checked_loop,
     coulomb_line,
@@ -20,11 +20,17 @@ from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.formatting import plain
 
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.stability.verdict import Verdict
+
 RENDERED_STIFFNESS = replace(STIFFNESS, label="The rendered stiffness")
 RENDERED_DAMPING = replace(DAMPING, label="The rendered damping")
 WIDTH = replace(DAMPING, label="The largest damping shown")
 TOP = replace(STIFFNESS, label="The largest stiffness shown")
 COLUMNS = 121
+NUDGE = 1e-3
+"""m: a hand does that much without meaning to."""
+_DAMPERS = 12
 EDGE_POINTS = 41
 
 
@@ -53,9 +59,11 @@ class Cells:
 class Plane:
     """Everything that a chart of the plane shows; SI units.
 
-    exact and simple are (n,) over damping (n,); edge_damping and edge (k,) are the passivity line up to the
-    largest passive damping; coulomb is inf without sensor steps, hands the limits at the margin's damping.
-    Without a linear estimator exact is all nan, the edge empty, the hands' and the margin's limits nan.
+    exact, simple and friction, up to which dry friction holds a nudge, are (n,) over damping (n,);
+    edge_damping and edge (k,) are the passivity line up to the largest passive damping; coulomb is inf
+    without sensor steps, hands the limits at the margin's damping. Without a linear estimator exact and
+    friction are all nan, the edge empty, the hands' and the margin's limits nan. said: what the handle does
+    with the margin's impedance, where that was asked.
     """
 
     setting: Setting
@@ -64,12 +72,19 @@ class Plane:
     damping: np.ndarray
     exact: np.ndarray
     simple: np.ndarray
+    friction: np.ndarray
     edge_damping: np.ndarray
     edge: np.ndarray
     coulomb: float
     hands: dict[str, float]
     points: Points | None = None
     cells: Cells | None = None
+    said: "Verdict | None" = None
+
+    @property
+    def words(self) -> str:
+        """Return what the handle does, or only how far the limit is."""
+        return " ".join(self.said.lines) if self.said else sentence(self.margin)
 
     @property
     def width(self) -> float:
@@ -87,6 +102,29 @@ def exact_boundary(setting: Setting, damping: np.ndarray) -> np.ndarray:
         setting.quantum,
     )  # fmt: skip
     return stiffness_limits(loop, checked_row(damping, DAMPING))
+
+
+def friction_boundary(setting: Setting, damping: np.ndarray, push: float = NUDGE) -> np.ndarray:
+    """Return the largest stiffness (n,) in N/m that settles when let go at rest from a push in m.
+
+    Dry friction takes 4 F A in a turn of amplitude A, as a damper of 4 F / (pi A w) does: its describing
+    function at the handle's own w = sqrt(K / m). Raise ParameterError for an estimator that is not linear.
+    """
+    mass = setting.mass + (setting.grip.mass if setting.grip else 0.0)
+    held = setting.grip.stiffness if setting.grip else 0.0
+    force = 4.0 * setting.coulomb / (math.pi * push)
+
+    def boundary_and_force(extra: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the boundary with a damper more, and that damper's force per metre of the swing."""
+        found = exact_boundary(replace(setting, viscous=setting.viscous + extra), damping)
+        return found, extra * np.sqrt((found + held) / mass)
+
+    most = setting.viscous + 1.0
+    while boundary_and_force(most)[1].min() < force and setting.viscous + 2.0 * most < VISCOUS.high:
+        most *= 2.0
+    tried = np.linspace(0.0, most, _DAMPERS)
+    limits, forces = np.array([boundary_and_force(extra) for extra in tried]).swapaxes(0, 1)
+    return np.array([np.interp(force, f, k) for f, k in zip(forces.T, limits.T, strict=True)])
 
 
 def passivity_line(setting: Setting, damping: np.ndarray) -> np.ndarray:
@@ -146,7 +184,8 @@ def plane(
     exact = exact_boundary(setting, across) if setting.linear else np.full(columns, math.nan)
     passive_b, passive_k = passive_edge(setting) if setting.linear else (np.empty(0), np.empty(0))
     margin = Margin(stiffness, damping, bound, setting.hand)
-    lines = across, exact, simple_rule(setting, across)
+    friction = friction_boundary(setting, across) if setting.linear and setting.coulomb > 0.0 else exact
+    lines = across, exact, simple_rule(setting, across), friction
     return Plane(setting, margin, top, *lines, passive_b, passive_k, coulomb_line(setting), around)
 
 
@@ -163,7 +202,7 @@ def as_json(plane: Plane) -> dict[str, Any]:
         else None
         for found in (plane.points, plane.cells)
     )
-    columns = {"damping": plane.damping, "exact": plane.exact, "simple": plane.simple}
+    columns = {key: getattr(plane, key) for key in ("damping", "exact", "simple", "friction")}
     return plain(
         {
             "setting": {**vars(setting), "estimator": pair[0], "estimator_options": pair[1]},
@@ -172,7 +211,8 @@ def as_json(plane: Plane) -> dict[str, Any]:
             "limit": margin.limit,
             "ratio": margin.ratio,
             "stable": margin.stable if math.isfinite(margin.limit) else None,
-            "words": sentence(margin),
+            "words": plane.words,
+            "handle": plane.said.does if plane.said else None,
             "hands": plane.hands,
             "coulomb_line": plane.coulomb,
             "columns": {**columns, "passive": passive(plane)},
@@ -194,6 +234,7 @@ _SHORT = {"iir": "IIR", "butterworth": "Butterworth", "foaw": "FOAW", "kalman": 
 # Key: name and one line that explains it.
 LINES = {
     "exact": ("Exact boundary", "roots of the sampled loop"),
+    "friction": ("Dry friction's boundary", "below it a push of 1 mm settles, let go"),
     "measured": ("Measured boundary", "simulated and bisected"),
     "simple": ("Simple rule", "K < (b + B) / (T/2 + td)"),
     "passive": ("Passivity line", "safe in any hand"),

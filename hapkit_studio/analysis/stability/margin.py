@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+RELEASED = "released"
 # Beyond this many times nobody asks how far.
-_FAR = 100.0
+FAR = 100.0
 # Below this, one decimal would hide on which side of 1 a ratio is.
 _NEXT_TO_ONE = 1.095
 
@@ -25,7 +26,7 @@ class Margin:
     stiffness: float
     damping: float
     limit: float
-    hand: str = "released"
+    hand: str = RELEASED
 
     @property
     def stable(self) -> bool:
@@ -40,7 +41,7 @@ class Margin:
 
 def hand_words(hand: str) -> str:
     """Name the hand: "released hand", "medium grip"."""
-    return "released hand" if hand == "released" else f"{hand} grip"
+    return "released hand" if hand == RELEASED else f"{hand} grip"
 
 
 def times(ratio: float) -> str:
@@ -63,7 +64,7 @@ def short(margin: Margin) -> str:
         return f"Stable, {hand_words(margin.hand)}"
     if not margin.stable:
         return f"{times(1.0 / margin.ratio)} above the limit"
-    return f"{times(margin.ratio)} below the limit" if margin.ratio < _FAR else "Over 100 × below the limit"
+    return f"{times(margin.ratio)} below the limit" if margin.ratio < FAR else "Over 100 × below the limit"
 
 
 def remedy(margin: Margin) -> str:

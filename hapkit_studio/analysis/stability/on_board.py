@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane
-from hapkit_studio.analysis.stability.margin import Margin, sentence
+from hapkit_studio.analysis.stability.verdict import Asked, Verdict, verdict
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import board_plan
@@ -13,33 +13,30 @@ from hapkit_studio.haptics.engine import COMPUTER, Engine
 from hapkit_studio.protocol.messages import Board
 
 
-def sketch_margin(
+def sketch_verdict(
     environment: Environment, values: Mapping[str, float], board: Board, rate: float, spec: Spec
-) -> Margin | None:
-    """Return the margin of all values at a rate in Hz, the handle released; None where nothing is rendered.
+) -> Verdict:
+    """Return what a kit's handle does with all values at a rate in Hz, in a hand and let go.
 
     The force counts a whole period late. A sketch that keeps its rate is never later, so that it is on the
     safe side: a tick ends before the next one begins.
     """
-    if environment.impedance is None:
-        return None
-    stiffness, damping = environment.impedance(values)
-    if stiffness <= 0.0 and damping <= 0.0:
-        return None
     setting = Setting(
-        board.mass, board.viscous, quantum=board.quantum, rate=rate, delay=1.0 / rate, estimator=spec
-    )
-    return Margin(stiffness, damping, kb_plane.limit(setting, damping))
+        board.mass, board.viscous, quantum=board.quantum, rate=rate, delay=1.0 / rate, estimator=spec,
+        hand=HAND,
+    )  # fmt: skip
+    return verdict(Asked(environment, values, setting))
 
 
-def sketch_words(found: Margin | None, rate: float) -> str:
-    """Return limit and margin in a line or two; nothing without a margin."""
-    if found is None or not math.isfinite(found.limit):
-        return ""
-    most = f"Limit {max(found.limit, 0.0):,.0f} N/m at {rate:,} Hz, the force a whole period late"
-    return f"{most}. {sentence(found)}"
+def sketch_words(found: Verdict, rate: float) -> str:
+    """Return limit and verdict in a line or two."""
+    limit = found.limit
+    most = f"Limit {limit:,.0f} N/m at {rate:,} Hz, the force a whole period late. " if limit else ""
+    return most + " ".join(found.lines)
 
 
+HAND = "medium"
+"""What holds a handle where nobody says how it is held."""
 UNKNOWN = "The delay of the link cannot be measured: nobody knows how stiff a spring it allows."
 
 
@@ -57,10 +54,10 @@ def rendering_limit(engine: Engine, where: str) -> float | None:
     impedance, device = engine.environment.impedance, engine.device
     if delay is None or rate is None or impedance is None:
         return None
-    spec = engine.loop.estimator if where == COMPUTER else board_plan.spec_on_board(engine.loop.estimator)
     setting = Setting(
-        device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean, estimator=spec
-    )
+        device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean,
+        estimator=_spec(engine, where),
+    )  # fmt: skip
     if not setting.linear:
         return None
     limit = kb_plane.limit(setting, impedance(engine.values)[1])
@@ -69,19 +66,22 @@ def rendering_limit(engine: Engine, where: str) -> float | None:
 
 def link_warning(engine: Engine) -> str:
     """Return in one line why what is rendered is too much for the link, or may be; "" where it is not."""
-    where, impedance = engine.where, engine.environment.impedance
-    if engine.device.simulated:
+    where, device = engine.where, engine.device
+    if device.simulated:
         return ""
-    delay = engine.delay_of(where)
-    if delay is None:
+    delay, rate = engine.delay_of(where), rendering_rate(engine, where)
+    if delay is None or rate is None:
         return UNKNOWN
-    limit = rendering_limit(engine, where)
-    stiffness = impedance(engine.values)[0] if impedance else 0.0
-    if limit is None or stiffness <= limit:
+    setting = Setting(
+        device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay.mean,
+        estimator=_spec(engine, where), hand=HAND,
+    )  # fmt: skip
+    found = verdict(Asked(engine.environment, engine.values, setting, engine.max_force))
+    if found.calm:
         return ""
     remedy = "Lower the stiffness" + (", or let the board render." if where == COMPUTER else ".")
-    milliseconds = 1e3 * delay.mean
-    return (
-        f"The measured delay of {milliseconds:.1f} ms allows {limit:,.0f} N/m at most for a released handle, "
-        f"and {stiffness:,.0f} N/m are in force: it may swing. {remedy}"
-    )
+    return f"The measured delay is {1e3 * delay.mean:.1f} ms. {' '.join(found.lines)} {remedy}"
+
+
+def _spec(engine: Engine, where: str) -> Spec:
+    return engine.loop.estimator if where == COMPUTER else board_plan.spec_on_board(engine.loop.estimator)

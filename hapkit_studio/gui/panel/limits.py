@@ -1,6 +1,6 @@
 """The stability limit of the loop in force: what it depends on, and its computation in a thread."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
@@ -8,12 +8,13 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from hapkit_studio.analysis.stability.margin import Margin
-from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.analysis.stability.margin import RELEASED
+from hapkit_studio.gui import prepare
 from hapkit_studio.gui.studio import Studio
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.analysis.stability.verdict import Asked, Verdict
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
 
@@ -23,6 +24,8 @@ _STAYS = 0.8
 """Of a step: so far a mean may wander without another limit; half a step would be no rest at all."""
 _steady: "WeakKeyDictionary[Engine, dict[str, float]]" = WeakKeyDictionary()
 POINTS = 25
+
+Points = tuple[tuple[float, float], ...]
 
 
 def coarse(delay: float, before: float | None) -> float:
@@ -57,11 +60,6 @@ class LoopFacts(QObject):
         studio.engine_changed.connect(self._forget)
         studio.loop_changed.connect(self._follow)
         studio.environment_changed.connect(self._follow)
-
-    @property
-    def linear(self) -> bool:
-        """Say whether the velocity estimator has an exact limit."""
-        return ESTIMATORS[self._studio.loop.estimator].response is not None
 
     def setting(self, hand: str = "released") -> "Setting | None":
         """Return the device and loop in force under a hand; None while there is no device or no delay yet."""
@@ -125,45 +123,46 @@ class LoopFacts(QObject):
 
 @dataclass(frozen=True)
 class Question:
-    """A rendered stiffness (N/m) and damping (N·s/m) in a loop, and the map's width in N·s/m."""
+    """A scene to be judged, and the width of its map in N·s/m."""
 
-    setting: "Setting"
-    stiffness: float
-    damping: float
+    asked: "Asked"
     width: float
 
 
 @dataclass(frozen=True)
 class Answer:
-    """The margin at the question's damping, and the boundary as (damping, limit) points.
+    """The verdict, and for a released handle the boundaries of the map as (damping, limit) points.
 
-    kept: whether the verdict before was stable, where this one only wanders about the limit; else None.
+    edge: the linear limit; friction: up to which dry friction holds what a nudge starts. Empty where no limit
+    is known.
     """
 
     question: Question
-    margin: Margin
-    boundary: tuple[tuple[float, float], ...]
-    kept: bool | None = None
-
-    @property
-    def stable(self) -> bool:
-        """Say whether the rendered impedance is inside the limit; next to it, what was said before."""
-        return self.margin.stable if self.kept is None else self.kept
+    verdict: "Verdict"
+    edge: Points = ()
+    friction: Points = ()
 
 
 @lru_cache(maxsize=256)
-def boundary(setting: "Setting", width: float) -> tuple[tuple[float, float], ...]:
-    """Return the exact boundary from no damping to a width in N·s/m, as points."""
+def boundaries(setting: "Setting", width: float) -> tuple[Points, Points]:
+    """Return both boundaries from no damping to a width in N·s/m."""
     from hapkit_studio.analysis.stability import kb_plane  # late: keeps start-up fast
 
     across = np.linspace(0.0, width, POINTS)
-    return tuple(zip(across.tolist(), kb_plane.exact_boundary(setting, across).tolist(), strict=True))
+    found = kb_plane.exact_boundary(setting, across), kb_plane.friction_boundary(setting, across)
+    edge, friction = (tuple(zip(across.tolist(), one.tolist(), strict=True)) for one in found)
+    return edge, friction
 
 
 def answer(question: Question) -> Answer:
-    """Compute margin and boundary."""
-    from hapkit_studio.analysis.stability import kb_plane
+    """Judge a scene, once what that takes is compiled."""
+    from hapkit_studio.analysis.stability.verdict import verdict
 
-    q = question
-    margin = Margin(q.stiffness, q.damping, kb_plane.limit(q.setting, q.damping), q.setting.hand)
-    return Answer(q, margin, boundary(q.setting, q.width))
+    program = prepare.begin("verdict", gently=False)
+    if program is not None:
+        program.wait()
+    asked = question.asked
+    found = verdict(asked)
+    if not found.margins:
+        return Answer(question, found)
+    return Answer(question, found, *boundaries(replace(asked.setting, hand=RELEASED), question.width))

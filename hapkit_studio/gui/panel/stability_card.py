@@ -1,15 +1,13 @@
-"""The stability card: how far the rendered stiffness is from the limit, in words and on a small map."""
+"""The stability card: what the handle does, held and let go, and how far the limit is, on a small map."""
 
 import math
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QBrush, QPainter, QPen, QPolygonF
 from PySide6.QtWidgets import QWidget
 
-from hapkit_studio.analysis.stability.margin import hand_words, height, nice_width, short, verdict
-from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.analysis.stability.margin import RELEASED, height, nice_width
 from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas
@@ -29,10 +27,6 @@ _FRAMES = "fill its frames (Device, USB frames)"
 _HEIGHT, _LEFT = 146, 50.0
 ASK_MS = 100
 _LEAST_WIDTH = 4.0
-_WANDERS = 0.05
-"""Share of the limit by which the measured delay alone may move it without turning the verdict round."""
-_NEXT = "At the limit"
-_WITHOUT = "Without the passivity controller, which is on: with it, only a run can tell."
 
 
 def delay_reason(device: Any, delay: float) -> str:
@@ -75,82 +69,59 @@ class StabilityMap(Canvas):
     def show_answer(self, answer: Answer) -> None:
         """Show another answer: with room above dot and limit, the whole boundary if it is low."""
         self._answer = answer
-        highest = max([k for _, k in answer.boundary if math.isfinite(k)], default=1.0)
-        top = height(answer.question.stiffness, answer.margin.limit, highest)
+        margin = answer.verdict.margins[RELEASED]
+        highest = max([k for _, k in answer.edge if math.isfinite(k)], default=1.0)
+        top = height(margin.stiffness, margin.limit, highest)
         self.view.setRange(xRange=(0.0, answer.question.width), yRange=(0.0, top), padding=0)
         self.viewport().update()
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the regions beyond and below the boundary."""
-        if self._answer is None or len(self._answer.boundary) < 2:
+        """Paint the regions: beyond what friction holds, what it holds, and below the linear limit."""
+        if self._answer is None:
             return
-        curve = [self.pixel(b, min(k, 1e7)) for b, k in self._answer.boundary]
+        edge, friction = (
+            [self.pixel(b, min(k, 1e7)) for b, k in points]
+            for points in (self._answer.edge, self._answer.friction)
+        )
         painter.fillRect(box, theme.color("unstable"))
         painter.fillRect(box, QBrush(theme.color("danger", 0.25), Qt.BrushStyle.BDiagPattern))
         painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(theme.color("stable"))
-        painter.drawPolygon(QPolygonF([*curve, box.bottomRight(), box.bottomLeft()]))
-        painter.setPen(QPen(theme.color("ink"), 2))
+        for curve, token in ((friction, "warnsoft"), (edge, "stable")):
+            painter.setBrush(theme.color(token))
+            painter.drawPolygon(QPolygonF([*curve, box.bottomRight(), box.bottomLeft()]))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.drawPolyline(QPolygonF(curve))
+        painter.setPen(QPen(theme.color("ink2"), 1, Qt.PenStyle.DashLine))
+        painter.drawPolyline(QPolygonF(friction))
+        painter.setPen(QPen(theme.color("ink"), 2))
+        painter.drawPolyline(QPolygonF(edge))
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
         """Paint the dot and the dotted way to the boundary."""
         if self._answer is None:
             return
-        question, (_, top) = self._answer.question, self.view.viewRange()[1]
-        across = min(question.damping, question.width)
-        dot, edge = (self.pixel(across, min(k, top)) for k in (question.stiffness, self._answer.margin.limit))
-        token = "accent" if self._answer.stable else "danger"
+        verdict, (_, top) = self._answer.verdict, self.view.viewRange()[1]
+        margin = verdict.margins[RELEASED]
+        across = min(margin.damping, self._answer.question.width)
+        dot, edge = (self.pixel(across, min(k, top)) for k in (margin.stiffness, margin.limit))
+        token = "accent" if verdict.calm else "danger"
         painter.setPen(QPen(theme.color(token), 1.6, Qt.PenStyle.DotLine))
         painter.drawLine(dot, edge)
         strokes.mark(painter, dot, "accent", 6.0)
-        if not self._answer.stable:
+        if not verdict.calm:
             painter.setPen(QPen(theme.color("danger"), 2))
             painter.drawEllipse(dot, 9, 9)
 
 
-class Verdict(NamedTuple):
-    """What card and status bar say: headline and words of the card, icon and token of both, the bar's words.
-
-    Everything that is said of an answer is put together in ``judge``.
-    """
-
-    headline: str
-    words: str
-    sign: tuple[str, str]
-    short: str
-
-
-def judge(answer: Answer) -> Verdict:
-    """Return the verdict on an answer, with hand, delay and limit below it.
-
-    What a passivity controller may hold all the same is no more than a warning, without advice to lower it.
-    """
-    delay, limit = number(answer.question.setting.delay * 1e3, 2), answer.margin.limit
-    controlled = answer.question.setting.controller
-    words = f"{hand_words(answer.margin.hand).capitalize()}, {delay} ms from sensor to motor."
-    words = words if limit <= 0.0 else f"{words} Stiffness limit {number(limit, 0)} N/m."
-    words = f"{words} {_WITHOUT}" if controlled else words
-    said = short(answer.margin)
-    if answer.kept is not None:
-        return Verdict(_NEXT, words, ("triangle", "warn"), _NEXT)
-    if answer.stable:
-        return Verdict(verdict(answer.margin), words, ("check", "ok"), said)
-    if controlled:
-        said = f"{said}, passivity controller on"
-        return Verdict(said, words, ("triangle", "warn"), said)
-    return Verdict(verdict(answer.margin), words, ("cross", "danger"), said)
-
-
-def differs_by_noise_only(before: Answer, answer: Answer) -> bool:
-    """Tell whether two verdicts differ only because the measured delay is never quite the same."""
-    if before.stable == answer.stable:
-        return False
-    q = answer.question
-    same = replace(q, setting=replace(q.setting, delay=before.question.setting.delay)) == before.question
-    moved = abs(answer.margin.limit - before.margin.limit)
-    return same and moved < _WANDERS * max(answer.margin.limit, before.margin.limit)
+def details(answer: Answer) -> str:
+    """Return what stands below a verdict: how it swings, the delay, the limit and what that leaves out."""
+    verdict, setting = answer.verdict, answer.question.asked.setting
+    parts = [verdict.swings, f"{number(setting.delay * 1e3, 2)} ms from sensor to motor."]
+    if verdict.margins:
+        limit = verdict.margins[RELEASED].limit
+        what = f"Limit {number(limit, 0)} N/m" if limit > 0.0 else "The damping alone is too much"
+        friction = " without dry friction" if setting.coulomb > 0.0 else ""
+        parts.append(f"{what}, let go{friction}.")
+    return " ".join(part for part in (*parts, verdict.unknown) if part)
 
 
 class StabilityCard(QWidget):
@@ -173,6 +144,7 @@ class StabilityCard(QWidget):
             studio.values_changed,
             studio.environment_changed,
             studio.engine_changed,
+            studio.loop_changed,
             studio.stop_changed,
             studio.link_changed,
             self.facts.changed,
@@ -189,12 +161,16 @@ class StabilityCard(QWidget):
             self._ask_soon()  # why there is no verdict may have changed: a fault came or was cleared
 
     def question(self) -> Question | None:
-        """Return what to ask about the environment and loop in force; None where no limit applies."""
-        setting, impedance = self.facts.setting(), self._studio.environment.impedance
-        if setting is None or impedance is None or not self.facts.linear:
+        """Return what to ask about the scene in force; None while the loop is not known."""
+        from hapkit_studio.analysis.stability.verdict import Asked  # late: keeps start-up fast
+
+        studio = self._studio
+        setting = self.facts.setting(studio.grip)
+        if setting is None or studio.engine is None:
             return None
-        stiffness, damping = impedance(self._studio.values)
-        return Question(setting, stiffness, damping, nice_width(damping, least=_LEAST_WIDTH))
+        asked = Asked(studio.environment, dict(studio.values), setting, studio.engine.max_force)
+        damping = asked.impedance[1] if asked.impedance else 0.0
+        return Question(asked, nice_width(damping, least=_LEAST_WIDTH))
 
     def ask(self) -> None:
         """Ask the worker; say so at once where there is nothing to ask."""
@@ -205,24 +181,20 @@ class StabilityCard(QWidget):
         self._worker.forget()
         self._judged = None
         self.map.hide()
-        headline, words = self._why_not()
+        headline, words = self.facts.why_unknown()
         self.words.setText(words)
         self._say(headline, "circle", "ink2")
         self.judged.emit(headline, "", "ink2")
 
     def show_answer(self, answer: Answer) -> None:
-        """Show a verdict; one that only wanders about the limit takes neither side."""
-        before = self._judged
-        if before is not None and differs_by_noise_only(before, answer):
-            answer = replace(answer, kept=before.stable)
-        else:
-            self._judged = answer
-        self.map.setVisible(True)
-        self.map.show_answer(answer)
-        said = judge(answer)
-        self.words.setText(f"{said.words} {self._why_late(answer)}".rstrip())
-        self._say(said.headline, *said.sign)
-        self.judged.emit(said.short, *said.sign)
+        """Show a verdict."""
+        self._judged, verdict = answer, answer.verdict
+        self.map.setVisible(bool(answer.edge))
+        if answer.edge:
+            self.map.show_answer(answer)
+        self.words.setText(f"{details(answer)} {self._why_late(answer)}".rstrip())
+        self._say("\n".join(verdict.lines), *verdict.sign)
+        self.judged.emit(verdict.short, *verdict.sign)
 
     def wait(self) -> None:
         """Wait for the worker, for tests; the answer comes with the next events."""
@@ -239,16 +211,8 @@ class StabilityCard(QWidget):
         if engine is None:
             return ""
         self.words.setToolTip(engine.device.latency.words if latency_timer(engine.device) else "")
-        return delay_reason(engine.device, answer.question.setting.delay - self._studio.loop.delay)
-
-    def _why_not(self) -> tuple[str, str]:
-        """Return headline and words where nothing can be asked."""
-        if self._studio.engine is not None and self._studio.environment.impedance is None:
-            return "No limit applies", "This environment renders no stiffness or damping of its own."
-        if self._studio.engine is not None and not self.facts.linear:
-            name = ESTIMATORS[self._studio.loop.estimator].label
-            return "No exact limit", f"{name} is not linear: only a run can tell."
-        return self.facts.why_unknown()
+        delay = answer.question.asked.setting.delay
+        return delay_reason(engine.device, delay - self._studio.loop.delay)
 
     def _show_drives(self) -> None:
         words = self._studio.environment.drives

@@ -27,7 +27,7 @@ def test_the_margin_is_the_first_line(capsys):
     """The limits are those of the tables: see test_plane."""
     code, out, err = run(capsys, *LATE)
     assert (code, err) == (0, "")
-    assert out.startswith("620 N/m and 2 N·s/m: 1.4 × below the limit; released hand.\n")
+    assert out.startswith("620 N/m and 2 N·s/m: 1.4 × below the limit; released hand.\nLet go: calm, 1.4 × below")
     for words in ("IIR, 35.5 Hz", "exact", "simple rule", "passive", "firm grip 6023.3"):
         assert words in out
     assert "measured" not in out
@@ -39,7 +39,8 @@ def test_one_object_of_columns_in_si(capsys, monkeypatch):
     assert (code, err) == (0, "")
     assert out.count("\n") == 1
     found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
-    assert found["words"] == "1.4 × below the limit; released hand."
+    assert found["words"] == "Let go: calm, 1.4 × below the limit."
+    assert found["handle"]["released"]["push"] is None
     assert found["setting"]["estimator_options"] == {"cutoff": 35.5}
     columns, measured = found["columns"], found["measured"]
     assert len({len(column) for column in columns.values()}) == 1
@@ -75,7 +76,7 @@ def drawn(tmp_path, monkeypatch):
 def test_the_picture_says_regions_verdict_and_conditions(drawn):
     setting = Setting(viscous=0.18, delay=1e-3, estimator="iir")
     words = drawn(plane(setting, 620.0, 2.0))
-    wanted = {"grows, released hand", "stable, released hand", "passive: stable in any hand", "× 1.4"}
+    wanted = {"grows without dry friction, released hand", "stable, released hand", "passive: stable in any hand", "× 1.4"}
     wanted |= {"Simple rule, hopeful here", "620 N/m, 2.0 N·s/m"}
     assert wanted <= set(words)
     assert "1.4 × below the limit; released hand." in words
@@ -94,6 +95,6 @@ def test_the_picture_shows_what_was_measured(drawn):
     cells = Cells(some, np.linspace(0.0, found.top, 4), np.arange(12).reshape(4, 3) % 3, real=True)
     words = drawn(replace(found, points=points, cells=cells))
     wanted = {"Measured, controlled", "Friction hides steps", "comes to rest, released hand"}
-    assert wanted | {"buzzes, does not grow", "grows, released hand"} <= set(words)
+    assert wanted | {"buzzes, does not grow", "grows without dry friction, released hand"} <= set(words)
     assert "simulated\u00a0and\u00a0bisected,\u00a0with\u00a0friction" in " ".join(words)
     assert "stable, released hand" not in words

@@ -9,11 +9,12 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import on_board
-from hapkit_studio.analysis.stability.kb_plane import exact_boundary, passivity_line, plane
+from hapkit_studio.analysis.stability.kb_plane import exact_boundary, friction_boundary, passivity_line, plane
 from hapkit_studio.analysis.stability.limits import coulomb_line, simple_rule, stiffness_limit
 from hapkit_studio.devices import profiles
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
+from tests.analysis.stability.independent import Handle
 
 # A Hapkit with 0.18 N·s/m: delay in ms or rate, limit without and with 2 N·s/m of virtual damping
 HAPKITS = [({}, 360.0, 4170.0), ({"delay": 1e-3}, 120.0, 1382.0), ({"rate": 230.0}, 83.0, 826.0)]
@@ -94,19 +95,34 @@ WALL = environments.named("wall")
 def test_the_limit_of_a_sketch_is_that_of_a_force_a_period_late(rate, viscous):
     # stored energy grows where the delays of hold (T / 2) and sketch (T) eat the handle's damping: 2 b / 3 T
     limit = 2.0 * viscous * rate / 3.0
-    for share, stable in ((0.98, True), (1.02, False)):
-        values = WALL.values({"stiffness": share * limit, "damping": 0.0})
-        found = on_board.sketch_margin(WALL, values, replace(BOARD, viscous=viscous), rate, "difference")
-        assert found.limit == pytest.approx(limit, rel=0.01)
-        assert found.stable == stable
+    found = on_board.sketch_verdict(WALL, WALL.values(), replace(BOARD, viscous=viscous), rate, "difference")
+    assert found.limit == pytest.approx(limit, rel=0.01)
 
 
-def test_limit_and_margin_are_in_the_words():
-    found = on_board.sketch_margin(WALL, WALL.values({"stiffness": 5000.0}), BOARD, 1000, "difference")
+def test_limit_and_verdict_are_in_the_words_of_a_sketch():
+    found = on_board.sketch_verdict(WALL, WALL.values({"stiffness": 5000.0}), BOARD, 1000, "difference")
     words = on_board.sketch_words(found, 1000)
     assert words.startswith(f"Limit {found.limit:,.0f} N/m at 1,000 Hz")
-    assert "above the limit" in words
-    assert "Lower stiffness" in words
+    assert "In your hand: settles below" in words
+    assert not found.calm
     free = environments.named("free")
-    assert on_board.sketch_margin(free, free.values(), BOARD, 1000, "difference") is None
-    assert on_board.sketch_words(None, 1000) == ""
+    found = on_board.sketch_verdict(free, free.values(), BOARD, 1000, "difference")
+    assert on_board.sketch_words(found, 1000) == "In your hand: calm. Let go: calm."
+
+
+@pytest.mark.parametrize("push", [0.5e-3, 1e-3])
+@pytest.mark.parametrize("delay", [0.0, 1e-3])
+def test_a_push_settles_below_the_boundary_of_dry_friction_and_swings_on_above(push, delay):
+    """In a simulation that shares nothing with the product, without counts and force limit."""
+    setting = Setting(delay=delay)
+    bound = float(friction_boundary(setting, np.zeros(1), push)[0])
+    for share, settles in ((0.95, True), (1.05, False)):
+        mass, viscous, coulomb = setting.mass, setting.viscous, setting.coulomb
+        handle = Handle(mass, viscous, coulomb, 0.0, math.inf, 1000.0, delay, share * bound, 0.0)
+        places = handle.let_go(push, 0.0, 1.0)
+        assert (np.ptp(places[-200:]) < push) == settles
+
+
+def test_without_dry_friction_both_boundaries_are_one():
+    setting, across = Setting(coulomb=0.0), np.linspace(0.0, 4.0, 5)
+    assert friction_boundary(setting, across) == pytest.approx(exact_boundary(setting, across))

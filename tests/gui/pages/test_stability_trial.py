@@ -8,7 +8,7 @@ import pytest
 
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import plane
-from hapkit_studio.analysis.stability.margin import Margin
+from hapkit_studio.analysis.stability.verdict import of_spring
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.pages.stability.trial import (
     MOST,
@@ -119,34 +119,23 @@ def test_a_wall_throws_the_handle_out():
 
 
 def judged(stiffness, damping, controller=False, measured=None):
-    """Return the verdict on a point; its limit is 1000 N/m."""
-    found = plane(Setting(controller=controller), 0.0, 0.0, columns=2)
-    return verdict(replace(found, margin=Margin(stiffness, damping, 1000.0)), measured)
+    """Return the verdict on a spring."""
+    setting = Setting(controller=controller)
+    found = plane(setting, stiffness, damping, columns=2)
+    return verdict(replace(found, said=of_spring(setting, stiffness, damping)), measured)
 
 
-def test_without_the_controller_the_exact_limit_is_the_verdict_and_says_what_it_leaves_out():
-    said = judged(2000.0, 2.0)
-    assert (said.headline, said.sign) == ("2.0 × above", ("cross", "danger"))
-    assert said.words == "the limit; released hand, without dry friction."
-    assert said.more == "Lower stiffness below 1,000 N/m."
-    said = judged(1400.0, 2.0, measured=made_up(Setting(), real=True))
-    assert said.headline == "1.4 × above"
-    assert said.more.endswith("Measured with friction: buzzes, does not grow.")
-    assert judged(1400.0, 20.0, measured=made_up(Setting(), real=True)) == judged(1400.0, 20.0)
-
-
-def test_with_the_controller_the_exact_limit_is_not_the_verdict():
-    said = judged(2000.0, 2.0, controller=True)
-    assert said.sign == ("circle", "ink2")
-    assert "without the controller" in said.words
-    assert "Lower stiffness" not in said.more
-    measured = made_up(Setting(controller=True))
-    rests, buzzes, grows = (
-        judged(*at, True, measured) for at in ((900.0, 2.0), (700.0, 10.0), (1900.0, 2.0))
-    )
-    assert (rests.headline, rests.sign[0]) == ("Comes to rest", "check")
-    assert (buzzes.headline, grows.headline) == ("Buzzes", "Grows")
-    assert grows.more == "Without it: 1.9 × above the limit."
+def test_the_column_says_what_the_handle_does_and_what_was_measured_there():
+    said = judged(2000.0, 0.0)
+    assert (said.headline, said.sign) == ("Buzzes when let go", ("triangle", "warn"))
+    assert said.words == "Let go: settles below 1.2 mm, buzzes above."
+    assert said.more.startswith("Let go ±2.3 mm at 30 Hz, at the motor's limit.")
+    said = judged(900.0, 2.0, measured=made_up(Setting(), real=True))
+    assert said.headline == "Calm"
+    assert said.more == "Measured with friction: comes to rest."
+    said = judged(900.0, 2.0, controller=True, measured=made_up(Setting(controller=True)))
+    assert "leave the passivity controller out" in said.more
+    assert said.more.endswith("Measured of an ideal handle: comes to rest.")
 
 
 def test_a_class_is_that_of_its_cell_and_none_is_told_beyond_the_axes():

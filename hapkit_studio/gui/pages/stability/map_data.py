@@ -12,6 +12,7 @@ from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
 from hapkit_studio.analysis.stability.margin import Margin, nice_top
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
+from hapkit_studio.analysis.stability.verdict import Asked, verdict
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.gui.background import Progress, Work
 
@@ -21,13 +22,17 @@ _EDGE = 0.95
 
 @dataclass(frozen=True)
 class LinesQuestion:
-    """A setting and the rendered impedance in it; axes: width in N·s/m and top in N/m, kept if they fit."""
+    """A setting and the rendered impedance in it; axes: width in N·s/m and top in N/m, kept if they fit.
+
+    asked: the scene to be judged.
+    """
 
     setting: Setting
     stiffness: float
     damping: float
     axes: tuple[float, float] | None = None
     every_hand: bool = False
+    asked: Asked | None = None
 
 
 @dataclass(frozen=True)
@@ -47,7 +52,8 @@ def solve(ask: LinesQuestion) -> Lines:
     limits = kb_plane.hands(ask.setting, ask.damping)
     hand = min(limits, key=lambda name: limits[name]) if ask.every_hand else ask.setting.hand
     margin = Margin(ask.stiffness, ask.damping, limits[hand], hand)
-    plane = replace(_plane(ask.setting, *axes), margin=margin, hands=limits)
+    said = verdict(ask.asked) if ask.asked else None
+    plane = replace(_plane(ask.setting, *axes), margin=margin, hands=limits, said=said)
     return Lines(ask, plane, _every(ask.setting, axes[0]) if ask.every_hand else {})
 
 

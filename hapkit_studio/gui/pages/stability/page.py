@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from hapkit_studio.analysis.stability.kb_plane import as_json, conditions
 from hapkit_studio.analysis.stability.margin import Margin, short
+from hapkit_studio.analysis.stability.verdict import Asked
 from hapkit_studio.charts.stability import Dot, Map, draw, stability_figure
 from hapkit_studio.charts.style import Colors
 from hapkit_studio.errors import ParameterError
@@ -171,16 +173,17 @@ class StabilityPage(MeasuringPage):
 
     def question(self) -> LinesQuestion | None:
         """Return what to compute for what is in force; None without a device or its delay."""
-        hand = HANDS[self.hands.index]
+        hand, studio = HANDS[self.hands.index], self._studio
         setting = self.facts.setting("released" if hand == "all" else hand)
-        if setting is None:
+        if setting is None or studio.engine is None:
             return None
-        impedance = self._studio.environment.impedance
-        stiffness, damping = impedance(self._studio.values) if impedance else (0.0, 0.0)
+        held = replace(setting, hand=studio.grip if setting.grip is None else hand)
+        asked = Asked(studio.environment, dict(studio.values), held, studio.engine.max_force)
+        stiffness, damping = asked.impedance or (0.0, 0.0)
         last, every = self.lines, hand == "all"
         same = last is not None and (last.question.setting, last.question.every_hand) == (setting, every)
         keep = (last.plane.width, last.plane.top) if last and same else None
-        return LinesQuestion(setting, stiffness, damping, keep, every)
+        return LinesQuestion(setting, stiffness, damping, keep, every, asked)
 
     def ask(self) -> None:
         """Ask for the lines, if the page is shown."""
@@ -245,11 +248,7 @@ class StabilityPage(MeasuringPage):
         plane, real = self.lines.plane, self.real.isChecked()
         self.results.prefer(plane.setting, real)
         newest, column = self.results.last, self.verdict_column
-        if self._studio.environment.impedance is None:
-            words = f"{self._studio.environment.title} renders no stiffness or damping of its own."
-            column.show_verdict(Verdict("No limit applies", words))
-        else:
-            column.show_verdict(verdict(plane, None if self.outdated else newest))
+        column.show_verdict(verdict(plane, None if self.outdated else newest))
         self._show_map(self.lines)
         pairs = dict(conditions(plane.setting, real)) | ({"Hand": "all of them"} if self.lines.hands else {})
         column.conditions.show_pairs([(_NAMES.get(name, name), value) for name, value in pairs.items()])

@@ -1,18 +1,15 @@
 """The verdict beside the map, what each line means, and the conditions that all of it holds for."""
 
-import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from PySide6.QtWidgets import QSizePolicy
 
 from hapkit_studio.analysis.stability.kb_plane import Plane
-from hapkit_studio.analysis.stability.margin import Margin, hand_words, remedy, short
 from hapkit_studio.gui.pages.base import Pairs, SidePanel
 from hapkit_studio.gui.pages.stability.map_data import Measured
 from hapkit_studio.gui.widgets.parts import Sign, across, hint, label
 from hapkit_studio.gui.widgets.style import mark
 
-_SIGNS = (("check", "ok"), ("circle", "warn"), ("cross", "danger"))
 _OPEN = ("circle", "ink2")
 # DECAYS, BUZZES, GROWS of the measured classes
 _KINDS = ("comes to rest", "buzzes, does not grow", "grows")
@@ -39,40 +36,15 @@ def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
 
 def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     """Judge the dot; measured: what was measured for this very setting, if anything was."""
-    margin, real = plane.margin, measured is not None and measured.real
-    found = None if measured is None else kind_at(measured, margin.damping, margin.stiffness)
-    if plane.setting.controller:
-        return _controlled(margin, found)
-    plain, open_ = _exact(margin, plane.setting.coulomb > 0.0), math.isnan(margin.limit)
-    if found is None or not (real or open_):
-        return plain
-    said = f"Measured{' with friction' if real else ''}: {_KINDS[found]}."
-    sign = _SIGNS[found] if open_ else plain.sign
-    return replace(plain, more=f"{plain.more}\n{said}".strip(), sign=sign)
-
-
-def _exact(margin: Margin, friction: bool) -> Verdict:
-    """Return the verdict of the exact limit alone."""
-    said, hand = short(margin), hand_words(margin.hand)
-    head, cut, _ = said.partition(" the limit")
-    without = ", without dry friction" if friction and not math.isnan(margin.limit) else ""
-    words = f"the limit; {hand}{without}." if cut else f"{hand}{without}.".capitalize()
-    if said.endswith(hand):
-        words = f"{without.removeprefix(', ')}.".capitalize() if without else ""
-    sign = _OPEN if math.isnan(margin.limit) else _SIGNS[0] if margin.stable else _SIGNS[2]
-    return Verdict(head, words, remedy(margin), sign)
-
-
-def _controlled(margin: Margin, found: int | None) -> Verdict:
-    """Return the verdict with the passivity controller on: the exact limit knows nothing of it."""
-    plain = _exact(margin, False)
-    if found is None:
-        words = f"{plain.words.rstrip('.')}. This is the limit without the controller."
-        return Verdict(plain.headline, words, "With the controller only measuring can tell.")
-    name = _KINDS[found].partition(",")[0].capitalize()
-    words = f"Measured with the controller; {hand_words(margin.hand)}."
-    without = "" if math.isnan(margin.limit) else f"Without it: {short(margin)}."
-    return Verdict(name, words, without, _SIGNS[found])
+    said = plane.said
+    if said is None:
+        return Verdict("", "")
+    more = [said.swings, said.unknown]
+    found = None if measured is None else kind_at(measured, plane.margin.damping, plane.margin.stiffness)
+    if measured is not None and found is not None:
+        handle = "with friction" if measured.real else "of an ideal handle"
+        more.append(f"Measured {handle}: {_KINDS[found]}.")
+    return Verdict(said.headline, "\n".join(said.lines), "\n".join(filter(None, more)), said.sign)
 
 
 class VerdictColumn(SidePanel):

@@ -1,0 +1,169 @@
+"""What is said of a scene: what the handle does in a hand and let go, beside how far the linear limit is.
+
+The one place that says it: for the window, a run's warnings, the command line and sketches.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import kb_plane
+from hapkit_studio.analysis.stability.behaviour import PLACES, Behaviour, behaviour
+from hapkit_studio.analysis.stability.margin import FAR, RELEASED, Margin, times
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import grip_named
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.formatting import with_unit
+from hapkit_studio.haptics import headless
+
+# An impedance that differs by more from its law's own slope is not that law's.
+_SAME = 0.05
+_SPEED = 0.05
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the handle does and how far the limit is, by the grip's name: first in the hand, last let go.
+
+    unknown: why no limit can be named, "" where there is one.
+    """
+
+    does: dict[str, Behaviour]
+    margins: dict[str, Margin]
+    unknown: str = ""
+
+    @property
+    def calm(self) -> bool:
+        """Say whether the handle settles from any push, held and let go."""
+        return all(one.calm for one in self.does.values())
+
+    @property
+    def sign(self) -> tuple[str, str]:
+        """Return icon and colour: fine, mind, danger."""
+        if self.calm:
+            return "check", "ok"
+        lively = any(one.push < kb_plane.NUDGE for one in self.does.values())
+        return ("cross", "danger") if lively else ("triangle", "warn")
+
+    @property
+    def limit(self) -> float | None:
+        """Return the linear limit in N/m of a released handle, None where none is known, or there is none."""
+        margin = self.margins.get(RELEASED)
+        return margin.limit if margin and math.isfinite(margin.limit) else None
+
+    @property
+    def headline(self) -> str:
+        """Return it in a word or two: "Calm", "Buzzes when let go"."""
+        lively = [hand for hand, one in self.does.items() if not one.calm]
+        if not lively:
+            return "Calm"
+        return "Buzzes when let go" if lively == [RELEASED] else "Buzzes in your hand"
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Return a line a hand: "In your hand: calm, 1.8 × below the limit.", "Let go: settles below …"."""
+        return tuple(f"{_name(hand)}: {self._said(hand)}." for hand in self.does)
+
+    @property
+    def short(self) -> str:
+        """Return the worst in a few words: "Let go: settles below 0.9 mm, buzzes above", or the margin."""
+        hand, worst = min(self.does.items(), key=lambda item: item[1].push)
+        if not worst.calm:
+            return f"{_name(hand)}: {worst.words}"
+        hand = min(self.margins, key=lambda name: self.margins[name].ratio, default=RELEASED)
+        said = self._said(hand)
+        return said[0].upper() + said[1:]
+
+    @property
+    def swings(self) -> str:
+        """Return how the handle swings where it does: "Let go ±2.3 mm at 30 Hz."; "" where it settles."""
+        found = [f"{_name(hand)} {one.swing}" for hand, one in self.does.items() if one.swing]
+        return f"{'. '.join(found)}." if found else ""
+
+    def _said(self, hand: str) -> str:
+        """Return what the handle does in a hand, and how far below the limit where it is calm."""
+        one, margin = self.does[hand], self.margins.get(hand)
+        if not one.calm or margin is None or margin.stiffness <= 0.0:
+            return one.words
+        if not margin.stable:
+            return f"{one.words}, although beyond the linear limit"
+        below = f"{times(margin.ratio)} below" if margin.ratio < FAR else "over 100 × below"
+        return f"{one.words}, {below} the limit"
+
+
+def _name(hand: str) -> str:
+    return "Let go" if hand == RELEASED else "In your hand"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A scene to be judged: values of an environment on the setting's handle and loop, in its hand.
+
+    max_force: of the motor, in N.
+    """
+
+    environment: Environment
+    values: Mapping[str, float]
+    setting: Setting
+    max_force: float = SimulatedHapkit.max_force
+
+    @cached_property
+    def impedance(self) -> tuple[float, float] | None:
+        """Return the stiffness (N/m) and damping (N·s/m) that bound stability, None where nothing does."""
+        return self.environment.impedance(self.values) if self.environment.impedance else None
+
+    @property
+    def scene(self) -> headless.Scene:
+        """Return it as the headless loop takes it."""
+        device = replace(self.setting.device(), max_force=self.max_force)
+        return headless.Scene(self.environment, self.values, device, self.setting.loop)
+
+    def unknown(self) -> str:
+        """Return why no limit can be named, "" where there is one."""
+        if self.impedance is None:
+            return "This environment names no stiffness or damping of its own."
+        if not self.setting.linear:
+            return "The velocity filter is not linear: there is no exact limit."
+        if self.setting.controller:
+            return "The limits leave the passivity controller out, which is on."
+        return differs(self.environment, self.values, self.impedance)
+
+
+def differs(environment: Environment, values: Mapping[str, float], named: tuple[float, float]) -> str:
+    """Return in one line where a student's law is not what its impedance says, at the start of its state."""
+    if environments.discover().get(environment.key) is environment:
+        return ""  # the library's own are held by tests
+    force = environment.curve(values, PLACES)
+    faster, slower = (environment.curve(values, PLACES, speed) for speed in (_SPEED, -_SPEED))
+    stiffness = float((-np.diff(force) / np.diff(PLACES)).max())
+    damping = float(((slower - faster) / (2.0 * _SPEED)).max())
+    for found, said, unit in zip((stiffness, damping), named, ("N/m", "N·s/m"), strict=True):
+        if abs(found - said) > _SAME * max(found, said):
+            is_, says = with_unit(max(found, 0.0), unit), with_unit(said, unit)
+            return f"No limit: the law's steepest place is {is_}, and its impedance says {says}."
+    return ""
+
+
+def verdict(asked: Asked) -> Verdict:
+    """Return what the handle does in the setting's hand and let go, by simulation, and the exact margins."""
+    grips = dict.fromkeys((asked.setting.hand, RELEASED))
+    does = {hand: behaviour(asked.scene, grip_named(hand)) for hand in grips}
+    unknown = asked.unknown()
+    margins = {}
+    if not unknown and asked.impedance is not None:
+        stiffness, damping = asked.impedance
+        for hand in grips:
+            limit = kb_plane.limit(replace(asked.setting, hand=hand), damping)
+            margins[hand] = Margin(stiffness, damping, limit, hand)
+    return Verdict(does, margins, unknown)
+
+
+def of_spring(setting: Setting, stiffness: float, damping: float) -> Verdict:
+    """Return the verdict on a spring of N/m and N·s/m, on a Hapkit's motor."""
+    values = {"stiffness": stiffness, "damping": damping, "center": 0.0}
+    return verdict(Asked(environments.named("spring"), values, setting))

@@ -1,0 +1,145 @@
+"""A scene let go from rest, or kicked: does it come to rest; if not, how far and how fast does it swing?
+
+The run is judged as it goes, in windows of a given number of samples, so that it ends as soon as it is known.
+Every sample is the batch's, bit for bit.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from hapkit_studio.devices import simulated
+from hapkit_studio.dynamics.jit import compiled, inlined
+from hapkit_studio.haptics import block, headless, rows
+from hapkit_studio.haptics.arrays import LoopArrays
+from hapkit_studio.haptics.simulated_loop import Plant
+from hapkit_studio.haptics.survey import Flat, restart
+
+# How a run ends: it rests, is beyond what is near, has come down to half its first swing, swings steadily,
+# ever farther, or is not known after the most windows.
+RESTS, LEAVES, SHRINKS, STEADY, GROWS, OPEN = range(6)
+FIRST_LOOK, MOST_WINDOWS, CALM_WINDOWS = 16, 256, 4
+# From one quarter of the run to the next, a steady swing changes by no more than this share of itself, one
+# that grows by more than that.
+_STEADY_SHARE, _GROWING_SHARE = 0.002, 0.04
+_HALF = 0.5
+# A turn is counted where the motion passes its middle after it was so far, in reaches, to the other side.
+_HYSTERESIS = 0.1
+
+
+class Quiet(NamedTuple):
+    """What counts as rest or as gone."""
+
+    least: float  # m: a window's motion no wider than that is rest
+    reach: float  # m: no wider than that is rest, too, where its force is steady
+    force: float  # N: peak to peak, a steady one
+    still: int  # samples without any motion
+    far: float  # m from where it was let go
+
+
+class Swing(NamedTuple):
+    """What a run left, of its last half; each of shape (1,), but low and high."""
+
+    reach: np.ndarray  # m, peak to peak
+    frequency: np.ndarray  # Hz: turns over their time, nan where there was not one whole turn
+    clamped: np.ndarray  # share of the samples whose force is at the limit
+    low: np.ndarray  # (MOST_WINDOWS,) m: of each window the lowest and the highest position
+    high: np.ndarray
+
+
+def new_swing() -> Swing:
+    """Return room for what a run leaves."""
+    return Swing(*np.zeros((3, 1)), *np.zeros((2, MOST_WINDOWS)))
+
+
+@inlined
+def _reach(low: np.ndarray, high: np.ndarray, first: int, end: int) -> float:
+    """Return how far apart the outermost positions of some windows are, in m."""
+    lowest, highest = math.inf, -math.inf
+    for i in range(first, end):
+        lowest, highest = min(lowest, low[i]), max(highest, high[i])
+    return highest - lowest
+
+
+@inlined
+def _looked(low: np.ndarray, high: np.ndarray, count: int) -> int:
+    """Return how a run of `count` windows ends: OPEN if it goes on."""
+    quarter = count // 4
+    before = _reach(low, high, count - 2 * quarter, count - quarter)
+    after = _reach(low, high, count - quarter, count)
+    if after > before * (1.0 + _GROWING_SHARE):
+        return GROWS
+    return STEADY if abs(after - before) <= _STEADY_SHARE * after else OPEN
+
+
+@compiled
+def let_go(
+    r: LoopArrays,
+    body: Plant,
+    flat: Flat,
+    made: Flat,
+    hand: np.ndarray,
+    start: np.ndarray,
+    window: int,
+    shrinks: bool,
+    grows: bool,
+    quiet: Quiet,
+    row: np.ndarray,
+    swing: Swing,
+) -> int:
+    """Render one run, fill swing, return how it ended.
+
+    flat holds arrays and plant, made is a copy of it as the scene made them; hand: mass, damping, stiffness,
+    zeros for none; start: position m, speed m/s, the hand's target m; window: samples; shrinks,
+    grows: whether to end a run that does; row (ROW_WIDTH,) is room for one sample.
+    """
+    restart(r, body, flat, made, hand, start[:0], start[0])
+    body.dev[simulated.V] = start[1]
+    period = r.block.values[block.PERIOD]
+    low, high = swing.low, swing.high
+    limit = r.block.values[block.MAX_FORCE] * (1.0 - 1e-9)
+    look, waited, done, end = FIRST_LOOK, 0, 0, OPEN
+    middle, band, below = start[0], 0.0, False
+    turns, first, last, clamped, counted, calm = 0, 0, 0, 0, 0, 0
+    for n in range(MOST_WINDOWS):
+        low[n], high[n] = math.inf, -math.inf
+        least, most = math.inf, -math.inf
+        for _ in range(window):
+            row[rows.BOARD_TIME] = done * period
+            headless.simulate_sample(r, body, row, start[2], start[2], start[2])
+            done += 1
+            x, force = row[rows.TRUE_POSITION], row[rows.APPLIED]
+            low[n], high[n] = min(low[n], x), max(high[n], x)
+            least, most = min(least, force), max(most, force)
+            waited = waited + 1 if row[rows.TRUE_VELOCITY] == 0.0 else 0
+            clamped += 1 if abs(force) >= limit else 0
+            counted += 1
+            if x < middle - band:
+                below = True
+            elif below and x > middle:
+                below, first, last = False, done if turns == 0 else first, done
+                turns += 1
+            if not abs(x - start[0]) <= quiet.far:
+                return LEAVES
+            if waited >= quiet.still:
+                return RESTS
+        reach = high[n] - low[n]
+        steady = reach <= quiet.reach and most - least <= quiet.force
+        calm = calm + 1 if steady or reach <= quiet.least else 0
+        if calm == CALM_WINDOWS:
+            return RESTS
+        if shrinks and n > 0 and reach < _HALF * (high[0] - low[0]):
+            return SHRINKS
+        middle, band = 0.5 * (low[n] + high[n]), _HYSTERESIS * reach
+        if n + 1 == look:
+            end = _looked(low, high, n + 1)
+            if end == STEADY or (end == GROWS and grows) or n + 1 == MOST_WINDOWS:
+                swing.reach[0] = _reach(low, high, (n + 1) // 2, n + 1)
+                swing.clamped[0] = clamped / counted
+                swing.frequency[0] = (turns - 1) / ((last - first) * period) if turns > 1 else math.nan
+                return end
+            look *= 2
+        if n + 1 == look // 2:  # what is left is of the last half
+            turns, clamped, counted = 0, 0, 0
+    return OPEN

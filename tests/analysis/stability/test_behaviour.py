@@ -1,0 +1,167 @@
+"""What is said of a scene against a simulation of the same handle that shares no line with the product's."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.stability.behaviour import PUSHES, behaviour
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics import estimators
+from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.haptics import headless
+from hapkit_studio.haptics.settings import LoopSettings
+from tests.analysis.stability.independent import Handle
+
+SPRING = environments.named("spring")
+
+
+class Released:
+    """A released handle, solved in closed form between samples: m v' = u - b v - Fc sgn v."""
+
+    def __init__(self, device, loop, stiffness, damping):
+        self.device, self.loop, self.stiffness, self.damping = device, loop, stiffness, damping
+        self.period = 1.0 / loop.rate
+        self.whole, self.rest = divmod(loop.delay, self.period)
+
+    def advance(self, x, v, u, t):
+        d = self.device
+        while t > 0.0:
+            if v == 0.0 and abs(u) <= d.coulomb_force:
+                return x, 0.0
+            side = math.copysign(1.0, v if v else u)
+            final, tau = (u - side * d.coulomb_force) / d.damping, d.mass / d.damping
+            end = final + (v - final) * math.exp(-t / tau)
+            stop = t
+            if end * side < 0.0:
+                stop, end = tau * math.log((v - final) / -final), 0.0
+            x += final * stop + tau * (v - final) * -math.expm1(-stop / tau)
+            v, t = end, t - stop
+        return x, v
+
+    def let_go(self, push, seconds):
+        """Return the positions (n,) in m at the samples, and the forces (n,) in N."""
+        d, n = self.device, round(seconds * self.loop.rate)
+        forces, places = [0.0] * (int(self.whole) + 2), []
+        x, v, before = push, 0.0, None
+        for _ in range(n):
+            seen = d.quantum * math.floor(x / d.quantum)
+            rate = 0.0 if before is None else (seen - before) / self.period
+            before = seen
+            force = -self.stiffness * seen - self.damping * rate
+            forces.append(min(max(force, -d.max_force), d.max_force))
+            places.append(x)
+            old, new = forces[-2 - int(self.whole)], forces[-1 - int(self.whole)]
+            if self.rest > 1e-9 * self.period:
+                x, v = self.advance(x, v, old, self.rest)
+            x, v = self.advance(x, v, new, self.period - self.rest)
+        return np.array(places), np.array(forces[-n:])
+
+
+def loop_of(seed):
+    """Return a random device, loop, stiffness and damping: half of them beyond the simple rule."""
+    chance = np.random.default_rng(seed)
+    device = SimulatedHapkit(
+        mass=chance.uniform(0.03, 0.08),
+        damping=chance.uniform(0.2, 1.2),
+        coulomb_force=chance.uniform(0.02, 0.4),
+        quantum=chance.choice([5e-6, 20.7e-6, 60e-6]),
+        max_force=chance.choice([1.0, 3.0, 6.0]),
+    )
+    rate = float(chance.choice([500.0, 1000.0, 2000.0, 4000.0]))
+    loop = LoopSettings(rate, float(chance.choice([0.0, 0.3, 1.0, 2.5])) / rate)
+    rule = device.damping / (0.5 / rate + loop.delay)
+    return device, loop, float(min(rule * chance.uniform(0.7, 3.0), 2000.0)), 0.0
+
+
+def swing(places, rate):
+    """Return half the peak-to-peak motion in m and the mean frequency in Hz of the last half."""
+    last = places[len(places) // 2 :]
+    middle = 0.5 * (last.max() + last.min())
+    up = np.flatnonzero((last[:-1] < middle) & (last[1:] >= middle))
+    return 0.5 * np.ptp(last), (len(up) - 1) / (up[-1] - up[0]) * rate if len(up) > 1 else math.nan
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_settles_up_to_what_is_said_and_swings_as_is_said(seed):
+    device, loop, stiffness, damping = loop_of(seed)
+    values = SPRING.values({"stiffness": stiffness, "damping": damping})
+    said = behaviour(headless.Scene(SPRING, values, device, loop), None)
+    handle = Released(device, loop, stiffness, damping)
+    seconds = 400.0 * math.sqrt(device.mass / stiffness) * 2.0 * math.pi
+
+    def rests(push):
+        places, _ = handle.let_go(push, seconds)
+        return np.ptp(places[-len(places) // 4 :]) <= max(device.quantum, 0.1 * push)
+
+    if said.calm:
+        assert all(rests(push) for push in PUSHES[::3])
+        return
+    edge = 0.03 * said.push + device.quantum
+    if said.push:
+        assert rests(max(said.push - edge, 0.5 * said.push))
+    outside = max(said.push + edge, PUSHES[0])
+    assert not rests(outside)
+    if not said.leaves:
+        amplitude, frequency = swing(handle.let_go(outside, 2.0 * seconds)[0], loop.rate)
+        assert said.amplitude == pytest.approx(amplitude, rel=0.05, abs=device.quantum)
+        assert said.frequency == pytest.approx(frequency, rel=0.02)
+
+
+def scene_of(seed):
+    """Return a random handle as the independent simulation has it, and as the product has it."""
+    chance = np.random.default_rng(seed)
+    device = SimulatedHapkit(
+        mass=chance.uniform(0.03, 0.08),
+        damping=chance.uniform(0.2, 1.2),
+        coulomb_force=chance.choice([0.0, chance.uniform(0.02, 0.4)]),
+        quantum=chance.choice([5e-6, 20.7e-6, 60e-6]),
+        max_force=chance.choice([1.0, 3.0, 6.0]),
+    )
+    rate = float(chance.choice([500.0, 1000.0, 2000.0, 4000.0]))
+    delay = float(chance.choice([0.0, 0.25, 1.0, 2.5])) / rate
+    spec = ["difference", ("iir", {"cutoff": float(chance.uniform(20.0, 200.0))}), "kalman"][seed % 3]
+    grip = GRIPS[chance.choice(["released", "light", "medium", "firm"])]
+    hand = (grip.mass, grip.damping, grip.stiffness) if grip else (0.0, 0.0, 0.0)
+    wall = grip is not None and bool(chance.integers(2))
+    rule = (device.damping + hand[1]) / (0.5 / rate + delay)
+    key, most = ("wall", 5000.0) if wall else ("spring", 2000.0)
+    stiffness = float(min(rule * chance.uniform(0.3, 3.0), most))
+    damping = float(chance.choice([0.0, chance.uniform(0.0, 0.3) * stiffness / rate]))
+    filtering = (1.0,)
+    if seed % 3 == 1:
+        filtering = (-math.expm1(-2.0 * math.pi * spec[1]["cutoff"] / rate),)
+    elif seed % 3 == 2:
+        filtering = tuple(estimators.design(spec, rate, device.quantum)[1][:2])
+    handle = Handle(
+        device.mass, device.damping, device.coulomb_force, device.quantum, device.max_force, rate, delay,
+        stiffness, damping, wall, hand, filtering,
+    )  # fmt: skip
+    environment = environments.named(key)
+    values = {"stiffness": stiffness, "damping": damping} | ({"position": 0.0} if wall else {})
+    scene = headless.Scene(environment, environment.values(values), device, LoopSettings(rate, delay, spec))
+    return handle, scene, grip
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_the_verdict_is_right_in_any_loop_and_hand(seed):
+    handle, scene, grip = scene_of(seed)
+    said = behaviour(scene, grip)
+    centre = min(1.0 / handle.stiffness, 0.045) if handle.one_sided else 0.0
+    target = centre + (1.0 / grip.stiffness if handle.one_sided else 0.0)
+    turn = 2.0 * math.pi * math.sqrt((handle.mass + handle.hand[0]) / (handle.stiffness + handle.hand[2]))
+
+    def rests(push):
+        places = handle.let_go(centre + push, target, 200.0 * turn)
+        quarter = len(places) // 4
+        before, reach = np.ptp(places[-2 * quarter : -quarter]), np.ptp(places[-quarter:])
+        return reach < 0.9 * before or reach <= handle.quantum
+
+    if said.calm:
+        assert all(rests(push) for push in PUSHES[::3])
+    else:
+        if said.push > 2.0 * handle.quantum:
+            assert rests(0.85 * said.push - handle.quantum)
+        within_a_count = said.amplitude < handle.quantum
+        assert within_a_count or not rests(1.15 * said.push + 2.0 * handle.quantum)
