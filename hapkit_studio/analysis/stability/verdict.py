@@ -13,7 +13,7 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane
-from hapkit_studio.analysis.stability.behaviour import PLACES, Behaviour, behaviour
+from hapkit_studio.analysis.stability.behaviour import PLACES, Behaviour, behaviour, centre_of
 from hapkit_studio.analysis.stability.margin import FAR, RELEASED, Margin, times
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import grip_named
@@ -24,6 +24,7 @@ from hapkit_studio.haptics import headless
 # An impedance that differs by more from its law's own slope is not that law's.
 _SAME = 0.05
 _SPEED = 0.05
+_LOOKS = 33  # at a parameter's range
 
 
 @dataclass(frozen=True)
@@ -161,6 +162,40 @@ def verdict(asked: Asked) -> Verdict:
             limit = kb_plane.limit(replace(asked.setting, hand=hand), damping)
             margins[hand] = Margin(stiffness, damping, limit, hand)
     return Verdict(does, margins, unknown)
+
+
+def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:
+    """Return the ranges of each parameter in which a nudge does not settle, the other values as they are; SI.
+
+    Let go, or in the hand where the scene only pushes the handle out of itself. By the boundary of dry
+    friction; nothing where no limit is known, or where a parameter does not matter.
+    """
+    named = asked.environment.impedance
+    if named is None or asked.unknown():
+        return {}
+    across = {
+        p.key: np.linspace(p.low, p.high, _LOOKS) for p in asked.environment.parameters if not p.discrete
+    }
+    pairs = {
+        key: np.array([named({**asked.values, key: v}) for v in x.tolist()]) for key, x in across.items()
+    }
+    pairs = {key: found for key, found in pairs.items() if np.ptp(found, axis=0).any()}
+    returns = centre_of(asked.environment, asked.values, None).returns
+    setting = replace(asked.setting, hand=RELEASED) if returns else asked.setting
+    dampings = np.unique([found[:, 1] for found in pairs.values()])
+    limits = kb_plane.friction_boundary(setting, dampings) if pairs else dampings
+    return {
+        key: _above_zero(across[key], found[:, 0] - limits[np.searchsorted(dampings, found[:, 1])])
+        for key, found in pairs.items()
+    }
+
+
+def _above_zero(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
+    """Return the ranges of x (n,) in which the line through y (n,) is above zero."""
+    turns = np.flatnonzero((y[:-1] > 0.0) != (y[1:] > 0.0))
+    ends = (x[turns] + (x[turns + 1] - x[turns]) * y[turns] / (y[turns] - y[turns + 1])).tolist()
+    ends = ([float(x[0])] if y[0] > 0.0 else []) + ends + ([float(x[-1])] if y[-1] > 0.0 else [])
+    return list(zip(ends[::2], ends[1::2], strict=True))
 
 
 def of_spring(setting: Setting, stiffness: float, damping: float) -> Verdict:

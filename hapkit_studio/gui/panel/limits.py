@@ -1,6 +1,7 @@
 """The stability limit of the loop in force: what it depends on, and its computation in a thread."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
@@ -133,14 +134,15 @@ class Question:
 class Answer:
     """The verdict, and for a released handle the boundaries of the map as (damping, limit) points.
 
-    edge: the linear limit; friction: up to which dry friction holds what a nudge starts. Empty where no limit
-    is known.
+    edge: the linear limit; friction: up to which dry friction holds what a nudge starts. too_much: the ranges
+    of each parameter beyond that. Empty where no limit is known.
     """
 
     question: Question
     verdict: "Verdict"
     edge: Points = ()
     friction: Points = ()
+    too_much: "Mapping[str, list[tuple[float, float]]]" = field(default_factory=dict)
 
 
 @lru_cache(maxsize=256)
@@ -156,7 +158,7 @@ def boundaries(setting: "Setting", width: float) -> tuple[Points, Points]:
 
 def answer(question: Question) -> Answer:
     """Judge a scene, once what that takes is compiled."""
-    from hapkit_studio.analysis.stability.verdict import verdict
+    from hapkit_studio.analysis.stability.verdict import too_much, verdict
 
     program = prepare.begin("verdict", gently=False)
     if program is not None:
@@ -165,4 +167,5 @@ def answer(question: Question) -> Answer:
     found = verdict(asked)
     if not found.margins:
         return Answer(question, found)
-    return Answer(question, found, *boundaries(replace(asked.setting, hand=RELEASED), question.width))
+    edges = boundaries(replace(asked.setting, hand=RELEASED), question.width)
+    return Answer(question, found, *edges, too_much(asked))

@@ -1,5 +1,7 @@
 """The panel at the right: title, parameters, warnings, stability, loop."""
 
+from collections.abc import Mapping
+
 from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QLabel, QToolButton, QWidget
@@ -109,6 +111,12 @@ class ParameterRows(QWidget):
             row.show_value(self._studio.values[key])
             row.set_locked(unused.get(key, ""))
 
+    def show_ranges(self, too_much: Mapping[str, list[tuple[float, float]]]) -> None:
+        """Hatch the sliders where they are more than the loop can take."""
+        for key, row in self.rows.items():
+            if isinstance(row, ParameterRow):
+                row.show_ranges(too_much.get(key, ()))
+
     def order(self) -> None:
         """Let Tab go through the rows in their order, right after the anchor."""
         before = self._anchor
@@ -140,6 +148,7 @@ class ParameterPanel(ScrollColumn):
         self.add(self.title, rule(), self.parameters, self.warnings)
         self.add(rule(), self.stability, rule(), self.loop)
         self.stability.judged.connect(lambda *_: self._lay_out_now())
+        self.stability.ranges.connect(self.parameters.show_ranges)
 
     def _lay_out_now(self) -> None:
         """Give a longer verdict its room at once: else a frame is painted with all rows squeezed."""

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Sequence
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QResizeEvent
@@ -116,6 +117,11 @@ class ParameterRow(QWidget):
         self.error.setText(text)
         self.error.setVisible(bool(text))
         mark(self.box, "invalid", bool(text))
+
+    def show_ranges(self, ranges: Sequence[tuple[float, float]]) -> None:
+        """Hatch the slider where values in SI are more than the loop can take."""
+        factor = self.quantity.factor
+        self.slider.show_ranges([(low * factor, high * factor) for low, high in ranges])
 
     def set_locked(self, reason: str) -> None:
         """Leave the value readable but fixed, and say why; no reason unlocks it."""

@@ -125,9 +125,10 @@ def details(answer: Answer) -> str:
 
 
 class StabilityCard(QWidget):
-    """Emits ``judged(words, icon, token)`` to the status bar."""
+    """Emits ``judged(words, icon, token)`` to the status bar, and ``ranges`` that are too much to the sliders."""
 
     judged = Signal(str, str, str)
+    ranges = Signal(dict)
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -185,6 +186,7 @@ class StabilityCard(QWidget):
         self.words.setText(words)
         self._say(headline, "circle", "ink2")
         self.judged.emit(headline, "", "ink2")
+        self.ranges.emit({})
 
     def show_answer(self, answer: Answer) -> None:
         """Show a verdict."""
@@ -195,6 +197,7 @@ class StabilityCard(QWidget):
         self.words.setText(f"{details(answer)} {self._why_late(answer)}".rstrip())
         self._say("\n".join(verdict.lines), *verdict.sign)
         self.judged.emit(verdict.short, *verdict.sign)
+        self.ranges.emit(answer.too_much)
 
     def wait(self) -> None:
         """Wait for the worker, for tests; the answer comes with the next events."""

@@ -2,9 +2,10 @@
 
 import math
 import re
+from collections.abc import Sequence
 
 from PySide6.QtCore import QPointF, QRectF, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QValidator, QWheelEvent
+from PySide6.QtGui import QBrush, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QValidator, QWheelEvent
 from PySide6.QtWidgets import QDoubleSpinBox, QSlider
 
 from hapkit_studio.gui.widgets.theme import theme
@@ -16,7 +17,7 @@ _BEYOND = 1e9
 _HEIGHT = 20
 _THUMB = 16.0
 _END = 11.0  # from the thumb at a limit to the slider's end: its focus ring stays whole
-_GROOVE = 4.0
+_GROOVE, _HATCH = 4.0, 10.0
 
 
 class Quantity:
@@ -165,6 +166,7 @@ class ValueSlider(QSlider):
         super().__init__(Qt.Orientation.Horizontal)
         self._quantity = quantity
         self._exact = quantity.default
+        self._ranges: Sequence[tuple[float, float]] = ()
         self.setRange(0, math.ceil((quantity.high - quantity.low) / quantity.step - 1e-9))
         self.setSingleStep(1)
         self.setPageStep(10)
@@ -185,6 +187,12 @@ class ValueSlider(QSlider):
         with QSignalBlocker(self):
             self.setValue(self._quantity.index(value))
         self.update()
+
+    def show_ranges(self, ranges: Sequence[tuple[float, float]]) -> None:
+        """Hatch ranges of values: what is there, and more than the scene can take."""
+        if self._ranges != ranges:
+            self._ranges = ranges
+            self.update()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if event.buttons() & Qt.MouseButton.LeftButton:
@@ -217,6 +225,10 @@ class ValueSlider(QSlider):
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.color("accent" if enabled else "edge"))
         painter.drawRoundedRect(QRectF(0, middle - _GROOVE / 2, thumb, _GROOVE), 2, 2)
+        painter.setBrush(QBrush(theme.color("danger"), Qt.BrushStyle.BDiagPattern))
+        for ends in self._ranges:
+            low, high = (self._place(end) for end in ends)
+            painter.drawRect(QRectF(low, middle - _HATCH / 2, high - low, _HATCH))
         painter.setPen(QPen(theme.color("ink2"), 1.5))
         default = self._place(self._quantity.default)
         painter.drawLine(QPointF(default, middle - 6), QPointF(default, middle + 6))
