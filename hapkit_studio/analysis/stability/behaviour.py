@@ -119,6 +119,8 @@ class Trials:
         still = math.ceil((_REST_SECONDS + scene.loop.delay) * scene.loop.rate)
         self._quiet = settling.Quiet(_REST_REACH, scene.device.quantum, _REST_FORCE, still, _FAR)
         self._centre = centre
+        # nothing brings an ideal handle to rest for good: the smallest motion, too, only shrinks
+        self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0
         self._row, self._swing = np.zeros(rows.ROW_WIDTH), settling.new_swing()
 
     def end(self, push: float, steady: bool = False) -> int:
@@ -130,7 +132,8 @@ class Trials:
         away = np.array([c.position + (0.0 if c.kick else c.side * push), c.side * push * c.kick, c.target])
         args = self._r, self._body, self._flat, self._made, self._hand, away
         window = self._window * (_LONGER if steady else 1)
-        ends = not steady and push > PUSHES[0], not steady
+        shrinks = push > PUSHES[0] or self._ideal
+        ends = not steady and shrinks, not steady
         return int(settling.let_go(*args, window, *ends, self._quiet, self._row, self._swing))
 
     def settles(self, push: float) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole_number
-from hapkit_studio.analysis.setting import VISCOUS, Setting
+from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.limits import (
     checked_loop,
     coulomb_line,
@@ -30,7 +30,8 @@ TOP = replace(STIFFNESS, label="The largest stiffness shown")
 COLUMNS = 121
 NUDGE = 1e-3
 """m: a hand does that much without meaning to."""
-_DAMPERS = 12
+# The dampers that friction is compared with: the least in N·s/m, each so much more than the one before.
+_LEAST, _RATIO, _DAMPERS = 0.02, 1.5, 24
 EDGE_POINTS = 41
 
 
@@ -108,23 +109,20 @@ def friction_boundary(setting: Setting, damping: np.ndarray, push: float = NUDGE
     """Return the largest stiffness (n,) in N/m that settles when let go at rest from a push in m.
 
     Dry friction takes 4 F A in a turn of amplitude A, as a damper of 4 F / (pi A w) does: its describing
-    function at the handle's own w = sqrt(K / m). Raise ParameterError for an estimator that is not linear.
+    function at the handle's own w = sqrt(K / m). To 1 %; where a boundary is 0 it stays so. Raise
+    ParameterError for an estimator that is not linear.
     """
     mass = setting.mass + (setting.grip.mass if setting.grip else 0.0)
     held = setting.grip.stiffness if setting.grip else 0.0
     force = 4.0 * setting.coulomb / (math.pi * push)
 
-    def boundary_and_force(extra: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the boundary with a damper more, and that damper's force per metre of the swing."""
-        found = exact_boundary(replace(setting, viscous=setting.viscous + extra), damping)
-        return found, extra * np.sqrt((found + held) / mass)
-
-    most = setting.viscous + 1.0
-    while boundary_and_force(most)[1].min() < force and setting.viscous + 2.0 * most < VISCOUS.high:
-        most *= 2.0
-    tried = np.linspace(0.0, most, _DAMPERS)
-    limits, forces = np.array([boundary_and_force(extra) for extra in tried]).swapaxes(0, 1)
-    return np.array([np.interp(force, f, k) for f, k in zip(forces.T, limits.T, strict=True)])
+    extra, limits, forces = 0.0, [exact_boundary(setting, damping)], [np.zeros(len(damping))]
+    while forces[-1].min() < force and len(limits) < _DAMPERS:
+        extra = _RATIO * extra or _LEAST
+        limits.append(exact_boundary(replace(setting, viscous=setting.viscous + extra), damping))
+        forces.append(extra * np.sqrt((limits[-1] + held) / mass))
+    columns = zip(np.transpose(forces), np.transpose(limits), strict=True)
+    return np.array([np.interp(force, taken, bound) for taken, bound in columns])
 
 
 def passivity_line(setting: Setting, damping: np.ndarray) -> np.ndarray:

@@ -76,12 +76,6 @@ def remedy(margin: Margin) -> str:
     return "" if margin.stable else f"Lower stiffness below {margin.limit:,.0f} N/m."
 
 
-def verdict(margin: Margin) -> str:
-    """Return the margin in one line, the way out included where there is one."""
-    out = remedy(margin)
-    return f"{short(margin)}. {out}" if out else short(margin)
-
-
 def sentence(margin: Margin) -> str:
     """Return the margin and the hand: "1.4 × below the limit; released hand."."""
     said = short(margin)

@@ -125,7 +125,7 @@ def details(answer: Answer) -> str:
 
 
 class StabilityCard(QWidget):
-    """Emits ``judged(words, icon, token)`` to the status bar, and ``ranges`` that are too much to the sliders."""
+    """Emits ``judged(words, icon, token)`` to the status bar, and to the sliders the ranges too much."""
 
     judged = Signal(str, str, str)
     ranges = Signal(dict)

@@ -27,7 +27,9 @@ def test_the_margin_is_the_first_line(capsys):
     """The limits are those of the tables: see test_plane."""
     code, out, err = run(capsys, *LATE)
     assert (code, err) == (0, "")
-    assert out.startswith("620 N/m and 2 N·s/m: 1.4 × below the limit; released hand.\nLet go: calm, 1.4 × below")
+    assert out.startswith(
+        "620 N/m and 2 N·s/m: 1.4 × below the limit; released hand.\nLet go: calm, 1.4 × below"
+    )
     for words in ("IIR, 35.5 Hz", "exact", "simple rule", "passive", "firm grip 6023.3"):
         assert words in out
     assert "measured" not in out
@@ -76,7 +78,12 @@ def drawn(tmp_path, monkeypatch):
 def test_the_picture_says_regions_verdict_and_conditions(drawn):
     setting = Setting(viscous=0.18, delay=1e-3, estimator="iir")
     words = drawn(plane(setting, 620.0, 2.0))
-    wanted = {"grows without dry friction, released hand", "stable, released hand", "passive: stable in any hand", "× 1.4"}
+    wanted = {
+        "grows without dry friction, released hand",
+        "stable, released hand",
+        "passive: stable in any hand",
+        "× 1.4",
+    }
     wanted |= {"Simple rule, hopeful here", "620 N/m, 2.0 N·s/m"}
     assert wanted <= set(words)
     assert "1.4 × below the limit; released hand." in words

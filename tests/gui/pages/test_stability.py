@@ -97,7 +97,9 @@ def test_it_judges_the_loop_in_force_and_the_dot_follows_the_sliders(page, windo
     window.studio.set_value("stiffness", 5000.0)
     follow(page, qtbot)
     assert axes_of(page)[1] > 5000.0
-    assert column.words.text().endswith("Let go: calm, although beyond the linear limit."), "it leaves the wall"
+    assert column.words.text().endswith("Let go: calm, although beyond the linear limit."), (
+        "it leaves the wall"
+    )
 
 
 def test_a_click_brings_both_sliders_there_and_undo_brings_them_back_once(page, window, qtbot):

@@ -65,7 +65,7 @@ class StabilitySide(SidePanel):
         self.add(self.controller, hint(_CONTROLLER))
         above = self.section("Other hands")
         self.hands_heading, self.hands = above[1], Pairs(above)
-        self.add(self.hands)
+        self.add(self.hands, hint(_WHY_SO_MANY))
 
     def show_hands(self, limits: dict[str, float], damping: float) -> None:
         """Show every hand's limit at the rendered damping."""
@@ -75,6 +75,10 @@ class StabilitySide(SidePanel):
         self.hands.show_pairs(pairs or none)
 
 
+_WHY_SO_MANY = (
+    "Four limits, each true: passive is calm in any hand, let go in none; a hand holds more, for it damps; "
+    "Z-width is what a hand could press before it buzzed. Friction holds small motions beyond all of them."
+)
 HANDS = ("released", "medium", "all")
 _HAND_WORDS = ("Released", "Medium grip", "All hands")
 _NAMES = {"Delay": "Delay, measured"}

@@ -1,0 +1,92 @@
+"""What is said of a scene: one verdict for window, runs, sketches and the command line."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio import environments
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.verdict import Asked, differs, of_spring, too_much, verdict
+from hapkit_studio.dynamics.hand import grip_named
+from tests.analysis.stability.independent import Handle
+
+LATE = Setting(delay=1e-3, hand="medium")
+
+
+def asked(key, setting=LATE, **values):
+    environment = environments.named(key)
+    return Asked(environment, environment.values(values), setting)
+
+
+def test_a_stiff_wall_is_calm_let_go_and_buzzes_in_a_grip():
+    """The wall of 5,000 N/m with 1 ms: beyond its limit, and let go it only throws the handle out."""
+    said = verdict(asked("wall", stiffness=5000.0, damping=0.0))
+    held, released = said.lines
+    assert held.startswith("In your hand: settles below 0.2")
+    assert released == "Let go: calm, although beyond the linear limit."
+    assert (said.headline, said.sign) == ("Buzzes in your hand", ("cross", "danger"))
+    grip = grip_named("medium")
+    handle = Handle(
+        0.044, 0.5, 0.1, 20.7e-6, 3.0, 1000.0, 1e-3, 5000.0, 0.0, True,
+        (grip.mass, grip.damping, grip.stiffness), (0.49, 0.16),
+    )  # fmt: skip
+    pressed = 1.0 / 5000.0 + 1.0 / grip.stiffness
+    last = handle.let_go(1.0 / 5000.0 + 1e-3, pressed, 2.0)[-500:]
+    assert np.ptp(last) > 2e-4, "1 mm from where a press of 1 N has it, the handle goes on"
+
+
+def test_calm_scenes_say_how_far_the_limit_is_in_each_hand():
+    said = verdict(asked("spring", stiffness=80.0))
+    assert said.calm
+    assert said.sign == ("check", "ok")
+    limits = [said.margins[hand].limit for hand in ("medium", "released")]
+    assert limits[0] > limits[1]
+    assert said.short == f"Calm, {limits[1] / 80.0:.1f} × below the limit"
+
+
+@pytest.mark.parametrize(("share", "calm"), [(0.97, True), (1.03, False)])
+def test_without_friction_and_counts_the_verdict_is_that_of_the_linear_limit(share, calm):
+    setting = Setting(coulomb=0.0, quantum=0.0)
+    bound = of_spring(setting, 100.0, 0.0).limit
+    assert of_spring(setting, share * bound, 0.0).does["released"].calm == calm
+
+
+@pytest.mark.parametrize("parameter", ["stiffness", "damping"])
+def test_at_the_end_of_what_is_too_much_a_nudge_just_settles(parameter):
+    """Damping: it is too little below the range's end, the other way round than stiffness."""
+    setting = replace(LATE, hand="released", estimator="difference")
+    values = {"stiffness": 700.0, "damping": 0.0, "center": 0.0}
+    values["stiffness"] = 700.0 if parameter == "stiffness" else 1300.0
+    (low, high), *_ = too_much(asked("spring", setting, **values))[parameter]
+    edge, more = (low, 1.0) if parameter == "stiffness" else (high, -1.0)
+    for step, settles in ((-0.06, True), (0.06, False)):
+        values[parameter] = edge * (1.0 + more * step)
+        push = verdict(asked("spring", setting, **values)).does["released"].push
+        assert (push > 1e-3) == settles
+
+
+def test_what_does_not_matter_is_never_too_much():
+    assert "center" not in too_much(asked("spring", stiffness=1800.0))
+    assert too_much(asked("free")) == {}
+
+
+def test_a_law_that_is_not_its_impedance_has_no_limit_and_is_judged_all_the_same(tmp_path):
+    """A student's wall ten times as stiff as the impedance that came with the template."""
+    spring = environments.named("spring")
+    own = replace(spring, key="own", impedance=lambda values: (30.0, 0.0))
+    scene = Asked(own, own.values({"stiffness": 300.0}), LATE)
+    said = verdict(scene)
+    assert said.unknown == "No limit: the law's steepest place is 300 N/m, and its impedance says 30 N/m."
+    assert said.margins == {}
+    assert said.lines[1] == "Let go: calm."
+    assert differs(replace(own, impedance=spring.impedance), scene.values, (300.0, 0.0)) == ""
+
+
+@pytest.mark.parametrize(("stiffness", "calm"), [(900.0, True), (1800.0, False)])
+def test_no_run_is_unstable_in_silence(stiffness, calm):
+    run = hs.simulate("spring", {"stiffness": stiffness}, hand="pluck")
+    still = np.ptp(run.true_position[-400:]) < 2e-5
+    assert still == calm
+    assert ("Let go: settles below" in " ".join(run.warnings)) != calm
