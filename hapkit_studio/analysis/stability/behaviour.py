@@ -22,6 +22,8 @@ from hapkit_studio.haptics.survey import Flat, packed
 
 PUSHES = tuple(31.25e-6 * 2.0**n for n in range(10))
 """m, from which the handle is let go: up to 16 mm."""
+NUDGE = 1e-3
+"""m: a hand does that much without meaning to."""
 _HALVINGS = 7
 _FAR = 0.060
 _TURNS = 2.2
@@ -202,6 +204,10 @@ def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
     for _ in range(_HALVINGS if calm else 0):
         middle = math.sqrt(calm * beyond)
         calm, beyond = (middle, beyond) if trials.settles(middle) else (calm, middle)
-    if trials.end(_OFF_EDGE * beyond, steady=True) == LEAVES:
-        return Behaviour(calm, leaves=True)
-    return Behaviour(calm, *trials.swing_found())
+    # where nothing settles, sensor steps may hold the least motion within a few counts: a nudge shows more
+    swings = []
+    for push in (_OFF_EDGE * beyond,) if calm else (_OFF_EDGE * beyond, NUDGE):
+        if trials.end(push, steady=True) == LEAVES:
+            return Behaviour(calm, leaves=True)
+        swings.append(trials.swing_found())
+    return Behaviour(calm, *max(swings))

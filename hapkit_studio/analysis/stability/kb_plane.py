@@ -8,6 +8,7 @@ import numpy as np
 
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole_number
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.behaviour import NUDGE
 from hapkit_studio.analysis.stability.limits import (
     checked_loop,
     coulomb_line,
@@ -28,8 +29,6 @@ RENDERED_DAMPING = replace(DAMPING, label="The rendered damping")
 WIDTH = replace(DAMPING, label="The largest damping shown")
 TOP = replace(STIFFNESS, label="The largest stiffness shown")
 COLUMNS = 121
-NUDGE = 1e-3
-"""m: a hand does that much without meaning to."""
 # The dampers that friction is compared with: the least in N·s/m, each so much more than the one before.
 _LEAST, _RATIO, _DAMPERS = 0.02, 1.5, 24
 EDGE_POINTS = 41

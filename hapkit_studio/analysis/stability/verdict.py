@@ -13,7 +13,7 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane
-from hapkit_studio.analysis.stability.behaviour import PLACES, Behaviour, behaviour, centre_of
+from hapkit_studio.analysis.stability.behaviour import NUDGE, PLACES, Behaviour, behaviour, centre_of
 from hapkit_studio.analysis.stability.margin import FAR, RELEASED, Margin, times
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import grip_named
@@ -48,7 +48,7 @@ class Verdict:
         """Return icon and colour: fine, mind, danger."""
         if self.calm:
             return "check", "ok"
-        lively = any(one.push < kb_plane.NUDGE for one in self.does.values())
+        lively = any(one.push < NUDGE for one in self.does.values())
         return ("cross", "danger") if lively else ("triangle", "warn")
 
     @property

@@ -44,6 +44,10 @@ if TYPE_CHECKING:
 
 _HANDS = {"released": "Released", "light": "Light grip", "medium": "Medium grip", "firm": "Firm grip"}
 _COMPUTING = "Computing", "The map's lines come in a moment."
+_WHY_SO_MANY = (
+    "Why several limits: passive is calm in any hand; let go is the handle alone; a hand damps, bears more. "
+    "Z-width is what a hand could press before it buzzed. Friction holds small motions beyond all of them."
+)
 _CONTROLLER = "Adds damping only while the scene gives more energy than it may."
 
 
@@ -75,10 +79,6 @@ class StabilitySide(SidePanel):
         self.hands.show_pairs(pairs or none)
 
 
-_WHY_SO_MANY = (
-    "Four limits, each true: passive is calm in any hand, let go in none; a hand holds more, for it damps; "
-    "Z-width is what a hand could press before it buzzed. Friction holds small motions beyond all of them."
-)
 HANDS = ("released", "medium", "all")
 _HAND_WORDS = ("Released", "Medium grip", "All hands")
 _NAMES = {"Delay": "Delay, measured"}
