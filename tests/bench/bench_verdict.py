@@ -35,7 +35,7 @@ def scenes() -> dict[str, tuple[Asked, str]]:
 
 
 def motion(asked: Asked, push: float) -> np.ndarray:
-    """Return the place (n,) in m of a handle let go at rest at a push in m, in the setting's hand, for 1.5 s."""
+    """Return the place (n,) in m of a handle let go at rest at a push in m, in the setting's hand."""
     scene, grip = asked.scene, grip_named(asked.setting.hand)
     scene = replace(scene, device=replace(scene.device, initial_position=push))
     hand = Hand(grip.mass, grip.damping, grip.stiffness) if grip else None
