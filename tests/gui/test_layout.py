@@ -8,7 +8,9 @@ import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QTabBar, QToolButton, QWidget
 
+from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.verdict import Asked
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.banners import Notice
 from hapkit_studio.gui.gallery import GalleryRow
@@ -363,11 +365,16 @@ def test_parts_stand_side_by_side_as_soon_as_the_window_has_another_size(window,
         assert parts[2].right() + 1 == width
 
 
+def asked(key, setting, stiffness):
+    environment = environments.named(key)
+    return Question(Asked(environment, environment.values({"stiffness": stiffness}), setting), 8.0)
+
+
 def test_a_longer_verdict_squeezes_no_row_and_the_map_is_in_sight_for_every_environment(window, qapp):
     settle(qapp, window, (1440, 900))
     card, body = window.stability, window.panel.widget()
     for stiffness in (250.0, 4000.0, 250.0):
-        card.show_answer(answer(Question(Setting(delay=1e-3, controller=True), stiffness, 0.0, 8.0)))
+        card.show_answer(answer(asked("wall", Setting(delay=1e-3, hand="medium"), stiffness)))
         assert body.height() >= body.layout().totalHeightForWidth(body.width())
         assert card.height() >= card.heightForWidth(card.width())
     for size, keys in (
@@ -377,5 +384,5 @@ def test_a_longer_verdict_squeezes_no_row_and_the_map_is_in_sight_for_every_envi
         for key in keys:
             window.studio.choose(key)
             settle(qapp, window, size)
-            card.show_answer(answer(Question(Setting(delay=1e-3), 100.0, 0.0, 8.0)))
+            card.show_answer(answer(asked("wall", Setting(delay=1e-3, hand="medium"), 100.0)))
             assert place(card.map, window).bottom() < place(window.panel, window).bottom(), key
