@@ -29,7 +29,7 @@ def sketch_margin(
     setting = Setting(
         board.mass, board.viscous, quantum=board.quantum, rate=rate, delay=1.0 / rate, estimator=spec
     )
-    return Margin(stiffness, damping, kb_plane.limit(setting, damping))
+    return kb_plane.margin_of(setting, stiffness, damping)
 
 
 def sketch_words(found: Margin | None, rate: float) -> str:

@@ -32,7 +32,14 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import Cells, Points
-from hapkit_studio.analysis.stability.limits import checked_loop
+from hapkit_studio.analysis.stability.limits import (
+    Intervals,
+    Loop,
+    checked_loop,
+    first_end,
+    stable,
+    stable_intervals,
+)
 from hapkit_studio.analysis.sweeps import sweep
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec, parse
@@ -87,6 +94,13 @@ class Rendered:
     def linear_estimate(self) -> bool:
         """Return whether the velocity estimator has a transfer function."""
         return parse(self.loop.estimator)[0].response is not None
+
+    @property
+    def exact(self) -> Loop:
+        """Return the loop without friction, steps and controller, and without virtual damping."""
+        device, loop = self.device, self.loop
+        ideal = device.mass, device.viscous, 0.0, loop.rate, loop.delay, loop.estimator, self.grip
+        return checked_loop(*ideal, self.step)
 
     @property
     def mass(self) -> float:
@@ -205,11 +219,15 @@ def classes(
 ) -> np.ndarray:
     """Return DECAYS, BUZZES or GROWS (m, n) int8 for every stiffness (m,) N/m and damping (n,) N·s/m.
 
-    sweeping: executor and progress, as ``sweep``. Raise ParameterError, and what progress raises.
+    sweeping: executor and progress, as ``sweep``, for cells that only rendering can judge. Raise
+    ParameterError, and what progress raises.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
+    what = rendered(setting, real)
+    if what.linear:
+        return _grid(what, columns, lines)
     cells = [(k, b) for k in lines.tolist() for b in columns.tolist()]
-    found = sweep(partial(_classes, rendered(setting, real)), cells, **sweeping)
+    found = sweep(partial(_classes, what), cells, **sweeping)
     return np.array(found, dtype=np.int8).reshape(lines.size, columns.size)
 
 
@@ -223,12 +241,16 @@ def maps(
 ) -> np.ndarray:
     """Return the ``classes`` (s, m, n) int8 of many settings: one sweep, whose cell is a line of a map.
 
-    Raise ParameterError, and what progress raises.
+    A map that needs no rendering is one cell. Raise ParameterError, and what progress raises.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
-    cells = [(rendered(setting, real), k) for setting in settings for k in lines.tolist()]
-    found = sweep(partial(_lines, columns), cells, **sweeping)
-    return np.array(found, dtype=np.int8).reshape(len(settings), lines.size, columns.size)
+    cells = [
+        (what, part)
+        for what in (rendered(setting, real) for setting in settings)
+        for part in ([lines] if what.linear else lines[:, np.newaxis])
+    ]
+    found = sweep(partial(_grids, columns), cells, **sweeping)
+    return np.concatenate(found).reshape(len(settings), lines.size, columns.size)
 
 
 def boundary(setting: Setting, damping: np.ndarray, *, real: bool = False, **sweeping: Any) -> np.ndarray:
@@ -245,8 +267,17 @@ def _classes(what: Rendered, cells: list[tuple[float, float]]) -> list[int]:
     return judge(what, *np.array(cells).T).tolist()
 
 
-def _lines(damping: np.ndarray, cells: list[tuple[Rendered, float]]) -> list[np.ndarray]:
-    return [judge(what, np.full(damping.size, k), damping) for what, k in cells]
+def _grids(damping: np.ndarray, cells: list[tuple[Rendered, np.ndarray]]) -> list[np.ndarray]:
+    return [_grid(what, damping, stiffness) for what, stiffness in cells]
+
+
+def _grid(what: Rendered, damping: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    """Return the classes (m, n) of stiffness (m,) and damping (n,); a linear loop's from its exact limits."""
+    if what.linear:
+        steady = stable(what.exact, np.maximum(stiffness, SOFTEST), damping)
+        return np.where(steady, DECAYS, GROWS).astype(np.int8)
+    k, b = np.meshgrid(stiffness, damping, indexing="ij")
+    return judge(what, k.ravel(), b.ravel()).reshape(k.shape)
 
 
 def _limits(what: Rendered, columns: list[float]) -> list[float]:
@@ -254,16 +285,30 @@ def _limits(what: Rendered, columns: list[float]) -> list[float]:
 
 
 def stiffest(what: Rendered, damping: float) -> float:
-    """Return the largest stiffness in N/m that does not grow at a virtual damping in N·s/m."""
-    return largest_stable(lambda k: judge(what, [k], [damping])[0] != GROWS, softest(what))
+    """Return the stiffness in N/m up to which none grows at a virtual damping in N·s/m."""
+    least, beyond = softest(what), math.inf
+    if what.linear_estimate and not what.loop.controller:
+        beyond = in_first_gap(stable_intervals(what.exact, np.array([damping]))[0], least)
+    return largest_stable(lambda k: judge(what, [k], [damping])[0] != GROWS, least, beyond)
 
 
-def largest_stable(stable: Callable[[float], bool], softest: float = SOFTEST) -> float:
+def in_first_gap(intervals: Intervals, softest: float = SOFTEST) -> float:
+    """Return the middle in N/m between the limit and the next interval of stable springs; inf without one."""
+    limit = max(first_end(intervals), softest)
+    return next((math.sqrt(limit * low) for low, _ in intervals if low > limit), math.inf)
+
+
+def largest_stable(
+    stable: Callable[[float], bool], softest: float = SOFTEST, beyond: float = math.inf
+) -> float:
     """Return the stiffness in N/m, to 1e-4, up to which ``stable`` holds; 0 if nowhere, inf if everywhere.
 
-    Nothing softer than the softest is tried.
+    Nothing softer than the softest is tried, and beyond a stiffness that is known to be too much only where
+    it proves to be stable.
     """
     low, high = 1.0, math.inf
+    if beyond < math.inf:
+        low, high = (beyond, high) if stable(beyond) else (min(low, beyond / 4.0), beyond)
     while not stable(low):
         if low <= softest:
             return 0.0

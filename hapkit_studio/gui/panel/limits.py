@@ -165,5 +165,4 @@ def answer(question: Question) -> Answer:
     from hapkit_studio.analysis.stability import kb_plane
 
     q = question
-    margin = Margin(q.stiffness, q.damping, kb_plane.limit(q.setting, q.damping), q.setting.hand)
-    return Answer(q, margin, boundary(q.setting, q.width))
+    return Answer(q, kb_plane.margin_of(q.setting, q.stiffness, q.damping), boundary(q.setting, q.width))

@@ -10,7 +10,7 @@ import numpy as np
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
-from hapkit_studio.analysis.stability.margin import Margin, nice_top
+from hapkit_studio.analysis.stability.margin import nice_top
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.gui.background import Progress, Work
@@ -46,7 +46,7 @@ def solve(ask: LinesQuestion) -> Lines:
         axes = _axes(ask)
     limits = kb_plane.hands(ask.setting, ask.damping)
     hand = min(limits, key=lambda name: limits[name]) if ask.every_hand else ask.setting.hand
-    margin = Margin(ask.stiffness, ask.damping, limits[hand], hand)
+    margin = kb_plane.margin_of(replace(ask.setting, hand=hand), ask.stiffness, ask.damping)
     plane = replace(_plane(ask.setting, *axes), margin=margin, hands=limits)
     return Lines(ask, plane, _every(ask.setting, axes[0]) if ask.every_hand else {})
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from PySide6.QtWidgets import QSizePolicy
 
 from hapkit_studio.analysis.stability.kb_plane import Plane
-from hapkit_studio.analysis.stability.margin import Margin, hand_words, remedy, short
+from hapkit_studio.analysis.stability.margin import Margin, hand_words, remedy, short, stable_again
 from hapkit_studio.gui.pages.base import Pairs, SidePanel
 from hapkit_studio.gui.pages.stability.map_data import Measured
 from hapkit_studio.gui.widgets.parts import Sign, across, hint, label
@@ -60,7 +60,7 @@ def _exact(margin: Margin, friction: bool) -> Verdict:
     if said.endswith(hand):
         words = f"{without.removeprefix(', ')}.".capitalize() if without else ""
     sign = _OPEN if math.isnan(margin.limit) else _SIGNS[0] if margin.stable else _SIGNS[2]
-    return Verdict(head, words, remedy(margin), sign)
+    return Verdict(head, words, f"{remedy(margin)} {stable_again(margin)}".strip(), sign)
 
 
 def _controlled(margin: Margin, found: int | None) -> Verdict:
