@@ -56,9 +56,9 @@ class Plane:
     """Everything that a chart of the plane shows; SI units.
 
     exact and simple are (n,) over damping (n,), again (2, n) the ends of the next stable interval above,
-    nan where none; edge_damping and edge (k,) are the passivity line up to the largest passive damping; coulomb
-    is inf without sensor steps, hands the limits at the margin's damping. Without a linear estimator exact is
-    all nan, again and the edge are empty, the hands' and the margin's limits nan.
+    nan where none; edge_damping and edge (k,) are the passivity line up to the largest passive damping;
+    coulomb is inf without sensor steps, hands the limits at the margin's damping. Without a linear estimator
+    exact is all nan, again and the edge are empty, the hands' and the margin's limits nan.
     """
 
     setting: Setting

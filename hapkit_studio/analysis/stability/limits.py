@@ -4,9 +4,9 @@ The loop: exact paddle, force held between samples and delayed by any time, u = 
 velocity estimate v^ = H(z) x, a hand as a spring and damper to the ground with its mass added. No quantum,
 no Coulomb friction, no clamp. The characteristic equation 1 + (K + B H) P = 0 has a root on the unit circle
 where K = -1/P - B H is real on z = e^jw. What lies inside the circle is mapped to the left of that curve:
-where it comes up through the real axis a pair of roots leaves the circle as K passes, where it goes down a pair
-comes back (D-decomposition, Neimark 1948). So the stable stiffnesses can be several intervals: a filter may turn
-the damping's force against a spring that swings at one frequency, and help a stiffer one that swings faster.
+where it comes up through the real axis a pair of roots leaves the circle as K passes, where it goes down a
+pair comes back (D-decomposition, Neimark 1948). So the stable stiffnesses can be several intervals: a filter
+may turn the damping's force against a spring that swings slowly, and not against a stiffer one.
 """
 
 import math
@@ -125,8 +125,8 @@ def _frequencies(loop: Loop) -> np.ndarray:
 def _crossings(curve: Curve, w: np.ndarray, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return where complex curves on [w[0], pi] cross the positive real axis: all (k,), in no order.
 
-    Column, value, and how many roots leave the unit circle as the value is passed: 2, -2 where they come back,
-    a single one at pi.
+    Column, value, and how many roots leave the unit circle as the value is passed: 2, or -2 that come
+    back; at pi a single one.
     """
     values = curve(w, np.arange(columns)[:, np.newaxis])
     negative = np.signbit(values.imag)
@@ -157,7 +157,7 @@ def _velocity_of(loop: Loop) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def _roots_outside(loop: Loop, damping: np.ndarray) -> np.ndarray:
-    """Return how many roots (n,) are outside the unit circle with a virtual damping (n,) and hardly a spring."""
+    """Return how many roots (n,) are outside the unit circle at a virtual damping (n,), hardly any spring."""
     velocity = _velocity_of(loop)
 
     def curve(w: np.ndarray, column: np.ndarray) -> np.ndarray:
@@ -198,7 +198,7 @@ def first_end(intervals: Intervals) -> float:
 
 
 def stiffness_limits(loop: Loop, damping: np.ndarray) -> np.ndarray:
-    """Return the end (n,) in N/m of the first of the ``stable_intervals``; 0 where the softest is unstable."""
+    """Return the end (n,) in N/m of the first of the ``stable_intervals``, each's ``first_end``."""
     return np.array([first_end(each) for each in stable_intervals(loop, damping)])
 
 
