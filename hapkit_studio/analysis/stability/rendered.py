@@ -3,10 +3,11 @@
 F = -K (x - c) - B v^ is rendered by the tick on the simulated Hapkit, no force limit, for 12 s or 12,000
 samples or 80 rad of the slowest oscillation, whichever is longest.
 
-A linear loop (no Coulomb friction, no sensor steps, a linear velocity estimate) is let go 1 µm away. It
-DECAYS where the sum of a² + (ω v)² over the last third of the time is less than over the third before,
-ω² = K / m, or where it has died to 1e-30 of its start; otherwise, and beyond 1 m, it GROWS. At 1 % beyond a
-limit it grows by 0.02 to 0.05 1/s.
+A linear loop (no Coulomb friction, no sensor steps, a linear velocity estimate) has exact limits, and its map
+is taken from these. To measure its boundary all the same it is let go 1 µm away. It DECAYS where the sum of
+a² + (ω v)² over the last third of the time is less than over the third before, ω² = K / m, or where it has
+died to 1e-30 of its start; otherwise, and beyond 1 m, it GROWS. At 1 % beyond a limit it grows by 0.02 to
+0.05 1/s.
 
 Any other loop is let go 200.3 sensor steps away, and 3.3 steps away where it came to rest from there
 (Diolaiti et al. 2006). The centre lies half a step off an edge between two steps, where friction holds it
@@ -129,7 +130,7 @@ def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarra
     damping = np.asarray(damping, dtype=float)
     if what.linear:
         limits = survey.Limits(LINEAR_FAR, survey.NEVER_STILL, LINEAR_FAINT, survey.NEVER_SMALL)
-        return by_envelope(_let_go(what, stiffness, damping, LINEAR_START, 0.0, limits))
+        return _by_envelope(_let_go(what, stiffness, damping, LINEAR_START, 0.0, limits))
     step = what.step
     still = math.ceil((_STILL_SECONDS + what.loop.delay) * what.loop.rate)
     limits = survey.Limits(FAR, still, survey.NEVER_FAINT, FEW_STEPS * step)
@@ -138,7 +139,7 @@ def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarra
     for start in STARTS:
         centre = -0.5 * what.device.quantum
         found = _let_go(what, stiffness[quiet], damping[quiet], start * step, centre, limits)
-        verdict[quiet] = _by_reach(found, FEW_STEPS * step, what.loop.controller, what.linear_estimate)
+        verdict[quiet] = by_reach(found, FEW_STEPS * step, what.loop.controller, what.linear_estimate)
         quiet = quiet[verdict[quiet] == DECAYS]
     return verdict
 
@@ -166,7 +167,7 @@ def _let_go(
     return survey.survey(what.scene(), what.grip, cells, limits)
 
 
-def by_envelope(found: survey.Found) -> np.ndarray:
+def _by_envelope(found: survey.Found) -> np.ndarray:
     """Compare the power of the last third with that of the one before."""
     third = survey.PARTS // 3
     power = found.parts[:, :, survey.POWER]
@@ -176,7 +177,7 @@ def by_envelope(found: survey.Found) -> np.ndarray:
     return np.where(settles, DECAYS, GROWS).astype(np.int8)
 
 
-def _by_reach(found: survey.Found, few: float, held: bool, linear: bool) -> np.ndarray:
+def by_reach(found: survey.Found, few: float, held: bool, linear: bool) -> np.ndarray:
     """Compare how far the last third reaches with the one before; few is a buzz's longest reach in m.
 
     held: a controller holds the motion, and only what reaches ever farther grows. linear: the estimate is,

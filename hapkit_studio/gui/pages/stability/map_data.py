@@ -13,6 +13,7 @@ from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
 from hapkit_studio.analysis.stability.margin import nice_top
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
 from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.formatting import on_screen
 from hapkit_studio.gui.background import Progress, Work
 
 # The dot may come this near to the upper or right edge before the axes change.
@@ -93,7 +94,7 @@ class Measured:
         m, n = self.cells.classes.shape
         if axes[0] > self.axes[0] or axes[1] > self.axes[1]:
             return f"Measured to {self.axes[0]:g} N·s/m and {self.axes[1]:,.0f} N/m only"
-        return f"{m} × {n} cells, {self.seconds:.1f} s"
+        return f"{m} × {n} cells, {on_screen(self.seconds, 's', 2)}"
 
 
 class Results:
