@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from hapkit_studio import environments
-    from hapkit_studio.analysis.stability.limits import stiffness_limit
+    from hapkit_studio.analysis.stability.limits import stable_stiffnesses, stiffness_limit
     from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
     from hapkit_studio.api import Run, simulate
     from hapkit_studio.devices.simulated import SimulatedHapkit
@@ -22,6 +22,7 @@ _PLACES = {
     "Run": "api",
     "simulate": "api",
     "load_environment": "workshop",
+    "stable_stiffnesses": "analysis.stability.limits",
     "stiffness_limit": "analysis.stability.limits",
     "measured_stiffness_limit": "analysis.stability.rendered",
     "estimate_velocity": "dynamics.estimators",
@@ -48,6 +49,7 @@ __all__ = [
     "load_environment",
     "measured_stiffness_limit",
     "simulate",
+    "stable_stiffnesses",
     "stick_slip",
     "stiffness_limit",
 ]

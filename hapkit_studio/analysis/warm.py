@@ -16,7 +16,7 @@ def warm_up() -> None:
     """Compile what the stability map, the charts and the protocols call."""
     damping, stiffness = np.zeros(1), np.full(1, 100.0)
     with ThreadPoolExecutor(1) as one:  # a sweep's own threads would wait for a busy machine
-        rendered.classes(Setting(), damping, stiffness, executor=one)
+        rendered.boundary(Setting(), damping, executor=one)
         rendered.classes(Setting(controller=True), damping, stiffness, real=True, executor=one)
     for plan in accuracy.plans().values():
         for run in plan.runs(plan.scenes[-1]):

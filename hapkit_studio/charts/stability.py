@@ -168,6 +168,7 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
         )  # fmt: skip
         axes.fill_between(plane.damping, 0.0, plane.friction, color=c.warnsoft, linewidth=0.0, zorder=0.25)
         axes.fill_between(plane.damping, 0.0, plane.exact, color=c.stable, linewidth=0.0, zorder=0.26)
+        axes.fill_between(plane.damping, *plane.again, color=c.stable, linewidth=0.0, zorder=0.26)
     if cells is not None:
         _cells(axes, measured, cells)
         named |= {_TOKENS[kind]: hand for kind in np.unique(cells.classes)}
@@ -228,7 +229,8 @@ class Dot:
         x, y = margin.damping, margin.stiffness
         self._feet.set(data=([0.0, x, x], [y, y, 0.0]), color=color)
         self._dot.set(data=([x], [y]), markeredgecolor=c.danger if bad else c.plot, markeredgewidth=2)
-        tip = min(margin.limit, 0.98 * plane.top) if y > 0.0 and margin.limit > 0.0 else math.nan
+        bound = y > 0.0 and margin.limit > 0.0 and not margin.island
+        tip = min(margin.limit, 0.98 * plane.top) if bound else math.nan
         self._arrow.xy, self._arrow.xyann = (x, tip), (x, y)
         self._arrow.arrow_patch.set_color(color)
         high = 0.75 * 72.0 * self._dot.figure.get_figheight()

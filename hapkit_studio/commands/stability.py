@@ -17,6 +17,7 @@ from hapkit_studio.analysis.stability.verdict import of_spring
 from hapkit_studio.charts.stability import stability_figure
 from hapkit_studio.commands import base
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import on_screen
 
 COLUMNS = 13
 SIDE = 100
@@ -28,7 +29,7 @@ OPTIONS = (
     base.option("-B", "--damping", type=float, default=0.0, metavar="N·s/m", help="what is rendered"),
     base.option("--to", type=float, metavar="N·s/m", help="the largest damping shown"),
     base.option("--measure", action="store_true", help="find the boundary by rendering, too"),
-    base.option("--map", action="store_true", help=f"render {SIDE} × {SIDE} cells of the plane"),
+    base.option("--map", action="store_true", help=f"judge {SIDE} × {SIDE} cells of the plane"),
     base.option("--real", action="store_true", help="measure with friction and sensor steps"),
     base.option("--scheduler", metavar="ADDRESS", help="measure on a cluster: tcp://…"),
     base.PLOT,
@@ -97,7 +98,9 @@ def _text(found: Plane, seconds: float | None) -> str:
     ]
     if seconds is not None:
         real = any(part.real for part in (found.points, found.cells) if part is not None)
-        lines.append(f"measured in {seconds:.1f} s{', with friction and sensor steps' if real else ''}")
+        lines.append(
+            f"measured in {on_screen(seconds, 's', 2)}{', with friction and sensor steps' if real else ''}"
+        )
     if found.cells is not None:
         classes = found.cells.classes
         counts = np.bincount(classes.ravel().astype(int), minlength=len(kb_plane.CLASS_NAMES))

@@ -1,10 +1,9 @@
-"""The measured stability map: its time, one core's cells beside SciPy and MuJoCo, and its error."""
+"""The stability map: its time beside NumPy's on all cells at once, and the measured boundary's error."""
 
 import statistics
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 
 import numpy as np
 
@@ -12,11 +11,11 @@ from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.analysis.sweeps import sweep, workers
-from tests.bench import map_references as others
+from tests.bench import map_references
 from tests.bench.frame import Row
 
 NAME, ORDER = "map", 25
-SETTING = Setting(mass=others.MASS, viscous=others.VISCOUS)
+SETTING = Setting()
 DAMPING = np.linspace(0.0, 40.0, 100)
 STIFFNESS = np.geomspace(100.0, 40_000.0, 100)
 CASES = 200
@@ -29,60 +28,46 @@ ESTIMATORS = (
 )
 
 
-def seconds(work: Callable[[], object]) -> tuple[float, object]:
-    begin = time.perf_counter()
-    result = work()
-    return time.perf_counter() - begin, result
+def best(work: Callable[[], object], times: int = 3, clock: Callable[[], float] = time.process_time) -> float:
+    """Return the median time of some, after one that compiles; by itself this program's own, on all cores."""
 
+    def took() -> float:
+        begin = clock()
+        work()
+        return clock() - begin
 
-def best(work: Callable[[], object], times: int = 3) -> float:
-    """Return the median time of some, after one that compiles."""
     work()
-    return statistics.median(seconds(work)[0] for _ in range(times))
+    return statistics.median(took() for _ in range(times))
 
 
 def maps() -> list[Row]:
-    """Return the time of whole maps on every core, and what a cell of them costs one core."""
-    cores, rows, cells = workers(), [], DAMPING.size * STIFFNESS.size
-    for what, real in (("ideal device", False), ("friction and sensor steps", True)):
-        took = best(lambda real=real: rendered.classes(SETTING, DAMPING, STIFFNESS, real=real))
-        rows.append(Row(f"map of 100 × 100, {what}, {cores} cores", took, "s", target="< 5 s", ok=took < 5.0))
-    with ThreadPoolExecutor(1) as one:
-        took = best(lambda: rendered.classes(SETTING, DAMPING, STIFFNESS, executor=one), 1)
-        real = best(lambda: rendered.classes(SETTING, DAMPING, STIFFNESS, real=True, executor=one), 1)
-        column = best(lambda: rendered.boundary(SETTING, DAMPING, executor=one), 1) / DAMPING.size
-    rows.append(Row("a map's cell, ideal device, one core", 1e6 * took / cells, "µs"))
-    rows.append(Row("a map's cell, friction and sensor steps, one core", 1e6 * real / cells, "µs"))
-    rows.append(Row("a column's boundary by bisection, one core", 1e3 * column, "ms"))
-    return rows
-
-
-def cells_near_the_limit(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return stiffness and damping just inside and outside, so that every run takes its whole time."""
-    damping = np.repeat(np.linspace(0.0, 5.0, count // 2), 2)
-    limits = [stiffness_limit(SETTING.mass, SETTING.viscous, damping=b) for b in damping]
-    return np.array(limits) * np.tile((0.97, 1.03), count // 2), damping
-
-
-def beside_others() -> list[Row]:
-    """Return cells per second on one core beside SciPy and MuJoCo, the same cells for the same time.
+    """Return the time of whole maps on one core beside NumPy, and on every core.
 
     Raise where more than one cell of a hundred has another verdict.
     """
-    rows, ours, model = [], rendered.rendered(SETTING), others.mujoco_model()
-    references: list[tuple] = [("solve_ivp with events", 4, others.scipy_cell, 50.0)]
-    if model is not None:
-        references.append(("MuJoCo, mj_step in a loop", 40, partial(others.mujoco_cell, model), 20.0))
-    for name, count, cell, goal in references:
-        k, b = cells_near_the_limit(count)
-        rate = count / best(lambda k=k, b=b: rendered.judge(ours, k, b))
-        took, theirs = seconds(lambda cell=cell, k=k, b=b: list(map(cell, k, b)))
-        different = np.count_nonzero(np.array(theirs) != rendered.judge(ours, k, b))
-        if different > 0.01 * count:
-            raise RuntimeError(f"{name} judges {different} of {count} cells otherwise")
-        what, ratio = "cells per second, one core, 12 s at 1 kHz", rate * took / count
-        target = f"≥ {goal:g} × faster"
-        rows.append(Row(what, rate, "1/s", name, count / took, ratio, target, ratio >= goal))
+    k, b = (axis.ravel() for axis in np.meshgrid(STIFFNESS, DAMPING, indexing="ij"))
+    rows, what = [], f"map of {STIFFNESS.size} × {DAMPING.size}"
+    with ThreadPoolExecutor(1) as one:
+        for device, real, name, reference in (
+            ("ideal device", False, "NumPy, eigenvalues of all cells", map_references.by_roots),
+            ("friction and sensor steps", True, "NumPy, all cells stepped at once", map_references.by_steps),
+        ):
+
+            def ours(real: bool = real) -> np.ndarray:
+                return rendered.classes(SETTING, DAMPING, STIFFNESS, real=real, executor=one)
+
+            def theirs(reference: Callable = reference) -> np.ndarray:
+                return reference(SETTING, k, b)
+
+            if np.count_nonzero(theirs() != ours().ravel()) > 0.01 * k.size:
+                raise RuntimeError(f"{name}: more than 1 % of the cells are judged otherwise")
+            took, other = best(ours), best(theirs)
+            rows.append(Row(f"{what}, {device}, one core", took, "s", name, other, other / took))
+        column = best(lambda: rendered.boundary(SETTING, DAMPING, executor=one), 1) / DAMPING.size
+    whole = best(lambda: rendered.classes(SETTING, DAMPING, STIFFNESS, real=True), clock=time.perf_counter)
+    cores = f"{what}, friction and sensor steps, {workers()} cores"
+    rows.append(Row(cores, whole, "s", target="< 5 s", ok=whole < 5.0))
+    rows.append(Row("a column's boundary by bisection, one core", 1e3 * column, "ms"))
     return rows
 
 
@@ -124,4 +109,4 @@ def error() -> list[Row]:
 
 def run() -> list[Row]:
     """Return all rows of the map."""
-    return maps() + beside_others() + error()
+    return maps() + error()

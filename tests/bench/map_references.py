@@ -1,82 +1,80 @@
-"""The stability map's cells by other programs: the same handle, force held between samples, same rule."""
+"""The stability map as NumPy would be used for it: every cell at once, the same handle, loop and rule."""
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
+from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import rendered
 from hapkit_studio.haptics import survey
 
-MASS, VISCOUS, PERIOD = 0.044, 0.5, 1e-3
-COUNT = round(rendered.SECONDS / PERIOD)
+
+def _glide(
+    what: Setting, seconds: float | np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return x per v, v per v, x per force and v per force of the free handle after some seconds."""
+    m, b = what.mass, what.viscous
+    v_v, v_f = np.exp(-b * seconds / m), -np.expm1(-b * seconds / m) / b
+    return m * v_f, v_v, (seconds - m * v_f) / b, v_f
 
 
-def verdicts(speed: np.ndarray, lost: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
-    """Return the class of every cell from its speeds (COUNT, n) m/s at the samples, by the studio's rule."""
-    pull = np.diff(speed, axis=0, prepend=0.0) / PERIOD
-    power = pull**2 + stiffness / MASS * speed**2
-    parts = np.zeros((speed.shape[1], survey.PARTS, 3))
-    parts[:, :, survey.POWER] = power.reshape(survey.PARTS, -1, speed.shape[1]).sum(axis=1).T
-    ends = np.where(lost, survey.LEFT_RANGE, survey.COMPLETED)
-    return rendered.by_envelope(survey.Found(parts, ends, np.full(speed.shape[1], COUNT)))
+def by_roots(what: Setting, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Return the classes (n,) of an ideal device, no delay: eigenvalues of all loops' matrices, stacked."""
+    x_v, v_v, x_f, v_f = _glide(what, what.period)
+    late = damping / what.period
+    loops = np.zeros((stiffness.size, 3, 3))  # of x, v, the position a sample ago
+    loops[:, 0] = np.column_stack([1.0 - x_f * (stiffness + late), np.full_like(late, x_v), x_f * late])
+    loops[:, 1] = np.column_stack([-v_f * (stiffness + late), np.full_like(late, v_v), v_f * late])
+    loops[:, 2, 0] = 1.0
+    stable = np.abs(np.linalg.eigvals(loops)).max(axis=1) < 1.0
+    return np.where(stable, rendered.DECAYS, rendered.GROWS)
 
 
-def scipy_cell(stiffness: float, damping: float) -> int:
-    """Return one cell's class by solve_ivp: a segment from sample to sample, an event where x is far."""
-
-    def motion(t, y, force):
-        return y[1], (force - VISCOUS * y[1]) / MASS
-
-    def far(t, y, force):
-        return rendered.LINEAR_FAR - abs(y[0])
-
-    far.terminal = True  # type: ignore[attr-defined]
-    x, v, before = rendered.LINEAR_START, 0.0, rendered.LINEAR_START
-    speed, lost = np.zeros((COUNT, 1)), False
-    for k in range(COUNT):
-        speed[k] = v
-        force = -stiffness * x - damping * (x - before) / PERIOD
-        before = x
-        part = solve_ivp(motion, (0.0, PERIOD), (x, v), events=far, args=(force,), rtol=1e-8, atol=1e-16)
-        x, v = part.y[:, -1]
-        if part.status == 1:
-            lost = True
-            break
-    return int(verdicts(speed, np.array([lost]), np.array([stiffness]))[0])
+def by_steps(what: Setting, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Return the classes (n,) with friction and sensor steps, no delay: all cells stepped together."""
+    few = rendered.FEW_STEPS * what.quantum
+    verdict, quiet = np.zeros(stiffness.size, dtype=np.int8), np.arange(stiffness.size)
+    for start in rendered.STARTS:
+        found = _let_go(what, stiffness[quiet], damping[quiet], start * what.quantum)
+        verdict[quiet] = rendered.by_reach(found, few, held=False, linear=True)
+        quiet = quiet[verdict[quiet] == rendered.DECAYS]
+    return verdict
 
 
-def mujoco_model():
-    """Return a model of a slider with a motor; None where MuJoCo is not installed.
+def _let_go(what: Setting, stiffness: np.ndarray, damping: np.ndarray, start: float) -> survey.Found:
+    """Step every cell from rest at a start in m, until it is lost or has rested for a part of the time."""
+    count = stiffness.size
+    found = survey.Found(np.zeros((count, survey.PARTS, 3)), *np.zeros((2, count), dtype=np.int64))
+    left = np.arange(count)
+    x, v = np.full(count, start), np.zeros(count)
+    seen = what.quantum * np.floor(x / what.quantum)
+    for part in range(survey.PARTS):
+        low, high, moved = x.copy(), x.copy(), np.zeros(left.size, dtype=bool)
+        for _ in range(round(rendered.SECONDS * what.rate / survey.PARTS)):
+            before, seen = seen, what.quantum * np.floor(x / what.quantum)
+            pull = -stiffness[left] * (seen + 0.5 * what.quantum)
+            x, v = _step(what, x, v, pull - damping[left] * (seen - before) / what.period)
+            np.minimum(low, x, out=low)
+            np.maximum(high, x, out=high)
+            moved |= v != 0.0
+        found.parts[left, part, survey.LOW], found.parts[left, part, survey.HIGH] = low, high
+        lost = np.maximum(-low, high) > rendered.FAR
+        found.ends[left[lost]], found.ends[left[~lost & ~moved]] = survey.LEFT_RANGE, survey.SETTLED
+        on = moved & ~lost
+        left, x, v, seen = left[on], x[on], v[on], seen[on]
+    return found
 
-    RK4, because the semi-implicit steps take the held force as if it came without the half period of delay,
-    and so call springs stable that are not.
-    """
-    try:
-        import mujoco
-    except ImportError:
-        return None
-    return mujoco.MjModel.from_xml_string(
-        f'<mujoco><option timestep="{PERIOD}" gravity="0 0 0" integrator="RK4">'
-        '<flag contact="disable" constraint="disable"/></option>'
-        f'<worldbody><body><joint name="hand" type="slide" axis="1 0 0" damping="{VISCOUS}"/>'
-        f'<geom type="sphere" size="0.002" mass="{MASS}"/></body></worldbody>'
-        '<actuator><motor joint="hand"/></actuator></mujoco>'
-    )
 
-
-def mujoco_cell(model, stiffness: float, damping: float) -> int:
-    """Return one cell's class by mj_step, one step a sample."""
-    import mujoco
-
-    data = mujoco.MjData(model)
-    data.qpos[0] = before = rendered.LINEAR_START
-    speed, lost = np.zeros((COUNT, 1)), False
-    for k in range(COUNT):
-        x = float(data.qpos[0])
-        speed[k] = data.qvel[0]
-        data.ctrl[0] = -stiffness * x - damping * (x - before) / PERIOD
-        before = x
-        mujoco.mj_step(model, data)
-        if not abs(x) <= rendered.LINEAR_FAR:
-            lost = True
-            break
-    return int(verdicts(speed, np.array([lost]), np.array([stiffness]))[0])
+def _step(what: Setting, x: np.ndarray, v: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return place and speed a period later, Coulomb friction exact: a handle stops once in it at most."""
+    m, b, friction = what.mass, what.viscous, what.coulomb
+    x_v, v_v, x_f, v_f = _glide(what, what.period)
+    way = np.sign(np.where(v == 0.0, force, v))
+    net = force - way * np.where(v == 0.0, np.minimum(friction, np.abs(force)), friction)
+    later, speed = x + x_v * v + x_f * net, v_v * v + v_f * net
+    stops = np.flatnonzero(speed * v < 0.0)
+    after = m / b * np.log1p(-b * v[stops] / net[stops])
+    later[stops] = x[stops] + (net[stops] * after + m * v[stops]) / b
+    back = force[stops] - np.clip(force[stops], -friction, friction)
+    _, _, x_f, v_f = _glide(what, what.period - after)
+    later[stops] += x_f * back
+    speed[stops] = v_f * back
+    return later, speed

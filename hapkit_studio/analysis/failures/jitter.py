@@ -31,7 +31,7 @@ def exact(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> floa
     for period, times in _runs(periods):
         one = spring.step_matrix(case["mass"], case["viscous"], stiffness, 0.0, period, 0.0)
         whole = np.linalg.matrix_power(one, times) @ whole
-    return spring.exact_rate(whole, sum(periods))
+    return spring.largest_root(whole, sum(periods)).real
 
 
 def _runs(periods: tuple[float, ...]) -> list[tuple[float, int]]:

@@ -4,6 +4,7 @@ On an ideal handle; and on that of Diolaiti's plane, with viscous and Coulomb fr
 steps.
 """
 
+import cmath
 import math
 
 import numpy as np
@@ -114,16 +115,18 @@ def _map(mass: float, viscous: float, seconds: float) -> np.ndarray:
     return np.array([[a, b, g0], [c, d, g1]])
 
 
-def exact_rate(matrix: np.ndarray, seconds: float) -> float:
-    """Return the growth in 1/s of a loop that repeats this map every ``seconds``."""
-    return math.log(np.abs(np.linalg.eigvals(matrix)).max()) / seconds
+def largest_root(matrix: np.ndarray, seconds: float) -> complex:
+    """Return growth σ and turning ω as σ + jω in 1/s of a loop that repeats this map every ``seconds``."""
+    roots = np.linalg.eigvals(matrix)
+    root = complex(roots[np.abs(roots).argmax()])
+    return complex(math.log(abs(root)), abs(cmath.phase(root))) / seconds
 
 
-def exact(case: Case, stiffness: float) -> float:
-    """Return the growth in 1/s from the loop's largest root; a case without damping or delay has none."""
+def exact(case: Case, stiffness: float) -> complex:
+    """Return σ + jω in 1/s of the loop's largest root; a case without damping or delay has none."""
     period = 1.0 / case["rate"]
     extra = case.get("damping", 0.0), period, case.get("delay", 0.0)
-    return exact_rate(step_matrix(case["mass"], case["viscous"], stiffness, *extra), period)
+    return largest_root(step_matrix(case["mass"], case["viscous"], stiffness, *extra), period)
 
 
 RESTS, CYCLES, GROWS = "rests", "cycles", "grows"
@@ -133,7 +136,14 @@ LOST = 20.0
 
 
 def released_with_friction(
-    mass: float, viscous: float, coulomb: float, quantum: float, rate: float, stiffness: float, start: float
+    mass: float,
+    viscous: float,
+    coulomb: float,
+    quantum: float,
+    rate: float,
+    stiffness: float,
+    start: float,
+    seconds: float = FRICTION_SECONDS,
 ) -> np.ndarray:
     """Return the place (n,) in m of a handle let go ``start`` m from the edge it comes to rest at.
 
@@ -143,14 +153,14 @@ def released_with_friction(
     edge = quantum
     device = SimulatedHapkit(mass, viscous, coulomb, quantum, math.inf, edge + start)
     given = {"stiffness": stiffness, "damping": 0.0, "center": 0.5 * quantum}
-    out = base.render("spring", given, device, LoopSettings(rate), round(FRICTION_SECONDS * rate))
+    out = base.render("spring", given, device, LoopSettings(rate), round(seconds * rate))
     x = out[:, rows.TRUE_POSITION] - edge
     return x[: base.before_lost(x, LOST * abs(start))]
 
 
-def judged(x: np.ndarray, start: float, rate: float) -> tuple[str, float]:
+def judged(x: np.ndarray, start: float, rate: float, seconds: float = FRICTION_SECONDS) -> tuple[str, float]:
     """Return what a motion (n,) comes to, and the p-p of its last half second in m."""
-    complete = len(x) == round(FRICTION_SECONDS * rate)
+    complete = len(x) == round(seconds * rate)
     last = float(np.ptp(x[-round(0.5 * rate) :])) if len(x) else math.inf
     # what still moves beyond its beginning after all that time is on its way out
     if not complete or np.abs(x[-round(0.5 * rate) :]).max() > abs(start):

@@ -10,10 +10,12 @@ from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.behaviour import NUDGE
 from hapkit_studio.analysis.stability.limits import (
+    Intervals,
     checked_loop,
     coulomb_line,
+    first_end,
     simple_rule,
-    stiffness_limits,
+    stable_intervals,
 )
 from hapkit_studio.analysis.stability.margin import Margin, round_axes, sentence
 from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
@@ -59,11 +61,12 @@ class Cells:
 class Plane:
     """Everything that a chart of the plane shows; SI units.
 
-    exact, simple and friction, up to which dry friction holds a nudge, are (n,) over damping (n,);
-    edge_damping and edge (k,) are the passivity line up to the largest passive damping; coulomb is inf
-    without sensor steps, hands the limits at the margin's damping. Without a linear estimator exact and
-    friction are all nan, the edge empty, the hands' and the margin's limits nan. said: what the handle does
-    with the margin's impedance, where that was asked.
+    exact, simple and friction, up to which dry friction holds a nudge, are (n,) over damping (n,), again
+    (2, n) the ends of the next stable interval above, nan where none; edge_damping and edge (k,) are the
+    passivity line up to the largest passive damping; coulomb is inf without sensor steps, hands the limits at
+    the margin's damping. Without a linear estimator exact and friction are all nan, again and the edge empty,
+    the hands' and the margin's limits nan. said: what the handle does with the margin's impedance, where that
+    was asked.
     """
 
     setting: Setting
@@ -71,6 +74,7 @@ class Plane:
     top: float
     damping: np.ndarray
     exact: np.ndarray
+    again: np.ndarray
     simple: np.ndarray
     friction: np.ndarray
     edge_damping: np.ndarray
@@ -92,8 +96,8 @@ class Plane:
         return float(self.damping[-1])
 
 
-def exact_boundary(setting: Setting, damping: np.ndarray) -> np.ndarray:
-    """Return the largest stable stiffness (n,) in N/m; 0 where damping (n,) alone is unstable.
+def intervals(setting: Setting, damping: np.ndarray) -> list[Intervals]:
+    """Return the stable stiffnesses in N/m for each damping (n,): intervals (low, high), the lowest first.
 
     Raise ParameterError for an estimator that is not linear.
     """
@@ -101,7 +105,15 @@ def exact_boundary(setting: Setting, damping: np.ndarray) -> np.ndarray:
         setting.mass, setting.viscous, 0.0, setting.rate, setting.delay, setting.estimator, setting.hand,
         setting.quantum,
     )  # fmt: skip
-    return stiffness_limits(loop, checked_row(damping, DAMPING))
+    return stable_intervals(loop, checked_row(damping, DAMPING))
+
+
+def exact_boundary(setting: Setting, damping: np.ndarray) -> np.ndarray:
+    """Return the stiffness (n,) in N/m up to which all are stable; 0 where damping (n,) alone is unstable.
+
+    Raise ParameterError for an estimator that is not linear.
+    """
+    return np.array([first_end(each) for each in intervals(setting, damping)])
 
 
 def friction_boundary(setting: Setting, damping: np.ndarray, push: float = NUDGE) -> np.ndarray:
@@ -149,6 +161,15 @@ def limit(setting: Setting, damping: float) -> float:
     return float(exact_boundary(setting, across)[0]) if setting.linear else math.nan
 
 
+def margin_of(setting: Setting, stiffness: float, damping: float) -> Margin:
+    """Return how far a rendered stiffness in N/m is from the limit at its damping."""
+    if not setting.linear:
+        return Margin(stiffness, damping, math.nan, setting.hand)
+    found = intervals(setting, np.array([DAMPING.check(damping)]))[0]
+    again = tuple(ends for ends in found if ends[0] > 0.0)
+    return Margin(stiffness, damping, first_end(found), setting.hand, again)
+
+
 def hands(setting: Setting, damping: float) -> dict[str, float]:
     """Return the limit in N/m at one damping under every grip, the released hand first."""
     return {name: limit(replace(setting, hand=name), damping) for name in GRIPS}
@@ -170,19 +191,22 @@ def plane(
     stiffness, damping = RENDERED_STIFFNESS.check(stiffness), RENDERED_DAMPING.check(damping)
     width, top = WIDTH.check(width or 0.0), TOP.check(top or 0.0)
     columns = whole_number(columns, "The number of columns", 2)
-    around = hands(setting, damping)
-    bound = around[setting.hand]
+    around, margin = hands(setting, damping), margin_of(setting, stiffness, damping)
     if not (width and top):
         limits = exact_boundary if setting.linear else simple_rule
-        here = bound if setting.linear else float(simple_rule(setting, np.array([damping]))[0])
+        here = margin.limit if setting.linear else float(simple_rule(setting, np.array([damping]))[0])
         wide, high = round_axes(lambda across: limits(setting, across), stiffness, damping, here)
         width, top = width or wide, top or high
     across = np.linspace(0.0, width, columns)
-    exact = exact_boundary(setting, across) if setting.linear else np.full(columns, math.nan)
+    found = intervals(setting, across) if setting.linear else []
+    exact = np.array([first_end(each) for each in found]) if found else np.full(columns, math.nan)
+    none = math.nan, math.nan
+    again = (
+        np.array([next((ends for ends in each if ends[0] > 0.0), none) for each in found]).reshape(-1, 2).T
+    )
     passive_b, passive_k = passive_edge(setting) if setting.linear else (np.empty(0), np.empty(0))
-    margin = Margin(stiffness, damping, bound, setting.hand)
     friction = friction_boundary(setting, across) if setting.linear and setting.coulomb > 0.0 else exact
-    lines = across, exact, simple_rule(setting, across), friction
+    lines = across, exact, again, simple_rule(setting, across), friction
     return Plane(setting, margin, top, *lines, passive_b, passive_k, coulomb_line(setting), around)
 
 
@@ -206,6 +230,7 @@ def as_json(plane: Plane) -> dict[str, Any]:
             "stiffness": margin.stiffness,
             "damping": margin.damping,
             "limit": margin.limit,
+            "stable_again": margin.again,
             "ratio": margin.ratio,
             "stable": margin.stable if math.isfinite(margin.limit) else None,
             "words": plane.words,

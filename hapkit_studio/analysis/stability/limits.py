@@ -2,13 +2,18 @@
 
 The loop: exact paddle, force held between samples and delayed by any time, u = -(K x + B v^) with the linear
 velocity estimate v^ = H(z) x, a hand as a spring and damper to the ground with its mass added. No quantum,
-no Coulomb friction, no clamp. The limits are where the characteristic equation 1 + (K + B H) P = 0 has a root
-on the unit circle: where K = -1/P - B H is real on z = e^jw, the lowest such K > 0.
+no Coulomb friction, no clamp. The characteristic equation 1 + (K + B H) P = 0 has a root on the unit circle
+where K = -1/P - B H is real on z = e^jw. What lies inside the circle is mapped to the left of that curve:
+where it comes up through the real axis a pair of roots leaves the circle as K passes, where it goes down a
+pair comes back (D-decomposition, Neimark 1948). So the stable stiffnesses can be several intervals: a filter
+may turn the damping's force against a spring that swings slowly, and not against a stiffer one.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +32,8 @@ _TOGETHER = 32
 
 # Angles w per sample (m,), and for each of them its column: complex values (m,).
 Curve = Callable[[np.ndarray, np.ndarray], np.ndarray]
+# Ends (low, high) in N/m of what is stable, the lowest first.
+Intervals = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -57,11 +64,11 @@ class Loop:
 def checked_loop(
     mass: float,
     viscous: float,
-    damping: float,
-    rate: float,
-    delay: float,
-    estimator: Spec,
-    hand: Hand | Grip | str | None,
+    damping: float = 0.0,
+    rate: float = 1000.0,
+    delay: float = 0.0,
+    estimator: Spec = "difference",
+    hand: Hand | Grip | str | None = None,
     quantum: float = USUAL_QUANTUM,
 ) -> Loop:
     """Return the loop with the hand's terms added; raise ParameterError."""
@@ -115,20 +122,25 @@ def _frequencies(loop: Loop) -> np.ndarray:
     return np.union1d(np.geomspace(slowest, 1.0, 600), even)
 
 
-def _lowest_crossings(curve: Curve, w: np.ndarray, columns: int) -> np.ndarray:
-    """Return the smallest positive real value (columns,) of each complex curve on [w[0], pi]; inf if none."""
+def _crossings(curve: Curve, w: np.ndarray, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return where complex curves on [w[0], pi] cross the positive real axis: all (k,), in no order.
+
+    Column, value, and how many roots leave the unit circle as the value is passed: 2, or -2 that come
+    back; at pi a single one.
+    """
     values = curve(w, np.arange(columns)[:, np.newaxis])
     negative = np.signbit(values.imag)
+    negative[:, -1] = negative[:, -2]  # real at pi: what is left there is rounding
     column, place = np.nonzero(negative[:, :-1] != negative[:, 1:])
     low, high, below = w[place], w[place + 1], negative[column, place]
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         left = np.signbit(curve(middle, column).imag) == below
         low, high = np.where(left, middle, low), np.where(left, high, middle)
-    real = curve(0.5 * (low + high), column).real
-    lowest = np.where(values.real[:, -1] > 0.0, values.real[:, -1], math.inf)
-    np.minimum.at(lowest, column[real > 0.0], real[real > 0.0])
-    return lowest
+    value = np.r_[curve(0.5 * (low + high), column).real, values.real[:, -1]]
+    leaving = np.r_[np.where(below, 2, -2), np.where(negative[:, -1], 1, -1)]
+    there = value > 0.0
+    return np.r_[column, np.arange(columns)][there], value[there], leaving[there]
 
 
 def _velocity_of(loop: Loop) -> Callable[[np.ndarray], np.ndarray]:
@@ -144,35 +156,68 @@ def _velocity_of(loop: Loop) -> Callable[[np.ndarray], np.ndarray]:
     return lambda w: response(coefs, 1.0 / loop.rate, np.exp(1j * w))
 
 
-def damping_limit(loop: Loop) -> float:
-    """Return the largest stable virtual damping in N·s/m without stiffness, inf where all is.
-
-    Raise ParameterError for an estimator that is not linear.
-    """
+def _roots_outside(loop: Loop, damping: np.ndarray) -> np.ndarray:
+    """Return how many roots (n,) are outside the unit circle at a virtual damping (n,), hardly any spring."""
     velocity = _velocity_of(loop)
 
     def curve(w: np.ndarray, column: np.ndarray) -> np.ndarray:
         return np.broadcast_to(-_inverse_plant(loop, w) / velocity(w), np.broadcast(w, column).shape)
 
-    return float(_lowest_crossings(curve, _frequencies(loop), 1)[0])
+    _, value, leaving = _crossings(curve, _frequencies(loop), 1)
+    return (value < damping[:, np.newaxis]) @ leaving
+
+
+def stable_intervals(loop: Loop, damping: np.ndarray) -> list[Intervals]:
+    """Return the stable stiffnesses for each virtual damping (n,) in N·s/m; the loop's own does not count.
+
+    K = -1/P - B H on the unit circle, one column a damping. Raise ParameterError for an estimator that is not
+    linear.
+    """
+    velocity, outside = _velocity_of(loop), _roots_outside(loop, damping)
+    found: list[Intervals] = []
+    for start in range(0, len(damping), _TOGETHER):
+        part = damping[start : start + _TOGETHER]
+
+        def curve(w: np.ndarray, column: np.ndarray, virtual: np.ndarray = part) -> np.ndarray:
+            return -_inverse_plant(loop, w) - virtual[column] * velocity(w)
+
+        column, value, leaving = _crossings(curve, _frequencies(loop), len(part))
+        for k in range(len(part)):
+            own = np.flatnonzero(column == k)
+            own = own[value[own].argsort()]
+            edges = [0.0, *value[own].tolist(), math.inf]
+            roots = outside[start + k] + np.cumsum([0, *leaving[own]])
+            ends = zip(pairwise(edges), roots, strict=True)
+            found.append(tuple(interval for interval, lost in ends if lost == 0))
+    return [each if b + loop.viscous > 0.0 else () for each, b in zip(found, damping, strict=True)]
+
+
+def first_end(intervals: Intervals) -> float:
+    """Return the stiffness in N/m up to which all are stable; 0 where the softest is not."""
+    return intervals[0][1] if intervals and intervals[0][0] == 0.0 else 0.0
 
 
 def stiffness_limits(loop: Loop, damping: np.ndarray) -> np.ndarray:
-    """Return the largest stable stiffness (n,) in N/m for each virtual damping (n,) in N·s/m.
+    """Return the end (n,) in N/m of the first of the ``stable_intervals``, each's ``first_end``."""
+    return np.array([first_end(each) for each in stable_intervals(loop, damping)])
 
-    K = -1/P - B H on the unit circle, one column a damping; the loop's own damping does not count. 0 where
-    the damping alone is unstable. Raise ParameterError.
+
+def stable(loop: Loop, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Return whether stiffness (m,) in N/m is stable at virtual damping (n,) in N·s/m: bool (m, n)."""
+    found = np.zeros((len(stiffness), len(damping)), dtype=bool)
+    for column, intervals in enumerate(stable_intervals(loop, damping)):
+        for low, high in intervals:
+            found[:, column] |= (low < stiffness) & (stiffness <= high)
+    return found
+
+
+def stable_stiffnesses(mass: float, viscous: float, **loop: Any) -> Intervals:
+    """Return every interval (low, high) in N/m of stable virtual stiffness, exact, the lowest first.
+
+    Arguments as ``stiffness_limit``, which is the end of the first one. Raise ParameterError.
     """
-    velocity, limits = _velocity_of(loop), np.zeros(len(damping))
-    inside = np.flatnonzero((damping + loop.viscous > 0.0) & (damping < damping_limit(loop)))
-    for start in range(0, len(inside), _TOGETHER):
-        part = inside[start : start + _TOGETHER]
-
-        def curve(w: np.ndarray, column: np.ndarray, virtual: np.ndarray = damping[part]) -> np.ndarray:
-            return -_inverse_plant(loop, w) - virtual[column] * velocity(w)
-
-        limits[part] = _lowest_crossings(curve, _frequencies(loop), len(part))
-    return limits
+    checked = checked_loop(mass, viscous, **loop)
+    return stable_intervals(checked, np.array([checked.damping]))[0]
 
 
 def stiffness_limit(
@@ -186,7 +231,7 @@ def stiffness_limit(
     hand: Hand | Grip | str | None = None,
     quantum: float = USUAL_QUANTUM,
 ) -> float:
-    """Return the largest stable virtual stiffness in N/m, exact; 0 if the damping alone is unstable.
+    """Return the largest virtual stiffness in N/m up to which all are stable, exact; 0 if none is.
 
     mass kg, viscous and virtual damping N·s/m, rate Hz, delay s; hand: a Hand, a Grip, a name, or None for a
     released handle; quantum in m: the sensor's, which the velocity estimator is designed for. Raise

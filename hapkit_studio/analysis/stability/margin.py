@@ -21,17 +21,24 @@ class Margin:
     """A rendered stiffness (N/m) and damping (N·s/m) beside the stable limit (N/m) at that damping.
 
     limit: 0 where the damping alone is unstable, nan where there is no exact one. hand: the grip's name.
+    again: intervals (low, high) in N/m above the limit that are stable, too.
     """
 
     stiffness: float
     damping: float
     limit: float
     hand: str = RELEASED
+    again: tuple[tuple[float, float], ...] = ()
 
     @property
     def stable(self) -> bool:
-        """Say whether the rendered impedance is inside the limit."""
-        return self.limit > 0.0 and self.stiffness <= self.limit
+        """Say whether the rendered impedance is inside the limit, or stable again above it."""
+        return (self.limit > 0.0 and self.stiffness <= self.limit) or self.island is not None
+
+    @property
+    def island(self) -> tuple[float, float] | None:
+        """Return the interval above the limit that the stiffness lies in, None where in none."""
+        return next((ends for ends in self.again if ends[0] < self.stiffness <= ends[1]), None)
 
     @property
     def ratio(self) -> float:
@@ -58,6 +65,8 @@ def short(margin: Margin) -> str:
     """Return the margin in a few words: "1.4 × below the limit"."""
     if math.isnan(margin.limit):
         return "No exact limit"
+    if margin.island:
+        return f"Stable from {span(margin.island)}"
     if margin.limit <= 0.0:
         return "Above the damping limit"
     if margin.stiffness <= 0.0:
@@ -67,21 +76,32 @@ def short(margin: Margin) -> str:
     return f"{times(margin.ratio)} below the limit" if margin.ratio < FAR else "Over 100 × below the limit"
 
 
+def span(ends: tuple[float, float]) -> str:
+    """Write an interval of stiffness: "341 to 1,562 N/m"."""
+    return f"{ends[0]:,.0f} to {ends[1]:,.0f} N/m"
+
+
+def stable_again(margin: Margin) -> str:
+    """Return in a sentence which other stiffnesses above the limit are stable, too; nothing where none is."""
+    others = [span(ends) for ends in margin.again if ends != margin.island]
+    return f"Stable {'again' if margin.limit else 'only'} from {' and from '.join(others)}." if others else ""
+
+
 def remedy(margin: Margin) -> str:
     """Return what to do about an unstable impedance; nothing where it is stable."""
     if math.isnan(margin.limit):
         return "The velocity filter is not linear: only a run can tell."
-    if margin.limit <= 0.0:
+    if margin.limit <= 0.0 and not margin.island:
         return "Lower damping."
     return "" if margin.stable else f"Lower stiffness below {margin.limit:,.0f} N/m."
 
 
 def sentence(margin: Margin) -> str:
-    """Return the margin and the hand: "1.4 × below the limit; released hand."."""
+    """Return the margin, the hand, and what to do: "1.4 × below the limit; released hand."."""
     said = short(margin)
     hand = hand_words(margin.hand)
     whole = f"{said}." if said.endswith(hand) else f"{said}; {hand}."
-    return f"{whole} {remedy(margin)}".rstrip()
+    return " ".join(part for part in (whole, remedy(margin), stable_again(margin)) if part)
 
 
 _ROUND = (1, 1.5, 2, 3, 4, 5, 8, 10)

@@ -3,10 +3,11 @@
 F = -K (x - c) - B v^ is rendered by the tick on the simulated Hapkit, no force limit, for 12 s or 12,000
 samples or 80 rad of the slowest oscillation, whichever is longest.
 
-A linear loop (no Coulomb friction, no sensor steps, a linear velocity estimate) is let go 1 µm away. It
-DECAYS where the sum of a² + (ω v)² over the last third of the time is less than over the third before,
-ω² = K / m, or where it has died to 1e-30 of its start; otherwise, and beyond 1 m, it GROWS. At 1 % beyond a
-limit it grows by 0.02 to 0.05 1/s.
+A linear loop (no Coulomb friction, no sensor steps, a linear velocity estimate) has exact limits, and its map
+is taken from these. To measure its boundary all the same it is let go 1 µm away. It DECAYS where the sum of
+a² + (ω v)² over the last third of the time is less than over the third before, ω² = K / m, or where it has
+died to 1e-30 of its start; otherwise, and beyond 1 m, it GROWS. At 1 % beyond a limit it grows by 0.02 to
+0.05 1/s.
 
 Any other loop is let go 200.3 sensor steps away, and 3.3 steps away where it came to rest from there
 (Diolaiti et al. 2006). The centre lies half a step off an edge between two steps, where friction holds it
@@ -32,7 +33,14 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import Cells, Points
-from hapkit_studio.analysis.stability.limits import checked_loop
+from hapkit_studio.analysis.stability.limits import (
+    Intervals,
+    Loop,
+    checked_loop,
+    first_end,
+    stable,
+    stable_intervals,
+)
 from hapkit_studio.analysis.sweeps import sweep
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec, parse
@@ -89,6 +97,13 @@ class Rendered:
         return parse(self.loop.estimator)[0].response is not None
 
     @property
+    def exact(self) -> Loop:
+        """Return the loop without friction, steps and controller, and without virtual damping."""
+        device, loop = self.device, self.loop
+        ideal = device.mass, device.viscous, 0.0, loop.rate, loop.delay, loop.estimator, self.grip
+        return checked_loop(*ideal, self.step)
+
+    @property
     def mass(self) -> float:
         """Return what moves, handle and hand, in kg."""
         return self.device.mass + (self.grip.mass if self.grip else 0.0)
@@ -115,7 +130,7 @@ def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarra
     damping = np.asarray(damping, dtype=float)
     if what.linear:
         limits = survey.Limits(LINEAR_FAR, survey.NEVER_STILL, LINEAR_FAINT, survey.NEVER_SMALL)
-        return by_envelope(_let_go(what, stiffness, damping, LINEAR_START, 0.0, limits))
+        return _by_envelope(_let_go(what, stiffness, damping, LINEAR_START, 0.0, limits))
     step = what.step
     still = math.ceil((_STILL_SECONDS + what.loop.delay) * what.loop.rate)
     limits = survey.Limits(FAR, still, survey.NEVER_FAINT, FEW_STEPS * step)
@@ -124,7 +139,7 @@ def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarra
     for start in STARTS:
         centre = -0.5 * what.device.quantum
         found = _let_go(what, stiffness[quiet], damping[quiet], start * step, centre, limits)
-        verdict[quiet] = _by_reach(found, FEW_STEPS * step, what.loop.controller, what.linear_estimate)
+        verdict[quiet] = by_reach(found, FEW_STEPS * step, what.loop.controller, what.linear_estimate)
         quiet = quiet[verdict[quiet] == DECAYS]
     return verdict
 
@@ -152,7 +167,7 @@ def _let_go(
     return survey.survey(what.scene(), what.grip, cells, limits)
 
 
-def by_envelope(found: survey.Found) -> np.ndarray:
+def _by_envelope(found: survey.Found) -> np.ndarray:
     """Compare the power of the last third with that of the one before."""
     third = survey.PARTS // 3
     power = found.parts[:, :, survey.POWER]
@@ -162,7 +177,7 @@ def by_envelope(found: survey.Found) -> np.ndarray:
     return np.where(settles, DECAYS, GROWS).astype(np.int8)
 
 
-def _by_reach(found: survey.Found, few: float, held: bool, linear: bool) -> np.ndarray:
+def by_reach(found: survey.Found, few: float, held: bool, linear: bool) -> np.ndarray:
     """Compare how far the last third reaches with the one before; few is a buzz's longest reach in m.
 
     held: a controller holds the motion, and only what reaches ever farther grows. linear: the estimate is,
@@ -205,11 +220,15 @@ def classes(
 ) -> np.ndarray:
     """Return DECAYS, BUZZES or GROWS (m, n) int8 for every stiffness (m,) N/m and damping (n,) N·s/m.
 
-    sweeping: executor and progress, as ``sweep``. Raise ParameterError, and what progress raises.
+    sweeping: executor and progress, as ``sweep``, for cells that only rendering can judge. Raise
+    ParameterError, and what progress raises.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
+    what = rendered(setting, real)
+    if what.linear:
+        return _grid(what, columns, lines)
     cells = [(k, b) for k in lines.tolist() for b in columns.tolist()]
-    found = sweep(partial(_classes, rendered(setting, real)), cells, **sweeping)
+    found = sweep(partial(_classes, what), cells, **sweeping)
     return np.array(found, dtype=np.int8).reshape(lines.size, columns.size)
 
 
@@ -223,12 +242,16 @@ def maps(
 ) -> np.ndarray:
     """Return the ``classes`` (s, m, n) int8 of many settings: one sweep, whose cell is a line of a map.
 
-    Raise ParameterError, and what progress raises.
+    A map that needs no rendering is one cell. Raise ParameterError, and what progress raises.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
-    cells = [(rendered(setting, real), k) for setting in settings for k in lines.tolist()]
-    found = sweep(partial(_lines, columns), cells, **sweeping)
-    return np.array(found, dtype=np.int8).reshape(len(settings), lines.size, columns.size)
+    cells = [
+        (what, part)
+        for what in (rendered(setting, real) for setting in settings)
+        for part in ([lines] if what.linear else lines[:, np.newaxis])
+    ]
+    found = sweep(partial(_grids, columns), cells, **sweeping)
+    return np.concatenate(found).reshape(len(settings), lines.size, columns.size)
 
 
 def boundary(setting: Setting, damping: np.ndarray, *, real: bool = False, **sweeping: Any) -> np.ndarray:
@@ -245,8 +268,17 @@ def _classes(what: Rendered, cells: list[tuple[float, float]]) -> list[int]:
     return judge(what, *np.array(cells).T).tolist()
 
 
-def _lines(damping: np.ndarray, cells: list[tuple[Rendered, float]]) -> list[np.ndarray]:
-    return [judge(what, np.full(damping.size, k), damping) for what, k in cells]
+def _grids(damping: np.ndarray, cells: list[tuple[Rendered, np.ndarray]]) -> list[np.ndarray]:
+    return [_grid(what, damping, stiffness) for what, stiffness in cells]
+
+
+def _grid(what: Rendered, damping: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    """Return the classes (m, n) of stiffness (m,) and damping (n,); a linear loop's from its exact limits."""
+    if what.linear:
+        steady = stable(what.exact, np.maximum(stiffness, SOFTEST), damping)
+        return np.where(steady, DECAYS, GROWS).astype(np.int8)
+    k, b = np.meshgrid(stiffness, damping, indexing="ij")
+    return judge(what, k.ravel(), b.ravel()).reshape(k.shape)
 
 
 def _limits(what: Rendered, columns: list[float]) -> list[float]:
@@ -254,16 +286,30 @@ def _limits(what: Rendered, columns: list[float]) -> list[float]:
 
 
 def stiffest(what: Rendered, damping: float) -> float:
-    """Return the largest stiffness in N/m that does not grow at a virtual damping in N·s/m."""
-    return largest_stable(lambda k: judge(what, [k], [damping])[0] != GROWS, softest(what))
+    """Return the stiffness in N/m up to which none grows at a virtual damping in N·s/m."""
+    least, beyond = softest(what), math.inf
+    if what.linear_estimate and not what.loop.controller:
+        beyond = in_first_gap(stable_intervals(what.exact, np.array([damping]))[0], least)
+    return largest_stable(lambda k: judge(what, [k], [damping])[0] != GROWS, least, beyond)
 
 
-def largest_stable(stable: Callable[[float], bool], softest: float = SOFTEST) -> float:
+def in_first_gap(intervals: Intervals, softest: float = SOFTEST) -> float:
+    """Return the middle in N/m between the limit and the next interval of stable springs; inf without one."""
+    limit = max(first_end(intervals), softest)
+    return next((math.sqrt(limit * low) for low, _ in intervals if low > limit), math.inf)
+
+
+def largest_stable(
+    stable: Callable[[float], bool], softest: float = SOFTEST, beyond: float = math.inf
+) -> float:
     """Return the stiffness in N/m, to 1e-4, up to which ``stable`` holds; 0 if nowhere, inf if everywhere.
 
-    Nothing softer than the softest is tried.
+    Nothing softer than the softest is tried, and beyond a stiffness that is known to be too much only where
+    it proves to be stable.
     """
     low, high = 1.0, math.inf
+    if beyond < math.inf:
+        low, high = (beyond, high) if stable(beyond) else (min(low, beyond / 4.0), beyond)
     while not stable(low):
         if low <= softest:
             return 0.0

@@ -14,7 +14,7 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.behaviour import NUDGE, PLACES, Behaviour, behaviour, centre_of
-from hapkit_studio.analysis.stability.margin import FAR, RELEASED, Margin, times
+from hapkit_studio.analysis.stability.margin import FAR, RELEASED, Margin, span, times
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment
@@ -93,6 +93,8 @@ class Verdict:
             return one.words
         if not margin.stable:
             return f"{one.words}, although beyond the linear limit"
+        if margin.island:
+            return f"{one.words}, stable again from {span(margin.island)}"
         below = f"{times(margin.ratio)} below" if margin.ratio < FAR else "over 100 × below"
         return f"{one.words}, {below} the limit"
 
@@ -159,8 +161,7 @@ def verdict(asked: Asked) -> Verdict:
     if not unknown and asked.impedance is not None:
         stiffness, damping = asked.impedance
         for hand in grips:
-            limit = kb_plane.limit(replace(asked.setting, hand=hand), damping)
-            margins[hand] = Margin(stiffness, damping, limit, hand)
+            margins[hand] = kb_plane.margin_of(replace(asked.setting, hand=hand), stiffness, damping)
     return Verdict(does, margins, unknown)
 
 

@@ -56,6 +56,22 @@ def test_one_object_of_columns_in_si(capsys, monkeypatch):
     assert found["measuring_seconds"] > 0.0
 
 
+def test_several_intervals_are_said_and_are_where_the_map_is_stable(capsys):
+    """The worked example of test_limits: 256, 341 and 1,562 N/m at 3.2 N·s/m."""
+    loop = ("--mass", "0.03133", "--viscous", "0.82441", "--rate", "1430.93", "-B", "3.2", "-K", "300")
+    more = "--estimator", "butterworth:cutoff=10.81613", "--to", "5.12", "--map", "--json"
+    code, out, _ = run(capsys, *loop, *more)
+    found = json.loads(out)
+    assert code == 0
+    assert found["words"].endswith("Lower stiffness below 256 N/m. Stable again from 341 to 1,562 N/m.")
+    ((low, high),) = found["stable_again"]
+    assert (round(found["limit"]), round(low), round(high)) == (256, 341, 1562)
+    cells = found["map"]
+    column = cells["damping"].index(pytest.approx(3.2))
+    for k, line in zip(cells["stiffness"], cells["classes"], strict=True):
+        assert (line[column] == 0) == (k < found["limit"] or low < k < high), k
+
+
 @pytest.fixture
 def drawn(tmp_path, monkeypatch):
     """Return what draws a plane and returns the words in its picture."""

@@ -8,9 +8,15 @@ import pytest
 from scipy.linalg import expm
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.stability.limits import checked_loop, stiffness_limit, stiffness_limits
+from hapkit_studio.analysis.stability.limits import (
+    checked_loop,
+    stable_stiffnesses,
+    stiffness_limit,
+    stiffness_limits,
+)
 from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
@@ -99,53 +105,95 @@ def test_closed_form_of_the_prompt_spring(rng):
         assert stiffness_limit(m, b, rate=1 / period) == pytest.approx(want, rel=1e-9 + lost)
 
 
-def closed_loop(stiffness, mass, viscous, damping, rate, delay, alpha, hand):
-    """Return the state matrix of one period; states x, v, last x, last filtered v, then past commands."""
+def closed_loop(mass, viscous, damping, rate, delay, estimator, hand):
+    """Return a function from stiffness (n,) to the matrices (n, s, s) of one period.
+
+    States: x, v, what the estimator's recursion remembers, past commands; the plant's by matrix exponential.
+    """
     period = 1.0 / rate
     m, c, k = mass + hand.mass, viscous + hand.damping, hand.stiffness
     a = np.array([[0.0, 1.0, 0.0], [-k / m, -c / m, 1.0 / m], [0.0, 0.0, 0.0]])
     whole = int(delay / period)
     rest = delay - whole * period
     first, second = expm(a * rest), expm(a * (period - rest))
-    out = np.zeros((whole + 5, whole + 5))
-    out[:2, :2] = (second @ first)[:2, :2]
-    filtered = np.zeros(whole + 5)
-    filtered[[0, 2, 3]] = alpha / period, -alpha / period, 1.0 - alpha
-    asked = -damping * filtered
-    asked[0] -= stiffness
-    out[2, 0], out[3] = 1.0, filtered
-    commands = [asked, *np.eye(whole + 5)[4:]]
-    out[:2] += np.outer(second[:2, 2], commands[whole])
-    out[:2] += np.outer((second[:2, :2] @ first[:2, 2]), commands[whole + 1])
-    for i in range(whole + 1):
-        out[4 + i] = commands[i]
-    return out
+    code, coefs = estimators.design(estimator, rate, estimators.USUAL_QUANTUM)
+
+    def after(state, stiffness):
+        memory = np.zeros(estimators.MEMORY)
+        memory[:6] = state[2:8]
+        velocity = estimators.step(code, coefs, memory, state[0], period)
+        commands = [-stiffness * state[0] - damping * velocity, *state[8:]]
+        moved = first @ [*state[:2], commands[whole + 1]]
+        moved[2] = commands[whole]
+        return [*(second @ moved)[:2], *memory[:6], *commands[:-1]]
+
+    units = np.eye(9 + whole)
+    free, sprung = (np.column_stack([after(unit, k) for unit in units]) for k in (0.0, 1.0))
+    used = np.flatnonzero((sprung != units).any(axis=0))  # a method leaves some memory as it was
+    free, sprung = (matrix[np.ix_(used, used)] for matrix in (free, sprung))
+    return lambda stiffness: free + np.multiply.outer(stiffness, sprung - free)
 
 
-@pytest.mark.parametrize("count", [8, pytest.param(60, marks=pytest.mark.slow)])
-def test_roots_cross_the_unit_circle_at_the_limit(rng, count):
+def some_loop(rng):
+    """Return the arguments of a loop with any filter; half of them with a slow one of second order."""
+    mass, viscous, rate = 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(2.3, 4)
+    slow = ("butterworth", {"cutoff": 10 ** rng.uniform(0, 2)})
+    filters = ["difference", ("iir", {"cutoff": 10 ** rng.uniform(0, 2)}), "kalman", slow, slow, slow]
+    return {
+        "mass": mass,
+        "viscous": viscous,
+        "damping": rng.choice([0.0, 10 ** rng.uniform(-2, 0) * mass * rate]),
+        "rate": rate,
+        "delay": rng.choice([0.0, 1.0, rng.random(), 6.0 * rng.random()]) / rate,
+        "estimator": filters[rng.integers(len(filters))],
+        "hand": [Grip(0, 0, 0), Grip(0.05, 4.0, 200.0), Grip(0.0, 0.0, 500.0)][rng.integers(3)],
+    }
+
+
+def largest_root(loop, stiffness):
+    return np.abs(np.linalg.eigvals(closed_loop(**loop)(np.asarray(stiffness)))).max(axis=-1)
+
+
+def stands_as_its_roots_say(loop):
+    """Check the intervals by the roots of 300 springs and of those 0.1 % beside each end; return them."""
+    found = stable_stiffnesses(**loop)
+    ends = np.array([end for interval in found for end in interval if end > 0.0])
+    assert largest_root(loop, ends) == pytest.approx(np.ones(ends.size), abs=1e-9)
+    most = ends.max() if ends.size else 4.0 * loop["mass"] * loop["rate"] ** 2
+    springs = np.r_[np.geomspace(1e-4 * most, 4.0 * most, 300), 0.999 * ends, 1.001 * ends]
+    inside = [any(low < k <= high for low, high in found) for k in springs]
+    assert ((largest_root(loop, springs) < 1.0) == inside).all(), loop
+    assert stiffness_limit(**loop) == (found[0][1] if found and found[0][0] == 0.0 else 0.0)
+    return found
+
+
+@pytest.mark.parametrize("count", [20, pytest.param(150, marks=pytest.mark.slow)])
+def test_roots_cross_the_unit_circle_at_the_ends_of_the_intervals(rng, count):
     for _ in range(count):
-        mass, viscous, rate = 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(2.3, 4)
-        damping = rng.choice([0.0, 0.2 * rng.random() * mass * rate])
-        delay = rng.choice([0.0, 1.0, rng.random(), 6.0 * rng.random()]) / rate
-        cutoff = rng.choice([0, 35.5, 150])
-        hand = rng.choice([Grip(0, 0, 0), Grip(0.05, 4.0, 200.0), Grip(0.0, 0.0, 500.0)])
-        alpha = 1.0 - math.exp(-2.0 * math.pi * cutoff / rate) if cutoff else 1.0
-        estimator = ("iir", {"cutoff": cutoff}) if cutoff else "difference"
-        limit = stiffness_limit(
-            mass, viscous, damping=damping, rate=rate, delay=delay, estimator=estimator, hand=hand
-        )
-        loop = (mass, viscous, damping, rate, delay, alpha, hand)
+        stands_as_its_roots_say(some_loop(rng))
 
-        def largest_root(k, loop=loop):
-            return np.abs(np.linalg.eigvals(closed_loop(k, *loop))).max()
 
-        if limit == 0.0:
-            assert largest_root(1e-6) > 1.0
-            continue
-        assert largest_root(limit) == pytest.approx(1.0, abs=1e-9)
-        assert largest_root(1.001 * limit) > 1.0
-        assert max(largest_root(part * limit) for part in (0.001, 0.1, 0.3, 0.6, 0.999)) < 1.0
+BUTTERWORTH = {"mass": 0.03133, "viscous": 0.82441, "damping": 3.2, "rate": 1430.93, "delay": 0.0}
+BUTTERWORTH |= {"estimator": ("butterworth", {"cutoff": 10.81613}), "hand": Grip(0.0, 0.0, 0.0)}
+
+
+def test_a_slow_filter_leaves_two_intervals_and_the_limit_is_the_end_of_the_first():
+    first, second = stands_as_its_roots_say(BUTTERWORTH)
+    assert first[0] == 0.0
+    assert first[1] < 0.8 * second[0] < 0.2 * second[1]
+    assert measured_stiffness_limit(**BUTTERWORTH) == pytest.approx(first[1], rel=5e-4)
+
+
+def test_more_damping_than_is_stable_alone_may_need_a_spring():
+    loop = BUTTERWORTH | {
+        "mass": 0.05,
+        "viscous": 1.0,
+        "damping": 5.4,
+        "estimator": ("butterworth", {"cutoff": 5.0}),
+    }
+    ((low, high),) = stands_as_its_roots_say(loop)
+    assert 0.0 < low < high
+    assert stiffness_limit(**loop) == measured_stiffness_limit(**loop) == 0.0
 
 
 @pytest.mark.parametrize("part", [0.99, 1.01])

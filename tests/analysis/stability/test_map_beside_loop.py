@@ -25,7 +25,7 @@ def late_share(reader) -> float:
 @pytest.mark.alone
 def test_a_map_does_not_make_the_loop_late():
     """Normal priority, where a thread that computes without a pause would cost most."""
-    rendered.classes(Setting(), [1.0], [100.0])  # compiled
+    rendered.classes(Setting(), [1.0], [100.0], real=True)  # compiled
     done, begun = threading.Event(), threading.Event()
 
     def watch(finished, of):
@@ -37,7 +37,7 @@ def test_a_map_does_not_make_the_loop_late():
     def keep_mapping():
         with contextlib.suppress(Cancelled):
             while True:
-                rendered.classes(Setting(), [1.0] * 50, [500.0] * 200, progress=watch)
+                rendered.classes(Setting(), [1.0] * 50, [500.0] * 200, real=True, progress=watch)
 
     engine, work = Engine(SimulatedHapkit(), "wall", realtime=False), threading.Thread(target=keep_mapping)
     engine.start()

@@ -25,6 +25,31 @@ def test_the_sentence(stiffness, limit, hand, words):
     assert sentence(Margin(stiffness, 2.0, limit, hand)) == words
 
 
+@pytest.mark.parametrize(
+    ("stiffness", "limit", "words"),
+    [
+        (200.0, 256.0, "1.3 × below the limit; released hand. Stable again from 341 to 1,562 N/m."),
+        (
+            340.0,
+            256.0,
+            "1.3 × above the limit; released hand. Lower stiffness below 256 N/m. "
+            "Stable again from 341 to 1,562 N/m.",
+        ),
+        (342.0, 256.0, "Stable from 341 to 1,562 N/m; released hand."),
+        (342.0, 0.0, "Stable from 341 to 1,562 N/m; released hand."),
+        (
+            340.0,
+            0.0,
+            "Above the damping limit; released hand. Lower damping. Stable only from 341 to 1,562 N/m.",
+        ),
+    ],
+)
+def test_the_sentence_says_where_it_is_stable_again(stiffness, limit, words):
+    margin = Margin(stiffness, 3.2, limit, again=((341.0, 1562.0),))
+    assert sentence(margin) == words
+    assert margin.stable == (stiffness < limit or stiffness == 342.0)
+
+
 def test_the_height_leaves_room_above_dot_and_limit():
     for stiffness, limit, highest in ((620.0, 867.0, 1492.0), (4000.0, 867.0, 1492.0), (0.0, 0.0, 0.0)):
         assert height(stiffness, limit, highest) >= 1.1 * max(stiffness, limit)

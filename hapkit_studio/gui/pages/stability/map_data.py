@@ -10,10 +10,11 @@ import numpy as np
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
-from hapkit_studio.analysis.stability.margin import Margin, nice_top
+from hapkit_studio.analysis.stability.margin import nice_top
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
 from hapkit_studio.analysis.stability.verdict import Asked, verdict
 from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.formatting import on_screen
 from hapkit_studio.gui.background import Progress, Work
 
 # The dot may come this near to the upper or right edge before the axes change.
@@ -51,7 +52,7 @@ def solve(ask: LinesQuestion) -> Lines:
         axes = _axes(ask)
     limits = kb_plane.hands(ask.setting, ask.damping)
     hand = min(limits, key=lambda name: limits[name]) if ask.every_hand else ask.setting.hand
-    margin = Margin(ask.stiffness, ask.damping, limits[hand], hand)
+    margin = kb_plane.margin_of(replace(ask.setting, hand=hand), ask.stiffness, ask.damping)
     said = verdict(ask.asked) if ask.asked else None
     plane = replace(_plane(ask.setting, *axes), margin=margin, hands=limits, said=said)
     return Lines(ask, plane, _every(ask.setting, axes[0]) if ask.every_hand else {})
@@ -99,7 +100,7 @@ class Measured:
         m, n = self.cells.classes.shape
         if axes[0] > self.axes[0] or axes[1] > self.axes[1]:
             return f"Measured to {self.axes[0]:g} N·s/m and {self.axes[1]:,.0f} N/m only"
-        return f"{m} × {n} cells, {self.seconds:.1f} s"
+        return f"{m} × {n} cells, {on_screen(self.seconds, 's', 2)}"
 
 
 class Results:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from PySide6.QtWidgets import QSizePolicy
 
 from hapkit_studio.analysis.stability.kb_plane import Plane
+from hapkit_studio.analysis.stability.margin import stable_again
 from hapkit_studio.gui.pages.base import Pairs, SidePanel
 from hapkit_studio.gui.pages.stability.map_data import Measured
 from hapkit_studio.gui.widgets.parts import Sign, across, hint, label
@@ -39,7 +40,7 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     said = plane.said
     if said is None:
         return Verdict("", "")
-    more = [said.swings, said.unknown]
+    more = [said.swings, said.unknown, stable_again(plane.margin)]
     found = None if measured is None else kind_at(measured, plane.margin.damping, plane.margin.stiffness)
     if measured is not None and found is not None:
         handle = "with friction" if measured.real else "of an ideal handle"
