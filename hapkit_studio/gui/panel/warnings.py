@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.environments.base import Conditions
 from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.parts import Sign, across, down, label, refill
 
@@ -29,27 +30,27 @@ class WarningLine(QWidget):
 class WarningLines(QWidget):
     """Asks the environment whenever a value, the loop, the device or the handle's speed has changed."""
 
-    def __init__(self, studio: Studio):
+    def __init__(self, studio: Studio, facts: LoopFacts):
         super().__init__()
-        self._studio = studio
+        self._studio, self._facts = studio, facts
         self._speed = 0.0
         self.texts: list[str] = []
         self._column = down(into=self, margins=(0, 2, 0, 2), gap=4)
         self.hide()
-        for signal in (
-            studio.environment_changed, studio.values_changed, studio.loop_changed, studio.engine_changed,
-        ):  # fmt: skip
+        for signal in (studio.environment_changed, studio.values_changed, facts.changed):
             signal.connect(self.look)
         self.look()
 
     @property
     def conditions(self) -> Conditions:
-        """Return what the scene is rendered with now."""
-        engine = self._studio.engine
-        if engine is None:
-            return Conditions(period=1.0 / self._studio.loop.rate, speed=self._speed)
-        device = engine.device
-        return Conditions(1.0 / engine.loop.rate, device.quantum, device.viscous, self._speed)
+        """Return what the scene is rendered with now; by a usual device until there is one and its delay."""
+        setting, engine, loop = self._facts.setting(), self._studio.engine, self._studio.loop
+        if setting is None or engine is None:
+            return Conditions(1.0 / loop.rate, speed=self._speed, delay=loop.delay, estimator=loop.spec)
+        return Conditions(
+            setting.period, setting.quantum, setting.viscous, self._speed, setting.delay, setting.mass,
+            setting.coulomb, engine.max_force, setting.estimator,
+        )  # fmt: skip
 
     def watch(self, history: History) -> None:
         """Take the handle's highest speed of late; call it at a few hertz."""
