@@ -53,7 +53,7 @@ class Conditions:
         )
 
     def hunting(self, stiffness: float, damping: float = 0.0, force: float = math.inf) -> Iterator[str]:
-        """Say where the handle swings more and more by itself, unless a hand damps it.
+        """Say where a swing of the handle grows by itself, unless a hand damps it.
 
         stiffness N/m and damping N·s/m are rendered where it is, `force` N is the most that the spring pushes
         there: what friction takes from a swing, less than that must give back.
@@ -61,19 +61,15 @@ class Conditions:
         loop = self.loop(damping)
         most = sampled_loop.damping_limit(loop)
         if damping > most:
-            yield (
-                f"Damping of {damping:.3g} N·s/m is above this loop's limit of {most:.3g} N·s/m: "
-                "unless a hand damps it, the handle trembles."
-            )
+            above = f"Damping of {damping:.3g} N·s/m, above the limit of {most:.3g} N·s/m"
+            yield f"{above}: unless held, the handle trembles."
             return
         limit = sampled_loop.stiffness_limit(loop)
         swing = sampled_loop.growing_amplitude(stiffness, limit, self.mass, self.coulomb, self.late)
         if swing * stiffness < min(force, self.max_force):
-            above = f", once over {1e3 * swing:.2g} mm" if swing > 0.0 else ""
-            yield (
-                f"The force rises by up to {stiffness:.4g} N/m, above this loop's limit of {limit:.4g} N/m: "
-                f"unless a hand damps it, the handle swings more and more{above}."
-            )
+            grows = f"a swing over {1e3 * swing:.2g} mm" if swing > 0.0 else "any swing"
+            above = f"As stiff as {stiffness:.0f} N/m, above the limit of {limit:.0f} N/m"
+            yield f"{above}: unless held, {grows} grows."
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.parts import Sign, across, down, label, refill
+from hapkit_studio.workshop.own import switched_off
 
 LATELY_SECONDS = 5.0
 
@@ -42,11 +43,11 @@ class WarningLines(QWidget):
         self.look()
 
     @property
-    def conditions(self) -> Conditions:
-        """Return what the scene is rendered with now; by a usual device until there is one and its delay."""
-        setting, engine, loop = self._facts.setting(), self._studio.engine, self._studio.loop
+    def conditions(self) -> Conditions | None:
+        """Return what the scene is rendered with now; None while there is no device or no delay yet."""
+        setting, engine = self._facts.setting(), self._studio.engine
         if setting is None or engine is None:
-            return Conditions(1.0 / loop.rate, speed=self._speed, delay=loop.delay, estimator=loop.spec)
+            return None
         return Conditions(
             setting.period, setting.quantum, setting.viscous, self._speed, setting.delay, setting.mass,
             setting.coulomb, engine.max_force, setting.estimator,
@@ -60,7 +61,11 @@ class WarningLines(QWidget):
 
     def look(self) -> None:
         """Ask the environment, and show what it says if that is something else than before."""
-        texts = list(self._studio.environment.warnings(self._studio.values, self.conditions))
+        environment, conditions = self._studio.environment, self.conditions
+        if conditions is None:
+            texts = switched_off(environment)
+        else:
+            texts = list(environment.warnings(self._studio.values, conditions))
         if texts != self.texts:
             self.texts = texts
             refill(self._column, map(WarningLine, texts))

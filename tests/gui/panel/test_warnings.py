@@ -22,14 +22,16 @@ def complain(values, conditions):
 
 
 @pytest.fixture
-def lines(qtbot):
-    studio = Studio(list)
-    studio.environment = replace(LIBRARY["wall"], warnings=complain)
-    made = WarningLines(studio, LoopFacts(studio))
-    qtbot.addWidget(made)
-    made.studio = studio
-    yield made
-    studio.close()
+def lines(kept_window):
+    studio = kept_window.studio
+    studio.adopt(replace(LIBRARY["wall"], warnings=complain))
+    yield kept_window.panel.warnings
+    studio.adopt(LIBRARY["wall"])
+
+
+@pytest.fixture
+def studio(lines, kept_window):
+    return kept_window.studio
 
 
 def moving(seconds_ago, speed):
@@ -48,13 +50,13 @@ def test_nothing_is_said_without_a_reason(lines):
     assert lines.isHidden()
 
 
-def test_it_follows_values_and_loop(lines):
-    lines.studio.set_value("stiffness", 301.0)
+def test_it_follows_values_and_loop(lines, studio):
+    studio.set_value("stiffness", 301.0)
     assert lines.texts == ["Too stiff at 1000 Hz"]
     assert not lines.isHidden()
-    lines.studio.set_loop(rate=2000.0)
+    studio.set_loop(rate=2000.0)
     assert lines.texts == ["Too stiff at 2000 Hz"]
-    lines.studio.set_value("stiffness", 299.0)
+    studio.set_value("stiffness", 299.0)
     assert lines.texts == []
     assert lines.isHidden()
 
@@ -69,6 +71,15 @@ def test_it_remembers_the_speed_for_a_while(lines):
 def test_an_empty_history_has_no_speed(lines):
     lines.watch(History(60.0))
     assert lines.texts == []
+
+
+def test_nothing_is_judged_without_a_device(qtbot):
+    studio = Studio(list)
+    studio.environment = replace(LIBRARY["wall"], warnings=complain)
+    made = WarningLines(studio, LoopFacts(studio))
+    qtbot.addWidget(made)
+    studio.set_value("stiffness", 301.0)
+    assert made.texts == []
 
 
 def test_what_is_rendered_with_is_the_device_and_loop_in_force(kept_window, qtbot):
@@ -88,4 +99,4 @@ def test_what_is_rendered_with_is_the_device_and_loop_in_force(kept_window, qtbo
     assert lines.texts == []
     studio.set_value("stiffness", 1500.0)
     (text,) = lines.texts
-    assert "limit of 334.4 N/m" in text
+    assert "limit of 334 N/m" in text
