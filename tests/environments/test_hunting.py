@@ -145,6 +145,37 @@ def test_a_tether_hunts_where_it_gives_more_than_the_handle_takes(late, viscous)
         assert said(run) == any(hunted) == (share > 1.0)
 
 
+@pytest.mark.parametrize(
+    ("model", "stiffness", "late", "hunts"),
+    [
+        ("karnopp", 4400.0, 1e-3, False),
+        ("tether", 3000.0, 2e-3, True),
+        ("lugre", 3000.0, 2e-3, False),
+        ("lugre", 10_000.0, 2e-3, True),
+    ],
+)
+def test_what_lets_go_or_turns_back_another_way_hunts_less_than_a_tether(model, stiffness, late, hunts):
+    """Karnopp's in a band of 22 mm/s swings with no more than 0.31 N, bristles take some of every swing."""
+    values = {"model": model, "tether_stiffness": stiffness, "stick_velocity": 0.022}
+    hunted = []
+    for speed in (0.01, 0.05, 0.2, 0.5):
+        device = hs.SimulatedHapkit(initial_velocity=speed)
+        run = hs.simulate("friction", values, device=device, delay=late, seconds=3.0)
+        hunted.append(np.ptp(run.true_position[-500:]) > 5.0 * COUNT)
+    assert said(run) == any(hunted) == hunts
+
+
+def test_a_projection_is_as_stiff_as_its_own_damping_allows():
+    """Its damper is K T: where K is the limit at that damping, 4 % either side."""
+    stiff = np.geomspace(300.0, 3000.0, 300)
+    limit = next(k for k in stiff if hs.stiffness_limit(MASS, VISCOUS, damping=k * 1e-3, delay=1e-3) < k)
+    device = hs.SimulatedHapkit(coulomb_force=0.0, quantum=0.0, initial_velocity=1e-4)
+    for share in (0.96, 1.04):
+        values = {"model": "projection", "tether_stiffness": share * limit, "viscous": 0.0}
+        run = hs.simulate("friction", values, device=device, delay=1e-3, seconds=8.0)
+        assert said(run) == swings(run) == (share > 1.0)
+
+
 def test_the_handles_own_friction_decides_on_ridges_of_a_third_of_a_newton():
     """0.3 N on 5 mm at 1 ms: 377 N/m, above 333. Bare it wanders by 1.5 mm, 0.1 N of friction holds it."""
     for friction in (0.0, 0.1):
