@@ -139,7 +139,10 @@ def simulate(
     if own:
         settings["hand_grip"] = {key: float(getattr(moving, key)) for key in ("mass", "damping", "stiffness")}
     speed = float(np.abs(out[:, rows.TRUE_VELOCITY]).max())
-    conditions = Conditions(1.0 / loop.rate, device.quantum, device.viscous, speed)
+    conditions = Conditions(
+        1.0 / loop.rate, device.quantum, device.viscous, speed, loop.delay, device.mass,
+        device.coulomb_force, device.max_force, estimator,
+    )  # fmt: skip
     return Run(
         time=np.arange(count) / loop.rate,
         **columns_of(out),

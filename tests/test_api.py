@@ -2,12 +2,14 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.dynamics.hand import Hand, Prescribed
+from hapkit_studio.environments.base import Conditions
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
 
@@ -34,6 +36,23 @@ def test_has_seconds_times_rate_samples_at_their_times(seconds, rate, count):
     for name, column in run.columns().items():
         assert column.shape == (count,), name
     assert run.state.shape == (count, 0)
+
+
+def test_warnings_are_asked_for_with_all_that_the_scene_is_rendered_with():
+    asked = []
+    scene = replace(hs.environments()["wall"], warnings=lambda values, c: asked.append(c) or ("said",))
+    device = hs.SimulatedHapkit(0.05, 0.3, 0.2, 1e-5, 2.0, initial_velocity=0.1)
+    run = hs.simulate(
+        scene, device=device, rate=2000.0, delay=1e-3, estimator=("iir", {"cutoff": 9.0}), seconds=0.1
+    )
+    assert run.warnings == ("said",)
+    speed = np.abs(run.true_velocity).max()
+    assert asked == [
+        Conditions(
+            5e-4, 1e-5, 0.3, speed, delay=1e-3, mass=0.05, coulomb=0.2, max_force=2.0,
+            estimator=("iir", {"cutoff": 9.0}),
+        )
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("quantum", [20.7e-6, 1e-3, 0.0])

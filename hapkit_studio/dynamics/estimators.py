@@ -31,6 +31,8 @@ HIGHEST_SHARE = 0.45
 # Where the correction takes the whole surprise, as it does without any noise.
 _LARGEST_BETA = 3.0 - math.sqrt(3.0)
 _HALVINGS = 60
+# After so many samples what one count was seen as has passed its peak, or never was anything.
+_SEEN = 256
 
 MEMORY = 48
 COEFFICIENTS = 8
@@ -283,3 +285,10 @@ def estimate_velocity(
     if samples.size:
         _run(code, coefs, np.zeros(MEMORY), samples, 1.0 / rate, velocity)
     return velocity
+
+
+def count_seen(estimator: Spec, rate: float, quantum: float) -> np.ndarray:
+    """Return the velocity (n,) in m/s that one count of motion after a rest is seen as, from the count on."""
+    position = np.full(_SEEN, quantum)
+    position[0] = 0.0
+    return estimate_velocity(position, rate, estimator, quantum)[1:]

@@ -1,10 +1,14 @@
 """What an environment is: a force law with its parameters, its words and its picture's name."""
 
-from collections.abc import Callable, Iterable, Mapping
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from hapkit_studio.dynamics import sampled_loop
+from hapkit_studio.dynamics.estimators import Spec, parse
+from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.laws import Law
 from hapkit_studio.parameters import AnyParameter, resolve
@@ -17,13 +21,55 @@ Curve = Callable[[Values, np.ndarray], np.ndarray]
 class Conditions:
     """What a scene is rendered with: period s, sensor quantum m, the device's damping N·s/m, speed m/s.
 
-    speed is the handle's highest of late, 0 where it is unknown.
+    speed is the handle's highest of late, delay s goes from sample to force, mass kg, coulomb N and max_force
+    N are the device's: speed, delay and coulomb are 0 where they are unknown. estimator as in a loop.
     """
 
     period: float = 1e-3
     quantum: float = 20.7e-6
     viscous: float = 0.5
     speed: float = 0.0
+    delay: float = 0.0
+    mass: float = 0.044
+    coulomb: float = 0.0
+    max_force: float = 3.0
+    estimator: Spec = "difference"
+
+    @property
+    def late(self) -> float:
+        """Return how late a force is on the mean in s: held for a period, after the delay."""
+        return 0.5 * self.period + self.delay
+
+    def loop(self, damping: float = 0.0) -> sampled_loop.Loop:
+        """Return the loop of a released handle that renders so much damping in N·s/m.
+
+        An estimator that is not linear has no exact limit: the quickest one stands for it.
+        """
+        linear = parse(self.estimator)[0].response is not None
+        estimator = self.estimator if linear else "difference"
+        held, rate = Grip(0.0, 0.0, 0.0), 1.0 / self.period
+        return sampled_loop.Loop(
+            self.mass, self.viscous, held, damping, rate, self.delay, estimator, self.quantum
+        )
+
+    def hunting(self, stiffness: float, damping: float = 0.0, force: float = math.inf) -> Iterator[str]:
+        """Say where a swing of the handle grows by itself, unless a hand damps it.
+
+        stiffness N/m and damping N·s/m are rendered where it is, `force` N is the most that the spring pushes
+        there: what friction takes from a swing, less than that must give back.
+        """
+        loop = self.loop(damping)
+        most = sampled_loop.damping_limit(loop)
+        if damping > most:
+            above = f"Damping of {damping:.3g} N·s/m, above the limit of {most:.3g} N·s/m"
+            yield f"{above}: unless held, the handle trembles."
+            return
+        limit = sampled_loop.stiffness_limit(loop)
+        swing = sampled_loop.growing_amplitude(stiffness, limit, self.mass, self.coulomb, self.late)
+        if swing * stiffness < min(force, self.max_force):
+            grows = f"a swing over {1e3 * swing:.2g} mm" if swing > 0.0 else "any swing"
+            above = f"As stiff as {stiffness:.0f} N/m, above the limit of {limit:.0f} N/m"
+            yield f"{above}: unless held, {grows} grows."
 
 
 @dataclass(frozen=True)

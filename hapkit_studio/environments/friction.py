@@ -9,7 +9,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from hapkit_studio.dynamics.estimators import USUAL_QUANTUM
+from hapkit_studio.dynamics import sampled_loop
+from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, count_seen
 from hapkit_studio.dynamics.friction import banded, bristle, sticking_tether, stribeck, tether
 from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, Values
 from hapkit_studio.laws import law
@@ -28,8 +29,10 @@ SLIDING = 0.99
 # Slower than this is at rest, where a curve over velocity is drawn.
 REST = 1e-6
 
-# For what depends on the handle or the loop where only the values are known.
-USUAL_MASS, USUAL_PERIOD = 0.044, 1e-3
+# For what depends on the loop where only the values are known.
+USUAL_PERIOD = 1e-3
+# The share of a force that a hand can tell (Jones: 6 to 7 %).
+NOTICED = 0.07
 
 
 @law(state={"anchor": 0.0, "stuck": 1.0, "before": 0.0, "started": 0.0})
@@ -140,27 +143,62 @@ def terms(values: Values) -> ForceTerms:
     )
 
 
+def held_force(values: Values, conditions: Conditions) -> float:
+    """Return the most force in N up to which what holds acts on a swing like a spring.
+
+    Karnopp's lets go at the edge of its band of speed. A bristle's swing goes around a loop (Dahl) that takes
+    4/3 K² A³ / F in a cycle: beside it, what lateness gives outweighs friction only below this.
+    """
+    _, kinetic = levels(values)
+    stiffness, mass = values["tether_stiffness"], conditions.mass
+    if values["model"] == KARNOPP:
+        return min(kinetic, values["stick_velocity"] * math.sqrt(stiffness * mass))
+    if values["model"] == LUGRE:
+        turned = math.sqrt(stiffness / mass) * conditions.late
+        return kinetic * min(1.0, 3.0 / 16.0 * math.pi * turned)
+    return kinetic
+
+
+def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
+    """Tell where the speed of a slow slide is seen so coarsely that the model takes it for a fast one.
+
+    A bristle moves on with the count itself; the others feel the highest speed that is seen of it.
+    """
+    model = values["model"]
+    seen = count_seen(conditions.estimator, 1.0 / conditions.period, conditions.quantum)
+    fastest = float(seen[0] if model == LUGRE else seen.max())
+    step = f"One count is seen as {1e3 * fastest:.3g} mm/s"
+    if model == KARNOPP:
+        if values["stick_velocity"] < fastest:
+            yield f"{step}: a lower stick velocity never holds."
+        return
+    static, kinetic = levels(values)
+    lack = (1.0 - kinetic / static) * -math.expm1(-((fastest / values["stribeck_velocity"]) ** 2))
+    if lack > NOTICED:
+        yield f"{step}: slow slides have up to {100.0 * lack:.0f} % too little friction. Smooth the velocity."
+
+
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     """Tell which model is beyond its limit."""
     model, period = values["model"], conditions.period
     kinetic = levels(values)[1]
     if model == COULOMB:
-        most = 1.5 * USUAL_MASS * conditions.quantum / period**2
+        most = 1.5 * conditions.mass * conditions.quantum / (period * (period + conditions.delay))
         if 0.0 < most < kinetic:
             yield f"Above {most:.2g} N plain Coulomb friction chatters over several counts: try tether."
         elif kinetic > LEAST:
             yield "The speed's sign flips near rest, and plain Coulomb friction with it: try tether."
-    elif model == SMOOTHED:
-        slope, most = kinetic / values["stick_velocity"], 2.0 * USUAL_MASS / period
+        return
+    if model == SMOOTHED:
+        slope, most = kinetic / values["stick_velocity"], sampled_loop.damping_limit(conditions.loop())
         if slope > most:
             yield f"Friction begins as {slope:.3g} N·s/m, above {most:.3g} N·s/m: raise the stick velocity."
-    else:
-        most = 2.0 * (conditions.viscous + values["viscous"]) / period
-        if values["tether_stiffness"] > most:
-            yield f"A tether above {most:.4g} N/m buzzes while it holds: lower its stiffness."
-    if model == KARNOPP and values["stick_velocity"] * period < conditions.quantum:
-        most = 1e3 * conditions.quantum / period
-        yield f"One count per period is {most:.3g} mm/s: a lower stick velocity never holds."
+        return
+    # the projection damps what holds by as much as it is stretched within a period
+    damping = values["viscous"] + (values["tether_stiffness"] * period if model == PROJECTION else 0.0)
+    yield from conditions.hunting(values["tether_stiffness"], damping, held_force(values, conditions))
+    if model in (KARNOPP, STRIBECK, LUGRE):
+        yield from slow_slide(values, conditions)
     if model == LUGRE and values["tether_stiffness"] * conditions.speed * period > 2.0 * kinetic:
         most = 2.0 * kinetic / (values["tether_stiffness"] * period)
         yield f"Above {most:.2g} m/s LuGre's bristles are at their end within a period: plain sliding."

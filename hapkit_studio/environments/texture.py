@@ -80,9 +80,7 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     finest = 10.0 * conditions.quantum
     if wavelength < finest:
         yield f"Ridges of {1e3 * wavelength:.3g} mm are finer than 10 sensor counts, {1e3 * finest:.3g} mm."
-    highest = conditions.viscous * wavelength / (math.pi * period)
-    if values["kind"] != BANDS and values["amplitude"] > highest:
-        yield f"Ridges of {values['amplitude']:.3g} N buzz: above {highest:.3g} N they are too steep here."
+    yield from conditions.hunting(*impedance(values), values["amplitude"])
 
 
 def over_position(values: Values, x: np.ndarray) -> np.ndarray:

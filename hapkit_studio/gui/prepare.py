@@ -109,6 +109,7 @@ def compile_loop(key: str) -> None:
 def compile_paddle(key: str) -> None:
     """Compile the simulated paddle, what else the loop calls beside the tick, and the laws it begins with."""
     from hapkit_studio.devices import simulated
+    from hapkit_studio.dynamics.estimators import count_seen
     from hapkit_studio.environments import named
     from hapkit_studio.haptics import clock, headless, health, priority, rows, simulated_loop
 
@@ -122,6 +123,7 @@ def compile_paddle(key: str) -> None:
     simulated_loop.cut_motor(body)
     health.add_lateness(health.new_histogram(), 0.0)
     clock.until(clock.now())
+    count_seen("difference", 1000.0, _QUANTUM)  # for the window's warnings
     compile_laws(*ALWAYS, key)
 
 

@@ -12,9 +12,10 @@ from itertools import pairwise
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.stability.limits import checked_loop, stiffness_limits
+from hapkit_studio.analysis.stability.limits import checked_loop
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.dynamics import estimators
+from hapkit_studio.dynamics.sampled_loop import stiffness_limit
 from hapkit_studio.haptics.board_plan import coefficients
 from hapkit_studio.laws.board import compile
 from hapkit_studio.protocol.messages import Sample
@@ -93,4 +94,4 @@ def _swing(seen: list, quantum: float, centre: float, skipped: int = 0) -> Swing
 def theory(damping: float, spec: str, rate: float, delay: float, quantum: float = 20.743e-6) -> float:
     """Return the exact stiffness limit in N/m."""
     loop = checked_loop(MASS, VISCOUS, damping, rate, delay, spec, None, quantum)
-    return float(stiffness_limits(loop, np.array([damping]))[0])
+    return stiffness_limit(loop)

@@ -97,9 +97,13 @@ def test_warns_in_whole_sentences_only_when_pushed(key, rng):
     """One line each, for any values and conditions; none at the defaults of a slow hand."""
     e = LIBRARY[key]
     assert tuple(e.warnings(e.values(), Conditions(speed=0.1))) == ()
-    for _ in range(200):
+    for _ in range(50):
         quantum = rng.choice([0.0, 20.7e-6, 1e-3])
-        conditions = Conditions(10 ** rng.uniform(-4, -2), quantum, rng.uniform(0, 2))
+        period, delay = 10 ** rng.uniform(-4, -2), rng.choice([0.0, 1e-3, 0.1])
+        estimator, coulomb = str(rng.choice(list(ESTIMATORS))), rng.choice([0.0, 0.1])
+        conditions = Conditions(
+            period, quantum, rng.uniform(0, 2), delay=delay, coulomb=coulomb, estimator=estimator
+        )
         for line in e.warnings(anywhere(e, rng), conditions):
             assert line
             assert "\n" not in line

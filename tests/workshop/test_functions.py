@@ -1,6 +1,7 @@
 """A file's functions in a program of their own: they may take what they like, the studio goes on."""
 
 import json
+import math
 import time
 
 import numpy as np
@@ -19,7 +20,7 @@ def check(p):
 
 
 def warnings(p, c):
-    yield f"{p['stiffness']:g} N/m every {c.period:g} s"
+    yield f"{p['stiffness']:g} N/m every {c.period:g} s, {c.delay:g} s late by {c.estimator[0]}"
 
 
 GIVEN = {
@@ -66,7 +67,8 @@ def test_they_are_given_and_give_what_they_do_at_home(tmp_path):
     own = made(tmp_path)
     assert own.check(VALUES) == ""
     assert own.check({**VALUES, "mass": 0.0}) == "no mass"
-    assert own.warnings(VALUES, Conditions(period=1e-4)) == ("5 N/m every 0.0001 s",)
+    conditions = Conditions(period=1e-4, delay=2e-3, max_force=math.inf, estimator=("iir", {"cutoff": 9.0}))
+    assert own.warnings(VALUES, conditions) == ("5 N/m every 0.0001 s, 0.002 s late by iir",)
     assert own.unused(VALUES) == {"mass": "it has none"}
     assert own.impedance(VALUES) == (5.0, 0.0)
     assert own.over_position(VALUES, np.array([1.0, np.nan])) == pytest.approx([-5.0, np.nan], nan_ok=True)

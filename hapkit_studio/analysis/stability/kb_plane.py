@@ -9,18 +9,12 @@ import numpy as np
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole_number
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.behaviour import NUDGE
-from hapkit_studio.analysis.stability.limits import (
-    Intervals,
-    checked_loop,
-    coulomb_line,
-    first_end,
-    simple_rule,
-    stable_intervals,
-)
+from hapkit_studio.analysis.stability.limits import checked_loop, coulomb_line, simple_rule
 from hapkit_studio.analysis.stability.margin import Margin, round_axes, sentence
 from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
 from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.dynamics.sampled_loop import Intervals, first_end, stable_intervals
 from hapkit_studio.formatting import plain
 
 if TYPE_CHECKING:

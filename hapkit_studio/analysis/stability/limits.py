@@ -1,64 +1,17 @@
-"""Where the sampled loop's roots cross the unit circle: the exact limits of stiffness and damping.
-
-The loop: exact paddle, force held between samples and delayed by any time, u = -(K x + B v^) with the linear
-velocity estimate v^ = H(z) x, a hand as a spring and damper to the ground with its mass added. No quantum,
-no Coulomb friction, no clamp. The characteristic equation 1 + (K + B H) P = 0 has a root on the unit circle
-where K = -1/P - B H is real on z = e^jw. What lies inside the circle is mapped to the left of that curve:
-where it comes up through the real axis a pair of roots leaves the circle as K passes, where it goes down a
-pair comes back (D-decomposition, Neimark 1948). So the stable stiffnesses can be several intervals: a filter
-may turn the damping's force against a spring that swings slowly, and not against a stiffer one.
-"""
+"""How stiff a spring a setting can render: exactly, by the simple rule, and before sensor steps are felt."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from hapkit_studio.analysis import checks
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec, design, parse
+from hapkit_studio.dynamics import sampled_loop
+from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand, hand_named
-from hapkit_studio.dynamics.paddle import transition
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import check_number
-
-_SLOWEST = 1e-7
-_HALVINGS = 50
-# Dampings looked at together: enough to hide Python's own time, few enough for the processor's cache.
-_TOGETHER = 32
-
-# Angles w per sample (m,), and for each of them its column: complex values (m,).
-Curve = Callable[[np.ndarray, np.ndarray], np.ndarray]
-# Ends (low, high) in N/m of what is stable, the lowest first.
-Intervals = tuple[tuple[float, float], ...]
-
-
-@dataclass(frozen=True)
-class Loop:
-    """One sampled loop: the handle, the hand on it, and what the loop adds.
-
-    quantum in m: the sensor's, which the estimator is designed for; the positions themselves are exact.
-    """
-
-    handle_mass: float
-    handle_viscous: float
-    hand: Grip
-    damping: float
-    rate: float
-    delay: float
-    estimator: Spec
-    quantum: float = USUAL_QUANTUM
-
-    @property
-    def mass(self) -> float:
-        return self.handle_mass + self.hand.mass
-
-    @property
-    def viscous(self) -> float:
-        return self.handle_viscous + self.hand.damping
 
 
 def checked_loop(
@@ -70,7 +23,7 @@ def checked_loop(
     estimator: Spec = "difference",
     hand: Hand | Grip | str | None = None,
     quantum: float = USUAL_QUANTUM,
-) -> Loop:
+) -> sampled_loop.Loop:
     """Return the loop with the hand's terms added; raise ParameterError."""
     for name, value, unit, above in (
         ("mass", mass, "kg", True),
@@ -87,137 +40,16 @@ def checked_loop(
     if hand is not None and not isinstance(hand, Hand | Grip):
         raise ParameterError(f"hand takes a Hand, a Grip, a name or None, not {hand!r}.")
     held = Grip(hand.mass, hand.damping, hand.stiffness) if hand else Grip(0.0, 0.0, 0.0)
-    return Loop(mass, viscous, held, damping, rate, delay, estimator, quantum)
+    return sampled_loop.Loop(mass, viscous, held, damping, rate, delay, estimator, quantum)
 
 
-def _inverse_plant(loop: Loop, w: np.ndarray) -> np.ndarray:
-    """Return 1 / P(e^jw): command to sampled position, hold and delay included.
-
-    Written in z - 1, without differences of nearly equal numbers, so that slow crossings keep their digits.
-    """
-    m, c, k = loop.mass, loop.viscous, loop.hand.stiffness
-    period = 1.0 / loop.rate
-    whole_periods = math.floor(loop.delay * loop.rate + 1e-9)
-    fraction = max(loop.delay - whole_periods * period, 0.0)
-    g0, g1 = transition(m, c, k, period)[4:7:2]
-    a, b, c_, d, new0, _, new1, _ = transition(m, c, k, period - fraction)
-    first0, first1 = transition(m, c, k, fraction)[4:7:2]
-    old0, old1 = a * first0 + b * first1, c_ * first0 + d * first1
-    z = np.exp(1j * w)
-    step = -2.0 * np.sin(0.5 * w) ** 2 + 1j * np.sin(w)
-    slow = step + c * g1 + k * g0
-    poles = (step + k * g0) * slow + m * k * g1 * g1
-    zeros = slow * (new0 * z + old0) + m * g1 * (new1 * z + old1)
-    return np.exp(1j * w * (whole_periods + 1)) * poles / zeros
-
-
-def _frequencies(loop: Loop) -> np.ndarray:
-    """Return rad/sample from nearly 0 to pi, dense enough for every turn the delay puts into the phase.
-
-    Without delay or hand the crossing lies near sqrt(2 b T / m), so the sweep starts well below that.
-    """
-    turns = loop.delay * loop.rate + 2.0
-    slowest = min(_SLOWEST, 0.1 * math.sqrt(loop.viscous / (loop.mass * loop.rate))) or _SLOWEST
-    even = np.linspace(0.0, math.pi, int(1000 + 24 * turns))[1:]
-    return np.union1d(np.geomspace(slowest, 1.0, 600), even)
-
-
-def _crossings(curve: Curve, w: np.ndarray, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return where complex curves on [w[0], pi] cross the positive real axis: all (k,), in no order.
-
-    Column, value, and how many roots leave the unit circle as the value is passed: 2, or -2 that come
-    back; at pi a single one.
-    """
-    values = curve(w, np.arange(columns)[:, np.newaxis])
-    negative = np.signbit(values.imag)
-    negative[:, -1] = negative[:, -2]  # real at pi: what is left there is rounding
-    column, place = np.nonzero(negative[:, :-1] != negative[:, 1:])
-    low, high, below = w[place], w[place + 1], negative[column, place]
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        left = np.signbit(curve(middle, column).imag) == below
-        low, high = np.where(left, middle, low), np.where(left, high, middle)
-    value = np.r_[curve(0.5 * (low + high), column).real, values.real[:, -1]]
-    leaving = np.r_[np.where(below, 2, -2), np.where(negative[:, -1], 1, -1)]
-    there = value > 0.0
-    return np.r_[column, np.arange(columns)][there], value[there], leaving[there]
-
-
-def _velocity_of(loop: Loop) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the estimator's response at angles w per sample; raise ParameterError if it is not linear."""
-    coefs = design(loop.estimator, loop.rate, loop.quantum)[1]
-    method = parse(loop.estimator)[0]
-    response = method.response
-    if response is None:
-        raise ParameterError(
-            f"The estimator {method.key} is not linear, it has no exact stiffness limit: "
-            "measured_stiffness_limit finds it by simulation."
-        )
-    return lambda w: response(coefs, 1.0 / loop.rate, np.exp(1j * w))
-
-
-def _roots_outside(loop: Loop, damping: np.ndarray) -> np.ndarray:
-    """Return how many roots (n,) are outside the unit circle at a virtual damping (n,), hardly any spring."""
-    velocity = _velocity_of(loop)
-
-    def curve(w: np.ndarray, column: np.ndarray) -> np.ndarray:
-        return np.broadcast_to(-_inverse_plant(loop, w) / velocity(w), np.broadcast(w, column).shape)
-
-    _, value, leaving = _crossings(curve, _frequencies(loop), 1)
-    return (value < damping[:, np.newaxis]) @ leaving
-
-
-def stable_intervals(loop: Loop, damping: np.ndarray) -> list[Intervals]:
-    """Return the stable stiffnesses for each virtual damping (n,) in N·s/m; the loop's own does not count.
-
-    K = -1/P - B H on the unit circle, one column a damping. Raise ParameterError for an estimator that is not
-    linear.
-    """
-    velocity, outside = _velocity_of(loop), _roots_outside(loop, damping)
-    found: list[Intervals] = []
-    for start in range(0, len(damping), _TOGETHER):
-        part = damping[start : start + _TOGETHER]
-
-        def curve(w: np.ndarray, column: np.ndarray, virtual: np.ndarray = part) -> np.ndarray:
-            return -_inverse_plant(loop, w) - virtual[column] * velocity(w)
-
-        column, value, leaving = _crossings(curve, _frequencies(loop), len(part))
-        for k in range(len(part)):
-            own = np.flatnonzero(column == k)
-            own = own[value[own].argsort()]
-            edges = [0.0, *value[own].tolist(), math.inf]
-            roots = outside[start + k] + np.cumsum([0, *leaving[own]])
-            ends = zip(pairwise(edges), roots, strict=True)
-            found.append(tuple(interval for interval, lost in ends if lost == 0))
-    return [each if b + loop.viscous > 0.0 else () for each, b in zip(found, damping, strict=True)]
-
-
-def first_end(intervals: Intervals) -> float:
-    """Return the stiffness in N/m up to which all are stable; 0 where the softest is not."""
-    return intervals[0][1] if intervals and intervals[0][0] == 0.0 else 0.0
-
-
-def stiffness_limits(loop: Loop, damping: np.ndarray) -> np.ndarray:
-    """Return the end (n,) in N/m of the first of the ``stable_intervals``, each's ``first_end``."""
-    return np.array([first_end(each) for each in stable_intervals(loop, damping)])
-
-
-def stable(loop: Loop, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """Return whether stiffness (m,) in N/m is stable at virtual damping (n,) in N·s/m: bool (m, n)."""
-    found = np.zeros((len(stiffness), len(damping)), dtype=bool)
-    for column, intervals in enumerate(stable_intervals(loop, damping)):
-        for low, high in intervals:
-            found[:, column] |= (low < stiffness) & (stiffness <= high)
-    return found
-
-
-def stable_stiffnesses(mass: float, viscous: float, **loop: Any) -> Intervals:
+def stable_stiffnesses(mass: float, viscous: float, **loop: Any) -> sampled_loop.Intervals:
     """Return every interval (low, high) in N/m of stable virtual stiffness, exact, the lowest first.
 
     Arguments as ``stiffness_limit``, which is the end of the first one. Raise ParameterError.
     """
     checked = checked_loop(mass, viscous, **loop)
-    return stable_intervals(checked, np.array([checked.damping]))[0]
+    return sampled_loop.stable_intervals(checked, np.array([checked.damping]))[0]
 
 
 def stiffness_limit(
@@ -238,7 +70,7 @@ def stiffness_limit(
     ParameterError.
     """
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
-    return float(stiffness_limits(loop, np.array([loop.damping]))[0])
+    return sampled_loop.stiffness_limit(loop)
 
 
 def simple_rule(setting: Setting, damping: np.ndarray) -> np.ndarray:

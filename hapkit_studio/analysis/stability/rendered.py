@@ -33,18 +33,12 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import Cells, Points
-from hapkit_studio.analysis.stability.limits import (
-    Intervals,
-    Loop,
-    checked_loop,
-    first_end,
-    stable,
-    stable_intervals,
-)
+from hapkit_studio.analysis.stability.limits import checked_loop
 from hapkit_studio.analysis.sweeps import sweep
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec, parse
 from hapkit_studio.dynamics.hand import Grip, Hand
+from hapkit_studio.dynamics.sampled_loop import Intervals, Loop, first_end, stable, stable_intervals
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, survey
 from hapkit_studio.haptics.settings import LoopSettings

@@ -6,8 +6,10 @@ from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.environments.base import Conditions
 from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.parts import Sign, across, down, label, refill
+from hapkit_studio.workshop.own import switched_off
 
 LATELY_SECONDS = 5.0
 
@@ -29,27 +31,27 @@ class WarningLine(QWidget):
 class WarningLines(QWidget):
     """Asks the environment whenever a value, the loop, the device or the handle's speed has changed."""
 
-    def __init__(self, studio: Studio):
+    def __init__(self, studio: Studio, facts: LoopFacts):
         super().__init__()
-        self._studio = studio
+        self._studio, self._facts = studio, facts
         self._speed = 0.0
         self.texts: list[str] = []
         self._column = down(into=self, margins=(0, 2, 0, 2), gap=4)
         self.hide()
-        for signal in (
-            studio.environment_changed, studio.values_changed, studio.loop_changed, studio.engine_changed,
-        ):  # fmt: skip
+        for signal in (studio.environment_changed, studio.values_changed, facts.changed):
             signal.connect(self.look)
         self.look()
 
     @property
-    def conditions(self) -> Conditions:
-        """Return what the scene is rendered with now."""
-        engine = self._studio.engine
-        if engine is None:
-            return Conditions(period=1.0 / self._studio.loop.rate, speed=self._speed)
-        device = engine.device
-        return Conditions(1.0 / engine.loop.rate, device.quantum, device.viscous, self._speed)
+    def conditions(self) -> Conditions | None:
+        """Return what the scene is rendered with now; None while there is no device or no delay yet."""
+        setting, engine = self._facts.setting(), self._studio.engine
+        if setting is None or engine is None:
+            return None
+        return Conditions(
+            setting.period, setting.quantum, setting.viscous, self._speed, setting.delay, setting.mass,
+            setting.coulomb, engine.max_force, setting.estimator,
+        )  # fmt: skip
 
     def watch(self, history: History) -> None:
         """Take the handle's highest speed of late; call it at a few hertz."""
@@ -59,7 +61,11 @@ class WarningLines(QWidget):
 
     def look(self) -> None:
         """Ask the environment, and show what it says if that is something else than before."""
-        texts = list(self._studio.environment.warnings(self._studio.values, self.conditions))
+        environment, conditions = self._studio.environment, self.conditions
+        if conditions is None:
+            texts = switched_off(environment)
+        else:
+            texts = list(environment.warnings(self._studio.values, conditions))
         if texts != self.texts:
             self.texts = texts
             refill(self._column, map(WarningLine, texts))

@@ -8,16 +8,12 @@ import pytest
 from scipy.linalg import expm
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.stability.limits import (
-    checked_loop,
-    stable_stiffnesses,
-    stiffness_limit,
-    stiffness_limits,
-)
+from hapkit_studio.analysis.stability.limits import checked_loop, stable_stiffnesses, stiffness_limit
 from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.hand import GRIPS, Grip, Hand
+from hapkit_studio.dynamics.sampled_loop import stiffness_limits
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings import LoopSettings

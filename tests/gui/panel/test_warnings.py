@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.panel.warnings import LATELY_SECONDS, WarningLines
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY
+from tests.gui.window_support import PATIENCE_MS
 
 
 def complain(values, conditions):
@@ -20,14 +22,16 @@ def complain(values, conditions):
 
 
 @pytest.fixture
-def lines(qtbot):
-    studio = Studio(list)
-    studio.environment = replace(LIBRARY["wall"], warnings=complain)
-    made = WarningLines(studio)
-    qtbot.addWidget(made)
-    made.studio = studio
-    yield made
-    studio.close()
+def lines(kept_window):
+    studio = kept_window.studio
+    studio.adopt(replace(LIBRARY["wall"], warnings=complain))
+    yield kept_window.panel.warnings
+    studio.adopt(LIBRARY["wall"])
+
+
+@pytest.fixture
+def studio(lines, kept_window):
+    return kept_window.studio
 
 
 def moving(seconds_ago, speed):
@@ -46,13 +50,13 @@ def test_nothing_is_said_without_a_reason(lines):
     assert lines.isHidden()
 
 
-def test_it_follows_values_and_loop(lines):
-    lines.studio.set_value("stiffness", 301.0)
+def test_it_follows_values_and_loop(lines, studio):
+    studio.set_value("stiffness", 301.0)
     assert lines.texts == ["Too stiff at 1000 Hz"]
     assert not lines.isHidden()
-    lines.studio.set_loop(rate=2000.0)
+    studio.set_loop(rate=2000.0)
     assert lines.texts == ["Too stiff at 2000 Hz"]
-    lines.studio.set_value("stiffness", 299.0)
+    studio.set_value("stiffness", 299.0)
     assert lines.texts == []
     assert lines.isHidden()
 
@@ -67,3 +71,32 @@ def test_it_remembers_the_speed_for_a_while(lines):
 def test_an_empty_history_has_no_speed(lines):
     lines.watch(History(60.0))
     assert lines.texts == []
+
+
+def test_nothing_is_judged_without_a_device(qtbot):
+    studio = Studio(list)
+    studio.environment = replace(LIBRARY["wall"], warnings=complain)
+    made = WarningLines(studio, LoopFacts(studio))
+    qtbot.addWidget(made)
+    studio.set_value("stiffness", 301.0)
+    assert made.texts == []
+
+
+def test_what_is_rendered_with_is_the_device_and_loop_in_force(kept_window, qtbot):
+    """At 1 ms a wall of 250 N/m is calm, one of 1500 N/m is not: 333.3 + 0.184 b²/m bear (theory §1.3)."""
+    studio, lines = kept_window.studio, kept_window.panel.warnings
+    studio.set_loop(delay=1e-3, estimator="iir")
+
+    def late() -> bool:
+        kept_window.live.look()  # the loop takes the new delay at its next tick
+        return lines.conditions.delay == 1e-3
+
+    qtbot.waitUntil(late, timeout=PATIENCE_MS)
+    device = studio.engine.device
+    known = (device.mass, device.coulomb_force, device.max_force, "iir")
+    assert (lines.conditions.mass, lines.conditions.coulomb, lines.conditions.max_force) == known[:3]
+    assert lines.conditions.estimator == known[3]
+    assert lines.texts == []
+    studio.set_value("stiffness", 1500.0)
+    (text,) = lines.texts
+    assert "limit of 334 N/m" in text

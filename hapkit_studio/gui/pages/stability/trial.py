@@ -9,6 +9,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.dynamics.hand import grip_named
+from hapkit_studio.dynamics.sampled_loop import growing_amplitude
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.numbers import Quantity
@@ -36,15 +37,9 @@ class TrialConditions:
 
     @property
     def grows_from(self) -> float:
-        """Return the smallest amplitude in m that grows; inf where none does.
-
-        Energy balance of one cycle, the exact limit standing for all that is linear: friction takes 4 f A,
-        the loop gives π ω A² (K - K_limit)(T/2 + d).
-        """
-        if not self.stiffness > self.limit:
-            return math.inf
-        gained = (self.stiffness - self.limit) * (0.5 * self.setting.period + self.setting.delay)
-        return 4.0 * self.setting.coulomb / (math.pi * math.sqrt(self.stiffness / self.setting.mass) * gained)
+        """Return the smallest amplitude in m that grows; inf where none does."""
+        late = 0.5 * self.setting.period + self.setting.delay
+        return growing_amplitude(self.stiffness, self.limit, self.setting.mass, self.setting.coulomb, late)
 
 
 def starting_distance(held: TrialConditions) -> float:
