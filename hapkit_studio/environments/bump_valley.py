@@ -108,7 +108,6 @@ ENVIRONMENT = Environment(
     "costs nothing in the end. Draw the opposite relief and feel again: most people believe the force, not "
     "the shape they see (Robles-De-La-Torre and Hayward, 2001).",
     impedance=impedance,
-    warnings=lambda p, conditions: conditions.hunting(*impedance(p), p["peak_force"]),
     terms=no_terms,
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),

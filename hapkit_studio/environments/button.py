@@ -55,13 +55,12 @@ def check(values: Values) -> str:
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell when nothing snaps, and when the way there is too steep."""
+    """Tell when nothing snaps."""
     if values["snap_force"] >= values["peak_force"]:
         yield (
             f"Without a drop there is no click: the snap force {values['snap_force']:.3g} N is not below "
             f"the peak force {values['peak_force']:.3g} N."
         )
-    yield from conditions.hunting(*impedance(values), values["peak_force"])
 
 
 def over_position(values: Values, x: np.ndarray) -> np.ndarray:

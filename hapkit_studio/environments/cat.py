@@ -161,7 +161,6 @@ ENVIRONMENT = Environment(
     "against the nap, it minds. Rubbed the wrong way for long, it swats once and sulks. "
     "Left alone, it forgets.",
     impedance=impedance,
-    warnings=lambda p, conditions: conditions.hunting(*impedance(p), p["fur_friction"] + p["hair"]),
     terms=no_terms,
     over_position=over_position,
     outcomes=("peak_force", "energy", "count:contentment", "count:swats"),

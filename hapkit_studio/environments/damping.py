@@ -23,7 +23,6 @@ ENVIRONMENT = Environment(
     explanation="A force against the motion, like stirring honey. The speed is estimated from sensor counts, "
     "so it comes in steps of one count per period, and so does the force: b × count × rate.",
     impedance=lambda p: (0.0, p["damping"]),
-    warnings=lambda p, conditions: conditions.hunting(0.0, p["damping"]),
     terms=lambda p: ForceTerms(0.0, p["damping"], terms=("stiffness", "damping")),
     outcomes=("peak_force", "final_position", "energy"),
     hands=("released", "stroke", "sweep"),

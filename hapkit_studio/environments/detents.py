@@ -36,9 +36,6 @@ ENVIRONMENT = Environment(
     "rises up to k·w and then drops to nothing: that drop is the click of a knob. Damping takes the energy "
     "of the fall into the next notch; without it the handle rings.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
-    warnings=lambda p, conditions: conditions.hunting(
-        p["stiffness"], p["damping"], p["stiffness"] * p["half_width"]
-    ),
     terms=no_terms,
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),

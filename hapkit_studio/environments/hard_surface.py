@@ -81,15 +81,11 @@ def unused(values: Values) -> dict[str, str]:
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell when a cycle of the ringing gets fewer than 10 samples, and when the surface is too stiff.
-
-    A damper that acts on the way in takes half as much from a swing.
-    """
+    """Tell when a cycle of the ringing gets fewer than 10 samples."""
     _, _, hertz = sound(*(values[key] for key in ("material", "amplitude", "decay", "frequency")))
     highest = 0.1 / conditions.period
     if hertz > highest * (1.0 + 1e-9):
         yield f"{hertz:.3g} Hz gets fewer than 10 samples a cycle: above {highest:.3g} Hz it feels blurred."
-    yield from conditions.hunting(values["stiffness"], 0.5 * values["damping"])
 
 
 def terms(p: Values) -> ForceTerms:

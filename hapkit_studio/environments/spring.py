@@ -28,7 +28,6 @@ ENVIRONMENT = Environment(
     "for a whole period of the loop, so it pushes a little longer on the way out than it resisted on the "
     "way in: above a certain stiffness it gives more than the paddle's friction takes.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
-    warnings=lambda p, conditions: conditions.hunting(p["stiffness"], p["damping"]),
     terms=lambda p: ForceTerms(
         p["stiffness"], p["damping"], centre=p["center"], terms=("stiffness", "damping")
     ),

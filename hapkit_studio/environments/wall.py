@@ -1,8 +1,6 @@
 """Virtual wall: free space, then a spring and a damper that by default acts only on the way in."""
 
-from collections.abc import Iterable
-
-from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, Values
+from hapkit_studio.environments.base import Environment, ForceTerms, Values
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -31,12 +29,6 @@ def terms(p: Values) -> ForceTerms:
     return ForceTerms(
         stiffness, damping, None, p["position"], one_way, contact=True, terms=("stiffness", "damping")
     )
-
-
-def warnings(p: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell when it is too stiff; a damper that acts on the way in takes half as much from a swing."""
-    stiffness, damping = impedance(p)
-    return conditions.hunting(stiffness, damping if p["damping_mode"] else 0.5 * damping)
 
 
 def unused(p: Values) -> dict[str, str]:
@@ -70,7 +62,6 @@ ENVIRONMENT = Environment(
     impedance=impedance,
     terms=terms,
     unused=unused,
-    warnings=warnings,
     shades=True,
     outcomes=("peak_force", "final_position", "restitution"),
     hands=("released", "press", "tap"),
