@@ -141,11 +141,11 @@ def test_with_the_controller_the_exact_limit_is_not_the_verdict():
     assert "without the controller" in said.words
     assert "Lower stiffness" not in said.more
     measured = made_up(Setting(controller=True))
-    rests, buzzes, grows = (
+    rests, bounded, grows = (
         judged(*at, True, measured) for at in ((900.0, 2.0), (700.0, 10.0), (1900.0, 2.0))
     )
     assert (rests.headline, rests.sign[0]) == ("Comes to rest", "check")
-    assert (buzzes.headline, grows.headline) == ("Buzzes", "Grows")
+    assert (bounded.headline, grows.headline) == ("Bounded", "Grows")
     assert grows.more == "Without it: 1.9 × above the limit."
 
 

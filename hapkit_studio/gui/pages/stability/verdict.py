@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from PySide6.QtWidgets import QSizePolicy
 
-from hapkit_studio.analysis.stability.kb_plane import Plane
+from hapkit_studio.analysis.stability.kb_plane import Plane, class_words
 from hapkit_studio.analysis.stability.margin import Margin, hand_words, remedy, short
 from hapkit_studio.gui.pages.base import Pairs, SidePanel
 from hapkit_studio.gui.pages.stability.map_data import Measured
@@ -14,8 +14,6 @@ from hapkit_studio.gui.widgets.style import mark
 
 _SIGNS = (("check", "ok"), ("circle", "warn"), ("cross", "danger"))
 _OPEN = ("circle", "ink2")
-# DECAYS, BUZZES, GROWS of the measured classes
-_KINDS = ("comes to rest", "buzzes, does not grow", "grows")
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     plain, open_ = _exact(margin, plane.setting.coulomb > 0.0), math.isnan(margin.limit)
     if found is None or not (real or open_):
         return plain
-    said = f"Measured{' with friction' if real else ''}: {_KINDS[found]}."
+    said = f"Measured{' with friction' if real else ''}: {class_words(False)[found]}."
     sign = _SIGNS[found] if open_ else plain.sign
     return replace(plain, more=f"{plain.more}\n{said}".strip(), sign=sign)
 
@@ -69,7 +67,7 @@ def _controlled(margin: Margin, found: int | None) -> Verdict:
     if found is None:
         words = f"{plain.words.rstrip('.')}. This is the limit without the controller."
         return Verdict(plain.headline, words, "With the controller only measuring can tell.")
-    name = _KINDS[found].partition(",")[0].capitalize()
+    name = class_words(True)[found].partition(",")[0].capitalize()
     words = f"Measured with the controller; {hand_words(margin.hand)}."
     without = "" if math.isnan(margin.limit) else f"Without it: {short(margin)}."
     return Verdict(name, words, without, _SIGNS[found])
