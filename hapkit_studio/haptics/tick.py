@@ -2,6 +2,8 @@
 
 position -> velocity estimate -> law -> passivity -> fade -> safety -> motor command -> telemetry row
 
+What the passivity controller takes comes off the clamped force, and the sum is clamped once more.
+
 New settings come into force inside it: numbers ramp, choices and laws cross-fade.
 """
 
