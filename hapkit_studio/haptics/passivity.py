@@ -70,7 +70,9 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
     quantum, viscous = r.values[block.QUANTUM], r.values[block.VISCOUS]
     edge = 0.5 * quantum
     elapsed = w[SINCE] + period
-    proven = viscous * straighten(w, position, edge, elapsed)
+    proven = 0.0
+    if r.values[block.DAMPER] != 0.0:  # the controller is on
+        proven = viscous * straighten(w, position, edge, elapsed)
     if abs(moved) <= 1.5 * quantum:
         edge *= period / elapsed  # half a sample past it
         if moved < 0.0:
