@@ -14,8 +14,8 @@ from hapkit_studio.analysis.stability.margin import factor, hand_words
 from hapkit_studio.charts import style
 
 _SIZE = (972, 700)
-# DECAYS, BUZZES, GROWS of the measured classes, and how each is called
-_TOKENS, _KINDS = ("stable", "warnsoft", "unstable"), ("comes to rest", "buzzes, does not grow", "grows")
+# DECAYS, BUZZES, GROWS of the measured classes
+_TOKENS = ("stable", "warnsoft", "unstable")
 _GROWS = 2
 _FAINT = "40"  # a quarter, as the last two digits of a colour
 # From this share of the width on, words stand on the left; so far away in points.
@@ -145,11 +145,10 @@ def _measured(axes: Any, c: style.Colors, shown: Map) -> None:
     for points in shown.boundaries:
         seen = (points.stiffness <= plane.top) & (points.damping <= plane.width)
         color = c.applied if points.controller else c.position
-        name = "Measured, controlled" if points.controller else "Measured boundary"
         axes.plot(
             points.damping[seen], points.stiffness[seen], "o", markersize=8, color=color, clip_on=False,
             markerfacecolor=c.plot, markeredgewidth=2, zorder=5,
-            label=name if seen.any() else f"{name}: beyond this map",
+            label=points.name if seen.any() else f"{points.name}: beyond this map",
         )  # fmt: skip
 
 
@@ -176,7 +175,8 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
         axes.fill_between(plane.edge_damping, 0.0, plane.edge, color=c.passive, linewidth=0.0, zorder=0.4)
         sample = Rectangle((0, 0), 0, 0, color=c.passive, label="passive: stable in any hand")
         axes.add_patch(sample)
-    for token, kind in zip(_TOKENS, _KINDS, strict=True):
+    kinds = kb_plane.class_words(cells is not None and cells.controller)
+    for token, kind in zip(_TOKENS, kinds, strict=True):
         if token in named:
             exact = {"stable": "stable", "unstable": "grows without dry friction"}
             word = kind if shown.particular is not None else exact.get(token, kind)

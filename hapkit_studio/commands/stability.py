@@ -17,7 +17,7 @@ from hapkit_studio.analysis.stability.verdict import of_spring
 from hapkit_studio.charts.stability import stability_figure
 from hapkit_studio.commands import base
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import on_screen
+from hapkit_studio.formatting import number, on_screen
 
 COLUMNS = 13
 SIDE = 100
@@ -103,8 +103,9 @@ def _text(found: Plane, seconds: float | None) -> str:
         )
     if found.cells is not None:
         classes = found.cells.classes
-        counts = np.bincount(classes.ravel().astype(int), minlength=len(kb_plane.CLASS_NAMES))
-        words = ", ".join(f"{n} {verb}" for n, verb in zip(counts, ("decay", "buzz", "grow"), strict=True))
+        verbs = ("decay", "stay bounded" if found.cells.controller else "buzz", "grow")
+        counts = np.bincount(classes.ravel().astype(int), minlength=len(verbs))
+        words = ", ".join(f"{n} {verb}" for n, verb in zip(counts, verbs, strict=True))
         lines.append(f"{classes.size} cells: {words}")
     return "\n".join(lines)
 
@@ -112,8 +113,12 @@ def _text(found: Plane, seconds: float | None) -> str:
 def _table(found: Plane) -> list[str]:
     """Return damping against every limit, a line each."""
     step = max((len(found.damping) - 1) // (COLUMNS - 1), 1)
-    heads = ["damping", "exact", "simple rule", "passive"] + (["measured"] if found.points else [])
-    units = ["N·s/m"] + ["N/m"] * (len(heads) - 1)
+    swing = found.points.swing if found.points is not None else None
+    heads, units = ["damping", "exact", "simple rule", "passive"], ["N·s/m", "N/m", "N/m", "N/m"]
+    if found.points is not None:
+        heads, units = [*heads, "measured" if swing is None else "bounded"], [*units, "N/m"]
+    if swing is not None:
+        heads, units = [*heads, "swing"], [*units, "± mm"]
     lines = ["".join(f"{word:>13}" for word in words) for words in (heads, units)]
     passive = kb_plane.passive(found)
     for row, index in enumerate(range(0, len(found.damping), step)):
@@ -121,6 +126,8 @@ def _table(found: Plane) -> list[str]:
         cells += [_newtons(found.exact[index]), _newtons(found.simple[index]), _newtons(passive[index])]
         if found.points is not None:
             cells.append(_newtons(found.points.stiffness[row]))
+        if swing is not None:
+            cells.append("–" if np.isnan(swing[row]) else number(1e3 * swing[row], 2))
         lines.append("".join(f"{cell:>13}" for cell in cells))
     return lines
 

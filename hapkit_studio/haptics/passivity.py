@@ -6,8 +6,14 @@ its state held: the highest work of its force. A law without a state can be told
 give, so its limit follows down, and energy that a damper took excuses nothing later; objects that move say
 what they hold. What the paddle's own damping takes of an excess lifts the limit.
 
-Sensor steps feign no energy: where the reading goes on by one count the handle is at the edge between the
-two, so a slow way in and out again, on the same edges, sums up to nothing.
+Sensor steps feign no energy: where the reading goes on by one count the handle has just passed the edge
+between the two, so a slow way in and out again, on the same edges, sums up to nothing.
+
+Nor do they feign damping. b v² of every count's difference is more than the damping takes, because counts
+jump where the handle glides. That is right for an alarm, which may not be false, but a controller that trusts
+it lets energy grow. So there are two limits: an alarm goes by the generous one, the controller by the strict
+one, which only what the counts prove lifts. Of all motions through the same counts, the one that goes
+straight on until an edge makes it turn has the least integral of v².
 """
 
 import math
@@ -35,9 +41,12 @@ SAFE = 0.25
 SHARE = 0.5
 
 # --- numbers in r.watch
-GIVEN, LIMIT, EXCESS, MOST, EDGE, SINCE, IMPULSE, PEAK, SPEED, START = range(10)
-ENDS = 10  # the force at the last place asked for on the left, on the right
-FROZEN = 16  # the law's state when the observer began
+GIVEN, LIMIT, EXCESS, STRICT, STRICT_EXCESS, MOST, EDGE, SINCE, IMPULSE, PEAK, SPEED, START = range(12)
+ENDS = 12  # the force at the last place asked for on the left, on the right
+# The straightest motion: where it turned last, the time since then, the integral of v² until then and until
+# now; the least and the most velocity since then that pass all counts, each with the time of the count.
+TURN, LASTED, BEFORE, SQUARES, LEAST, GREATEST = 14, 15, 16, 17, 18, 20
+FROZEN = 24  # the law's state when the observer began
 SCRATCH = FROZEN + rows.STATES
 WORK = SCRATCH + rows.STATES  # work in J of the law's force from the beginning to each place, 2 CELLS + 1
 HELD = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
@@ -58,13 +67,18 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
         w[IMPULSE] += effect * period
         w[SPEED] = 0.0
         return
-    quantum = r.values[block.QUANTUM]
+    quantum, viscous = r.values[block.QUANTUM], r.values[block.VISCOUS]
     edge = 0.5 * quantum
+    elapsed = w[SINCE] + period
+    proven = 0.0
+    if r.values[block.DAMPER] != 0.0:  # the controller is on
+        proven = viscous * straighten(w, position, edge, elapsed)
     if abs(moved) <= 1.5 * quantum:
-        edge = 0.0 if moved > 0.0 else quantum
-        impulse = w[IMPULSE] + effect * period
-        period += w[SINCE]
-        effect = impulse / period
+        edge *= period / elapsed  # half a sample past it
+        if moved < 0.0:
+            edge = quantum - edge
+        effect = (w[IMPULSE] + effect * period) / elapsed
+        period = elapsed
     w[SINCE] = w[IMPULSE] = 0.0
     travelled = moved + edge - w[EDGE]
     w[EDGE] = edge
@@ -72,32 +86,71 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
     w[GIVEN] += effect * travelled
     if abs(effect) > w[PEAK]:
         w[PEAK] = abs(effect)
-    compare(r, position + edge - 0.5 * quantum, r.values[block.VISCOUS] * travelled * speed)
+    compare(r, position + edge - 0.5 * quantum, viscous * travelled * speed, proven)
 
 
 @inlined
-def compare(r: LoopArrays, position: float, taken: float) -> None:
-    """Compare what was given with its limit; what the paddle's damping took in J lifts it by any excess."""
+def straighten(w: np.ndarray, position: float, half: float, elapsed: float) -> float:
+    """Lead the straightest motion through one more count, half of it in m; return how v² dt grew in m²/s."""
+    w[LASTED] += elapsed
+    ahead = position - w[TURN]
+    if ahead - half > w[GREATEST] * w[LASTED]:
+        turn(w, GREATEST)
+    elif ahead + half < w[LEAST] * w[LASTED]:
+        turn(w, LEAST)
+    ahead = position - w[TURN]
+    least, greatest = (ahead - half) / w[LASTED], (ahead + half) / w[LASTED]
+    if least >= w[LEAST]:
+        w[LEAST], w[LEAST + 1] = least, w[LASTED]
+    if greatest <= w[GREATEST]:
+        w[GREATEST], w[GREATEST + 1] = greatest, w[LASTED]
+    slowest = min(max(w[LEAST], 0.0), w[GREATEST])
+    before = w[SQUARES]
+    w[SQUARES] = w[BEFORE] + slowest * slowest * w[LASTED]
+    return w[SQUARES] - before
+
+
+@inlined
+def turn(w: np.ndarray, at: int) -> None:
+    """Turn at the edge of the count that LEAST or GREATEST stands for; up to there the motion is known."""
+    velocity, time = w[at], w[at + 1]
+    w[TURN] += velocity * time
+    w[BEFORE] += velocity * velocity * time
+    w[LASTED] -= time
+    w[LEAST], w[GREATEST] = -math.inf, math.inf
+
+
+@inlined
+def compare(r: LoopArrays, position: float, taken: float, proven: float) -> None:
+    """Compare what was given with both limits; what the damping took, and what of it is proven, is in J."""
     w, asked = r.watch, r.word[arrays.ASKED]
     cell = (position - w[START]) * A_METRE
     follows = r.words[block.N_STATE] == 0
     if asked <= CELLS if not follows else abs(cell) >= asked - 1:
         w[LIMIT] += taken
+        w[STRICT] += proven
         return
     level = w[GIVEN]
     if follows:  # and what a law without a state can still give
         below = math.floor(cell)
         i = WORK + CELLS + int(below)
         level += w[MOST] - (w[i] + (cell - below) * (w[i + 1] - w[i]))
-    excess = level - w[LIMIT]
+    settle(w, LIMIT, level, taken, follows)
+    settle(w, STRICT, level, proven, follows)
+
+
+@inlined
+def settle(w: np.ndarray, at: int, level: float, taken: float, follows: bool) -> None:
+    """Keep one limit and the excess beside it: damping lifts the limit by any excess."""
+    excess = level - w[at]
     if excess > 0.0:
         lifted = min(taken, excess)
-        w[LIMIT] += lifted
+        w[at] += lifted
         excess -= lifted
     elif follows:
-        w[LIMIT] = level
+        w[at] = level
         excess = 0.0
-    w[EXCESS] = excess
+    w[at + 1] = excess
 
 
 @inlined
@@ -111,9 +164,9 @@ def control(r: LoopArrays, period: float) -> float:
     """Return the force in N to take off, along the motion, so that the excess is gone within a period."""
     w = r.watch
     most = r.values[block.DAMPER]
-    if most == 0.0 or w[EXCESS] <= FELT:
+    if most == 0.0 or w[STRICT_EXCESS] <= FELT:
         return 0.0
-    excess, speed = w[EXCESS] - threshold(r), w[SPEED]
+    excess, speed = w[STRICT_EXCESS] - threshold(r), w[SPEED]
     if excess <= 0.0 or speed == 0.0:
         return 0.0
     push = min(excess / (period * speed * speed), most) * abs(speed)
@@ -127,7 +180,7 @@ def judge(r: LoopArrays, taken: float, position: float, period: float) -> None:
     flags, place = word[arrays.FLAGS], word[arrays.TICK] & (r.energies.shape[0] - 1)
     if flags & HELD or r.real[arrays.RAMP] < 1.0 or word[arrays.RENEW]:
         word[arrays.RENEW] = word[arrays.ASKED] = 0
-        w[GIVEN] = w[LIMIT] = w[EXCESS] = 0.0
+        w[GIVEN] = w[LIMIT] = w[EXCESS] = w[STRICT] = w[STRICT_EXCESS] = 0.0
         r.energies[place, 0] = r.energies[place, 1] = math.nan
         return
     if word[arrays.ASKED] <= CELLS:
@@ -189,6 +242,7 @@ def lift(w: np.ndarray, work: float) -> None:
     """Raise what the law can give to a work in J."""
     if work > w[MOST]:
         w[LIMIT] += work - w[MOST]
+        w[STRICT] += work - w[MOST]
         w[MOST] = work
 
 
@@ -201,7 +255,8 @@ def begin(r: LoopArrays, position: float, period: float) -> None:
     slot = r.word[arrays.SLOT]
     for i in range(rows.STATES):
         w[FROZEN + i] = r.states[slot, i]
-    w[START] = position
+    w[START] = w[TURN] = position
+    w[LEAST], w[GREATEST] = -math.inf, math.inf
     w[WORK + CELLS] = 0.0
     force = force_at(r, position, period)
     w[ENDS], w[ENDS + 1] = -force, force
@@ -209,5 +264,5 @@ def begin(r: LoopArrays, position: float, period: float) -> None:
     if r.words[block.STORED]:
         fault = r.word[arrays.SPARE :]
         held = call(r.words[block.STORED], r.params[slot], w[FROZEN:SCRATCH], position, 0.0, period, fault)
-        w[LIMIT] = w[MOST] = held if math.isfinite(held) else 0.0
+        w[LIMIT] = w[STRICT] = w[MOST] = held if math.isfinite(held) else 0.0
         r.word[arrays.ASKED] = CELLS + 1

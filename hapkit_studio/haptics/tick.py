@@ -2,6 +2,8 @@
 
 position -> velocity estimate -> law -> passivity -> fade -> safety -> motor command -> telemetry row
 
+What the passivity controller takes comes off the clamped force, and the sum is clamped once more.
+
 New settings come into force inside it: numbers ramp, choices and laws cross-fade.
 """
 
@@ -270,10 +272,16 @@ def blocked(r: LoopArrays, period: float) -> int:
 
 
 @internal
-def guard(r: LoopArrays, asked: float, velocity: float, position: float, period: float) -> float:
-    """Return the force in N that may reach the motor: the last line before it. Sets the row's flags."""
+def guard(
+    r: LoopArrays, asked: float, taken: float, velocity: float, position: float, period: float
+) -> float:
+    """Return the force in N that may reach the motor: the last line before it. Sets the row's flags.
+
+    taken, the passivity controller's, comes off what the motor can give: off a force beyond that it would do
+    nothing.
+    """
     real = r.real
-    if not math.isfinite(asked) or r.fault[0]:
+    if not math.isfinite(asked - taken) or r.fault[0]:
         latch(r, max(r.fault[0], arrays.NOT_A_NUMBER), asked, position)
     if abs(velocity) > r.values[block.MAX_SPEED]:
         latch(r, arrays.OVER_SPEED, velocity, position)
@@ -285,20 +293,19 @@ def guard(r: LoopArrays, asked: float, velocity: float, position: float, period:
         real[arrays.GAIN] = 0.0
         r.word[arrays.FLAGS] = flags
         return 0.0
-    force = asked
     gain = real[arrays.GAIN]
     if gain < 1.0:
         gain = advanced(gain, min(period, r.values[block.PERIOD]) / r.values[block.FADE])
         real[arrays.GAIN] = gain
-        force = gain * asked
+        asked, taken = gain * asked, gain * taken
     if gain < 1.0 or real[arrays.BLEND] < 1.0:
         flags |= rows.FADING
     limit = r.values[block.MAX_FORCE]
-    if abs(force) > limit:
+    if abs(asked) > limit:
         flags |= rows.CLAMPED
-        force = math.copysign(limit, force)
+        asked = math.copysign(limit, asked)
     r.word[arrays.FLAGS] = flags
-    return force
+    return min(max(asked - taken, -limit), limit)
 
 
 @inlined
@@ -321,7 +328,7 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
     if load_acquire(r.control, arrays.FAULT) == arrays.NO_FAULT:
         asked = render(r, position, velocity, period)
     taken = passivity.control(r, period)
-    force = guard(r, asked - taken, velocity, position, period)
+    force = guard(r, asked, taken, velocity, position, period)
     passivity.judge(r, taken, position, period)
     real[arrays.ENERGY] += effect * (position - real[arrays.LAST_POSITION])
     real[arrays.LAST_POSITION] = position

@@ -61,6 +61,63 @@ def test_a_spring_beyond_its_limit_stays_bounded(damping, delay, limit, factor):
     assert to_the_hand(out) < 1.1 * stored + 4.0 * FELT
 
 
+# rate Hz, delay s, sensor step m, handle's damping N·s/m, stiffness N/m: 2 to 4 times what is passive
+COUNTED = [
+    (2000.0, 1e-3, 20.7e-6, 0.5, 1260.0),
+    (2000.0, 1e-3, 40e-6, 0.2, 640.0),
+    (1000.0, 0.0, 20.7e-6, 0.2, 1600.0),
+    (1000.0, 1e-3, 40e-6, 1.0, 1400.0),
+    (4000.0, 1.75e-3, 80e-6, 0.2, 240.0),
+    (4000.0, 0.0, 5e-6, 0.5, 12000.0),
+    (500.0, 2e-3, 10e-6, 0.5, 500.0),
+]
+
+
+@pytest.mark.parametrize(("rate", "delay", "quantum", "viscous", "stiffness"), COUNTED)
+def test_counts_feign_no_damping(rate, delay, quantum, viscous, stiffness):
+    """For 40 s the true energy stays within what an alarm takes and what the loop gives until it is damped.
+
+    That is (K (T/2 + td) - b) v² in W, theory 1.1, for a delay and two periods: seen, answered, in effect.
+    """
+    device = SimulatedHapkit(damping=viscous, coulomb_force=0.0, quantum=quantum, initial_position=1.5e-3)
+    values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
+    ends = []
+    for controller in (False, True):
+        scene = headless.Scene(SPRING, values, device, LoopSettings(rate, delay, controller=controller))
+        out, r = headless.render(scene, None, round(40.0 * rate))
+        energy = of_the_spring(out, device, stiffness)
+        ends.append(np.ptp(energy[: len(energy) // 4]))
+        beyond = energy - np.minimum.accumulate(energy)
+    meant = FELT + passivity.COUNTS * quantum * r.watch[passivity.PEAK]
+    lost = stiffness * (0.5 / rate + delay) - viscous
+    bound = meant + lost * 2.0 * (energy[0] + meant) / device.mass * (delay + 2.0 / rate)
+    assert bound < 1e-3
+    assert beyond.max() < bound
+    first, last = np.array_split(energy, 4)[::3]
+    assert last.max() < first.max()
+    assert ends[0] > 3.0 * bound
+
+
+def of_the_spring(out, device, stiffness):
+    """Return the energy (n,) in J of the handle, and of the spring as far as the motor pulls."""
+    away = np.abs(out[:, rows.TRUE_POSITION] - 0.5 * device.quantum)
+    pulled = np.minimum(away, device.max_force / stiffness)
+    stored = 0.5 * stiffness * pulled**2 + device.max_force * (away - pulled)
+    return 0.5 * device.mass * out[:, rows.TRUE_VELOCITY] ** 2 + stored
+
+
+def test_damps_while_the_law_asks_for_more_than_the_motor_gives():
+    """Let go at 20 mm of 1,260 N/m: 3 N all the way. Below 2.4 mm, 3 N / K, it does not saturate any more."""
+    device = SimulatedHapkit(coulomb_force=0.0, initial_position=0.02)
+    values = {"stiffness": 1260.0, "damping": 0.0, "center": 0.0}
+    scene = headless.Scene(SPRING, values, device, LoopSettings(2000.0, 1e-3, controller=True))
+    out, _ = headless.render(scene, None, 20_000)
+    flags = out[:, rows.FLAGS].astype(int)
+    assert np.count_nonzero((flags & rows.CLAMPED > 0) & (flags & rows.DAMPED > 0)) > 20
+    assert np.abs(out[:, rows.APPLIED]).max() == 3.0
+    assert amplitude(out) < 3.0 / 1260.0
+
+
 @pytest.mark.parametrize("factor", [2.0, 3.0])
 def test_with_friction_and_sensor_steps_it_comes_to_rest(factor):
     numbers = {"coulomb_force": 0.1, "quantum": 20.7e-6, "max_force": 3.0}
@@ -90,17 +147,19 @@ def test_its_damping_alone_would_be_stable():
     assert most_damping(MASS, PERIOD, 0.0) == pytest.approx(0.25 * MASS / PERIOD)
 
 
-def test_its_force_is_a_share_of_the_devices():
-    harness = LoopHarness(CONSTANT, {"level": 0.0}, quantum=0.0, max_force=2.0, max_speed=20.0)
+@pytest.mark.parametrize("asked", [0.0, 1.5, -5.0])
+def test_its_force_is_a_share_of_the_devices(asked):
+    """It comes off what the motor can give of what is asked, and the sum is clamped once more."""
+    harness = LoopHarness(CONSTANT, {"level": asked}, quantum=0.0, max_force=2.0, max_speed=20.0)
     harness.r.block.values[block.DAMPER] = most_damping(100.0, PERIOD, 0.0)
     x = 0.01 * (np.arange(300) % 2)
     out = harness.run(x, np.where(np.arange(300) % 2, 2.0, -2.0))
     damped = out[:, rows.FLAGS].astype(int) & rows.DAMPED > 0
     assert damped[-100:].all()
-    np.testing.assert_array_equal(out[:, rows.ASKED], 0.0)
-    np.testing.assert_allclose(
-        out[damped, rows.APPLIED], -np.sign(np.diff(x, prepend=0.0)[damped]) * passivity.SHARE * 2.0
-    )
+    np.testing.assert_array_equal(out[:, rows.ASKED], asked)
+    taken = np.sign(np.diff(x, prepend=0.0)[damped]) * passivity.SHARE * 2.0
+    np.testing.assert_allclose(out[damped, rows.APPLIED], np.clip(max(asked, -2.0) - taken, -2.0, 2.0))
+    np.testing.assert_array_equal(out[:, rows.FLAGS].astype(int) & rows.CLAMPED > 0, abs(asked) > 2.0)
 
 
 # --- the guard stays last

@@ -15,7 +15,7 @@ from hapkit_studio.analysis.stability.passivity import passive_damping, passive_
 from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.dynamics.sampled_loop import Intervals, first_end, stable_intervals
-from hapkit_studio.formatting import plain
+from hapkit_studio.formatting import plain, with_unit
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.stability.verdict import Verdict
@@ -32,12 +32,26 @@ EDGE_POINTS = 41
 
 @dataclass(frozen=True)
 class Points:
-    """A measured boundary: stiffness (n,) N/m at damping (n,) N·s/m; real: with friction and sensor steps."""
+    """A measured boundary: stiffness (n,) N/m at damping (n,) N·s/m; real: with friction and sensor steps.
+
+    Up to there a spring is stable, with the passivity controller bounded: swing (n,) in m is how far to each
+    side the handle still moves at the boundary in the end, nan where there is none; None without controller.
+    """
 
     damping: np.ndarray
     stiffness: np.ndarray
     real: bool
     controller: bool = False
+    swing: np.ndarray | None = None
+
+    @property
+    def name(self) -> str:
+        """Return what a chart calls it, with the longest swing in it."""
+        if not self.controller:
+            return LINES["measured"][0]
+        swing = np.array([0.0] if self.swing is None else self.swing)
+        most = round(1e3 * float(np.max(swing, initial=0.0, where=np.isfinite(swing))), 2)
+        return "Measured, bounded" + (f" within ±{with_unit(most, 'mm', 2)}" if most else "")
 
 
 @dataclass(frozen=True)
@@ -204,7 +218,14 @@ def plane(
     return Plane(setting, margin, top, *lines, passive_b, passive_k, coulomb_line(setting), around)
 
 
-CLASS_NAMES = ("decays", "buzzes", "grows")
+def class_names(controller: bool) -> tuple[str, str, str]:
+    """Return DECAYS, BUZZES and GROWS of ``rendered`` in one word each."""
+    return "decays", "bounded" if controller else "buzzes", "grows"
+
+
+def class_words(controller: bool) -> tuple[str, str, str]:
+    """Return DECAYS, BUZZES and GROWS of ``rendered`` in a few words each."""
+    return "comes to rest", "bounded, keeps moving" if controller else "buzzes, does not grow", "grows"
 
 
 def as_json(plane: Plane) -> dict[str, Any]:
@@ -233,8 +254,10 @@ def as_json(plane: Plane) -> dict[str, Any]:
             "coulomb_line": plane.coulomb,
             "columns": {**columns, "passive": passive(plane)},
             "passivity_line": {"damping": plane.edge_damping, "stiffness": plane.edge},
-            "measured": measured,
-            "map": {**cells, "class_names": CLASS_NAMES} if cells else None,
+            "measured": {**measured, "kind": "bounded" if measured["controller"] else "stable"}
+            if measured
+            else None,
+            "map": {**cells, "class_names": class_names(cells["controller"])} if cells else None,
         }
     )
 
@@ -296,8 +319,8 @@ def line_words(plane: Plane, key: str) -> tuple[str, str]:
     if key == "simple" and hopeful(plane):
         return f"{name}, hopeful here", words
     if key == "measured" and plane.points is not None:
+        name = plane.points.name
         words += ", with friction" if plane.points.real else ""
-        name += ", controlled" if plane.points.controller else ""
     return name, words
 
 

@@ -125,17 +125,33 @@ def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarra
     if what.linear:
         limits = survey.Limits(LINEAR_FAR, survey.NEVER_STILL, LINEAR_FAINT, survey.NEVER_SMALL)
         return _by_envelope(_let_go(what, stiffness, damping, LINEAR_START, 0.0, limits))
-    step = what.step
-    still = math.ceil((_STILL_SECONDS + what.loop.delay) * what.loop.rate)
-    limits = survey.Limits(FAR, still, survey.NEVER_FAINT, FEW_STEPS * step)
+    few = FEW_STEPS * what.step
     verdict = np.zeros(stiffness.size, dtype=np.int8)
     quiet = np.arange(stiffness.size)
     for start in STARTS:
-        centre = -0.5 * what.device.quantum
-        found = _let_go(what, stiffness[quiet], damping[quiet], start * step, centre, limits)
-        verdict[quiet] = by_reach(found, FEW_STEPS * step, what.loop.controller, what.linear_estimate)
+        found = _let_go_steps(what, stiffness[quiet], damping[quiet], start, few)
+        verdict[quiet] = by_reach(found, few, what.loop.controller, what.linear_estimate)
         quiet = quiet[verdict[quiet] == DECAYS]
     return verdict
+
+
+def swings(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
+    """Return how far to each side (n,) in m the handle moves in the last third of the time, let go 200.3
+    sensor steps away; stiffness and damping (n,) as ``judge``, nan where there is no such spring.
+    """
+    swing, there = np.full(stiffness.size, math.nan), np.isfinite(stiffness) & (stiffness > 0.0)
+    found = _let_go_steps(what, stiffness[there], damping[there], STARTS[0], survey.NEVER_SMALL)
+    swing[there] = 0.5 * _reach(found.parts[:, -(survey.PARTS // 3) :])
+    return swing
+
+
+def _let_go_steps(
+    what: Rendered, stiffness: np.ndarray, damping: np.ndarray, start: float, small: float
+) -> survey.Found:
+    """Render every cell, let go `start` sensor steps away, until it rests or is steady and small, in m."""
+    still = math.ceil((_STILL_SECONDS + what.loop.delay) * what.loop.rate)
+    limits = survey.Limits(FAR, still, survey.NEVER_FAINT, small)
+    return _let_go(what, stiffness, damping, start * what.step, -0.5 * what.device.quantum, limits)
 
 
 def _let_go(
@@ -345,7 +361,9 @@ def measured_stiffness_limit(
 def measure_points(setting: Setting, damping: np.ndarray, *, real: bool = False, **sweeping: Any) -> Points:
     """Return the boundary as rendering finds it, by bisection in each column; sweeping as ``boundary``."""
     found = boundary(setting, damping, real=real, **sweeping)
-    return Points(np.asarray(damping), found, real, setting.controller)
+    inside = found * (1.0 - 2.0 * _PRECISION)
+    swing = swings(rendered(setting, real), inside, damping) if setting.controller else None
+    return Points(np.asarray(damping), found, real, setting.controller, swing)
 
 
 def cell_centres(end: float, count: int) -> np.ndarray:

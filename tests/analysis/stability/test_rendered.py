@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import rendered
+from hapkit_studio.analysis.stability import kb_plane, rendered
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.analysis.stability.rendered import BUZZES, DECAYS, GROWS
 from hapkit_studio.analysis.sweeps import Cancelled
+from hapkit_studio.haptics import headless, rows
 
 LINEAR = ["difference", "iir", ("butterworth", {"cutoff": 20.0}), "kalman"]
 # Diolaiti et al. 2006 as simulated in theory.md: 1000 N/m, 0.05 kg, 1 kHz, 20 µm
@@ -160,3 +162,22 @@ def test_what_comes_down_to_a_long_steady_motion_does_not_grow(stiffness, dampin
     around = [stiffness, 1.03 * limit]
     found = rendered.classes(coarse, [damping], around, real=True).ravel().tolist()
     assert found == [rendered.BUZZES, rendered.GROWS]
+
+
+def test_under_the_controller_the_boundary_is_where_it_is_bounded_and_tells_the_swing():
+    """Of a spring with a delay, without friction: the swing is that of its motion after as long."""
+    setting, damping = Setting(delay=1e-3, controller=True), np.array([0.0])
+    points = rendered.measure_points(setting, damping)
+    stiffness = points.stiffness[0]
+    assert stiffness > 3.0 * exact_boundary(setting, damping)[0]
+    values = {"stiffness": (1.0 - 2e-4) * stiffness, "damping": 0.0, "center": 0.0}
+    device = setting.device(False, 200.3 * setting.quantum)
+    scene = headless.Scene(environments.named("spring"), values, device, setting.loop)
+    out, _ = headless.render(scene, None, 12_000)
+    assert points.swing[0] == pytest.approx(0.5 * np.ptp(out[8000:, rows.TRUE_POSITION]), rel=1e-3)
+    assert points.name == f"Measured, bounded within ±{1e3 * points.swing[0]:.2g} mm"
+    found = replace(kb_plane.plane(setting, 100.0, 0.0), points=points)
+    measured = kb_plane.as_json(found)["measured"]
+    assert (measured["kind"], measured["swing"]) == ("bounded", points.swing.tolist())
+    plain = rendered.measure_points(replace(setting, controller=False), damping)
+    assert (plain.name, plain.swing) == ("Measured boundary", None)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from PySide6.QtWidgets import QSizePolicy
 
-from hapkit_studio.analysis.stability.kb_plane import Plane
+from hapkit_studio.analysis.stability.kb_plane import Plane, class_words
 from hapkit_studio.analysis.stability.margin import stable_again
 from hapkit_studio.gui.pages.base import Pairs, SidePanel
 from hapkit_studio.gui.pages.stability.map_data import Measured
@@ -12,8 +12,6 @@ from hapkit_studio.gui.widgets.parts import Sign, across, hint, label
 from hapkit_studio.gui.widgets.style import mark
 
 _OPEN = ("circle", "ink2")
-# DECAYS, BUZZES, GROWS of the measured classes
-_KINDS = ("comes to rest", "buzzes, does not grow", "grows")
 
 
 @dataclass(frozen=True)
@@ -44,7 +42,7 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     found = None if measured is None else kind_at(measured, plane.margin.damping, plane.margin.stiffness)
     if measured is not None and found is not None:
         handle = "with friction" if measured.real else "of an ideal handle"
-        more.append(f"Measured {handle}: {_KINDS[found]}.")
+        more.append(f"Measured {handle}: {class_words(plane.setting.controller)[found]}.")
     return Verdict(said.headline, "\n".join(said.lines), "\n".join(filter(None, more)), said.sign)
 
 
