@@ -85,7 +85,7 @@ def test_the_live_device_agrees_with_the_simulation(running):
     setting = on_device.setting_of(engine, "light")
     reference = simulation.compute(setting, (1.0,), Protocol(max_force=2.0))
     assert found.stiffness[0] == pytest.approx(reference.stiffness[0], rel=0.3)
-    assert found.ends[0] in (BUZZES, GROWS)
+    assert found.points[0].ended in (BUZZES, GROWS)
     assert arrived == [(1.0, found.stiffness[0])]
     assert found.linear[0] == pytest.approx(reference.linear[0])
     assert found.where == "Simulated Hapkit"
@@ -181,7 +181,7 @@ def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch
         on_device.GuardedDevice, "wall", lambda self, k, b: (tried.append(k), wall(self, k, b))[1]
     )
     found = on_device.measure(engine, (0.0,), TrialLimits(max_speed=0.06, precision=0.29))
-    assert (found.stiffness[0], found.ends[0]) == (0.0, FAST)
+    assert (found.points[0].stiffness, found.points[0].ended) == (0.0, FAST)
     assert found.sentence == "No wall was rendered without buzzing."
     assert max(tried) == 200.0
     assert_as_before(engine)
@@ -193,7 +193,7 @@ def test_the_force_limit_holds_and_is_said(running):
     limits = TrialLimits(max_force=0.5, push=0.3, hit=0.15, softest=1500.0, highest=1500.0)
     found = on_device.measure(engine, (0.0,), limits)
     assert np.abs(reader.read()[:, rows.APPLIED]).max() <= 0.5 + 1e-12
-    assert (found.ends, found.clamped) == ((HIGHEST,), (True,))
+    assert (found.points[0].ended, found.points[0].clamped) == (HIGHEST, True)
     assert found.sentence.endswith("at least 1,500 N/m, at the motor's limit of 0.5 N.")
 
 
@@ -211,7 +211,7 @@ def test_a_person_is_asked_and_checked(running):
     assert said[1].startswith("Press more gently: 1.")
     assert said[1].endswith("N now, 1 N is enough.")
     assert "Hold" in said
-    assert found.ends == (HIGHEST,)
+    assert found.points[0].ended == HIGHEST
     assert "a person's, held" in found.caption
     assert_as_before(engine)
 
