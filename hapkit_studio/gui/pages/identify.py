@@ -193,7 +193,7 @@ class IdentifyPage(MeasuringPage):
             self.answer.say(self.begin)
             self.point.setText("")
             return
-        self.point.setText(unbroken("\n\n".join(self.found.notes(part))))
+        self.point.setText(unbroken("\n\n".join([*self.found.notes(part), self.found.force_known])))
         outdated = self._fresh.outdated
         end = self.found.end
         self.chart.show_drawing(lambda figure, colors: draw(figure, colors, part, end), bool(outdated))
