@@ -80,7 +80,7 @@ def _text(found: Plane, seconds: float | None) -> str:
     margin, setting = found.margin, found.setting
     limits = ", ".join(f"{hand_words(hand)} {_newtons(limit)}" for hand, limit in found.hands.items())
     lines = [
-        f"{margin.stiffness:g} N/m and {margin.damping:g} N·s/m: {sentence(margin)}",
+        f"{margin.stiffness:,g} N/m and {margin.damping:g} N·s/m: {sentence(margin)}",
         ", ".join(f"{name.lower()} {value}" for name, value in kb_plane.conditions(setting)),
         "",
         *_table(found),
@@ -88,7 +88,7 @@ def _text(found: Plane, seconds: float | None) -> str:
         *([f"Passive up to {found.edge_damping[-1]:.3g} N·s/m."] if found.edge.size else []),
         "An ideal sensor: no steps for friction to hide."
         if np.isinf(found.coulomb)
-        else f"Friction hides the sensor's steps up to {found.coulomb:.0f} N/m.",
+        else f"Friction hides the sensor's steps up to {found.coulomb:,.0f} N/m.",
         f"Limit in N/m at {margin.damping:g} N·s/m: {limits}.",
     ]
     if seconds is not None:
@@ -97,8 +97,8 @@ def _text(found: Plane, seconds: float | None) -> str:
     if found.cells is not None:
         classes = found.cells.classes
         counts = np.bincount(classes.ravel().astype(int), minlength=len(kb_plane.CLASS_NAMES))
-        words = ", ".join(f"{n} {verb}" for n, verb in zip(counts, ("decay", "buzz", "grow"), strict=True))
-        lines.append(f"{classes.size} cells: {words}")
+        words = ", ".join(f"{n:,} {verb}" for n, verb in zip(counts, ("decay", "buzz", "grow"), strict=True))
+        lines.append(f"{classes.size:,} cells: {words}")
     return "\n".join(lines)
 
 
@@ -119,7 +119,7 @@ def _table(found: Plane) -> list[str]:
 
 
 def _newtons(value: float) -> str:
-    return "–" if np.isnan(value) else "unlimited" if np.isinf(value) else f"{value:.1f}"
+    return "–" if np.isnan(value) else "unlimited" if np.isinf(value) else f"{value:,.1f}"
 
 
 COMMAND = base.Command(

@@ -157,7 +157,7 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     else:
         most = 2.0 * (conditions.viscous + values["viscous"]) / period
         if values["tether_stiffness"] > most:
-            yield f"A tether above {most:.4g} N/m buzzes while it holds: lower its stiffness."
+            yield f"A tether above {most:,.0f} N/m buzzes while it holds: lower its stiffness."
     if model == KARNOPP and values["stick_velocity"] * period < conditions.quantum:
         most = 1e3 * conditions.quantum / period
         yield f"One count per period is {most:.3g} mm/s: a lower stick velocity never holds."

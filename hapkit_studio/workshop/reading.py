@@ -169,10 +169,12 @@ def _of_number(parameter: Parameter) -> str:
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             return f"'{key}': its {name} is a number, not {value!r}"
     if parameter.low >= parameter.high:
-        return f"'{key}' goes from {parameter.low:g} to {parameter.high:g}{unit}: the lower limit comes first"
+        return (
+            f"'{key}' goes from {parameter.low:,g} to {parameter.high:,g}{unit}: the lower limit comes first"
+        )
     if not parameter.low <= parameter.default <= parameter.high:
-        limits = f"{parameter.low:g} to {parameter.high:g}{unit}"
-        return f"'{key}' goes from {limits}, its default is {parameter.default:g}{unit}"
+        limits = f"{parameter.low:,g} to {parameter.high:,g}{unit}"
+        return f"'{key}' goes from {limits}, its default is {parameter.default:,g}{unit}"
     return ""
 
 

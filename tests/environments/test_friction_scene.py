@@ -152,7 +152,7 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
         ({"model": "coulomb", "kinetic_force": 1.352}, {"kinetic_force": 1.380}, "above 1.4 N"),
         ({"model": "smoothed", "stick_velocity": 0.00459}, {"stick_velocity": 0.00450}, "above 88 N·s/m"),
         ({"model": "karnopp", "stick_velocity": 0.0209}, {"stick_velocity": 0.0205}, "20.7 mm/s"),
-        ({"model": "tether", "tether_stiffness": 2970.0}, {"tether_stiffness": 3030.0}, "above 3000 N/m"),
+        ({"model": "tether", "tether_stiffness": 2970.0}, {"tether_stiffness": 3030.0}, "above 3,000 N/m"),
     ],
 )
 def test_what_is_beyond_a_models_limit_is_said_in_one_line(inside, outside, words):

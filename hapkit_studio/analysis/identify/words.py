@@ -136,7 +136,7 @@ def conditions(setup: Setup) -> list[tuple[str, str]]:
         value = setup.values[p.key]
         values.append((p.label, p.text(value) if p.discrete else on_screen(value, p.unit)))
     grip = setup.grip
-    hand = f"{1e3 * grip.mass:g} g, {grip.damping:g} N·s/m, {grip.stiffness:g} N/m" if grip else "not known"
+    hand = f"{1e3 * grip.mass:g} g, {grip.damping:g} N·s/m, {grip.stiffness:,g} N/m" if grip else "not known"
     return [
         *scene,
         *values,

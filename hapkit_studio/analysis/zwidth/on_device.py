@@ -76,7 +76,7 @@ def measure(
     force, share = limits.max_force, limits.precision
     found = (
         *result.loop_conditions(setting, friction=engine.modelled is not None),
-        result.Condition("measured_rate_Hz", guarded.rate, "Rate measured", f"{guarded.rate:.0f} Hz"),
+        result.Condition("measured_rate_Hz", guarded.rate, "Rate measured", f"{guarded.rate:,.0f} Hz"),
         result.Condition("max_force", force, "Force limit", f"{force:g} N"),
         result.Condition("precision", share, "Stiffness to", f"{100.0 * share:g} %"),
         *hand.conditions,

@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hapkit_studio.analysis.checks import checked_row
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary
 from hapkit_studio.analysis.zwidth import DAMPING, HIGHEST, MAX_FORCE, PUSH, SPEED
-from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain
 
@@ -143,15 +142,6 @@ def three_digits(value: float) -> str:
     return f"{step * math.floor(value / step):,.0f}"
 
 
-def estimator_words(spec: Spec) -> tuple[str, str]:
-    """Write a velocity estimator with its options: for programs as the command line takes it, for people."""
-    method, options = parse(spec)
-    numbers = [f"{key}={value:g}" for key, value in options.items()]
-    given = f"{method.key}:{','.join(numbers)}" if numbers else method.key
-    words = [f"{p.label.lower()} {options[p.key]:g} {p.unit}".rstrip() for p in method.parameters]
-    return given, ", ".join([method.label, *words])
-
-
 def text(result: ZWidth) -> str:
     """Return for a person the verdict, then a line a damping with the linear limit, and the conditions."""
     lines = [f"{'B, N·s/m':>9}{'K, N/m':>11}{'some fail':>16}{'linear limit':>14}   beyond"]
@@ -212,7 +202,7 @@ def samples_of(setting: Setting, protocol: Protocol) -> int:
     if count > MOST_SAMPLES or round(protocol.tail * rate) < FEWEST_IN_TAIL:
         least, most = FEWEST_IN_TAIL / protocol.tail, MOST_SAMPLES / seconds
         raise ParameterError(
-            f"A hit of {seconds:g} s is simulated at {least:g} to {most:g} Hz, not at {rate:g} Hz."
+            f"A hit of {seconds:g} s is simulated at {least:,g} to {most:,g} Hz, not at {rate:,g} Hz."
         )
     return count
 

@@ -178,7 +178,7 @@ def test_points_arrive_in_order_and_any_executor_finds_the_same():
 
 def test_what_cannot_be_is_refused():
     for work, words in (
-        (lambda: simulation.compute(device(), (-1.0,)), "0 to 1000 N·s/m, not -1"),
+        (lambda: simulation.compute(device(), (-1.0,)), "0 to 1,000 N·s/m, not -1"),
         (lambda: simulation.compute(device(), ()), "one damping or more"),
         (lambda: Protocol(max_force=0.9), "push of 1 N needs a force limit above it, not 0.9 N"),
         (lambda: Protocol(speed=0.0), "0.001 to 3 m/s, not 0"),
