@@ -79,7 +79,7 @@ class Header(QWidget):
         title = QLabel(plot.title)
         title.setFont(theme.font("strong"))
         name = () if plot.beside else (title, 3)  # beside, the switch names it
-        parts = (*name, *lines, *self.surface, *self.past, self.paused, None, self.value)
+        parts = (*name, *lines, *self.surface, *self.past, None, self.paused, None, self.value)
         across(*parts, into=self, margins=(0, 0, RIGHT, 0), gap=7)
         self.show_part(self.surface, "")
         self.show_part(self.past, "")

@@ -12,7 +12,7 @@ from hapkit_studio.charts.zwidth import Walls, draw, zwidth_figure
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import Progress, Work
 from hapkit_studio.gui.pages.base import View
-from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
+from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts, unbroken
 from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.panel.rows import ParameterRow
@@ -45,7 +45,7 @@ class ZWidthPage(MeasuringPage):
     drawn, listed = "Stiffness over damping of the walls that are rendered", "Walls that are rendered"
     read = (
         "Each point is the stiffest wall that comes to rest after a hit and a push. Hollow: the motor "
-        "reached its limit. Bar: from the first wall that failed to the last that held, some do either. "
+        "reached its limit. Bar: from the first wall that failed to the last that held walls do either. "
         "Dashed: the limit of the linear loop, without friction and sensor steps."
     )
     arrived = Signal(float, object)
@@ -173,7 +173,7 @@ class ZWidthPage(MeasuringPage):
             self.answer.say(result.sentence, "triangle", "danger")
         else:  # a limit of the motor is neither good nor bad
             sign = ("info", "ink2") if result.points[result.best].clamped else ("check", "ok")
-            self.answer.say(result.sentence, *sign)
+            self.answer.say(unbroken(result.sentence), *sign)
 
     def _show(self, walls: Walls, pale: bool = False) -> None:
         self.walls = walls
@@ -184,7 +184,7 @@ class ZWidthPage(MeasuringPage):
         columns = (
             Column("B, N·s/m", lambda row: f"{row[0]:g}", lambda row: row[0], right=False),
             Column("K, N/m", lambda row: three_digits(row[1].stiffness), lambda row: row[1].stiffness),
-            Column("Some fail", lambda row: row[1].band or "–", lambda row: row[1].first_failed),
+            Column("Some fail, N/m", lambda row: row[1].band or "–", lambda row: row[1].first_failed),
         )
         rows = zip(result.damping, result.points, strict=True) if result else ()
         self.table.show_rows(columns, rows)

@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QLabel
 import hapkit_studio as hs
 from hapkit_studio.analysis.identify import Part, from_run, identify
 from hapkit_studio.errors import StudioError
-from hapkit_studio.gui.pages.identify import newest_piece, unbroken
-from hapkit_studio.gui.pages.measuring import write
+from hapkit_studio.gui.pages.identify import newest_piece
+from hapkit_studio.gui.pages.measuring import unbroken, write
 from tests.gui.pages.drawing_support import drawn, outside
 
 LEFT_OVER = "time, s (what no term explains)"
