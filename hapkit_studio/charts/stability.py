@@ -65,7 +65,7 @@ class Map:
         }
         found = {key: kb_plane.line_words(plane, key) for key, on in there.items() if on}
         if self.hands:
-            found["hands"] = ("Other hands", "light, medium and firm grip")
+            found["hands"] = ("Other hands", "light dashed, medium dash-dotted, firm dotted")
         return found
 
 

@@ -45,7 +45,7 @@ class ZWidthPage(MeasuringPage):
     drawn, listed = "Stiffness over damping of the walls that are rendered", "Walls that are rendered"
     read = (
         "Each point is the stiffest wall that comes to rest after a hit and a push. Hollow: the motor "
-        "reached its limit. Bar: from the first wall that failed to the last that held walls do either. "
+        "reached its limit. Bar: the first wall that failed to the last that held. "
         "Dashed: the limit of the linear loop, without friction and sensor steps."
     )
     arrived = Signal(float, object)
