@@ -79,7 +79,7 @@ def test_residuals_count_as_often_as_they_come_again():
 
 
 def test_intervals_hold_the_truth_where_a_motion_repeats_its_errors():
-    """Four times the same hundred errors tell as much as a hundred: counted as four, intervals are too narrow."""
+    """The same hundred errors four times tell as much as a hundred; else intervals are too narrow."""
     inside: dict[bool, list[bool]] = {True: [], False: []}
     for seed in range(300):
         random = np.random.default_rng(seed)
