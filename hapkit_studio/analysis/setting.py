@@ -26,7 +26,7 @@ def estimator_words(spec: Spec) -> tuple[str, str]:
     method, options = parse(spec)
     numbers = [f"{key}={value:g}" for key, value in options.items()]
     given = f"{method.key}:{','.join(numbers)}" if numbers else method.key
-    words = [f"{p.label.lower()} {options[p.key]:g} {p.unit}".rstrip() for p in method.parameters]
+    words = [f"{p.label.lower()} {options[p.key]:,g} {p.unit}".rstrip() for p in method.parameters]
     return given, ", ".join([method.label, *words])
 
 
