@@ -3,6 +3,7 @@
 import itertools
 import math
 from dataclasses import replace
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -185,6 +186,24 @@ def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch
     assert found.sentence == "No wall was rendered without buzzing."
     assert max(tried) == 200.0
     assert_as_before(engine)
+
+
+def test_the_band_is_looked_for_below_the_first_wall_that_failed(monkeypatch):
+    """200 and 300 hold, 450 N/m is the first that fails; halved, then in steps of 5 %."""
+    tried = []
+
+    def watched(_guarded, _hand, stiffness):
+        tried.append(stiffness)
+        return "" if stiffness < 400.0 or 420.0 < stiffness < 440.0 else BUZZES
+
+    monkeypatch.setattr(on_device, "_watched", watched)
+    guarded, steps = MagicMock(limits=TrialLimits(), clamped=False), MagicMock(halvings=4)
+    point = on_device._stiffest_at(guarded, MagicMock(), 0.0, steps)
+    assert point.stiffness == pytest.approx(393.75)
+    assert point.first_failed == pytest.approx(403.125)
+    assert point.last_held == pytest.approx(393.75 * 1.05**2)
+    assert max(tried) == 450.0
+    assert len(tried) == 3 + 4 + 2 + 2
 
 
 def test_the_force_limit_holds_and_is_said(running):
