@@ -183,8 +183,8 @@ def columns_of(table: np.ndarray) -> dict[str, np.ndarray]:
 def _count(seconds: float, rate: float) -> int:
     count = round(seconds * rate)
     if not 1 <= count <= MOST_SAMPLES:
-        limits = f"1 to {MOST_SAMPLES} samples"
-        raise ParameterError(f"A run has {limits}, not {count}: {seconds:g} s at {rate:g} Hz.")
+        limits = f"1 to {MOST_SAMPLES:,} samples"
+        raise ParameterError(f"A run has {limits}, not {count:,}: {seconds:,g} s at {rate:,g} Hz.")
     return count
 
 

@@ -31,13 +31,13 @@ class Parameter:
             wanted = f"a number in {self.unit}" if self.unit else "a number"
             raise ParameterError(f"{self.label} takes {wanted}, not {value!r}.") from None
         if not math.isfinite(number) or not self.low <= number <= self.high:
-            limits = f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
-            raise ParameterError(f"{self.label} goes from {limits}, not {number:g}.")
+            limits = f"{self.low:,g} to {self.high:,g} {self.unit}".rstrip()
+            raise ParameterError(f"{self.label} goes from {limits}, not {number:,g}.")
         return number
 
     def text(self, value: float) -> str:
         """Write a value with its unit."""
-        return f"{value:g} {self.unit}".strip()
+        return f"{value:,g} {self.unit}".strip()
 
 
 @dataclass(frozen=True)
@@ -116,10 +116,10 @@ def check_number(
     if not (math.isfinite(number) or (endless and number == math.inf)):
         raise ParameterError(f"The {name} takes a number in {unit}, not {value!r}.")
     if number < low or (above and number == low):
-        bound = f"more than {low:g}" if above else f"{low:g} or more"
-        raise ParameterError(f"The {name} must be {bound} {unit}, not {number:g} {unit}.")
+        bound = f"more than {low:,g}" if above else f"{low:,g} or more"
+        raise ParameterError(f"The {name} must be {bound} {unit}, not {number:,g} {unit}.")
     if number > high:
-        raise ParameterError(f"The {name} must be {high:g} {unit} or less, not {number:g} {unit}.")
+        raise ParameterError(f"The {name} must be {high:,g} {unit} or less, not {number:,g} {unit}.")
 
 
 AnyParameter = Parameter | Choice

@@ -182,12 +182,12 @@ def find(count: int, seed: int, area: str | None) -> None:
                 write(known)
 
 
-def check() -> int:
-    """Try every mutation of the list; return how many are caught no more."""
+def check(area: str | None) -> int:
+    """Try every mutation of the list, or of an area; return how many are caught no more."""
     lost = 0
     with tempfile.TemporaryDirectory() as folder:
         root = copied(folder)
-        for mutation in read():
+        for mutation in (m for m in read() if area in (None, m.area)):
             tests = tuple(t for t in mutation.tests if (root / t).exists()) or AREAS[mutation.area][1]
             found = caught(mutation, root, tests)
             lost += found is None
@@ -215,11 +215,11 @@ def main() -> int:
     finding = commands.add_parser("find")
     finding.add_argument("--count", type=int, default=100)
     finding.add_argument("--seed", type=int, default=1)
-    finding.add_argument("--area", choices=AREAS)
-    commands.add_parser("check")
+    for command in (finding, commands.add_parser("check")):
+        command.add_argument("--area", choices=AREAS)
     words = parser.parse_args()
     if words.command == "check":
-        return check()
+        return check(words.area)
     find(words.count, words.seed, words.area)
     return 0
 

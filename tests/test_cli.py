@@ -54,7 +54,7 @@ def test_run_says_what_was_rendered_in_words_and_as_json(capsys):
     words = f"{words} --seconds 1 --rate 2000 --delay 0.0005 --estimator iir:cutoff=20 --seed 7".split()
     code, out, err = run(capsys, *words)
     assert (code, err) == (0, "")
-    assert "wall: 2000 samples, 1 s" in out
+    assert "wall: 2,000 samples, 1 s" in out
     assert all(unit in out for unit in (" mm", " N", " mJ"))
     found = as_json(capsys, *words)
     assert found["environment"] == "wall"
@@ -159,7 +159,7 @@ WRONG = [
     ("--size 10", "a size is written 1280x720, not '10'"),
     ("run wal", "There is no environment 'wal'; there are: free, spring, wall"),
     ("run", "environment"),
-    ("run wall -p stiffness=6000", "Stiffness goes from 0 to 5000 N/m, not 6000."),
+    ("run wall -p stiffness=6000", "Stiffness goes from 0 to 5,000 N/m, not 6,000."),
     ("run wall -p stiffness=1e999", "not inf."),
     ("run wall -p side=7", "Side is one of right, left, not 7.0."),
     ("run wall -p stiffness", "A parameter is given as KEY=VALUE, e.g. stiffness=400, not 'stiffness'."),
@@ -168,7 +168,7 @@ WRONG = [
     ("run wall -p", "expected one argument"),
     ("run wall --rate fast", "invalid float value: 'fast'"),
     ("run wall --delay -1", "The delay goes from 0 to 10 s, not -1."),
-    ("run wall --seconds 86400 --rate 1e6", "A run has 1 to 10000000 samples"),
+    ("run wall --seconds 86400 --rate 1e6", "A run has 1 to 10,000,000 samples"),
     ("run wall --estimator iir:cutoff=low", "The estimator's cutoff takes a number, not 'low'."),
     ("run wall --estimator iir:", "An option is given as KEY=VALUE, e.g. cutoff=20, not ''."),
     ("run wall --estimator difference:cutoff=5", "has no parameter 'cutoff'"),
@@ -178,8 +178,8 @@ WRONG = [
     ("run wall --plot run.xyz", "A picture is one of"),
     ("devices --rate 5", "unrecognized arguments"),
     ("loop-test unplugged", "There is no device 'unplugged'; there are: simulated"),
-    ("loop-test --rate 20", "Rate goes from 100 to 10000 Hz, not 20."),
-    ("loop-test --seconds 0", "Seconds goes from 0.1 to 86400 s, not 0."),
+    ("loop-test --rate 20", "Rate goes from 100 to 10,000 Hz, not 20."),
+    ("loop-test --seconds 0", "Seconds goes from 0.1 to 86,400 s, not 0."),
     ("dance", "invalid choice: 'dance'"),
     # a board, or none
     ("run wall --render board", "--device"),
@@ -206,7 +206,7 @@ WRONG = [
     ("export wall -p stiffness=-1", "N/m"),
     ("export wal", "wal"),
     ("export wall --kit hapkit9", "There is no kit 'hapkit9'; there are: hapkit3"),
-    ("export wall --rate 3000", "not at 3000 Hz"),
+    ("export wall --rate 3000", "not at 3,000 Hz"),
     ("export wall --estimator butterworth", "not by butterworth"),
 ]
 
@@ -430,7 +430,7 @@ def test_without_a_display_runs_the_demo_and_writes_a_picture(tmp_path):
     done = program(tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.startswith("No display here")
-    assert "wall: 3000 samples" in done.stdout
+    assert "wall: 3,000 samples" in done.stdout
     assert "wrote hapkit-studio-demo.png" in done.stdout
     assert [path.name for path in tmp_path.iterdir()] == ["hapkit-studio-demo.png"]
     assert (tmp_path / "hapkit-studio-demo.png").read_bytes().startswith(b"\x89PNG")

@@ -25,7 +25,7 @@ def test_takes_every_number_within_its_limits(value):
 def test_refuses_every_number_beyond_them(value):
     with pytest.raises(ParameterError) as error:
         STIFFNESS.check(value)
-    assert str(error.value) == f"Stiffness goes from 0 to 5000 N/m, not {value:g}."
+    assert str(error.value) == f"Stiffness goes from 0 to 5,000 N/m, not {value:,g}."
 
 
 @pytest.mark.parametrize("value", ["stiff", "", True, None, [1.0], {}, object, 1j, 10**400])

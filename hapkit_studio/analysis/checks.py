@@ -19,8 +19,8 @@ def check_delay(rate: float, delay: float) -> None:
     """Raise ParameterError for a delay of more periods than are looked at; rate in Hz, delay in s."""
     if rate * delay > MOST_LATE:
         raise ParameterError(
-            f"A delay of {delay:g} s at {rate:g} Hz is {rate * delay:g} periods; "
-            f"{MOST_LATE:g} at most: lower the delay or the rate."
+            f"A delay of {delay:g} s at {rate:,g} Hz is {rate * delay:,g} periods; "
+            f"{MOST_LATE:,g} at most: lower the delay or the rate."
         )
 
 

@@ -21,6 +21,15 @@ DELAY = Parameter("delay", "The delay", "s", 0.0, 0.0, 10.0)
 NUMBERS = MASS, VISCOUS, COULOMB, QUANTUM, RATE, DELAY
 
 
+def estimator_words(spec: Spec) -> tuple[str, str]:
+    """Write a velocity estimator with its options: for programs as the command line takes it, for people."""
+    method, options = parse(spec)
+    numbers = [f"{key}={value:g}" for key, value in options.items()]
+    given = f"{method.key}:{','.join(numbers)}" if numbers else method.key
+    words = [f"{p.label.lower()} {options[p.key]:,g} {p.unit}".rstrip() for p in method.parameters]
+    return given, ", ".join([method.label, *words])
+
+
 @dataclass(frozen=True)
 class Setting:
     """A handle of mass kg, viscous N·s/m and Coulomb N, its sensor's quantum m; the loop's rate Hz, delay s.

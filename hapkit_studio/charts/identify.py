@@ -46,7 +46,7 @@ def identify_figure(found: "Identified", path: str | Path, device: str = "") -> 
 
     pairs = [("Device", device)] if device else []
     pairs += conditions(found.setup)
-    caption = unbroken([f"{name} {value}".rstrip() for name, value in pairs])
+    caption = f"{found.force_known}\n" + unbroken([f"{name} {value}".rstrip() for name, value in pairs])
     save(paint, path, (_SIZE[0], _SIZE[1] * len(parts)), caption=caption)
 
 

@@ -33,10 +33,10 @@ def draw(figure: Any, c: Colors, run: Any) -> None:
 def _caption(settings: dict) -> str:
     units = settings.get("units", {})
     parameters = ", ".join(
-        f"{k} {v}" if isinstance(v, str) else f"{k} {v:g} {units.get(k, '')}".rstrip()
+        f"{k} {v}" if isinstance(v, str) else f"{k} {v:,g} {units.get(k, '')}".rstrip()
         for k, v in settings.get("parameters", {}).items()
     )
     words = [settings.get("environment", ""), parameters, f"hand: {settings.get('hand')}"]
-    words += [f"{settings.get('rate_Hz', 0):g} Hz", f"delay {1e3 * settings.get('delay_s', 0):g} ms"]
+    words += [f"{settings.get('rate_Hz', 0):,g} Hz", f"delay {1e3 * settings.get('delay_s', 0):g} ms"]
     words += [str(settings.get("estimator"))]
     return unbroken([w for w in words if w])

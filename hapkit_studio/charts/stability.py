@@ -18,8 +18,12 @@ _SIZE = (972, 700)
 _TOKENS = ("stable", "warnsoft", "unstable")
 _GROWS = 2
 _FAINT = "40"  # a quarter, as the last two digits of a colour
-# From this share of the width on, words stand on the left; so far away in points.
-_TURNS, _AWAY = 0.62, 13.0
+# Where words may stand about their point, in points, the nearest first.
+_AROUND = sorted(
+    ((dx, dy) for dx in (13, -13, 40, -40, 90, -90) for dy in range(-66, 67, 11)),
+    key=lambda away: (math.hypot(*away), -away[0]),
+)
+_HANDS = {"released": "-", "light": style.DASH, "medium": style.DASH_DOT, "firm": style.DOT}
 # Less than this between dot and boundary leaves no room for the arrow's words, in points.
 _ROOM_FOR_WORDS = 40.0
 
@@ -62,7 +66,7 @@ class Map:
         }
         found = {key: kb_plane.line_words(plane, key) for key, on in there.items() if on}
         if self.hands:
-            found["hands"] = ("Other hands", "light, medium and firm grip")
+            found["hands"] = ("Other hands", "light dashed, medium dash-dotted, firm dotted")
         return found
 
 
@@ -98,15 +102,7 @@ def draw(figure: Any, c: style.Colors, shown: Map) -> "Dot":
     _measured(axes, measured, shown)
     _regions(axes, c, measured, shown)
     style.legend(axes, c)
-    ends = []  # the names of the other hands' boundaries, where they leave the map
-    for hand, limits in shown.hands.items():
-        inside = np.flatnonzero(limits <= 0.96 * plane.top)
-        if hand != plane.setting.hand and inside.size:
-            last = inside[-1]
-            ends.append(style.Label(plane.damping[last], limits[last], hand_words(hand), c.ink2, left=True))
-    if ends:
-        figure.draw_without_rendering()
-        style.write_labels(axes, c, ends)
+    figure.draw_without_rendering()  # what is where has to be known before words keep clear of it
     dot = Dot(axes, c)
     dot.place(plane, shown.dotted)
     return dot
@@ -120,8 +116,9 @@ def _lines(axes: Any, c: style.Colors, shown: Map) -> None:
         name = names["friction"]
         axes.plot(plane.damping, plane.friction, color=c.ink2, linewidth=2, linestyle=style.DASH, label=name)
     for hand, limits in shown.hands.items():
-        if hand != plane.setting.hand:
-            axes.plot(plane.damping, limits, color=c.ink2, linewidth=1.6)
+        if hand != plane.setting.hand and (limits < plane.top).any():
+            look = {"linewidth": 1.6, "linestyle": _HANDS.get(hand, "-"), "label": hand_words(hand)}
+            axes.plot(plane.damping, limits, color=c.ink2, **look)
     axes.plot(
         plane.damping, plane.simple, color=c.asked, linewidth=2, linestyle=style.DOT, label=names["simple"]
     )
@@ -235,15 +232,36 @@ class Dot:
         self._arrow.arrow_patch.set_color(color)
         high = 0.75 * 72.0 * self._dot.figure.get_figheight()
         far = abs(tip - y) * high > _ROOM_FOR_WORDS * plane.top
-        left = x > _TURNS * plane.width
         middle, ratio = (0.5 * (tip + y), factor(margin.ratio)) if far else (y, "")
         for words, height, text in (
             (self.words, y, f"{y:,.0f} N/m, {x:.1f} N·s/m"),
             (self._factor, middle, ratio),
         ):
-            words.set(text=text, color=color, ha="right" if left else "left")
+            words.set(text=text, color=color)
             words.xy = x, height
-            words.xyann = -_AWAY if left else _AWAY, 10.0 if height < 0.05 * plane.top else 0.0
+            self._keep_clear(words, [self.words.get_window_extent()] if words is self._factor else [])
         for artist in self.artists:
             artist.set_visible(dotted)
         self._arrow.set_visible(dotted and abs(tip - y) > 0.03 * plane.top)
+
+    def _keep_clear(self, words: Any, taken: Sequence[Any]) -> None:
+        """Put words about their point where they cover no line and no box; beside it if nowhere is free."""
+        from matplotlib.transforms import Bbox
+
+        axes, points = words.axes, words.figure.dpi / 72.0
+        frame, (_, _, width, height) = axes.get_window_extent(), words.get_window_extent().bounds
+        x, y = axes.transData.transform(words.xy)
+        lines = [line for line in axes.lines if line is not self._dot and line.get_visible()]
+        paths = [line.get_path().transformed(line.get_transform()) for line in lines]
+
+        def free(away: tuple[int, int]) -> bool:
+            left, middle = x + points * away[0], y + points * away[1]
+            box = Bbox.from_bounds(
+                left if away[0] > 0 else left - width, middle - 0.5 * height, width, height
+            )
+            inside = frame.contains(box.x0, box.y0) and frame.contains(box.x1, box.y1)
+            crossed = inside and any(path.intersects_bbox(box, filled=False) for path in paths)
+            return inside and not crossed and not box.count_overlaps(taken)
+
+        words.xyann = next(filter(free, _AROUND), _AROUND[0])
+        words.set(horizontalalignment="left" if words.xyann[0] > 0 else "right")

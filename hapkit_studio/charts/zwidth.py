@@ -12,22 +12,24 @@ from hapkit_studio.analysis.zwidth import HIGHEST
 from hapkit_studio.charts.style import DASH, TEXT, Colors, legend, save, style_axes, unbroken
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.zwidth.result import ZWidth
+    from hapkit_studio.analysis.zwidth.result import Point, ZWidth
 
 _SIZE = (792, 504)
 _ROOM = 1.18
+# The bar beneath a point, narrower than its marker, in points.
+_BAND = 6.0
 # What the axes show at least while points come, N·s/m and N/m.
 _RIGHT, _TOP = 10.0, 1000.0
 
 
 @dataclass(frozen=True)
 class Walls:
-    """Points so far: damping, stiffness, whether the motor's limit was reached; the linear limit (2, m).
+    """Points so far, each with its damping; the linear limit (2, m).
 
     right, top: how far the axes go at least; tried: the wall that is tried now.
     """
 
-    points: Sequence[tuple[float, float, bool]] = ()
+    points: "Sequence[tuple[float, Point]]" = ()
     curve: np.ndarray = field(default_factory=lambda: np.empty((2, 0)))
     right: float = _RIGHT
     top: float = _TOP
@@ -37,9 +39,10 @@ class Walls:
     @classmethod
     def of(cls, result: "ZWidth") -> "Walls":
         """Return what a result shows; above its points it buzzes, unless nothing stiffer was tried."""
-        points = list(zip(result.damping.tolist(), result.stiffness.tolist(), result.clamped, strict=True))
+        points = list(zip(result.damping.tolist(), result.points, strict=True))
         right = max(float(result.damping[-1]), 1.0)
-        return cls(points, result.curve, right, 100.0, buzzes=HIGHEST not in result.ends)
+        sure = all(point.ended != HIGHEST for point in result.points)
+        return cls(points, result.curve, right, 100.0, buzzes=sure)
 
 
 def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
@@ -50,24 +53,32 @@ def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
 
 
 def draw(figure: Any, c: Colors, walls: Walls) -> None:
-    """Draw stiffness over damping; a hollow marker: the motor's limit was reached."""
+    """Draw stiffness over damping; a hollow marker: the motor's limit was reached; a bar: some walls fail."""
     axes = figure.add_subplot()
     tried = walls.tried or (0.0, 0.0)
-    high = np.nanmax([walls.top, tried[1], *(k for _, k, _ in walls.points), *walls.curve[1]])
+    damping, points = [b for b, _ in walls.points], [point for _, point in walls.points]
+    stiffness = [point.stiffness for point in points]
+    high = np.nanmax([walls.top, tried[1], *stiffness, *(p.last_held for p in points), *walls.curve[1]])
     style_axes(axes, c, "virtual damping B, N·s/m", "virtual stiffness K, N/m")
     axes.set_xlim(-0.02 * walls.right, 1.04 * walls.right)
     axes.set_ylim(0.0, nice_top(_ROOM * float(high)))
     axes.yaxis.set_major_formatter("{x:,.0f}")
-    damping, stiffness, limited = np.array(walls.points, dtype=float).reshape(-1, 3).T
-    axes.fill_between(damping, stiffness, color=c.stable, linewidth=0.0)
+    sure = [min(point.stiffness, point.first_failed) for point in points]
+    axes.fill_between(damping, sure, color=c.stable, linewidth=0.0)
     axes.plot(damping, stiffness, color=c.position, linewidth=2.4, zorder=3)
-    for at_limit, words in ((0.0, "rendered without buzzing"), (1.0, "at the motor's limit")):
-        seen = limited == at_limit
-        if seen.any():
+    for clamped, words in ((False, "rendered without buzzing"), (True, "at the motor's limit")):
+        if any(p.clamped == clamped for p in points):
             axes.plot(
-                damping[seen], stiffness[seen], "o", color=c.position, label=words, markersize=9,
-                markeredgewidth=2.0, markerfacecolor=c.plot if at_limit else c.position, zorder=4,
+                *zip(*((b, p.stiffness) for b, p in walls.points if p.clamped == clamped), strict=True),
+                "o", color=c.position, label=words, markersize=9,
+                markeredgewidth=2.0, markerfacecolor=c.plot if clamped else c.position, zorder=4,
             )  # fmt: skip
+    bands = [(b, p.first_failed, p.last_held) for b, p in walls.points if p.band]
+    if bands:
+        words = "some walls hold, some fail"
+        axes.vlines(
+            *zip(*bands, strict=True), color=c.warn, linewidth=_BAND, alpha=0.6, label=words, zorder=3.5
+        )
     if np.isfinite(walls.curve).any():
         words = "linear loop: no friction, no sensor steps"
         axes.plot(*walls.curve, color=c.ink, linewidth=2.0, linestyle=DASH, label=words)

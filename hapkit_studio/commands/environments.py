@@ -26,7 +26,7 @@ def environments(options: argparse.Namespace) -> Result:
             described.append(
                 {"key": p.key, "label": p.label, "unit": p.unit, "default": default, "range": word}
             )
-            limits = " | ".join(p.options) if p.discrete else f"{p.low:g} to {p.high:g} {p.unit}"  # type: ignore[union-attr]
+            limits = " | ".join(p.options) if p.discrete else f"{p.low:,g} to {p.high:,g} {p.unit}"  # type: ignore[union-attr]
             lines.append(f"    {p.key:<19} {p.text(p.default):<12} [{limits}]")
         listed.append({"key": e.key, "title": e.title, "summary": e.summary, "parameters": described})
     text = page().rstrip() if options.markdown else "\n".join(lines)
@@ -51,7 +51,7 @@ def _section(e: Environment) -> str:
 
 
 def _parameter(p: AnyParameter) -> str:
-    limits = ", ".join(p.options) if isinstance(p, Choice) else f"{p.low:g} to {p.text(p.high)}"
+    limits = ", ".join(p.options) if isinstance(p, Choice) else f"{p.low:,g} to {p.text(p.high)}"
     return f"| `{p.key}` | {p.text(p.default)} | {limits} | {p.help} |"
 
 

@@ -44,7 +44,7 @@ def _text(found) -> str:
         handle += ", let go" if found.handle.released else ", the hand's mass with it"
     for title, part in (("What was rendered", found.rendered), (handle, found.handle)):
         lines += ["", title, *(f"  {line}" for line in found.sentences(part))]
-    return "\n".join(lines)
+    return "\n".join([*lines, "", found.force_known])
 
 
 COMMAND = Command("identify", _HELP, run, OPTIONS, 70)

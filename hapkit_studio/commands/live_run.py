@@ -222,7 +222,7 @@ def words(found: dict[str, Any]) -> list[str]:
         if way["delay_us"] is None:
             continue
         limit = way["stiffness_limit"]
-        delay = f"delay {way['delay_us']:.0f} ± {way['delay_spread_us']:.0f} µs"
+        delay = f"delay {way['delay_us']:,.0f} ± {way['delay_spread_us']:,.0f} µs"
         stiffness = "" if limit is None else f", stiffness limit {limit:,.0f} N/m released"
         lines.append(f"{where}: {way['rate_Hz']:,.0f} Hz, {delay}{stiffness}, {way['missed']} missed")
     if lines:

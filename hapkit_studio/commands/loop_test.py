@@ -54,11 +54,12 @@ def loop_test(options: argparse.Namespace) -> Result:
     }
     late, period = health.lateness_us, numbers["period_us"]
     text = (
-        f"{numbers['samples']} samples, period {period['mean']:.1f} µs "
-        f"({period['min']:.0f} to {period['max']:.0f})\n"
-        f"late: median {late['p50']:.0f} µs, p99 {late['p99']:.0f}, p99.9 {late['p99.9']:.0f}, "
-        f"worst {late['max']:.0f}\n"
-        f"missed {health.missed}, lost frames {health.link.lost_frames}, delay {numbers['delay_us']:.0f} µs\n"
+        f"{numbers['samples']:,} samples, period {period['mean']:,.1f} µs "
+        f"({period['min']:,.0f} to {period['max']:,.0f})\n"
+        f"late: median {late['p50']:,.0f} µs, p99 {late['p99']:,.0f}, p99.9 {late['p99.9']:,.0f}, "
+        f"worst {late['max']:,.0f}\n"
+        f"missed {health.missed}, lost frames {health.link.lost_frames}, "
+        f"delay {numbers['delay_us']:,.0f} µs\n"
         + "".join(f"{line}\n" for line in (*live_run.words(played.found), *played.remarks))
         + f"{health.priority.text}. {health.priority.how}".rstrip()
     )

@@ -139,11 +139,11 @@ def _of_run(done: api.Run, written: list[str], found: dict) -> base.Result:
         **found,
     }
     lines = [
-        f"{done.settings['environment']}: {len(done.time)} samples, {numbers['seconds']:g} s",
+        f"{done.settings['environment']}: {len(done.time):,} samples, {numbers['seconds']:g} s",
         f"position {1e3 * numbers['position_min']:.2f} to {1e3 * numbers['position_max']:.2f} mm, "
         f"at the end {1e3 * numbers['final_position']:.2f} mm",
         f"force up to {numbers['peak_force']:.2f} N, at the end {numbers['final_force']:.2f} N"
-        + (f", clamped in {clamped} samples" if clamped else ""),
+        + (f", clamped in {clamped:,} samples" if clamped else ""),
         f"energy given to the hand {1e3 * numbers['energy_given']:.3f} mJ",
     ]
     lines += live_run.words(found) if found else []

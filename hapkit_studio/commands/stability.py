@@ -83,7 +83,7 @@ def _text(found: Plane, seconds: float | None) -> str:
     assert said is not None
     limits = ", ".join(f"{hand_words(hand)} {_newtons(limit)}" for hand, limit in found.hands.items())
     lines = [
-        f"{margin.stiffness:g} N/m and {margin.damping:g} N·s/m: {sentence(margin)}",
+        f"{margin.stiffness:,g} N/m and {margin.damping:g} N·s/m: {sentence(margin)}",
         *said.lines,
         *([said.swings] if said.swings else []),
         ", ".join(f"{name.lower()} {value}" for name, value in kb_plane.conditions(setting)),
@@ -93,7 +93,7 @@ def _text(found: Plane, seconds: float | None) -> str:
         *([f"Passive up to {found.edge_damping[-1]:.3g} N·s/m."] if found.edge.size else []),
         "An ideal sensor: no steps for friction to hide."
         if np.isinf(found.coulomb)
-        else f"Friction hides the sensor's steps up to {found.coulomb:.0f} N/m.",
+        else f"Friction hides the sensor's steps up to {found.coulomb:,.0f} N/m.",
         f"Limit in N/m at {margin.damping:g} N·s/m: {limits}.",
     ]
     if seconds is not None:
@@ -105,8 +105,8 @@ def _text(found: Plane, seconds: float | None) -> str:
         classes = found.cells.classes
         verbs = ("decay", "stay bounded" if found.cells.controller else "buzz", "grow")
         counts = np.bincount(classes.ravel().astype(int), minlength=len(verbs))
-        words = ", ".join(f"{n} {verb}" for n, verb in zip(counts, verbs, strict=True))
-        lines.append(f"{classes.size} cells: {words}")
+        words = ", ".join(f"{n:,} {verb}" for n, verb in zip(counts, verbs, strict=True))
+        lines.append(f"{classes.size:,} cells: {words}")
     return "\n".join(lines)
 
 
@@ -133,7 +133,7 @@ def _table(found: Plane) -> list[str]:
 
 
 def _newtons(value: float) -> str:
-    return "–" if np.isnan(value) else "unlimited" if np.isinf(value) else f"{value:.1f}"
+    return "–" if np.isnan(value) else "unlimited" if np.isinf(value) else f"{value:,.1f}"
 
 
 COMMAND = base.Command(

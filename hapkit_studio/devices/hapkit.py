@@ -336,8 +336,8 @@ def _checked(body: bytes, port: str) -> Hello:
         low, high = _POSSIBLE.get(wire.name, (-np.inf, np.inf))
         value = getattr(hello, wire.name)
         if wire.name in _POSSIBLE and not np.float32(low) <= value <= np.float32(high):
-            possible = f"a Hapkit has {low:g} to {high:g} {wire.unit}".rstrip()
-            words = f"{port_name(port)} says {value:g} for {wire.help}; {possible}."
+            possible = f"a Hapkit has {low:,g} to {high:,g} {wire.unit}".rstrip()
+            words = f"{port_name(port)} says {value:,g} for {wire.help}; {possible}."
             raise NotAHapkitError(f"{words} Flash the firmware.", step=FLASH)
     return hello
 

@@ -68,7 +68,7 @@ class Conditions:
         swing = sampled_loop.growing_amplitude(stiffness, limit, self.mass, self.coulomb, self.late)
         if swing * stiffness < min(force, self.max_force):
             grows = f"a swing over {1e3 * swing:.2g} mm" if swing > 0.0 else "any swing"
-            above = f"As stiff as {stiffness:.0f} N/m, above the limit of {limit:.0f} N/m"
+            above = f"As stiff as {stiffness:,.0f} N/m, above the limit of {limit:,.0f} N/m"
             yield f"{above}: unless held, {grows} grows."
 
 

@@ -55,7 +55,7 @@ def late(microseconds: float) -> str:
 
 def rate_words(rate: float, nominal: float | None, on_board: bool) -> str:
     """Write a rate as measured in Hz; where it is another than it should be, both, each with its name."""
-    measured = f"{rate:.1f} Hz" if rate else "– Hz"
+    measured = f"{rate:,.0f} Hz" if rate else "– Hz"
     if nominal is None:
         return measured
     if on_board:
@@ -131,7 +131,7 @@ class StatusBar(QWidget):
     def show_kept(self, overrun: int, seconds: float, paused: bool) -> None:
         """Show how much is kept, and how many rows the window was too late for."""
         if overrun:
-            self.kept.show_words(f"{overrun} rows not read", "triangle", "warn")
+            self.kept.show_words(f"{overrun:,} rows not read", "triangle", "warn")
         else:
             self.kept.show_words(f"{'Paused. ' if paused else ''}Last {seconds:.0f} s kept")
 

@@ -207,7 +207,7 @@ def check_rate(request: float | None) -> None:
     """Raise ParameterError for a rate that no board has."""
     if request is not None and request not in RATES:
         rates = ", ".join(f"{rate:,}" for rate in reversed(RATES))
-        raise ParameterError(f"A board renders at {rates} Hz, not at {request:g} Hz.")
+        raise ParameterError(f"A board renders at {rates} Hz, not at {request:,g} Hz.")
 
 
 def spec_on_board(spec: Spec) -> Spec:

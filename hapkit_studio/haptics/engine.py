@@ -198,7 +198,7 @@ class Engine:
         """Change rate in Hz, added delay in s, velocity estimator, controller; raise ParameterError."""
         own_rate = self.driver.rate if self.driver is not None else None
         if rate is not None and own_rate not in (None, rate):
-            raise ParameterError(f"{self.device.title} sets the rate: {own_rate:g} Hz, not {rate:g} Hz.")
+            raise ParameterError(f"{self.device.title} sets the rate: {own_rate:,g} Hz, not {rate:,g} Hz.")
         self._change(loop=self.loop.changed(rate, delay, estimator, controller))
         if rate is not None:
             self._watch.forget()

@@ -163,7 +163,7 @@ def describe_fault(code: int, r: LoopArrays) -> Fault | None:
         arrays.LAW_DIVISION: (f"line {line} of the law divides by zero at {place}.", ""),
         arrays.OVER_SPEED: (f"over-speed, {_beyond(abs(value), limit)} (limit {limit:.1f} m/s).", ""),
         arrays.STALE_SENSOR: (f"{stale}, three times in 10 s.", f"{remedy} Hold the handle, then clear."),
-        arrays.RUNAWAY: (f"this machine cannot keep {value:.0f} Hz.", "Lower the rate, then clear."),
+        arrays.RUNAWAY: (f"this machine cannot keep {value:,.0f} Hz.", "Lower the rate, then clear."),
         arrays.SLOW_LAW: (
             f"the law takes {_ms(value)} ms, a period {_ms(second)} ms.",
             "Simplify the law or lower the rate, then clear.",

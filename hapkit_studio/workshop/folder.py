@@ -13,6 +13,7 @@ import platformdirs
 
 from hapkit_studio import resources
 from hapkit_studio.workshop.own import taken_keys
+from hapkit_studio.workshop.reading import calls
 
 VARIABLE = "HAPKIT_STUDIO_FOLDER"
 # Windows gives these names to devices, whatever follows the dot.
@@ -106,10 +107,11 @@ def templates() -> tuple[Template, ...]:
 
 def fill_template(template: Template, title: str, key: str) -> str:
     """Return a template's text with a title and a key of its own."""
-    text, new = template.text, {"key": key, "title": title}
-    for given in ast.walk(ast.parse(text)):
-        if isinstance(given, ast.keyword) and given.arg in new:
-            old = ast.get_source_segment(template.text, given)
-            words = json.dumps(new[given.arg], ensure_ascii=False)
-            text = text.replace(str(old), f"{given.arg}={words}", 1)
-    return text
+    new = {"key": key, "title": title}
+    lines = template.text.encode().splitlines(keepends=True)  # a tree counts columns in bytes
+    own = [k for call in calls(ast.parse(template.text), "Environment") for k in call.keywords]
+    for value, name in reversed([(k.value, k.arg) for k in own if k.arg in new]):
+        line, start, end = value.lineno - 1, value.col_offset, value.end_col_offset
+        words = json.dumps(new[name], ensure_ascii=False).encode()
+        lines[line] = lines[line][:start] + words + lines[line][end:]
+    return b"".join(lines).decode()

@@ -169,10 +169,12 @@ def _of_number(parameter: Parameter) -> str:
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             return f"'{key}': its {name} is a number, not {value!r}"
     if parameter.low >= parameter.high:
-        return f"'{key}' goes from {parameter.low:g} to {parameter.high:g}{unit}: the lower limit comes first"
+        return (
+            f"'{key}' goes from {parameter.low:,g} to {parameter.high:,g}{unit}: the lower limit comes first"
+        )
     if not parameter.low <= parameter.default <= parameter.high:
-        limits = f"{parameter.low:g} to {parameter.high:g}{unit}"
-        return f"'{key}' goes from {limits}, its default is {parameter.default:g}{unit}"
+        limits = f"{parameter.low:,g} to {parameter.high:,g}{unit}"
+        return f"'{key}' goes from {limits}, its default is {parameter.default:,g}{unit}"
     return ""
 
 
@@ -206,6 +208,25 @@ def _call_line(tree: ast.Module, parameter: AnyParameter) -> int:
     return max(lines)
 
 
+def _indentation(error: SyntaxError, lines: list[str]) -> str:
+    """Say how far a line is to be indented, "" where that is not what is wrong."""
+    if not isinstance(error, IndentationError) or not 1 < (error.lineno or 1) <= len(lines):
+        return ""
+    if isinstance(error, TabError):
+        return "indent this line by spaces only: tabs and spaces are mixed"
+    *above, this = ["" if line.lstrip().startswith("#") else line for line in lines[: error.lineno]]
+    opens = re.search(r"on line (\d+)$", error.msg)  # the line whose colon asks for more
+    last = lines[int(opens[1]) - 1] if opens else next((line for line in above[::-1] if line.strip()), "")
+    if "unindent" in error.msg:
+        return f"this line has {_depth(this)} spaces before it: indent it as far as a line above it"
+    return f"indent this line by {_depth(last) + (4 if opens else 0)} spaces; it has {_depth(this)}"
+
+
+def _depth(line: str) -> int:
+    """Return the spaces a line begins with."""
+    return len(line) - len(line.lstrip(" "))
+
+
 def load(path: str | Path) -> OwnEnvironment:
     """Execute a file and return its ENVIRONMENT; raise LawError with the line of what is wrong.
 
@@ -237,8 +258,9 @@ def execute(source: Source) -> Environment:
     except SyntaxError as error:
         if error.filename not in (name, None):
             raise law_error(error, name) from None
-        words = f"Python cannot read this line: {error.msg}"
-        raise LawError(_short(words), min(error.lineno or 1, max(len(lines), 1))) from None
+        line = min(error.lineno or 1, max(len(lines), 1))
+        words = _indentation(error, lines) or f"Python cannot read this line: {error.msg}"
+        raise LawError(_short(words), line) from None
     except (Exception, SystemExit) as error:
         raise law_error(error, name) from None
     finally:

@@ -142,7 +142,9 @@ def usual_rate(environment: Environment, values: Mapping[str, float]) -> int:
 def check(rate: int, estimator: Spec, prints: int) -> None:
     """Raise ParameterError for what a sketch does not do."""
     if rate not in RATES:
-        raise ParameterError(f"A sketch renders at {', '.join(map(str, RATES))} Hz, not at {rate:g} Hz.")
+        raise ParameterError(
+            f"A sketch renders at {', '.join(f'{r:,}' for r in RATES)} Hz, not at {rate:,g} Hz."
+        )
     if not 0 <= prints <= MOST_PRINTS:
         raise ParameterError(f"A sketch prints 0 to {MOST_PRINTS} lines a second, not {prints}.")
     key = estimators.parse(estimator)[0].key

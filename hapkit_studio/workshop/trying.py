@@ -237,7 +237,7 @@ def _words(environment: Environment, sequence: Sequence, call: int, code: int) -
 def _remarks(environment: Environment, cost: float, pushes: bool) -> Iterator[str]:
     """Yield what is no problem, but worth a look."""
     if cost > SLOW_NS:
-        yield f"One call of the law takes {cost / 1000:.0f} µs: the loop may not keep 10 kHz."
+        yield f"One call of the law takes {cost / 1000:,.0f} µs: the loop may not keep 10 kHz."
     if not pushes:
         yield "The law never pushed: its force was 0 N in every call."
     used = set(re.findall(r"\bp\[(\d+)\]", environment.force.source.partition("\ndef law(")[2]))

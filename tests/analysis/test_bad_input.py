@@ -59,8 +59,8 @@ def test_a_chunk_that_is_no_whole_number():
 def test_a_delay_of_2000_periods_is_the_longest():
     assert stiffness_limit(0.05, 0.5, delay=2.0) > 0.0
     for late in ({"delay": 2.001}, {"delay": 0.01, "rate": 1e6}):
-        assert "2000 at most" in said(stiffness_limit, 0.05, 0.5, **late)
-        assert "2000 at most" in said(Setting, **late)
+        assert "2,000 at most" in said(stiffness_limit, 0.05, 0.5, **late)
+        assert "2,000 at most" in said(Setting, **late)
 
 
 def test_the_softest_limit_is_1_mn_per_m():
@@ -74,14 +74,17 @@ def test_the_softest_limit_is_1_mn_per_m():
 @pytest.mark.parametrize(
     ("bad", "says"),
     [
-        ({"mass": 0.0}, "The mass goes from 1e-06 to 10000 kg, not 0."),
-        ({"viscous": -0.1}, "The viscous damping goes from 0 to 100000 N·s/m, not -0.1."),
+        ({"mass": 0.0}, "The mass goes from 1e-06 to 10,000 kg, not 0."),
+        ({"viscous": -0.1}, "The viscous damping goes from 0 to 100,000 N·s/m, not -0.1."),
         ({"quantum": "20 µm"}, "The sensor quantum takes a number in m, not '20 µm'."),
         ({"estimator": "guess"}, "The velocity estimator is one of"),
         ({"hand": "glove"}, "The grip is one of released, light, medium, firm, not 'glove'."),
         ({"mass": True}, "The mass takes a number in kg, not True."),
         ({"hand": []}, "The hand takes a grip's name, not []."),
-        ({"delay": 0.0101, "rate": 2e5}, "A delay of 0.0101 s at 200000 Hz is 2020 periods; 2000 at most:"),
+        (
+            {"delay": 0.0101, "rate": 2e5},
+            "A delay of 0.0101 s at 200,000 Hz is 2,020 periods; 2,000 at most:",
+        ),
     ],
 )
 def test_refuses_what_no_loop_can_be(bad, says):

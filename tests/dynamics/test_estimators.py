@@ -121,7 +121,7 @@ NO_QUANTUM = r"quantum (must be 0 or more m|takes a number in m)"
     ("bad", "names"),
     [
         ({"estimator": "kalmann"}, "difference"),
-        ({"estimator": ("iir", {"cutoff": 0.0})}, "1 to 2000 Hz"),
+        ({"estimator": ("iir", {"cutoff": 0.0})}, "1 to 2,000 Hz"),
         ({"estimator": ("iir", {"cutof": 20.0})}, "cutoff"),
         ({"estimator": ("difference", {"cutoff": 20.0})}, "cutoff"),
         ({"estimator": ("foaw", {"window": 17.0})}, "Window goes from 2 to 16, not 17"),

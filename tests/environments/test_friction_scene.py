@@ -156,7 +156,7 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
         (
             {"model": "tether", "viscous": 0.0, "tether_stiffness": 992.0},
             {"tether_stiffness": 1012.0},
-            "limit of 1002 N/m",
+            "limit of 1,002 N/m",
         ),
     ],
 )

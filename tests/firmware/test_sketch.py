@@ -259,7 +259,7 @@ def test_a_sketch_names_what_was_tuned_and_stands_alone(key):
 @pytest.mark.parametrize(
     ("how", "words"),
     [
-        ({"rate": 4000}, "250, 500, 1000, 2000 Hz, not at 4000 Hz"),
+        ({"rate": 4000}, "250, 500, 1,000, 2,000 Hz, not at 4,000 Hz"),
         ({"prints": 51}, "0 to 50 lines a second, not 51"),
         ({"estimator": "foaw"}, "difference, iir, kalman, not by foaw"),
         ({"values": {"stiffness": 9e9}}, "N/m"),

@@ -67,7 +67,7 @@ WORDS = [
      "33 ms from a sample to its force; the board obeys none after 25 ms.", "Let the board render"),
     (arrays.SLOW_LINK, 0.0656, 0.025, 0,
      "more than 66 ms from a sample to its force; the board obeys none after 25 ms.", "Let the board render"),
-    (arrays.RUNAWAY, 10_000.0, 0.0, 0, "this machine cannot keep 10000 Hz.", "Lower the rate"),
+    (arrays.RUNAWAY, 10_000.0, 0.0, 0, "this machine cannot keep 10,000 Hz.", "Lower the rate"),
     (arrays.DEVICE_GONE, 0.0, 0.0, 0, "The device is gone.", "Nothing is lost."),
     (arrays.DEVICE_GONE, 1.0, 0.0, 0,
      "The board has sent nothing for 1 s: it started anew, or hangs.", "Nothing is lost."),

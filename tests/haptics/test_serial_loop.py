@@ -126,7 +126,7 @@ def test_zero_and_direction(board, engine, reader):
 @undisturbed()
 def test_the_board_sets_the_rate_and_its_clamp_is_flagged(board, engine, reader):
     engine.set_loop(rate=1000.0, delay=0.001)
-    with pytest.raises(ParameterError, match="1000 Hz"):
+    with pytest.raises(ParameterError, match="1,000 Hz"):
         engine.set_loop(rate=5000.0)
     assert engine.loop.rate == 1000.0
     board.say(sample(0, 1000, flags=int(BoardFlag.CLAMPED)))

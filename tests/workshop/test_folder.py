@@ -71,6 +71,14 @@ def test_where_saving_fails_the_old_file_stays(monkeypatch, fails):
     assert [f.name for f in path.parent.iterdir()] == [path.name]
 
 
+def test_only_the_environments_own_key_and_title_are_filled():
+    text = 'A = Name(key="k", title="t")\nE = Environment(about="µ", key="k", p=(P(key="k"),), title="t")\n'
+    filled = folder.fill_template(folder.Template("x", "x", text), "Zwei Wände", "new")
+    assert filled == text.replace('µ", key="k"', 'µ", key="new"').replace(
+        '), title="t"', '), title="Zwei Wände"'
+    )
+
+
 ALL = folder.templates()
 
 

@@ -109,7 +109,15 @@ def wrong(folder, whole):
 MISTAKES = [
     (LAW, LAW[:-1], "def force", "Python cannot read this line: expected ':'"),
     ("return -p", "  return (-p", "return (-p", "'(' was never closed"),
-    ("return -p", "a = 1\n      return -p", "      return", "unexpected indent"),
+    ("return -p", "a = 1\n      return -p", "      return", "indent this line by 4 spaces; it has 6"),
+    (LAW, f"{LAW}\n    if x > 0.0:", "    return -p", "indent this line by 8 spaces; it has 4"),
+    (
+        "return -p",
+        "a = 1\n  return -p",
+        "  return",
+        "has 2 spaces before it: indent it as far as a line above",
+    ),
+    ("return -p", "a = 1\n\treturn -p", "\treturn", "spaces only: tabs and spaces are mixed"),
     ("return -p", "return −p", "return −p", "invalid character '−' (U+2212)"),
     ("return -p", "return p.stifness + -p", "stifness", "'p.stifness' is not a parameter; there is: stiff"),
     ("return -p.stiffness", "return -stifness", "-stifness", "'stifness' is not defined"),

@@ -162,7 +162,7 @@ def _scenes() -> tuple[Scene, ...]:
     values = environments.named("mass_spring_damper").values()
     puck = environments.named("puck").values()
     mass = ("Mass", f"{values['mass']:g} kg")
-    spring = ("Stiffness", f"{values['stiffness']:g} N/m")
+    spring = ("Stiffness", f"{values['stiffness']:,g} N/m")
     damper = ("Damping", f"{values['damping']:g} N·s/m")
     start = ("Start", "10 mm, at rest")
     closed = ("Reference", "closed form, 1 s")
@@ -172,14 +172,14 @@ def _scenes() -> tuple[Scene, ...]:
         _of_deflection("damped", "Damped mass on a spring", first, mass, spring, damper, start, closed),
         _of_deflection(
             "driven", "Mass on a spring, stirred by the hand", "largest error / largest deflection",
-            mass, spring, damper, ("Contact", f"{values['contact_stiffness']:g} N/m"),
+            mass, spring, damper, ("Contact", f"{values['contact_stiffness']:,g} N/m"),
             ("Handle", "±5 mm at 2 Hz, known at samples"), closed,
         ),
         Scene(
             "contact", "Puck between two walls", "largest error / distance between the walls", 0.02, THIRD,
             default_of("puck", "integrator"),
             conditions=(
-                ("Mass", f"{puck['mass']:g} kg"), ("Walls", f"{puck['wall_stiffness']:g} N/m, 70 mm apart"),
+                ("Mass", f"{puck['mass']:g} kg"), ("Walls", f"{puck['wall_stiffness']:,g} N/m, 70 mm apart"),
                 ("Start", f"{SHOVED:g} m/s"), ("Reference", "closed form, 2 s"),
             ),
         ),

@@ -97,12 +97,12 @@ def runs(scene: Scene) -> list[Run]:
 
 def _scenes() -> tuple[Scene, Scene]:
     paddle, hand, default = device(), SCRIPTS["tap"], Default("prompt", 1.0 / RATE.default)
-    wall = ("Wall", f"{STIFFNESS:g} N/m")
+    wall = ("Wall", f"{STIFFNESS:,g} N/m")
     handle = ("Handle", f"{paddle.mass:g} kg, {paddle.viscous:g} N·s/m")
-    held = ("Hand", f"taps, {hand.mass:g} kg, {hand.damping:g} N·s/m, {hand.stiffness:g} N/m")
+    held = ("Hand", f"taps, {hand.mass:g} kg, {hand.damping:g} N·s/m, {hand.stiffness:,g} N/m")
     return (
         Scene(
-            "stiffness", "The stiffest wall", f"{STIFFNESS:g} N/m / stable stiffness", 1.0,
+            "stiffness", "The stiffest wall", f"{STIFFNESS:,g} N/m / stable stiffness", 1.0,
             "the stiffest wall that students choose must be stable, the handle released", default,
             conditions=(wall, handle, ("Hand", "released"), ("Reference", "exact limit")), step_s=None,
             goal="stable",

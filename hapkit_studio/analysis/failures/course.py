@@ -84,8 +84,8 @@ FAILURE = base.Failure(
     key="course",
     title="The course's mass–spring–damper at 1 ms",
     summary="With the lecture's rule the mass in contact grows by 0.075 1/s, though its damper brakes it",
-    formula="explicit Euler and the lecture's rule: dt < b/k = 1/1300 s, 0.77 ms",
-    explanation="2 kg, 1 N·s/m, 300 N/m, and a contact of 1000 N/m under a hand that keeps still: the "
+    formula="explicit Euler and the lecture's rule: dt < b/k = 1/1,300 s, 0.77 ms",
+    explanation="2 kg, 1 N·s/m, 300 N/m, and a contact of 1,000 N/m under a hand that keeps still: the "
     "swing should die out by 0.25 1/s. The lecture's rule takes the mean of the last two "
     "accelerations; it is centred half a step too early, so the whole scheme lags by a step, and "
     "that acts like a damper of −k dt = −1.3 N·s/m. At 1 ms it takes away more than the damper of 1 "

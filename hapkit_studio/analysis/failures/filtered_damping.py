@@ -46,7 +46,7 @@ FAILURE = base.Failure(
     key="filtered_damping",
     title="Damping that makes it worse",
     summary="Behind a second-order filter of 20 Hz, more virtual damping leaves less stable stiffness",
-    formula="0.05 kg, 0.5 N·s/m, 1 kHz, Butterworth 20 Hz: 1002 N/m at B = 0, 760 N/m at B = 1 N·s/m",
+    formula="0.05 kg, 0.5 N·s/m, 1 kHz, Butterworth 20 Hz: 1,002 N/m at B = 0, 760 N/m at B = 1 N·s/m",
     explanation="A spring near its limit swings at 150 rad/s, 24 Hz. A second-order low-pass of 20 Hz "
     "shows the velocity there more than a quarter of a swing late, so the damping force points along "
     "the motion as often as against it and a little more. It no longer takes energy, it gives some. "

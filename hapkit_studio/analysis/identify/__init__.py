@@ -40,6 +40,11 @@ class Identified:
         """Return what a table of a part's numbers does not say, a line each."""
         return words.notes(part, self.setup, self.samples)
 
+    @property
+    def force_known(self) -> str:
+        """Return in words what every number rests on: a force that nothing measured."""
+        return words.force_known(self.setup)
+
     def surprises(self, part: Part) -> bool:
         """Return whether a number was rendered that neither the settings nor the loop explain."""
         return part.key == "rendered" and any(words.surprising(e) for e in part.estimates)
@@ -48,7 +53,8 @@ class Identified:
         """Return both answers with their intervals, without the points; SI units but where a key says so."""
         parts = {part.key: self._part_json(part) for part in (self.rendered, self.handle)}
         setup = dict(words.conditions(self.setup))
-        return plain({"from_s": self.begin, "to_s": self.end, "parts": parts, "setup": setup})
+        found = {"from_s": self.begin, "to_s": self.end, "parts": parts, "setup": setup}
+        return plain(found | {"force": self.force_known})
 
     def _part_json(self, part: Part) -> dict[str, Any]:
         return {

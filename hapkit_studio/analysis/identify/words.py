@@ -116,6 +116,17 @@ def lateness(part: Part, setup: Setup) -> str:
     return f"A command is held for a period and comes late, {ms} on average: {words}"
 
 
+def force_known(setup: Setup) -> str:
+    """Say what every number rests on: a force that was commanded, not measured, and what does measure it."""
+    if setup.handle is not None:
+        return "No force was measured: it is the command, and the simulated motor gives just that."
+    return (
+        "No force was measured: it is the command, through the motor constant of the settings. A motor at "
+        "90 % of that constant renders 90 % of what stands here. A known weight on the handle, or a kitchen "
+        "scale, measures it: Set up my Hapkit, step Strength."
+    )
+
+
 def conditions(setup: Setup) -> list[tuple[str, str]]:
     """Return what had been set while a piece was recorded, as pairs of a name and its value."""
     known = setup.environment
@@ -125,7 +136,7 @@ def conditions(setup: Setup) -> list[tuple[str, str]]:
         value = setup.values[p.key]
         values.append((p.label, p.text(value) if p.discrete else on_screen(value, p.unit)))
     grip = setup.grip
-    hand = f"{1e3 * grip.mass:g} g, {grip.damping:g} N·s/m, {grip.stiffness:g} N/m" if grip else "not known"
+    hand = f"{1e3 * grip.mass:g} g, {grip.damping:g} N·s/m, {grip.stiffness:,g} N/m" if grip else "not known"
     return [
         *scene,
         *values,
@@ -148,8 +159,6 @@ def remarks(part: Part, setup: Setup, total: int) -> list[str]:
     if part.estimates and part.explained < 0.9:
         share = f"{100.0 * max(part.explained, 0.0):.0f} %"
         lines.append(f"These terms make only {share} of the force: the law is more than that.")
-    if rendered and part.estimates and setup.handle is None:
-        lines.append("The force is what was sent to the motor: nothing measures it.")
     if part.left_out and total:
         shares = (f"{100.0 * n / total:.3g} % {reason}" for reason, n in part.left_out.items())
         lines.append(f"Left out: {', '.join(shares)}.")

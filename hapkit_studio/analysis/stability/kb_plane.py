@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole_number
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.analysis.stability.behaviour import NUDGE
 from hapkit_studio.analysis.stability.limits import checked_loop, coulomb_line, simple_rule
 from hapkit_studio.analysis.stability.margin import Margin, round_axes, sentence
 from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
-from hapkit_studio.dynamics.estimators import Spec, parse
+from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.dynamics.sampled_loop import Intervals, first_end, stable_intervals
 from hapkit_studio.formatting import plain, with_unit
@@ -269,7 +269,6 @@ def passive(plane: Plane) -> np.ndarray:
     return passivity_line(plane.setting, plane.damping)
 
 
-_SHORT = {"iir": "IIR", "butterworth": "Butterworth", "foaw": "FOAW", "kalman": "Kalman"}
 # Key: name and one line that explains it.
 LINES = {
     "exact": ("Exact boundary", "roots of the sampled loop"),
@@ -286,15 +285,6 @@ LINES = {
 _HOPEFUL = 0.05
 
 
-def estimator_words(setting: Setting) -> str:
-    """Name the velocity estimator and its first option: "IIR, 35.5 Hz"."""
-    method, options = parse(setting.estimator)
-    name = _SHORT.get(method.key, "difference")
-    for parameter in method.parameters:
-        return f"{name}, {options[parameter.key]:g} {parameter.unit}".rstrip()
-    return name
-
-
 def conditions(setting: Setting, real: bool = False) -> list[tuple[str, str]]:
     """Return what the limits hold for, as pairs of a name and its value; real: friction and steps as well."""
     stiction = [
@@ -307,7 +297,7 @@ def conditions(setting: Setting, real: bool = False) -> list[tuple[str, str]]:
         *(stiction if real else []),
         ("Rate", f"{setting.rate:,g} Hz"),
         ("Delay", f"{1e3 * setting.delay:.2f} ms"),
-        ("Velocity filter", estimator_words(setting)),
+        ("Velocity filter", estimator_words(setting.estimator)[1]),
         ("Hand", setting.hand if setting.hand == "released" else f"{setting.hand} grip"),
     ]
     return [*pairs, ("Controller", "on")] if setting.controller else pairs

@@ -169,7 +169,7 @@ def _let_go(
     most = int(samples.max(initial=0.0))
     if most > MOST_SAMPLES:
         raise ParameterError(
-            f"Measuring at {what.loop.rate:g} Hz takes {most} samples; {MOST_SAMPLES} at most."
+            f"Measuring at {what.loop.rate:,g} Hz takes {most:,} samples; {MOST_SAMPLES:,} at most."
         )
     numbers = np.column_stack([stiffness, damping, np.full(stiffness.size, centre)])
     parts = np.ceil(samples / survey.PARTS).astype(np.int64)

@@ -2,7 +2,8 @@
 
 A simulated hand hits the wall by itself, a person is asked to press. What a hand does slowly is taken out of
 the motion, and what is left must die out. Nothing stiffer than the first wall that fails is tried; force,
-speed and travel are limited; E-stop, fault or cancelling end it at once, and the old settings come back.
+speed and travel are limited; E-stop, fault or cancelling end it at once, and the old settings come back. The
+band in which walls hold and fail by turns takes four walls more a damping, or some more where it is wide.
 """
 
 import math
@@ -75,7 +76,7 @@ def measure(
     force, share = limits.max_force, limits.precision
     found = (
         *result.loop_conditions(setting, friction=engine.modelled is not None),
-        result.Condition("measured_rate_Hz", guarded.rate, "Rate measured", f"{guarded.rate:.0f} Hz"),
+        result.Condition("measured_rate_Hz", guarded.rate, "Rate measured", f"{guarded.rate:,.0f} Hz"),
         result.Condition("max_force", force, "Force limit", f"{force:g} N"),
         result.Condition("precision", share, "Stiffness to", f"{100.0 * share:g} %"),
         *hand.conditions,
@@ -187,7 +188,7 @@ class _Steps:
     def __init__(self, limits: TrialLimits, levels: int, progress: Progress):
         raised = math.log(limits.highest / limits.softest) / math.log(limits.raised)
         self.halvings = max(1, math.ceil(math.log2((limits.raised - 1.0) / limits.precision)))
-        self._each = math.ceil(raised) + 1 + self.halvings
+        self._each = math.ceil(raised) + 1 + self.halvings + 2 * result.band_trials(limits.precision)
         self._of, self._progress = levels * self._each, progress
         self._level = self._done = 0
 
@@ -209,12 +210,13 @@ class _Steps:
 def _stiffest_at(
     guarded: GuardedDevice, hand: SimulatedHand | Person, damping: float, steps: _Steps
 ) -> result.Point:
-    """Return the stiffest wall that held at one damping."""
-    limits, held = guarded.limits, 0.0
+    """Return the stiffest wall that held at one damping, and the band about it."""
+    limits, held, stiffest_tried = guarded.limits, 0.0, 0.0
 
     def tried(stiffness: float) -> result.TrialOutcome:
         """Try one wall; after it the last one that held is in force."""
-        nonlocal held
+        nonlocal held, stiffest_tried
+        stiffest_tried = max(stiffest_tried, stiffness)
         steps.next_trial()
         hand.begin()
         guarded.clamped = False
@@ -232,7 +234,8 @@ def _stiffest_at(
         return result.TrialOutcome(why, guarded.clamped)
 
     guarded.calm()
-    return result.stiffest(tried, limits.softest, limits.raised, limits.highest, steps.halvings)
+    point = result.stiffest(tried, limits.softest, limits.raised, limits.highest, steps.halvings)
+    return result.with_band(tried, point, limits.precision, limits.softest, stiffest_tried)
 
 
 def _watched(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: float) -> str:

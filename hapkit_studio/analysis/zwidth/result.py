@@ -2,15 +2,14 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hapkit_studio.analysis.checks import checked_row
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary
 from hapkit_studio.analysis.zwidth import DAMPING, HIGHEST, MAX_FORCE, PUSH, SPEED
-from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain
 
@@ -47,18 +46,15 @@ class Condition:
 
 @dataclass(frozen=True)
 class ZWidth:
-    """The stiffest wall (n,) in N/m that is rendered without buzzing at each damping (n,) in N·s/m.
+    """The stiffest wall that is rendered without buzzing at each damping (n,) in N·s/m.
 
-    ends: why nothing stiffer was found, one of ENDED; clamped: whether the motor's limit was reached, so that
-    the stiffness is the motor's rather than the loop's. linear: the linear loop's limit (n,), nan where there
-    is none; curve (2, m): the same finely, damping and limit. where: "simulation" or the device's title.
+    linear: the linear loop's limit (n,) in N/m, nan where there is none; curve (2, m): the same finely,
+    damping and limit. where: "simulation" or the device's title.
     """
 
     where: str
     damping: np.ndarray
-    stiffness: np.ndarray
-    ends: tuple[str, ...]
-    clamped: tuple[bool, ...]
+    points: "tuple[Point, ...]"
     linear: np.ndarray
     curve: np.ndarray
     conditions: tuple[Condition, ...]
@@ -78,16 +74,19 @@ class ZWidth:
             exact_boundary(setting, across) if setting.linear else np.full(len(across), math.nan)
             for across in (damping, fine)
         )
-        stiffness = np.array([p.stiffness for p in points])
-        ends, clamped = tuple(p.ended for p in points), tuple(p.clamped for p in points)
-        return cls(where, damping, stiffness, ends, clamped, linear, np.array([fine, curve]), conditions)
+        return cls(where, damping, tuple(points), linear, np.array([fine, curve]), conditions)
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Return the stiffest wall in N/m at each damping, (n,)."""
+        return np.array([point.stiffness for point in self.points])
 
     @property
     def sentence(self) -> str:
-        """Say the stiffest wall in one sentence."""
+        """Say the stiffest wall in a sentence, and in another one the band about it."""
         if not len(self.damping) or not (self.stiffness > 0.0).any():
             return "No wall was rendered without buzzing."
-        return f"{self.at(self.best)}{self.motor(self.best)}."
+        return f"{self.at(self.best)}{self.motor(self.best)}.{self.band(self.best)}"
 
     @property
     def best(self) -> int:
@@ -96,16 +95,22 @@ class ZWidth:
 
     def motor(self, index: int) -> str:
         """Say that a point is the motor's rather than the loop's, "" where it is not."""
-        if not self.clamped[index]:
+        if not self.points[index].clamped:
             return ""
         limit = next((c.text for c in self.conditions if c.key == "max_force"), "")
         return ", at the motor's limit" + (f" of {limit}" if limit not in ("", "none") else "")
 
     def at(self, index: int) -> str:
         """Say one point, without a full stop."""
-        least = "at least " if self.ends[index] == HIGHEST else "up to "
-        limit = least + newtons_per_metre(float(self.stiffness[index]))
+        point = self.points[index]
+        least = "at least " if point.ended == HIGHEST else "up to "
+        limit = f"{least}{three_digits(point.stiffness)} N/m"
         return f"At B = {self.damping[index]:g} N·s/m this Hapkit renders {limit}"
+
+    def band(self, index: int) -> str:
+        """Say, after a space, where walls that hold and walls that fail alternate, "" where they do not."""
+        band = self.points[index].band
+        return f" From {band.replace('–', ' to ')} N/m some walls hold and some fail." if band else ""
 
     @property
     def place(self) -> str:
@@ -119,43 +124,35 @@ class ZWidth:
 
     def as_json(self) -> dict:
         """Return one object of plain numbers; None where there is no number."""
-        keys = "damping", "stiffness", "linear_limit", "ended", "clamped"
-        points = zip(self.damping, self.stiffness, self.linear, self.ends, self.clamped, strict=True)
+        rows = zip(self.damping, self.linear, self.points, strict=True)
         return plain(
             {
                 "where": self.where,
-                "points": [dict(zip(keys, row, strict=True)) for row in points],
+                "points": [{"damping": b, "linear_limit": k, **vars(point)} for b, k, point in rows],
                 "conditions": {c.key: c.value for c in self.conditions},
             }
         )
 
 
-def newtons_per_metre(value: float) -> str:
-    """Write a stiffness with three digits and its unit, never more than it is."""
+def three_digits(value: float) -> str:
+    """Write a stiffness with three digits, never more than it is."""
     if value < 100.0:
-        return f"{value:.3g} N/m"
+        return f"{value:.3g}"
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
-    return f"{step * math.floor(value / step):,.0f} N/m"
-
-
-def estimator_words(spec: Spec) -> tuple[str, str]:
-    """Write a velocity estimator with its options: for programs as the command line takes it, for people."""
-    method, options = parse(spec)
-    numbers = [f"{key}={value:g}" for key, value in options.items()]
-    given = f"{method.key}:{','.join(numbers)}" if numbers else method.key
-    words = [f"{p.label.lower()} {options[p.key]:g} {p.unit}".rstrip() for p in method.parameters]
-    return given, ", ".join([method.label, *words])
+    return f"{step * math.floor(value / step):,.0f}"
 
 
 def text(result: ZWidth) -> str:
     """Return for a person the verdict, then a line a damping with the linear limit, and the conditions."""
-    lines = [f"{'B, N·s/m':>9}{'K, N/m':>11}{'linear limit':>14}   beyond"]
-    for index, damping in enumerate(result.damping):
-        linear = result.linear[index]
+    lines = [f"{'B, N·s/m':>9}{'K, N/m':>11}{'some fail':>16}{'linear limit':>14}   beyond"]
+    for damping, linear, point in zip(result.damping, result.linear, result.points, strict=True):
         limit = f"{linear:,.0f}" if math.isfinite(linear) else "–"
-        motor = ", at the motor's limit" if result.clamped[index] else ""
-        ended = ENDED[result.ends[index]] + motor
-        lines.append(f"{damping:>9g}{result.stiffness[index]:>11,.0f}{limit:>14}   {ended}")
+        motor = ", at the motor's limit" if point.clamped else ""
+        band = point.band or "–"
+        lines.append(
+            f"{damping:>9g}{three_digits(point.stiffness):>11}{band:>16}{limit:>14}"
+            f"   {ENDED[point.ended]}{motor}"
+        )
     return "\n".join([result.sentence, "", *lines, "", f"Conditions: {result.caption}"])
 
 
@@ -169,8 +166,8 @@ class Protocol:
     """How a wall is tried: hit at a speed in m/s, pushed by N, at phases of the sample, for seconds.
 
     It fails where the handle goes beyond travel m, or moves by more than so many counts in the tail s.
-    Stiffness begins at the softest N/m. max_force: the motor's limit in N, inf for none. Raise
-    ParameterError.
+    Stiffness begins at the softest N/m; walls about the limit are a share apart. max_force: the
+    motor's limit in N, inf for none. Raise ParameterError.
     """
 
     speed: float = SPEED.default
@@ -183,6 +180,7 @@ class Protocol:
     softest: float = 200.0
     raised: float = 1.3
     halvings: int = 14
+    apart: float = 0.01
     max_force: float = math.inf
 
     def __post_init__(self) -> None:
@@ -204,7 +202,7 @@ def samples_of(setting: Setting, protocol: Protocol) -> int:
     if count > MOST_SAMPLES or round(protocol.tail * rate) < FEWEST_IN_TAIL:
         least, most = FEWEST_IN_TAIL / protocol.tail, MOST_SAMPLES / seconds
         raise ParameterError(
-            f"A hit of {seconds:g} s is simulated at {least:g} to {most:g} Hz, not at {rate:g} Hz."
+            f"A hit of {seconds:g} s is simulated at {least:,g} to {most:,g} Hz, not at {rate:,g} Hz."
         )
     return count
 
@@ -243,6 +241,7 @@ def conditions(setting: Setting, protocol: Protocol) -> tuple[Condition, ...]:
         Condition("speed", protocol.speed, "Hit at", f"{protocol.speed:g} m/s", "v₀"),
         Condition("push", protocol.push, "Push", f"{protocol.push:g} N"),
         Condition("max_force", limit, "Force limit", f"{limit:g} N" if limit < math.inf else "none"),
+        Condition("apart", protocol.apart, "Walls about the limit", f"every {100.0 * protocol.apart:g} %"),
     )
 
 
@@ -256,11 +255,23 @@ class TrialOutcome:
 
 @dataclass(frozen=True)
 class Point:
-    """The stiffest wall in N/m that held, why the next fails, whether it needed the motor's limit."""
+    """The stiffest wall in N/m that held, why the next fails, whether it needed the motor's limit.
+
+    ended: one of ENDED. clamped: the stiffness is the motor's rather than the loop's. Of all walls tried,
+    first_failed is the softest that failed (inf: none did), last_held the stiffest that held.
+    """
 
     stiffness: float
     ended: str
-    clamped: bool
+    clamped: bool = False
+    first_failed: float = math.inf
+    last_held: float = 0.0
+
+    @property
+    def band(self) -> str:
+        """Write where walls that hold and walls that fail alternate, in N/m, "" where the limit is sharp."""
+        ends = self.first_failed, self.last_held
+        return "–".join(three_digits(k) for k in ends) if self.first_failed < self.last_held else ""
 
 
 def stiffest(
@@ -272,7 +283,7 @@ def stiffest(
     """
     low, high = Point(0.0, HIGHEST, False), softest
     while not (verdict := held(high)).why:
-        low = Point(high, HIGHEST, verdict.clamped)
+        low = Point(high, HIGHEST, verdict.clamped, last_held=high)
         if high >= highest:
             return low
         high = min(high * raised, highest)
@@ -284,4 +295,35 @@ def stiffest(
             high, why = middle, verdict.why
         else:
             low = Point(middle, why, verdict.clamped)
-    return Point(low.stiffness, why, low.clamped)
+    return Point(low.stiffness, why, low.clamped, high, low.stiffness)
+
+
+# So far from the limit, as a share, all walls have to hold or to fail where the band about it ends.
+_CLEAR = 0.1
+
+
+def band_trials(apart: float) -> int:
+    """Return how many walls that alternate nowhere are tried on either side of a limit."""
+    return round(_CLEAR / apart)
+
+
+def with_band(
+    held: Callable[[float], TrialOutcome], point: Point, apart: float, softest: float, highest: float
+) -> Point:
+    """Return a point with the band about it, in which walls that hold and walls that fail alternate.
+
+    Walls a share apart are tried, from the limit down until all over 10 % hold, then up until all fail; none
+    softer than the softest nor stiffer than the highest.
+    """
+    if point.ended == HIGHEST or point.stiffness == 0.0:
+        return point
+    for factor, holds in ((1.0 / (1.0 + apart), True), (1.0 + apart, False)):
+        stiffness, alike = factor * point.stiffness, 0
+        while alike < band_trials(apart) and softest <= stiffness <= highest:
+            if failed := bool(held(stiffness).why):
+                point = replace(point, first_failed=min(point.first_failed, stiffness))
+            else:
+                point = replace(point, last_held=max(point.last_held, stiffness))
+            alike = alike + 1 if failed != holds else 0
+            stiffness *= factor
+    return point

@@ -4,7 +4,8 @@ The handle hits the wall at a speed and is pushed into it by a constant force, a
 The wall fails if the handle leaves, or still moves by more than two counts at the end (Colgate & Brown, ICRA
 1994; automated hits after Chawda). Spring and damper act both ways inside, and nothing outside. Stiffness is
 raised by a factor up to the first failure, then bisected: stiffer walls that would hold again do not count.
-Near the limit walls that hold and walls that fail alternate within a few per cent: that is its scatter.
+About the limit walls that hold and walls that fail alternate, over up to a third of it: how wide that band
+is, walls 1 % apart tell.
 """
 
 from collections.abc import Callable, Sequence
@@ -65,7 +66,9 @@ def points_of(cells: list[tuple[Setting, result.Protocol, float]]) -> list[resul
     found = []
     for setting, protocol, damping in cells:
         held = partial(trial, setting, damping=damping, protocol=protocol)
-        found.append(result.stiffest(held, protocol.softest, protocol.raised, _STIFFEST, protocol.halvings))
+        softest = protocol.softest
+        point = result.stiffest(held, softest, protocol.raised, _STIFFEST, protocol.halvings)
+        found.append(result.with_band(held, point, protocol.apart, softest, _STIFFEST))
     return found
 
 

@@ -215,13 +215,13 @@ def code_font() -> QFont:
 
 
 class CodeEdit(QPlainTextEdit):
-    """A plain text with marks; ``mark`` takes (line from 1, words) and keeps them at their lines."""
+    """A plain text with marks; ``mark`` takes (line from 1, words), kept until the line changes."""
 
     marked = Signal()
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
-        self._marks: list[tuple[QTextCursor, str]] = []
+        self._marks: list[tuple[QTextCursor, str, str]] = []
         self._counts: list[tuple[QTextCursor, str, float]] | None = None
         self.setObjectName("code")
         self.setFrameShape(QPlainTextEdit.Shape.NoFrame)
@@ -232,6 +232,7 @@ class CodeEdit(QPlainTextEdit):
         self.gutter = Gutter(self)
         self.blockCountChanged.connect(self._place_gutter)
         self.updateRequest.connect(self.gutter.follow)
+        self.textChanged.connect(self._forget_old_marks)
         self.cursorPositionChanged.connect(self._show_lines)
         theme.changed.connect(self._show_lines)
         self._place_gutter()
@@ -242,11 +243,21 @@ class CodeEdit(QPlainTextEdit):
     @property
     def marks(self) -> dict[int, str]:
         """Return what is wrong by line, lines counted from 1 as they now stand."""
-        return {cursor.blockNumber() + 1: words for cursor, words in self._marks}
+        return {cursor.blockNumber() + 1: words for cursor, _, words in self._marks}
 
     def mark(self, problems: Iterable[tuple[int, str]]) -> None:
         """Mark lines anew; a line beyond the text is its last one, line 0 marks nothing."""
-        self._marks = [(QTextCursor(self.block(line)), words) for line, words in problems if line > 0]
+        blocks = ((self.block(line), words) for line, words in problems if line > 0)
+        self._show_marks([(QTextCursor(block), block.text(), words) for block, words in blocks])
+
+    def _forget_old_marks(self) -> None:
+        """Forget what was wrong with lines that read otherwise now."""
+        left = [mark for mark in self._marks if mark[0].block().text() == mark[1]]
+        if len(left) < len(self._marks):
+            self._show_marks(left)
+
+    def _show_marks(self, marks: list[tuple[QTextCursor, str, str]]) -> None:
+        self._marks = marks
         self._show_lines()
         self.viewport().update()  # the words may change where the coloured lines do not
         self.gutter.update()
@@ -294,7 +305,7 @@ class CodeEdit(QPlainTextEdit):
     def _show_lines(self) -> None:
         """Colour the ground of the current line and of the marked ones."""
         grounds = [] if self.isReadOnly() else [self._ground(self.textCursor(), "contact")]
-        self.setExtraSelections(grounds + [self._ground(cursor, "dangersoft") for cursor, _ in self._marks])
+        self.setExtraSelections(grounds + [self._ground(cursor, "dangersoft") for cursor, *_ in self._marks])
 
     @staticmethod
     def _ground(cursor: QTextCursor, token: str) -> QTextEdit.ExtraSelection:
@@ -312,7 +323,7 @@ class CodeEdit(QPlainTextEdit):
         painter.setPen(theme.color("danger"))
         painter.setFont(theme.font("label"))
         metrics = painter.fontMetrics()
-        for cursor, words in self._marks:
+        for cursor, _, words in self._marks:
             box = self.box(cursor.block())
             left = box.left() + cursor.block().layout().lineAt(0).naturalTextWidth() + _GAP
             room = self.viewport().width() - left - 8

@@ -1,6 +1,7 @@
 """The line above a plot: its name, a sample of each line, the live value in the trace's colour."""
 
 import math
+from collections.abc import Sequence
 
 from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QPainter
@@ -68,6 +69,8 @@ class Header(QWidget):
         self.surface = surface if plot.surface else []
         past = "The same quantity before who renders was changed, moved to begin there"
         self.past = _line(("hold", 2.0, SAMPLE), "", past)
+        self.paused = QLabel()
+        self.paused.setProperty("ink", "accent")
         self.value = QLabel()
         self.value.setFont(theme.font("readout"))
         self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
@@ -76,14 +79,15 @@ class Header(QWidget):
         title = QLabel(plot.title)
         title.setFont(theme.font("strong"))
         name = () if plot.beside else (title, 3)  # beside, the switch names it
-        parts = (*name, *lines, *self.surface, *self.past, None, self.value)
+        parts = (*name, *lines, *self.surface, *self.past, None, self.paused, None, self.value)
         across(*parts, into=self, margins=(0, 0, RIGHT, 0), gap=7)
         self.show_part(self.surface, "")
         self.show_part(self.past, "")
+        self.show_part([self.paused], "")
         self.show_value(0.0)
 
-    def show_part(self, parts: list[QWidget], name: str) -> None:
-        """Show the sample of the surface or of the past under a name, or hide it."""
+    def show_part(self, parts: Sequence[QWidget], name: str) -> None:
+        """Show the sample of the surface or of the past under a name, or the word for paused; or hide it."""
         for part in parts:
             part.setVisible(bool(name))
             if isinstance(part, QLabel):

@@ -139,7 +139,7 @@ class TraceCanvas(Canvas):
             self._traces(painter)
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the dot for now, the pointer's read-out and the word for paused."""
+        """Paint the dot for now and the pointer's read-out."""
         trace = self.plot_of.traces[-1]
         now = self.shown.now[trace.channel] * self.plot_of.scale if self.shown.now else np.nan
         if np.isfinite(now):
@@ -151,8 +151,6 @@ class TraceCanvas(Canvas):
             words = f"No data for {number(stop - start, 1)} s"
             if left + self.fontMetrics().horizontalAdvance(words) + _BESIDE < right:
                 self.note(painter, left, box.top() + 16, words, "warn")
-        if self.shown.paused and self.first:
-            self.note(painter, box.right() - 6, box.top() + 16, "Paused", "accent", right=True)
 
     def _past(self, painter: QPainter) -> None:
         past, channel = self.shown.past, self.plot_of.traces[-1].channel
@@ -283,6 +281,7 @@ class TimePlots(QWidget):
         self._seen = self._history.copy() if paused else self._history
         for canvas in self.canvases:
             canvas.view.setMouseEnabled(paused, False)
+        self.headers[0].show_part([self.headers[0].paused], "Paused" if paused else "")
         if not paused:
             self._show_span()
         self.paused_changed.emit(paused)

@@ -174,7 +174,7 @@ class AccuracyPage(MeasuringPage):
             f"Tolerance {words.error_words(sheet.scene.tolerance, sheet.scene.unit)}: {sheet.scene.reason}"
         )
         count = sum(len(s.points) for s in self._found[self.key].sheets)
-        self.bar.say(f"{count} points, {self._seconds[self.key]:.1f} s")
+        self.bar.say(f"{count:,} points, {self._seconds[self.key]:.1f} s")
 
     def stand_out(self, point: Point | None) -> None:
         """Redraw the sheet with a point's method emphasised, None for no method."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from hapkit_studio.analysis import fidelity
 from hapkit_studio.analysis.fidelity import DELAY, ESTIMATOR, FORCE, LENGTH, RATE, Effect, Fidelity
-from hapkit_studio.analysis.zwidth.result import estimator_words
+from hapkit_studio.analysis.setting import estimator_words
 from hapkit_studio.charts.fidelity import fidelity_figure, outcome_word, percent
 from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.environments import discover

@@ -12,7 +12,7 @@ from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.background import Progress
 from hapkit_studio.gui.pages.base import View
-from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
+from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts, unbroken
 from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.widgets.parts import label
 from hapkit_studio.gui.widgets.segmented import Segmented
@@ -77,11 +77,6 @@ _HOW = (
     "Shake does so with the simulated hand. Then press Identify:\n"
     "here you see the force over position and velocity, with the line that fits it."
 )
-
-
-def unbroken(text: str) -> str:
-    """Put non-breaking spaces between numbers and units."""
-    return text.replace(" N", "\u00a0N").replace("/m", "/\u2060m").replace(" %", "\u00a0%")
 
 
 def columns(part: "Part") -> tuple[Column, ...]:
@@ -193,7 +188,7 @@ class IdentifyPage(MeasuringPage):
             self.answer.say(self.begin)
             self.point.setText("")
             return
-        self.point.setText(unbroken("\n\n".join(self.found.notes(part))))
+        self.point.setText(unbroken("\n\n".join([*self.found.notes(part), self.found.force_known])))
         outdated = self._fresh.outdated
         end = self.found.end
         self.chart.show_drawing(lambda figure, colors: draw(figure, colors, part, end), bool(outdated))

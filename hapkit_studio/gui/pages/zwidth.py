@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QTimer, Signal
 
 from hapkit_studio.analysis.zwidth import DEVICE_DAMPING, DEVICE_FORCE, SIMULATED_DAMPING, simulation
-from hapkit_studio.analysis.zwidth.result import ENDED, Point, Protocol, ZWidth, newtons_per_metre
+from hapkit_studio.analysis.zwidth.result import ENDED, Point, Protocol, ZWidth, three_digits
 from hapkit_studio.charts.zwidth import Walls, draw, zwidth_figure
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import Progress, Work
 from hapkit_studio.gui.pages.base import View
-from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
+from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts, unbroken
 from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.panel.rows import ParameterRow
@@ -45,7 +45,8 @@ class ZWidthPage(MeasuringPage):
     drawn, listed = "Stiffness over damping of the walls that are rendered", "Walls that are rendered"
     read = (
         "Each point is the stiffest wall that comes to rest after a hit and a push. Hollow: the motor "
-        "reached its limit. Dashed: the limit of the linear loop, without friction and sensor steps."
+        "reached its limit. Bar: the first wall that failed to the last that held. "
+        "Dashed: the limit of the linear loop, without friction and sensor steps."
     )
     arrived = Signal(float, object)
     said = Signal(str)
@@ -128,9 +129,8 @@ class ZWidthPage(MeasuringPage):
         """Add a new point; the first one replaces the points shown before."""
         if self.job.running:
             before = () if self._waits else self.walls.points
-            new = (damping, point.stiffness, point.clamped)
             self._waits = False
-            self._show(Walls([*before, new], right=_HIGHEST[self._mode]))
+            self._show(Walls([*before, (damping, point)], right=_HIGHEST[self._mode]))
 
     def show_step(self, words: str) -> None:
         """Tell a person what to do."""
@@ -172,8 +172,8 @@ class ZWidthPage(MeasuringPage):
         elif not (result.stiffness > 0.0).any():
             self.answer.say(result.sentence, "triangle", "danger")
         else:  # a limit of the motor is neither good nor bad
-            sign = ("info", "ink2") if result.clamped[result.best] else ("check", "ok")
-            self.answer.say(result.sentence, *sign)
+            sign = ("info", "ink2") if result.points[result.best].clamped else ("check", "ok")
+            self.answer.say(unbroken(result.sentence), *sign)
 
     def _show(self, walls: Walls, pale: bool = False) -> None:
         self.walls = walls
@@ -183,9 +183,10 @@ class ZWidthPage(MeasuringPage):
         self.point.setText("")
         columns = (
             Column("B, N·s/m", lambda row: f"{row[0]:g}", lambda row: row[0], right=False),
-            Column("K, N/m", lambda row: newtons_per_metre(row[1]).removesuffix(" N/m"), lambda row: row[1]),
+            Column("K, N/m", lambda row: three_digits(row[1].stiffness), lambda row: row[1].stiffness),
+            Column("Some fail, N/m", lambda row: row[1].band or "–", lambda row: row[1].first_failed),
         )
-        rows = zip(result.damping, result.stiffness, strict=True) if result else ()
+        rows = zip(result.damping, result.points, strict=True) if result else ()
         self.table.show_rows(columns, rows)
         pairs = [("Where", result.place), *((c.name, c.text) for c in result.conditions)] if result else []
         self.conditions.show_pairs(pairs)
@@ -197,8 +198,8 @@ class ZWidthPage(MeasuringPage):
         if result is None or index is None:
             self.point.setText("")
         else:
-            ended = ENDED[result.ends[index]]
-            self.point.setText(f"{result.at(index)}{result.motor(index)}. Beyond: {ended}.")
+            said = f"{result.at(index)}{result.motor(index)}.{result.band(index)}"
+            self.point.setText(f"{said} Beyond: {ENDED[result.points[index].ended]}.")
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         result = self.result

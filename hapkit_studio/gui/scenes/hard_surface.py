@@ -127,7 +127,7 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
         return
     stage.line(left, y - 4 * u, left + bar, y - 4 * u, stage.pen("handle", 1.6))
     label(stage, text, left + bar + 6 * u + wide / 2, y, ("ink", "mat2"))
-    pitch = f"{sound(values)[2]:.0f} Hz"
+    pitch = f"{sound(values)[2]:,.0f} Hz"
     half = text_width(stage, pitch) / 2
     if left + bar + wide + 24 * u + 2 * half < stage.x(50.0):
         label(stage, pitch, stage.x(50.0) - 8 * u - half, y, ("ink", "mat2"))

@@ -76,7 +76,7 @@ class Quantity:
 
     def limits(self) -> str:
         """Say the limits in one sentence."""
-        low, high = (f"{x:g}".replace("-", "−") for x in (self.low, self.high))
+        low, high = (f"{x:,g}".replace("-", "−") for x in (self.low, self.high))
         return f"{self.parameter.label} goes from {low} to {high} {self.unit}".rstrip() + "."
 
 

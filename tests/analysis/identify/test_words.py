@@ -1,14 +1,16 @@
 """What was identified, in words, and by the command."""
 
 import json
+from pathlib import Path
 
 import pytest
 
 import hapkit_studio as hs
-from hapkit_studio.analysis.identify import from_run, identify
+from hapkit_studio.analysis.identify import from_csv, from_run, identify
 from hapkit_studio.analysis.identify.estimates import Estimate
 from hapkit_studio.analysis.identify.recording import Handle, Setup
 from hapkit_studio.analysis.identify.words import line, measured
+from hapkit_studio.charts import identify as charts
 from hapkit_studio.cli import main
 from hapkit_studio.dynamics.hand import GRIPS
 from tests.analysis.identify.motions import shaken
@@ -70,6 +72,27 @@ def test_the_command_says_what_was_rendered(csv, capsys):
     assert "Stiffness: you set 300 N/m, you rendered 299." in text or "you rendered 300." in text
     assert "What the handle is, the hand's mass with it" in text
     assert "not in contact" in text
+    assert text.rstrip().endswith(
+        "No force was measured: it is the command, and the simulated motor gives just that."
+    )
+
+
+def test_every_printout_says_that_no_force_was_measured(csv, capsys, tmp_path, monkeypatch):
+    """On a board, whose motor constant may be wrong, with what measures it."""
+    settings, *table = Path(csv).read_text(encoding="utf-8").splitlines(keepends=True)
+    board = json.loads(settings[1:]) | {"device": "hapkit", "hand": "own"}
+    path = tmp_path / "board.csv"
+    path.write_text("".join([f"# {json.dumps(board)}\n", *table]), encoding="utf-8")
+    captions = []
+    monkeypatch.setattr(charts, "save", lambda *args, caption: captions.append(caption))
+    assert main(["identify", str(path)]) == 0
+    assert main(["identify", str(path), "--json"]) == 0
+    text, found = capsys.readouterr().out.rstrip().rsplit("\n", 1)
+    charts.identify_figure(identify(from_csv(path)), tmp_path / "found.png")
+    for said in (text, json.loads(found)["force"], captions[0]):
+        assert "No force was measured" in said
+        assert "A motor at 90 % of that constant renders 90 % of what stands here" in said
+        assert "A known weight on the handle, or a kitchen scale, measures it" in said
 
 
 def test_one_object_and_a_picture(csv, capsys, tmp_path):

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability.kb_plane import Cells, Points, plane
+from hapkit_studio.analysis.stability.kb_plane import Cells, Points, exact_boundary, plane
 from hapkit_studio.charts import stability as charts
+from hapkit_studio.charts.style import colors, new_figure
 from hapkit_studio.cli import main
 
+FILTER = "Low-pass filtered difference, cutoff 35.5 Hz"
 LATE = ("--viscous", "0.18", "--delay", "0.001", "--estimator", "iir:cutoff=35.5", "-K", "620", "-B", "2")
 
 
@@ -30,7 +32,8 @@ def test_the_margin_is_the_first_line(capsys):
     assert out.startswith(
         "620 N/m and 2 N·s/m: 1.4 × below the limit; released hand.\nLet go: calm, 1.4 × below"
     )
-    for words in ("IIR, 35.5 Hz", "exact", "simple rule", "passive", "firm grip 6023.3"):
+    assert FILTER in out
+    for words in ("exact", "simple rule", "passive", "firm grip 6,023.3"):
         assert words in out
     assert "measured" not in out
 
@@ -104,7 +107,7 @@ def test_the_picture_says_regions_verdict_and_conditions(drawn):
     assert wanted <= set(words)
     assert "1.4 × below the limit; released hand." in words
     below = " ".join(words).replace("\u00a0", " ").replace("\n", " ")
-    for said in ("IIR, 35.5 Hz", "Limit, released hand 867 N/m", "Limit, firm grip 6,023 N/m"):
+    for said in (FILTER, "Limit, released hand 867 N/m", "Limit, firm grip 6,023 N/m"):
         assert said in below
     for said in ("Mass 0.044 kg", "Viscous damping 0.18 N·s/m", "Exact boundary: roots of the sampled loop"):
         assert said in below
@@ -121,3 +124,26 @@ def test_the_picture_shows_what_was_measured(drawn):
     assert wanted | {"bounded, keeps moving", "grows, released hand"} <= set(words)
     assert "simulated\u00a0and\u00a0bisected,\u00a0with\u00a0friction" in " ".join(words)
     assert "stable, released hand" not in words
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "damping"), [(620.0, 2.0), (800.0, 1.5), (1100.0, 1.5), (250.0, 0.05), (1400.0, 11.8)]
+)
+def test_the_words_at_the_dot_cover_no_line_and_stay_inside(stiffness, damping, tmp_path):
+    found = plane(Setting(viscous=0.18, delay=1e-3, estimator="iir"), stiffness, damping)
+    hands = {
+        hand: exact_boundary(Setting(delay=1e-3, hand=hand), found.damping) for hand in ("light", "firm")
+    }
+    figure = new_figure(tmp_path / "map.png", (8.0, 5.0))
+    dot = charts.draw(figure, colors(), charts.Map(found, hands=hands))
+    figure.draw_without_rendering()
+    frame = dot.words.axes.get_window_extent()
+    for words in (w for w in figure.axes[0].texts if w.get_text()):
+        box = words.get_window_extent()
+        assert frame.x0 < box.x0 < box.x1 < frame.x1
+        assert frame.y0 < box.y0 < box.y1 < frame.y1
+        for line in figure.axes[0].lines[:-1]:  # the last one is the dot
+            corners = line.get_transform().transform(line.get_xydata())
+            along = np.linspace(0, len(corners) - 1, 20_000)
+            x, y = (np.interp(along, range(len(corners)), corner) for corner in corners.T)
+            assert not ((box.x0 < x) & (x < box.x1) & (box.y0 < y) & (y < box.y1)).any()

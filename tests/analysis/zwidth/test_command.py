@@ -25,7 +25,7 @@ def test_words_name_the_stiffest_wall_and_the_conditions(capsys):
     assert (code, err) == (0, "")
     assert out.startswith("At B = 2 N·s/m this Hapkit renders up to 8,7")
     assert "it buzzes" in out
-    assert "v₀ 0.1 m/s · push 1 N · force limit none" in out
+    assert "v₀ 0.1 m/s · push 1 N · force limit none · walls about the limit every 1 %" in out
 
 
 def test_one_object(capsys):
@@ -33,7 +33,9 @@ def test_one_object(capsys):
     assert (code, err) == (0, "")
     found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
     (point,) = found["points"]
-    assert set(point) == {"damping", "stiffness", "linear_limit", "ended", "clamped"}
+    assert set(point) == {
+        "damping", "stiffness", "linear_limit", "ended", "clamped", "first_failed", "last_held"
+    }  # fmt: skip
     assert point["linear_limit"] < point["stiffness"] < 2.0 * point["linear_limit"]
     conditions = found["conditions"]
     assert conditions["rate_Hz"] == 1000.0

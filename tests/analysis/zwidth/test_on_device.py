@@ -3,6 +3,7 @@
 import itertools
 import math
 from dataclasses import replace
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -85,7 +86,7 @@ def test_the_live_device_agrees_with_the_simulation(running):
     setting = on_device.setting_of(engine, "light")
     reference = simulation.compute(setting, (1.0,), Protocol(max_force=2.0))
     assert found.stiffness[0] == pytest.approx(reference.stiffness[0], rel=0.3)
-    assert found.ends[0] in (BUZZES, GROWS)
+    assert found.points[0].ended in (BUZZES, GROWS)
     assert arrived == [(1.0, found.stiffness[0])]
     assert found.linear[0] == pytest.approx(reference.linear[0])
     assert found.where == "Simulated Hapkit"
@@ -181,10 +182,28 @@ def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch
         on_device.GuardedDevice, "wall", lambda self, k, b: (tried.append(k), wall(self, k, b))[1]
     )
     found = on_device.measure(engine, (0.0,), TrialLimits(max_speed=0.06, precision=0.29))
-    assert (found.stiffness[0], found.ends[0]) == (0.0, FAST)
+    assert (found.points[0].stiffness, found.points[0].ended) == (0.0, FAST)
     assert found.sentence == "No wall was rendered without buzzing."
     assert max(tried) == 200.0
     assert_as_before(engine)
+
+
+def test_the_band_is_looked_for_below_the_first_wall_that_failed(monkeypatch):
+    """200 and 300 hold, 450 N/m is the first that fails; halved, then in steps of 5 %."""
+    tried = []
+
+    def watched(_guarded, _hand, stiffness):
+        tried.append(stiffness)
+        return "" if stiffness < 400.0 or 420.0 < stiffness < 440.0 else BUZZES
+
+    monkeypatch.setattr(on_device, "_watched", watched)
+    guarded, steps = MagicMock(limits=TrialLimits(), clamped=False), MagicMock(halvings=4)
+    point = on_device._stiffest_at(guarded, MagicMock(), 0.0, steps)
+    assert point.stiffness == pytest.approx(393.75)
+    assert point.first_failed == pytest.approx(403.125)
+    assert point.last_held == pytest.approx(393.75 * 1.05**2)
+    assert max(tried) == 450.0
+    assert len(tried) == 3 + 4 + 2 + 2
 
 
 def test_the_force_limit_holds_and_is_said(running):
@@ -193,7 +212,7 @@ def test_the_force_limit_holds_and_is_said(running):
     limits = TrialLimits(max_force=0.5, push=0.3, hit=0.15, softest=1500.0, highest=1500.0)
     found = on_device.measure(engine, (0.0,), limits)
     assert np.abs(reader.read()[:, rows.APPLIED]).max() <= 0.5 + 1e-12
-    assert (found.ends, found.clamped) == ((HIGHEST,), (True,))
+    assert (found.points[0].ended, found.points[0].clamped) == (HIGHEST, True)
     assert found.sentence.endswith("at least 1,500 N/m, at the motor's limit of 0.5 N.")
 
 
@@ -211,7 +230,7 @@ def test_a_person_is_asked_and_checked(running):
     assert said[1].startswith("Press more gently: 1.")
     assert said[1].endswith("N now, 1 N is enough.")
     assert "Hold" in said
-    assert found.ends == (HIGHEST,)
+    assert found.points[0].ended == HIGHEST
     assert "a person's, held" in found.caption
     assert_as_before(engine)
 

@@ -13,10 +13,13 @@ from hapkit_studio.analysis.zwidth.result import (
     BUZZES,
     HIGHEST,
     LEAVES,
+    Point,
     Protocol,
     TrialOutcome,
+    band_trials,
     stiffest,
     text,
+    with_band,
 )
 from hapkit_studio.errors import ParameterError
 from tests.wide import wide
@@ -145,7 +148,7 @@ def test_a_constant_push_settles_where_push_and_spring_balance():
 
 def test_a_weak_motor_is_said():
     weak = simulation.compute(device(), (5.0,), Protocol(max_force=2.0))
-    assert weak.clamped == (True,)
+    assert weak.points[0].clamped
     assert "at the motor's limit" in text(weak)
     assert "force limit 2 N" in weak.caption
 
@@ -154,7 +157,7 @@ def test_the_linear_limit_stands_beside():
     found = measured("f_c 0.1")
     assert found.linear[[0, 3]] == pytest.approx([1001.7, 4812.9], abs=0.1)
     assert found.curve[1, [0, -1]] == pytest.approx(found.linear[[0, -1]])
-    assert not any(found.clamped)
+    assert not any(point.clamped for point in found.points)
     numbers = simulation.compute(device(estimator="foaw"), (0.0,), Protocol(halvings=1)).as_json()
     assert numbers["points"][0]["linear_limit"] is None
 
@@ -175,7 +178,7 @@ def test_points_arrive_in_order_and_any_executor_finds_the_same():
 
 def test_what_cannot_be_is_refused():
     for work, words in (
-        (lambda: simulation.compute(device(), (-1.0,)), "0 to 1000 N·s/m, not -1"),
+        (lambda: simulation.compute(device(), (-1.0,)), "0 to 1,000 N·s/m, not -1"),
         (lambda: simulation.compute(device(), ()), "one damping or more"),
         (lambda: Protocol(max_force=0.9), "push of 1 N needs a force limit above it, not 0.9 N"),
         (lambda: Protocol(speed=0.0), "0.001 to 3 m/s, not 0"),
@@ -212,3 +215,35 @@ def test_it_ends_at_the_highest():
     found = stiffest(up_to(1e9, tried, clamped_from=900.0), 200.0, 2.0, 1000.0, 5)
     assert tried == [200.0, 400.0, 800.0, 1000.0]
     assert (found.stiffness, found.ended, found.clamped) == (1000.0, HIGHEST, True)
+
+
+def test_the_band_goes_from_the_first_wall_that_fails_to_the_last_that_holds():
+    tried = []
+
+    def held(stiffness):
+        tried.append(stiffness)
+        holds = stiffness < 850.0 or 870.0 < stiffness < 900.0 or 960.0 < stiffness < 1020.0
+        return TrialOutcome("" if holds else BUZZES)
+
+    point = with_band(held, Point(899.0, BUZZES, False, 900.5, 899.0), 0.01, 200.0, 1e6)
+    assert 850.0 <= point.first_failed < 1.01 * 850.0
+    assert 1020.0 / 1.01 < point.last_held < 1020.0
+    assert min(tried) == pytest.approx(point.first_failed / 1.01**10)  # ten walls in a row tell
+    assert max(tried) == pytest.approx(point.last_held * 1.01**10)
+
+
+def test_a_sharp_limit_has_no_band_and_takes_ten_walls_on_either_side():
+    tried = []
+    point = with_band(up_to(1000.0, tried), Point(999.0, BUZZES, False, 1001.0, 999.0), 0.01, 1.0, 1e6)
+    assert point == Point(999.0, BUZZES, False, 1001.0, 999.0)
+    assert point.band == ""
+    assert len(tried) == 2 * band_trials(0.01) == 20
+
+
+def test_the_band_keeps_within_what_may_be_tried():
+    tried, point = [], Point(1000.0, BUZZES, False, 1010.0, 1000.0)
+    with_band(up_to(1000.0, tried), point, 0.05, 980.0, 1049.0)
+    assert tried == []
+    unlimited = Point(1000.0, HIGHEST, False, last_held=1000.0)
+    assert with_band(up_to(1000.0, tried), unlimited, 0.05, 200.0, 1e6) == unlimited
+    assert tried == []

@@ -106,6 +106,18 @@ def test_a_mark_follows_its_line(code):
     assert code.marks == {}
 
 
+def test_a_mark_goes_when_its_line_changes_and_only_then(code):
+    code.setPlainText("one\ntwo\nthree")
+    code.mark([(1, "wrong"), (3, "wrong too")])
+    code.go_to(2)
+    QTest.keyClicks(code, "x")
+    assert code.marks == {1: "wrong", 3: "wrong too"}
+    code.go_to(3)
+    QTest.keyClicks(code, "x")
+    assert code.marks == {1: "wrong"}
+    assert len([s for s in code.extraSelections() if s.format.background() == theme.color("dangersoft")]) == 1
+
+
 def test_a_mark_is_drawn_with_its_words_and_a_sign(code):
     code.setPlainText("one\ntwo\nthree")
     plain, numbers = code.viewport().grab().toImage(), code.gutter.grab().toImage()

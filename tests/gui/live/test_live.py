@@ -76,7 +76,7 @@ def test_the_history_holds_the_very_rows_of_the_ring_a_hidden_window_only_drains
 def test_the_bar_says_rate_lateness_and_priority(bar):
     assert [late(us) for us in (90.0, 9949.0, 29_500.0)] == ["0.09 ms", "9.95 ms", "29.5 ms"]
     bar.show_health(health())
-    assert bar.rate.words.text() == "1000.0 Hz"
+    assert bar.rate.words.text() == "1,000 Hz"
     assert bar.late.words.text() == "Late p99 0.09 ms, worst 4.00 ms"
     assert bar.missed.words.text() == "Missed 0"
     assert bar.priority.words.text() == "Real-time, FIFO 80"

@@ -69,7 +69,10 @@ def test_only_while_paused_the_wheel_zooms_into_time_and_the_view_moves(plots, h
     values = canvas.view.viewRange()[1]
     turn_wheel(canvas, qapp)
     assert canvas.view.viewRange()[0] == pytest.approx([-10.0, 0.0])
+    word = plots.headers[0].paused
+    assert not word.isVisible()
     plots.set_paused(True)
+    assert (word.text(), word.isVisible()) == ("Paused", True)  # above the plots: it covers no data
     turn_wheel(canvas, qapp)
     left, right = canvas.view.viewRange()[0]
     assert -10.0 < left < right < 0.0
@@ -81,6 +84,7 @@ def test_only_while_paused_the_wheel_zooms_into_time_and_the_view_moves(plots, h
             assert canvas.view.viewRange()[0] == pytest.approx(shown)
     assert plots.shown.window.x[0] == pytest.approx(history.now - 8.0, abs=0.01)
     plots.set_paused(False)
+    assert not word.isVisible()
     assert plots.canvases[0].view.viewRange()[0] == pytest.approx([-10.0, 0.0])
 
 

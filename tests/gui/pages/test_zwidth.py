@@ -11,7 +11,7 @@ from PySide6.QtGui import QGuiApplication
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.zwidth import HIGHEST
 from hapkit_studio.analysis.zwidth.result import BUZZES, Point, Protocol, ZWidth, conditions
-from hapkit_studio.gui.pages.measuring import write
+from hapkit_studio.gui.pages.measuring import unbroken, write
 from hapkit_studio.gui.pages.zwidth import DEVICE, SIMULATION
 from hapkit_studio.haptics import rows
 from tests.gui.pages.drawing_support import leave, outside, point, words
@@ -20,7 +20,8 @@ from tests.gui.test_layout import cut_off, resize
 
 def made_up(capped=False, clamped=True):
     """Return a Z-width whose best point is 1,340 N/m at 2 N·s/m."""
-    points = [Point(500.0, BUZZES, False), Point(1344.0, HIGHEST if capped else BUZZES, clamped)]
+    limit = Point(1344.0, HIGHEST) if capped else Point(1344.0, BUZZES, clamped, 1210.0, 1409.0)
+    points = [Point(500.0, BUZZES, first_failed=510.0, last_held=500.0), limit]
     damping = [0.0, 2.0]
     curve = np.array([np.linspace(0.0, 2.0, 5), np.linspace(330.0, 1000.0, 5)])
     found = ZWidth.of(
@@ -77,7 +78,7 @@ def test_the_simulation_of_the_device_that_runs(page, window, qtbot):
     result = page.result
     assert list(result.damping) == [0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
     assert (result.stiffness > result.linear).all()  # friction helps
-    assert page.answer.words.text() == result.sentence
+    assert page.answer.words.text() == unbroken(result.sentence)
     conditions = {c.key: c.value for c in result.conditions}
     device = window.studio.engine.device
     assert (conditions["mass"], conditions["max_force"]) == (device.mass, device.max_force)
@@ -91,10 +92,12 @@ def test_points_appear_as_they_come(page):
     page._begin("Hitting walls…")
     assert page.chart.pale
     page.job._wanted = object()  # as while it measures
-    page.arrived.emit(0.0, Point(500.0, BUZZES, False))
-    page.arrived.emit(1.0, Point(900.0, BUZZES, True))
+    points = [(0.0, Point(500.0, BUZZES, False)), (1.0, Point(900.0, BUZZES, True, 850.0, 920.0))]
+    for new in points:
+        page.arrived.emit(*new)
     assert not page.chart.pale
-    assert page.walls.points == [(0.0, 500.0, False), (1.0, 900.0, True)]
+    assert page.walls.points == points
+    assert "some walls hold, some fail" in words(page.chart)
     assert "at the motor's limit" in words(page.chart)
     page.job._wanted = None
     page.arrived.emit(2.0, Point(950.0, BUZZES, True))  # too late
@@ -103,19 +106,25 @@ def test_points_appear_as_they_come(page):
 
 
 def test_what_was_found_is_told_in_words_table_and_numbers(page, tmp_path):
-    page.show_result(made_up(capped=True, clamped=False))
-    assert page.answer.words.text() == "At B = 2 N·s/m this Hapkit renders at least 1,340 N/m."
+    page.show_result(made_up(capped=True))
+    assert page.answer.words.text() == unbroken("At B = 2 N·s/m this Hapkit renders at least 1,340 N/m.")
     assert page.answer.sign.name == "check"
     page.show_result(made_up())
-    best = "At B = 2 N·s/m this Hapkit renders up to 1,340 N/m, at the motor's limit of 3 N."
-    assert page.answer.words.text() == best
+    best = (
+        "At B = 2 N·s/m this Hapkit renders up to 1,340 N/m, at the motor's limit of 3 N. "
+        "From 1,210 to 1,400 N/m some walls hold and some fail."
+    )
+    assert page.answer.words.text() == unbroken(best)
     assert page.answer.sign.name == "info", "a limit of the motor is no success"
     point(page.chart, 2.0, 1344.0)
     assert page.point.text() == f"{best} Beyond: it buzzes."
     leave(page.chart)
     assert page.point.text() == ""
     page.table.copy()
-    assert QGuiApplication.clipboard().text() == "B, N·s/m\tK, N/m\n0\t500\n2\t1,340"
+    assert (
+        QGuiApplication.clipboard().text()
+        == "B, N·s/m\tK, N/m\tSome fail, N/m\n0\t500\t–\n2\t1,340\t1,210–1,400"
+    )
     found = json.loads(Path(write(tmp_path / "z.json", *page.exports())).read_text(encoding="utf-8"))
     assert [point["stiffness"] for point in found["points"]] == [500.0, 1344.0]
     assert found["conditions"]["push"] == 1.0

@@ -83,7 +83,7 @@ def test_what_is_bad_stays_in_the_box_and_the_loop_keeps_the_last_good_value(win
     for text in ("9000", "-1"):
         enter(row, text)
         assert row.box.text().replace("−", "-") == text
-        assert row.error.text() == "Stiffness goes from 0 to 5000 N/m."
+        assert row.error.text() == "Stiffness goes from 0 to 5,000 N/m."
         assert row.error.isVisible()
         assert row.box.property("invalid") is True
         assert window.studio.engine.values["stiffness"] == 300.0
@@ -92,7 +92,7 @@ def test_what_is_bad_stays_in_the_box_and_the_loop_keeps_the_last_good_value(win
     assert window.studio.engine.values["stiffness"] == 310.0
     window.loop.set_folded(False)
     enter(window.loop.rate, "50")
-    assert window.loop.rate.error.text() == "Servo rate goes from 100 to 10000 Hz."
+    assert window.loop.rate.error.text() == "Servo rate goes from 100 to 10,000 Hz."
     assert window.studio.engine.loop.rate == 1000.0
 
 

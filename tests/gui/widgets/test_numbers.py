@@ -53,5 +53,5 @@ def test_a_value_shows_its_step_and_only_as_many_digits_more_as_it_has(quantity,
 
 
 def test_limits_are_one_sentence_with_the_screens_unit():
-    assert STIFFNESS.limits() == "Stiffness goes from 0 to 5000 N/m."
+    assert STIFFNESS.limits() == "Stiffness goes from 0 to 5,000 N/m."
     assert PLACE.limits() == "Wall position goes from −40 to 40 mm."
