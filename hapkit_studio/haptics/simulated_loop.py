@@ -20,7 +20,7 @@ from hapkit_studio.haptics.rows import Ring
 from hapkit_studio.haptics.tick import adopt, latch, note_time, tick
 
 MASS, QUANTUM = 0, 1
-HAND, PERIOD, DELAY, VISCOUS, COULOMB, TARGET, TOP_SPEED, RESTS = 2, 5, 6, 7, 8, 9, 10, 11
+HAND, PERIOD, DELAY, VISCOUS, COULOMB, TARGET, TOP_SPEED, RELEASES = 2, 5, 6, 7, 8, 9, 10, 11
 _CONSTANTS = 12
 # The pointer moves in steps of a frame; a hand does not.
 POINTER_SECONDS = 0.012
@@ -38,7 +38,8 @@ class Plant(NamedTuple):
 
 def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
     """Return a plant at the device's initial motion, for delays of up to ``periods`` periods."""
-    dev, queue = simulated.new_state(device.initial_position, device.initial_velocity, periods)
+    start = device.initial_position, device.initial_velocity
+    dev, queue = simulated.new_state(*start, periods, device.end_stops)
     constants = np.full(_CONSTANTS, math.nan)
     constants[MASS], constants[QUANTUM] = device.mass, device.quantum
     return Plant(dev, queue, constants)
@@ -67,7 +68,8 @@ def configure(plant: Plant, values: np.ndarray, hand: np.ndarray, holds: bool) -
 def follow_settings(plant: Plant, r: LoopArrays) -> None:
     """Bring the block's device, hand, period and delay into force; a hand appears where the handle is.
 
-    Another sensor's first reading is where the handle was, so it is no motion.
+    One that lets the handle go at rest takes its speed. Another sensor's first reading is where the handle
+    was, so it is no motion.
     """
     values, constants = r.values, plant.constants
     on = r.words[block.HAND_ON] != 0
@@ -75,6 +77,10 @@ def follow_settings(plant: Plant, r: LoopArrays) -> None:
         constants[TARGET] = math.nan
     elif math.isnan(constants[TARGET]):
         constants[TARGET], constants[TOP_SPEED] = plant.dev[simulated.X], ARRIVES
+    releases = float(r.words[block.RELEASES])
+    if constants[RELEASES] < releases:
+        plant.dev[simulated.V] = 0.0
+    constants[RELEASES] = releases
     if constants[QUANTUM] != values[block.QUANTUM]:
         constants[QUANTUM] = values[block.QUANTUM]
         position = measure(plant)

@@ -1,17 +1,31 @@
 """The middle of the Live view: scene on top, time plots and force–position below."""
 
+from typing import TYPE_CHECKING
+
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QSplitter, QStackedWidget, QWidget
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFrame,
+    QPushButton,
+    QSizePolicy,
+    QSplitter,
+    QStackedWidget,
+    QWidget,
+)
 
+from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.breakpoints import GAP
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import SPANS, TimePlots
 from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import across, down
+from hapkit_studio.gui.widgets.parts import across, down, label
 from hapkit_studio.gui.widgets.segmented import Segmented
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.oscillation import Oscillation
 
 _EDGE = 1  # the card's line
 _VIEWS = ("Time", "Force–position")
@@ -41,7 +55,10 @@ def remembered(settings: QSettings, name: str, usual: int) -> int:
 
 
 class Toolbar(QWidget):
-    """Time window and axes of the time plots; where room is short it also switches between the plots."""
+    """Time window and axes of the time plots, what oscillates, and the simulated hand's way to let go.
+
+    Where room is short it also switches between the plots.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -56,7 +73,21 @@ class Toolbar(QWidget):
         self.fit.setProperty("flat", True)
         self.fit.setToolTip("Narrow the axes to what is shown (F)")
         icons.bind(self.fit, "fit", "ink2", 18)
-        across(self.span, self.views, None, self.fit, into=self, margins=(10, 5, 10, 5))
+        self.release = QPushButton("Release here")
+        self.release.setProperty("flat", True)
+        self.release.setToolTip("The handle starts from rest where it is now, and no hand holds it (R)")
+        icons.bind(self.release, "hand", "ink2", 18)
+        self.oscillation = label(wrap=False)
+        self.oscillation.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        parts = self.span, self.views, 6, (self.oscillation, 1), self.release, self.fit
+        across(*parts, into=self, margins=(10, 5, 10, 5))
+
+    def show_oscillation(self, found: "Oscillation | None") -> None:
+        """Say how far and how often the handle oscillates, nothing where it does not."""
+        words = ""
+        if found is not None:
+            words = f"Oscillates ±{on_screen(found.amplitude, 'm', 2)} at {with_unit(found.frequency, 'Hz', 2)}"
+        self.oscillation.setText(words)
 
 
 class Centre(QWidget):
