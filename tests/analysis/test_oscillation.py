@@ -46,7 +46,7 @@ def sampled_spring(stiffness, mass, viscous, period, start, count):
     return np.array(x)[:, 0], abs(np.angle(np.linalg.eigvals(step)[0])) / (math.tau * period)
 
 
-@pytest.mark.parametrize(("mass", "viscous"), [(0.044, 0.5), (0.1, 2.0)])
+@pytest.mark.parametrize(("mass", "viscous"), [(0.044, 0.5), (0.1, 0.9)])
 def test_a_spring_at_its_limit_oscillates_as_theory_says(mass, viscous):
     stiffness = hs.stiffness_limit(mass, viscous)
     device = hs.SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf, initial_position=2e-3)
