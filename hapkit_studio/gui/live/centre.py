@@ -1,31 +1,17 @@
 """The middle of the Live view: scene on top, time plots and force–position below."""
 
-from typing import TYPE_CHECKING
-
 from PySide6.QtCore import QSettings, Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import (
-    QComboBox,
-    QFrame,
-    QPushButton,
-    QSizePolicy,
-    QSplitter,
-    QStackedWidget,
-    QWidget,
-)
+from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QSplitter, QStackedWidget, QWidget
 
-from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.breakpoints import GAP
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import SPANS, TimePlots
 from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import across, down, label
+from hapkit_studio.gui.widgets.parts import across, down
 from hapkit_studio.gui.widgets.segmented import Segmented
-
-if TYPE_CHECKING:
-    from hapkit_studio.analysis.oscillation import Oscillation
 
 _EDGE = 1  # the card's line
 _VIEWS = ("Time", "Force–position")
@@ -55,9 +41,9 @@ def remembered(settings: QSettings, name: str, usual: int) -> int:
 
 
 class Toolbar(QWidget):
-    """Time window and axes of the time plots, what oscillates, and the simulated hand's way to let go.
+    """Time window and axes of the time plots, and the simulated hand's way to let go.
 
-    Where room is short it also switches between the plots.
+    Where room is short it also switches between the plots, and the buttons are their icons.
     """
 
     def __init__(self) -> None:
@@ -68,26 +54,22 @@ class Toolbar(QWidget):
         self.span.setToolTip("How much of the past is shown")
         self.views = Segmented("Plot", _VIEWS)
         self.views.show_index(0)
-        self.views.hide()
-        self.fit = QPushButton("Fit axes")
+        self.fit, self.release = QPushButton(), QPushButton()
         self.fit.setProperty("flat", True)
         self.fit.setToolTip("Narrow the axes to what is shown (F)")
         icons.bind(self.fit, "fit", "ink2", 18)
-        self.release = QPushButton("Release here")
         self.release.setProperty("flat", True)
         self.release.setToolTip("The handle starts from rest where it is now, and no hand holds it (R)")
         icons.bind(self.release, "hand", "ink2", 18)
-        self.oscillation = label(wrap=False)
-        self.oscillation.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        parts = self.span, self.views, 6, (self.oscillation, 1), self.release, self.fit
-        across(*parts, into=self, margins=(10, 5, 10, 5))
+        self.set_narrow(False)
+        across(self.span, self.views, None, self.release, self.fit, into=self, margins=(10, 5, 10, 5))
 
-    def show_oscillation(self, found: "Oscillation | None") -> None:
-        """Say how far and how often the handle oscillates, nothing where it does not."""
-        words = ""
-        if found is not None:
-            words = f"Oscillates ±{on_screen(found.amplitude, 'm', 2)} at {with_unit(found.frequency, 'Hz', 2)}"
-        self.oscillation.setText(words)
+    def set_narrow(self, narrow: bool) -> None:
+        """Switch between the plots, for which the buttons leave room, or show all that they say."""
+        self.views.setVisible(narrow)
+        for button, words in ((self.fit, "Fit axes"), (self.release, "Release here")):
+            button.setText("" if narrow else words)
+            button.setAccessibleName(words)
 
 
 class Centre(QWidget):
@@ -185,7 +167,7 @@ class Centre(QWidget):
 
     def _move_phase(self) -> None:
         """Put the force–position plot behind the switch, or back beside the time plots."""
-        self.toolbar.views.setVisible(self._narrow)
+        self.toolbar.set_narrow(self._narrow)
         self.phase_card.setProperty("card", not self._narrow)
         if self._narrow:
             self.stack.addWidget(self.phase_card)

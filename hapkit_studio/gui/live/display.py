@@ -107,7 +107,7 @@ class LiveDisplay(QObject):
     def _show_oscillation(self) -> None:
         history = self._live.history
         window = history.between(history.now - oscillation.SECONDS, math.inf).known()
-        self._centre.toolbar.show_oscillation(oscillation.sustained(window.x, window.y["position"]))
+        self._centre.time.show_oscillation(oscillation.sustained(window.x, window.y["position"]))
 
     def show_environment(self) -> None:
         """Show another environment."""
@@ -131,7 +131,7 @@ class LiveDisplay(QObject):
         self._centre.toolbar.release.setVisible(self._studio.simulated)
         self._centre.time.set_stale(state in ("gone", "failed", "idle"))
         if state != "running":
-            self._centre.toolbar.show_oscillation(None)
+            self._centre.time.show_oscillation(None)
             waiting = self._studio.link.text if state in ("connecting", "idle") else ""
             self._status.show_nothing(waiting or _WORDS.get(state, ""))
 

@@ -4,7 +4,7 @@ import math
 
 from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QPainter
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.past_trace import SAMPLE
@@ -51,7 +51,7 @@ def _line(stroke: Stroke, text: str, help: str) -> list[QWidget]:
 
 
 class Header(QWidget):
-    """Names a time plot and shows its live value."""
+    """Names a time plot and shows its live value, with a remark where there is something to be said."""
 
     def __init__(self, plot: TimePlot):
         super().__init__()
@@ -68,7 +68,8 @@ class Header(QWidget):
         self.surface = surface if plot.surface else []
         past = "The same quantity before who renders was changed, moved to begin there"
         self.past = _line(("hold", 2.0, SAMPLE), "", past)
-        self.value = QLabel()
+        self.remark, self.value = plain(QLabel()), QLabel()
+        self.remark.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.value.setFont(theme.font("readout"))
         self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.value.setToolTip(plot.traces[-1].help)
@@ -76,7 +77,7 @@ class Header(QWidget):
         title = QLabel(plot.title)
         title.setFont(theme.font("strong"))
         name = () if plot.beside else (title, 3)  # beside, the switch names it
-        parts = (*name, *lines, *self.surface, *self.past, None, self.value)
+        parts = (*name, *lines, *self.surface, *self.past, (self.remark, 1), self.value)
         across(*parts, into=self, margins=(0, 0, RIGHT, 0), gap=7)
         self.show_part(self.surface, "")
         self.show_part(self.past, "")

@@ -9,8 +9,10 @@ from PySide6.QtCore import QElapsedTimer, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QBrush, QPainter, QPen
 from PySide6.QtWidgets import QWidget
 
+from hapkit_studio.analysis.oscillation import Oscillation
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
 from hapkit_studio.gui.live.history import History, Window
@@ -272,6 +274,12 @@ class TimePlots(QWidget):
         self.shown.past = past
         for header in self.headers:
             header.show_part(header.past, "" if past is None else past.words)
+
+    def show_oscillation(self, found: Oscillation | None) -> None:
+        """Say beside the position how far and how often it oscillates, nothing where it does not."""
+        header = next(header for header in self.headers if header.plot.key == "position")
+        words = found and (on_screen(found.amplitude, "m", 2), with_unit(found.frequency, "Hz", 2))
+        header.remark.setText("oscillates ±{} at {}".format(*words) if words else "")
 
     def set_span(self, seconds: float) -> None:
         """Show the last 1 to 60 seconds; raise ParameterError outside."""
