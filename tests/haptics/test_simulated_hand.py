@@ -20,7 +20,7 @@ FRAME = 16  # ms: so often a window hears of its pointer
 
 @njit
 def play(r, body, out, pointers, releases):
-    """Render a sample a pointer (n,) in m, nan where no hand holds, as the live loop does, without waiting."""
+    """Render a sample a pointer (n,) in m, nan where no hand holds, as the live loop does, but at once."""
     for k in range(len(pointers)):
         r.words[block.HAND_ON] = 0 if math.isnan(pointers[k]) else 1
         r.values[block.HAND_TARGET] = pointers[k]
@@ -66,7 +66,9 @@ def test_a_hand_that_takes_the_handle_far_away_arrives_at_10_cm_a_second(place, 
 
 
 def test_a_hand_that_has_arrived_leads_as_fast_as_one_reaches_and_no_faster():
-    pointer = np.concatenate([held(0.0, 0.2), held(0.05, 0.4), dragged(0.05, -0.05, speed=0.4), held(-0.05, 0.1)])
+    pointer = np.concatenate(
+        [held(0.0, 0.2), held(0.05, 0.4), dragged(0.05, -0.05, speed=0.4), held(-0.05, 0.1)]
+    )
     target = live("free", pointer)[1:, rows.HAND_TARGET]
     speed = np.abs(np.diff(target)) * 1e3
     assert speed[:350].max() == pytest.approx(1.0, rel=1e-6)
@@ -106,7 +108,7 @@ def test_the_cat_purrs_within_six_strokes_at_1_to_10_cm_a_second(speed, purrs, b
 
 
 def test_the_handle_that_is_let_go_at_rest_starts_from_where_it_is():
-    """Led at 0.2 m/s against a spring of 100 N/m; what swings on is 44 g, with the speed it has or with none."""
+    """Led at 0.2 m/s against a spring of 100 N/m; 44 g swing on, with the speed they have or with none."""
     pointer = np.concatenate([held(0.0, 0.1), dragged(0.0, 0.03, speed=0.2), held(np.nan, 0.3)])
     off = np.flatnonzero(np.isnan(pointer[np.arange(len(pointer)) // FRAME * FRAME]))[0]
     quiet = {"damping": 0.0, "coulomb_force": 0.0, "quantum": 0.0}

@@ -105,9 +105,7 @@ def dashed(
     return np.column_stack([np.interp(s, place, c[points]) for s in (start, stop) for c in (x, y)])
 
 
-def arrows(
-    painter: QPainter, box: QRectF, x: np.ndarray, y: np.ndarray, color: QColor, apart: float
-) -> None:
+def arrows(painter: QPainter, box: QRectF, x: np.ndarray, y: np.ndarray, color: QColor, apart: float) -> None:
     """Point out of a frame, with arrow heads so many px apart at least, where a line (n,) in px leaves it."""
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(color)
