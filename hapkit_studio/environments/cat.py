@@ -168,6 +168,6 @@ ENVIRONMENT = Environment(
     over_position=over_position,
     outcomes=("peak_force", "energy", "count:contentment", "count:swats"),
     hands=("pet", "rub", "released"),
-    needs=("mass", "viscous", "coulomb", "delay", "filter"),
+    needs=("mass", "viscous", "coulomb", "sampling", "delay", "filter"),
     order=12,
 )
