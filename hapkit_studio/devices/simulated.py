@@ -7,6 +7,7 @@ functions work on two flat arrays from ``new_state``, so the real-time loop can 
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -17,6 +18,7 @@ from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import check_number
 
+END_STOPS = 0.055  # m to either side: those of the paddle in the window
 # The hand's mass alone, to twelve digits; the paddle's equations divide by the mass.
 NO_MASS = 1e-13
 
@@ -58,7 +60,7 @@ def term(key: str) -> Term:
     return TERMS[key]
 
 
-X, V, HAND_FORCE, EFFECT = 0, 1, 2, 13
+X, V, HAND_FORCE, EFFECT, _STOP = 0, 1, 2, 13, 14
 _MASS, _DAMPING, _COULOMB, _HAND_DAMPING, _HAND_STIFFNESS = 3, 4, 5, 6, 7
 _PERIOD, _DELAY, _WHOLE, _REST, _SAMPLE = 8, 9, 10, 11, 12
 _EARLY_MAP, _LATE_MAP = 16, 24
@@ -71,7 +73,8 @@ _NOTHING = 1e-150
 class SimulatedHapkit:
     """A paddle with the mass kg, damping N·s/m, Coulomb friction N, sensor quantum m and force limit N given.
 
-    quantum=0 is an ideal sensor, max_force=inf no clamp. Raise ParameterError for values no device can have.
+    quantum=0 is an ideal sensor, max_force=inf no clamp. The paddle goes as far as end_stops m to either
+    side, where it stops without bouncing. Raise ParameterError for values no device can have.
     """
 
     mass: float = 0.044
@@ -81,6 +84,7 @@ class SimulatedHapkit:
     max_force: float = 3.0
     initial_position: float = 0.0
     initial_velocity: float = 0.0
+    end_stops: float = math.inf
 
     title: ClassVar[str] = "Simulated Hapkit"
     simulated: ClassVar[bool] = True
@@ -93,6 +97,7 @@ class SimulatedHapkit:
         check_number(self.max_force, "device's force limit", "N", above=True, endless=True)
         check_number(self.initial_position, "device's initial position", "m", low=-math.inf)
         check_number(self.initial_velocity, "device's initial velocity", "m/s", low=-math.inf)
+        check_number(self.end_stops, "device's end stops", "m", above=True, endless=True)
 
     @property
     def viscous(self) -> float:
@@ -114,10 +119,12 @@ class SimulatedHapkit:
         return self.without(key for key in OPTIONAL if key not in needed) if needed else self
 
 
-def new_state(position: float = 0.0, velocity: float = 0.0, periods: int = 1022) -> tuple:
+def new_state(
+    position: float = 0.0, velocity: float = 0.0, periods: int = 1022, end_stops: float = math.inf
+) -> tuple:
     """Return (dev, queue) at rest with the motor off, for delays of up to `periods` sample periods."""
     dev = np.zeros(_WIDTH)
-    dev[X], dev[V] = position, velocity
+    dev[X], dev[V], dev[_STOP] = position, velocity, end_stops
     size = 1 << (max(int(periods), 1) + 1).bit_length()
     # The second half is room for retiming pending commands without allocating.
     return dev, np.zeros(2 * size)
@@ -193,6 +200,15 @@ def _map(dev, at):
     return dev[at], dev[at + 1], dev[at + 2], dev[at + 3], dev[at + 4], dev[at + 5], dev[at + 6], dev[at + 7]
 
 
+@internal
+def _stopped(motion, stop):
+    """Return (x, v) at end stops ± stop m: a stop takes all speed and yields nothing."""
+    x, v = motion
+    if abs(x) > stop:
+        return math.copysign(stop, x), 0.0
+    return x, v
+
+
 @compiled
 def advance(dev: np.ndarray, queue: np.ndarray, target0: float, target1: float) -> None:
     """Move to the next sample while the hand's target goes linearly from target0 to target1 in m.
@@ -215,9 +231,11 @@ def advance(dev: np.ndarray, queue: np.ndarray, target0: float, target1: float) 
     rate = stiffness * target_rate
     dev[EFFECT] = new + (old - new) * rest / period
     if rest > 0.0:
-        x, v = paddle.advance(x, v, old + pull, rate, coulomb, mass, damping, stiffness, rest, early)
+        motion = paddle.advance(x, v, old + pull, rate, coulomb, mass, damping, stiffness, rest, early)
+        x, v = _stopped(motion, dev[_STOP])
     pull += rate * rest
-    x, v = paddle.advance(x, v, new + pull, rate, coulomb, mass, damping, stiffness, period - rest, late)
+    motion = paddle.advance(x, v, new + pull, rate, coulomb, mass, damping, stiffness, period - rest, late)
+    x, v = _stopped(motion, dev[_STOP])
     if abs(x) + abs(v) < _NOTHING:
         x, v = 0.0, 0.0
     dev[X], dev[V] = x, v
@@ -225,4 +243,5 @@ def advance(dev: np.ndarray, queue: np.ndarray, target0: float, target1: float) 
         dev[HAND_FORCE] = stiffness * (target1 - x) + grip * (target_rate - v)
 
 
-DEVICE = DeviceKind(0, lambda: [DeviceEntry("simulated", SimulatedHapkit.title, SimulatedHapkit)])
+_WITH_STOPS = DeviceEntry("simulated", SimulatedHapkit.title, partial(SimulatedHapkit, end_stops=END_STOPS))
+DEVICE = DeviceKind(0, lambda: [_WITH_STOPS])

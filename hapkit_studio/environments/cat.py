@@ -12,11 +12,12 @@ from hapkit_studio.parameters import Choice, Parameter
 FUR_STIFFNESS = 200.0  # N/m: hairs bend by 2 to 3 mm before they slip
 HAIR_SPACING = 0.003  # m
 # Paces of the hand in m/s: below the first it rests, between the next two a stroke is felt as caress
-# (C-tactile afferents, Löken et al. 2009), beyond the last it is rough either way.
-RESTS, SLOW, FAST, ROUGH = 0.003, 0.01, 0.10, 0.25
+# (1 to 10 cm/s: C-tactile afferents, Löken et al. 2009; somewhat more, since the tufts make the pace of any
+# hand waver), beyond the last it is rough either way.
+RESTS, SLOW, FAST, ROUGH = 0.003, 0.005, 0.12, 0.25
 PACE_TIME = 0.01  # s: two low-passes of this, so that neither sensor counts nor the purr are taken for a hand
 LIKED, MISLIKED, HATED = 3.0, 0.8, 3.5  # contentment per metre
-FORGETS = 10.0  # s
+FORGETS = 10.0  # s: a grudge always, a caress once the hand rests
 PURRS_ABOVE, SWATS_BELOW = 0.3, -0.5
 BREATH_PITCH, BREATH_STRENGTH = 1.2, 0.2  # Hz, and a share: more while it breathes out, less while in
 SWAT_TIME, SWAT_FORCE = 0.3, 1.5  # s, N
@@ -90,7 +91,9 @@ def force(p, s, x, v, dt):
     s.last = x
     s.nearly, s.pace = noticed(way, s.nearly, s.pace, dt)
     gain = way * feeling(s.pace, p.temperament, s.sulk)
-    s.contentment = min(1.0, max(-1.0, s.contentment * (1.0 - min(1.0, dt / FORGETS)) + gain))
+    if s.contentment < 0.0 or abs(s.pace) < RESTS:
+        s.contentment *= 1.0 - min(1.0, dt / FORGETS)
+    s.contentment = min(1.0, max(-1.0, s.contentment + gain))
     if s.swat == 0.0:
         s.push = -1.0 if s.pace > 0.0 else 1.0
     provoked = 1.0 if gain < 0.0 and s.contentment < SWATS_BELOW else 0.0
@@ -142,7 +145,7 @@ PARAMETERS = (
         ("easy", "choosy", "grumpy"),
         "easy",
         "Easy: +3 of contentment per metre with the nap at 1 to 10 cm/s, where the nerves for caress answer "
-        "best; −0.8 against it, −3.5 above 10 cm/s, or either way above 25 cm/s; below −0.5 it swats and "
+        "best; −0.8 against it, −3.5 above 12 cm/s, or either way above 25 cm/s; below −0.5 it swats and "
         "sulks for 5 s. Choosy: likes 0.8 times as much, resents 1.25 times as much. Grumpy: 0.7 and 1.5.",
     ),
 )
@@ -165,6 +168,6 @@ ENVIRONMENT = Environment(
     over_position=over_position,
     outcomes=("peak_force", "energy", "count:contentment", "count:swats"),
     hands=("pet", "rub", "released"),
-    needs=("mass", "viscous", "coulomb", "delay", "filter"),
+    needs=("mass", "viscous", "coulomb", "sampling", "delay", "filter"),
     order=12,
 )

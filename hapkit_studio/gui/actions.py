@@ -70,6 +70,10 @@ def _has_board(window: "MainWindow") -> bool:
     return _has_engine(window) and not window.studio.simulated
 
 
+def _has_simulated(window: "MainWindow") -> bool:
+    return window.studio.simulated
+
+
 def _has_law(window: "MainWindow") -> bool:
     return window.editor.path is not None
 
@@ -119,6 +123,10 @@ _SESSION = (
     Action(
         "session.pause", "Pause plots", "Session", lambda w: w.live.toggle_paused(), "Space",
         checked=lambda w: w.live.paused,
+    ),
+    Action(
+        "session.release_here", "Release here", "Session", lambda w: w.display.release_here(), "R",
+        enabled=_has_simulated,
     ),
     Action("session.quit", "Quit", "Session", lambda w: w.quit(), "Ctrl+Q"),
 )  # fmt: skip

@@ -179,6 +179,11 @@ class Studio(QObject):
         if self.engine is not None:
             self.engine.move_hand(target)
 
+    def release_at_rest(self) -> None:
+        """Let a simulated handle go where it is, without the speed that it has."""
+        if self.engine is not None:
+            self.engine.release_at_rest()
+
     # stopping
 
     def stop(self) -> None:

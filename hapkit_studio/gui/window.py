@@ -42,6 +42,7 @@ class MainWindow(QMainWindow):
     live: Live
     centre: Centre
     own: OwnEnvironments
+    display: LiveDisplay
     file_actions: FileActions
     editor: EditorController
     views: Views

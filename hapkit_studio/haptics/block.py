@@ -31,7 +31,8 @@ BOARD_LAW = 11  # the law that it is, by its address here
 BOARD_RATE, BOARD_ESTIMATOR, BOARD_STATES, BOARD_GIVEN = range(12, 16)
 BOARD_SLOTS, BOARD_CODE, BOARD_CHECK = range(16, 19)
 BOARD_MOVING = 19  # constants that the board has room to move at a time
-WORDS = 20
+RELEASES = 20  # how often the handle was let go at rest
+WORDS = 21
 
 PROGRAM_WORDS = 256
 """int64 words of the law for the board: 2,048 bytes, all the memory that an ATmega328P has."""

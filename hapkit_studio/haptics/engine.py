@@ -231,6 +231,11 @@ class Engine:
         self._target = target
         self._hand_moved()
 
+    def release_at_rest(self) -> None:
+        """Let a simulated handle go where it is, without the speed that it has."""
+        self._target = None
+        self._change(releases=self._wanted.releases + 1)
+
     def _hand_moved(self) -> None:
         self._change()
         if self.driver is not None:

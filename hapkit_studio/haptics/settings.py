@@ -66,7 +66,8 @@ class Wanted:
 
     coulomb is a simulated device's, a board has its own; mass and viscous are what the passivity observer
     goes by, and a simulated device's damping; true_velocity spares the estimator; designed_for: the
-    quantum in m that the estimator expects, None for the sensor's own; board: None, the computer renders.
+    quantum in m that the estimator expects, None for the sensor's own; releases: how often a simulated
+    handle was let go at rest; board: None, the computer renders.
     """
 
     environment: Environment
@@ -82,6 +83,7 @@ class Wanted:
     designed_for: float | None = None
     grip: Grip | None = None
     target: float | None = None
+    releases: int = 0
     board: "BoardPlan | None" = None
     generation: int = 0
 
@@ -110,6 +112,7 @@ class Wanted:
             hand = self.grip.mass, self.grip.damping, self.grip.stiffness, self.target
             values[block.HAND_MASS : block.HAND_TARGET + 1] = hand
             words[block.HAND_ON] = 1
+        words[block.RELEASES] = self.releases
         self._encode_board(values, words, program)
         words[block.LAW] = law.address
         stored = self.environment.stored

@@ -20,10 +20,12 @@ from hapkit_studio.haptics.rows import Ring
 from hapkit_studio.haptics.tick import adopt, latch, note_time, tick
 
 MASS, QUANTUM = 0, 1
-HAND, PERIOD, DELAY, VISCOUS, COULOMB, TARGET = 2, 5, 6, 7, 8, 9
-_CONSTANTS = 10
+HAND, PERIOD, DELAY, VISCOUS, COULOMB, TARGET, TOP_SPEED, RELEASES = 2, 5, 6, 7, 8, 9, 10, 11
+_CONSTANTS = 12
 # The pointer moves in steps of a frame; a hand does not.
 POINTER_SECONDS = 0.012
+# A hand that takes the handle goes to the pointer no faster than a caress; there it leads, at a fast reach.
+ARRIVES, LEADS = 0.10, 1.0  # m/s
 
 
 class Plant(NamedTuple):
@@ -36,7 +38,8 @@ class Plant(NamedTuple):
 
 def new_plant(device: SimulatedHapkit, periods: int = 1022) -> Plant:
     """Return a plant at the device's initial motion, for delays of up to ``periods`` periods."""
-    dev, queue = simulated.new_state(device.initial_position, device.initial_velocity, periods)
+    start = device.initial_position, device.initial_velocity
+    dev, queue = simulated.new_state(*start, periods, device.end_stops)
     constants = np.full(_CONSTANTS, math.nan)
     constants[MASS], constants[QUANTUM] = device.mass, device.quantum
     return Plant(dev, queue, constants)
@@ -65,14 +68,19 @@ def configure(plant: Plant, values: np.ndarray, hand: np.ndarray, holds: bool) -
 def follow_settings(plant: Plant, r: LoopArrays) -> None:
     """Bring the block's device, hand, period and delay into force; a hand appears where the handle is.
 
-    Another sensor's first reading is where the handle was, so it is no motion.
+    One that lets the handle go at rest takes its speed. Another sensor's first reading is where the handle
+    was, so it is no motion.
     """
     values, constants = r.values, plant.constants
     on = r.words[block.HAND_ON] != 0
     if not on:
         constants[TARGET] = math.nan
     elif math.isnan(constants[TARGET]):
-        constants[TARGET] = plant.dev[simulated.X]
+        constants[TARGET], constants[TOP_SPEED] = plant.dev[simulated.X], ARRIVES
+    releases = float(r.words[block.RELEASES])
+    if constants[RELEASES] < releases:
+        plant.dev[simulated.V] = 0.0
+    constants[RELEASES] = releases
     if constants[QUANTUM] != values[block.QUANTUM]:
         constants[QUANTUM] = values[block.QUANTUM]
         position = measure(plant)
@@ -102,6 +110,18 @@ def write_truth(plant: Plant, target: float, row: np.ndarray) -> None:
     row[rows.HAND_TARGET] = target
 
 
+@internal
+def lead(plant: Plant, pointer: float) -> tuple[float, float]:
+    """Move the hand's target on towards the pointer in m; return where it was and where it is in a period."""
+    now = plant.constants
+    target, most = now[TARGET], now[TOP_SPEED] * now[PERIOD]
+    step = (pointer - target) * -math.expm1(-now[PERIOD] / POINTER_SECONDS)
+    if abs(step) < most:
+        now[TOP_SPEED] = LEADS
+    now[TARGET] = target + min(max(step, -most), most)
+    return target, now[TARGET]
+
+
 # A pass that finds its deadline gone by did not wait; so many in a row mean the machine cannot keep up.
 MOST_PASSES_WITHOUT_WAITING = 100
 
@@ -120,12 +140,9 @@ def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: f
     if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT):
         cut_motor(body)
     simulated.command(body.dev, body.queue, force)
-    period, target = body.constants[PERIOD], body.constants[TARGET]
-    # the hand follows the pointer smoothly
-    after = target + (r.values[block.HAND_TARGET] - target) * -math.expm1(-period / POINTER_SECONDS)
+    target, after = lead(body, r.values[block.HAND_TARGET])
     simulated.advance(body.dev, body.queue, target, after)
-    body.constants[TARGET] = after
-    r.real[arrays.CLOCK] += period
+    r.real[arrays.CLOCK] += body.constants[PERIOD]
     row[rows.HOST_TIME] = now
     row[rows.LATENESS] = lateness
     row[rows.COMPUTE] = clock.now() - now

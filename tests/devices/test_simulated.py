@@ -17,9 +17,18 @@ MEDIUM = (0.05, 4.0, 200.0)
 
 
 def start(
-    mass=0.044, viscous=0.5, coulomb=0.0, hand=NO_HAND, period=1e-3, delay=0.0, x=0.0, v=0.0, periods=1022
+    mass=0.044,
+    viscous=0.5,
+    coulomb=0.0,
+    hand=NO_HAND,
+    period=1e-3,
+    delay=0.0,
+    x=0.0,
+    v=0.0,
+    periods=1022,
+    stops=math.inf,
 ):
-    dev, queue = simulated.new_state(x, v, periods)
+    dev, queue = simulated.new_state(x, v, periods, stops)
     simulated.configure(dev, queue, mass, viscous, coulomb, *hand, period, delay)
     return dev, queue
 
@@ -78,6 +87,32 @@ def test_hand_force_is_spring_and_damper_to_the_moving_target():
     want = 200.0 * (2e-4 - dev[X]) + 4.0 * (0.2 - dev[V])
     assert dev[HAND_FORCE] == pytest.approx(want, rel=1e-12)
     assert dev[HAND_FORCE] > 0.0
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_end_stops_take_all_speed_and_push_nothing_back(side):
+    """1 kg, 2 N: 20 mm after sqrt(2 20 mm / 2 m/s²) = 0.1414 s; held while pushed, and left by F t² / 2 m."""
+    dev, queue = start(1.0, 0.0, delay=0.3e-3, stops=0.02)
+    found = run(dev, queue, lambda k, x: side * (2.0 if k < 300 else -2.0), np.zeros(401))
+    x, v = (side * found).T
+    assert np.argmax(x == 0.02) == 142
+    assert np.all(x[142:301] == 0.02)
+    assert not v[142:301].any()
+    t = 1e-3 * np.arange(101) - 0.3e-3
+    assert x[301:] == pytest.approx(0.02 - t[1:] ** 2, abs=1e-12)
+
+
+def test_end_stops_that_are_not_reached_change_no_bit():
+    swing = start(coulomb=0.1, hand=MEDIUM, delay=0.3e-3, v=0.2)
+    free = run(*swing, lambda k, x: -500.0 * x, np.zeros(300))
+    far = np.nextafter(np.abs(free[:, 0]).max(), 1.0)
+    stopped = start(coulomb=0.1, hand=MEDIUM, delay=0.3e-3, v=0.2, stops=far)
+    assert np.array_equal(run(*stopped, lambda k, x: -500.0 * x, np.zeros(300)), free)
+
+
+def test_the_window_has_end_stops_and_simulate_none():
+    assert simulated.DEVICE.entries()[0].make() == SimulatedHapkit(end_stops=0.055)
+    assert SimulatedHapkit().end_stops == math.inf
 
 
 def test_motor_is_off_until_the_first_command_arrives():
@@ -180,6 +215,7 @@ def test_sensor_reads_the_count_below(x, counts):
         ({"max_force": 0.0}, "force limit must be more than 0 N"),
         ({"initial_position": math.inf}, "initial position"),
         ({"initial_velocity": math.nan}, "initial velocity"),
+        ({"end_stops": 0.0}, "end stops must be more than 0 m"),
     ],
 )
 def test_refuses_a_device_that_cannot_be(bad, names):

@@ -15,14 +15,20 @@ STROKE = {"pet": 1.2, "rub": 0.3}  # s from one end to the other
 
 
 def grown(gain, speed, start, seconds):
-    """Solve dc/dt = gain speed - c / 10 s."""
+    """Solve dc/dt = gain speed from where it is content, dc/dt = gain speed - c / 10 s from where it is not.
+
+    A hand that rests (gain 0 below 3 mm/s) leaves it to forget as well.
+    """
+    if start > 0.0 and speed > 0.003:
+        return start + gain * speed * seconds
     return start * math.exp(-seconds / 10.0) + 10.0 * gain * speed * -math.expm1(-seconds / 10.0)
 
 
 # speed in m/s along the nap, contentment per metre of an easy cat
 BANDS = [
-    (0.05, 3.0), (0.0099, 0.0), (0.0101, 3.0), (0.099, 3.0), (0.101, 0.0), (0.2475, 0.0), (0.2525, -3.5),
-    (-0.05, -0.8), (-0.0099, -0.8), (-0.099, -0.8), (-0.101, -3.5), (-0.2475, -3.5), (-0.2525, -3.5),
+    (0.05, 3.0), (0.00495, 0.0), (0.00505, 3.0), (0.1188, 3.0), (0.1212, 0.0), (0.2475, 0.0),
+    (0.2525, -3.5), (-0.05, -0.8), (-0.0099, -0.8), (-0.1188, -0.8), (-0.1212, -3.5), (-0.2475, -3.5),
+    (-0.2525, -3.5),
     (0.0015, 0.0), (-0.0015, 0.0), (1.0, -3.5),
 ]  # fmt: skip
 
@@ -63,12 +69,15 @@ def strokes(run, hand):
 
 
 @pytest.mark.parametrize(("rate", "delay", "estimator"), EVERY_LOOP)
-def test_it_purrs_by_the_fourth_pet(rate, delay, estimator):
+def test_it_purrs_by_the_third_pet(rate, delay, estimator):
+    """60 mm of target are 55 mm of way: at each end the hand is 0.35 or 0.63 N behind, at 200 N/m.
+
+    2 (3.0 - 0.8) 55 mm less 0.8 27 mm at first leave 26 mm of the third stroke, begun 5 mm late, to 0.3.
+    """
     run = hs.simulate("cat", hand="pet", rate=rate, delay=delay, estimator=estimator, seconds=15.0)
     assert run.faults == ()
     purring = column(run, "phase") != 0.0
-    assert 2.0 < strokes(run, "pet")[purring.argmax()] < 4.0
-    assert strokes(run, "pet")[purring.argmax()] == pytest.approx(3.35, abs=0.05)
+    assert strokes(run, "pet")[purring.argmax()] == pytest.approx(2.0 + 31.3 / 120.0, abs=0.05)
     assert purring[strokes(run, "pet") > 5.0].mean() > 0.95
     assert not column(run, "swat").any()
 

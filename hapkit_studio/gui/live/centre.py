@@ -41,7 +41,10 @@ def remembered(settings: QSettings, name: str, usual: int) -> int:
 
 
 class Toolbar(QWidget):
-    """Time window and axes of the time plots; where room is short it also switches between the plots."""
+    """Time window and axes of the time plots, and the simulated hand's way to let go.
+
+    Where room is short it also switches between the plots, and the buttons are their icons.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -51,12 +54,22 @@ class Toolbar(QWidget):
         self.span.setToolTip("How much of the past is shown")
         self.views = Segmented("Plot", _VIEWS)
         self.views.show_index(0)
-        self.views.hide()
-        self.fit = QPushButton("Fit axes")
+        self.fit, self.release = QPushButton(), QPushButton()
         self.fit.setProperty("flat", True)
         self.fit.setToolTip("Narrow the axes to what is shown (F)")
         icons.bind(self.fit, "fit", "ink2", 18)
-        across(self.span, self.views, None, self.fit, into=self, margins=(10, 5, 10, 5))
+        self.release.setProperty("flat", True)
+        self.release.setToolTip("The handle starts from rest where it is now, and no hand holds it (R)")
+        icons.bind(self.release, "hand", "ink2", 18)
+        self.set_narrow(False)
+        across(self.span, self.views, None, self.release, self.fit, into=self, margins=(10, 5, 10, 5))
+
+    def set_narrow(self, narrow: bool) -> None:
+        """Switch between the plots, for which the buttons leave room, or show all that they say."""
+        self.views.setVisible(narrow)
+        for button, words in ((self.fit, "Fit axes"), (self.release, "Release here")):
+            button.setText("" if narrow else words)
+            button.setAccessibleName(words)
 
 
 class Centre(QWidget):
@@ -154,7 +167,7 @@ class Centre(QWidget):
 
     def _move_phase(self) -> None:
         """Put the force–position plot behind the switch, or back beside the time plots."""
-        self.toolbar.views.setVisible(self._narrow)
+        self.toolbar.set_narrow(self._narrow)
         self.phase_card.setProperty("card", not self._narrow)
         if self._narrow:
             self.stack.addWidget(self.phase_card)

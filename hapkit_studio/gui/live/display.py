@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer
 
+from hapkit_studio.analysis import oscillation
 from hapkit_studio.gui.live.centre import Centre
 from hapkit_studio.gui.live.live import KEPT_SECONDS, Live
 from hapkit_studio.gui.panel.warnings import WarningLines
@@ -50,6 +51,7 @@ class LiveDisplay(QObject):
         centre.time.paused_changed.connect(live.set_paused)
         centre.scene.hand_moved.connect(studio.move_hand)
         centre.scene.hand_released.connect(lambda: studio.move_hand(None))
+        centre.toolbar.release.clicked.connect(self.release_here)
         studio.environment_changed.connect(self.show_environment)
         studio.values_changed.connect(self.show_values)
         studio.loop_changed.connect(lambda: centre.scene.set_grip(studio.grip))
@@ -78,6 +80,11 @@ class LiveDisplay(QObject):
         self._centre.refresh()
         self._status.show_clamp(clamped, self.max_force)
 
+    def release_here(self) -> None:
+        """Let the simulated handle go at rest from where it is, whatever holds or moves it."""
+        self._studio.release_at_rest()
+        self._centre.scene.release()
+
     def _own_rate(self) -> tuple[float | None, bool]:
         """Return the rate in Hz that the loop should have, and whether it is the board's own."""
         engine = self._studio.engine
@@ -95,6 +102,12 @@ class LiveDisplay(QObject):
             self._status.show_health(health, *self._own_rate())
             self._status.show_kept(self._live.lost, KEPT_SECONDS, self._live.paused)
             self._warnings.watch(self._live.history)
+            self._show_oscillation()
+
+    def _show_oscillation(self) -> None:
+        history = self._live.history
+        window = history.between(history.now - oscillation.SECONDS, math.inf).known()
+        self._centre.time.show_oscillation(oscillation.sustained(window.x, window.y["position"]))
 
     def show_environment(self) -> None:
         """Show another environment."""
@@ -115,8 +128,10 @@ class LiveDisplay(QObject):
         state = self._studio.link.state
         self._show_preparing()
         self._centre.scene.set_hand_enabled(self._studio.hand_is_ours)
+        self._centre.toolbar.release.setVisible(self._studio.simulated)
         self._centre.time.set_stale(state in ("gone", "failed", "idle"))
         if state != "running":
+            self._centre.time.show_oscillation(None)
             waiting = self._studio.link.text if state in ("connecting", "idle") else ""
             self._status.show_nothing(waiting or _WORDS.get(state, ""))
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QPainter
-from PySide6.QtWidgets import QLabel, QWidget
+from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.past_trace import SAMPLE
@@ -52,7 +52,7 @@ def _line(stroke: Stroke, text: str, help: str) -> list[QWidget]:
 
 
 class Header(QWidget):
-    """Names a time plot and shows its live value."""
+    """Names a time plot and shows its live value, with a remark where there is something to be said."""
 
     def __init__(self, plot: TimePlot):
         super().__init__()
@@ -71,7 +71,8 @@ class Header(QWidget):
         self.past = _line(("hold", 2.0, SAMPLE), "", past)
         self.paused = QLabel()
         self.paused.setProperty("ink", "accent")
-        self.value = QLabel()
+        self.remark, self.value = plain(QLabel()), QLabel()
+        self.remark.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.value.setFont(theme.font("readout"))
         self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.value.setToolTip(plot.traces[-1].help)
@@ -79,7 +80,7 @@ class Header(QWidget):
         title = QLabel(plot.title)
         title.setFont(theme.font("strong"))
         name = () if plot.beside else (title, 3)  # beside, the switch names it
-        parts = (*name, *lines, *self.surface, *self.past, None, self.paused, None, self.value)
+        parts = (*name, *lines, *self.surface, *self.past, (self.remark, 1), self.paused, self.value)
         across(*parts, into=self, margins=(0, 0, RIGHT, 0), gap=7)
         self.show_part(self.surface, "")
         self.show_part(self.past, "")

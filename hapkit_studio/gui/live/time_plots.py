@@ -9,11 +9,13 @@ from PySide6.QtCore import QElapsedTimer, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QBrush, QPainter, QPen
 from PySide6.QtWidgets import QWidget
 
+from hapkit_studio.analysis.oscillation import Oscillation
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
-from hapkit_studio.gui.live.history import NO_MARK, History, Window
+from hapkit_studio.gui.live.history import History, Window
 from hapkit_studio.gui.live.past_trace import PastTrace, paint_past
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
 from hapkit_studio.gui.live.plots.declared import TimePlot, time_plots
@@ -25,6 +27,9 @@ LEAST = 0.25
 _BESIDE = 6
 _PALE = 0.45  # of a trace's colour while the device is gone
 _SAME = 0.3  # px: closer than this, two lines are one
+_ROOMY = 1.5  # times the range that would do: from there on an axis narrows again
+_MOST_ASKED = 2.0  # times the force limit: what is asked beyond is cut at the frame
+_ARROWS_APART = 12.0  # px
 _WIDTH, _UNIT_WIDTH = 44.0, 60.0  # px of the value axis, without and with a unit
 _EMPTY = Window(np.empty(0), {}, False)
 SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)  # s
@@ -50,12 +55,11 @@ def gaps(x: np.ndarray, before: float = math.nan) -> list[tuple[float, float]]:
 class PlotState:
     """What all time plots share in one frame; times in s relative to the right edge's zero.
 
-    window and begin are in the history's own time: what came after begin is of the environment in force.
+    window is in the history's own time.
     """
 
     window: Window = _EMPTY
     zero: float = 0.0
-    begin: float = -np.inf
     contact: list[tuple[float, float]] = field(default_factory=list)
     gaps: list[tuple[float, float]] = field(default_factory=list)
     now: dict[str, float] | None = None
@@ -77,45 +81,48 @@ class TraceCanvas(Canvas):
         if plot.beside:  # no header names it there
             self.left.unit = plot.unit
         self.setAccessibleName(f"{plot.title} over time, in {plot.unit}")
-        self._own_range: tuple[float, float] | None = None  # wanted once older parts have left the window
-        self.show_range(-plot.reach, plot.reach)
+        self.open_anew()
+        self.show_range(*self._opened)
 
     def show_range(self, low: float, high: float) -> None:
         """Show exactly this range."""
         self.view.setYRange(low, high, padding=0)
 
     def open_anew(self) -> None:
-        """Narrow the value axis to what the plot opens with, once nothing older in sight needs more."""
-        self._own_range = -self.plot_of.reach, self.plot_of.reach
+        """Narrow the value axis to what the plot opens with as soon as nothing in sight needs more."""
+        self._opened = -self.plot_of.reach, self.plot_of.reach
 
-    def extent(self, begin: float = -np.inf) -> tuple[float, float]:
-        """Return least and greatest value in the window from a time in s on; NaN when there is none."""
+    def extent(self) -> tuple[float, float]:
+        """Return least and greatest value to be shown of those in the window; NaN when there is none."""
         window = self.shown.window
-        first = int(np.argmax(window.x >= begin)) if len(window.x) else 0
-        if not len(window.x) or not window.x[first] >= begin:
+        if not len(window.x):
             return np.nan, np.nan
-        values = [window.y[trace.channel][first:] for trace in self.plot_of.traces]
+        values = [window.y[trace.channel] for trace in self.plot_of.traces]
         low, high = min(map(np.fmin.reduce, values)), max(map(np.fmax.reduce, values))
-        return float(low) * self.plot_of.scale, float(high) * self.plot_of.scale
+        most = _MOST_ASKED * self.shown.max_force if self.plot_of.limits else np.inf
+        return (
+            float(np.clip(low * self.plot_of.scale, -most, most)),
+            float(np.clip(high * self.plot_of.scale, -most, most)),
+        )
 
-    def widen(self) -> None:
-        """Widen the value axis at once where anything in sight needs it; narrow it only to open anew."""
-        low, high = self.view.viewRange()[1]
-        seen = self.extent()
-        wanted = widened((low, high), *seen)
-        if self._own_range is not None and not self.shown.paused:
-            self._own_range = widened(self._own_range, *self.extent(self.shown.begin))
-            if widened(self._own_range, *seen) == self._own_range:
-                wanted, self._own_range = self._own_range, None
-        if wanted != (low, high):
+    def follow(self) -> None:
+        """Widen the value axis at once where anything in sight needs it; narrow it where far less would do.
+
+        That it does once what needed more has left the window, and not while the view is paused.
+        """
+        shown, seen = tuple(self.view.viewRange()[1]), self.extent()
+        wanted, least = widened(shown, *seen), widened(self._opened, *seen)
+        if not self.shown.paused and wanted[1] - wanted[0] > _ROOMY * (least[1] - least[0]):
+            wanted = least
+        if wanted != shown:
             self.show_range(*wanted)
 
     def fit(self) -> None:
         """Narrow the value axis to the data, but not below the plot's reach around its middle."""
         low, high = self.extent()
-        self._own_range = None
         if np.isfinite(low):
-            self.show_range(*fitted(low, high, self.plot_of.reach / 8))
+            self._opened = fitted(low, high, self.plot_of.reach / 8)
+            self.show_range(*self._opened)
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
         """Shade where there was contact; hatch where no data came."""
@@ -136,7 +143,7 @@ class TraceCanvas(Canvas):
             strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
         self._past(painter)
         if len(self.shown.window.x):
-            self._traces(painter)
+            self._traces(painter, box)
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
         """Paint the dot for now and the pointer's read-out."""
@@ -159,11 +166,13 @@ class TraceCanvas(Canvas):
         later = past.shift - self.shown.zero
         paint_past(painter, *self.to_pixels(past.time + later, past.values[channel] * self.plot_of.scale))
 
-    def _traces(self, painter: QPainter) -> None:
+    def _traces(self, painter: QPainter, box: QRectF) -> None:
         x, y = self.shown.window.x - self.shown.zero, self.shown.window.y
         lines = [self.to_pixels(x, y[trace.channel] * self.plot_of.scale) for trace in self.plot_of.traces]
         for trace, (across, up) in zip(self.plot_of.traces, lines, strict=True):
             color = theme.paler(trace.color, "plot", _PALE if self.shown.stale else 1.0)
+            if self.plot_of.limits:
+                strokes.arrows(painter, box, across, up, color, _ARROWS_APART)
             painter.setPen(strokes.pen(color, 2.0))
             if trace.dash:
                 strokes.segments(painter, strokes.patterned(across, up, trace.dash))
@@ -216,7 +225,6 @@ class TimePlots(QWidget):
         self._history = self._seen = History(seconds=1.0, rate=1.0)
         self._shades = False
         self._environment: Environment | None = None
-        self._begin, self._narrow = NO_MARK, False
         self._watch = QElapsedTimer()
         self._watch.start()
         self._column = down(into=self, margins=(14, 2, 0, 6))
@@ -240,7 +248,7 @@ class TimePlots(QWidget):
 
     def set_history(self, history: History) -> None:
         """Plot another history."""
-        self._history, self._begin = history, NO_MARK
+        self._history = history
         self._seen = history.copy() if self.paused else history
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
@@ -248,9 +256,9 @@ class TimePlots(QWidget):
 
         For another environment the value axes open anew, once the view is live and older parts have left it.
         """
-        if environment is not self._environment and self._environment is not None:
-            self._begin = self._history.mark()
-            self._narrow = True
+        if environment is not self._environment:
+            for canvas in self.canvases:
+                canvas.open_anew()
         self._environment = environment
         self._shades = bool(environment.shades)
         self.shown.surface = values.get("position") if self._shades else None
@@ -264,6 +272,12 @@ class TimePlots(QWidget):
         self.shown.past = past
         for header in self.headers:
             header.show_part(header.past, "" if past is None else past.words)
+
+    def show_oscillation(self, found: Oscillation | None) -> None:
+        """Say beside the position how far and how often it oscillates, nothing where it does not."""
+        header = next(header for header in self.headers if header.plot.key == "position")
+        words = found and (on_screen(found.amplitude, "m", 2), with_unit(found.frequency, "Hz", 2))
+        header.remark.setText("oscillates ±{} at {}".format(*words) if words else "")
 
     def set_span(self, seconds: float) -> None:
         """Show the last 1 to 60 seconds; raise ParameterError outside."""
@@ -312,7 +326,7 @@ class TimePlots(QWidget):
                 header.show_value(self._history.last(header.plot.traces[-1].channel))
 
     def take(self) -> None:
-        """Read the window from the history and widen the value axes where needed."""
+        """Read the window from the history and let the value axes follow it."""
         shown, canvas = self.shown, self.canvases[-1]
         left, right = canvas.view.viewRange()[0]
         columns = max(round(canvas.measure().width() * self.devicePixelRatioF()), 2)
@@ -330,13 +344,9 @@ class TimePlots(QWidget):
         shown.contact = self._contact() if self._shades else []
         before = self._seen.before(first * width)
         shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in gaps(shown.window.x, before)]
-        shown.begin = -math.inf if self.paused else self._seen.time_of(self._begin)
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
         for canvas in self.canvases:
-            if self._narrow and not self.paused:
-                canvas.open_anew()
-            canvas.widen()
-        self._narrow &= self.paused
+            canvas.follow()
 
     def _contact(self) -> list[tuple[float, float]]:
         """Return the stretches (start, stop) in s, relative to zero, in which a force was asked for."""

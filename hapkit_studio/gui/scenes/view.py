@@ -101,7 +101,10 @@ class SceneView(QWidget):
         stopped: bool,
         state: np.ndarray,
     ) -> None:
-        """Show the newest row: position in m, forces in N, hand_target in m or None if released."""
+        """Show the newest row: position in m, forces in N, hand_target in m or None if released.
+
+        The hand is drawn where it is; one of which the row knows nothing, at the pointer.
+        """
         motion = self._motion
         place = motion.position if np.isnan(position) else 1e3 * _within(position, FARTHEST)
         seconds = self._frames.restart() / 1e3 if self._frames.isValid() else 0.0
@@ -112,7 +115,7 @@ class SceneView(QWidget):
             motion.velocity += _SMOOTHING * (speed - motion.velocity)
         motion.position = place
         motion.force, motion.asked = _within(applied, STRONGEST), _within(asked, STRONGEST)
-        target = hand_target if self._held is None else self._held
+        target = self._held if hand_target is None else hand_target
         motion.hand = None if target is None or not np.isfinite(target) else 1e3 * target
         motion.clamped, motion.stopped, motion.state = clamped, stopped, self._scene.state(state)
         motion.trail.append(motion.position)
@@ -124,10 +127,10 @@ class SceneView(QWidget):
     def set_hand_enabled(self, enabled: bool) -> None:
         """Say whether pointer and keys are the hand (simulated) or a person's is (real board)."""
         self._hand_enabled = enabled
+        if not enabled:
+            self.release()
         self.setCursor(Qt.CursorShape.OpenHandCursor if enabled else Qt.CursorShape.ArrowCursor)
         self.setToolTip(_HELP if enabled else "The handle, where the sensor sees it")
-        if not enabled:
-            self._let_go()
 
     def set_grip(self, grip: str) -> None:
         """Say how the hand holds: released, it goes to the pointer but pulls nothing."""
@@ -227,8 +230,7 @@ class SceneView(QWidget):
     def mouseReleaseEvent(self, event) -> None:
         """Let the handle go."""
         if self._dragging and event.button() == Qt.MouseButton.LeftButton:
-            self.setCursor(Qt.CursorShape.OpenHandCursor)
-            self._let_go()
+            self.release()
 
     def focusInEvent(self, event) -> None:
         """Show the focus ring to those who came by keyboard."""
@@ -250,18 +252,20 @@ class SceneView(QWidget):
             start = self._motion.position / 1e3 if self._held is None else self._held
             self._hold(float(np.clip(start + _KEYS[key] * step, -REACH, REACH)))
         elif key == Qt.Key.Key_Down and self._held is not None:
-            self._let_go()
+            self.release()
         else:
             super().keyPressEvent(event)
 
     def _hold(self, target: float) -> None:
         self._held = target
-        self._motion.hand = 1e3 * target
         self.hand_moved.emit(target)
         self.update()
 
-    def _let_go(self) -> None:
-        self._dragging = False
+    def release(self) -> None:
+        """Let the handle go, and a pointer that is still pressed lead nothing."""
+        if self._dragging:
+            self._dragging = False
+            self.setCursor(Qt.CursorShape.OpenHandCursor)
         if self._held is not None:
             self._held = self._motion.hand = None
             self.hand_released.emit()

@@ -73,7 +73,7 @@ class HandleView(SceneView):
         self.marks: Mapping[float, bool] = {}
         self._with_force, self._known = with_force, False
         self.let_go = QPushButton("Let go", self)
-        self.let_go.clicked.connect(self._let_go)
+        self.let_go.clicked.connect(self.release)
         self.setMinimumSize(280, 150)
         self.setMaximumHeight(236)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
@@ -104,8 +104,8 @@ class HandleView(SceneView):
         super()._hold(target)
         self._place_button()
 
-    def _let_go(self) -> None:
-        super()._let_go()
+    def release(self) -> None:
+        super().release()
         self._place_button()
 
     def _place_button(self) -> None:

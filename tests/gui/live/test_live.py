@@ -4,12 +4,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QPoint, Qt
 
 from hapkit_studio.gui import status_bar
 from hapkit_studio.gui.live.history import CHANNELS
 from hapkit_studio.gui.status_bar import StatusBar, late
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.priority import Priority
+from tests.gui.live.plot_support import telemetry
 from tests.gui.window_support import PATIENCE_MS
 
 
@@ -71,6 +73,47 @@ def test_the_history_holds_the_very_rows_of_the_ring_a_hidden_window_only_drains
 
     qtbot.waitUntil(drained, timeout=PATIENCE_MS)
     assert frames == []
+
+
+def test_release_here_takes_the_handle_out_of_a_hand_that_still_drags(window, qtbot):
+    scene, button = window.centre.scene, window.centre.toolbar.release
+    assert button.isVisible()
+    qtbot.mousePress(scene, Qt.MouseButton.LeftButton, pos=QPoint(scene.width() // 3, 100))
+    reader = window.studio.engine.reader()
+
+    def target():
+        return reader.read()[-1:, rows.HAND_TARGET]
+
+    qtbot.waitUntil(lambda: np.isfinite(target()).any())
+    for let_go in (lambda: qtbot.keyClick(scene, Qt.Key.Key_R), button.click):
+        let_go()
+        qtbot.waitUntil(lambda: np.isnan(target()).any())
+        assert window.studio.engine._wanted.target is None
+        with qtbot.assertNotEmitted(scene.hand_moved):
+            qtbot.mouseMove(scene, QPoint(scene.width() // 4, 100))
+        qtbot.mouseRelease(scene, Qt.MouseButton.LeftButton)
+        qtbot.mousePress(scene, Qt.MouseButton.LeftButton, pos=QPoint(scene.width() // 3, 100))
+        qtbot.waitUntil(lambda: np.isfinite(target()).any())
+    qtbot.mouseRelease(scene, Qt.MouseButton.LeftButton)
+
+
+def test_a_board_has_no_button_that_lets_a_simulated_handle_go(board_window):
+    assert board_window.centre.toolbar.release.isHidden()
+    assert not board_window.actions_by_key.qt["session.release_here"].isEnabled()
+
+
+def test_an_oscillation_is_named_beside_the_position_for_as_long_as_it_lasts(window):
+    words, table = window.centre.time.headers[0].remark, telemetry(3000)
+    table[1000:2000, rows.POSITION] = 1.2e-3 * np.sin(np.arange(1000) * 2e-3 * np.pi * 31.0)
+    table[2000:, rows.POSITION] = 0.0
+    for part, said in (
+        (table[:1000], ""),
+        (table[1000:2000], "oscillates ±1.2 mm at 31 Hz"),
+        (table[2000:], ""),
+    ):
+        window.live.history.append(part)
+        window.display.show_health(window.studio.engine.health())
+        assert words.text() == said
 
 
 def test_the_bar_says_rate_lateness_and_priority(bar):

@@ -110,29 +110,48 @@ def show(plots, history, table):
 OPENED = [[-12.0, 12.0], [-120.0, 120.0], [-1.2, 1.2]]
 
 
-def test_axes_widen_at_once_and_narrow_only_on_request(plots, history):
-    wide = show(plots, history, rest(50, 14_000, position=0.045))
-    assert wide[0][1] > 45.0
-    assert show(plots, history, telemetry(12_000, 14_050)) == wide
+def test_axes_widen_at_once_and_narrow_once_a_peak_has_left_the_window(plots, history):
+    assert show(plots, history, rest(12_000, 14_000)) == OPENED
+    wide = show(plots, history, rest(50, 26_000, position=0.045, velocity=-0.9, applied=2.9))
+    assert (wide[0][1], -wide[1][0], wide[2][1]) > (45.0, 900.0, 2.9)
+    assert show(plots, history, rest(9900, 26_050)) == wide
+    assert show(plots, history, rest(200, 35_950)) == OPENED
+
+
+def test_an_axis_stays_where_it_would_not_narrow_by_a_third(plots, history):
+    show(plots, history, rest(12_000, 14_000))
+    wide = show(plots, history, rest(50, 26_000, position=0.018))
+    assert 24.0 < np.ptp(wide[0]) < 1.5 * 24.0
+    assert show(plots, history, rest(12_000, 26_050)) == wide
+
+
+def test_fitted_axes_come_back_after_a_peak_and_another_scene_opens_its_own(plots, history):
+    show(plots, history, rest(12_000, 14_000))
     plots.fit()
-    assert 15.0 < ranges_of(plots)[0][1] < 20.0
-
-
-def test_value_axes_open_anew_once_older_parts_have_left_the_window(plots, history):
-    """What was before the change, its cross-fade included, is shown whole for as long as it is in sight."""
-    before = show(plots, history, rest(50, 14_000, applied=2.9, velocity=0.9))
-    assert before[1][1] > 900.0
-    assert before[2][1] > 2.9
+    fitted = ranges_of(plots)
+    assert np.ptp(fitted[0]) < 24.0 / 2
+    assert show(plots, history, rest(50, 26_000, position=0.045))[0][1] > 45.0
+    assert show(plots, history, rest(12_000, 26_050)) == fitted
     plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
-    quiet = rest(12_000, 14_050)
-    quiet[:30, rows.APPLIED] = 2.9
-    assert show(plots, history, quiet[:9900]) == before
-    assert show(plots, history, quiet[9900:]) == OPENED
-    wide = show(plots, history, rest(3000, 26_050, velocity=0.5))
-    assert 500.0 < wide[1][1] < 900.0
-    plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values({"stiffness": 100.0}), 3.0)
-    plots.refresh()
-    assert ranges_of(plots) == wide
+    show(plots, history, rest(50, 38_050, position=0.045))
+    assert show(plots, history, rest(12_000, 38_100))[0] == OPENED[0]
+
+
+@pytest.mark.parametrize(("asked", "arrow"), [(-5.9, False), (-6.1, False), (-25.0, True), (25.0, True)])
+def test_a_force_asked_far_beyond_the_limit_is_cut_at_the_frame_with_an_arrow(plots, history, asked, arrow):
+    """The axis goes as far as twice the 3 N, and what is left free beyond them."""
+    quiet = rest(12_000, 14_000)
+    quiet[6000:6200, rows.ASKED], quiet[6000:6200, rows.APPLIED] = asked, np.sign(asked) * 3.0
+    low, high = show(plots, history, quiet)[2]
+    assert min(abs(asked), 6.0) < max(-low, high) < 7.5
+    canvas = canvas_of(plots, "force")
+    box, image = canvas.measure(), canvas.grab().toImage()
+    edge = box.top() + 1 if asked > 0.0 else box.bottom() - 2
+    heads = [p for p in colored(image, "asked") if abs(p[1] - edge) <= 2]
+    assert bool(heads) == arrow
+    if arrow:
+        place = canvas.pixel(20.0 - plots.shown.zero, 0.0).x()
+        assert np.mean([p[0] for p in heads]) == pytest.approx(place, abs=4)
 
 
 def test_paused_axes_stay_as_they_are_until_the_view_is_live(plots, history):
@@ -181,7 +200,7 @@ def test_traces_are_paler_all_along_while_the_device_is_gone(plots, history):
         plots.refresh()
         canvas = plots.canvases[0]
         line = canvas.grab().toImage()
-        row = round(canvas.pixel(0.0, 1.0).y())
+        row = int(canvas.pixel(0.0, 1.0).y())
         seen = {line.pixelColor(x, row).name() for x in range(120, 400)}
         assert seen == {theme.paler("position", "plot", share).name()}
 

@@ -81,6 +81,13 @@ def test_arrow_keys_take_the_handle_where_it_is_and_hold_it(view, qtbot):
         qtbot.keyClick(view, Qt.Key.Key_Down)
 
 
+def test_the_hand_is_drawn_where_it_is_on_its_way_to_the_pointer(view, stage, qtbot):
+    qtbot.mousePress(view, LEFT, pos=QPoint(round(stage.x(-35)), 100))
+    for known, place in ((-0.02, -20.0), (None, -35.0)):
+        columns = columns_of(shot(view, 0.0, (), 0.0, known), "accent", stage.knob_middle)
+        assert [round(stage.x(dot)) in columns for dot in (-20.0, -35.0)] == [place == -20.0, place == -35.0]
+
+
 def test_a_real_board_has_no_pointer_hand(view, qtbot):
     qtbot.keyClick(view, Qt.Key.Key_Right)
     with qtbot.waitSignal(view.hand_released):

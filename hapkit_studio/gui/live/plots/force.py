@@ -2,6 +2,7 @@
 
 from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 
+_ASKED = "What the environment's law asked for; an arrow where it leaves the plot, beyond twice the limit"
 PLOT = TimePlot(
     key="force",
     title="Force",
@@ -12,7 +13,7 @@ PLOT = TimePlot(
     share=43,
     order=2,
     traces=(
-        Trace("asked", "asked", "asked", dashed=True, help="What the environment's law asked for"),
+        Trace("asked", "asked", "asked", dashed=True, help=_ASKED),
         Trace(
             "applied",
             "applied",

@@ -1,0 +1,46 @@
+"""A sustained oscillation of the handle: how far and how often it goes, from the last second of positions."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+SECONDS = 1.0
+"""s of positions to look at."""
+LEAST_CYCLES = 4  # in them: what comes less often is a hand that strokes
+LEAST_AMPLITUDE = 50e-6  # m: less is a flicker between two sensor steps
+_LASTS = 0.8  # of the first half's width: what loses more is dying away
+
+
+class Oscillation(NamedTuple):
+    """Half the peak-to-peak distance in m, and the mean frequency in Hz."""
+
+    amplitude: float
+    frequency: float
+
+
+def sustained(time: np.ndarray, position: np.ndarray) -> Oscillation | None:
+    """Return the oscillation of positions (n,) in m at times (n,) in s; None where none goes on.
+
+    A cycle is from one rise over a band of a quarter of the width to the next one; the amplitude is that of
+    the second half.
+    """
+    if len(time) < 2 * LEAST_CYCLES:
+        return None
+    first, second = np.split(position, [len(position) // 2])
+    amplitude = 0.5 * float(np.ptp(second))
+    if amplitude < max(LEAST_AMPLITUDE, 0.5 * _LASTS * float(np.ptp(first))):
+        return None
+    rises = _rises(time, position - 0.5 * (second.max() + second.min()), 0.5 * amplitude)
+    if len(rises) <= LEAST_CYCLES:
+        return None
+    period = float(rises[-1] - rises[0]) / (len(rises) - 1)
+    return Oscillation(amplitude, 1.0 / period) if time[-1] - rises[-1] < 1.5 * period else None
+
+
+def _rises(time: np.ndarray, away: np.ndarray, band: float) -> np.ndarray:
+    """Return when in s a signal goes over the band, having been below it since the last time."""
+    outside = np.flatnonzero(np.abs(away) > band)
+    up = away[outside] > 0.0
+    at = outside[1:][up[1:] & ~up[:-1]]
+    share = (band - away[at - 1]) / (away[at] - away[at - 1])
+    return time[at - 1] + share * (time[at] - time[at - 1])

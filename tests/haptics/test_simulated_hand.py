@@ -1,0 +1,122 @@
+"""The hand of the live simulated device: it arrives, then leads; what it strokes, and how it lets go."""
+
+import math
+from dataclasses import astuple
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numba import njit
+
+from hapkit_studio import environments
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.hand import grip_named
+from hapkit_studio.haptics import block, clock, headless, rows, simulated_loop
+from hapkit_studio.haptics.rows import new_ring
+from hapkit_studio.haptics.tick import adopt
+
+FRAME = 16  # ms: so often a window hears of its pointer
+
+
+@njit
+def play(r, body, out, pointers, releases):
+    """Render a sample a pointer (n,) in m, nan where no hand holds, as the live loop does, but at once."""
+    for k in range(len(pointers)):
+        r.words[block.HAND_ON] = 0 if math.isnan(pointers[k]) else 1
+        r.values[block.HAND_TARGET] = pointers[k]
+        r.words[block.RELEASES] = releases[k]
+        simulated_loop.render_sample(r, body, out, clock.now(), 0.0)
+
+
+def live(key, pointers, values=None, grip="medium", releases=None, **device):
+    """Return the rows of a live simulated Hapkit under a pointer (n,) in m that is known once a frame."""
+    environment, device = environments.named(key), SimulatedHapkit(**device)
+    r, body = headless.Scene(environment, environment.values(values or {}), device).prepare()
+    pointers = np.asarray(pointers)[np.arange(len(pointers)) // FRAME * FRAME]
+    out = new_ring(r.control, 1 << len(pointers).bit_length())
+    releases = np.zeros(len(pointers), np.int64) if releases is None else releases
+    adopt(r, simulated_loop.measure(body))
+    r.values[block.HAND_MASS : block.HAND_TARGET] = astuple(grip_named(grip))
+    simulated_loop.follow_settings(body, r)
+    play(r, body, out, pointers, releases)
+    return out.rows[: len(pointers)]
+
+
+def dragged(*points, speed):
+    """Return where the pointer is each ms as it goes from point to point in m at a speed in m/s."""
+    parts = [np.linspace(a, b, max(round(1e3 * abs(b - a) / speed), 1), False) for a, b in pairwise(points)]
+    return np.concatenate([*parts, [points[-1]]])
+
+
+def held(place, seconds):
+    return np.full(round(1e3 * seconds), place)
+
+
+@pytest.mark.parametrize("place", [-0.05, -0.02, 0.004, 0.05])
+@pytest.mark.parametrize("grip", ["light", "medium", "firm"])
+def test_a_hand_that_takes_the_handle_far_away_arrives_at_10_cm_a_second(place, grip):
+    """The handle on its spring overshoots the hand's speed by less than a half: the grip is damped by 0.5."""
+    out = live("free", held(place, 1.2), grip=grip)
+    speed, there = np.abs(np.diff(out[1:, rows.HAND_TARGET])) * 1e3, np.abs(out[1:, rows.HAND_TARGET])
+    assert speed.max() == pytest.approx(0.10, rel=1e-6)
+    arrived = np.argmax(there > 0.95 * abs(place)) / 1e3
+    assert arrived == pytest.approx(abs(place) / 0.10, abs=0.03)
+    assert np.abs(out[:, rows.TRUE_VELOCITY]).max() < 0.15
+    assert out[-1, rows.TRUE_POSITION] == pytest.approx(place, abs=1.5e-3)
+
+
+def test_a_hand_that_has_arrived_leads_as_fast_as_one_reaches_and_no_faster():
+    pointer = np.concatenate(
+        [held(0.0, 0.2), held(0.05, 0.4), dragged(0.05, -0.05, speed=0.4), held(-0.05, 0.1)]
+    )
+    target = live("free", pointer)[1:, rows.HAND_TARGET]
+    speed = np.abs(np.diff(target)) * 1e3
+    assert speed[:350].max() == pytest.approx(1.0, rel=1e-6)
+    assert np.abs(target[300:] - pointer[300 : len(target)]).max() < 0.4 * (FRAME + 12.0 + 4.0) * 1e-3
+    again = np.concatenate([pointer, held(np.nan, 0.05), held(0.05, 0.3)])
+    speed = np.abs(np.diff(live("free", again)[len(pointer) + 60 :, rows.HAND_TARGET])) * 1e3
+    assert np.nanmax(speed) == pytest.approx(0.10, rel=1e-6)
+
+
+@pytest.mark.parametrize("key", sorted(environments.discover()))
+def test_a_hand_that_arrives_asks_for_no_force_that_a_slow_one_would_not(key):
+    """Against the same way at a fifth of the pace: what is more is the law's damping times 0.15 m/s."""
+    environment = environments.named(key)
+    damping = environment.impedance(environment.values())[1] if environment.impedance else 0.0
+    quick = live(key, held(-0.03, 2.5))[:, rows.ASKED]
+    slow = live(key, dragged(0.0, -0.03, speed=0.02))[:, rows.ASKED]
+    assert np.abs(quick).max() <= 1.5 * np.abs(slow).max() + 0.15 * damping + 0.1
+
+
+def strokes(speed, count, back):
+    """Return the pointer of a person who strokes 60 mm of fur from the head on, and goes back to the head."""
+    there = dragged(-0.03, 0.03, speed=speed)
+    if back == "dragged":
+        return np.concatenate([held(-0.03, 0.5), *[there, there[::-1]] * count])
+    return np.concatenate([held(-0.03, 1.0), there, held(np.nan, 0.3)] * count)
+
+
+@pytest.mark.parametrize("back", ["let go", "dragged"])
+@pytest.mark.parametrize(("speed", "purrs"), [(0.01, True), (0.05, True), (0.10, True), (0.30, False)])
+def test_the_cat_purrs_within_six_strokes_at_1_to_10_cm_a_second(speed, purrs, back):
+    """Let go at the tail and taken again at the head, or led back at the stroke's own speed."""
+    out = live("cat", strokes(speed, 6, back))
+    names = environments.named("cat").state_names
+    contentment, swats = (out[:, rows.STATE + names.index(name)] for name in ("contentment", "swats"))
+    assert (contentment.max() > 0.3) == purrs
+    assert bool(swats[-1]) != purrs
+
+
+def test_the_handle_that_is_let_go_at_rest_starts_from_where_it_is():
+    """Led at 0.2 m/s against a spring of 100 N/m; 44 g swing on, with the speed they have or with none."""
+    pointer = np.concatenate([held(0.0, 0.1), dragged(0.0, 0.03, speed=0.2), held(np.nan, 0.3)])
+    off = np.flatnonzero(np.isnan(pointer[np.arange(len(pointer)) // FRAME * FRAME]))[0]
+    quiet = {"damping": 0.0, "coulomb_force": 0.0, "quantum": 0.0}
+    values = {"stiffness": 100.0, "damping": 0.0}
+    for let_go in (False, True):
+        releases = (let_go & (np.arange(len(pointer)) >= off)).astype(np.int64)
+        out = live("spring", pointer, values, releases=releases, **quiet)
+        x, v = out[off + 1 :, rows.TRUE_POSITION], out[off + 1 :, rows.TRUE_VELOCITY]
+        swing = math.hypot(x[0], v[0] / math.sqrt(100.0 / 0.044))
+        assert x[:80].max() == pytest.approx(swing, rel=0.03)
+        assert (x[:80].max() == x[0]) == let_go
