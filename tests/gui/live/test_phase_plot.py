@@ -72,6 +72,7 @@ def test_both_hills_two_wells_to_each_side_and_a_wall_put_farther_out_are_in_sig
 def test_a_changed_choice_is_followed_to_the_plot_that_has_a_theory(phase, qtbot):
     use(phase, "texture")
     for kind, wanted in (
+        ("bands", "force_velocity"),
         ("grating", "force_position"),
         ("bands", "force_velocity"),
         ("sandpaper", "force_position"),
@@ -83,7 +84,7 @@ def test_a_changed_choice_is_followed_to_the_plot_that_has_a_theory(phase, qtbot
 
 
 def test_a_plot_chosen_by_hand_stays_until_another_environment(phase, qtbot):
-    use(phase, "texture")
+    use(phase, "texture", kind="bands")
     phase.switch.chosen.emit(1)
     use(phase, "texture", kind="grating")
     qtbot.waitUntil(lambda: not phase.canvas.band.force.size)
