@@ -10,7 +10,7 @@ from PySide6.QtGui import QPainter, QPen, QPixmap, QPolygonF
 
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
-from hapkit_studio.gui.live.history import NO_MARK, History, Window
+from hapkit_studio.gui.live.history import History, Window
 from hapkit_studio.gui.live.past_trace import PastTrace, paint_past
 from hapkit_studio.gui.live.plots.declared import PhasePlot
 from hapkit_studio.gui.widgets.theme import number, theme
@@ -101,8 +101,7 @@ class PhaseCanvas(Canvas):
         self.max_force = math.inf
         self._live = self._history = History(seconds=1.0, rate=1.0)
         self._key: tuple | None = None
-        self._seen: tuple[int, int] | None = None  # epoch, samples
-        self._begin = NO_MARK
+        self._seen: tuple[int, float, int] | None = None  # epoch, begin, samples
         self._under: QPixmap | None = None
         self.band = _NO_BAND
         self._pointed: dict[str, float] | None = None
@@ -123,12 +122,6 @@ class PhaseCanvas(Canvas):
     def set_history(self, history: History) -> None:
         """Plot another history."""
         self._live = self._history = history
-        self._begin = NO_MARK
-        self._under = self._seen = None
-
-    def begin_here(self) -> None:
-        """Leave out what is older than now: it belongs to another environment."""
-        self._begin = self._live.mark()
         self._under = self._seen = None
 
     def set_past(self, past: PastTrace | None) -> None:
@@ -186,7 +179,8 @@ class PhaseCanvas(Canvas):
     # data ---------------------------------------------------------------------------------------
 
     def _first(self) -> float:
-        return self._history.time_of(self._begin)
+        """Return from when on samples are shown in s: none, though paused, of another environment."""
+        return max(self._history.begin, self._live.begin)
 
     def _recent(self) -> Window:
         return self._history.between(max(self._history.now - SECONDS, self._first()), math.inf)
@@ -199,17 +193,17 @@ class PhaseCanvas(Canvas):
         now, (x, y) = self._history.now, self.view.viewRange()
         second = None if math.isnan(now) else math.floor(now)
         look = self.measure().getRect(), theme.name, self.devicePixelRatioF()
-        return *x, *y, *look, self._history.epoch, second
+        return *x, *y, *look, self._history.epoch, self._first(), second
 
     def refresh(self) -> None:
         """Widen the axes for the samples that came since the last frame, and paint."""
-        history = self._history
-        if history.now >= self._first():
-            known = self._seen is not None and self._seen[0] == history.epoch
-            new = history.since(self._seen[1]) if known and self._seen else self._recent()
+        history, first = self._history, self._first()
+        if history.now >= first:
+            known = self._seen is not None and self._seen[:2] == (history.epoch, first)
+            new = history.since(self._seen[2]) if known and self._seen else self._recent()
             if len(new.x):
                 self._widen(*self._points(new))
-            self._seen = history.epoch, history.total
+            self._seen = history.epoch, first, history.total
         self.viewport().update()
 
     def point(self, time: float | None) -> None:

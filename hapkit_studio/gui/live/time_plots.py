@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from PySide6.QtCore import QElapsedTimer, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QBrush, QPainter, QPen
+from PySide6.QtGui import QBrush, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
-from hapkit_studio.gui.live.history import NO_MARK, History, Window
+from hapkit_studio.gui.live.history import History, Window
 from hapkit_studio.gui.live.past_trace import PastTrace, paint_past
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
 from hapkit_studio.gui.live.plots.declared import TimePlot, time_plots
@@ -58,6 +58,7 @@ class PlotState:
     begin: float = -np.inf
     contact: list[tuple[float, float]] = field(default_factory=list)
     gaps: list[tuple[float, float]] = field(default_factory=list)
+    dividers: list[tuple[float, str]] = field(default_factory=list)
     now: dict[str, float] | None = None
     surface: float | None = None
     max_force: float = np.inf
@@ -134,6 +135,10 @@ class TraceCanvas(Canvas):
             levels.append((self.shown.surface * self.plot_of.scale, "matline", [3.5, 2.5]))
         for level, token, dash in levels:
             strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
+        painter.setPen(strokes.pen(theme.color("ink3"), 1.0, [3.0, 3.0]))
+        for time, _ in self.shown.dividers:
+            x = math.floor(self.pixel(time, 0.0).x()) + 0.5  # one column of pixels, not two paler ones
+            painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
         self._past(painter)
         if len(self.shown.window.x):
             self._traces(painter)
@@ -145,14 +150,27 @@ class TraceCanvas(Canvas):
         if np.isfinite(now):
             strokes.mark(painter, self.pixel(0.0, now), trace.color, shape=self.plot_of.marker)
         self._pointer(painter, box)
-        for start, stop in self.shown.gaps if self.first else ():
+        if self.first:
+            self._words(painter, box)
+
+    def _words(self, painter: QPainter, box: QRectF) -> None:
+        """Write along the top what the marks of all plots mean: gaps, paused, dividers."""
+        top, right = box.top() + 16, box.right() - _BESIDE
+        for start, stop in self.shown.gaps:
             left = max(self.pixel(start, 0.0).x(), box.left()) + _BESIDE
-            right = min(self.pixel(stop, 0.0).x(), box.right())
             words = f"No data for {number(stop - start, 1)} s"
-            if left + self.fontMetrics().horizontalAdvance(words) + _BESIDE < right:
-                self.note(painter, left, box.top() + 16, words, "warn")
-        if self.shown.paused and self.first:
-            self.note(painter, box.right() - 6, box.top() + 16, "Paused", "accent", right=True)
+            if left + _wide(words) + _BESIDE < min(self.pixel(stop, 0.0).x(), box.right()):
+                self.note(painter, left, box.center().y(), words, "warn")
+        if self.shown.paused:
+            self.note(painter, right, top, "Paused", "accent", right=True)
+            right -= _wide("Paused") + 2 * _BESIDE
+        newest = True
+        for time, words in reversed(self.shown.dividers):
+            x = self.pixel(time, 0.0).x()
+            fits = x + _BESIDE + _wide(words) <= right
+            if box.left() < x <= box.right() and (fits or newest):  # an older one gives way to a newer
+                self.note(painter, min(x + _BESIDE, right - _wide(words)), top, words, "ink2")
+            right, newest = min(x - _BESIDE, right), False
 
     def _past(self, painter: QPainter) -> None:
         past, channel = self.shown.past, self.plot_of.traces[-1].channel
@@ -194,6 +212,11 @@ class TraceCanvas(Canvas):
         self.note(painter, beside, box.bottom() - 6, text, trace.color, right=left)
 
 
+def _wide(words: str) -> float:
+    """Return how many px words take inside a plot."""
+    return QFontMetricsF(theme.font("label")).horizontalAdvance(words)
+
+
 def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:
     """Return a line with NaN wherever another hides it, one point beyond its visible parts."""
     apart = np.abs(line - above) > _SAME
@@ -218,7 +241,7 @@ class TimePlots(QWidget):
         self._history = self._seen = History(seconds=1.0, rate=1.0)
         self._shades = False
         self._environment: Environment | None = None
-        self._begin, self._narrow = NO_MARK, False
+        self._narrow = False
         self._watch = QElapsedTimer()
         self._watch.start()
         self._column = down(into=self, margins=(14, 2, 0, 6))
@@ -242,7 +265,7 @@ class TimePlots(QWidget):
 
     def set_history(self, history: History) -> None:
         """Plot another history."""
-        self._history, self._begin = history, NO_MARK
+        self._history = history
         self._seen = history.copy() if self.paused else history
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
@@ -250,9 +273,7 @@ class TimePlots(QWidget):
 
         For another environment the value axes open anew, once the view is live and older parts have left it.
         """
-        if environment is not self._environment and self._environment is not None:
-            self._begin = self._history.mark()
-            self._narrow = True
+        self._narrow |= environment is not self._environment and self._environment is not None
         self._environment = environment
         self._shades = bool(environment.shades)
         self.shown.surface = values.get("position") if self._shades else None
@@ -320,7 +341,7 @@ class TimePlots(QWidget):
         width = (right - left) / columns
         now = self._seen.now
         if math.isnan(now):
-            shown.window, shown.contact, shown.gaps, shown.now = _EMPTY, [], [], None
+            shown.window, shown.contact, shown.gaps, shown.dividers, shown.now = _EMPTY, [], [], [], None
             return
         # columns at whole multiples of their width: their samples stay the same, so peaks do not dance
         last = math.ceil(now / width)
@@ -331,7 +352,8 @@ class TimePlots(QWidget):
         shown.contact = self._contact() if self._shades else []
         before = self._seen.before(first * width)
         shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in gaps(shown.window.x, before)]
-        shown.begin = -math.inf if self.paused else self._seen.time_of(self._begin)
+        shown.begin = -math.inf if self.paused else self._seen.begin
+        shown.dividers = [(time - shown.zero, words) for time, words in self._seen.dividers]
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
         for canvas in self.canvases:
             if self._narrow and not self.paused:

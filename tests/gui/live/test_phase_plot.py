@@ -150,11 +150,19 @@ def test_the_measured_force_lies_where_the_samples_say(phase, history):
 def test_another_environment_begins_with_an_empty_plot(phase, history):
     """What the handle did in the wall says nothing about damping."""
     assert len(pixels(phase, "applied")) > 500
+    history.begin_anew()
     use(phase, "spring")
     dot = pixels(phase, "applied")
     assert np.ptp(dot[:, 0]) < 16
     history.append(telemetry(3000, 14_000))
     assert len(pixels(phase, "applied")) > 2 * len(dot)
+
+
+def test_a_paused_plot_shows_nothing_of_an_environment_that_is_left_meanwhile(phase, history):
+    phase.set_paused(True)
+    history.begin_anew()
+    use(phase, "spring")
+    assert np.ptp(pixels(phase, "applied")[:, 0]) < 16  # the dot for now
 
 
 def test_older_parts_are_paler_and_the_oldest_are_gone(phase, history):
@@ -199,6 +207,7 @@ def test_plots_are_found_by_their_files():
 
 
 def test_a_run_whose_clock_starts_again_is_in_sight_after_a_change(plots, phase, history):
+    history.begin_anew()
     for part in (plots, phase):
         part.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
     again = telemetry(500)
