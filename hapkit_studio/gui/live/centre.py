@@ -54,7 +54,7 @@ class Toolbar(QWidget):
         self.views.hide()
         self.fit = QPushButton("Fit axes")
         self.fit.setProperty("flat", True)
-        self.fit.setToolTip("Narrow the axes to what is shown (F)")
+        self.fit.setToolTip("Narrow the axes to the data and the wall, or what else is next to them (F)")
         icons.bind(self.fit, "fit", "ink2", 18)
         across(self.span, self.views, None, self.fit, into=self, margins=(10, 5, 10, 5))
 

@@ -12,11 +12,11 @@ from PySide6.QtWidgets import QWidget
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.live import strokes
-from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
+from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.live.history import History, Window
 from hapkit_studio.gui.live.past_trace import PastTrace, paint_past
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
-from hapkit_studio.gui.live.plots.declared import TimePlot, time_plots
+from hapkit_studio.gui.live.plots.declared import TimePlot, landmarks, phase_plots, time_plots
 from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -111,11 +111,12 @@ class TraceCanvas(Canvas):
         if wanted != (low, high):
             self.show_range(*wanted)
 
-    def fit(self) -> None:
-        """Narrow the value axis to the data, but not below the plot's reach around its middle."""
+    def fit(self, places: np.ndarray) -> None:
+        """Narrow the value axis to the data and the nearest of some places (n,), SI, but not too far."""
         low, high = self.extent()
         self._own_range = None
         if np.isfinite(low):
+            low, high = with_nearest(low, high, places * self.plot_of.scale)
             self.show_range(*fitted(low, high, self.plot_of.reach / 8))
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
@@ -241,6 +242,7 @@ class TimePlots(QWidget):
         self._history = self._seen = History(seconds=1.0, rate=1.0)
         self._shades = False
         self._environment: Environment | None = None
+        self._values: Mapping[str, float] = {}
         self._narrow = False
         self._watch = QElapsedTimer()
         self._watch.start()
@@ -274,7 +276,7 @@ class TimePlots(QWidget):
         For another environment the value axes open anew, once the view is live and older parts have left it.
         """
         self._narrow |= environment is not self._environment and self._environment is not None
-        self._environment = environment
+        self._environment, self._values = environment, values
         self._shades = bool(environment.shades)
         self.shown.surface = values.get("position") if self._shades else None
         self.shown.max_force = max_force
@@ -315,10 +317,16 @@ class TimePlots(QWidget):
             canvas.viewport().update()
 
     def fit(self) -> None:
-        """Narrow the value axes to what is shown."""
+        """Narrow the value axes to what is shown, that of position also to the nearest landmark."""
         for canvas in self.canvases:
-            canvas.fit()
+            canvas.fit(self._landmarks() if canvas.plot_of.surface else np.empty(0))
         self.refresh()
+
+    def _landmarks(self) -> np.ndarray:
+        """Return the places in m where the law's force over position bends or changes its sign."""
+        plot = next(plot for plot in phase_plots() if plot.channel == "position")
+        theory = self._environment and plot.theory(self._environment, self._values, plot.grid())
+        return np.empty(0) if theory is None else landmarks(plot.grid(), theory)
 
     def refresh(self) -> None:
         """Draw the newest data; call once per frame."""
