@@ -1,6 +1,7 @@
 """The main window: its parts, how they share the room, and how they are connected."""
 
 import gc
+
 from PySide6.QtCore import QEvent, QObject, QSettings, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QAbstractButton, QApplication, QMainWindow, QSplitter, QStackedWidget, QWidget
@@ -140,7 +141,7 @@ class MainWindow(QMainWindow):
     # keys, room and life
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """After Enter in a number give the keyboard back to the scene; one that was refused is to be mended."""
+        """After Enter in a number give the keyboard back to the scene, unless it was refused."""
         box = QApplication.focusWidget()
         accepted = isinstance(box, NumberBox) and not box.property("invalid")
         if accepted and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):

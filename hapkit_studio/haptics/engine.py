@@ -390,7 +390,7 @@ class Engine:
 
     @property
     def settled(self) -> bool:
-        """Return whether the newest rows are of the environment's law alone: switches fade, boards take time."""
+        """Return whether the newest rows are of the environment's law alone: a switch takes its time."""
         r = self.arrays
         if not self.renders(self.environment) or r.real[arrays.BLEND] < 1.0:
             return False

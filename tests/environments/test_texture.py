@@ -141,7 +141,7 @@ def test_the_limit_of_the_amplitude_is_that_of_stability():
 
 @pytest.mark.parametrize("start", np.linspace(0.0, 0.005, 7, endpoint=False))
 def test_the_default_ridges_are_below_the_limit_and_a_released_handle_comes_to_rest(start):
-    """1 ms late: the ridge's steepest slope against the exact limit, and no count moves in the last second."""
+    """1 ms late: the steepest slope against the exact limit, and no count moves in the last second."""
     slope, _ = TEXTURE.impedance(TEXTURE.values())
     assert slope == pytest.approx(2.0 * np.pi * 0.25 / 0.005)
     assert slope < 0.95 * hs.stiffness_limit(0.044, 0.5, rate=1000.0, delay=1e-3)

@@ -92,7 +92,7 @@ class Live(QObject):
         if self._reader is None:
             return np.empty((0, rows.ROW_WIDTH))
         engine = self._studio.engine
-        settled = engine is not None and engine.settled  # asked first: it holds for what is read the next time
+        settled = engine is not None and engine.settled  # asked first: it holds for what comes after
         new = self._reader.read()
         self.lost = int(self._reader.lost)
         if len(new):

@@ -48,7 +48,7 @@ class Band:
         return low - margin, high + margin
 
     def around(self, x: np.ndarray, force: np.ndarray, max_force: float) -> tuple[Range, Range]:
-        """Return the ranges of points (n,), the next landmark, and the curve there under a force limit in N."""
+        """Return the ranges of points (n,), the next landmark, and the curve there under a limit in N."""
         low, high = with_nearest(*_ends(x), landmarks(self.x, self.force))
         most = _OVER_LIMIT * max_force
         seen = np.clip(self.force[:, (self.x >= low) & (self.x <= high)], -most, most)

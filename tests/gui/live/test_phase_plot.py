@@ -134,7 +134,7 @@ def test_a_changed_theory_is_in_sight_unless_the_axes_were_fitted_by_hand(phase,
         ("free", {}, None),
     ],
 )
-def test_fitted_axes_hold_what_is_next_to_the_data_of_the_environment(phase, plots, history, key, given, place):
+def test_fitted_axes_hold_what_is_next_to_the_data(phase, plots, history, key, given, place):
     """A handle that rested at −8 mm: from there on to the wall or centre, and no farther than a margin."""
     there = telemetry(12_000, 14_000)
     there[:, rows.POSITION], there[:, rows.APPLIED] = -0.008, 0.0
@@ -154,7 +154,7 @@ def test_fitted_axes_hold_what_is_next_to_the_data_of_the_environment(phase, plo
 
 
 def test_fitted_forces_hold_the_curve_from_the_data_to_the_wall_as_far_as_the_motor_goes(phase, history):
-    """Deep in a stiff wall on a motor that is off: 5 mm · 5000 N/m would be 25 N, 1.35 times 3 N are shown."""
+    """Deep in a stiff wall on a motor that is off: 5 mm · 5000 N/m is 25 N, 1.35 times 3 N are shown."""
     there = telemetry(12_000, 14_000)
     there[:, rows.POSITION], there[:, rows.APPLIED] = 0.010, 0.0
     history.append(there)
