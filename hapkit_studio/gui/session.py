@@ -27,17 +27,17 @@ def save(window: "MainWindow") -> None:
 
 def restore(window: "MainWindow") -> None:
     """Put what was remembered in force, as far as it still is there and valid; a motor waits for "Render"."""
-    studio, remembered = window.studio, window.settings.value
-    key, view = remembered(_ENVIRONMENT, "", str), remembered(_VIEW, "", str)
+    studio = window.studio
+    key, values, view = (str(window.settings.value(name, "")) for name in (_ENVIRONMENT, _VALUES, _VIEW))
     if view in pages.discover():
         window.views.show(view)
     if key not in studio.environments:
         return
     try:
-        given = json.loads(remembered(_VALUES, "", str))
+        given = json.loads(values)
     except ValueError:
         given = None
-    values = usable(studio.environments[key], given if isinstance(given, dict) else {})
-    studio.set_values_of(key, values)
+    known = usable(studio.environments[key], given if isinstance(given, dict) else {})
+    studio.set_values_of(key, known)
     studio.choose(key)
     studio.restored = True

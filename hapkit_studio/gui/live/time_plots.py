@@ -325,7 +325,7 @@ class TimePlots(QWidget):
     def _landmarks(self) -> np.ndarray:
         """Return the places in m where the law's force over position bends or changes its sign."""
         plot = next(plot for plot in phase_plots() if plot.channel == "position")
-        theory = self._environment and plot.theory(self._environment, self._values, plot.grid())
+        theory = plot.theory(self._environment, self._values, plot.grid()) if self._environment else None
         return np.empty(0) if theory is None else landmarks(plot.grid(), theory)
 
     def refresh(self) -> None:
