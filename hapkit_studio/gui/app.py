@@ -4,6 +4,7 @@ import argparse
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from subprocess import Popen
 
 from PySide6.QtCore import QObject, QSettings, QSize, QTimer
@@ -68,6 +69,8 @@ def build(options: argparse.Namespace) -> MainWindow:
     window = MainWindow(studio)
     if options.environment is None:
         session.restore(window)
+    if not options.screenshot:
+        window.closed.connect(partial(session.save, window))
     _place(window, options.size)
     return window
 

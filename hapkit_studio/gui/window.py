@@ -7,7 +7,7 @@ from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QSho
 from PySide6.QtWidgets import QAbstractButton, QApplication, QMainWindow, QSplitter, QStackedWidget, QWidget
 
 from hapkit_studio.devices.hapkit import PACKET
-from hapkit_studio.gui import breakpoints, session
+from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.actions import ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.dialogs import about_dialog, keys_dialog, priority_dialog
@@ -176,7 +176,6 @@ class MainWindow(QMainWindow):
         self.closed.emit()
         self.settings.setValue("geometry", self.saveGeometry())
         self.settings.setValue("padding", self.studio.device.padding)
-        session.save(self)
         self.live.stop()
         self.editor.end()
         self.views.end()

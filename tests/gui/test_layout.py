@@ -150,7 +150,7 @@ def test_rows_stand_clear_of_the_scroll_bar_in_one_column_with_short_labels(wind
         resize(qapp, window, size)
         window.actions_by_key.run("view.panel") if not window.panel_open else None
         settle(qapp, window, size)
-        assert panel.scroll.widget().width() <= panel.scroll.viewport().width(), key
+        assert panel.upper.widget().width() <= panel.upper.viewport().width(), key
         shown = list(panel.parameters.rows.values())
         assert all(lines(row.label) <= 2 for row in shown), key
         numbers = [row for row in shown if isinstance(row, ParameterRow)]
@@ -199,8 +199,8 @@ def test_the_verdict_stays_in_sight_below_two_banners_with_all_unfolded(window, 
             inside, shown = place(panel, window), place(card, window)
             assert inside.contains(shown), (key, opened)
             assert card.height() >= card.heightForWidth(card.width()), (key, opened)
-            assert place(panel.scroll, window).bottom() < shown.top()
-            hidden, bar = panel.scroll.body.height() - panel.scroll.height(), panel.scroll.verticalScrollBar()
+            assert place(panel.upper, window).bottom() < shown.top()
+            hidden, bar = panel.upper.body.height() - panel.upper.height(), panel.upper.verticalScrollBar()
             assert bar.maximum() == max(hidden, 0), (key, opened)
     assert bar.maximum() > 0
 
@@ -387,7 +387,7 @@ def test_parts_stand_side_by_side_as_soon_as_the_window_has_another_size(window,
 
 def test_a_longer_verdict_squeezes_no_row_and_the_map_is_in_sight_for_every_environment(window, qapp):
     settle(qapp, window, (1440, 900))
-    card, body = window.stability, window.panel.scroll.widget()
+    card, body = window.stability, window.panel.upper.widget()
     for stiffness in (250.0, 4000.0, 250.0):
         card.show_answer(answer(Question(Setting(delay=1e-3, controller=True), stiffness, 0.0, 8.0)))
         assert body.height() >= body.layout().totalHeightForWidth(body.width())

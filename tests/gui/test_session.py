@@ -25,6 +25,7 @@ def start(make_window):
     def begin(entries=(SIMULATED,)):
         window = make_window(entries)
         session.restore(window)
+        window.closed.connect(lambda: session.save(window))
         return window
 
     return begin
@@ -81,14 +82,17 @@ def test_values_that_do_not_agree_are_the_defaults():
     assert usable(LIBRARY["button"], {"travel": 0.003, "snap_start": 0.0035}) == LIBRARY["button"].values()
 
 
-def test_an_environment_that_is_named_begins_with_its_defaults(start):
-    first = start()
-    first.studio.set_value("stiffness", STIFFNESS)
-    first.close()
-    for options, stiffness in (([], STIFFNESS), (["--environment", "wall"], 250.0)):
+def test_an_environment_that_is_named_begins_with_its_defaults_and_a_picture_leaves_no_trace():
+    for options, before, left in (
+        ([], 250.0, STIFFNESS),
+        (["--environment", "wall"], 250.0, STIFFNESS),
+        (["--screenshot", "x.png"], STIFFNESS, 400.0),
+        ([], STIFFNESS, STIFFNESS),
+    ):
         window = app.build(window_parser().parse_args(options))
-        assert window.studio.values["stiffness"] == stiffness
-        assert window.studio.restored == (not options)
+        assert window.studio.values["stiffness"] == before
+        assert window.studio.restored == (before == STIFFNESS)
+        window.studio.set_value("stiffness", left)
         window.close()
 
 

@@ -134,14 +134,14 @@ class ParameterPanel(QWidget):
         super().__init__(parent)
         self.setObjectName("panelBody")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.scroll, foot = ScrollColumn(top=10, gap=6), QWidget(self)
+        self.upper, foot = ScrollColumn(top=10, gap=6), QWidget(self)
         self.title = PanelTitle(studio)
         self.parameters = ParameterRows(studio, self.title.help)
         self.warnings = WarningLines(studio)
         self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
-        self.scroll.add(self.title, rule(), self.parameters, self.warnings, rule(), self.loop)
+        self.upper.add(self.title, rule(), self.parameters, self.warnings, rule(), self.loop)
         down(rule(), self.stability, into=foot, margins=(SIDE, 0, SIDE, 10), gap=6)
-        down((self.scroll, 1), foot, into=self)
+        down((self.upper, 1), foot, into=self)
         self._laid_out = self.stability, foot, self
         self.stability.judged.connect(lambda *_: self._lay_out_now())
 
