@@ -16,7 +16,7 @@ def window_parser() -> LineParser:
     Knows no Qt, so that bad options are said where no window can open.
     """
     parser = LineParser(prog="hapkit-studio", description="The studio's window.")
-    parser.add_argument("--environment", default="wall", help="environment to begin with")
+    parser.add_argument("--environment", help="environment to begin with; without it all is as it was left")
     parser.add_argument("--device", default="simulated", help="device to begin with")
     parser.add_argument("--theme", choices=("system", "light", "dark", "contrast"), help="light or dark")
     parser.add_argument("--size", type=size, metavar="WxH", help="window size in pixels, e.g. 1280x720")

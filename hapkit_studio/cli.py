@@ -70,7 +70,8 @@ def _window(given: Sequence[str]) -> int:
         return _demo()
     from hapkit_studio.gui import prepare
 
-    preparing = prepare.begin("loop", options.environment)  # compiles while Qt is still being loaded
+    first = options.environment or prepare.FIRST
+    preparing = prepare.begin("loop", first)  # compiles while Qt is still being loaded
     from hapkit_studio.gui import app
 
     return app.run(given, preparing)

@@ -106,7 +106,7 @@ ENVIRONMENT = Environment(
             "kind",
             "Kind",
             KINDS,
-            "bands",
+            "grating",
             "Bands: damping in every other stripe. Grating: a wave of force. Sandpaper: random grains.",
         ),
         Parameter("damping", "Damping", "N·s/m", 8.0, 0.0, 50.0, "Force per m/s inside a band", "b"),
@@ -129,6 +129,6 @@ ENVIRONMENT = Environment(
     over_velocity=over_velocity,
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
-    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
     order=7,
 )

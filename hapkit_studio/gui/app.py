@@ -4,6 +4,7 @@ import argparse
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from subprocess import Popen
 
 from PySide6.QtCore import QObject, QSettings, QSize, QTimer
@@ -11,8 +12,9 @@ from PySide6.QtWidgets import QApplication
 
 from hapkit_studio import devices
 from hapkit_studio.arguments import window_parser
+from hapkit_studio.environments import named
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui import prepare
+from hapkit_studio.gui import prepare, session
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import theme
@@ -62,11 +64,13 @@ def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
 def build(options: argparse.Namespace) -> MainWindow:
     """Return the window, no device opened yet; leave with a line if an option names what is not there."""
     studio = Studio(devices.available)
-    if options.environment not in studio.environments:
-        known = ", ".join(studio.environments)
-        raise ParameterError(f"There is no environment {options.environment!r}; there are: {known}.")
-    studio.choose(options.environment)
+    if options.environment is not None:
+        studio.choose(named(options.environment).key)
     window = MainWindow(studio)
+    if options.environment is None:
+        session.restore(window)
+    if not options.screenshot:
+        window.closed.connect(partial(session.save, window))
     _place(window, options.size)
     return window
 
@@ -79,17 +83,18 @@ def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | No
     window.live.start()
     if options.screenshot:
         window.studio.engine_changed.connect(lambda: _push_then_save(window, options))
-    prepare_all(window, options.environment, preparing, lambda: _open_device(window, options.device))
+    key = window.studio.environment.key
+    prepare_all(window, key, preparing, lambda: _open_device(window, options.device))
 
 
 def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Callable[[], None]) -> None:
     """Have the loop compiled that begins with an environment, call ``done``, go on with everything else."""
-    first = preparing or prepare.begin("loop", key)
     if prepare.possible():
         window.studio.readiness.expect(window.studio.environments, {*prepare.ALWAYS, key})
 
     def steps() -> Iterator[Sequence[Popen | None]]:
-        yield [first]
+        yield [preparing]
+        yield [prepare.begin("loop", key)]  # what is prepared already may be another environment's
         done()
         laws = prepare.begin_laws(window.studio.readiness.waiting)
         window.studio.readiness.follow(laws)

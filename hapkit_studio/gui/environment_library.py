@@ -26,10 +26,7 @@ class EnvironmentLibrary:
         """Take an environment in; one of the same key leaves it its values."""
         key = environment.key
         kept = carried(self.environments[key], self.values[key], environment) if key in self.values else {}
-        try:
-            self.values[key] = environment.values(kept)
-        except ParameterError:  # the old values do not go together any more
-            self.values[key] = environment.values()
+        self.values[key] = usable(environment, kept)
         self.environments[key] = environment
 
     def drop(self, key: str) -> None:
@@ -45,10 +42,21 @@ def carried(old: Environment, values: Mapping[str, float], new: Environment) -> 
     for parameter in new.parameters:
         was = before.get(parameter.key)
         if was is not None and type(was) is type(parameter) and values[was.key] != was.default:
-            value = was.text(values[was.key]) if isinstance(was, Choice) else values[was.key]
-            with suppress(ParameterError):
-                kept[parameter.key] = parameter.check(value)
+            kept[was.key] = was.text(values[was.key]) if isinstance(was, Choice) else values[was.key]
     return kept
+
+
+def usable(environment: Environment, given: Mapping[str, object]) -> dict[str, float]:
+    """Return an environment's values, with what it can use of others; with none where they do not agree."""
+    kept: dict[str, object] = {}
+    for parameter in environment.parameters:
+        if parameter.key in given:
+            with suppress(ParameterError):
+                kept[parameter.key] = parameter.check(given[parameter.key])
+    try:
+        return environment.values(kept)
+    except ParameterError:
+        return environment.values()
 
 
 class Readiness(QObject):

@@ -25,6 +25,13 @@ NO_DELAY_MS = 2000
 """So long forces may go out without one whose delay the board has measured."""
 HOLD_MS = 2000
 """So long a sensor that was silent is told of: what comes and goes can be read, and moves the plots once."""
+_STOPPED = "Stopped. Force is zero.", "Release when the handle is free.", "Release E-stop", "danger"
+_WAITS = (
+    "Stopped until you press Render.",
+    "Environment and values are those of the last start: look at them first.",
+    "Render",
+    "warn",
+)
 _STEPS = {"flash": "Flash firmware", "update": "Update firmware"}
 RANK = 4
 HOLD_S = 2.0
@@ -52,17 +59,18 @@ class Notices(QObject):
         self._unmeasured = QElapsedTimer()
         self._simulated: Button = ("Use simulated Hapkit", studio.device.open_simulated)
         studio.engine_changed.connect(self._listen)
-        studio.stop_changed.connect(self.show_stop)
+        for signal in (studio.stop_changed, studio.engine_changed):
+            signal.connect(self.show_stop)
         studio.link_changed.connect(self.show_link)
         studio.engine_changed.connect(self.show_fault)
         live.frame.connect(self.on_row)
         live.health.connect(self.on_health)
 
     def show_stop(self) -> None:
-        """Show or take down the E-stop's banner."""
-        ways = (("Release E-stop", self._studio.release_stop),)
-        words = ("Stopped. Force is zero.", "Release when the handle is free.")
-        self._show(self._studio.stopped, "stop", _STOP, words, ways, "danger", "octagon")
+        """Show or take down the banner of the E-stop, or of a motor that waits."""
+        title, text, release, tone = _WAITS if self._studio.held else _STOPPED
+        ways = ((release, self._studio.release_stop),)
+        self._show(self._studio.stopped, "stop", _STOP, (title, text), ways, tone, "octagon")
 
     def on_row(self, row: np.ndarray, _clamped: bool) -> None:
         """Notice a fault in the very frame it happens in."""

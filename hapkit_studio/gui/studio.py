@@ -77,6 +77,8 @@ class Studio(QObject):
         self.loop = LoopChoice()
         self.grip = "medium"
         self.stopped = False
+        self.restored = False
+        """Whether what is in force is of an earlier start, and no motor was told to render it."""
         self._board_answer: tuple = ()
         self._answer = QTimer(self, interval=ANSWER_MS, singleShot=True)
         self._answer.timeout.connect(self._check_board_answer)
@@ -196,10 +198,19 @@ class Studio(QObject):
 
     def release_stop(self) -> None:
         """Let the force come back, faded in."""
+        self.restored &= not self.held
         self.stopped = False
         if self.engine is not None:
             self.engine.release_stop()
         self.stop_changed.emit()
+
+    @property
+    def held(self) -> bool:
+        """Say whether a motor waits until a person lets it render what an earlier start has left."""
+        return self.stopped and self.engine is not None and self._waits(self.engine)
+
+    def _waits(self, engine: "Engine") -> bool:
+        return self.restored and not engine.device.simulated
 
     @property
     def fault(self) -> "Fault | None":
@@ -279,13 +290,15 @@ class Studio(QObject):
     # what the device in use is told
 
     def _hold(self, engine: "Engine") -> None:
-        """Keep the force at zero from the first tick on if the E-stop is latched."""
-        if self.stopped:
+        """Keep the force at zero from the first tick on if the E-stop is latched, or nobody said: render."""
+        if self.stopped or self._waits(engine):
             engine.stop()
 
     def _configure(self, engine: "Engine") -> None:
         """Tell a started engine everything that is chosen."""
         self._hold(engine)
+        if self._waits(engine):
+            self.stop()
         engine.set_environment(self.environment, self.values)
         loop = self.loop
         engine.set_loop(delay=loop.delay, estimator=loop.spec, controller=loop.controller)

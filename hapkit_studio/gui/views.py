@@ -58,8 +58,12 @@ class Views(QObject):
         return self._pages[key]
 
     def show(self, key: str) -> None:
-        """Bring a view into sight; where its scene is in sight, the arrow keys move the hand."""
+        """Bring a view into sight, and give it the keyboard."""
         self._bar.setCurrentIndex(self._index(key))
+        self.take_keys()
+
+    def take_keys(self) -> None:
+        """Give the keyboard to the view in sight; where its scene is, the arrow keys move the hand."""
         if self._centre.scene.isVisible():
             self._centre.scene.setFocus()
         elif self._shown is not None:

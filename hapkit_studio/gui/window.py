@@ -1,7 +1,6 @@
 """The main window: its parts, how they share the room, and how they are connected."""
 
 import gc
-from collections.abc import Callable
 
 from PySide6.QtCore import QEvent, QObject, QSettings, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
@@ -26,6 +25,7 @@ from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.views import Views
+from hapkit_studio.gui.widgets.numbers import NumberBox
 from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -139,7 +139,16 @@ class MainWindow(QMainWindow):
         """Open the dialog on the studio itself."""
         about_dialog(self).show()
 
-    # room and life
+    # keys, room and life
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """After Enter in a number give the keyboard back to the scene, unless it was refused."""
+        box = QApplication.focusWidget()
+        accepted = isinstance(box, NumberBox) and not box.property("invalid")
+        if accepted and event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self.views.take_keys()
+        else:
+            super().keyPressEvent(event)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -198,7 +207,7 @@ class MainWindow(QMainWindow):
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
         assert application is not None
-        self.stop_filter = StopFilter(self.studio.stop, self)
+        self.stop_filter = StopFilter(self.studio, self)
         application.installEventFilter(self.stop_filter)
 
 
@@ -285,20 +294,22 @@ class WindowLayout(QWidget):
 class StopFilter(QObject):
     """Application-wide event filter; it sees every event, so all others leave it after one comparison.
 
-    Every Esc calls ``stop`` first and then does what it always does. Space on a button of the window is
-    swallowed: it is the pause key, and must not press what happens to have the focus while the motor pushes.
+    Every Esc stops first and then does what it always does; only where no motor is to be stopped, with the
+    simulated device, one that closes a popup does no more. Space on a button of the window is swallowed: it
+    is the pause key, and must not press what happens to have the focus while the motor pushes.
     """
 
-    def __init__(self, stop: Callable[[], None], window: QWidget):
+    def __init__(self, studio: Studio, window: QWidget):
         super().__init__(window)
-        self._stop, self._window = stop, window
+        self._studio, self._window = studio, window
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         kind = event.type()
         if kind not in (_PRESS, _OVERRIDE, _RELEASE) or not isinstance(event, QKeyEvent):
             return False
         if event.key() == Qt.Key.Key_Escape and kind != _RELEASE:
-            self._stop()
+            if not (self._studio.simulated and QApplication.activePopupWidget()):
+                self._studio.stop()
         elif event.key() == Qt.Key.Key_Space and kind != _OVERRIDE and isinstance(watched, QAbstractButton):
             return watched.window() is self._window
         return False

@@ -393,6 +393,17 @@ class Engine:
         law = int(self.arrays.laws[self.arrays.word[arrays.SLOT]])
         return environment is self.environment and law == environment.force.compiled().address
 
+    @property
+    def settled(self) -> bool:
+        """Return whether the newest rows are of the environment's law alone: a switch takes its time."""
+        r = self.arrays
+        if not self.renders(self.environment) or r.real[arrays.BLEND] < 1.0:
+            return False
+        if self.driver is None or self.rendering != BOARD:
+            return True
+        told = r.words[block.CODE_ID] == self.driver.conn.words[link.CODE_ID]
+        return bool(told and r.words[block.BOARD_LAW] == r.words[block.LAW])
+
     def energies(self, ticks: np.ndarray) -> np.ndarray:
         """Return (n, 2): the energy given and its limit in J at ticks (n,), nan where unknown."""
         kept = self.arrays.energies

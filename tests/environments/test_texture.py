@@ -38,11 +38,12 @@ def test_grating_is_a_sine():
 
 @pytest.mark.parametrize("band", [-9, -4, 0, 1, 6])
 def test_every_other_band_is_damped(band):
+    bands = partial(force, "texture", kind="bands")
     for place in (0.0, 0.01, 0.99 * 0.5):
-        assert force("texture", (band + place) * 0.005 + 1e-12, 0.2) == pytest.approx(-8.0 * 0.2)
+        assert bands((band + place) * 0.005 + 1e-12, 0.2) == pytest.approx(-8.0 * 0.2)
     for place in (1.005 * 0.5, 0.75, 0.999):
-        assert force("texture", (band + place) * 0.005, 0.2) == 0.0
-    assert force("texture", 0.001, 0.0) == 0.0
+        assert bands((band + place) * 0.005, 0.2) == 0.0
+    assert bands(0.001, 0.0) == 0.0
 
 
 def grains(seed):
@@ -121,9 +122,21 @@ def test_warns_of_ridges_too_steep_for_the_device():
 
 def test_theory_is_drawn_where_it_is():
     x, v = np.linspace(-0.02, 0.02, 81), np.linspace(-0.2, 0.2, 41)
-    bands, grating = TEXTURE.values(), TEXTURE.values({"kind": "grating"})
+    bands, grating = TEXTURE.values({"kind": "bands"}), TEXTURE.values({"kind": "grating"})
     assert np.isnan(TEXTURE.over_position(bands, x)).all()
     assert TEXTURE.over_velocity(bands, v) == pytest.approx(np.array([-8.0 * v, 0.0 * v]))
     want = 0.25 * np.sin(2.0 * np.pi * x / 0.005)
     assert TEXTURE.over_position(grating, x) == pytest.approx(want, abs=1e-12)
     assert np.isnan(TEXTURE.over_velocity(grating, v)).all()
+
+
+@pytest.mark.parametrize("start", np.linspace(0.0, 0.005, 7, endpoint=False))
+def test_the_default_ridges_are_below_the_limit_and_a_released_handle_comes_to_rest(start):
+    """1 ms late: the steepest slope against the exact limit, and no count moves in the last second."""
+    slope, _ = TEXTURE.impedance(TEXTURE.values())
+    assert slope == pytest.approx(2.0 * np.pi * 0.25 / 0.005)
+    assert slope < 0.95 * hs.stiffness_limit(0.044, 0.5, rate=1000.0, delay=1e-3)
+    device = hs.SimulatedHapkit(initial_position=start, initial_velocity=0.1)
+    run = hs.simulate("texture", device=device, delay=1e-3, seconds=3.0)
+    assert np.ptp(run.position[:1000]) > 1e-3
+    assert np.ptp(run.position[-1000:]) == 0.0

@@ -152,7 +152,7 @@ def test_rows_stand_clear_of_the_scroll_bar_in_one_column_with_short_labels(wind
         resize(qapp, window, size)
         window.actions_by_key.run("view.panel") if not window.panel_open else None
         settle(qapp, window, size)
-        assert panel.widget().width() <= panel.viewport().width(), key
+        assert panel.upper.widget().width() <= panel.upper.viewport().width(), key
         shown = list(panel.parameters.rows.values())
         assert all(lines(row.label) <= 2 for row in shown), key
         numbers = [row for row in shown if isinstance(row, ParameterRow)]
@@ -183,6 +183,28 @@ def test_banners_push_the_rest_down_by_their_height(window, qapp, size):
     assert cut_off(window) == []
     assert overlapping(window) == []
     assert window.centre.scene.height() >= 150
+
+
+def test_the_verdict_stays_in_sight_below_two_banners_with_all_unfolded(window, qapp):
+    """Also where parameters, warnings, explanation and loop need more room than there is; these scroll."""
+    buttons = (("Use simulated Hapkit", window.studio.device.open_simulated),)
+    window.banners.set("device", Notice("device", 2, "warn", "unplugged", WORST, LINE, buttons))
+    window.studio.stop()
+    panel, card = window.panel, window.stability
+    for key in window.studio.environments:
+        window.studio.choose(key)
+        for opened in (False, True):
+            panel.title.help.setChecked(opened)
+            window.loop.set_folded(not opened)
+            settle(qapp, window, (1280, 720))
+            card.show_answer(answer(Question(Setting(delay=1e-3, controller=True), 4000.0, 0.0, 8.0)))
+            inside, shown = place(panel, window), place(card, window)
+            assert inside.contains(shown), (key, opened)
+            assert card.height() >= card.heightForWidth(card.width()), (key, opened)
+            assert place(panel.upper, window).bottom() < shown.top()
+            hidden, bar = panel.upper.body.height() - panel.upper.height(), panel.upper.verticalScrollBar()
+            assert bar.maximum() == max(hidden, 0), (key, opened)
+    assert bar.maximum() > 0
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (960, 600)])
@@ -372,7 +394,7 @@ def asked(key, setting, stiffness):
 
 def test_a_longer_verdict_squeezes_no_row_and_the_map_is_in_sight_for_every_environment(window, qapp):
     settle(qapp, window, (1440, 900))
-    card, body = window.stability, window.panel.widget()
+    card, body = window.stability, window.panel.upper.widget()
     for stiffness in (250.0, 4000.0, 250.0):
         card.show_answer(answer(asked("wall", Setting(delay=1e-3, hand="medium"), stiffness)))
         assert body.height() >= body.layout().totalHeightForWidth(body.width())

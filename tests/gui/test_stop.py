@@ -1,6 +1,7 @@
 """E-stop: from anywhere, at once, released on purpose only."""
 
 import numpy as np
+import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QDialog, QLineEdit, QMessageBox
@@ -34,13 +35,22 @@ PLACES = {
     "message box": lambda window: QMessageBox(window, text="Words").open(),
     "sheet of keys": lambda window: window.show_keys(),
 }
+POPUPS = "open list", "open menu", "device menu"
 
 
-def test_esc_stops_wherever_the_focus_is(window):
+@pytest.mark.parametrize("device", ["window", "board_window"])
+def test_esc_stops_wherever_the_focus_is_but_closes_a_popup_first_where_no_motor_runs(request, device):
+    window = request.getfixturevalue(device)
     for place, go in PLACES.items():
         go(window)
         QApplication.processEvents()
+        popup = QApplication.activePopupWidget()
         press_esc()
+        assert QApplication.activePopupWidget() is None, place
+        assert bool(popup) == (place in POPUPS)
+        if popup and device == "window":
+            assert not window.studio.engine.stopped, place
+            press_esc()
         assert window.studio.engine.stopped, place
         assert window.header.stop.word.text() == "STOPPED"
         for over in (QApplication.activePopupWidget(), QApplication.activeModalWidget()):

@@ -63,6 +63,14 @@ def fitted(low: float, high: float, least: float) -> tuple[float, float]:
     return middle - half, middle + half
 
 
+def with_nearest(low: float, high: float, places: np.ndarray) -> tuple[float, float]:
+    """Return the range [low, high], extended to the nearest of some places (n,) unless it holds one."""
+    if not len(places):
+        return low, high
+    nearest = float(places[np.argmin(np.maximum(low - places, places - high))])
+    return min(low, nearest), max(high, nearest)
+
+
 class Axis(pg.AxisItem):
     """Tick labels only: at most five, true minus, the last one with the unit if given."""
 

@@ -56,7 +56,7 @@ class Toolbar(QWidget):
         self.views.show_index(0)
         self.fit, self.release = QPushButton(), QPushButton()
         self.fit.setProperty("flat", True)
-        self.fit.setToolTip("Narrow the axes to what is shown (F)")
+        self.fit.setToolTip("Narrow the axes to the data and the wall, or what else is next to them (F)")
         icons.bind(self.fit, "fit", "ink2", 18)
         self.release.setProperty("flat", True)
         self.release.setToolTip("The handle starts from rest where it is now, and no hand holds it (R)")

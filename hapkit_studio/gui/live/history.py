@@ -12,8 +12,6 @@ import numpy as np
 from hapkit_studio.haptics import rows
 
 _AT_ONCE = 4096  # samples that are taken at a time
-_CHANGEOVER = 0.06  # s: the loop's cross-fade, and the rows that are on their way
-NO_MARK = (0, -math.inf)
 CHANNELS = {
     "position": rows.POSITION,
     "velocity": rows.VELOCITY,
@@ -63,6 +61,10 @@ class History:
         self._dropped = 0
         self._tick = np.nan
         self._breaks: list[int] = []
+        self.dividers: list[tuple[float, str]] = []
+        """What was changed while these samples came: when, in s, and in words, the oldest first."""
+        self.begin = -math.inf
+        """Time in s from which on all samples are of the environment in force."""
 
     def __len__(self) -> int:
         return self._end - self._begin
@@ -82,13 +84,15 @@ class History:
         """Time of the newest sample in s; NaN when empty."""
         return float(self._time[self._end - 1]) if len(self) else np.nan
 
-    def mark(self) -> tuple[int, float]:
-        """Return from when on a change made now has come through: the epoch and the time in s in it."""
-        return self.epoch, self.now + _CHANGEOVER if len(self) else -math.inf
+    def divide(self, words: str) -> None:
+        """Note a change made now, in place of one that no sample came after."""
+        if len(self):
+            before = [(time, was) for time, was in self.dividers if time < self.now]
+            self.dividers = [*before, (self.now, words)]
 
-    def time_of(self, mark: tuple[int, float]) -> float:
-        """Return the time in s of a mark; of one in another epoch, before all samples."""
-        return mark[1] if mark[0] == self.epoch else -math.inf
+    def begin_anew(self) -> None:
+        """Count what came up to now as another environment's."""
+        self.begin = math.nextafter(self.now, math.inf) if len(self) else -math.inf
 
     def latest(self) -> dict[str, float]:
         """Return every channel's newest value; NaN when empty."""
@@ -139,6 +143,8 @@ class History:
         self._begin = oldest
         while self._breaks and self._breaks[0] <= oldest:
             self._breaks.pop(0)
+        while self.dividers and self.dividers[0][0] < self.start:
+            self.dividers.pop(0)
 
     def _move_to_front(self) -> None:
         """Move the kept samples to the front."""
@@ -156,6 +162,7 @@ class History:
         other._time = self._time[lead : self._end].copy()
         other._data = self._data[:, lead : self._end].copy()
         other._breaks = [i - lead for i in self._breaks]
+        other.dividers = [*self.dividers]
         other._begin, other._end, other._dropped = 0, len(self), self._dropped + lead
         return other
 

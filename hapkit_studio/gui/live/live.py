@@ -31,6 +31,7 @@ class Live(QObject):
         self._studio = studio
         self._reader: RingReader | None = None
         self._device = ""
+        self._changing = False
         self.history = History(KEPT_SECONDS)
         self.paused = False
         self.hidden = False
@@ -42,6 +43,7 @@ class Live(QObject):
         self._health = QTimer(self, interval=HEALTH_MS)
         self._health.timeout.connect(self.look)
         studio.engine_changed.connect(self._follow)
+        studio.environment_changed.connect(self._divide)
         for changed in (studio.values_changed, studio.loop_changed, studio.engine_changed):
             changed.connect(self._note_change)
 
@@ -72,17 +74,9 @@ class Live(QObject):
 
     def tick(self) -> None:
         """Take what the loop wrote since the last frame and show its newest row."""
-        if self._reader is None:
-            return
-        new = self._reader.read()
-        self.lost = int(self._reader.lost)
-        if len(new) == 0:
-            return
-        engine = self._studio.engine
-        self.history.append(new, None if engine is None else engine.energies(new[:, rows.TICK]))
-        self.last = new[-1]
-        clamped = bool(np.any(new[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED))
-        if not self.hidden:
+        new = self._take()
+        if len(new) and not self.hidden:
+            clamped = bool(np.any(new[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED))
             self.frame.emit(self.last, clamped)
 
     def look(self) -> None:
@@ -92,6 +86,29 @@ class Live(QObject):
             health = engine.health()
             self._studio.note_health(health)
             self.health.emit(health)
+
+    def _take(self) -> np.ndarray:
+        """Move what the loop wrote into the history; return these rows."""
+        if self._reader is None:
+            return np.empty((0, rows.ROW_WIDTH))
+        engine = self._studio.engine
+        settled = engine is not None and engine.settled  # asked first: it holds for what comes after
+        new = self._reader.read()
+        self.lost = int(self._reader.lost)
+        if len(new):
+            self.history.append(new, None if engine is None else engine.energies(new[:, rows.TICK]))
+            self.last = new[-1]
+        if self._changing:
+            self.history.begin_anew()
+            self._changing = not settled
+        return new
+
+    def _divide(self) -> None:
+        """Note in the history that another environment comes into force; it begins once it has done so."""
+        self._take()
+        self.history.divide(self._studio.environment.title)
+        self.history.begin_anew()
+        self._changing = True
 
     def _note_change(self) -> None:
         """Remember since when, by the rows' clock, all rows were rendered with the same settings."""

@@ -9,10 +9,10 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QPainter, QPen, QPixmap, QPolygonF
 
 from hapkit_studio.gui.live import strokes
-from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
-from hapkit_studio.gui.live.history import NO_MARK, History, Window
+from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
+from hapkit_studio.gui.live.history import History, Window
 from hapkit_studio.gui.live.past_trace import PastTrace, paint_past
-from hapkit_studio.gui.live.plots.declared import PhasePlot
+from hapkit_studio.gui.live.plots.declared import PhasePlot, landmarks
 from hapkit_studio.gui.widgets.theme import number, theme
 
 _FAR = 1e4  # px
@@ -24,6 +24,7 @@ _TURNS = 5  # to each side: the end of a well at the centre, then two wells more
 _BEYOND = 1.1  # a bend wants to be inside the frame, not on it
 _MOST_A_SECOND = 1000  # points of the curve that are drawn
 
+Range = tuple[float, float]
 Mapping = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 SECONDS = 10
 _AGES = (1.0, 1.0, 0.55, 0.55, 0.40, 0.40, 0.30, 0.30, 0.25, 0.25, 0.25)  # opacity by whole seconds
@@ -36,7 +37,7 @@ class Band:
     x: np.ndarray
     force: np.ndarray
 
-    def forces(self, reach: float, max_force: float) -> tuple[float, float]:
+    def forces(self, reach: float, max_force: float) -> Range:
         """Return the forces in N to show within ±reach, with a margin, under a force limit in N."""
         seen = self.force[:, np.abs(self.x) <= reach]
         seen = seen[np.isfinite(seen)]
@@ -45,6 +46,13 @@ class Band:
         low, high = max(low, -most), min(high, most)
         margin = _BESIDE * (high - low)
         return low - margin, high + margin
+
+    def around(self, x: np.ndarray, force: np.ndarray, max_force: float) -> tuple[Range, Range]:
+        """Return the ranges of points (n,), the next landmark, and the curve there under a limit in N."""
+        low, high = with_nearest(*_ends(x), landmarks(self.x, self.force))
+        most = _OVER_LIMIT * max_force
+        seen = np.clip(self.force[:, (self.x >= low) & (self.x <= high)], -most, most)
+        return (low, high), _ends(np.append(seen, force))
 
     def reach(self, least: float, most: float, max_force: float) -> float:
         """Return how far to each side, least to most, the plot opens, rounded up to quarters of the least.
@@ -90,6 +98,11 @@ class Band:
         return [QPolygonF(list(map(QPointF, a, b))) for a, b in pieces if np.isfinite(b[0])]
 
 
+def _ends(values: np.ndarray) -> Range:
+    """Return the least and the greatest of some values, gaps aside."""
+    return float(np.nanmin(values)), float(np.nanmax(values))
+
+
 _NO_BAND = Band(np.empty(0), np.empty((0, 0)))
 
 
@@ -101,8 +114,7 @@ class PhaseCanvas(Canvas):
         self.max_force = math.inf
         self._live = self._history = History(seconds=1.0, rate=1.0)
         self._key: tuple | None = None
-        self._seen: tuple[int, int] | None = None  # epoch, samples
-        self._begin = NO_MARK
+        self._seen: tuple[int, float, int] | None = None  # epoch, begin, samples
         self._under: QPixmap | None = None
         self.band = _NO_BAND
         self._pointed: dict[str, float] | None = None
@@ -123,12 +135,6 @@ class PhaseCanvas(Canvas):
     def set_history(self, history: History) -> None:
         """Plot another history."""
         self._live = self._history = history
-        self._begin = NO_MARK
-        self._under = self._seen = None
-
-    def begin_here(self) -> None:
-        """Leave out what is older than now: it belongs to another environment."""
-        self._begin = self._live.mark()
         self._under = self._seen = None
 
     def set_past(self, past: PastTrace | None) -> None:
@@ -162,31 +168,32 @@ class PhaseCanvas(Canvas):
             pairs = zip(self.view.viewRange(), self._theory_ranges(), strict=True)
             self._show(*((min(a[0], b[0]), max(a[1], b[1])) for a, b in pairs))
 
-    def _theory_ranges(self) -> tuple[tuple[float, float], tuple[float, float]]:
+    def _theory_ranges(self) -> tuple[Range, Range]:
         reach = self.band.reach(self.plot_of.reach, self.plot_of.most, self.max_force)
         return (-reach, reach), self.band.forces(reach, self.max_force)
 
     def fit(self) -> None:
-        """Narrow the axes to the last seconds."""
+        """Narrow the axes to the last seconds and what is next to them of the environment, a wall say."""
         x, y = self._points(self._recent())
         if not x.size:
             return
-        pairs = ((x, self.plot_of.reach / 8), (y, 0.2))
-        self._show(*(fitted(float(np.nanmin(v)), float(np.nanmax(v)), least) for v, least in pairs))
+        across, up = self.band.around(x, y, self.max_force)
+        self._show(fitted(*across, self.plot_of.reach / 8), fitted(*up, 0.2))
         self._fitted = True
 
     def _widen(self, *points: np.ndarray) -> None:
         pairs = zip(self.view.viewRange(), points, strict=True)
-        self._show(*(widened(tuple(r), float(np.nanmin(v)), float(np.nanmax(v))) for r, v in pairs))
+        self._show(*(widened(tuple(r), *_ends(v)) for r, v in pairs))
 
-    def _show(self, across: tuple[float, float], up: tuple[float, float]) -> None:
+    def _show(self, across: Range, up: Range) -> None:
         if [list(across), list(up)] != self.view.viewRange():
             self.view.setRange(xRange=across, yRange=up, padding=0)
 
     # data ---------------------------------------------------------------------------------------
 
     def _first(self) -> float:
-        return self._history.time_of(self._begin)
+        """Return from when on samples are shown in s: none, though paused, of another environment."""
+        return max(self._history.begin, self._live.begin)
 
     def _recent(self) -> Window:
         return self._history.between(max(self._history.now - SECONDS, self._first()), math.inf)
@@ -199,17 +206,17 @@ class PhaseCanvas(Canvas):
         now, (x, y) = self._history.now, self.view.viewRange()
         second = None if math.isnan(now) else math.floor(now)
         look = self.measure().getRect(), theme.name, self.devicePixelRatioF()
-        return *x, *y, *look, self._history.epoch, second
+        return *x, *y, *look, self._history.epoch, self._first(), second
 
     def refresh(self) -> None:
         """Widen the axes for the samples that came since the last frame, and paint."""
-        history = self._history
-        if history.now >= self._first():
-            known = self._seen is not None and self._seen[0] == history.epoch
-            new = history.since(self._seen[1]) if known and self._seen else self._recent()
+        history, first = self._history, self._first()
+        if history.now >= first:
+            known = self._seen is not None and self._seen[:2] == (history.epoch, first)
+            new = history.since(self._seen[2]) if known and self._seen else self._recent()
             if len(new.x):
                 self._widen(*self._points(new))
-            self._seen = history.epoch, history.total
+            self._seen = history.epoch, first, history.total
         self.viewport().update()
 
     def point(self, time: float | None) -> None:

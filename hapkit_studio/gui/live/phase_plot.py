@@ -76,8 +76,6 @@ class ForcePosition(QWidget):
         if not other and values == self._values and max_force == self._max_force:
             return
         self._found.clear()
-        if other and self._environment is not None:
-            self.canvas.begin_here()
         self._environment, self._values = environment, dict(values)
         self._max_force = max_force
         if other:

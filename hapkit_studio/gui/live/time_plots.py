@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from PySide6.QtCore import QElapsedTimer, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QBrush, QPainter, QPen
+from PySide6.QtGui import QBrush, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.analysis.oscillation import Oscillation
@@ -14,11 +14,11 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.gui.live import strokes
-from hapkit_studio.gui.live.canvas import Canvas, fitted, widened
+from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.live.history import History, Window
 from hapkit_studio.gui.live.past_trace import PastTrace, paint_past
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
-from hapkit_studio.gui.live.plots.declared import TimePlot, time_plots
+from hapkit_studio.gui.live.plots.declared import TimePlot, landmarks, phase_plots, time_plots
 from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -62,6 +62,7 @@ class PlotState:
     zero: float = 0.0
     contact: list[tuple[float, float]] = field(default_factory=list)
     gaps: list[tuple[float, float]] = field(default_factory=list)
+    dividers: list[tuple[float, str]] = field(default_factory=list)
     now: dict[str, float] | None = None
     surface: float | None = None
     max_force: float = np.inf
@@ -117,10 +118,11 @@ class TraceCanvas(Canvas):
         if wanted != shown:
             self.show_range(*wanted)
 
-    def fit(self) -> None:
-        """Narrow the value axis to the data, but not below the plot's reach around its middle."""
+    def fit(self, places: np.ndarray) -> None:
+        """Narrow the value axis to the data and the nearest of some places (n,), SI, but not too far."""
         low, high = self.extent()
         if np.isfinite(low):
+            low, high = with_nearest(low, high, places * self.plot_of.scale)
             self._opened = fitted(low, high, self.plot_of.reach / 8)
             self.show_range(*self._opened)
 
@@ -141,6 +143,10 @@ class TraceCanvas(Canvas):
             levels.append((self.shown.surface * self.plot_of.scale, "matline", [3.5, 2.5]))
         for level, token, dash in levels:
             strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
+        painter.setPen(strokes.pen(theme.color("ink3"), 1.0, [3.0, 3.0]))
+        for time, _ in self.shown.dividers:
+            x = math.floor(self.pixel(time, 0.0).x()) + 0.5  # one column of pixels, not two paler ones
+            painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
         self._past(painter)
         if len(self.shown.window.x):
             self._traces(painter, box)
@@ -152,12 +158,24 @@ class TraceCanvas(Canvas):
         if np.isfinite(now):
             strokes.mark(painter, self.pixel(0.0, now), trace.color, shape=self.plot_of.marker)
         self._pointer(painter, box)
-        for start, stop in self.shown.gaps if self.first else ():
+        if self.first:
+            self._words(painter, box)
+
+    def _words(self, painter: QPainter, box: QRectF) -> None:
+        """Write along the top what the marks of all plots mean: gaps, dividers."""
+        top, right = box.top() + 16, box.right() - _BESIDE
+        for start, stop in self.shown.gaps:
             left = max(self.pixel(start, 0.0).x(), box.left()) + _BESIDE
-            right = min(self.pixel(stop, 0.0).x(), box.right())
             words = f"No data for {number(stop - start, 1)} s"
-            if left + self.fontMetrics().horizontalAdvance(words) + _BESIDE < right:
-                self.note(painter, left, box.top() + 16, words, "warn")
+            if left + _wide(words) + _BESIDE < min(self.pixel(stop, 0.0).x(), box.right()):
+                self.note(painter, left, box.center().y(), words, "warn")
+        newest = True
+        for time, words in reversed(self.shown.dividers):
+            x = self.pixel(time, 0.0).x()
+            fits = x + _BESIDE + _wide(words) <= right
+            if box.left() < x <= box.right() and (fits or newest):  # an older one gives way to a newer
+                self.note(painter, min(x + _BESIDE, right - _wide(words)), top, words, "ink2")
+            right, newest = min(x - _BESIDE, right), False
 
     def _past(self, painter: QPainter) -> None:
         past, channel = self.shown.past, self.plot_of.traces[-1].channel
@@ -201,6 +219,11 @@ class TraceCanvas(Canvas):
         self.note(painter, beside, box.bottom() - 6, text, trace.color, right=left)
 
 
+def _wide(words: str) -> float:
+    """Return how many px words take inside a plot."""
+    return QFontMetricsF(theme.font("label")).horizontalAdvance(words)
+
+
 def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:
     """Return a line with NaN wherever another hides it, one point beyond its visible parts."""
     apart = np.abs(line - above) > _SAME
@@ -225,6 +248,7 @@ class TimePlots(QWidget):
         self._history = self._seen = History(seconds=1.0, rate=1.0)
         self._shades = False
         self._environment: Environment | None = None
+        self._values: Mapping[str, float] = {}
         self._watch = QElapsedTimer()
         self._watch.start()
         self._column = down(into=self, margins=(14, 2, 0, 6))
@@ -259,7 +283,7 @@ class TimePlots(QWidget):
         if environment is not self._environment:
             for canvas in self.canvases:
                 canvas.open_anew()
-        self._environment = environment
+        self._environment, self._values = environment, values
         self._shades = bool(environment.shades)
         self.shown.surface = values.get("position") if self._shades else None
         self.shown.max_force = max_force
@@ -307,10 +331,16 @@ class TimePlots(QWidget):
             canvas.viewport().update()
 
     def fit(self) -> None:
-        """Narrow the value axes to what is shown."""
+        """Narrow the value axes to what is shown, that of position also to the nearest landmark."""
         for canvas in self.canvases:
-            canvas.fit()
+            canvas.fit(self._landmarks() if canvas.plot_of.surface else np.empty(0))
         self.refresh()
+
+    def _landmarks(self) -> np.ndarray:
+        """Return the places in m where the law's force over position bends or changes its sign."""
+        plot = next(plot for plot in phase_plots() if plot.channel == "position")
+        theory = plot.theory(self._environment, self._values, plot.grid()) if self._environment else None
+        return np.empty(0) if theory is None else landmarks(plot.grid(), theory)
 
     def refresh(self) -> None:
         """Draw the newest data; call once per frame."""
@@ -333,7 +363,7 @@ class TimePlots(QWidget):
         width = (right - left) / columns
         now = self._seen.now
         if math.isnan(now):
-            shown.window, shown.contact, shown.gaps, shown.now = _EMPTY, [], [], None
+            shown.window, shown.contact, shown.gaps, shown.dividers, shown.now = _EMPTY, [], [], [], None
             return
         # columns at whole multiples of their width: their samples stay the same, so peaks do not dance
         last = math.ceil(now / width)
@@ -344,6 +374,7 @@ class TimePlots(QWidget):
         shown.contact = self._contact() if self._shades else []
         before = self._seen.before(first * width)
         shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in gaps(shown.window.x, before)]
+        shown.dividers = [(time - shown.zero, words) for time, words in self._seen.dividers]
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
         for canvas in self.canvases:
             canvas.follow()

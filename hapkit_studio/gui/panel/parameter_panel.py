@@ -14,7 +14,7 @@ from hapkit_studio.gui.panel.stability_card import StabilityCard
 from hapkit_studio.gui.panel.warnings import WarningLines
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import ScrollColumn, Sign, across, down, label, refill, rule
+from hapkit_studio.gui.widgets.parts import SIDE, ScrollColumn, Sign, across, down, label, refill, rule
 from hapkit_studio.gui.widgets.text import rich
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -135,22 +135,26 @@ class ParameterRows(QWidget):
                 row.show_error(str(error))
 
 
-class ParameterPanel(ScrollColumn):
-    """The panel as a whole; scrolls inside itself where the window is low."""
+class ParameterPanel(QWidget):
+    """The panel as a whole: the verdict at its bottom, always in sight; what is above scrolls if need be."""
 
     def __init__(self, studio: Studio, parent: QWidget):
-        super().__init__(top=10, gap=6)
-        self.setParent(parent)
+        super().__init__(parent)
+        self.setObjectName("panelBody")
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.upper, foot = ScrollColumn(top=10, gap=6), QWidget(self)
         self.title = PanelTitle(studio)
         self.parameters = ParameterRows(studio, self.title.help)
         self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
         self.warnings = WarningLines(studio, self.stability.facts)
-        self.add(self.title, rule(), self.parameters, self.warnings)
-        self.add(rule(), self.stability, rule(), self.loop)
+        self.upper.add(self.title, rule(), self.parameters, self.warnings, rule(), self.loop)
+        down(rule(), self.stability, into=foot, margins=(SIDE, 0, SIDE, 10), gap=6)
+        down((self.upper, 1), foot, into=self)
+        self._laid_out = self.stability, foot, self
         self.stability.judged.connect(lambda *_: self._lay_out_now())
         self.stability.ranges.connect(self.parameters.show_ranges)
 
     def _lay_out_now(self) -> None:
-        """Give a longer verdict its room at once: else a frame is painted with all rows squeezed."""
-        for part in (self.stability, self.body, self):
+        """Give a longer verdict its room at once: else a frame is painted with its words cut."""
+        for part in self._laid_out:
             QCoreApplication.sendEvent(part, QEvent(QEvent.Type.LayoutRequest))

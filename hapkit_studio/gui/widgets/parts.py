@@ -133,7 +133,7 @@ class AnswerLine(QWidget):
         self.sign.show_sign(sign, token)
 
 
-_SIDE = 16
+SIDE = 16
 
 
 class ScrollColumn(QScrollArea):
@@ -147,7 +147,7 @@ class ScrollColumn(QScrollArea):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.body = QWidget(self.viewport())
         self.body.setObjectName("panelBody")
-        self.column = down(None, into=self.body, margins=(_SIDE, top, _SIDE, top), gap=gap)
+        self.column = down(None, into=self.body, margins=(SIDE, top, SIDE, top), gap=gap)
         self.setWidget(self.body)
         self.verticalScrollBar().rangeChanged.connect(self._make_space_for_scroll_bar)
 
@@ -159,7 +159,7 @@ class ScrollColumn(QScrollArea):
     def _make_space_for_scroll_bar(self, _low: int, high: int) -> None:
         margins = self.column.contentsMargins()
         bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
-        margins.setRight(max(_SIDE - bar, 0))
+        margins.setRight(max(SIDE - bar, 0))
         self.column.setContentsMargins(margins)
 
 

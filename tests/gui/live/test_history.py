@@ -131,3 +131,26 @@ def test_an_empty_history_draws_nothing():
     assert len(history.window(np.linspace(0.0, 1.0, 101)).x) == 0
     assert np.isnan(history.now)
     assert np.isnan(history.last("position"))
+
+
+def test_changes_are_kept_with_their_times_as_long_as_their_samples():
+    history = History(seconds=2.0, rate=RATE)
+    history.divide("Nothing came before")
+    history.append(telemetry(4000))
+    history.divide("Spring")
+    history.divide("Wall")  # the spring was there for no sample
+    history.begin_anew()
+    at = 3999 / RATE
+    assert history.dividers == [(at, "Wall")]
+    assert not len(history.between(history.begin, np.inf).x)
+    kept, begin = history.copy(), history.begin
+    history.append(telemetry(4000, start=4000))
+    assert len(history.between(history.begin, np.inf).x) == 4000
+    history.divide("Stiffness 300 N/m")
+    assert history.dividers == [(at, "Wall"), (7999 / RATE, "Stiffness 300 N/m")]
+    assert history.begin == begin
+    history.append(telemetry(4001, start=8000))
+    assert [words for _, words in history.dividers] == ["Stiffness 300 N/m"]
+    assert kept.dividers == [(at, "Wall")]
+    history.clear()
+    assert (history.dividers, history.begin) == ([], -np.inf)

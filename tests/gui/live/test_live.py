@@ -116,6 +116,28 @@ def test_an_oscillation_is_named_beside_the_position_for_as_long_as_it_lasts(win
         assert words.text() == said
 
 
+def test_the_divider_parts_what_two_environments_asked_for(window, qtbot):
+    """Rows up to it are the wall's, those from the new beginning on are the spring's, by their laws."""
+    live, studio = window.live, window.studio
+    studio.move_hand(0.012)
+
+    def kept(start=-np.inf):
+        live.tick()
+        return live.history.between(start, np.inf)
+
+    qtbot.waitUntil(lambda: len(kept().x) and kept().y["asked"][-1] < -0.5)
+    studio.choose("spring")
+    ((time, words),) = live.history.dividers
+    assert words == "Spring"
+    qtbot.waitUntil(lambda: len(kept(live.history.begin).x) > 100)
+    before, after = live.history.between(-np.inf, time + 1e-6), kept(live.history.begin)
+    assert live.history.begin - time < 0.5
+    depth = np.maximum(before.y["position"] - 0.005, 0.0)
+    assert before.y["asked"] == pytest.approx(-250.0 * depth, abs=1e-9)
+    stiffness, centre = (studio.values[key] for key in ("stiffness", "center"))
+    assert after.y["asked"] == pytest.approx(-stiffness * (after.y["position"] - centre), abs=1e-9)
+
+
 def test_the_bar_says_rate_lateness_and_priority(bar):
     assert [late(us) for us in (90.0, 9949.0, 29_500.0)] == ["0.09 ms", "9.95 ms", "29.5 ms"]
     bar.show_health(health())

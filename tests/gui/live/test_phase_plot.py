@@ -72,6 +72,7 @@ def test_both_hills_two_wells_to_each_side_and_a_wall_put_farther_out_are_in_sig
 def test_a_changed_choice_is_followed_to_the_plot_that_has_a_theory(phase, qtbot):
     use(phase, "texture")
     for kind, wanted in (
+        ("bands", "force_velocity"),
         ("grating", "force_position"),
         ("bands", "force_velocity"),
         ("sandpaper", "force_position"),
@@ -83,7 +84,7 @@ def test_a_changed_choice_is_followed_to_the_plot_that_has_a_theory(phase, qtbot
 
 
 def test_a_plot_chosen_by_hand_stays_until_another_environment(phase, qtbot):
-    use(phase, "texture")
+    use(phase, "texture", kind="bands")
     phase.switch.chosen.emit(1)
     use(phase, "texture", kind="grating")
     qtbot.waitUntil(lambda: not phase.canvas.band.force.size)
@@ -122,6 +123,50 @@ def test_a_changed_theory_is_in_sight_unless_the_axes_were_fitted_by_hand(phase,
     assert view.viewRange() == fitted
 
 
+@pytest.mark.parametrize(
+    ("key", "given", "place"),
+    [
+        ("wall", {"position": 0.008}, 8.0),
+        ("wall", {"position": -0.031, "side": "left"}, -31.0),
+        ("spring", {"center": 0.013}, 13.0),
+        ("bump_valley", {}, -15.0),  # the bump at −25 mm is 20 mm wide
+        ("texture", {}, None),  # ridges are everywhere
+        ("free", {}, None),
+    ],
+)
+def test_fitted_axes_hold_what_is_next_to_the_data(phase, plots, history, key, given, place):
+    """A handle that rested at −8 mm: from there on to the wall or centre, and no farther than a margin."""
+    there = telemetry(12_000, 14_000)
+    there[:, rows.POSITION], there[:, rows.APPLIED] = -0.008, 0.0
+    history.append(there)
+    use(phase, key, **given)
+    phase._compute()
+    plots.set_environment(LIBRARY[key], LIBRARY[key].values(given), 3.0)
+    for part in (plots, phase):
+        part.refresh()
+        part.fit()
+    places = sorted((-8.0, -8.0 if place is None else place))
+    half = 1.15 * (places[1] - places[0]) / 2.0
+    for low, high in (phase.canvas.view.viewRange()[0], canvas_of(plots, "position").view.viewRange()[1]):
+        assert low < places[0]
+        assert places[1] < high
+        assert high - low < max(2.0 * half + 0.7, 5.1)  # two steps of the curve; an eighth of the reach
+
+
+def test_fitted_forces_hold_the_curve_from_the_data_to_the_wall_as_far_as_the_motor_goes(phase, history):
+    """Deep in a stiff wall on a motor that is off: 5 mm · 5000 N/m is 25 N, 1.35 times 3 N are shown."""
+    there = telemetry(12_000, 14_000)
+    there[:, rows.POSITION], there[:, rows.APPLIED] = 0.010, 0.0
+    history.append(there)
+    for stiffness, least in ((200.0, -1.0), (5000.0, -1.35 * 3.0)):
+        use(phase, "wall", stiffness=stiffness)
+        phase._compute()
+        phase.fit()
+        low, high = phase.canvas.view.viewRange()[1]
+        assert low == pytest.approx(least * 1.075, abs=0.05)
+        assert high == pytest.approx(-least * 0.075, abs=0.05)
+
+
 def test_every_branch_of_a_loop_is_drawn_and_cut_where_it_has_no_value(phase, qtbot):
     """A loop of two branches that ends at 10 mm: the band is there on both, and nowhere beyond."""
     loop = lambda values, x: np.where(x < 0.010, np.array([[1.0], [-1.0]]), np.nan)  # noqa: E731
@@ -149,11 +194,19 @@ def test_the_measured_force_lies_where_the_samples_say(phase, history):
 def test_another_environment_begins_with_an_empty_plot(phase, history):
     """What the handle did in the wall says nothing about damping."""
     assert len(pixels(phase, "applied")) > 500
+    history.begin_anew()
     use(phase, "spring")
     dot = pixels(phase, "applied")
     assert np.ptp(dot[:, 0]) < 16
     history.append(telemetry(3000, 14_000))
     assert len(pixels(phase, "applied")) > 2 * len(dot)
+
+
+def test_a_paused_plot_shows_nothing_of_an_environment_that_is_left_meanwhile(phase, history):
+    phase.set_paused(True)
+    history.begin_anew()
+    use(phase, "spring")
+    assert np.ptp(pixels(phase, "applied")[:, 0]) < 16  # the dot for now
 
 
 def test_older_parts_are_paler_and_the_oldest_are_gone(phase, history):
@@ -198,6 +251,7 @@ def test_plots_are_found_by_their_files():
 
 
 def test_a_run_whose_clock_starts_again_is_in_sight_after_a_change(plots, phase, history):
+    history.begin_anew()
     for part in (plots, phase):
         part.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
     again = telemetry(500)

@@ -158,6 +158,7 @@ def test_paused_axes_stay_as_they_are_until_the_view_is_live(plots, history):
     wide = ranges_of(plots)
     assert wide[0][1] > 15.0
     plots.set_paused(True)
+    history.begin_anew()
     plots.set_environment(LIBRARY["spring"], LIBRARY["spring"].values(), 3.0)
     assert show(plots, history, rest(11_000, 14_000)) == wide
     plots.set_paused(False)
@@ -280,3 +281,34 @@ def test_colours_follow_the_theme(plots):
     image = canvas.viewport().grab().toImage()
     assert len(colored(image, "velocity")) > 50
     assert len(colored(image, "plot")) > 1000
+
+
+def test_a_change_is_a_line_through_all_plots_and_is_named_once(plots, history):
+    """The name of an older change gives way where a newer one would lie over it."""
+
+    def named():
+        picture = plots.canvases[0].viewport().grab().toImage()
+        found = colored(picture, "ink2")
+        return np.unique(found[found[:, 1] < plots.canvases[0].measure().top() + 20][:, 0])
+
+    assert not len(named())
+    history.divide("Spring")
+    history.append(telemetry(4000, 14_000))
+    plots.refresh()
+    for canvas in plots.canvases:
+        box, line = canvas.measure(), int(canvas.pixel(13.999 - plots.shown.zero, 0.0).x())
+        rows_of = colored(canvas.viewport().grab().toImage(), "ink3")
+        assert np.ptp(rows_of[rows_of[:, 0] == line][:, 1]) > 0.8 * box.height()
+    one = named()
+    line = int(plots.canvases[0].pixel(13.999 - plots.shown.zero, 0.0).x())
+    assert line < one[0] < line + 12
+    history.divide("Damping")
+    history.append(telemetry(100, 18_000))
+    plots.refresh()
+    assert named()[0] < one[-1] < plots.canvases[0].measure().right() - 60 < named()[-1]
+    history.divide("Friction")
+    history.append(telemetry(100, 18_100))
+    plots.refresh()
+    both = named()
+    assert both[-1] <= plots.canvases[0].measure().right()
+    assert np.ptp(both[both > one[-1] + 4]) < 60  # one name at the right end, not two

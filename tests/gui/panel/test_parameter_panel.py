@@ -5,6 +5,7 @@ import re
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
@@ -94,6 +95,21 @@ def test_what_is_bad_stays_in_the_box_and_the_loop_keeps_the_last_good_value(win
     enter(window.loop.rate, "50")
     assert window.loop.rate.error.text() == "Servo rate goes from 100 to 10,000 Hz."
     assert window.studio.engine.loop.rate == 1000.0
+
+
+def test_after_enter_keys_are_the_scenes_again_unless_the_number_was_refused(window):
+    row = rows(window)["stiffness"]
+    enter(row, "9000")
+    assert QApplication.focusWidget() is row.box
+    enter(row, "300")
+    assert QApplication.focusWidget() is window.centre.scene
+    for _ in range(2):
+        QTest.keyClick(QApplication.focusWidget(), Qt.Key.Key_3)
+    assert window.studio.environment.key == "damping"
+    assert window.studio.values_of("wall")["stiffness"] == 300.0
+    window.views.show("stability")
+    enter(window.views.page("stability").side.rows.rows["damping"], "6")
+    assert QApplication.focusWidget() is window.centre.scene
 
 
 @pytest.mark.parametrize("part", ["slider", "box"])

@@ -270,9 +270,10 @@ def test_the_picture_agrees_with_the_force_or_contradicts_it(qtbot, picture, sig
 
 @each_size
 def test_bands_are_half_a_wavelength_wide_and_where_they_damp(qtbot, size):
-    view, stage = scene_of(qtbot, "texture", size, {"kind": "bands", "wavelength": 0.008})
+    given = {"kind": "bands", "wavelength": 0.008}
+    view, stage = scene_of(qtbot, "texture", size, given)
     shaded = has(shot(view, 0.09), "mat2", 2)[int(stage.rail - 0.2 * stage.band)]
-    law, values = LIBRARY["texture"].force, LIBRARY["texture"].values({"wavelength": 0.008})
+    law, values = LIBRARY["texture"].force, LIBRARY["texture"].values(given)
     for mm in np.arange(-49.0, 49.0, 0.37):
         if min(mm % 4.0, 4.0 - mm % 4.0) > 1.5 / stage.per_mm:
             assert shaded[int(stage.x(mm))] == (law.plain(values, 1e-3 * mm, 0.1) != 0.0)

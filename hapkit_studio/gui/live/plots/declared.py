@@ -9,6 +9,7 @@ import numpy as np
 from hapkit_studio.discovery import declared
 
 _GRID = 401
+_BENT = 1e-6  # of the force's span: a bend smaller than this is rounding
 # friction holds at rest: there the curve is upright
 _BESIDE_ZERO = (-1e-6, -1e-9, 1e-9, 1e-6)
 
@@ -76,6 +77,19 @@ class PhasePlot:
         """Return where the theory is computed, SI: three times the reach."""
         even = np.linspace(-3.0, 3.0, _GRID)
         return np.sort(np.append(even, _BESIDE_ZERO)) * self.reach / self.scale
+
+
+def landmarks(x: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Return the places among x (n,) where a branch of a law's force (m, n) bends or changes its sign.
+
+    A wall's surface, a spring's centre; every place of a curve without a straight part, none of no curve.
+    """
+    found = np.zeros(x.shape, dtype=bool)
+    for row in force:
+        slopes = np.diff(row) / np.diff(x)
+        found[1:-1] |= np.abs(np.diff(slopes)) > _BENT * np.fmax.reduce(np.abs(slopes), initial=0.0)
+        found[1:-1] |= row[:-2] * row[2:] < 0.0
+    return x[found]
 
 
 Plot = TimePlot | PhasePlot

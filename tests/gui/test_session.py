@@ -1,0 +1,147 @@
+"""The next start: environment, values and view as they were left; on a motor nothing before "Render"."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+
+from hapkit_studio.arguments import window_parser
+from hapkit_studio.devices import DeviceEntry
+from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
+from hapkit_studio.gui import app, session
+from hapkit_studio.gui.environment_library import usable
+from hapkit_studio.haptics import rows
+from tests.environments.calling import LIBRARY
+from tests.gui.window_support import SIMULATED
+from tests.lateness import clear_lateness
+
+HAND, STIFFNESS = 0.014, 300.0
+
+
+@pytest.fixture
+def start(make_window):
+    """Return a maker of windows that begin as the last one was left."""
+
+    def begin(entries=(SIMULATED,)):
+        window = make_window(entries)
+        session.restore(window)
+        window.closed.connect(lambda: session.save(window))
+        return window
+
+    return begin
+
+
+def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
+    first = start()
+    assert first.studio.environment.key == "wall"
+    assert not first.studio.restored
+    first.studio.choose("friction")
+    first.studio.choose("wall")
+    first.studio.set_values({"stiffness": STIFFNESS, "position": -0.012, "side": 1.0})
+    first.views.show("break_it")
+    first.close()
+    again = start()
+    assert again.studio.environment.key == "wall"
+    assert again.studio.values == LIBRARY["wall"].values(
+        {"stiffness": STIFFNESS, "position": -0.012, "side": "left"}
+    )
+    assert again.panel.parameters.rows["stiffness"].box.text() == "300"
+    assert again.views.key == "break_it"
+    again.studio.choose("cat")
+    again.views.show("live")
+    again.close()
+    third = start()
+    assert (third.studio.environment.key, third.views.key) == ("cat", "live")
+    assert third.studio.values_of("wall") == LIBRARY["wall"].values()
+
+
+@pytest.mark.parametrize(
+    ("environment", "values", "view", "found"),
+    [
+        ("swamp", '{"stiffness": 300}', "moon", {}),
+        ("wall", '{"stiffness": 5001, "position": 0.01, "age": 7}', "", {"position": 0.01}),
+        ("wall", '{"side": "up", "damping_mode": "both"}', "", {"damping_mode": "both"}),
+        ("wall", '{"stiffness": NaN}', "", {}),
+        ("wall", "[1, 2", "", {}),
+        ("wall", "[1, 2]", "", {}),
+        (["wall"], ["x"], ["live"], {}),
+    ],
+)
+def test_what_is_unknown_or_out_of_range_is_left_out(make_window, environment, values, view, found):
+    window = make_window()
+    for name, value in (("environment", environment), ("values", values), ("view", view)):
+        window.settings.setValue(name, value)
+    session.restore(window)
+    assert window.studio.environment.key == "wall"
+    assert window.views.key == "live"
+    assert window.studio.values == LIBRARY["wall"].values(found)
+
+
+def test_values_that_do_not_agree_are_the_defaults():
+    """A button's snap starts within its travel."""
+    assert usable(LIBRARY["button"], {"travel": 0.003, "snap_start": 0.0035}) == LIBRARY["button"].values()
+
+
+def test_an_environment_that_is_named_begins_with_its_defaults_and_a_picture_leaves_no_trace():
+    for options, before, left in (
+        ([], 250.0, STIFFNESS),
+        (["--environment", "wall"], 250.0, STIFFNESS),
+        (["--screenshot", "x.png"], STIFFNESS, 400.0),
+        ([], STIFFNESS, STIFFNESS),
+    ):
+        window = app.build(window_parser().parse_args(options))
+        assert window.studio.values["stiffness"] == before
+        assert window.studio.restored == (before == STIFFNESS)
+        window.studio.set_value("stiffness", left)
+        window.close()
+
+
+def test_the_simulated_device_does_not_wait_and_its_stop_is_no_render(start, qtbot):
+    start().close()
+    window = start()
+    window.studio.device.open(SIMULATED)
+    qtbot.waitUntil(lambda: window.studio.engine is not None)
+    assert not window.studio.engine.stopped
+    window.studio.stop()
+    assert window.banners.banners[0].title.text() == "Stopped. Force is zero."
+    window.studio.release_stop()
+    assert window.studio.restored
+
+
+@pytest.mark.skipif(not built(), reason="the virtual board is not built")
+def test_a_motor_gives_no_force_before_render_is_pressed(start, qtbot, tmp_path):
+    """In every row, and by what its paddle felt; then the wall of the last time pushes the hand back."""
+    first = start()
+    first.studio.set_value("stiffness", STIFFNESS)
+    first.close()
+    board = VirtualBoard("lockstep", log=tmp_path / "truth.bin")
+    entry = DeviceEntry("virtual-board", "Virtual board", lambda: board)
+    window = start((SIMULATED, entry))
+    studio, history = window.studio, window.live.history
+    studio.device.open(entry)
+    qtbot.waitUntil(lambda: studio.engine is not None)
+    studio.move_hand(HAND)
+
+    def kept():
+        clear_lateness(studio)
+        window.live.tick()
+        return history.between(-np.inf, np.inf).known().y
+
+    qtbot.waitUntil(lambda: len(kept()["position"]) > 300 and kept()["position"][-1] > 0.009)
+    assert not np.any(kept()["applied"])
+    (banner,) = window.banners.banners
+    assert (banner.title.text(), window.header.stop.word.text()) == (
+        "Stopped until you press Render.",
+        "STOPPED",
+    )
+    (render,) = banner.buttons
+    assert render.text() == "Render"
+    before = window.live.last[rows.BOARD_TIME]
+    QTest.mouseClick(render, Qt.MouseButton.LeftButton)
+    qtbot.waitUntil(lambda: kept()["applied"][-1] < -0.3)
+    assert window.banners.banners == []
+    window.live.stop()
+    studio.close()
+    log = truth(tmp_path / "truth.bin")
+    assert not np.any(log.motor_force[log.time < before])
+    assert np.any(log.motor_force)
