@@ -66,7 +66,7 @@ class MainWindow(QMainWindow):
             FileActions(self.editor, self),
             FileWatcher(studio, self.editor, self),
         )
-        self.panel = ParameterPanel(studio, self.body)
+        self.panel = ParameterPanel(studio, self.settings, self.body)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
         self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)

@@ -28,8 +28,8 @@ _READ = (
     "above 999 % it changes by more than ten times its scale."
 )
 _LIVE = (
-    "The live simulated device models what its scene needs. In the Live view the panel has a switch, below "
-    "the loop, that models all."
+    "The live simulated device models what its scene needs. In the Live view the panel has a switch, in the "
+    "loop under More, that models all."
 )
 
 
