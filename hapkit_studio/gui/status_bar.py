@@ -11,7 +11,6 @@ from hapkit_studio.gui.widgets.parts import Sign, across, down, label
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import number
 
-HEIGHT = 30
 HOLD_S = 0.5
 _MARGIN, _SPACING = 14, 12
 _RATE_OFF = 0.02
@@ -85,7 +84,6 @@ class StatusBar(QWidget):
         super().__init__(parent)
         self.setObjectName("status")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setFixedHeight(HEIGHT)
         self.loop, self.clamp = Field("Loop"), Field("Force limit")
         self.margin, self.kept = Field("Stability"), Field("Record", edged=False)
         names = "Servo rate", "Lateness", "Missed ticks", "Computing time", "Priority"

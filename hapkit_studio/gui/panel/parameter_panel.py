@@ -39,7 +39,7 @@ class Title(QLabel):
     def _fit(self) -> None:
         font = theme.font("title")
         while (
-            font.pixelSize() > _SMALLEST
+            font.pixelSize() > theme.px(_SMALLEST)
             and QFontMetricsF(font).horizontalAdvance(self.text()) + 1.0 > self.width()
         ):
             font.setPixelSize(font.pixelSize() - 1)

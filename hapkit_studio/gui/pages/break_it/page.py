@@ -18,6 +18,7 @@ from hapkit_studio.gui.pages.break_it.lists import NARROW, WIDE, FailureList, Fa
 from hapkit_studio.gui.pages.break_it.record import FailureRunner, Part, Record
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
@@ -124,7 +125,8 @@ class BreakItPage(MeasuringPage):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.list.setFixedWidth(WIDE if event.size().width() >= _WIDE_LIST_FROM else NARROW)
+        wide = event.size().width() >= theme.px(_WIDE_LIST_FROM)
+        self.list.setFixedWidth(theme.px(WIDE if wide else NARROW))
 
     def end(self) -> None:
         self._settle.stop()

@@ -31,7 +31,7 @@ from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.parts import across, hint, label, rule
 from hapkit_studio.gui.widgets.segmented import Segmented
-from hapkit_studio.gui.widgets.theme import number
+from hapkit_studio.gui.widgets.theme import number, theme
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -76,7 +76,7 @@ class StabilitySide(SidePanel):
 HANDS = ("released", "medium", "all")
 _HAND_WORDS = ("Released", "Medium grip", "All hands")
 _NAMES = {"Delay": "Delay, measured"}
-_COLUMN_FROM = 560
+_COLUMN, _COLUMN_FROM = 276, 560
 
 
 class StabilityPage(MeasuringPage):
@@ -219,7 +219,8 @@ class StabilityPage(MeasuringPage):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.verdict_column.setVisible(event.size().width() >= _COLUMN_FROM)
+        self.verdict_column.setFixedWidth(theme.px(_COLUMN))
+        self.verdict_column.setVisible(event.size().width() >= theme.px(_COLUMN_FROM))
 
     def wait(self) -> None:
         """Wait for the lines, for tests; the answer comes with the next events."""
