@@ -4,7 +4,7 @@ All sizes are device-independent pixels at the usual scale; in a large window ev
 """
 
 # a window larger than this, both ways, has all of it larger by the same factor, in steps
-LARGE, _STEPS, _LARGEST = (1600, 900), 20, 2.5
+LARGE, _STEPS, _LARGEST = (1600, 900), 10, 2.5
 
 GAP = 12
 """Between cards, and around them."""

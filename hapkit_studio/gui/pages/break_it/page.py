@@ -51,7 +51,6 @@ class BreakItPage(MeasuringPage):
         self.detail, self.side = Detail(self.record, self.chart), FailureSide()
         self.knob, self.verdict = self.detail.knob, self.detail.verdict
         self._busy = ""
-        self._seen = False
         self._settle = QTimer(self, interval=_SETTLE_MS, singleShot=True)
         self._settle.timeout.connect(self.run)
         self.bar.add(self.all)
@@ -119,7 +118,7 @@ class BreakItPage(MeasuringPage):
     # the page's life
 
     def set_shown(self, on: bool) -> None:
-        self._seen = on
+        super().set_shown(on)
         if on:
             self._soon()
 

@@ -95,7 +95,7 @@ class StabilityPage(MeasuringPage):
         self._worker = LatestAnswer(solve, self)
         self.lines: Lines | None = None
         self.results = Results()
-        self._seen = self._wanted = False
+        self._wanted = False
         self._map: Map | None = None
         self._dot: Dot | None = None
         self.hands = Segmented("Hand", _HAND_WORDS)
@@ -210,7 +210,7 @@ class StabilityPage(MeasuringPage):
     # the page's life
 
     def set_shown(self, on: bool) -> None:
-        self._seen = on
+        super().set_shown(on)
         if on:
             self._show_studio()
             self.ask()
