@@ -195,14 +195,11 @@ class IdentifyPage(MeasuringPage):
         self.table.show_rows(columns(part) if part else (), part.estimates if part else ())
         found = part is not None and part.points is not None
         self.how.setHidden(found)
-        self.chart.setVisible(found or self._shows_example)
+        example = self._example if self.found is None else None
+        self.chart.setVisible(found or example is not None)
         self._say(part)
-        if self._shows_example:
-            self._draw(self._example, pale=True)
-
-    @property
-    def _shows_example(self) -> bool:
-        return self.found is None and self._example is not None
+        if example is not None:
+            self._draw(example, pale=True)
 
     def _take_example(self, found: "Identified") -> None:
         self._example = found
