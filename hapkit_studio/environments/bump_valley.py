@@ -103,7 +103,7 @@ ENVIRONMENT = Environment(
     force=force,
     shortcut="6",
     formula="<i>F</i> = −<i>N</i> d<i>h</i>/d<i>x</i>",
-    explanation="The handle moves on a level line, and yet there is a hill: the slope of a height h pushes "
+    explanation="The handle moves on a level line, and yet there is a hill. The slope of a height h pushes "
     "against you on the way up and helps you on the way down, from both sides alike, so that crossing it "
     "costs nothing in the end. Draw the opposite relief and feel again: most people believe the force, not "
     "the shape they see (Robles-De-La-Torre and Hayward, 2001).",

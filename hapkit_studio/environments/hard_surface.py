@@ -119,7 +119,7 @@ ENVIRONMENT = Environment(
     force=force,
     shortcut="5",
     formula="<i>F</i> = −<i>k d</i> − <i>A v</i><sub>i</sub> e<sup>−γτ</sup> sin 2π<i>f</i>τ",
-    explanation="A motor cannot be as stiff as wood, but it can answer a tap as wood does: at the moment of "
+    explanation="A motor cannot be as stiff as wood, but it can answer a tap as wood does. At the moment of "
     "entry the surface adds a short ringing, the stronger the faster you hit it, and the hand takes that for "
     "hardness. It rings once for each entry and again only after you have clearly left.",
     impedance=lambda p: (p["stiffness"], p["damping"]),

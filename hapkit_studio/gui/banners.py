@@ -42,7 +42,7 @@ class Banner(QWidget):
         self.notice = notice
         self.setObjectName("banner")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setFixedHeight(HEIGHT)
+        self.setFixedHeight(theme.px(HEIGHT))
         self.setProperty("tone", notice.tone)
         self.title, self.text = plain(QLabel()), plain(QLabel())
         self.title.setFont(theme.font("banner"))

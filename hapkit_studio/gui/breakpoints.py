@@ -1,7 +1,10 @@
 """What gives way where the window is small, in this order; every breakpoint stands here.
 
-All sizes are device-independent pixels.
+All sizes are device-independent pixels at the usual scale; in a large window everything grows by one factor.
 """
+
+# a window larger than this, both ways, has all of it larger by the same factor, in steps
+LARGE, _STEPS, _LARGEST = (1600, 900), 10, 2.5
 
 GAP = 12
 """Between cards, and around them."""
@@ -14,8 +17,8 @@ PANEL, PANEL_NARROW, PANEL_MOST = 300, 272, 440
 # 2. scene height, with this much free below the banners
 SCENE_LEAST, SCENE_LOW = 150, 180
 _FREE_FOR_SCENE, _FREE_FOR_LOW_SCENE = 680, 480
-# in a wide and high window the scene grows with its width, so that it keeps its proportions
-_FREE_FOR_TALL_SCENE, _USUAL_CENTRE, _MOST_GROWN = 880, 1100, 1.75
+# in a wide window the scene grows with its width, so that it keeps its proportions, while the plots have this
+_USUAL_CENTRE, _FREE_FOR_PLOTS = 910, 430
 
 # 3. header width: below the first its key caps go, below the second its icons, and its tabs stand closer
 KEY_CAPS, TABS_APART = 1300, 1180
@@ -29,7 +32,13 @@ DRAWER_WIDTH, DRAWER_HEIGHT = 1280, 640
 BANNERS_BESIDE_PANEL = 1100
 
 
-def gallery_width(window: int, gallery: int, panel: int) -> int:
+def scale(width: int, height: int) -> float:
+    """Return how many times larger than usual everything is in a window of so many px."""
+    room = min(width / LARGE[0], height / LARGE[1])
+    return min(max(int(_STEPS * room) / _STEPS, 1.0), _LARGEST)
+
+
+def gallery_width(window: float, gallery: float, panel: float) -> float:
     """Return the gallery's width, given what gallery and panel should have: a rail where room is short."""
     return RAIL if window - max(gallery, GALLERY) - max(panel, PANEL) < CENTRE else gallery
 
@@ -43,9 +52,7 @@ def scene_height(usual: int, width: int, free: int, law: bool | None) -> int:
         return SCENE_LOW if free >= _FREE_FOR_SCENE and law else SCENE_LEAST
     if free < _FREE_FOR_SCENE:
         return SCENE_LOW if free >= _FREE_FOR_LOW_SCENE else SCENE_LEAST
-    if free < _FREE_FOR_TALL_SCENE:
-        return usual
-    return round(usual * min(max(width / _USUAL_CENTRE, 1.0), _MOST_GROWN))
+    return max(usual, min(round(usual * width / _USUAL_CENTRE), free - _FREE_FOR_PLOTS))
 
 
 def phase_width(width: int) -> int:

@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QDialog, QFormLayout, QPushButton, QScrollArea, QW
 from hapkit_studio.gui import banners, header
 from hapkit_studio.gui.actions import Action
 from hapkit_studio.gui.widgets.parts import AnswerLine, across, down, label, primary
+from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
     from hapkit_studio.haptics.priority import Priority
@@ -112,7 +113,8 @@ class FormDialog(TextDialog):
         super().showEvent(event)
         parent = self.parentWidget()
         if parent is not None and not event.spontaneous():
-            top = parent.window().mapToGlobal(QPoint(0, header.HEIGHT + banners.MOST * banners.HEIGHT)).y()
+            below = theme.px(header.HEIGHT + banners.MOST * banners.HEIGHT)
+            top = parent.window().mapToGlobal(QPoint(0, below)).y()
             if self.y() < top:
                 self.move(self.x(), top)
 

@@ -51,8 +51,8 @@ def icon_name(scene: str) -> str:
 
 
 @lru_cache(maxsize=64)
-def _picture(icon: str, _shade: str, color: str, ratio: float) -> QPixmap:
-    return icons.pixmap(icon, 24, color, ratio)
+def _picture(icon: str, _shade: str, color: str, size: int, ratio: float) -> QPixmap:
+    return icons.pixmap(icon, size, color, ratio)
 
 
 class GalleryRow(QAbstractButton):
@@ -95,10 +95,10 @@ class GalleryRow(QAbstractButton):
 
     def sizeHint(self) -> QSize:
         if self.rail:
-            return QSize(breakpoints.RAIL - _EDGES, LEAST_RAIL_ROW)
+            return QSize(theme.px(breakpoints.RAIL) - _EDGES, theme.px(LEAST_RAIL_ROW))
         words = (("strong", self.title), ("hint", self.summary))
         wide = max(QFontMetrics(theme.font(role)).horizontalAdvance(text) for role, text in words)
-        return QSize(_LEFT + wide + 2 + (_RIGHT if self.key else 8), LEAST_ROW)
+        return QSize(wide + 2 + theme.px(_LEFT + (_RIGHT if self.key else 8)), theme.px(LEAST_ROW))
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Let Enter choose: Space is the pause key."""
@@ -128,15 +128,17 @@ class GalleryRow(QAbstractButton):
             painter.drawRoundedRect(QRectF(self.rect()).adjusted(4, 3, -4, -3), 6, 6)
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
-        picture = _picture(self.picture, theme.color(color).name(), color, self.devicePixelRatioF())
-        painter.drawPixmap(12 if self.rail else _ICON, (self.height() - 24) // 2, picture)
+        size = theme.px(24)
+        picture = _picture(self.picture, theme.color(color).name(), color, size, self.devicePixelRatioF())
+        painter.drawPixmap(theme.px(12 if self.rail else _ICON), (self.height() - size) // 2, picture)
 
     def _paint_words(self, painter: QPainter, color: str) -> None:
         middle = Qt.AlignmentFlag.AlignVCenter
-        room = self.width() - _LEFT - (_RIGHT if self.key else 8)
-        top = (self.height() - 37) // 2
+        left, px = theme.px(_LEFT), theme.px
+        room = self.width() - left - px(_RIGHT if self.key else 8)
+        top = (self.height() - px(37)) // 2
         words = self.waiting or self.summary
-        lines = [("strong", color, self.title, top, 20), ("hint", "ink3", words, top + 19, 18)]
+        lines = [("strong", color, self.title, top, px(20)), ("hint", "ink3", words, top + px(19), px(18))]
         if not words:
             lines = [("body", color, self.title, 0, self.height())]
         for role, token, words, top, height in lines:
@@ -146,15 +148,17 @@ class GalleryRow(QAbstractButton):
             painter.setPen(theme.color(token))
             painter.setFont(font)
             words = painter.fontMetrics().elidedText(words, Qt.TextElideMode.ElideRight, room)
-            painter.drawText(QRectF(_LEFT, top, room, height), middle, words)
+            painter.drawText(QRectF(left, top, room, height), middle, words)
 
     def _paint_key(self, painter: QPainter) -> None:
         painter.setFont(theme.font("hint"))
         if self.rail:
             painter.setPen(theme.color("ink2"))
-            painter.drawText(QRectF(39, 0, 20, self.height()), Qt.AlignmentFlag.AlignCenter, self.key)
+            column = QRectF(theme.px(39), 0, theme.px(20), self.height())
+            painter.drawText(column, Qt.AlignmentFlag.AlignCenter, self.key)
             return
-        box = QRectF(self.width() - 26.5, self.height() / 2 - 10, 19, 20)
+        high = theme.px(20)
+        box = QRectF(self.width() - theme.px(26) - 0.5, (self.height() - high) / 2, theme.px(19), high)
         painter.setPen(QPen(theme.color("line"), 1))
         painter.setBrush(theme.color("surface"))
         painter.drawRoundedRect(box, 4, 4)
@@ -175,7 +179,6 @@ class OwnRow(GalleryRow):
         self.file, self._gallery = file, gallery
         super().__init__("circle", file.title, "")
         self.pencil = QToolButton(self)
-        self.pencil.setFixedSize(_PENCIL, _PENCIL)
         self.pencil.setFocusPolicy(Qt.FocusPolicy.NoFocus)  # keys have the menu
         self.setAccessibleDescription("The menu key edits, shows or deletes its file.")
         self.pencil.clicked.connect(lambda: gallery.edit_pressed.emit(self.file.path))
@@ -200,14 +203,15 @@ class OwnRow(GalleryRow):
 
     def sizeHint(self) -> QSize:
         """Take what the gallery gives: words of a stranger's length are cut, the tooltip has them whole."""
-        return super().sizeHint().boundedTo(QSize(_LEAST, LEAST_ROW))
+        return super().sizeHint().boundedTo(QSize(_LEAST, theme.px(LEAST_ROW)))
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
         """Draw a ring with initials where the file names no scene: a rail has no room for more."""
         if self.picture != "circle":
             super()._paint_icon(painter, color)
             return
-        ring = QRectF(10 if self.rail else 8, (self.height() - _RING) / 2, _RING, _RING)
+        wide = theme.px(_RING)
+        ring = QRectF(theme.px(10 if self.rail else 8), (self.height() - wide) / 2, wide, wide)
         painter.setPen(QPen(theme.color(color), 1.75))
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawEllipse(ring)
@@ -216,7 +220,8 @@ class OwnRow(GalleryRow):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.pencil.move(self.width() - _PENCIL - 8, (self.height() - _PENCIL) // 2)
+        size = theme.px(_PENCIL)
+        self.pencil.setGeometry(self.width() - size - 8, (self.height() - size) // 2, size, size)
 
     def contextMenuEvent(self, event: QContextMenuEvent) -> None:
         self.menu().popup(event.globalPos())
@@ -250,8 +255,6 @@ class Gallery(QScrollArea):
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setMinimumWidth(breakpoints.RAIL)
-        self.setMaximumWidth(breakpoints.GALLERY_MOST)
         self.heading, self.own_heading = (label(words, "section") for words in ("Environments", "Yours"))
         for heading in (self.heading, self.own_heading):
             heading.setContentsMargins(14, 10, 14, 6)
@@ -334,7 +337,8 @@ class Gallery(QScrollArea):
         """Share the height among the rows; the row for a new one stays, the list scrolls under it."""
         rows = (*self.rows.values(), *self.own_rows.values(), self.new_row)
         heading, own = (h.sizeHint().height() * (not h.isHidden()) for h in (self.heading, self.own_heading))
-        least, most = (LEAST_RAIL_ROW, RAIL_ROW) if self.rail else (LEAST_ROW, ROW)
+        heights = (LEAST_RAIL_ROW, RAIL_ROW) if self.rail else (LEAST_ROW, ROW)
+        least, most = map(theme.px, heights)
         above, seen = heading + own, len(rows)
         scrolls = self.height() - above < least * seen
         if scrolls:  # at its top the list ends with a whole row
@@ -350,7 +354,7 @@ class Gallery(QScrollArea):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        rail = self.width() < breakpoints.GALLERY
+        rail = self.width() < theme.px(breakpoints.GALLERY)
         if rail != self.rail:
             self.set_rail(rail)
         else:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 
-from PySide6.QtCore import QPointF, QSize, Qt, Signal
+from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QTabBar, QWidget
 
@@ -33,10 +33,10 @@ class ShortcutButton(QPushButton):
 
     word_role = "button"
 
-    def __init__(self, icon: str, text: str, key: str, height: int = 34, parent: QWidget | None = None):
+    def __init__(self, icon: str, text: str, key: str, parent: QWidget | None = None):
         super().__init__(parent)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.setFixedHeight(height)
+        self.setProperty("tall", True)
         self.picture, self.word, self.cap = QLabel(), QLabel(text), QLabel(key)
         self.word.setProperty("role", self.word_role)
         self.cap.setProperty("role", "key")
@@ -63,12 +63,12 @@ class ShortcutButton(QPushButton):
 
     def show_look(self) -> None:
         """Paint the parts in the theme in force."""
-        self.picture.setPixmap(icons.pixmap(self._icon, 18, self._color, self.devicePixelRatioF()))
+        self.picture.setPixmap(icons.pixmap(self._icon, theme.px(18), self._color, self.devicePixelRatioF()))
         mark(self.word, "ink", self._color)
         mark(self.cap, "ink", self._cap_color)
 
     def sizeHint(self) -> QSize:
-        return QSize(self._row.sizeHint().width() + 4, self.height())
+        return QSize(self._row.sizeHint().width() + 4, super().sizeHint().height())
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()
@@ -79,7 +79,6 @@ class StateDot(QWidget):
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
-        self.setFixedSize(12, 12)
         self.token, self.filled = "warn", False
 
     def show_state(self, token: str, filled: bool) -> None:
@@ -87,13 +86,16 @@ class StateDot(QWidget):
         self.token, self.filled = token, filled
         self.update()
 
+    def sizeHint(self) -> QSize:
+        return QSize(1, 1) * theme.px(12)
+
     def paintEvent(self, event: QPaintEvent) -> None:
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        color = theme.color(self.token)
+        color, middle = theme.color(self.token), QRectF(self.rect()).center()
         painter.setPen(QPen(color, 1.6))
         painter.setBrush(color if self.filled else Qt.BrushStyle.NoBrush)
-        painter.drawEllipse(QPointF(6, 6), 4, 4)
+        painter.drawEllipse(middle, theme.px(4), theme.px(4))
 
 
 class DeviceList(QPushButton):
@@ -103,7 +105,6 @@ class DeviceList(QPushButton):
         super().__init__(parent)
         self._studio = studio
         self.setProperty("tall", True)
-        self.setFixedHeight(34)
         self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.dot, self.word, self._arrow = StateDot(), QLabel(), QLabel()
         self._row = across(self.dot, (self.word, 1), self._arrow, into=self, margins=(10, 0, 10, 0))
@@ -131,11 +132,11 @@ class DeviceList(QPushButton):
         self.setToolTip(link.text or "Choose a device")
         self.setAccessibleName(f"Device: {words}")
         self.dot.show_state(_DOT.get(link.state, "warn"), link.state == "running")
-        self._arrow.setPixmap(icons.pixmap("chevron_down", 16, "ink2", self.devicePixelRatioF()))
+        self._arrow.setPixmap(icons.pixmap("chevron_down", theme.px(16), "ink2", self.devicePixelRatioF()))
         self.updateGeometry()
 
     def sizeHint(self) -> QSize:
-        return QSize(max(180, self._row.sizeHint().width() + 4), 34)
+        return QSize(max(theme.px(180), self._row.sizeHint().width() + 4), super().sizeHint().height())
 
     def minimumSizeHint(self) -> QSize:
         return self.sizeHint()
@@ -172,26 +173,18 @@ class StopButton(ShortcutButton):
     """Stops on the press, not on the release of the button; pressed again it does nothing."""
 
     word_role = "stop"
-    _wide = 120
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
-        super().__init__("octagon", "E-STOP", "Esc", 40, parent)
+        super().__init__("octagon", "E-STOP", "Esc", parent)
         self._studio = studio
         self.setProperty("stop", True)
         self.setAccessibleName("E-stop")
         self._row.insertStretch(0)
         self._row.addStretch()
-        self._wide = self.sizeHint().width()
-        self.setFixedWidth(self._wide)
         self.pressed.connect(studio.stop)
         self.clicked.connect(studio.stop)
         studio.stop_changed.connect(self.show_state)
         self.show_state()
-
-    def sizeHint(self) -> QSize:
-        """Ask for the same room stopped or not: what stands beside it stays where it is."""
-        own = super().sizeHint()
-        return QSize(max(self._wide, own.width()), own.height())
 
     def show_state(self) -> None:
         """Show red while the force may act, hollow once stopped."""
@@ -213,9 +206,7 @@ class Header(QWidget):
         super().__init__(parent)
         self.setObjectName("header")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setFixedHeight(HEIGHT)
         self.devices = DeviceList(studio)
-        self.devices.setMinimumWidth(breakpoints.GALLERY - 24)
         self.tabs = QTabBar(drawBase=False, expanding=False, usesScrollButtons=True)
         self.tabs.setAccessibleName("Views")
         self.tabs.setElideMode(Qt.TextElideMode.ElideNone)
@@ -240,10 +231,10 @@ class Header(QWidget):
         self.pause.setAccessibleName("Resume the plots" if paused else "Pause the plots")
 
     def resizeEvent(self, event) -> None:
-        compact = self.width() < breakpoints.TABS_APART
+        compact = self.width() < theme.px(breakpoints.TABS_APART)
         for button in (self.pause, self.panel):
-            button.set_cap(self.width() >= breakpoints.KEY_CAPS)
+            button.set_cap(self.width() >= theme.px(breakpoints.KEY_CAPS))
             button.picture.setHidden(compact)
-        self.devices.setMinimumWidth(0 if compact else breakpoints.GALLERY - 24)
+        self.devices.setMinimumWidth(0 if compact else theme.px(breakpoints.GALLERY) - 24)
         mark(self.tabs, "compact", compact)
         super().resizeEvent(event)

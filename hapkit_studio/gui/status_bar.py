@@ -1,15 +1,16 @@
-"""The status bar: how well the loop keeps time, which priority it got, whether the force is clamped."""
+"""The status bar: whether the loop is in time, its figures on a click, whether the force is clamped."""
 
+import math
 import time
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QPushButton, QWidget
 
-from hapkit_studio.gui.widgets.parts import Sign, across, label
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import Sign, across, down, label
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import number
 
-HEIGHT = 30
 HOLD_S = 0.5
 _MARGIN, _SPACING = 14, 12
 _RATE_OFF = 0.02
@@ -25,7 +26,7 @@ class Field(QWidget):
         super().__init__()
         self._name = name
         self.sign, self.words = Sign(16), label("…", "status", wrap=False)
-        self.link = QPushButton()
+        self.link = QPushButton(autoDefault=True)  # Enter presses it; Space is Pause
         self.link.setProperty("link", True)
         self.link.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.link.hide()
@@ -40,6 +41,7 @@ class Field(QWidget):
         """Show words, a sign before them, and the token both are coloured with."""
         if words != self.words.text():
             self.words.setText(words)
+            self.words.setVisible(bool(words))
             self.setAccessibleName(f"{self._name}: {words}")
         mark(self.words, "ink", token)
         if (sign, token) != (self.sign.name, self.sign.token):
@@ -53,6 +55,11 @@ def late(microseconds: float) -> str:
     return f"{number(value, 2 if value < 9.95 else 1)} ms"
 
 
+def _is_off(rate: float, nominal: float | None) -> bool:
+    """Say whether a rate in Hz, 0 while it is not known, is another than it should be."""
+    return bool(rate) and nominal is not None and abs(rate - nominal) > _RATE_OFF * nominal
+
+
 def rate_words(rate: float, nominal: float | None, on_board: bool) -> str:
     """Write a rate as measured in Hz; where it is another than it should be, both, each with its name."""
     measured = f"{rate:,.0f} Hz" if rate else "– Hz"
@@ -60,13 +67,16 @@ def rate_words(rate: float, nominal: float | None, on_board: bool) -> str:
         return measured
     if on_board:
         return f"Board {nominal:,.0f} Hz · telemetry {f'{rate:,.0f}' if rate else '–'} Hz"
-    if rate and abs(rate - nominal) > _RATE_OFF * nominal:
+    if _is_off(rate, nominal):
         return f"{rate:,.0f} of {nominal:,.0f} Hz"
     return measured
 
 
 class StatusBar(QWidget):
-    """Fields from left to right; the less important give way first where the window is narrow."""
+    """Fields from left to right; the less important give way first where the window is narrow.
+
+    ``figures`` stands above the bar once the word for the loop was clicked, until it is clicked again.
+    """
 
     how_to_fix = Signal()
 
@@ -74,36 +84,63 @@ class StatusBar(QWidget):
         super().__init__(parent)
         self.setObjectName("status")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setFixedHeight(HEIGHT)
-        self.rate, self.late, self.missed = Field("Servo rate"), Field("Lateness"), Field("Missed ticks")
-        self.priority, self.clamp = Field("Priority"), Field("Force limit")
+        self.loop, self.clamp = Field("Loop"), Field("Force limit")
         self.margin, self.kept = Field("Stability"), Field("Record", edged=False)
+        names = "Servo rate", "Lateness", "Missed ticks", "Computing time", "Priority"
+        lines = self.rate, self.late, self.missed, self.compute, self.priority = [
+            Field(name, edged=False) for name in names
+        ]
+        self.figures = QFrame(parent or self)
+        self.figures.setProperty("card", True)
+        down(*(across(line, None) for line in lines), into=self.figures, margins=(14, 10, 14, 10), gap=6)
+        self.figures.hide()
+        self.loop.link.setToolTip("Rate, lateness, missed ticks, computing time, priority")
+        self.loop.link.setLayoutDirection(Qt.LayoutDirection.RightToLeft)
+        icons.bind(self.loop.link, "chevron_up", "ink2", 14)
+        self.loop.link.clicked.connect(lambda: self.show_figures(self.figures.isHidden()))
         self.priority.link.setText("How to fix")
         self.priority.link.clicked.connect(self.how_to_fix)
         self.missed.setToolTip(_MISSED)
         self._clamped_until = 0.0
-        fields = self.rate, self.late, self.missed, self.priority, self.clamp, self.margin
+        fields = self.loop, self.clamp, self.margin
         across(*fields, None, self.kept, into=self, margins=(_MARGIN, 0, _MARGIN, 0), gap=_SPACING)
         self.show_nothing("Preparing the loop, once only")
 
     def show_nothing(self, words: str) -> None:
         """Show that no loop runs."""
-        self.rate.show_words("0 Hz", "", "ink")
-        self.late.show_words("Late –")
-        self.missed.show_words("Missed –")
-        self.priority.show_words(words)
-        self.priority.link.hide()
+        self.loop.show_words(words)
+        self.loop.link.hide()
+        self.show_figures(False)
         self.clamp.show_words("No force", "circle")
         self.kept.show_words("")
         self._hide_least_important()
 
-    def show_health(self, health, nominal: float | None = None, on_board: bool = False) -> None:
-        """Show the loop's health; nominal: its rate in Hz as it should be, on_board: the board's own."""
+    def show_figures(self, on: bool) -> None:
+        """Show the figures behind the word for the loop, or hide them."""
+        self.figures.setVisible(on)
+        QWidget.setTabOrder(self.loop.link, self.priority.link)
+        self._place_figures()
+
+    def show_health(
+        self, health, nominal: float | None = None, on_board: bool = False, compute: float = math.nan
+    ) -> None:
+        """Show the loop's health; nominal: its rate in Hz as it should be, on_board: the board's own.
+
+        compute: what the newest tick took to compute, in s.
+        """
         us = health.lateness_us
         self.rate.show_words(rate_words(health.rate, nominal, on_board), "", "ink")
         self.late.show_words(f"Late p99 {late(us['p99'])}, worst {late(us['max'])}")
         lost = health.missed + health.link.lost_frames
         lately = health.missed_lately > 0
+        late_now = lately or (not on_board and _is_off(health.rate, nominal))
+        word, *sign = ("Loop late", "triangle", "warn") if late_now else ("Loop in time", "check", "ok")
+        self.loop.show_words("", *sign)
+        self.loop.link.setText(word)
+        mark(self.loop.link, "ink", sign[1])
+        self.loop.link.show()
+        self.compute.setHidden(on_board or math.isnan(compute))
+        self.compute.show_words(f"Computing {number(1e6 * compute, 1)} µs")
         self.missed.show_words(f"Missed {lost:,}", "triangle" if lately else "", "warn" if lately else "ink2")
         priority = health.priority
         words = f"{priority.text}, late up to {late(us['max'])}."
@@ -111,6 +148,7 @@ class StatusBar(QWidget):
         self.priority.show_words(*said)
         self.priority.link.setVisible(not priority.realtime)
         self.priority.setToolTip(priority.how)
+        self._place_figures()
         self._hide_least_important()
 
     def show_clamp(self, clamped: bool, limit: float) -> None:
@@ -138,12 +176,18 @@ class StatusBar(QWidget):
     def resizeEvent(self, event) -> None:
         super().resizeEvent(event)
         self._hide_least_important()
+        self._place_figures()
+
+    def _place_figures(self) -> None:
+        """Let the figures stand on the bar, in the room that they need."""
+        self.figures.resize(self.figures.sizeHint())
+        self.figures.move(_MARGIN, self.y() - self.figures.height() - 4)
+        self.figures.raise_()
 
     def _hide_least_important(self) -> None:
         """Hide fields, least important first, until the rest fits whole."""
-        order = (self.kept, self.missed, self.late, self.margin, self.rate)
-        fields = self.findChildren(Field)
+        fields = self.loop, self.clamp, self.margin, self.kept
         needed = 2 * _MARGIN + sum(field.sizeHint().width() + _SPACING for field in fields)
-        for field in order:
+        for field in (self.kept, self.margin):
             field.setVisible(needed <= self.width())
             needed -= 0 if needed <= self.width() else field.sizeHint().width() + _SPACING

@@ -67,7 +67,7 @@ class MainWindow(QMainWindow):
             FileActions(self.editor, self),
             FileWatcher(studio, self.editor, self),
         )
-        self.panel = ParameterPanel(studio, self.body)
+        self.panel = ParameterPanel(studio, self.settings, self.body)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
         self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)
@@ -231,8 +231,6 @@ class WindowLayout(QWidget):
         """Put the window's parts, each made inside this widget, in their places."""
         window = self._window
         self.side.addWidget(window.panel)
-        self.side.setMinimumWidth(breakpoints.PANEL_NARROW)
-        self.side.setMaximumWidth(breakpoints.PANEL_MOST)
         fill(self._inner, 1, 1, window.gallery, window.centre)
         fill(self.borders, 1, 0, self._left, self.side)
         self._beside = down((self._inner, 1), into=self._left)
@@ -257,29 +255,35 @@ class WindowLayout(QWidget):
 
     def share(self) -> None:
         """Decide what gives way at this size."""
-        parts, wide = self._window, self._window.width()
+        parts, wide, px = self._window, self._window.width(), theme.px
+        theme.set_scale(breakpoints.scale(wide, parts.height()))
+        parts.gallery.setMinimumWidth(px(breakpoints.RAIL))
+        parts.gallery.setMaximumWidth(px(breakpoints.GALLERY_MOST))
+        self.side.setMinimumWidth(px(breakpoints.PANEL_NARROW))
+        self.side.setMaximumWidth(px(breakpoints.PANEL_MOST))
         small = wide < breakpoints.DRAWER_WIDTH or parts.height() < breakpoints.DRAWER_HEIGHT
         opened = not small if self._drawer_open is None else self._drawer_open
         parts.header.panel.setVisible(small)
         self.side.setVisible(opened)
         self._place_banners(wide < breakpoints.BANNERS_BESIDE_PANEL and opened)
         self._column.activate()  # at once: else a frame is painted with parts of two sizes
-        gallery = breakpoints.gallery_width(wide, self._gallery_width, self._panel_width)
-        narrow = gallery == breakpoints.RAIL != self._gallery_width
-        panel = breakpoints.PANEL_NARROW if narrow else self._panel_width
+        usual = breakpoints.gallery_width(wide / theme.scale, self._gallery_width, self._panel_width)
+        narrow = usual == breakpoints.RAIL != self._gallery_width
+        gallery, panel = px(usual), px(breakpoints.PANEL_NARROW if narrow else self._panel_width)
         self.borders.setSizes([wide - panel - 1, panel])
         self._beside.activate()
         self._inner.setSizes([gallery, self._left.width() - gallery - 1])
 
     def _gallery_dragged(self, place: int, _handle: int) -> None:
         """Take a width that shows all words, or a rail."""
-        half = (breakpoints.RAIL + breakpoints.GALLERY) // 2
-        self._gallery_width = breakpoints.RAIL if place < half else max(place, breakpoints.GALLERY)
-        self._inner.setSizes([self._gallery_width, self._left.width() - self._gallery_width - 1])
+        half, usual = (breakpoints.RAIL + breakpoints.GALLERY) / 2, place / theme.scale
+        self._gallery_width = breakpoints.RAIL if usual < half else max(usual, breakpoints.GALLERY)
+        gallery = theme.px(self._gallery_width)
+        self._inner.setSizes([gallery, self._left.width() - gallery - 1])
         self._window.settings.setValue("gallery_width", self._gallery_width)
 
     def _panel_dragged(self) -> None:
-        self._panel_width = self.side.width()
+        self._panel_width = self.side.width() / theme.scale
         self._window.settings.setValue("panel_width", self._panel_width)
 
     def _place_banners(self, across: bool) -> None:

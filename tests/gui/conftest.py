@@ -25,8 +25,9 @@ def dressed(qapp):
 
 @pytest.fixture(autouse=True)
 def look(dressed):
-    """Begin in the light theme."""
+    """Begin in the light theme, of the usual size."""
     theme.set_mode("light")
+    theme.set_scale(1.0)
 
 
 @pytest.fixture

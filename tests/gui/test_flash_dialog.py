@@ -86,7 +86,7 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back_with_its_settings(
         sheet.write.click()
         assert window.studio.link.state == "idle"
         assert window.header.devices.word.text() == "In use: flashing firmware"
-        assert window.status.priority.words.text() == "In use: flashing firmware"
+        assert window.status.loop.words.text() == "In use: flashing firmware"
         assert not sheet.close()  # half a firmware is none
         qtbot.waitUntil(lambda: not sheet.job.running)
         assert sheet.bar.value() == sheet.bar.maximum()

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtGui import QFontInfo
 from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QTabBar, QToolButton, QWidget
 
 from hapkit_studio import environments
@@ -113,7 +114,7 @@ def test_nothing_is_cut_off_or_overlaps(window, qapp):
             assert overlapping(window) == [], (key, size)
             assert window.centre.scene.height() >= 150
             assert window.header.stop.width() >= 120
-            assert window.header.stop.height() == 40
+            assert window.header.stop.height() >= 0.95 * 40 * breakpoints.scale(*size)  # its rim stays
             assert window.header.devices.isVisible()
             assert window.status.clamp.isVisible()
             assert size[0] < 1024 or window.header.tabs.sizeHint().width() <= window.header.tabs.width()
@@ -171,14 +172,14 @@ def test_rows_stand_clear_of_the_scroll_bar_in_one_column_with_short_labels(wind
 )
 def test_banners_push_the_rest_down_by_their_height(window, qapp, size):
     settle(qapp, window, size)
-    before = place(window.centre, window).top()
+    before, high = place(window.centre, window).top(), int(54 * breakpoints.scale(*size))
     buttons = (("Use simulated Hapkit", window.studio.device.open_simulated),)
     window.banners.set("device", Notice("device", 2, "warn", "unplugged", WORST, LINE, buttons))
     settle(qapp, window, size)
-    assert place(window.centre, window).top() == before + 54
+    assert place(window.centre, window).top() == before + high
     window.studio.stop()
     settle(qapp, window, size)
-    assert place(window.centre, window).top() == before + 108
+    assert place(window.centre, window).top() == before + 2 * high
     assert not window.panel_open or place(window.panel, window).top() == before
     assert cut_off(window) == []
     assert overlapping(window) == []
@@ -257,16 +258,45 @@ def test_a_pages_own_side_gives_way_like_the_panel(window, qapp):
         assert window.panel.width() == width
 
 
-def test_a_wide_window_gives_its_width_to_the_plots_and_keeps_the_scene_in_proportion(window, qapp):
-    shapes = {}
-    for size in ((1440, 900), (1920, 1080), (2560, 1440)):
+@pytest.mark.parametrize(
+    ("size", "grown"),
+    [((1280, 720), 1.0), ((1600, 1200), 1.0), ((1919, 1080), 1.1), ((1920, 1080), 1.2), ((2560, 1440), 1.6),
+     ((3440, 1440), 1.6), ((9000, 9000), 2.5)],
+)  # fmt: skip
+def test_from_1600_by_900_on_everything_grows_with_the_window(size, grown):
+    assert breakpoints.scale(*size) == grown
+
+
+@pytest.mark.parametrize("key", ["wall", "cat"])
+def test_scene_type_and_plots_grow_together_in_a_large_window(window, qapp, key):
+    window.studio.choose(key)
+
+    def sizes():
+        centre = window.centre
+        stage, box = centre.scene._layout(), next(iter(window.panel.parameters.rows.values())).box
+        drawn = 100.0 * stage.per_mm, stage.height, stage.u, stage.font(12.0, 500)[0].pixelSize()
+        plots = centre.time.canvases[0].left.width(), centre.phase.width(), centre.time.height()
+        words = window.panel.title.title, centre.time.headers[0].value, box, window.header.tabs
+        parts = window.panel, box, window.header.stop, window.gallery, window.header
+        type_sizes = [QFontInfo(part.font()).pixelSize() for part in words]
+        return [*drawn, *plots, *type_sizes, *(part.width() for part in parts), window.header.height()]
+
+    resize(qapp, window, (1600, 900))
+    usual = sizes()
+    for size in ((1920, 1080), (2560, 1440)):
         resize(qapp, window, size)
-        shapes[size] = window.centre.scene.size(), window.centre.phase.width()
-    widths = [phase for _, phase in shapes.values()]
-    assert widths == sorted(widths)
-    assert widths[-1] >= 1.5 * widths[0]
-    ratios = [scene.width() / scene.height() for scene, _ in shapes.values()]
-    assert max(ratios) < 1.5 * min(ratios)
+        for grown, before in zip(sizes(), usual, strict=True):
+            assert grown / before == pytest.approx(size[0] / 1600, rel=0.08)  # whole pixels of type
+
+
+def test_the_cat_keeps_its_proportions_at_every_size(window, qapp):
+    window.studio.choose("cat")
+    for size in ((1280, 720), (1440, 900), (1920, 1080), (3440, 1440)):
+        resize(qapp, window, size)
+        stage = window.centre.scene._layout()
+        assert 2.0 < 100.0 * stage.per_mm / stage.height < 3.75
+        assert stage.x(-50.0) >= 0.0
+        assert stage.x(50.0) <= stage.width
 
 
 def drag(qtbot, splitter, by):
@@ -288,7 +318,7 @@ def test_borders_that_were_dragged_stay_there_and_are_remembered(make_window, qa
     drag(qtbot, first.centre.rows, QPoint(0, 40))
     drag(qtbot, first.centre.columns, QPoint(-50, 0))
     dragged = sizes(first)
-    assert abs(dragged[1] - 360) <= 3
+    assert abs(dragged[1] - (1.2 * 300 + 60)) <= 3
     resize(qapp, first, (1600, 1000))
     resize(qapp, first, (1920, 1080))
     assert sizes(first) == dragged
@@ -379,8 +409,9 @@ def test_parts_stand_side_by_side_as_soon_as_the_window_has_another_size(window,
     for width, height in ((1440, 900), (1280, 720), (1920, 1080)):
         window.resize(width, height)
         parts = [place(part, window) for part in (window.gallery, window.centre, window.panel)]
-        assert parts[0].width() in (breakpoints.RAIL, breakpoints.GALLERY)
-        assert parts[2].width() in (breakpoints.PANEL, breakpoints.PANEL_NARROW)
+        grown = breakpoints.scale(width, height)
+        assert parts[0].width() in [int(grown * usual) for usual in (64, 228)]
+        assert parts[2].width() in [int(grown * usual) for usual in (272, 300)]
         assert parts[0].left() == 0
         assert parts[1].left() == parts[0].right() + 2  # a border of 1 px
         assert parts[2].left() == parts[1].right() + 2

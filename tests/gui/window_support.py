@@ -40,6 +40,8 @@ def put_back(window) -> None:
     studio.set_grip("medium")
     studio.move_hand(None)
     window.loop.set_folded(True)
+    window.loop.set_more(False)
+    window.status.show_figures(False)
     window.panel.title.help.setChecked(False)
     window.body.open_drawer(None)
     window.resize(1440, 900)

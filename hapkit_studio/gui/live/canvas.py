@@ -89,7 +89,7 @@ class Axis(pg.AxisItem):
     def places(self, low: float, high: float, size: float) -> list[float]:
         """Return where ticks and grid lines stand between two values so many pixels apart."""
         most, room = _TICKS[self.orientation]
-        return ticks(low, high, most, max(size / room, 1.0))
+        return ticks(low, high, most, max(size / theme.px(room), 1.0))
 
     def resizeEvent(self, ev=None):
         """Write the labels anew: an update alone leaves those of the old height in Qt's cached picture."""
@@ -124,12 +124,12 @@ class Canvas(pg.GraphicsView):
     fit_wanted = Signal()
     pointed = Signal(object)
     paper = "surface"  # the token round the frame
+    below = 22  # px for the labels below the frame
 
     def __init__(self, bottom: bool, unit: str = "", left_width: float = 44.0):
         super().__init__()
         self.bottom, self.left = Axis("bottom", unit), Axis("left")
-        self.left.setWidth(left_width)
-        self.bottom.setHeight(22)
+        self._left_width = left_width
         self.bottom.setVisible(bottom)
         ground = pg.GraphicsWidget()  # pyqtgraph's own plot makes a hundred widgets for menus with each
         ground.setContentsMargins(0, 0, RIGHT, 0 if bottom else 1)
@@ -162,7 +162,9 @@ class Canvas(pg.GraphicsView):
         self.recolor()
 
     def recolor(self) -> None:
-        """Take the theme's colours and fonts."""
+        """Take the theme's colours, fonts and sizes."""
+        self.left.setWidth(theme.px(self._left_width))
+        self.bottom.setHeight(theme.px(self.below))
         for axis in (self.left, self.bottom):
             axis.setTextPen(theme.color("axis"))
             axis.setStyle(tickFont=theme.font("tick"))

@@ -12,6 +12,7 @@ from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import across, down
 from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.theme import theme
 
 _EDGE = 1  # the card's line
 _VIEWS = ("Time", "Force–position")
@@ -34,10 +35,10 @@ def fill(splitter: QSplitter, gap: int, stretched: int, *parts: QWidget) -> None
     splitter.setStretchFactor(stretched, 1)
 
 
-def remembered(settings: QSettings, name: str, usual: int) -> int:
-    """Return a size in px that was kept, or the usual one."""
-    size = settings.value(name, usual, int)
-    return size if isinstance(size, int) else usual
+def remembered(settings: QSettings, name: str, usual: float) -> float:
+    """Return a size in px at the usual scale that was kept, or the usual one."""
+    size = settings.value(name, usual, float)
+    return size if isinstance(size, float) else usual
 
 
 class Toolbar(QWidget):
@@ -91,7 +92,6 @@ class Centre(QWidget):
         self._shows_scene, self._is_law = True, False
         self._scene_height = remembered(settings, "scene_height", 0)  # 0: nobody dragged it
         self._phase_width = remembered(settings, "phase_width", 0)
-        self.scene_card.setMinimumHeight(breakpoints.SCENE_LEAST + 2 * _EDGE)
         fill(self.columns, GAP, 0, self.time_card, self.phase_card)
         fill(self.rows, GAP, 1, self.scene_card, self.columns)
         down(self.rows, into=self, margins=(GAP,) * 4)
@@ -112,23 +112,24 @@ class Centre(QWidget):
 
     def lay_out(self) -> None:
         """Share out the room; another scene may want another height."""
-        width, page = self.width(), self._page is not None
+        px, page = theme.px, self._page is not None
+        width = round(self.width() / theme.scale)
         narrow = width < breakpoints.PLOTS_BESIDE
         if narrow != self._narrow:
             self._narrow = narrow
             self._move_phase()
         free = self.height() - 3 * GAP
         law = self._is_law if page else None
-        height = breakpoints.scene_height(self.scene.wanted_height, width, free, law)
-        if self._scene_height and not page:
-            height = self._scene_height
+        usual = breakpoints.scene_height(self.scene.wanted_height, width, round(free / theme.scale), law)
+        height = px(usual if page or not self._scene_height else self._scene_height)
+        self.scene_card.setMinimumHeight(px(breakpoints.SCENE_LEAST) + 2 * _EDGE)
         self.scene_card.setVisible(self._shows_scene)
         self.time_card.setVisible(not page)
         if not narrow:
             self.phase_card.setVisible(not page or (self._is_law and width >= breakpoints.LAW_BESIDE))
         self.rows.setSizes([height + 2 * _EDGE, free - height - 2 * _EDGE])
         if not narrow:
-            phase = self._phase_width or breakpoints.phase_width(width)
+            phase = px(self._phase_width or breakpoints.phase_width(width))
             others = self.columns.count() - 1
             self.columns.setSizes([self.columns.width() - GAP - phase] * others + [phase])
 
@@ -158,11 +159,11 @@ class Centre(QWidget):
 
     def _scene_dragged(self) -> None:
         if self._page is None:
-            self._scene_height = self.scene_card.height() - 2 * _EDGE
+            self._scene_height = (self.scene_card.height() - 2 * _EDGE) / theme.scale
             self._settings.setValue("scene_height", self._scene_height)
 
     def _phase_dragged(self) -> None:
-        self._phase_width = self.phase_card.width()
+        self._phase_width = self.phase_card.width() / theme.scale
         self._settings.setValue("phase_width", self._phase_width)
 
     def _move_phase(self) -> None:

@@ -99,7 +99,9 @@ class LiveDisplay(QObject):
             self._centre.refresh()
         self._seen = self._live.last
         if self._studio.link.state == "running":
-            self._status.show_health(health, *self._own_rate())
+            last = self._live.last
+            compute = math.nan if last is None else float(last[rows.COMPUTE])
+            self._status.show_health(health, *self._own_rate(), compute)
             self._status.show_kept(self._live.lost, KEPT_SECONDS, self._live.paused)
             self._warnings.watch(self._live.history)
             self._show_oscillation()

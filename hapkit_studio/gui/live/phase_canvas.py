@@ -5,8 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QPainter, QPen, QPixmap, QPolygonF
+from PySide6.QtCore import QPointF, QRectF
+from PySide6.QtGui import QPainter, QPixmap, QPolygonF
 
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
@@ -86,7 +86,7 @@ class Band:
         """Paint the kerbs of all branches, then the band."""
         lines = [line for force in self.force for line in self._unbroken(force, to_pixels)]
         for token, width in (("edge", 8.8), ("theory", 6.4)):
-            painter.setPen(QPen(theme.color(token), width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap))
+            painter.setPen(strokes.pen(theme.color(token), width))
             for line in lines:
                 painter.drawPolyline(line)
 
@@ -109,6 +109,8 @@ _NO_BAND = Band(np.empty(0), np.empty((0, 0)))
 class PhaseCanvas(Canvas):
     """Paints one PhasePlot of a history."""
 
+    below = 38
+
     def __init__(self, plot: PhasePlot):
         super().__init__(True)
         self.max_force = math.inf
@@ -120,7 +122,6 @@ class PhaseCanvas(Canvas):
         self._pointed: dict[str, float] | None = None
         self._fitted = False
         self._past: PastTrace | None = None
-        self.bottom.setHeight(38)
         self.bottom.label.setCacheMode(self.bottom.cacheMode())
         self.set_plot(plot)
 

@@ -15,9 +15,8 @@ from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
 from hapkit_studio.gui.live.plot_header import Sample
 from hapkit_studio.gui.live.plots.declared import PhasePlot, beside_plots, phase_plots
 from hapkit_studio.gui.live.time_plots import TimePlots
-from hapkit_studio.gui.widgets.parts import across, down, hint
+from hapkit_studio.gui.widgets.parts import across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
-from hapkit_studio.gui.widgets.theme import theme
 
 _DEBOUNCE_MS = 30
 
@@ -44,8 +43,7 @@ class ForcePosition(QWidget):
         self.switch = Segmented("Plot of force or energy", tuple(titles))
         self.switch.show_index(0)
         self.switch.chosen.connect(self.choose)
-        title = self.title = QLabel("Force, N")
-        title.setFont(theme.font("strong"))
+        title = self.title = label("Force, N", "strong", wrap=False)
         self.theory = [Sample(("edge", 8.8, None), ("theory", 6.4, None)), QLabel("theory")]
         for part in self.theory:
             part.setToolTip("The law's force at rest")

@@ -11,7 +11,7 @@ from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.past_trace import SAMPLE
 from hapkit_studio.gui.live.plots.declared import TimePlot
 from hapkit_studio.gui.live.strokes import pen
-from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.parts import across, label
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -30,7 +30,7 @@ class Sample(QWidget):
 
     def sizeHint(self) -> QSize:
         """Return the size of a sample."""
-        return QSize(_WIDTH, 12)
+        return QSize(theme.px(_WIDTH), 12)
 
     def paintEvent(self, event) -> None:
         """Paint the line through the middle."""
@@ -39,7 +39,7 @@ class Sample(QWidget):
         middle = self.height() / 2
         for token, width, dash in self.strokes:
             painter.setPen(pen(theme.color(token), width, dash))
-            painter.drawLine(QPointF(0, middle), QPointF(_WIDTH, middle))
+            painter.drawLine(QPointF(0, middle), QPointF(self.width(), middle))
 
 
 def _line(stroke: Stroke, text: str, help: str) -> list[QWidget]:
@@ -57,7 +57,7 @@ class Header(QWidget):
     def __init__(self, plot: TimePlot):
         super().__init__()
         self.plot = plot
-        self.setFixedHeight(HEIGHT)
+        self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         lines: list[QWidget] = []
         for trace in reversed(plot.traces if len(plot.traces) > 1 else ()):
             dash = [d / 2.0 for d in trace.dash] or ([2.5, 1.75] if trace.dashed else None)
@@ -73,12 +73,11 @@ class Header(QWidget):
         self.paused.setProperty("ink", "accent")
         self.remark, self.value = plain(QLabel()), QLabel()
         self.remark.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
-        self.value.setFont(theme.font("readout"))
+        title = label(plot.title, "strong", wrap=False)
+        self.value.setProperty("role", "readout")
         self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
         self.value.setToolTip(plot.traces[-1].help)
         self.value.setProperty("ink", plot.traces[-1].color)
-        title = QLabel(plot.title)
-        title.setFont(theme.font("strong"))
         name = () if plot.beside else (title, 3)  # beside, the switch names it
         parts = (*name, *lines, *self.surface, *self.past, (self.remark, 1), self.paused, self.value)
         across(*parts, into=self, margins=(0, 0, RIGHT, 0), gap=7)
@@ -86,6 +85,10 @@ class Header(QWidget):
         self.show_part(self.past, "")
         self.show_part([self.paused], "")
         self.show_value(0.0)
+
+    def sizeHint(self) -> QSize:
+        """Return its width, and the height that all have."""
+        return QSize(super().sizeHint().width(), theme.px(HEIGHT))
 
     def show_part(self, parts: Sequence[QWidget], name: str) -> None:
         """Show the sample of the surface or of the past under a name, or the word for paused; or hide it."""

@@ -18,8 +18,8 @@ _HAZE = 40.0  # dashes along a line so many times longer than wide would be a ha
 
 
 def pen(color: QColor, width: float, dash: list[float] | None = None) -> QPen:
-    """Return a pen with flat ends, dashed in units of its width if given."""
-    result = QPen(color, width, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
+    """Return a pen with flat ends, dashed in units of its width if given; all lines of data are grown."""
+    result = QPen(color, width * theme.scale, Qt.PenStyle.SolidLine, Qt.PenCapStyle.FlatCap)
     if dash:
         result.setDashPattern(dash)
     return result
@@ -47,7 +47,7 @@ def trace(painter: QPainter, x: np.ndarray, y: np.ndarray, color: QColor, width:
     haze = noise and np.nansum(np.abs(rise)) > _LONG * len(rise)
     coarse = noise or painter.device().devicePixelRatio() < _FINE
     cap = Qt.PenCapStyle.SquareCap if coarse else Qt.PenCapStyle.RoundCap
-    painter.setPen(QPen(color, width, Qt.PenStyle.SolidLine, cap))
+    painter.setPen(QPen(color, width * theme.scale, Qt.PenStyle.SolidLine, cap))
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, not haze)
     segments(painter, joined(x, y) if noise else joined(*thinned(x, y)))
     painter.setRenderHint(QPainter.RenderHint.Antialiasing, True)
@@ -122,6 +122,7 @@ def arrows(painter: QPainter, box: QRectF, x: np.ndarray, y: np.ndarray, color: 
 
 def mark(painter: QPainter, at: QPointF, token: str, radius: float = 4.0, shape: str = "dot") -> None:
     """Draw a dot or a diamond in a token's colour with a rim of the card's."""
+    radius *= theme.scale
     painter.setPen(QPen(theme.color("surface"), 1.5))
     painter.setBrush(theme.color(token))
     if shape == "diamond":

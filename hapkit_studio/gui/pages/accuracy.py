@@ -17,7 +17,7 @@ from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.drawing import sign
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.pages.table import Column
-from hapkit_studio.gui.widgets.parts import hint
+from hapkit_studio.gui.widgets.parts import hint, keep_size_when_hidden
 from hapkit_studio.gui.widgets.segmented import Segmented
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ class AccuracyPage(MeasuringPage):
 
     file = "accuracy"
     heading, about = "Speed against accuracy", "What each method's error costs in computing time."
-    begin = "Run to see what each method costs."
+    begin, measuring = "Run to see what each method costs.", "Measuring what each method costs…"
     drawn, listed = "Error over computing time of every method", "Methods with cost and error"
     buttons = ("Run", "Run again")
     conditions_title = "Scene"
@@ -103,12 +103,14 @@ class AccuracyPage(MeasuringPage):
         self.bar.add(self.charts)
         self.bar.add(self.scenes)
         self.reason = hint()
+        keep_size_when_hidden(self.chart)
         self.build()
         self.side.add(self.reason)
         self.charts.chosen.connect(lambda _index: self.show_chart())
         self.scenes.currentIndexChanged.connect(lambda _index: self.show_sheet())
         self.table.chosen.connect(self.stand_out)
         self.chart.pointed.connect(self.show_near)
+        self.job.running_changed.connect(lambda _on: None if self.sheet else self.show_sheet())
 
     @property
     def key(self) -> str:
@@ -120,6 +122,9 @@ class AccuracyPage(MeasuringPage):
         """Return the sheet shown, None before it was measured."""
         found = self._found.get(self.key)
         return found.sheet(self.scenes.currentData()) if found and self.scenes.count() else None
+
+    def first(self) -> str:
+        return "" if self.key in self._found else self.key
 
     def run(self) -> None:
         """Measure the chart that is chosen, all its scenes."""
@@ -143,6 +148,7 @@ class AccuracyPage(MeasuringPage):
                 self.scenes.setItemData(index, sheet.scene.title, Qt.ItemDataRole.ToolTipRole)
         self.scenes.setVisible(found is not None)
         self.show_sheet()
+        self.measure_first()
 
     def show_sheet(self) -> None:
         """Show the chosen scene: points, answer, methods, conditions."""
@@ -154,7 +160,7 @@ class AccuracyPage(MeasuringPage):
         self.scenes.setToolTip(self.scenes.currentText())
         self.bar.set_measured(self.key in self._found)
         if sheet is None:
-            self.answer.say(self.begin)
+            self.answer.say(self.measuring if self.job.running else self.begin)
             self.table.show_rows((), ())
             self.side.words.setText("Not measured yet.")
             self.conditions.show_pairs([])

@@ -117,6 +117,9 @@ class Drawing(QWidget):
         self._old = not (self.isVisible() and laid_out)  # its axes would have no room before
         if self._old:
             return
+        ratio, sharp = self.canvas.device_pixel_ratio, _PIXELS_AN_INCH * theme.scale
+        self.figure.dpi = ratio * sharp
+        self.figure.set_size_inches(canvas.width() / sharp, canvas.height() / sharp)
         colors = style.colors(theme.name)
         self.figure.set_facecolor(colors.surface)
         if self._paint is not None:

@@ -28,8 +28,8 @@ _READ = (
     "above 999 % it changes by more than ten times its scale."
 )
 _LIVE = (
-    "The live simulated device models what its scene needs. In the Live view the panel has a switch, below "
-    "the loop, that models all."
+    "The live simulated device models what its scene needs. In the Live view the panel has a switch, in the "
+    "loop under More, that models all."
 )
 
 
@@ -99,7 +99,7 @@ class FidelityPage(MeasuringPage):
         self._results: list[Fidelity] = []
         self.table = Table("Scenes down, terms of the device across", cells=True)
         self.details = Pairs()
-        self.side = SidePanel("Fidelity", "Measure, then choose a cell.")
+        self.side = SidePanel("Fidelity", "Choose a cell once it is measured.")
         self.side.add(self.details)
         for name, words in (("Read the table", _READ), ("In the window", _LIVE)):
             self.side.section(name)
@@ -113,6 +113,9 @@ class FidelityPage(MeasuringPage):
         self.build(self.table)
         self.table.cell_chosen.connect(self._choose)
         self._list()
+
+    def first(self) -> str:
+        return "" if self._results else "scenes"
 
     def run(self) -> None:
         """Judge every scene of the library."""

@@ -6,15 +6,15 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QCheckBox, QPushButton, QStackedWidget, QWidget
+from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
-from hapkit_studio.gui.background import Progress
+from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts, unbroken
 from hapkit_studio.gui.pages.table import Column
-from hapkit_studio.gui.widgets.parts import label
+from hapkit_studio.gui.widgets.parts import down, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.haptics import rows
 
@@ -74,9 +74,17 @@ PIECES = ((2.0, "2 s"), (5.0, "5 s"), (10.0, "10 s"), (math.inf, "All"))
 PARTS = ("rendered", "handle")
 _HOW = (
     "Touch what the scene renders: push and let go, slowly and fast, both ways.\n"
-    "Shake does so with the simulated hand. Then press Identify:\n"
-    "here you see the force over position and velocity, with the line that fits it."
+    "Shake does so with the simulated hand. Then press Identify."
 )
+_EXAMPLE = "Below, as an example, what is found of a simulated spring."
+
+
+def example(_progress: Progress) -> "Identified":
+    """Identify a simulated spring that a hand shakes."""
+    from hapkit_studio import api  # late: keeps start-up fast
+    from hapkit_studio.analysis.identify import from_run, identify
+
+    return identify(from_run(api.simulate("spring", {"damping": 2.0}, hand="shake", seconds=3.0)))
 
 
 def columns(part: "Part") -> tuple[Column, ...]:
@@ -126,11 +134,13 @@ class IdentifyPage(MeasuringPage):
         scene = lambda: {"scene": studio.environment, "values": dict(studio.values)}  # noqa: E731
         self._fresh = Freshness(lambda: {**scene(), **loop_facts(studio)}, self.buttons[1])
         self.released = QCheckBox("No hand on the handle")
-        self.how, self._body = label(_HOW), QStackedWidget()
+        self.how, body = label(_HOW), QWidget()
         self.how.setAlignment(Qt.AlignmentFlag.AlignCenter)
-        self._body.addWidget(self.how)
-        self._body.addWidget(self.chart)
-        self.build(self._body)
+        down(self.how, (self.chart, 1), into=body, margins=(0, 12, 0, 0), gap=12)
+        self.build(body)
+        self._example: Identified | None = None
+        self._exemplify = Job(self)
+        self._exemplify.finished.connect(self._take_example)
         self.parts.chosen.connect(lambda _index: self.show_part())
         self.shaking.clicked.connect(self._press_shake)
         self.shake.timeout.connect(self._shake)
@@ -178,20 +188,33 @@ class IdentifyPage(MeasuringPage):
         """Show the chosen part: charts, numbers, words."""
         part = self.part
         self.table.show_rows(columns(part) if part else (), part.estimates if part else ())
-        self._body.setCurrentWidget(self.chart if part and part.points is not None else self.how)
+        found = part is not None and part.points is not None
+        self.how.setHidden(found)
+        example = self._example if self.found is None else None
+        self.chart.setVisible(found or example is not None)
         self._say(part)
+        if example is not None:
+            self._draw(example, pale=True)
 
-    def _say(self, part: "Part | None") -> None:
+    def _take_example(self, found: "Identified") -> None:
+        self._example = found
+        self.how.setText(f"{_HOW}\n{_EXAMPLE}")
+        self.show_part()
+
+    def _draw(self, found: "Identified", pale: bool) -> None:
         from hapkit_studio.charts.identify import draw
 
+        part = getattr(found, PARTS[self.parts.index])
+        self.chart.show_drawing(lambda figure, colors: draw(figure, colors, part, found.end), pale)
+
+    def _say(self, part: "Part | None") -> None:
         if part is None or self.found is None:
             self.answer.say(self.begin)
             self.point.setText("")
             return
         self.point.setText(unbroken("\n\n".join([*self.found.notes(part), self.found.force_known])))
         outdated = self._fresh.outdated
-        end = self.found.end
-        self.chart.show_drawing(lambda figure, colors: draw(figure, colors, part, end), bool(outdated))
+        self._draw(self.found, pale=bool(outdated))
         if outdated:
             self.answer.say(outdated)
             return
@@ -208,11 +231,15 @@ class IdentifyPage(MeasuringPage):
         return lambda path: identify_figure(found, path, device), lambda: numbers
 
     def set_shown(self, on: bool) -> None:
+        super().set_shown(on)
         if not on:
             self.let_go()
+        elif self.found is self._example is None:
+            self._exemplify.start(example)
 
     def end(self) -> None:
         self.let_go()
+        self._exemplify.end()
         super().end()
 
     # shaking: the hand moves for some seconds, then the piece is identified

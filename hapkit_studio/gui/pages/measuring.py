@@ -209,6 +209,7 @@ class MeasuringPage(Page):
     def __init__(self, studio: "Studio", live: "Live"):
         super().__init__()
         self._studio, self._live = studio, live
+        self._seen, self.begun = False, set[str]()
         self.job = Job(self, needs=self.needs)
         self.bar = RunBar(self.job, self.buttons)
         if self.title:
@@ -261,7 +262,25 @@ class MeasuringPage(Page):
         """Return what draws what is in sight to a path, in a thread, and what returns it as numbers, SI."""
         raise NotImplementedError
 
+    def first(self) -> str:
+        """Name what in sight is measured by itself when it is first seen, "" for nothing.
+
+        That is only what takes seconds and moves no motor.
+        """
+        return ""
+
     # what all do
+
+    def set_shown(self, on: bool) -> None:
+        self._seen = on
+        self.measure_first()
+
+    def measure_first(self) -> None:
+        """Measure what is first in sight, once, as soon as nothing else is being measured."""
+        what = self.first()
+        if self._seen and what and what not in self.begun and not self.job.running:
+            self.begun.add(what)
+            self.press()
 
     def press(self) -> None:
         """Start measuring, or show why that cannot be."""

@@ -112,11 +112,10 @@ class Table(QTableView):
         self.horizontalHeader().setMinimumSectionSize(_GAP)
         self.horizontalHeader().setHighlightSections(cells)
         self.verticalHeader().hide()
-        self.verticalHeader().setMinimumSectionSize(_ROW)
         if cells:
             self.verticalHeader().setSectionResizeMode(QHeaderView.ResizeMode.Stretch)
         self.setObjectName("cells" if cells else "rows")
-        theme.changed.connect(self.viewport().update)
+        theme.changed.connect(self._size_columns)
         self.show_rows((), ())
 
     def show_rows(self, columns: Iterable[Column], rows: Iterable[Any]) -> None:
@@ -125,14 +124,19 @@ class Table(QTableView):
         self.content.show(columns, rows)
         head = self.horizontalHeader()
         head.setSortIndicator(-1, Qt.SortOrder.AscendingOrder)
-        metrics = QFontMetrics(theme.font("hint"))
-        for index, column in enumerate(self.content.columns):
+        for index in range(len(self.content.columns)):
             fixed = bool(index) != self._cells
             mode = QHeaderView.ResizeMode.Fixed if fixed else QHeaderView.ResizeMode.Stretch
             head.setSectionResizeMode(index, mode)
+        self._size_columns()
+        self.setSortingEnabled(True)
+
+    def _size_columns(self) -> None:
+        """Give each column the width of its words."""
+        metrics = QFontMetrics(theme.font("hint"))
+        for index, column in enumerate(self.content.columns):
             wide = metrics.size(0, column.head).width() + _GAP  # the arrow that tells the order needs no more
             self.setColumnWidth(index, max(wide, self.sizeHintForColumn(index)))
-        self.setSortingEnabled(True)
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -144,6 +148,7 @@ class Table(QTableView):
         if self._cells:
             return
         self.setVisible(bool(self.content.rows))
+        self.verticalHeader().setMinimumSectionSize(theme.px(_ROW))
         self.resizeRowsToContents()
         tall = self.horizontalHeader().sizeHint().height() + self.verticalHeader().length() + 4
         self.setFixedHeight(tall if self.content.rows else 0)

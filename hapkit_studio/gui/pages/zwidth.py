@@ -82,6 +82,11 @@ class ZWidthPage(MeasuringPage):
 
     # measuring
 
+    def first(self) -> str:
+        """Name the simulation once there is a device to simulate: on a device a person begins."""
+        known = self._studio.engine is not None and self._facts.setting(self._studio.grip) is not None
+        return "simulation" if known and self.where.index == SIMULATION and self.result is None else ""
+
     def run(self) -> None:
         """Measure where it was chosen."""
         self._mode = self.where.index
@@ -238,6 +243,7 @@ class ZWidthPage(MeasuringPage):
         self.show_found()
 
     def set_shown(self, on: bool) -> None:
+        super().set_shown(on)
         if not on:
             self._give_up("the view was left")
 
@@ -258,6 +264,8 @@ class ZWidthPage(MeasuringPage):
         for changed in (studio.loop_changed, studio.engine_changed, studio.link_changed):
             changed.connect(self._look_again)
         self.where.chosen.connect(lambda _index: self._look_again())
+        self.where.chosen.connect(lambda _index: self.measure_first())
+        self._facts.changed.connect(self.measure_first)
 
 
 VIEW = View("zwidth", "Z-width", 30, ZWidthPage)

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import Signal
+from PySide6.QtCore import QSettings, Signal
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from hapkit_studio.devices.simulated import MODELS, OPTIONAL, TERMS
@@ -98,13 +98,17 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
 
 
 class LoopPanel(QWidget):
-    """Rows for the loop under a heading; folded into one line until a person wants them."""
+    """Rows for the loop under a heading; folded into one line until a person wants them, rare ones twice.
 
-    def __init__(self, studio: Studio):
+    What is folded is remembered in the settings.
+    """
+
+    def __init__(self, studio: Studio, settings: QSettings):
         super().__init__()
-        self._studio = studio
-        self.fold = QPushButton("Fold")
-        self.fold.setProperty("link", True)
+        self._studio, self._settings = studio, settings
+        self.fold, self.more = QPushButton(autoDefault=True), QPushButton(autoDefault=True)
+        for link in (self.fold, self.more):  # Enter presses them; Space is Pause
+            link.setProperty("link", True)
         self.where, self.model = RenderingSwitch(studio), ModelLine()
         self.rate, self.delay = ParameterRow(RATE), ParameterRow(DELAY)
         self.estimator, self.grip = ChoiceRow(ESTIMATOR), ChoiceRow(GRIP)
@@ -116,21 +120,30 @@ class LoopPanel(QWidget):
         self.controller.setToolTip(CONTROLLER)
         self.controller.setFixedHeight(_LEAST_TARGET)
         self.controller_words = hint(CONTROLLER)
-        self._body = QWidget()
-        filters = [row for rows in self.options.values() for row in rows]
-        last = (self.grip, self.controller, self.controller_words, self.model)
-        down(self.rate, self.delay, self.estimator, *filters, *last, into=self._body)
+        self._body, self._rare = QWidget(), QWidget()
+        down(*(row for rows in self.options.values() for row in rows), self.model, into=self._rare)
+        usual = (self.rate, self.delay, self.estimator, self.grip, self.controller, self.controller_words)
+        down(*usual, across(None, self.more, gap=0), self._rare, into=self._body)
         head = across(label("Loop", "section"), None, self.fold, gap=0)
         down(head, self.where, self._body, into=self)
         self._connect()
-        self.set_folded(True)
+        self.set_folded(bool(settings.value("loop_folded", True, bool)))
+        self.set_more(bool(settings.value("loop_more", False, bool)))
 
     def set_folded(self, folded: bool) -> None:
         """Fold the rows into one line, or unfold them."""
         self.folded = folded
+        self._settings.setValue("loop_folded", folded)
         self._body.setVisible(not folded)
         self.where.set_folded(folded)
         self.show_state()
+
+    def set_more(self, on: bool) -> None:
+        """Show the rows that are rarely changed as well, or fold them."""
+        self._settings.setValue("loop_more", on)
+        self._rare.setVisible(on)
+        self.more.setText("Less" if on else "More")
+        self.more.setAccessibleName("Less of the loop" if on else "More of the loop")
 
     def show_state(self) -> None:
         """Show the loop as the studio has it; a real board's rate is its own."""
@@ -148,6 +161,7 @@ class LoopPanel(QWidget):
         self.fold.setText(self.summary() if self.folded else "Fold")
         self.fold.setAccessibleName(f"Loop: {self.summary()}")
         self.model.show_model(studio.environment, loop.model, studio.simulated)
+        self.more.setVisible(studio.simulated or bool(self.options[loop.estimator]))
         own_clock = engine is not None and not engine.device.simulated
         self.rate.set_locked("The board samples by its own clock. Its rate is fixed." if own_clock else "")
         self.controller_words.setText(UNWATCHED if self._plan() else CONTROLLER)
@@ -185,6 +199,7 @@ class LoopPanel(QWidget):
             signal.connect(self.show_state)
         studio.values_changed.connect(self._note_rate)
         self.fold.clicked.connect(lambda: self.set_folded(not self.folded))
+        self.more.clicked.connect(lambda: self.set_more(self._rare.isHidden()))
         self.model.chosen.connect(lambda name: studio.set_loop(model=name))
         self.rate.changed.connect(lambda _key, value: self._apply(self.rate, rate=value))
         self.delay.changed.connect(lambda _key, value: self._apply(self.delay, delay=value))

@@ -1,8 +1,9 @@
 """The panel at the right: title, parameters, warnings, stability, loop."""
 
+import re
 from collections.abc import Mapping
 
-from PySide6.QtCore import QCoreApplication, QEvent, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, QSettings, Qt
 from PySide6.QtGui import QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 
@@ -39,7 +40,7 @@ class Title(QLabel):
     def _fit(self) -> None:
         font = theme.font("title")
         while (
-            font.pixelSize() > _SMALLEST
+            font.pixelSize() > theme.px(_SMALLEST)
             and QFontMetricsF(font).horizontalAdvance(self.text()) + 1.0 > self.width()
         ):
             font.setPixelSize(font.pixelSize() - 1)
@@ -48,7 +49,7 @@ class Title(QLabel):
 
 
 class PanelTitle(QWidget):
-    """Icon, title and formula of the environment in force; "?" unfolds the explanation."""
+    """Icon, title, formula and explanation of the environment in force: one sentence, all of it at "?"."""
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -57,12 +58,11 @@ class PanelTitle(QWidget):
         self.formula, self.explanation = label(), label(role="hint")
         for words in (self.formula, self.explanation):
             words.setTextFormat(Qt.TextFormat.RichText)
-        self.explanation.hide()
         self.help = QToolButton()
         self.help.setCheckable(True)
-        self.help.setToolTip("Explain this environment")
-        self.help.setAccessibleName("Explain this environment")
-        self.help.toggled.connect(self.explanation.setVisible)
+        self.help.setToolTip("Explain more of this environment")
+        self.help.setAccessibleName("Explain more of this environment")
+        self.help.toggled.connect(self.show_explanation)
         icons.bind(self.help, "help", "ink2", 18)
         head = across(self.picture, (self.title, 1), self.help, gap=6)
         down(head, self.formula, self.explanation, into=self, gap=4)
@@ -79,7 +79,16 @@ class PanelTitle(QWidget):
         upright.setItalic(False)  # the formula itself says what is a symbol, so its words stay upright
         self.formula.setFont(upright)
         self.formula.setText(rich(environment.formula))
-        self.explanation.setText(rich(environment.explanation))
+        self.show_explanation()
+
+    def show_explanation(self) -> None:
+        """Show the first sentence, or the whole explanation once that is asked for."""
+        environment = self._studio.environment
+        words = environment.explanation or environment.summary
+        first, *more = re.split(r"(?<=[.!?])\s+", words, maxsplit=1)
+        self.explanation.setText(rich(words if self.help.isChecked() else first))
+        self.explanation.setVisible(bool(words))
+        self.help.setEnabled(bool(more))
 
 
 class ParameterRows(QWidget):
@@ -138,14 +147,14 @@ class ParameterRows(QWidget):
 class ParameterPanel(QWidget):
     """The panel as a whole: the verdict at its bottom, always in sight; what is above scrolls if need be."""
 
-    def __init__(self, studio: Studio, parent: QWidget):
+    def __init__(self, studio: Studio, settings: QSettings, parent: QWidget):
         super().__init__(parent)
         self.setObjectName("panelBody")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.upper, foot = ScrollColumn(top=10, gap=6), QWidget(self)
         self.title = PanelTitle(studio)
         self.parameters = ParameterRows(studio, self.title.help)
-        self.loop, self.stability = LoopPanel(studio), StabilityCard(studio)
+        self.loop, self.stability = LoopPanel(studio, settings), StabilityCard(studio)
         self.warnings = WarningLines(studio, self.stability.facts)
         self.upper.add(self.title, rule(), self.parameters, self.warnings, rule(), self.loop)
         down(rule(), self.stability, into=foot, margins=(SIDE, 0, SIDE, 10), gap=6)

@@ -14,12 +14,14 @@ from hapkit_studio.gui.widgets.parts import across, keep_size_when_hidden, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import plain_tip, rich, tip
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
 
 # more, or longer words, do not fit beside the label in a narrow panel
 _MOST_SEGMENTS, _MOST_LETTERS = 3, 14
 BOX_WIDE, BOX_NARROW = 92, 76
 _WIDE = 260  # px of a row: with less its box is narrow
+_UNIT = 42  # px: the longest unit
 
 
 class ChoiceRow(QWidget):
@@ -86,7 +88,6 @@ class ParameterRow(QWidget):
         self.label = label(_label_text(parameter))
         self.label.setTextFormat(Qt.TextFormat.RichText)
         self.box, self.slider = NumberBox(self.quantity), ValueSlider(self.quantity)
-        self.box.setFixedWidth(BOX_WIDE)
         self.label.setBuddy(self.box)
         self.unit, self.error = label(self.quantity.unit, "hint", wrap=False), label(role="error")
         self.reset = QToolButton()
@@ -137,7 +138,8 @@ class ParameterRow(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Leave the label more room in a narrow panel."""
         super().resizeEvent(event)
-        self.box.setFixedWidth(BOX_WIDE if self.width() >= _WIDE else BOX_NARROW)
+        self.box.setFixedWidth(theme.px(BOX_WIDE if self.width() >= theme.px(_WIDE) else BOX_NARROW))
+        self._grid.setColumnMinimumWidth(2, theme.px(_UNIT))
 
     def _take(self, value: float) -> None:
         if not self.quantity.inside(value):
@@ -161,7 +163,7 @@ class ParameterRow(QWidget):
         return f"{self.quantity.text(value)} {self.quantity.unit}".rstrip()
 
     def _arrange(self) -> None:
-        grid = QGridLayout(self)
+        grid = self._grid = QGridLayout(self)
         grid.setContentsMargins(0, 1, 0, 1)
         grid.setHorizontalSpacing(4)
         grid.setVerticalSpacing(0)
@@ -172,7 +174,6 @@ class ParameterRow(QWidget):
         grid.addWidget(self.slider, 1, 0, 1, 4)
         grid.addWidget(self.error, 2, 0, 1, 4)
         grid.setColumnStretch(0, 1)
-        grid.setColumnMinimumWidth(2, 42)
         self.error.hide()
 
 

@@ -50,19 +50,18 @@ def latency_timer(device: Any) -> str:
 class StabilityMap(Canvas):
     """Paints one answer; the dot stays inside the frame. Beyond the boundary it is hatched as well."""
 
-    paper = "side"
+    paper, below = "side", 36
 
     def __init__(self) -> None:
         self._answer: Answer | None = None
         super().__init__(bottom=True, left_width=_LEFT)
-        self.bottom.setHeight(36)
         self.bottom.setLabel("N·s/m across, N/m upwards")
-        self.setFixedHeight(_HEIGHT)
         self.setAccessibleName("Stability map, damping across, stiffness up")
 
     def recolor(self) -> None:
         """Take the theme's colours and fonts."""
         super().recolor()
+        self.setFixedHeight(theme.px(_HEIGHT))
         self.bottom.label.setFont(theme.font("tick"))
         self.bottom.label.setDefaultTextColor(theme.color("ink3"))
 

@@ -161,7 +161,7 @@ class Scene:
     fixed is painted once per size, theme and parameters, marks below the rail included; moving is painted
     behind the handle in every frame; words is called last, when the places taken are known.
     per_newton is the arrow's length in px at u = 1; tip gives the stem's end in px for a shown surface;
-    height is the card's in px where there is room.
+    height is the card's in px where there is room, widest the picture's width as a multiple of it at most.
     """
 
     environment: Environment | None = None
@@ -171,6 +171,7 @@ class Scene:
     tip: Callable[[Stage, Values, Motion], float] | None = None
     per_newton: float = 46.0
     height: int = 236
+    widest: float = math.inf
 
     def values(self, given: Values) -> Values:
         """Return each parameter within its limits, or its default where no number is given."""

@@ -315,4 +315,4 @@ def words(stage: Stage, values: Values, motion: Motion) -> None:
     stage.say(read(motion).word, places, "ink3", 12.5, 500)
 
 
-SCENE = Scene(ENVIRONMENT, moving=moving, words=words, tip=tip, per_newton=90.0, height=272)
+SCENE = Scene(ENVIRONMENT, moving=moving, words=words, tip=tip, per_newton=90.0, height=272, widest=3.75)

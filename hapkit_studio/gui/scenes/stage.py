@@ -1,8 +1,10 @@
 """The stage every scene plays on: ±50 mm on a rail, and the parts that all drawings share.
 
 Lengths are pixels; u scales every fixed size (1.0 at 150 high, 1.32 at 236); positions on the rail are mm.
+widest: the picture's width at most, as a multiple of its height; beside it nothing is drawn.
 """
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
@@ -24,12 +26,13 @@ _CORNER = 7.0  # px: the inside of a card's corner
 class Stage:
     """Geometry, painter and shared parts for one size and one theme."""
 
-    def __init__(self, width: float, height: float, ratio: float = 1.0):
+    def __init__(self, width: float, height: float, ratio: float = 1.0, widest: float = math.inf):
         self.width, self.height, self.ratio = width, height, ratio
-        self.u = u = min(max(1.0 + (height - 150.0) / 86.0 * 0.32, 1.0), 1.45)
-        self.text_scale = 1.0 + (u - 1.0) * 0.55
+        grown = min(max(1.0 + (height / theme.scale - 150.0) / 86.0 * 0.32, 1.0), 1.45)
+        self.u = u = theme.scale * grown
+        self.text_scale = theme.scale * (1.0 + (grown - 1.0) * 0.55)
         pad = 16.0 * u
-        self.per_mm = max((width - 2.0 * pad) / (2.0 * HALF_TRAVEL), 0.1)
+        self.per_mm = max((min(width, widest * height) - 2.0 * pad) / (2.0 * HALF_TRAVEL), 0.1)
         self.rail = height - 32.0 * u
         self.knob_top, self.knob_height, self.knob_width = 14.0 * u, 26.0 * u, 34.0 * u
         self.knob_middle = self.knob_top + self.knob_height / 2

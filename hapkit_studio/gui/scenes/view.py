@@ -168,7 +168,7 @@ class SceneView(QWidget):
         """Return the stage for this size, with everything that stays put painted once."""
         ratio = self.devicePixelRatioF()
         if self._stage is None or self._stage.ratio != ratio:
-            stage = self._stage = Stage(self.width(), self.height(), ratio)
+            stage = self._stage = Stage(self.width(), self.height(), ratio, self._scene.widest)
             self._ground = QPixmap(self.size() * ratio)
             self._ground.setDevicePixelRatio(ratio)
             self._ground.fill(Qt.GlobalColor.transparent)

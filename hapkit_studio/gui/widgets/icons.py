@@ -47,8 +47,8 @@ def _drawn(text: str, size: int, ratio: float) -> QPixmap:
 
 
 def icon(name: str, color: str = "ink", size: int = 20) -> QIcon:
-    """Return an icon at size, crisp on every screen."""
-    result = QIcon()
+    """Return an icon of size px in the theme's scale, crisp on every screen."""
+    result, size = QIcon(), theme.px(size)
     ratios = {1.0, 2.0} | {s.devicePixelRatio() for s in QGuiApplication.screens()}
     for ratio in sorted(ratios):
         result.addPixmap(pixmap(name, size, color, ratio), QIcon.Mode.Normal)
@@ -67,6 +67,7 @@ class _Binding(QObject):
 
     def refresh(self) -> None:
         self.target.setIcon(icon(*self.arguments))
+        self.target.setIconSize(QSize(1, 1) * theme.px(self.arguments[2]))
 
 
 def bind(target: QAbstractButton, name: str, color: str = "ink", size: int = 20) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QPointF, QRectF, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import QBrush, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QValidator, QWheelEvent
-from PySide6.QtWidgets import QDoubleSpinBox, QSlider
+from PySide6.QtWidgets import QDoubleSpinBox, QSizePolicy, QSlider
 
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import Parameter
@@ -17,7 +17,7 @@ _BEYOND = 1e9
 _HEIGHT = 20
 _THUMB = 16.0
 _END = 11.0  # from the thumb at a limit to the slider's end: its focus ring stays whole
-_GROOVE, _HATCH = 4.0, 10.0
+_GROOVE = 4.0
 
 
 class Quantity:
@@ -171,15 +171,15 @@ class ValueSlider(QSlider):
         self.setSingleStep(1)
         self.setPageStep(10)
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setFixedHeight(_HEIGHT)
+        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self.valueChanged.connect(self._stepped)
         theme.changed.connect(self.update)
 
     def sizeHint(self) -> QSize:
-        return QSize(160, _HEIGHT)
+        return QSize(160, theme.px(_HEIGHT))
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(60, _HEIGHT)
+        return QSize(60, theme.px(_HEIGHT))
 
     def show_value(self, value: float) -> None:
         """Show an exact value, on a step or between two, without saying so to anyone."""
@@ -196,7 +196,8 @@ class ValueSlider(QSlider):
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
         if event.buttons() & Qt.MouseButton.LeftButton:
-            fraction = (event.position().x() - _END) / max(1.0, self.width() - 2 * _END)
+            end = theme.px(_END)
+            fraction = (event.position().x() - end) / max(1.0, self.width() - 2 * end)
             self._pick(self._quantity.value(fraction))
 
     mousePressEvent = mouseMoveEvent
@@ -215,30 +216,31 @@ class ValueSlider(QSlider):
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         middle, thumb = self.height() / 2.0, self._place(self._exact)
+        radius, thick = theme.px(_THUMB) / 2, theme.px(_GROOVE)
         enabled = self.isEnabled()
         # in high contrast a filled groove would hide where the accent ends
         outlined = theme.name == "contrast"
         painter.setPen(QPen(theme.color("edge"), 1) if outlined else Qt.PenStyle.NoPen)
         painter.setBrush(theme.color("surface" if outlined else "line"))
-        groove = QRectF(0.5, middle - _GROOVE / 2, self.width() - 1, _GROOVE)
+        groove = QRectF(0.5, middle - thick / 2, self.width() - 1, thick)
         painter.drawRoundedRect(groove, 2, 2)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(theme.color("accent" if enabled else "edge"))
-        painter.drawRoundedRect(QRectF(0, middle - _GROOVE / 2, thumb, _GROOVE), 2, 2)
+        painter.drawRoundedRect(QRectF(0, middle - thick / 2, thumb, thick), 2, 2)
         painter.setBrush(QBrush(theme.color("danger"), Qt.BrushStyle.BDiagPattern))
         for ends in self._ranges:
             low, high = (self._place(end) for end in ends)
-            painter.drawRect(QRectF(low, middle - _HATCH / 2, high - low, _HATCH))
+            painter.drawRect(QRectF(low, middle - thick, high - low, 2.0 * thick))
         painter.setPen(QPen(theme.color("ink2"), 1.5))
         default = self._place(self._quantity.default)
-        painter.drawLine(QPointF(default, middle - 6), QPointF(default, middle + 6))
+        painter.drawLine(QPointF(default, middle - radius + 2), QPointF(default, middle + radius - 2))
         painter.setBrush(theme.color("surface"))
         painter.setPen(QPen(theme.color("accent" if enabled else "edge"), 3))
-        painter.drawEllipse(QPointF(thumb, middle), _THUMB / 2 - 2, _THUMB / 2 - 2)
+        painter.drawEllipse(QPointF(thumb, middle), radius - 2, radius - 2)
         if self.hasFocus():
             painter.setBrush(Qt.BrushStyle.NoBrush)
             painter.setPen(QPen(theme.color("accent"), 1.5))
-            painter.drawEllipse(QPointF(thumb, middle), _THUMB / 2 + 1, _THUMB / 2 + 1)
+            painter.drawEllipse(QPointF(thumb, middle), radius + 1, radius + 1)
 
     def _pick(self, value: float) -> None:
         if value != self._exact:
@@ -251,4 +253,5 @@ class ValueSlider(QSlider):
         self.picked.emit(self._exact)
 
     def _place(self, value: float) -> float:
-        return _END + self._quantity.fraction(value) * (self.width() - 2 * _END)
+        end = theme.px(_END)
+        return end + self._quantity.fraction(value) * (self.width() - 2 * end)

@@ -113,7 +113,8 @@ class Sign(QLabel):
 
     def _paint(self) -> None:
         if self.name:
-            self.setPixmap(icons.pixmap(self.name, self.size_px, self.token, self.devicePixelRatioF()))
+            size = theme.px(self.size_px)
+            self.setPixmap(icons.pixmap(self.name, size, self.token, self.devicePixelRatioF()))
         else:
             self.clear()
 

@@ -1,4 +1,4 @@
-"""The look in force: colours by token, fonts by role; follows the system."""
+"""The look in force: colours by token, fonts by role, how large they are; follows the system."""
 
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QPalette
@@ -25,7 +25,10 @@ ROLES = {
 
 
 class Theme(QObject):
-    """Holds the mode in force, ``tokens`` as "#RRGGBB"; ``changed`` fires after every switch."""
+    """Holds the mode in force, ``tokens`` as "#RRGGBB"; ``changed`` fires after every switch.
+
+    scale: how many times larger than usual everything is drawn.
+    """
 
     changed = Signal()
 
@@ -33,6 +36,7 @@ class Theme(QObject):
         super().__init__()
         self.mode = "system"
         self.name = "light"
+        self.scale = 1.0
         self.tokens = table("light")
         self._fonts: dict[str, QFont] = {}
         self._app: QApplication | None = None
@@ -66,6 +70,16 @@ class Theme(QObject):
         self.mode = mode
         self._switch(self._system() if mode == "system" else mode)
 
+    def set_scale(self, scale: float) -> None:
+        """Draw everything so many times larger than usual."""
+        if scale != self.scale:
+            self.scale = scale
+            self._refresh()
+
+    def px(self, size: float) -> int:
+        """Return a size in px as large as everything is drawn now, rounded down: words fit their places."""
+        return int(self.scale * size + 1e-6)
+
     def _system(self) -> str:
         app = self._app or QApplication.instance()
         dark = app is not None and app.styleHints().colorScheme() == Qt.ColorScheme.Dark  # type: ignore[attr-defined]
@@ -80,6 +94,9 @@ class Theme(QObject):
             return
         self.name = name
         self.tokens = table(name)
+        self._refresh()
+
+    def _refresh(self) -> None:
         self._fonts.clear()
         if self._app is not None:
             self._app.setPalette(self.palette())
@@ -111,7 +128,7 @@ class Theme(QObject):
                 font = QFont("DejaVu Serif")
                 font.setStyleHint(QFont.StyleHint.Serif)
                 font.setItalic(True)
-            font.setPixelSize(pixels)
+            font.setPixelSize(self.px(pixels))
             font.setWeight(QFont.Weight(weight))
             font.setFeature(QFont.Tag("tnum"), 1)
             self._fonts[role] = font

@@ -145,7 +145,45 @@ def test_the_bar_says_rate_lateness_and_priority(bar):
     assert bar.late.words.text() == "Late p99 0.09 ms, worst 4.00 ms"
     assert bar.missed.words.text() == "Missed 0"
     assert bar.priority.words.text() == "Real-time, FIFO 80"
-    assert not bar.priority.link.isVisible()
+    assert bar.priority.link.isHidden()
+
+
+def test_one_word_says_whether_the_loop_is_in_time_and_enter_on_it_shows_the_figures(bar, qtbot):
+    bar.show_health(health(), nominal=1000.0, compute=3.14e-6)
+    link = bar.loop.link
+    assert (link.text(), bar.loop.sign.name) == ("Loop in time", "check")
+    assert not any(field.isVisible() for field in (bar.rate, bar.late, bar.missed, bar.priority))
+    link.setFocus()
+    qtbot.keyClick(link, Qt.Key.Key_Return)
+    assert all(field.isVisible() for field in (bar.rate, bar.late, bar.missed, bar.priority))
+    assert bar.compute.words.text() == "Computing 3.1 µs"
+    assert link.nextInFocusChain() is bar.priority.link
+    qtbot.keyClick(link, Qt.Key.Key_Return)
+    assert bar.figures.isHidden()
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({"missed": 900}, "Loop in time"),  # long ago
+        ({"missed_lately": 1}, "Loop late"),
+        ({"rate": 0.981 * 1000.0}, "Loop in time"),  # 2 % is what a rate may be off
+        ({"rate": 0.979 * 1000.0}, "Loop late"),
+        ({"rate": 0.0}, "Loop in time"),  # not measured yet
+    ],
+)
+def test_the_loop_is_late_where_ticks_were_missed_lately_or_its_rate_is_off(bar, changes, word):
+    bar.show_health(health(**changes), nominal=1000.0)
+    assert bar.loop.link.text() == word
+
+
+def test_without_a_loop_the_bar_says_why_and_has_no_figures(bar):
+    bar.show_health(health())
+    bar.show_figures(True)
+    bar.show_nothing("No device")
+    assert bar.loop.words.text() == "No device"
+    assert bar.loop.link.isHidden()
+    assert bar.figures.isHidden()
 
 
 def test_refused_priority_says_how_late_and_offers_the_way_out(bar, qtbot):

@@ -7,6 +7,7 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 
+from hapkit_studio.analysis import accuracy
 from hapkit_studio.analysis.accuracy.plan import (
     Accuracy,
     Chart,
@@ -21,7 +22,7 @@ from hapkit_studio.charts.accuracy import AccuracyAxes, marker_and_color
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
-from hapkit_studio.gui.pages.accuracy import answer_words, columns
+from hapkit_studio.gui.pages.accuracy import CHARTS, answer_words, columns
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import TOKENS
 from tests.gui.pages.drawing_support import drawn, leave, outside
@@ -56,9 +57,10 @@ def made_up(default: str, tolerance: float = 0.02) -> Accuracy:
 
 @pytest.fixture
 def page(shared_window):
-    """Return the page in sight, its first chart chosen and measured."""
-    shared_window.views.show("accuracy")
+    """Return the page in sight, its first chart chosen and measured, none measured by itself."""
     shown = shared_window.views.page("accuracy")
+    shown.begun.update(dict(CHARTS))
+    shared_window.views.show("accuracy")
     shown.charts.button(0).click()
     shown.show_result(made_up("verlet"))
     return shown
@@ -120,6 +122,28 @@ def test_a_chart_that_was_not_measured_shows_no_other_charts_points(page):
     assert page.sheet is not None
     assert (page.side.heading.text(), page.bar.run.text()) == ("Integrators", "Run again")
     assert page.bar.status.text() == "6 points, 0.9 s"
+
+
+def test_each_chart_is_measured_by_itself_when_first_seen(page, shared_window, monkeypatch, qtbot):
+    monkeypatch.setattr(page.job, "_needs", "")
+    asked = []
+    monkeypatch.setattr(accuracy, "compute", lambda keys, progress: asked.extend(keys) or made_up("rk4"))
+    page._found.clear()
+    page.begun.clear()
+    shared_window.views.show("live")
+    assert asked == []
+    shared_window.views.show("accuracy")
+    assert page.answer.words.text() == "Measuring what each method costs…"
+    qtbot.waitUntil(lambda: not page.job.running)
+    page.charts.button(1).click()
+    qtbot.waitUntil(lambda: not page.job.running)
+    assert asked == ["integrators", "velocity"]
+    assert page.answer.words.text() == page.begin  # what came was of another chart
+    page.charts.button(0).click()
+    shared_window.views.show("live")
+    shared_window.views.show("accuracy")
+    assert asked == ["integrators", "velocity"]
+    page.begun.update(dict(CHARTS))
 
 
 def test_what_costs_the_same_is_not_the_cheapest_alone():

@@ -25,9 +25,9 @@ def made_up(scene: str) -> Fidelity:
 @pytest.fixture(scope="module")
 def page(shared_window):
     """Return the page in sight with a judgement of every scene."""
-    shared_window.views.show("fidelity")
     shown = shared_window.views.page("fidelity")
     shown.show_result([made_up(key) for key in discover()])
+    shared_window.views.show("fidelity")
     return shown
 
 

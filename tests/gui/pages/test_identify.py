@@ -11,11 +11,18 @@ from PySide6.QtWidgets import QLabel
 import hapkit_studio as hs
 from hapkit_studio.analysis.identify import Part, from_run, identify
 from hapkit_studio.errors import StudioError
+from hapkit_studio.gui import prepare
 from hapkit_studio.gui.pages.identify import newest_piece
 from hapkit_studio.gui.pages.measuring import unbroken, write
 from tests.gui.pages.drawing_support import drawn, outside
 
 LEFT_OVER = "time, s (what no term explains)"
+
+
+@pytest.fixture(autouse=True)
+def nothing_compiled(monkeypatch):
+    """Compile nothing in another program."""
+    monkeypatch.setattr(prepare, "begin", lambda *_: None)
 
 
 @pytest.fixture
@@ -72,6 +79,23 @@ def test_each_part_shows_its_terms_and_before_that_what_to_do(page, found):
         assert page.chart.isVisible() == shown
         assert page.how.isVisible() != shown
         assert page.bar.export.isEnabled() == shown
+
+
+def test_before_anything_was_identified_an_example_invites(page, found, qtbot):
+    qtbot.waitUntil(page.chart.isVisible)
+    assert page.how.isVisible()
+    assert "example" in page.how.text()
+    assert page.chart.pale
+    assert page.found is None
+    assert not page.bar.export.isEnabled()
+    page.parts.button(1).click()
+    qtbot.waitUntil(lambda: len(drawn(page.chart)) > 0)
+    assert drawn(page.chart)[0].get_xlabel() == "acceleration, m/s²"
+    page.parts.button(0).click()
+    page._fresh.begin()
+    page.show_result(found)
+    assert not page.chart.pale
+    assert not page.how.isVisible()
 
 
 def test_words_fit_and_a_result_of_other_settings_is_out_of_date(page, found, idle_window):

@@ -38,10 +38,11 @@ def window(kept_window):
 
 @pytest.fixture
 def page(window):
-    """Return its view as at first; nothing is compiled in another program."""
+    """Return its view as at first; nothing is compiled in another program, nor measured by itself."""
     window.studio.set_value("stiffness", 321.0)
-    window.views.show("zwidth")
     shown = window.views.page("zwidth")
+    shown.begun.add("simulation")
+    window.views.show("zwidth")
     shown.job._needs = ""
     shown.where.show_index(SIMULATION)
     shown._results.clear()
@@ -197,6 +198,21 @@ def test_another_loop_view_or_scene_ends_it(begun, window, qtbot):
     qtbot.waitUntil(lambda: window.studio.engine.values.get("stiffness") == 200.0)
     window.studio.choose("damping")
     assert_over(begun, window, "damping")  # what was chosen meanwhile is kept
+
+
+def test_the_simulation_begins_by_itself_once_and_a_device_waits_for_a_person(page, window, qtbot):
+    window.views.show("live")
+    page.begun.clear()
+    page.where.show_index(DEVICE)
+    window.views.show("zwidth")
+    assert not page.job.running
+    with qtbot.waitSignal(page.job.finished):
+        page.where.button(SIMULATION).click()
+    assert page.result.place == "Simulation"
+    page._results.clear()
+    window.views.show("live")
+    window.views.show("zwidth")
+    assert not page.job.running
 
 
 def test_a_person_is_told_what_to_do(page, window):

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QApplication
 
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
+from hapkit_studio.gui.widgets.text import rich
 from hapkit_studio.parameters import Choice
 
 
@@ -179,6 +180,9 @@ def test_the_loop_unfolds_and_sets_rate_delay_estimator_and_grip(window):
     assert not loop.rate.isVisible()
     loop.fold.click()
     assert loop.rate.isVisible()
+    assert not loop.model.isVisible()
+    loop.more.click()
+    assert loop.model.isVisible()
     for key in ESTIMATORS:
         pick(loop.estimator, key.upper() if len(key) <= 4 else key.capitalize())
         assert engine.loop.estimator == key
@@ -195,6 +199,31 @@ def test_the_loop_unfolds_and_sets_rate_delay_estimator_and_grip(window):
     assert engine.grip == "firm"
     loop.fold.click()
     assert loop.fold.text() == "500 Hz · 2.5 ms · IIR"
+
+
+def test_what_of_the_loop_is_folded_is_remembered_and_enter_folds(make_window, qtbot):
+    first = make_window()
+    assert (first.loop.folded, first.loop.more.text()) == (True, "More")
+    for link in (first.loop.fold, first.loop.more):
+        qtbot.keyClick(link, Qt.Key.Key_Return)
+    first.close()
+    again = make_window()
+    assert (again.loop.folded, again.loop.more.text()) == (False, "Less")
+    assert again.loop.rate.isVisible()
+
+
+def test_one_sentence_explains_at_first_and_all_of_it_on_demand(shared_window):
+    studio, title = shared_window.studio, shared_window.panel.title
+    for key, environment in studio.environments.items():
+        studio.choose(key)
+        shown = title.explanation.text()
+        assert title.explanation.isVisible()
+        assert shown.endswith(".")
+        assert rich(environment.explanation).startswith(f"{shown} ")
+        assert len(shown) < 140
+        title.help.setChecked(True)
+        assert title.explanation.text() == rich(environment.explanation)
+        title.help.setChecked(False)
 
 
 def test_a_number_without_effect_is_locked_says_why_and_keeps_its_value(window):

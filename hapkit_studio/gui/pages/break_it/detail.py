@@ -42,6 +42,7 @@ class KnobBar(QWidget):
             knob = replace(knob, low=low, high=high, default=limit)
         before, self.row = self.row, ParameterRow(knob)
         self._place.replaceWidget(before, self.row)
+        before.hide()
         before.deleteLater()
         self.row.changed.connect(lambda _key, value: self.turned.emit(value / self._record.limit))
         self.inside.setText(f"{percent} inside")

@@ -18,6 +18,7 @@ from hapkit_studio.gui.pages.break_it.lists import NARROW, WIDE, FailureList, Fa
 from hapkit_studio.gui.pages.break_it.record import FailureRunner, Part, Record
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
@@ -50,7 +51,6 @@ class BreakItPage(MeasuringPage):
         self.detail, self.side = Detail(self.record, self.chart), FailureSide()
         self.knob, self.verdict = self.detail.knob, self.detail.verdict
         self._busy = ""
-        self._seen = False
         self._settle = QTimer(self, interval=_SETTLE_MS, singleShot=True)
         self._settle.timeout.connect(self.run)
         self.bar.add(self.all)
@@ -118,13 +118,14 @@ class BreakItPage(MeasuringPage):
     # the page's life
 
     def set_shown(self, on: bool) -> None:
-        self._seen = on
+        super().set_shown(on)
         if on:
             self._soon()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.list.setFixedWidth(WIDE if event.size().width() >= _WIDE_LIST_FROM else NARROW)
+        wide = event.size().width() >= theme.px(_WIDE_LIST_FROM)
+        self.list.setFixedWidth(theme.px(WIDE if wide else NARROW))
 
     def end(self) -> None:
         self._settle.stop()

@@ -33,7 +33,7 @@ from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.parts import across, hint, label, rule
 from hapkit_studio.gui.widgets.segmented import Segmented
-from hapkit_studio.gui.widgets.theme import number
+from hapkit_studio.gui.widgets.theme import number, theme
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -82,7 +82,7 @@ class StabilitySide(SidePanel):
 HANDS = ("released", "medium", "all")
 _HAND_WORDS = ("Released", "Medium grip", "All hands")
 _NAMES = {"Delay": "Delay, measured"}
-_COLUMN_FROM = 560
+_COLUMN, _COLUMN_FROM = 276, 560
 
 
 class StabilityPage(MeasuringPage):
@@ -101,7 +101,7 @@ class StabilityPage(MeasuringPage):
         self._worker = LatestAnswer(solve, self)
         self.lines: Lines | None = None
         self.results = Results()
-        self._seen = self._wanted = False
+        self._wanted = False
         self._map: Map | None = None
         self._dot: Dot | None = None
         self.hands = Segmented("Hand", _HAND_WORDS)
@@ -217,7 +217,7 @@ class StabilityPage(MeasuringPage):
     # the page's life
 
     def set_shown(self, on: bool) -> None:
-        self._seen = on
+        super().set_shown(on)
         if on:
             self._show_studio()
             self.ask()
@@ -226,7 +226,8 @@ class StabilityPage(MeasuringPage):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.verdict_column.setVisible(event.size().width() >= _COLUMN_FROM)
+        self.verdict_column.setFixedWidth(theme.px(_COLUMN))
+        self.verdict_column.setVisible(event.size().width() >= theme.px(_COLUMN_FROM))
 
     def wait(self) -> None:
         """Wait for the lines, for tests; the answer comes with the next events."""

@@ -51,7 +51,6 @@ class VerdictColumn(SidePanel):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setFixedWidth(276)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Ignored)
         self.setObjectName("beside")
         self.body.setObjectName("beside")
