@@ -4,14 +4,15 @@ A scene's answer is the cheapest method within its tolerance; the points that no
 cost are the Pareto front. A default serves several scenes, so that it is chosen over all of them. Costs that
 differ by less than they were measured to spread are equal: the error decides.
 
-What compiled work costs: the shortest of several turns, all candidates in the same turns. It spreads by what
-the shortest quarter of the turns took longer at most.
+What compiled work costs: the time that several of its shortest turns kept within, all candidates in the same
+turns. It spreads by how far the shortest quarter of the turns lie apart.
 
 What counts is the thread's own time on its core, where its clock is fine enough: another program that takes
 the core costs nothing. One that shares caches or the core's other half makes work longer, by up to half,
-never shorter, so the shortest turn is the nearest to the work itself, and turns go on until every candidate
-was as short several times. A turn goes once round all candidates, each time from the next one on, so that a
-slow moment meets them all alike. Work should last a tenth of a millisecond: calling it takes up to 5 µs.
+never shorter, so the shortest turns are the nearest to the work itself, and they go on until every candidate
+was as short several times: a clock that slips may make one turn shorter than its work. A turn goes once round
+all candidates, each time from the next one on, so that a slow moment meets them all alike. Work should last a
+tenth of a millisecond: calling it takes up to 5 µs.
 """
 
 import math
@@ -19,7 +20,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from statistics import mean, quantiles
+from statistics import mean
 
 import numpy as np
 
@@ -156,6 +157,11 @@ class Answer:
         """Return whether the default is the cheapest."""
         return self.cheapest is not None and self.cheapest is self.default
 
+    @property
+    def tied(self) -> bool:
+        """Return whether the default is the cheapest or as cheap."""
+        return self.right or self.default in self.as_cheap
+
 
 @dataclass(frozen=True)
 class Sheet:
@@ -216,14 +222,14 @@ class Choice:
         return Answer.among([p for p in found if self.passed(p) == most > 0], default)
 
     def _overall(self, point: Point) -> Point:
-        """Return a method's mean cost, and its largest error over the tolerance."""
+        """Return a method with its mean cost, its widest spread, and its largest error in tolerances."""
         pairs = self.serving(point)
         return replace(
             point,
             scene=" ".join(sheet.scene.key for sheet in self.sheets),
             error=max(p.error / sheet.scene.tolerance for sheet, p in pairs),
             ns_per_simulated_s=mean(p.ns_per_simulated_s for _, p in pairs),
-            ns_spread=mean(p.ns_spread for _, p in pairs),
+            ns_spread=max(p.ns_spread for _, p in pairs),
             pareto=False,
         )
 
@@ -342,7 +348,7 @@ class Plan:
 
 
 LEAST_TURNS, MOST_TURNS = 40, 400
-# The shortest is believed once so many turns came as near to it as this, or after so many ns of work.
+# The shortest turns are believed once so many turns came as near to it as this, or after so many ns of work.
 HITS, NEAR = 8, 1.03
 ENOUGH_NS = 500_000_000
 # A clock is fine enough that moves on within so many ns, and by less.
@@ -363,7 +369,7 @@ def _fine() -> bool:
 
 
 def shortest(prepares: Sequence[Prepare], now: Clock | None = None) -> list[tuple[float, float]]:
-    """Return the ns of each candidate's work, and their spread.
+    """Return the ns of each candidate's work, within which HITS turns were, and their spread.
 
     A candidate makes its work ready outside of the time.
     """
@@ -382,7 +388,12 @@ def shortest(prepares: Sequence[Prepare], now: Clock | None = None) -> list[tupl
             spent += turns[candidate][-1]
         if turn + 1 >= LEAST_TURNS and (spent > ENOUGH_NS or all(map(_believed, turns))):
             break
-    return [(min(found), quantiles(found)[0] - min(found)) for found in turns]
+    return [_cost(found) for found in turns]
+
+
+def _cost(found: list[float]) -> tuple[float, float]:
+    ranked = sorted(found)
+    return ranked[HITS - 1], ranked[len(ranked) // 4] - ranked[0]
 
 
 def _believed(found: list[float]) -> bool:

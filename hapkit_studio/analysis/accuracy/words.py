@@ -104,10 +104,10 @@ def reason(choice: Choice) -> str:
         said += f"; {best} is in {most}"
     else:
         said += ", none in more" if passed < count else ""
-        if answer.default in answer.as_cheap:
-            said += f"; {best} is as cheap and errs less"
-        elif not answer.right:
+        if not answer.tied:
             said += f"; beside {best} it {_dearer(answer.default, answer.cheapest)}"
+        elif not answer.right:
+            said += f"; {best} is as cheap and errs less"
         elif answer.as_cheap:
             also = _names(scene, answer.as_cheap)
             said += f"; of the cheapest in as many (also {also}) its largest error is the least"

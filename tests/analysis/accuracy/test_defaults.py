@@ -21,7 +21,7 @@ TRIES = 3
 def test_nothing_is_within_the_tolerance_in_more_scenes_and_costs_less_than_the_default(chart):
     for _ in range(TRIES):
         choices = accuracy.compute([chart]).charts[0].choices
-        wrong = [c for c in choices if c.answer.default not in (c.answer.cheapest, *c.answer.as_cheap)]
+        wrong = [choice for choice in choices if not choice.answer.tied]
         if not wrong:
             break
     assert [words.reason(choice) for choice in wrong] == []
