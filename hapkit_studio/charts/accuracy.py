@@ -1,5 +1,7 @@
 """Speed against accuracy: error over computing time, both in powers of ten, a method a line.
 
+Below it a method's motion over time beside the true one, and its error, where the chart is of motions.
+
 Every method has one marker and one colour's name in all charts, never colour alone; markers are matplotlib's,
 colours tokens of the palette.
 """
@@ -11,20 +13,33 @@ from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
+from hapkit_studio.analysis.accuracy import trace
 from hapkit_studio.analysis.accuracy.words import (
     limit_words,
     name_words,
     rate_words,
+    reason,
     sentence,
     step_words,
+    unit,
     verdict,
 )
-from hapkit_studio.charts.style import DASH, TEXT, Colors, Label, save, style_axes, unbroken, write_labels
+from hapkit_studio.charts.style import (
+    DASH,
+    TEXT,
+    Colors,
+    Label,
+    legend,
+    save,
+    style_axes,
+    unbroken,
+    write_labels,
+)
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.stick_slip import MODELS
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.accuracy.plan import Accuracy, Point, Sheet
+    from hapkit_studio.analysis.accuracy.plan import Accuracy, Method, Point, Sheet, Trace
 
 
 _OTHERS = tuple(
@@ -64,15 +79,13 @@ _WIDE, _NARROW = 1e8, 300.0
 
 
 class AccuracyAxes:
-    """Axes of error in %, mm/s or µm/s over cost in µs; zero errors have a row of their own, named 0."""
+    """Axes of error in its unit over cost in µs; zero errors have a row of their own, named 0."""
 
     def __init__(self, sheet: "Sheet"):
         self._sheet = sheet
         scene = sheet.scene
         self._nothing = _NOTHING[scene.unit]
-        small = scene.unit == "m/s" and scene.tolerance < 1e-4
-        self.factor = (1e6 if small else 1e3) if scene.unit == "m/s" else 1.0
-        self.unit = (", µm/s" if small else ", mm/s") if scene.unit == "m/s" else ""
+        self.factor, self.unit = unit(scene)
         errors = [p.error for p in sheet.points if self._nothing < p.error < _MOST] + [scene.tolerance]
         low, high = math.log10(min(errors) * self.factor), math.log10(max(errors) * self.factor)
         air = 0.08 * (high - low) + 0.12
@@ -106,8 +119,8 @@ class AccuracyAxes:
             axis.set_major_locator(FixedLocator([place for place in places if low <= place <= high]))
             axis.set_minor_locator(NullLocator())
             axis.set_major_formatter(FuncFormatter(lambda place, _, write=write: write(place)))
-        error = f"{self._sheet.scene.error}{self.unit} (less is better)"
-        style_axes(axes, c, "computing time per simulated second (less is faster)", error)
+        error = f"{self._sheet.scene.error}, {self.unit}"
+        style_axes(axes, c, "computing time per simulated second", error)
 
     def _errors(self) -> list[float]:
         """Return where the ticks of errors are, few of them where they go far."""
@@ -121,9 +134,7 @@ class AccuracyAxes:
     def _tick(self, value: float) -> str:
         if self.has_zero and math.isclose(value, self._zero):
             return "0"
-        if not self.unit and 1e-3 <= value < 10.0 and self.top / self.bottom < _WIDE:
-            return f"{100.0 * value:g} %"
-        if 1e-3 <= value < 1e4 and (self.unit or value >= 1.0):
+        if 1e-3 <= value < 1e4:
             return f"{value:g}"
         return f"$10^{{{round(math.log10(value))}}}$"
 
@@ -137,32 +148,43 @@ _LETTERS = {_LARGE: 105, _SMALL: 66}
 _KEY = (
     "Filled: the loop's own step.  Hollow: other steps.  Ring: the default.  Grey band: nothing is beyond it."
 )
+# The chart's share of the height beside that of a motion below it; the height of both over that of one alone.
+_HEIGHTS, _WITH_MOTION = (5, 3), 1.5
 _SIZE = 8.5
 _LARGER = {"*": 13.0, "p": 10.0, "P": 10.0, "X": 9.5}
 
 
-def accuracy_figure(result: "Accuracy", path: str | Path) -> None:
-    """Write every scene of a result, one large or several side by side; below them what each was."""
-    count = len(result.sheets)
+def accuracy_figure(result: "Accuracy", path: str | Path, method: str = "") -> None:
+    """Write every scene of a result, one large or several side by side; below them what each was.
+
+    method: whose motion is drawn, where a scene's chart has it; "" for the default's.
+    """
+    sheets, count = result.sheets, len(result.sheets)
     columns = 1 if count == 1 else 2 if count <= 4 else 3 if count <= 9 else 4
-    rows = -(-count // columns)
     size = _LARGE if columns == 1 else _SMALL
+    points = [next((p for p in s.line(method) if s.scene.competes(p)), s.answer.default) for s in sheets]
+    motions = [bool(point and trace(point)) for point in points]
+    heights = [
+        size[1] * (_WITH_MOTION if any(motions[i : i + columns]) else 1.0) for i in range(0, count, columns)
+    ]
 
     def paint(figure: Any, c: Colors) -> None:
-        panels = [figure.add_subplot(rows, columns, i + 1) for i in range(count)]
-        for axes, sheet in zip(panels, result.sheets, strict=True):
-            _points(axes, c, sheet)
-            said = (f"{'✓' if sheet.answer.right else '▲'} {sentence(sheet)}", verdict(sheet))
+        panels = figure.subfigures(len(heights), columns, squeeze=False, height_ratios=heights).flat
+        drawn = []
+        for panel, sheet, point in zip(panels, sheets, points, strict=False):
+            said = (f"{'✓' if sheet.passes(sheet.answer.default) else '▲'} {sentence(sheet)}", verdict(sheet))
             head = [sheet.scene.title, *(fill(words, _LETTERS[size]) for words in said)]
-            axes.set_title("\n".join(head), loc="left", size=TEXT, color=c.ink)
+            panel.suptitle("\n".join(head), x=0.02, ha="left", size=TEXT, color=c.ink)
+            drawn.append((_panels(panel, c, sheet, point), sheet))
         figure.draw_without_rendering()
-        for axes, sheet in zip(panels, result.sheets, strict=True):
+        for axes, sheet in drawn:
             _names(axes, c, sheet)
 
-    pairs = [(s.scene.title, [" ".join(pair) for pair in s.scene.conditions]) for s in result.sheets]
+    pairs = [(s.scene.title, [" ".join(pair) for pair in s.scene.conditions]) for s in sheets]
     conditions = [f"{title}: {unbroken(words)}" for title, words in pairs]
-    caption = "\n".join((_KEY, *dict.fromkeys(conditions), f"Timed on: {computer()}"))
-    save(paint, path, (columns * size[0], rows * size[1]), caption=caption)
+    reasons = [f"{chart.title}: {reason(choice)}" for chart in result.charts for choice in chart.choices]
+    caption = "\n".join((_KEY, *reasons, *dict.fromkeys(conditions), f"Timed on: {computer()}"))
+    save(paint, path, (columns * size[0], sum(heights)), caption=caption)
 
 
 def computer() -> str:
@@ -170,12 +192,46 @@ def computer() -> str:
     return f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"
 
 
-def draw(figure: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
-    """Draw one scene; method: the one that stands out, "" for none."""
-    axes = figure.add_subplot()
-    _points(axes, c, sheet, method)
+def draw(figure: Any, c: Colors, sheet: "Sheet", point: "Point | None" = None) -> None:
+    """Draw one scene; point: its method stands out and its motion is drawn, where there is one."""
+    axes = _panels(figure, c, sheet, point)
     figure.draw_without_rendering()
     _names(axes, c, sheet)
+
+
+def _panels(figure: Any, c: Colors, sheet: "Sheet", point: "Point | None") -> Any:
+    """Draw the chart, below it a point's motion and error over time; return the chart's axes."""
+    motion = trace(point) if point else None
+    grid = figure.add_gridspec(2, 2, height_ratios=_HEIGHTS) if motion else figure.add_gridspec(1, 2)
+    axes = figure.add_subplot(grid[0, :])
+    _points(axes, c, sheet, point.method if point else "")
+    if point and motion:
+        _motion(figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1]), c, point, motion)
+    return axes
+
+
+def _motion(path: Any, off: Any, c: Colors, point: "Point", motion: "Trace") -> None:
+    """Draw the motion beside the true one, and how far it is from that."""
+    color, mm = getattr(c, marker_and_color(point.method)[1]), 1e3
+    path.plot(motion.t, mm * motion.true, color=c.theory, linewidth=5.0, label="true motion")
+    path.plot(
+        motion.t,
+        mm * motion.x,
+        color=color,
+        linewidth=1.5,
+        label=f"{point.label}, {step_words(point.step_s)}",
+    )
+    style_axes(path, c, "time, s", "position, mm")
+    legend(path, c)
+    scaled = math.isfinite(motion.scale)
+    off.plot(
+        motion.t,
+        (100.0 / motion.scale if scaled else mm) * (motion.x - motion.true),
+        color=color,
+        linewidth=1.5,
+    )
+    off.axhline(0.0, color=c.ink2, linewidth=1.0)
+    style_axes(off, c, "time, s", "error, %" if scaled else "error, mm")
 
 
 def _points(axes: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
@@ -190,23 +246,26 @@ def _points(axes: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
         for color, width in ((c.edge, 9.6), (c.theory, 7.2)):
             axes.step(x, y, where="post", color=color, linewidth=width, solid_joinstyle="miter", zorder=2.0)
     for each in sheet.methods:
-        _line(axes, c, sheet, frame, each.key, 3.0 if each.key == method else 1.5)
+        _line(axes, c, sheet, frame, each, 3.0 if each.key == method else 1.5)
     default = sheet.answer.default
     if default is not None:
         axes.plot(
             *frame.place(default), "o", markersize=21, markerfacecolor="none", markeredgecolor=c.accent,
             markeredgewidth=2.4, zorder=8,
         )  # fmt: skip
+    legend(axes, c)
 
 
-def _line(axes: Any, c: Colors, sheet: "Sheet", frame: AccuracyAxes, method: str, width: float) -> None:
+def _line(axes: Any, c: Colors, sheet: "Sheet", frame: AccuracyAxes, method: "Method", width: float) -> None:
     """Draw a method's points, those that compete filled, joined by a line."""
-    sound = [p for p in sheet.line(method) if math.isfinite(p.error)]
-    shape, token = marker_and_color(method)
+    sound = [p for p in sheet.line(method.key) if math.isfinite(p.error)]
+    shape, token = marker_and_color(method.key)
     color = getattr(c, token)
     if sound:
         axes.plot(*zip(*map(frame.place, sound), strict=True), color=color, linewidth=width, zorder=3)
-    for point in sheet.line(method):
+    if len({p.step_s for p in sound}) > 1:  # else they differ in their options, and are named one by one
+        axes.plot([], [], shape, color=color, markersize=_LARGER.get(shape, _SIZE), label=method.label)
+    for point in sheet.line(method.key):
         filled = abs(point.step_s - sheet.scene.default.step_s) <= 1e-9
         axes.plot(
             *frame.place(point), shape, markersize=_LARGER.get(shape, _SIZE) * (1.0 if filled else 0.85),
@@ -216,7 +275,7 @@ def _line(axes: Any, c: Colors, sheet: "Sheet", frame: AccuracyAxes, method: str
 
 
 def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
-    """Name default, methods, options and rates beside their points, tolerance and front at the edge."""
+    """Name default, options and rates beside their points, tolerance and front at the edge."""
     frame, default = AccuracyAxes(sheet), sheet.answer.default
     found = [Label(frame.right, sheet.scene.tolerance * frame.factor, limit_words(sheet.scene), c.danger)]
     if sheet.front:
@@ -230,11 +289,8 @@ def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
         points = [p for p in sheet.line(method.key) if math.isfinite(p.error)]
         color = getattr(c, marker_and_color(method.key)[1])
         others = [p for p in points if p is not default]
-        if points and len({p.step_s for p in points}) == 1:  # they differ in their options
+        if len({p.step_s for p in points}) == 1:
             found += [Label(*frame.place(p), p.label, color) for p in others]
-        elif points:
-            last = max(points, key=lambda p: p.ns_per_simulated_s)
-            found.append(Label(*frame.place(last), method.label, color))
         if sheet.scene.step_s is None and method.key == sheet.scene.default.method:
             found += [Label(*frame.place(p), rate_words(p.step_s), color, left=True) for p in others]
     write_labels(axes, c, found)

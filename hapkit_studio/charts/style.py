@@ -22,7 +22,9 @@ Paint = Callable[[Any, Colors], object]
 
 TICK, TEXT, HEAD = 12, 13, 16
 DOT, DASH, DASH_DOT = (0, (1, 1.6)), (0, (5, 3.5)), (0, (7, 2.6, 1.6, 2.6))
-_TICKS, _MOST = 90.0, 0.34  # points that ticks and title of an axis take; share of the height for names
+# Points that ticks and title of an axis take, with some to spare, or the layout is slow to find its width;
+# share of the height for names.
+_TICKS, _MOST = 120.0, 0.34
 _LETTER = 5.6  # points that a letter of a caption takes
 _DPI, _PAD = 110, 0.12  # inches
 # what stays as strong while data are out of date
@@ -83,7 +85,8 @@ def legend(axes: Any, c: Colors) -> None:
     names = axes.get_legend_handles_labels()[1]
     box = axes.figure.bbox
     share = axes.get_subplotspec().get_position(axes.figure).width / 0.775
-    for columns in range(len(names), 0, -1):
+    for rows in range(1, len(names) + 1):
+        columns = -(-len(names) // rows)
         made = axes.legend(
             loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False, fontsize=TICK,
             labelcolor=c.ink2, borderaxespad=0.2, columnspacing=1.2, handlelength=1.7, labelspacing=0.3,

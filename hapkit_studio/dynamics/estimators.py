@@ -22,7 +22,7 @@ from hapkit_studio.parameters import Parameter, check_number, resolve
 
 Spec = str | tuple[str, dict[str, float]]
 
-# What a person's loop starts with: the cheapest whose error stays small in every motion (``accuracy``).
+# What a person's loop starts with: ``accuracy`` says in how many motions its error stays small.
 USUAL = "kalman"
 # An ideal sensor is expected to be as noisy as a Hapkit's: without noise there is nothing to weigh.
 USUAL_QUANTUM = 20.7e-6

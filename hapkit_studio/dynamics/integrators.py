@@ -12,6 +12,7 @@ import numpy as np
 from hapkit_studio.dynamics.friction import projected
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.dynamics.moving_mass import FAR, acceleration, exact, linear, place
+from hapkit_studio.dynamics.paddle import apply, transition
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -102,6 +103,16 @@ _NOTHING = 1e-150
 
 
 @compiled
+def settled(x, v):
+    """Return (x, v), 0 for what has died out."""
+    if abs(x) < _NOTHING:
+        x = 0.0
+    if abs(v) < _NOTHING:
+        v = 0.0
+    return x, v
+
+
+@compiled
 def advanced(method, x, v, before, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
     """Return (x, v) after h seconds by any method but exact, and how far a change of v moves x, in s.
 
@@ -149,11 +160,20 @@ def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, cont
         if friction > 0.0:
             u = projected(free, friction * h / m)
             q += follows * (u - free)
-    if abs(q) < _NOTHING:
-        q = 0.0
-    if abs(u) < _NOTHING:
-        u = 0.0
+    q, u = settled(q, u)
     return q, u, now
+
+
+@compiled
+def glide(h, m, b, k, force, x, v):
+    """Fill x, v (n,) from their first values by the exact map, the same for every step; nothing is met.
+
+    force (n,) is held for a step.
+    """
+    whole, q, u = transition(m, b, k, h), x[0], v[0]
+    for n in range(x.size - 1):
+        q, u = settled(*apply(whole, q, u, force[n], 0.0))
+        x[n + 1], v[n + 1] = q, u
 
 
 @compiled
@@ -224,7 +244,11 @@ def integrate(
     value = checked(given | {"x0": x0, "v0": v0, "dt": dt, "seconds": seconds})
     count = count_rows(value["seconds"], value["dt"])
     x, v = np.full(count, value["x0"]), np.full(count, value["v0"])
-    _integrate(number, value["dt"], *(value[key] for key in given), x, v)
+    *body, force = (value[key] for key in given)
+    if number == _EXACT:
+        glide(value["dt"], *body, np.full(count, force), x, v)
+    else:
+        _integrate(number, value["dt"], *body, force, x, v)
     return np.arange(count) * value["dt"], x, v
 
 

@@ -9,7 +9,7 @@ from functools import cache
 from types import MappingProxyType
 
 from hapkit_studio import discovery
-from hapkit_studio.analysis.accuracy.plan import Accuracy, Chart, Plan
+from hapkit_studio.analysis.accuracy.plan import Accuracy, Chart, Plan, Point, Trace
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.discovery import declared
 from hapkit_studio.errors import ParameterError
@@ -25,6 +25,12 @@ def plans() -> Mapping[str, Plan]:
 def named(key: str) -> Plan:
     """Return the plan of a chart; raise ParameterError listing those there are."""
     return discovery.named(plans(), key, "accuracy chart")
+
+
+def trace(point: Point) -> Trace | None:
+    """Return a point's motion over time beside the true one, None where its chart has no such motion."""
+    computed = named(point.chart).trace
+    return computed(point) if computed else None
 
 
 def compute(

@@ -5,7 +5,7 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 
-from hapkit_studio.dynamics.integrators import step
+from hapkit_studio.dynamics.integrators import INTEGRATORS, glide, step
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.dynamics.moving_mass import FAR, acceleration
 
@@ -28,6 +28,9 @@ class Body:
         return np.array(astuple(self))
 
 
+_EXACT = float(INTEGRATORS.index("exact"))
+
+
 @compiled
 def drive(method, times, h, body, force, touch, x, v):
     """Fill x, v (n,) from their first values, `times` over; force and touch (n,) are held for a step.
@@ -37,6 +40,9 @@ def drive(method, times, h, body, force, touch, x, v):
     m, b, k, contact = body[0], body[1], body[2], body[3]
     reach, wall, static, kinetic = body[4], body[5], body[6], body[7]
     for _ in range(times):
+        if method == _EXACT and contact == 0.0 and wall == 0.0 and max(static, kinetic) == 0.0:
+            glide(h, m, b, k, force, x, v)
+            continue
         before = acceleration(x[0], v[0], m, b, k, force[0], touch[0], 1.0, 0.0, contact, 0.0, reach, wall)
         for n in range(x.size - 1):
             f = force[n]

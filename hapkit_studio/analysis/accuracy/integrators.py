@@ -14,8 +14,18 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy import driving
 from hapkit_studio.analysis.accuracy.driving import Body, drive, samples
-from hapkit_studio.analysis.accuracy.plan import Method, Plan, Run, Scene, always, default_of, repeats
-from hapkit_studio.dynamics.integrators import INTEGRATORS
+from hapkit_studio.analysis.accuracy.plan import (
+    Method,
+    Plan,
+    Point,
+    Run,
+    Scene,
+    Trace,
+    always,
+    default_of,
+    repeats,
+)
+from hapkit_studio.dynamics.integrators import INTEGRATORS, glide
 from hapkit_studio.dynamics.moving_mass import FAR
 from hapkit_studio.environments.puck import REACH
 from hapkit_studio.environments.pushed import LABELS
@@ -32,16 +42,19 @@ DRAWN = 0.02
 
 @dataclass(frozen=True)
 class Motion:
-    """An object that starts at (x, v); force in N and the handle's place in m over time; its judge.
+    """An object that starts at (x, v), its true path over equally spaced times; force in N, handle in m.
 
-    judge takes times and positions (n,) and returns the error. Unless given there is no force, and no handle.
+    Its error is the largest distance from that path, over scale in m, unless judge takes times and positions
+    (n,) and returns another; scale is nan then. Unless given there is no force, and no handle.
     """
 
     body: Body
     x: float
     v: float
     seconds: float
-    judge: Judge
+    true: Function
+    scale: float = math.nan
+    judge: Judge | None = None
     force: Function = np.zeros_like
     touch: Function = lambda t: np.full_like(t, -FAR)
 
@@ -54,16 +67,20 @@ class Motion:
 
     def error(self, method: int, h: float) -> float:
         """Return the error of a method at steps of h s, inf where it left all numbers."""
+        found = self.trace(method, h)
+        with np.errstate(all="ignore"):
+            if self.judge:
+                error = self.judge(found.t, found.x)
+            else:
+                error = float(np.abs(found.x - found.true).max()) / self.scale
+        return error if math.isfinite(error) else math.inf
+
+    def trace(self, method: int, h: float) -> Trace:
+        """Return the motion by a method at steps of h s beside the true one."""
         work, x = self.computed(method, h)
         work()
-        with np.errstate(all="ignore"):
-            found = self.judge(samples(self.seconds, h), x)
-        return found if math.isfinite(found) else math.inf
-
-
-def against(reference: Function, scale: float) -> Judge:
-    """Return a judge by the largest distance from the true motion, over a scale in m."""
-    return lambda t, x: float(np.abs(x - reference(t)).max()) / scale
+        t = samples(self.seconds, h)
+        return Trace(t, x, self.true(t), self.scale)
 
 
 def decay(mass: float, damping: float, stiffness: float, x: float, v: float = 0.0) -> Function:
@@ -71,14 +88,6 @@ def decay(mass: float, damping: float, stiffness: float, x: float, v: float = 0.
     rate = damping / (2.0 * mass)
     omega = math.sqrt(stiffness / mass - rate * rate)
     return lambda t: np.exp(-rate * t) * (x * np.cos(omega * t) + (v + rate * x) / omega * np.sin(omega * t))
-
-
-def stirred(mass: float, damping: float, stiffness: float, contact: float) -> Function:
-    """Return the motion of an object that a moving handle pushes: what goes on, and what fades away."""
-    k, w = stiffness + contact, 2.0 * math.pi * STIRRING
-    going = contact * STIRRED / (k - mass * w * w + 1j * damping * w)
-    fading = decay(mass, damping, k, -going.imag, -(1j * w * going).imag)
-    return lambda t: contact * HANDLE / k + (going * np.exp(1j * w * t)).imag + fading(t)
 
 
 def bounced(mass: float, wall: float) -> Function:
@@ -99,8 +108,8 @@ def bounced(mass: float, wall: float) -> Function:
 
 def oscillating(mass: float, damping: float, stiffness: float) -> Motion:
     """Return a mass on a spring and damper, let go 10 mm from its rest, for a second."""
-    judge = against(decay(mass, damping, stiffness, DEFLECTION), DEFLECTION)
-    return Motion(Body(mass, damping, stiffness), DEFLECTION, 0.0, 1.0, judge)
+    true = decay(mass, damping, stiffness, DEFLECTION)
+    return Motion(Body(mass, damping, stiffness), DEFLECTION, 0.0, 1.0, true, DEFLECTION)
 
 
 def swinging(damped: bool) -> Motion:
@@ -110,24 +119,31 @@ def swinging(damped: bool) -> Motion:
 
 
 def driven() -> Motion:
-    """Return the environment's object with a handle on it that stirs it; the law knows it at samples only."""
+    """Return the environment's object with a handle on it that stirs it; the law knows it at samples only.
+
+    The true path is that under the same held handle, which the object never leaves.
+    """
     values = environments.named("mass_spring_damper").values()
-    numbers = [values[key] for key in ("mass", "damping", "stiffness", "contact_stiffness")]
-    reference = stirred(*numbers)
-    path = reference(samples(1.0, 1e-4))
-    judge = against(reference, float(np.abs(path - path[0]).max()))
-    turn = 2.0 * math.pi * STIRRING
-    return Motion(
-        Body(*numbers), float(path[0]), 0.0, 1.0, judge, touch=lambda t: HANDLE + STIRRED * np.sin(turn * t)
-    )
+    m, b, k, contact = (values[key] for key in ("mass", "damping", "stiffness", "contact_stiffness"))
+    start = contact * HANDLE / (k + contact)
+
+    def touch(t: np.ndarray) -> np.ndarray:
+        return HANDLE + STIRRED * np.sin(2.0 * math.pi * STIRRING * t)
+
+    def true(t: np.ndarray) -> np.ndarray:
+        x, v = np.full_like(t, start), np.zeros_like(t)
+        glide(t[1] - t[0], m, b, k + contact, contact * touch(t), x, v)
+        return x
+
+    scale = float(np.abs(true(samples(1.0, 1e-4)) - start).max())
+    return Motion(Body(m, b, k, contact), start, 0.0, 1.0, true, scale, touch=touch)
 
 
 def contact() -> Motion:
     """Return the environment's puck, shoved to and fro between its walls."""
     values = environments.named("puck").values()
     body = Body(values["mass"], reach=REACH, wall=values["wall_stiffness"])
-    judge = against(bounced(body.mass, body.wall), 2.0 * REACH)
-    return Motion(body, PUCK_FROM, SHOVED, 2.0, judge)
+    return Motion(body, PUCK_FROM, SHOVED, 2.0, bounced(body.mass, body.wall), 2.0 * REACH)
 
 
 def stick_slip() -> Motion:
@@ -138,9 +154,18 @@ def stick_slip() -> Motion:
     def judge(t: np.ndarray, x: np.ndarray) -> float:
         return driving.period_error(t, body.stiffness * (DRAWN * t - x), true)
 
-    return Motion(body, 0.0, 0.0, 3.0, judge, lambda t: body.stiffness * DRAWN * t)
+    def path(t: np.ndarray) -> np.ndarray:
+        exact, fine = INTEGRATORS.index("exact"), STEPS[-1] / _FINER
+        work, x = motion.computed(exact, fine)
+        work()
+        return x[:: round((t[1] - t[0]) / fine)]
+
+    motion = Motion(body, 0.0, 0.0, 3.0, path, judge=judge, force=lambda t: body.stiffness * DRAWN * t)
+    return motion
 
 
+# No closed form gives the path of stick-slip: the exact method does, with steps so much shorter.
+_FINER = 4
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3)
 THIRD = "a third of the smallest change of force that people feel, 6 %: an object's force follows its motion"
 MOTIONS: dict[str, Callable[[], Motion]] = {
@@ -165,15 +190,15 @@ def _scenes() -> tuple[Scene, ...]:
     spring = ("Stiffness", f"{values['stiffness']:,g} N/m")
     damper = ("Damping", f"{values['damping']:g} N·s/m")
     start = ("Start", "10 mm, at rest")
-    closed = ("Reference", "closed form, 1 s")
+    closed = ("Exact", "its map computed once"), ("Reference", "closed form, 1 s")
     first = "largest error / first deflection"
     return (
-        _of_deflection("free", "Free mass on a spring", first, mass, spring, start, closed),
-        _of_deflection("damped", "Damped mass on a spring", first, mass, spring, damper, start, closed),
+        _of_deflection("free", "Free mass on a spring", first, mass, spring, start, *closed),
+        _of_deflection("damped", "Damped mass on a spring", first, mass, spring, damper, start, *closed),
         _of_deflection(
             "driven", "Mass on a spring, stirred by the hand", "largest error / largest deflection",
             mass, spring, damper, ("Contact", f"{values['contact_stiffness']:,g} N/m"),
-            ("Handle", "±5 mm at 2 Hz, known at samples"), closed,
+            ("Handle", "±5 mm at 2 Hz, held between samples"), ("Reference", "exact, the handle held, 1 s"),
         ),
         Scene(
             "contact", "Puck between two walls", "largest error / distance between the walls", 0.02, THIRD,
@@ -208,6 +233,11 @@ def runs(scene: Scene) -> list[Run]:
     return found
 
 
+def trace(point: Point) -> Trace:
+    """Return a point's motion beside the true one."""
+    return MOTIONS[point.scene]().trace(INTEGRATORS.index(point.method), point.step_s)
+
+
 PLAN = Plan(
     "integrators",
     "Integrators",
@@ -215,4 +245,5 @@ PLAN = Plan(
     _scenes(),
     runs,
     order=10,
+    trace=trace,
 )

@@ -1,15 +1,18 @@
 """What a chart of speed against accuracy is: its scenes, points, the answer they give, how it is computed.
 
 A scene's answer is the cheapest method within its tolerance; the points that no other beats in both error and
-cost are the Pareto front.
+cost are the Pareto front. A default serves several scenes, so that it is chosen over all of them. Costs that
+differ by less than they were measured to spread are equal: the error decides.
 
-What compiled work costs: the shortest of several turns, all candidates in the same turns.
+What compiled work costs: the time that several of its shortest turns kept within, all candidates in the same
+turns. It spreads by how far the shortest quarter of the turns lie apart.
 
 What counts is the thread's own time on its core, where its clock is fine enough: another program that takes
 the core costs nothing. One that shares caches or the core's other half makes work longer, by up to half,
-never shorter, so the shortest turn is the nearest to the work itself, and turns go on until every candidate
-was as short several times. A turn goes once round all candidates, each time from the next one on, so that a
-slow moment meets them all alike. Work should last a tenth of a millisecond: calling it takes up to 5 µs.
+never shorter, so the shortest turns are the nearest to the work itself, and they go on until every candidate
+was as short several times: a clock that slips may make one turn shorter than its work. A turn goes once round
+all candidates, each time from the next one on, so that a slow moment meets them all alike. Work should last a
+tenth of a millisecond: calling it takes up to 5 µs.
 """
 
 import math
@@ -17,6 +20,9 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from statistics import mean
+
+import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.formatting import plain
@@ -30,7 +36,8 @@ Clock = Callable[[], int]
 class Point:
     """One method at one step in one scene: its error, and the ns of computing a simulated second.
 
-    label names the method with its options. extra: what only some charts measure.
+    ns_spread is how far that cost is known; label names the method with its options. extra: what only some
+    charts measure.
     """
 
     chart: str
@@ -43,10 +50,21 @@ class Point:
     label: str = ""
     options: tuple[tuple[str, float], ...] = ()
     extra: tuple[tuple[str, float], ...] = ()
+    ns_spread: float = 0.0
+
+    def as_cheap(self, other: "Point") -> bool:
+        """Return whether both cost the same, as far as was measured."""
+        spread = max(self.ns_spread, other.ns_spread)
+        return abs(self.ns_per_simulated_s - other.ns_per_simulated_s) <= spread
+
+    def beats(self, other: "Point") -> bool:
+        """Return whether the other is better in nothing, and worse in error or cost."""
+        less, tied = self.ns_per_simulated_s < other.ns_per_simulated_s, self.as_cheap(other)
+        return (less or tied) and (self.error < other.error or (self.error == other.error and not tied))
 
     def row(self) -> dict[str, object]:
         """Return the point as an object for programs; an error that is not finite is None."""
-        keys = ("chart", "scene", "method", "step_s", "error", "ns_per_simulated_s", "pareto")
+        keys = ("chart", "scene", "method", "step_s", "error", "ns_per_simulated_s", "ns_spread", "pareto")
         options = {"options": dict(self.options)} if self.options else {}
         return plain({**{key: getattr(self, key) for key in keys}, **options, **dict(self.extra)})
 
@@ -56,18 +74,9 @@ def mark_front(points: Sequence[Point]) -> tuple[Point, ...]:
 
     Equal points are in it together; one whose error is no number, or endless, never is.
     """
-    front: set[tuple[float, float]] = set()
-    least = math.inf
-    sound = {(p.ns_per_simulated_s, p.error) for p in points if math.isfinite(p.error)}
-    for cost, error in sorted(sound):
-        if error < least:
-            front.add((cost, error))
-            least = error
-    return tuple(replace(p, pareto=(p.ns_per_simulated_s, p.error) in front) for p in points)
-
-
-# Costs this close are equal: so far the same code measured twice may differ where others use the machine.
-TIE = 1.10
+    return tuple(
+        replace(p, pareto=math.isfinite(p.error) and not any(q.beats(p) for q in points)) for p in points
+    )
 
 
 @dataclass(frozen=True)
@@ -125,19 +134,33 @@ class Scene:
 
 @dataclass(frozen=True)
 class Answer:
-    """The cheapest points within the tolerance, those as cheap beside it (within TIE), and the default's.
+    """The most accurate of the cheapest points that will do, those as cheap beside it, and the default's.
 
-    cheapest is the default where that is among them. None where there is no such point.
+    cheapest is the default where that is as good. None where there is no such point.
     """
 
     cheapest: Point | None
     as_cheap: tuple[Point, ...]
     default: Point | None
 
+    @classmethod
+    def among(cls, points: Sequence[Point], default: Point | None) -> "Answer":
+        """Return the answer from all points that will do."""
+        if not points:
+            return cls(None, (), default)
+        cheapest = min(points, key=lambda p: p.ns_per_simulated_s)
+        tied = sorted((p for p in points if p.as_cheap(cheapest)), key=lambda p: (p.error, p is not default))
+        return cls(tied[0], tuple(tied[1:]), default)
+
     @property
     def right(self) -> bool:
-        """Return whether the default is the cheapest within the tolerance."""
+        """Return whether the default is the cheapest."""
         return self.cheapest is not None and self.cheapest is self.default
+
+    @property
+    def tied(self) -> bool:
+        """Return whether the default is the cheapest or as cheap."""
+        return self.right or self.default in self.as_cheap
 
 
 @dataclass(frozen=True)
@@ -153,13 +176,16 @@ class Sheet:
     def answer(self) -> Answer:
         """Return the cheapest point within the tolerance, and whether the default is it."""
         default = next((p for p in self.points if self.scene.default.names(p)), None)
-        within = [p for p in self.points if self.scene.competes(p) and p.error <= self.scene.tolerance]
-        if not within:
-            return Answer(None, (), default)
-        within.sort(key=lambda p: p.ns_per_simulated_s)
-        tied = [p for p in within if p.ns_per_simulated_s <= TIE * within[0].ns_per_simulated_s]
-        cheapest = default if default in tied else tied[0]
-        return Answer(cheapest, tuple(p for p in tied if p is not cheapest), default)
+        return Answer.among([p for p in self.competing if self.passes(p)], default)
+
+    @property
+    def competing(self) -> tuple[Point, ...]:
+        """Return the points that may be the answer."""
+        return tuple(p for p in self.points if self.scene.competes(p))
+
+    def passes(self, point: Point | None) -> bool:
+        """Return whether a point is within the tolerance."""
+        return point is not None and point.error <= self.scene.tolerance
 
     @property
     def front(self) -> tuple[Point, ...]:
@@ -173,6 +199,42 @@ class Sheet:
 
 
 @dataclass(frozen=True)
+class Choice:
+    """What one default serves: sheets with the same competitors."""
+
+    sheets: tuple[Sheet, ...]
+
+    def serving(self, point: Point) -> list[tuple[Sheet, Point]]:
+        """Return every sheet with the point of the same method, step and options there."""
+        key = point.method, point.step_s, point.options
+        return [(s, p) for s in self.sheets for p in s.competing if (p.method, p.step_s, p.options) == key]
+
+    def passed(self, point: Point) -> int:
+        """Return in how many sheets a method is within the tolerance."""
+        return sum(sheet.passes(found) for sheet, found in self.serving(point))
+
+    @cached_property
+    def answer(self) -> Answer:
+        """Return the cheapest of those that are within the tolerance in the most sheets."""
+        found = [self._overall(p) for p in self.sheets[0].competing]
+        default = next((p for p in found if self.sheets[0].scene.default.names(p)), None)
+        most = max(map(self.passed, found), default=0)
+        return Answer.among([p for p in found if self.passed(p) == most > 0], default)
+
+    def _overall(self, point: Point) -> Point:
+        """Return a method with its mean cost, its widest spread, and its largest error in tolerances."""
+        pairs = self.serving(point)
+        return replace(
+            point,
+            scene=" ".join(sheet.scene.key for sheet in self.sheets),
+            error=max(p.error / sheet.scene.tolerance for sheet, p in pairs),
+            ns_per_simulated_s=mean(p.ns_per_simulated_s for _, p in pairs),
+            ns_spread=max(p.ns_spread for _, p in pairs),
+            pareto=False,
+        )
+
+
+@dataclass(frozen=True)
 class Chart:
     """One chart: a sheet a scene."""
 
@@ -183,6 +245,12 @@ class Chart:
     def sheet(self, scene: str) -> Sheet:
         """Return a scene's sheet."""
         return next(s for s in self.sheets if s.scene.key == scene)
+
+    @cached_property
+    def choices(self) -> tuple[Choice, ...]:
+        """Return what each default serves."""
+        defaults = dict.fromkeys(sheet.scene.default for sheet in self.sheets)
+        return tuple(Choice(tuple(s for s in self.sheets if s.scene.default == d)) for d in defaults)
 
 
 @dataclass(frozen=True)
@@ -231,8 +299,24 @@ class Run:
 
 
 @dataclass(frozen=True)
+class Trace:
+    """A motion and its true one over t in s, each (n,), in m; scale: what 100 % of its error is, in m.
+
+    nan where the error is not of the motion itself.
+    """
+
+    t: np.ndarray
+    x: np.ndarray
+    true: np.ndarray
+    scale: float
+
+
+@dataclass(frozen=True)
 class Plan:
-    """One chart: ``runs(scene)`` computes every error; found by the name ``PLAN``."""
+    """One chart: ``runs(scene)`` computes every error; found by the name ``PLAN``.
+
+    ``trace(point)`` computes a point's motion again, to be drawn over time.
+    """
 
     key: str
     title: str
@@ -240,6 +324,7 @@ class Plan:
     scenes: tuple[Scene, ...]
     runs: Callable[[Scene], Sequence[Run]]
     order: int
+    trace: Callable[[Point], Trace] | None = None
 
     def sheet(self, scene: Scene) -> Sheet:
         """Return a scene's sheet, its runs timed beside each other, and those that compete once more alone.
@@ -248,21 +333,22 @@ class Plan:
         """
         runs = self.runs(scene)
         spent = shortest([run.prepare for run in runs])
-        points = [self._point(scene, run, ns) for run, ns in zip(runs, spent, strict=True)]
+        points = [self._point(scene, run, *cost) for run, cost in zip(runs, spent, strict=True)]
         rivals = [i for i, point in enumerate(points) if scene.competes(point)]
         again = shortest([runs[i].prepare for i in rivals])
-        for i, ns in zip(rivals, again, strict=True):
-            points[i] = self._point(scene, runs[i], min(ns, spent[i]))
+        for i, cost in zip(rivals, again, strict=True):
+            points[i] = self._point(scene, runs[i], *min(cost, spent[i]))
         return Sheet(self.key, scene, self.methods, mark_front(points))
 
-    def _point(self, scene: Scene, run: Run, ns: float) -> Point:
+    def _point(self, scene: Scene, run: Run, ns: float, spread: float) -> Point:
         error = run.error if not math.isnan(run.error) else math.inf
         measured = run.step_s, error, ns / run.seconds
-        return Point(self.key, scene.key, run.method, *measured, False, run.label, run.options, run.extra)
+        named = run.label, run.options, run.extra
+        return Point(self.key, scene.key, run.method, *measured, False, *named, spread / run.seconds)
 
 
 LEAST_TURNS, MOST_TURNS = 40, 400
-# The shortest is believed once so many turns came as near to it as this, or after so many ns of work.
+# The shortest turns are believed once so many turns came as near to it as this, or after so many ns of work.
 HITS, NEAR = 8, 1.03
 ENOUGH_NS = 500_000_000
 # A clock is fine enough that moves on within so many ns, and by less.
@@ -282,8 +368,11 @@ def _fine() -> bool:
     return False
 
 
-def shortest(prepares: Sequence[Prepare], now: Clock | None = None) -> list[float]:
-    """Return the ns of each candidate's work; a candidate makes its work ready outside of the time."""
+def shortest(prepares: Sequence[Prepare], now: Clock | None = None) -> list[tuple[float, float]]:
+    """Return the ns of each candidate's work, within which HITS turns were, and their spread.
+
+    A candidate makes its work ready outside of the time.
+    """
     now = now or clock()
     for prepare in prepares:
         prepare()()
@@ -299,7 +388,12 @@ def shortest(prepares: Sequence[Prepare], now: Clock | None = None) -> list[floa
             spent += turns[candidate][-1]
         if turn + 1 >= LEAST_TURNS and (spent > ENOUGH_NS or all(map(_believed, turns))):
             break
-    return [min(found) for found in turns]
+    return [_cost(found) for found in turns]
+
+
+def _cost(found: list[float]) -> tuple[float, float]:
+    ranked = sorted(found)
+    return ranked[HITS - 1], ranked[len(ranked) // 4] - ranked[0]
 
 
 def _believed(found: list[float]) -> bool:

@@ -1,8 +1,8 @@
 """Velocity estimators: how far each is from the true velocity, rendered by the loop's own tick.
 
-The motions are seen by a sensor of 15 µm for 3 s at 1 kHz. A tremor and the ramps begin 0.3 of a count above
-an edge of the sensor, so that counts come in no rhythm. The cost is the whole tick's, with the damping
-scene's law and the simulated handle: what a loop pays.
+The motions are seen by the simulated Hapkit's sensor for 3 s at 1 kHz. A tremor and the ramps begin 0.3 of a
+count above an edge of the sensor, so that counts come in no rhythm. The cost is the whole tick's, with the
+damping scene's law and the simulated handle: what a loop pays.
 """
 
 import math
@@ -18,7 +18,7 @@ from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings import LoopSettings
 
-QUANTUM, RATE, SECONDS = 15e-6, 1000.0, 3.0
+QUANTUM, RATE, SECONDS = SimulatedHapkit().quantum, 1000.0, 3.0
 _START = 0.3 * QUANTUM
 _TURNED_AT, _TURNING = 1.0, 0.02
 
@@ -69,11 +69,7 @@ VARIANTS: tuple[tuple[str, dict[str, float]], ...] = (
 # A force that shakes by less than 20 mN counts as rest; the damping scene makes that of so many m/s.
 UNFELT = 0.020
 _DAMPING = environments.named("damping").values()["damping"]
-# Linear estimators differ by 3 ns in a tick of 50 ns, so that a loop has one for all its motions decides.
-_REASON = (
-    f"{1e3 * UNFELT:g} mN, less than people feel shaking, at the damping scene's {_DAMPING:g} N·s/m; in a "
-    "whole tick all but FOAW cost the same, and the default alone is within it in every motion"
-)
+_REASON = f"{1e3 * UNFELT:g} mN, less than people feel shaking, at the damping scene's {_DAMPING:g} N·s/m"
 
 
 def label(key: str, options: dict[str, float]) -> str:
@@ -88,7 +84,7 @@ def label(key: str, options: dict[str, float]) -> str:
 def prepared(spec: tuple[str, dict[str, float]], signal: str) -> Callable[[], np.ndarray]:
     """Return what renders a signal once, and returns its telemetry rows."""
     position, velocity = SIGNALS[signal]()
-    device = SimulatedHapkit(damping=0.0, coulomb_force=0.0, quantum=QUANTUM, max_force=math.inf)
+    device = SimulatedHapkit(damping=0.0, coulomb_force=0.0, max_force=math.inf)
     law = environments.named("damping")
     loop, body = headless.Scene(law, law.values(), device, LoopSettings(RATE, 0.0, spec)).prepare()
     out = headless.new_rows(T.size)

@@ -2,30 +2,34 @@
 
 import math
 
-from hapkit_studio.analysis.accuracy.plan import TIE, Point, Scene, Sheet
+from hapkit_studio.analysis.accuracy.plan import Choice, Point, Scene, Sheet
 from hapkit_studio.formatting import power_of_ten, significant
 
-# An error below this is rounding: its power of ten is worth reading, not its digits.
-_SMALL, _LARGE = 1e-4, 1e3
-_STILL = 1e-9
-# How many methods that cost the same are named.
+# What is smaller or larger is written as a power of ten; a tolerance below it is one of µm/s.
+_TINY, _HUGE, _SLOW = 1e-2, 1e5, 1e-4
+# How many methods that are as good are named.
 _NAMED = 3
 
 
-def error_words(error: float, unit: str = "") -> str:
-    """Write an error: a share in %, a speed in mm/s or µm/s, what is tiny as a power of ten."""
+def unit(scene: Scene) -> tuple[float, str]:
+    """Return the unit in which a scene's errors are written, and how many of it make 1 of the error's own."""
+    if not scene.unit:
+        return 100.0, "%"
+    return (1e6, "µm/s") if scene.tolerance < _SLOW else (1e3, "mm/s")
+
+
+def error_figures(error: float, scene: Scene) -> str:
+    """Write an error in its unit, without it."""
     if not math.isfinite(error):
         return "none"
-    if error == 0.0:
-        return "0"
-    if unit == "m/s":
-        if error < _STILL:
-            return f"{power_of_ten(error)} m/s"
-        small = error < 1e-4
-        return f"{significant(1e6 * error)} µm/s" if small else f"{significant(1e3 * error)} mm/s"
-    if error < _SMALL or error >= _LARGE:
-        return power_of_ten(error)
-    return f"{significant(100.0 * error)} %"
+    value = error * unit(scene)[0]
+    return significant(value) if value == 0.0 or _TINY <= value < _HUGE else power_of_ten(value)
+
+
+def error_words(error: float, scene: Scene) -> str:
+    """Write an error with its unit: a share in %, a speed in mm/s or µm/s."""
+    figures = error_figures(error, scene)
+    return f"{figures} {unit(scene)[1]}" if math.isfinite(error) else figures
 
 
 def cost_words(nanoseconds: float) -> str:
@@ -50,9 +54,7 @@ def limit_words(scene: Scene) -> str:
     """Write what a scene's tolerance asks for."""
     if scene.goal:
         return scene.goal
-    if scene.unit == "m/s" or scene.tolerance < _SMALL:
-        return f"within {error_words(scene.tolerance, scene.unit)}".replace(".0 ", " ")
-    return f"within {100.0 * scene.tolerance:g} %"
+    return f"within {error_words(scene.tolerance, scene)}".replace(".0 ", " ")
 
 
 def name_words(scene: Scene, point: Point) -> str:
@@ -70,7 +72,9 @@ def sentence(sheet: Sheet) -> str:
     if answer.cheapest is None:
         return f"Nothing is {where}."
     name, cost = name_words(scene, answer.cheapest), cost_words(answer.cheapest.ns_per_simulated_s)
-    return f"Cheapest {where}: {name}, {cost} per simulated second."
+    tied = len(answer.as_cheap)
+    which = f"Most accurate of the {tied + 1} cheapest" if tied else "Cheapest"
+    return f"{which} {where}: {name}, {cost} per simulated second."
 
 
 def verdict(sheet: Sheet) -> str:
@@ -79,11 +83,68 @@ def verdict(sheet: Sheet) -> str:
     if answer.default is None:
         return "No default here."
     if answer.right:
-        names, more = [name_words(scene, p) for p in answer.as_cheap], len(answer.as_cheap) - _NAMED
-        others = ", ".join(names[:_NAMED]) + (f" and {more} more" if more > 0 else "")
-        return "It is the default." + (f" As cheap, to {100 * (TIE - 1):.0f} %: {others}." if others else "")
-    name = name_words(scene, answer.default)
-    if answer.default.error > scene.tolerance or answer.cheapest is None:
-        return f"The default, {name}, is off by {error_words(answer.default.error, scene.unit)}."
-    ratio = answer.default.ns_per_simulated_s / answer.cheapest.ns_per_simulated_s
-    return f"The default, {name}, costs {significant(ratio)} times as much."
+        others = f" As cheap: {_names(scene, answer.as_cheap)}." if answer.as_cheap else ""
+        return f"It is the default.{others}"
+    name, error = name_words(scene, answer.default), error_words(answer.default.error, scene)
+    if not sheet.passes(answer.default) or answer.cheapest is None:
+        return f"The default, {name}, is off by {error}."
+    return f"The default, {name}, {_dearer(answer.default, answer.cheapest)}; it is off by {error}."
+
+
+def reason(choice: Choice) -> str:
+    """Write why a default is one: where it is within the tolerance, what else is, and what it gives up."""
+    answer, scene, count = choice.answer, choice.sheets[0].scene, len(choice.sheets)
+    if answer.default is None or answer.cheapest is None:
+        return "No method is within the tolerance." if answer.default else "No default here."
+    passed, most = choice.passed(answer.default), choice.passed(answer.cheapest)
+    scenes = f"{count} scenes" if count > 1 else "1 scene"
+    said = f"{name_words(scene, answer.default)} is within the tolerance in {passed} of {scenes}"
+    best = name_words(scene, answer.cheapest)
+    if most > passed:
+        said += f"; {best} is in {most}"
+    else:
+        said += ", none in more" if passed < count else ""
+        if not answer.tied:
+            said += f"; beside {best} it {_dearer(answer.default, answer.cheapest)}"
+        elif not answer.right:
+            said += f"; {best} is as cheap and errs less"
+        elif answer.as_cheap:
+            also = _names(scene, answer.as_cheap)
+            said += f"; of the cheapest in as many (also {also}) its largest error is the least"
+        else:
+            said += "; of those in as many it is the cheapest"
+    lost = [_given_up(s, p) for s, p in choice.serving(answer.default) if not s.passes(p)]
+    return f"{said}." + (f" It gives up {'; '.join(lost)}." if lost else "")
+
+
+def choice_row(choice: Choice) -> dict[str, object]:
+    """Return what a default serves, and why it is one, as an object for programs."""
+    return {
+        "chart": choice.sheets[0].chart,
+        "scenes": [sheet.scene.key for sheet in choice.sheets],
+        "default_is_cheapest": choice.answer.right,
+        "reason": reason(choice),
+    }
+
+
+def _given_up(sheet: Sheet, point: Point) -> str:
+    """Write by how much a point is outside of the tolerance in its scene."""
+    lag = dict(point.extra).get("lag_s")
+    late = "" if lag is None else f", {significant(1e3 * lag)} ms late"
+    return f"“{sheet.scene.title}”: off by {error_words(point.error, sheet.scene)}{late}"
+
+
+def _dearer(point: Point, other: Point) -> str:
+    """Write what a point costs beside another."""
+    if point.as_cheap(other):
+        return "is as cheap"
+    ratio = point.ns_per_simulated_s / other.ns_per_simulated_s
+    if ratio < 1.5:
+        return f"costs {100 * (ratio - 1):.0f} % more"
+    return f"costs {significant(ratio)} times as much"
+
+
+def _names(scene: Scene, points: tuple[Point, ...]) -> str:
+    """Name the first few points."""
+    names, more = [name_words(scene, p) for p in points[:_NAMED]], len(points) - _NAMED
+    return ", ".join(names) + (f" and {more} more" if more > 0 else "")

@@ -1,6 +1,5 @@
 """Speed against accuracy: what each method's error costs, which the scene should use, and whether it does."""
 
-import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -10,9 +9,9 @@ from PySide6.QtWidgets import QComboBox
 
 from hapkit_studio.analysis import accuracy
 from hapkit_studio.analysis.accuracy import words
-from hapkit_studio.analysis.accuracy.plan import TIE, Accuracy, Chart, Point, Scene, Sheet
+from hapkit_studio.analysis.accuracy.plan import Accuracy, Chart, Point, Sheet
 from hapkit_studio.charts.accuracy import AccuracyAxes, accuracy_figure, computer, draw, marker_and_color
-from hapkit_studio.formatting import power_of_ten, significant
+from hapkit_studio.formatting import significant
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.drawing import sign
 from hapkit_studio.gui.pages.measuring import MeasuringPage
@@ -32,23 +31,12 @@ CHARTS = (
     ("servo", "Servo rate"),
     ("friction", "Friction"),
 )
-_TINY, _HUGE = 1e-2, 1e5
-
-
-def answer_words(sheet: Sheet) -> str:
-    """Write the answer in one sentence; the cheapest is not called so where others cost the same."""
-    found, scene = sheet.answer.cheapest, sheet.scene
-    if found is None or not sheet.answer.as_cheap:
-        return words.sentence(sheet)
-    among = f"Among the cheapest (to {100.0 * (TIE - 1.0):.0f} %) {words.limit_words(scene)}"
-    cost = words.cost_words(found.ns_per_simulated_s)
-    return f"{among}: {words.name_words(scene, found)}, {cost} per simulated second."
 
 
 def columns(sheet: Sheet) -> tuple[Column, ...]:
     """Return the columns of the points that compete: what is chosen between, cost, error in one unit."""
     scene, default = sheet.scene, sheet.answer.default
-    head = "Error\nmm/s" if scene.unit == "m/s" else "Of limit\n%" if scene.goal else "Error\n%"
+    head = f"{'Of limit' if scene.goal else 'Error'}\n{words.unit(scene)[1]}"
 
     def cost(point: Point) -> str:
         return significant(1e-3 * point.ns_per_simulated_s)
@@ -61,18 +49,10 @@ def columns(sheet: Sheet) -> tuple[Column, ...]:
         ),
         Column("µs\nper s", cost, lambda p: p.ns_per_simulated_s),
         Column(
-            head, lambda p: error_figures(p.error, scene), lambda p: p.error,
-            lambda p: "ok" if p.error <= scene.tolerance else "danger",
+            head, lambda p: words.error_figures(p.error, scene), lambda p: p.error,
+            lambda p: "ok" if sheet.passes(p) else "danger",
         ),
     )  # fmt: skip
-
-
-def error_figures(error: float, scene: Scene) -> str:
-    """Write an error in the unit of the head; what is tiny or huge as a power of ten."""
-    if not math.isfinite(error):
-        return "none"
-    value = (1e3 if scene.unit == "m/s" else 1e2) * error
-    return significant(value) if value == 0.0 or _TINY <= value < _HUGE else power_of_ten(value)
 
 
 class AccuracyPage(MeasuringPage):
@@ -87,13 +67,14 @@ class AccuracyPage(MeasuringPage):
     read = (
         "Each line is a method, each marker a step; filled: the loop's own step. Further left is faster, "
         "further down more accurate. Nothing lies below and left of the grey front. The ring is what the "
-        "studio uses."
+        "studio uses. Choose an integrator in the table to see its motion over time."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):
         super().__init__(studio, live)
         self._found: dict[str, Chart] = {}
         self._seconds: dict[str, float] = {}
+        self._chosen: Point | None = None
         self.charts = Segmented("Chart", tuple(title for _, title in CHARTS))
         self.charts.show_index(0)
         self.scenes = QComboBox()
@@ -169,24 +150,23 @@ class AccuracyPage(MeasuringPage):
                 self.bar.say("")
             return
         self.stand_out(None)
-        found = [p for p in sheet.points if sheet.scene.competes(p)]
-        found.sort(key=lambda p: p.error if math.isfinite(p.error) else math.inf)
-        self.table.show_rows(columns(sheet), found)
-        sign = ("check", "ok") if sheet.answer.right else ("triangle", "warn")
-        self.answer.say(answer_words(sheet), *sign)
-        self.side.words.setText(words.verdict(sheet))
+        self.table.show_rows(columns(sheet), sorted(sheet.competing, key=lambda p: p.error))
+        sign = ("check", "ok") if sheet.passes(sheet.answer.default) else ("triangle", "warn")
+        self.answer.say(words.sentence(sheet), *sign)
+        choice = next(choice for choice in self._found[self.key].choices if sheet in choice.sheets)
+        self.side.words.setText(f"{words.verdict(sheet)} {words.reason(choice)}")
         self.conditions.show_pairs(list(sheet.scene.conditions))
         self.reason.setText(
-            f"Tolerance {words.error_words(sheet.scene.tolerance, sheet.scene.unit)}: {sheet.scene.reason}"
+            f"Tolerance {words.error_words(sheet.scene.tolerance, sheet.scene)}: {sheet.scene.reason}"
         )
         count = sum(len(s.points) for s in self._found[self.key].sheets)
         self.bar.say(f"{count:,} points, {self._seconds[self.key]:.1f} s")
 
     def stand_out(self, point: Point | None) -> None:
-        """Redraw the sheet with a point's method emphasised, None for no method."""
-        sheet, method = self.sheet, point.method if point else ""
+        """Redraw the sheet with a point's method emphasised, its motion below; None for no method."""
+        sheet, self._chosen = self.sheet, point
         if sheet is not None:
-            self.chart.show_drawing(lambda figure, colors: draw(figure, colors, sheet, method))
+            self.chart.show_drawing(lambda figure, colors: draw(figure, colors, sheet, point))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
@@ -196,27 +176,29 @@ class AccuracyPage(MeasuringPage):
         """Say in words what the point under the pointer is."""
         self.point.setText("")
         sheet = self.sheet
-        if event is None or sheet is None:
+        if event is None or sheet is None or event.inaxes is not self.chart.figure.axes[0]:
             return
         index = self.chart.near(event, *zip(*map(AccuracyAxes(sheet).place, sheet.points), strict=True))
         if index is not None:
             point = sheet.points[index]
-            error = words.error_words(point.error, sheet.scene.unit)
+            error = words.error_words(point.error, sheet.scene)
             cost = words.cost_words(point.ns_per_simulated_s)
             step = words.step_words(point.step_s)
             self.point.setText(f"{point.label} at {step}: {error}, {cost} per second")
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         chart, seconds = self._found[self.key], self._seconds[self.key]
+        method = self._chosen.method if self._chosen else ""
 
         def numbers() -> dict:
             return {
                 "rows": [p.row() for sheet in chart.sheets for p in sheet.points],
+                "choices": [words.choice_row(choice) for choice in chart.choices],
                 "conditions": {sheet.scene.key: dict(sheet.scene.conditions) for sheet in chart.sheets},
                 "computer": computer(),
             }
 
-        return lambda path: accuracy_figure(Accuracy((chart,), seconds), path), numbers
+        return lambda path: accuracy_figure(Accuracy((chart,), seconds), path, method), numbers
 
 
 VIEW = View("accuracy", "Accuracy", 20, AccuracyPage, scene=False)

@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.signal import StateSpace, lsim
 
 from hapkit_studio.analysis.accuracy import driving, integrators
+from hapkit_studio.analysis.accuracy.plan import Point
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from tests.dynamics.test_integrators import ERRORS as WORK_PRECISION
 
@@ -35,17 +37,22 @@ def solved(acceleration, x, v, seconds, t):
     return found.y[0]
 
 
-def test_the_stirred_object_is_where_a_fine_solver_finds_it():
+def test_the_stirred_object_is_where_scipy_moves_it_under_the_held_handle():
+    """A handle that moved on between samples would take it elsewhere: the hold is no integrator's error."""
     m, b, k, contact = 2.0, 1.0, 300.0, 500.0
-    t = np.linspace(0.0, 1.0, 201)
-
-    def acceleration(t, x, v):
-        handle = 0.010 + 0.005 * math.sin(4.0 * math.pi * t)
-        assert handle > x
-        return (contact * (handle - x) - b * v - k * x) / m
-
-    reference = integrators.stirred(m, b, k, contact)
-    assert reference(t) == pytest.approx(solved(acceleration, contact * 0.010 / 800.0, 0.0, 1.0, t), abs=1e-9)
+    system = StateSpace(
+        [[0.0, 1.0], [-(k + contact) / m, -b / m]], [[0.0], [contact / m]], [[1.0, 0.0]], [[0.0]]
+    )
+    for h in integrators.STEPS:
+        t = driving.samples(1.0, h)
+        handle = 0.010 + 0.005 * np.sin(4.0 * math.pi * t)
+        start = [contact * 0.010 / (k + contact), 0.0]
+        held, between = (lsim(system, handle, t, start, interp=interp)[1] for interp in (False, True))
+        assert (handle > held).all()
+        found = integrators.driven().trace(NUMBER["exact"], h)
+        assert found.true == pytest.approx(held, abs=1e-12)
+        assert found.x == pytest.approx(held, abs=1e-12)
+        assert np.abs(held - between).max() / found.scale > 0.5 * h
 
 
 def test_the_puck_is_where_a_fine_solver_finds_it():
@@ -75,3 +82,19 @@ def test_the_period_of_stick_slip_in_closed_form():
 def test_the_period_comes_nearer_with_the_step(key):
     slip = integrators.stick_slip()
     assert slip.error(NUMBER[key], 0.125e-3) < min(0.01, slip.error(NUMBER[key], 4e-3))
+
+
+@pytest.mark.parametrize("key", INTEGRATORS)
+@pytest.mark.parametrize("scene", ["free", "driven", "contact"])
+def test_a_trace_is_as_far_off_as_its_point(scene, key):
+    motion = integrators.MOTIONS[scene]()
+    found = integrators.trace(Point("integrators", scene, key, 1e-3, 0.0, 0.0))
+    assert np.abs(found.x - found.true).max() / found.scale == motion.error(NUMBER[key], 1e-3)
+    assert len(found.t) == len(found.x) == 1 + round(1000 * motion.seconds)
+
+
+def test_the_true_path_of_stick_slip_has_the_period_of_the_literature():
+    found = integrators.stick_slip().trace(NUMBER["exact"], 1e-3)
+    force = 300.0 * (0.02 * found.t - found.true)
+    assert driving.period_error(found.t, force, 0.211193) < 1e-3
+    assert math.isnan(found.scale)
