@@ -51,7 +51,7 @@ class Points:
             return LINES["measured"][0]
         swing = np.array([0.0] if self.swing is None else self.swing)
         most = round(1e3 * float(np.max(swing, initial=0.0, where=np.isfinite(swing))), 2)
-        return "Measured, bounded" + (f" within ±{with_unit(most, 'mm', 2)}" if most else "")
+        return "Bounded" + (f" to ±{with_unit(most, 'mm', 2)}" if most else "")
 
 
 @dataclass(frozen=True)
@@ -310,6 +310,7 @@ def line_words(plane: Plane, key: str) -> tuple[str, str]:
         return f"{name}, hopeful here", words
     if key == "measured" and plane.points is not None:
         name = plane.points.name
+        words = "simulated and bisected, does not grow below" if plane.points.controller else words
         words += ", with friction" if plane.points.real else ""
     return name, words
 

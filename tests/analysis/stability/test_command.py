@@ -120,9 +120,12 @@ def test_the_picture_shows_what_was_measured(drawn):
     points = Points(some, np.array([1000.0, np.inf, 3000.0]), True, True, np.array([0.4e-3, np.nan, 2.3e-3]))
     cells = Cells(some, np.linspace(0.0, found.top, 4), np.arange(12).reshape(4, 3) % 3, True, True)
     words = drawn(replace(found, points=points, cells=cells))
-    wanted = {"Measured, bounded within ±2.3 mm", "Friction hides steps", "comes to rest, released hand"}
+    wanted = {"Bounded to ±2.3 mm", "Friction hides steps", "comes to rest, released hand"}
     assert wanted | {"bounded, keeps moving", "grows, released hand"} <= set(words)
-    assert "simulated\u00a0and\u00a0bisected,\u00a0with\u00a0friction" in " ".join(words)
+    said = (
+        "simulated\u00a0and\u00a0bisected,\u00a0does\u00a0not\u00a0grow\u00a0below,\u00a0with\u00a0friction"
+    )
+    assert said in " ".join(words)
     assert "stable, released hand" not in words
 
 

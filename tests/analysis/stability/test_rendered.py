@@ -175,7 +175,7 @@ def test_under_the_controller_the_boundary_is_where_it_is_bounded_and_tells_the_
     scene = headless.Scene(environments.named("spring"), values, device, setting.loop)
     out, _ = headless.render(scene, None, 12_000)
     assert points.swing[0] == pytest.approx(0.5 * np.ptp(out[8000:, rows.TRUE_POSITION]), rel=1e-3)
-    assert points.name == f"Measured, bounded within ±{1e3 * points.swing[0]:.2g} mm"
+    assert points.name == f"Bounded to ±{1e3 * points.swing[0]:.2g} mm"
     found = replace(kb_plane.plane(setting, 100.0, 0.0), points=points)
     measured = kb_plane.as_json(found)["measured"]
     assert (measured["kind"], measured["swing"]) == ("bounded", points.swing.tolist())

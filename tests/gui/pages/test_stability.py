@@ -329,7 +329,7 @@ def test_before_and_after_the_controller_stand_side_by_side(wall_page, window, q
     controlled = replace(plain, controller=True)
     page.show_result(made_up(plain))
     page.show_result(made_up(controlled))
-    beyond = {f"{name}: beyond this map" for name in ("Measured boundary", "Measured, bounded")}
+    beyond = {f"{name}: beyond this map" for name in ("Measured boundary", "Bounded")}
     assert beyond <= set(words(page.chart))
     page.show_result(made_up(controlled))
     assert {m.setting.controller for m in page.results.all} == {False, True}
