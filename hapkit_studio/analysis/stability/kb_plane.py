@@ -58,7 +58,7 @@ class Plane:
     exact and simple are (n,) over damping (n,), again (2, n) the ends of the next stable interval above,
     nan where none; edge_damping and edge (k,) are the passivity line up to the largest passive damping;
     coulomb is inf without sensor steps, hands the limits at the margin's damping. Without a linear estimator
-    exact is all nan, again and the edge are empty, the hands' and the margin's limits nan.
+    exact is all nan, the edge empty, the hands' and the margin's limits nan.
     """
 
     setting: Setting
@@ -163,12 +163,10 @@ def plane(
         wide, high = round_axes(lambda across: limits(setting, across), stiffness, damping, here)
         width, top = width or wide, top or high
     across = np.linspace(0.0, width, columns)
-    found = intervals(setting, across) if setting.linear else []
-    exact = np.array([first_end(each) for each in found]) if found else np.full(columns, math.nan)
+    found = intervals(setting, across) if setting.linear else [()] * columns
+    exact = np.array([first_end(each) for each in found]) if setting.linear else np.full(columns, math.nan)
     none = math.nan, math.nan
-    again = (
-        np.array([next((ends for ends in each if ends[0] > 0.0), none) for each in found]).reshape(-1, 2).T
-    )
+    again = np.array([next((ends for ends in each if ends[0] > 0.0), none) for each in found]).T
     passive_b, passive_k = passive_edge(setting) if setting.linear else (np.empty(0), np.empty(0))
     lines = across, exact, again, simple_rule(setting, across)
     return Plane(setting, margin, top, *lines, passive_b, passive_k, coulomb_line(setting), around)

@@ -54,9 +54,9 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
 def _exact(margin: Margin, friction: bool) -> Verdict:
     """Return the verdict of the exact limit alone."""
     said, hand = short(margin), hand_words(margin.hand)
-    head, cut, _ = said.partition(" the limit")
+    head, cut, rest = said.partition(" from " if margin.island else " the limit")
     without = ", without dry friction" if friction and not math.isnan(margin.limit) else ""
-    words = f"the limit; {hand}{without}." if cut else f"{hand}{without}.".capitalize()
+    words = f"{cut.lstrip()}{rest}; {hand}{without}." if cut else f"{hand}{without}.".capitalize()
     if said.endswith(hand):
         words = f"{without.removeprefix(', ')}.".capitalize() if without else ""
     sign = _OPEN if math.isnan(margin.limit) else _SIGNS[0] if margin.stable else _SIGNS[2]
