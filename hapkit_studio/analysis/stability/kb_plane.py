@@ -122,8 +122,7 @@ def passive_edge(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
 
 def limit(setting: Setting, damping: float) -> float:
     """Return the largest stable stiffness in N/m at one damping; nan where the estimator is not linear."""
-    across = np.array([DAMPING.check(damping)])
-    return float(exact_boundary(setting, across)[0]) if setting.linear else math.nan
+    return margin_of(setting, 0.0, damping).limit
 
 
 def margin_of(setting: Setting, stiffness: float, damping: float) -> Margin:
