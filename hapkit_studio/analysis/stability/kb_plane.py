@@ -72,7 +72,7 @@ class Plane:
     exact, simple and friction, up to which dry friction holds a nudge, are (n,) over damping (n,), again
     (2, n) the ends of the next stable interval above, nan where none; edge_damping and edge (k,) are the
     passivity line up to the largest passive damping; coulomb is inf without sensor steps, hands the limits at
-    the margin's damping. Without a linear estimator exact and friction are all nan, again and the edge empty,
+    the margin's damping. Without a linear estimator exact and friction are all nan, the edge empty,
     the hands' and the margin's limits nan. said: what the handle does with the margin's impedance, where that
     was asked.
     """
@@ -165,8 +165,7 @@ def passive_edge(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
 
 def limit(setting: Setting, damping: float) -> float:
     """Return the largest stable stiffness in N/m at one damping; nan where the estimator is not linear."""
-    across = np.array([DAMPING.check(damping)])
-    return float(exact_boundary(setting, across)[0]) if setting.linear else math.nan
+    return margin_of(setting, 0.0, damping).limit
 
 
 def margin_of(setting: Setting, stiffness: float, damping: float) -> Margin:
@@ -206,12 +205,10 @@ def plane(
         wide, high = round_axes(lambda across: limits(setting, across), stiffness, damping, here)
         width, top = width or wide, top or high
     across = np.linspace(0.0, width, columns)
-    found = intervals(setting, across) if setting.linear else []
-    exact = np.array([first_end(each) for each in found]) if found else np.full(columns, math.nan)
+    found = intervals(setting, across) if setting.linear else [()] * columns
+    exact = np.array([first_end(each) for each in found]) if setting.linear else np.full(columns, math.nan)
     none = math.nan, math.nan
-    again = (
-        np.array([next((ends for ends in each if ends[0] > 0.0), none) for each in found]).reshape(-1, 2).T
-    )
+    again = np.array([next((ends for ends in each if ends[0] > 0.0), none) for each in found]).T
     passive_b, passive_k = passive_edge(setting) if setting.linear else (np.empty(0), np.empty(0))
     friction = friction_boundary(setting, across) if setting.linear and setting.coulomb > 0.0 else exact
     lines = across, exact, again, simple_rule(setting, across), friction

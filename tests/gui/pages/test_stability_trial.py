@@ -10,6 +10,8 @@ from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.kb_plane import plane
 from hapkit_studio.analysis.stability.verdict import of_spring
 from hapkit_studio.environments import discover
+from hapkit_studio.gui.pages.stability.map_data import Lines, LinesQuestion
+from hapkit_studio.gui.pages.stability.page import reading
 from hapkit_studio.gui.pages.stability.trial import (
     MOST,
     USUAL,
@@ -116,6 +118,24 @@ def test_a_wall_throws_the_handle_out():
     assert not one_sided(spring, spring.values({}))
     assert not one_sided(free, free.values({}))
     assert outcome_words(released(0.003, 0.02, one=True), ABOVE).startswith("A wall pushes the handle out")
+
+
+def test_where_springs_are_stable_again_the_verdict_and_the_map_s_reading_say_so():
+    """A handle of 0.044 kg and 0.5 N·s/m behind 5 Hz of second order."""
+    slow = Setting(estimator=("butterworth", {"cutoff": 5.0}))
+    found = plane(slow, 80.0, 2.25, width=4.0, top=1000.0)
+    (low, high), limit = found.margin.again[0], found.margin.limit
+    said = verdict(found)
+    assert (
+        said.more
+        == f"Lower stiffness below {limit:,.0f} N/m. Stable again from {low:,.0f} to {high:,.0f} N/m."
+    )
+    inside = verdict(replace(found, margin=replace(found.margin, stiffness=0.5 * (low + high))))
+    assert inside.headline == "Stable"
+    assert inside.words.startswith(f"from {low:,.0f} to {high:,.0f} N/m; released hand")
+    assert (inside.more, inside.sign) == ("", ("check", "ok"))
+    here = reading(Lines(LinesQuestion(slow, 0.0, 0.0), found), 2.25, 0.5 * (low + high))
+    assert "Stable from" in here[1]
 
 
 def judged(stiffness, damping, controller=False, measured=None):

@@ -349,7 +349,8 @@ def reading(lines: Lines, damping: float, stiffness: float) -> tuple[str, str]:
     plane = lines.plane
     values = f"{stiffness:,.0f} N/m, {number(damping, 1)} N·s/m"
     limit = float(np.interp(damping, plane.damping, plane.exact))
-    said = short(Margin(stiffness, damping, limit, plane.setting.hand))
+    again = tuple(plane.again[:, np.abs(plane.damping - damping).argmin()])
+    said = short(Margin(stiffness, damping, limit, plane.setting.hand, (again,)))
     if not math.isfinite(limit) or limit <= 0.0:
         return values, said
     return values, f"limit {limit:,.0f} N/m: {said.removesuffix(' the limit')}"
