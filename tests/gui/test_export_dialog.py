@@ -80,7 +80,7 @@ def test_a_sketch_that_would_buzz_is_said_so_in_the_sheet_and_in_the_file(window
     assert "In your hand: settles below" in sheet.verdict.words.text()
     assert "times above the limit" in (tmp_path / "stiff" / "stiff.ino").read_text("utf-8")
     window.studio.set_values({"stiffness": 100.0})
-    assert "below the limit" in sheet.verdict.words.text()
+    assert "Let go: calm" in sheet.verdict.words.text()
 
 
 @pytest.mark.parametrize("name", ["my wall.ino", "nowhere/at/all\0.ino"])

@@ -67,7 +67,7 @@ class Verdict:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Return a line a hand: "In your hand: calm, 1.8 × below the limit.", "Let go: settles below …"."""
+        """Return a line a hand: "In your hand: calm, 1.8 × below.", "Let go: settles below …"."""
         return tuple(f"{_name(hand)}: {self._said(hand)}." for hand in self.does)
 
     @property
@@ -78,7 +78,8 @@ class Verdict:
             return f"{_name(hand)}: {worst.words}"
         hand = min(self.margins, key=lambda name: self.margins[name].ratio, default=RELEASED)
         said = self._said(hand)
-        return said[0].upper() + said[1:]
+        whole = f"{said} the limit" if said.endswith(("below", "above")) else said
+        return whole[0].upper() + whole[1:]
 
     @property
     def swings(self) -> str:
@@ -87,16 +88,16 @@ class Verdict:
         return f"{'. '.join(found)}." if found else ""
 
     def _said(self, hand: str) -> str:
-        """Return what the handle does in a hand, and how far below the limit where it is calm."""
+        """Return what the handle does in a hand, and how far from the linear limit where it is calm."""
         one, margin = self.does[hand], self.margins.get(hand)
         if not one.calm or margin is None or margin.stiffness <= 0.0:
             return one.words
         if not margin.stable:
-            return f"{one.words}, although beyond the linear limit"
+            above = f"{times(1.0 / margin.ratio)} above" if margin.limit > 0.0 else "damping is above"
+            return f"{one.words}, although {above}"
         if margin.island:
             return f"{one.words}, stable again from {span(margin.island)}"
-        below = f"{times(margin.ratio)} below" if margin.ratio < FAR else "over 100 × below"
-        return f"{one.words}, {below} the limit"
+        return f"{one.words}, {times(margin.ratio) if margin.ratio < FAR else 'over 100 ×'} below"
 
 
 def _name(hand: str) -> str:
