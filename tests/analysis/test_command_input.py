@@ -35,7 +35,6 @@ def csv(tmp_path_factory):
         ("stability -K -5", "The rendered stiffness goes from 0 to 1e+09 N/m, not -5."),
         ("stability -K nan", "The rendered stiffness goes from 0"),
         ("stability --to 1 -B 2", "must be more than the rendered 2 N·s/m, not 1 N·s/m."),
-        ("stability --controller", "The passivity controller has no exact limit: add --measure or --map."),
         ("zwidth --damping 0,x", "Dampings are numbers in N·s/m as 0,1,2,5, not '0,x'."),
         ("zwidth --damping -1", "Damping goes from 0 to 1,000 N·s/m, not -1."),
         ("zwidth --max-force 0.5", "A push of 1 N needs a force limit above it, not 0.5 N."),

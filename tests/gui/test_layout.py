@@ -198,7 +198,7 @@ def test_the_verdict_stays_in_sight_below_two_banners_with_all_unfolded(window, 
             panel.title.help.setChecked(opened)
             window.loop.set_folded(not opened)
             settle(qapp, window, (1280, 720))
-            card.show_answer(answer(Question(Setting(delay=1e-3, controller=True), 4000.0, 0.0, 8.0)))
+            card.show_answer(answer(asked("wall", Setting(delay=1e-3, hand="medium"), 4000.0)))
             inside, shown = place(panel, window), place(card, window)
             assert inside.contains(shown), (key, opened)
             assert card.height() >= card.heightForWidth(card.width()), (key, opened)

@@ -134,6 +134,7 @@ def test_setting_up_compiles_every_part_and_ends_where_one_fails(stamped, code, 
     if code:
         assert (end.value.code, programs) == (code, [("loop", prepare.FIRST)])
         return
-    assert [*dict.fromkeys(words[0] for words in programs)] == ["loop", "laws", "boards", "analysis"]
+    parts = [*dict.fromkeys(words[0] for words in programs)]
+    assert parts == ["loop", "laws", "verdict", "boards", "analysis"]
     assert {key for words in programs if words[0] == "laws" for key in words[1:]} == set(discover())
     assert "Compiling the loop (1 of 3) ..." in capsys.readouterr().out

@@ -10,7 +10,7 @@ from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole
 from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.analysis.stability.behaviour import NUDGE
 from hapkit_studio.analysis.stability.limits import checked_loop, coulomb_line, simple_rule
-from hapkit_studio.analysis.stability.margin import Margin, round_axes, sentence
+from hapkit_studio.analysis.stability.margin import Margin, round_axes, sentence, stable_again
 from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import GRIPS
@@ -96,7 +96,8 @@ class Plane:
     @property
     def words(self) -> str:
         """Return what the handle does, or only how far the limit is."""
-        return " ".join(self.said.lines) if self.said else sentence(self.margin)
+        said = self.said
+        return " ".join((*said.lines, stable_again(self.margin))).rstrip() if said else sentence(self.margin)
 
     @property
     def width(self) -> float:

@@ -13,7 +13,7 @@ RELEASED = "released"
 # Beyond this many times nobody asks how far.
 FAR = 100.0
 # Below this, one decimal would hide on which side of 1 a ratio is.
-_NEXT_TO_ONE = 1.095
+_NEXT_TO_ONE, _TEN = 1.095, 9.95
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ def hand_words(hand: str) -> str:
 
 
 def times(ratio: float) -> str:
-    """Write a ratio of 1 or more: one decimal, two where it is next to 1."""
-    return f"{ratio:.{2 if ratio < _NEXT_TO_ONE else 1}f} ×"
+    """Write a ratio of 1 or more: one decimal, two where it is next to 1, none from 10 on."""
+    return f"{ratio:.{2 if ratio < _NEXT_TO_ONE else 1 if ratio < _TEN else 0}f} ×"
 
 
 def factor(ratio: float) -> str:

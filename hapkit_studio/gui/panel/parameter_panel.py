@@ -159,7 +159,7 @@ class ParameterPanel(QWidget):
         self.upper.add(self.title, rule(), self.parameters, self.warnings, rule(), self.loop)
         down(rule(), self.stability, into=foot, margins=(SIDE, 0, SIDE, 10), gap=6)
         down((self.upper, 1), foot, into=self)
-        self._laid_out = self.stability, foot, self
+        self._laid_out = self.stability.verdict, self.stability, foot, self
         self.stability.judged.connect(lambda *_: self._lay_out_now())
         self.stability.ranges.connect(self.parameters.show_ranges)
 
