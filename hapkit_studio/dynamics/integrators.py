@@ -103,16 +103,6 @@ _NOTHING = 1e-150
 
 
 @compiled
-def settled(x, v):
-    """Return (x, v), 0 for what has died out."""
-    if abs(x) < _NOTHING:
-        x = 0.0
-    if abs(v) < _NOTHING:
-        v = 0.0
-    return x, v
-
-
-@compiled
 def advanced(method, x, v, before, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
     """Return (x, v) after h seconds by any method but exact, and how far a change of v moves x, in s.
 
@@ -160,7 +150,10 @@ def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, cont
         if friction > 0.0:
             u = projected(free, friction * h / m)
             q += follows * (u - free)
-    q, u = settled(q, u)
+    if abs(q) < _NOTHING:
+        q = 0.0
+    if abs(u) < _NOTHING:
+        u = 0.0
     return q, u, now
 
 
@@ -172,7 +165,8 @@ def glide(h, m, b, k, force, x, v):
     """
     whole, q, u = transition(m, b, k, h), x[0], v[0]
     for n in range(x.size - 1):
-        q, u = settled(*apply(whole, q, u, force[n], 0.0))
+        q, u = apply(whole, q, u, force[n], 0.0)
+        q, u = q if abs(q) >= _NOTHING else 0.0, u if abs(u) >= _NOTHING else 0.0
         x[n + 1], v[n + 1] = q, u
 
 

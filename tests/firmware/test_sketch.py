@@ -146,7 +146,7 @@ def compare(environment, values, archive, folder, rate=None, spec="kalman"):
     position = QUANTUM * np.concatenate([[0.0], np.cumsum(steps)])
     assert np.ptp(position - truth.position) <= 1.01 * QUANTUM  # flips are counted
     wanted = asked(environment, values, position, rate, spec)
-    assert np.abs(wanted).max() > 0.3
+    assert np.abs(wanted).max() > 0.2
     error = np.abs(truth.motor_force[1:] - wanted[:-1])
     assert np.all(error <= duty_step(truth.duty[1:]) + ARITHMETIC)
 

@@ -31,7 +31,7 @@ def sketch_verdict(
 def sketch_words(found: Verdict, rate: float) -> str:
     """Return limit and verdict in a line or two."""
     limit = found.limit
-    most = f"Limit {limit:,.0f} N/m at {rate:,} Hz, the force a whole period late. " if limit else ""
+    most = f"Limit {limit:,.0f} N/m at {rate:,} Hz, a period late. " if limit else ""
     return most + " ".join(found.lines)
 
 

@@ -145,10 +145,10 @@ class Table(QTableView):
 
     def _fit(self) -> None:
         """Fit the height to all rows, with text wrapped in narrow columns."""
+        self.verticalHeader().setMinimumSectionSize(theme.px(_ROW))
         if self._cells:
             return
         self.setVisible(bool(self.content.rows))
-        self.verticalHeader().setMinimumSectionSize(theme.px(_ROW))
         self.resizeRowsToContents()
         tall = self.horizontalHeader().sizeHint().height() + self.verticalHeader().length() + 4
         self.setFixedHeight(tall if self.content.rows else 0)

@@ -124,7 +124,7 @@ def test_where_springs_are_stable_again_the_verdict_and_the_map_s_reading_say_so
     """A handle of 0.044 kg and 0.5 N·s/m behind 5 Hz of second order."""
     slow = Setting(estimator=("butterworth", {"cutoff": 5.0}))
     found = plane(slow, 80.0, 2.25, width=4.0, top=1000.0)
-    (low, high), limit = found.margin.again[0], found.margin.limit
+    low, high = found.margin.again[0]
     said = verdict(replace(found, said=of_spring(slow, 80.0, 2.25)))
     assert said.more.endswith(f"Stable again from {low:,.0f} to {high:,.0f} N/m.")
     inside = verdict(replace(found, said=of_spring(slow, 0.5 * (low + high), 2.25)))
