@@ -8,14 +8,12 @@ Diolaiti et al., IEEE T-RO 22(2), 2006; they miss where the motion is few counts
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from hapkit_studio.dynamics.hand import Grip
-from hapkit_studio.environments.base import Environment
-from hapkit_studio.formatting import on_screen, significant
+from hapkit_studio.formatting import on_screen, significant, with_unit
 from hapkit_studio.haptics import headless, rows, settling
 from hapkit_studio.haptics.settling import LEAVES, RESTS, SHRINKS
 from hapkit_studio.haptics.survey import Flat, packed
@@ -33,8 +31,9 @@ _LONGER = 4
 _OFF_EDGE = 1.05
 _REST_REACH, _REST_FORCE, _REST_SECONDS = 1e-6, 0.020, 0.050
 # m: where a law is looked at for places at which it brings the handle back.
-PLACES = np.linspace(-0.045, 0.045, 451)
-_PRESS = 1.0
+PLACES = np.linspace(-0.045, 0.045, 901)
+# N: presses into a scene that only pushes back; a share of what it, or the motor, can bear at most.
+_PRESSES, _PRESSED = (1.0, 2.0), 0.6
 # N/m of a scene without a spring in a free hand: how long a turn is at most, and how fast a kick is.
 _SOFT, _KICKED = 1.0, 100.0
 # The share of clamped samples from which the motor's limit is what holds a swing.
@@ -47,7 +46,8 @@ class Behaviour:
 
     push: m, up to which it settles; inf where it settles from everywhere that was tried, 0 where from
     nowhere. From farther away it swings by an amplitude in m at a frequency in Hz, clamped is the share of
-    samples at the force limit; or it leaves, thrown beyond 60 mm.
+    samples at the force limit; or it leaves, thrown beyond 60 mm. flick: where nothing brings it back a push
+    of 1 m is a speed of so many m/s; 0 elsewhere.
     """
 
     push: float = math.inf
@@ -55,6 +55,7 @@ class Behaviour:
     frequency: float = math.nan
     clamped: float = 0.0
     leaves: bool = False
+    flick: float = 0.0
 
     @property
     def calm(self) -> bool:
@@ -69,7 +70,8 @@ class Behaviour:
         does = "is thrown out" if self.leaves else "buzzes"
         if not self.push and self.at_limit:
             return "grows to the motor's limit"
-        return f"settles below {on_screen(self.push, 'm', 2)}, {does} above" if self.push else does
+        edge = with_unit(self.push * self.flick, "m/s", 2) if self.flick else on_screen(self.push, "m", 2)
+        return f"settles below {edge}, {does} above" if self.push else does
 
     @property
     def at_limit(self) -> bool:
@@ -82,7 +84,8 @@ class Behaviour:
         if self.calm or self.leaves:
             return ""
         limited = ", at the motor's limit" if self.at_limit else ""
-        return f"±{on_screen(self.amplitude, 'm', 2)} at {significant(self.frequency)} Hz{limited}"
+        often = f" at {significant(self.frequency)} Hz" if math.isfinite(self.frequency) else ""
+        return f"±{on_screen(self.amplitude, 'm', 2)}{often}{limited}"
 
     @property
     def sentence(self) -> str:
@@ -108,40 +111,40 @@ class Centre:
 class Trials:
     """One scene made ready to be let go many times."""
 
-    def __init__(self, scene: headless.Scene, grip: Grip | None, centre: Centre, stiffness: float):
+    def __init__(self, scene: headless.Scene, grip: Grip | None, centre: Centre):
         r, body = scene.prepare()
         self._r, self._body, self._flat = packed(r, body)
         self._made = Flat(*(array.copy() for array in self._flat))
         self._hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
-        mass = scene.device.mass + (grip.mass if grip else 0.0)
-        held = stiffness + (grip.stiffness if grip else 0.0)
         # a loop whose delay is longer than the spring's own turn swings in two to four delays
-        turn = 2.0 * math.pi * math.sqrt(mass / max(held, _SOFT)) + 4.0 * scene.loop.delay
+        held = max(_stiffness(scene, grip), _SOFT)
+        turn = 2.0 * math.pi * math.sqrt(_mass(scene, grip) / held) + 4.0 * scene.loop.delay
         self._window = max(math.ceil(_TURNS * turn * scene.loop.rate), _FEWEST_SAMPLES)
         still = math.ceil((_REST_SECONDS + scene.loop.delay) * scene.loop.rate)
         self._quiet = settling.Quiet(_REST_REACH, scene.device.quantum, _REST_FORCE, still, _FAR)
-        self._centre = centre
+        self.centre, self.step = centre, scene.device.quantum
+        # to both sides where the scene brings the handle back from both: sensor steps round down
+        self.sides = (1.0, -1.0) if centre.returns else (1.0,)
         # nothing brings an ideal handle to rest for good: the smallest motion, too, only shrinks
         self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0
         self._row, self._swing = np.zeros(rows.ROW_WIDTH), settling.new_swing()
 
     def end(self, push: float, steady: bool = False) -> int:
-        """Let go at a push in m; return how it ended, one of settling's ends.
+        """Let go at a push in m, on the other side where it is negative; return one of settling's ends.
 
-        steady: until the swing is steady; else until it is known, where all smaller pushes settle.
+        steady: until the swing is steady; else until it is known.
         """
-        c = self._centre
+        c = self.centre
         away = np.array([c.position + (0.0 if c.kick else c.side * push), c.side * push * c.kick, c.target])
         args = self._r, self._body, self._flat, self._made, self._hand, away
         window = self._window * (_LONGER if steady else 1)
-        shrinks = push > PUSHES[0] or self._ideal
-        ends = not steady and shrinks, not steady
+        ends = not steady and self._ideal, not steady
         return int(settling.let_go(*args, window, *ends, self._quiet, self._row, self._swing))
 
     def settles(self, push: float) -> bool:
         """Return whether what is let go at a push in m comes to rest, or leaves where nothing holds it."""
-        end = self.end(push)
-        return end in (RESTS, SHRINKS) or (end == LEAVES and not self._centre.returns)
+        ends = (self.end(side * push) for side in self.sides)
+        return all(end in (RESTS, SHRINKS) or (end == LEAVES and not self.centre.returns) for end in ends)
 
     def swing_found(self) -> tuple[float, float, float]:
         """Return amplitude in m, frequency in Hz and clamped share of the last run."""
@@ -152,47 +155,62 @@ class Trials:
         )
 
 
-def centre_of(environment: Environment, values: Mapping[str, float], grip: Grip | None) -> Centre:
-    """Return where a law brings the handle back most strongly, or a place where a hand presses into it."""
-    force = environment.curve(values, PLACES)
+def centres_of(scene: headless.Scene, grip: Grip | None) -> list[Centre]:
+    """Return where a law brings the handle back most strongly, or places where a hand presses into it."""
+    force = scene.environment.curve(scene.values, PLACES)
     slope = np.diff(force)
     falls = (force[:-1] >= 0.0) & (force[1:] <= 0.0) & (slope < 0.0)
     crossings = 1 + np.flatnonzero(falls[1:-1] & (force[:-3] > 0.0) & (force[3:] < 0.0))
     if crossings.size:
         i = int(crossings[slope[crossings].argmin()])
         place = float(PLACES[i] - force[i] * (PLACES[i + 1] - PLACES[i]) / slope[i])
-        return Centre(place, place)
-    if not np.abs(force).max() > 0.0:
-        return Centre(0.0, 0.0, returns=False, kick=1.0)
-    return _pressed(force, grip)
-
-
-def _pressed(force: np.ndarray, grip: Grip | None) -> Centre:
-    """Return where a law that pushes one way only balances a hand's press, and where the hand pulls to."""
-    side = 1.0 if force[-1] < -force[0] else -1.0
-    against = -side * force
-    press = min(_PRESS, 0.5 * float(against.max()))
-    order = slice(None) if side > 0.0 else slice(None, None, -1)
-    i = int(np.flatnonzero(against[order] >= press)[0])
-    places = PLACES[order]
-    before, after = against[order][i - 1 : i + 1]
-    place = float(places[i - 1] + (places[i] - places[i - 1]) * (press - before) / (after - before))
+        return [Centre(place, place)]
+    side = 1.0 if -force.min() >= force.max() else -1.0
+    against = (-side * force)[:: int(side)]
+    places, most = PLACES[:: int(side)], min(float(against.max()), scene.device.max_force)
+    if not most > 0.0:
+        kick = math.sqrt(max(_stiffness(scene, grip), _KICKED) / _mass(scene, grip))
+        return [Centre(0.0, 0.0, returns=False, kick=kick)]
     if grip is None:  # let go at the surface, into it
-        touched = np.flatnonzero(against[order] > 0.0)[0]
-        return Centre(float(places[max(touched - 1, 0)]), 0.0, side, returns=False)
-    return Centre(place, place + side * press / grip.stiffness, side, returns=False)
+        touched = np.flatnonzero(against > 0.0)[0]
+        return [Centre(float(places[max(touched - 1, 0)]), 0.0, side, returns=False)]
+    presses = sorted({min(press, _PRESSED * most) for press in _PRESSES})
+    found = [_where(places, against, press) for press in presses]
+    return [
+        Centre(place, place + side * press / grip.stiffness, side, returns=False)
+        for place, press in zip(found, presses, strict=True)
+    ]
+
+
+def _where(places: np.ndarray, force: np.ndarray, wanted: float) -> float:
+    """Return the first place (n,) in m at which a force (n,) reaches what is wanted, in N."""
+    i = max(int(np.flatnonzero(force >= wanted)[0]), 1)
+    share = (wanted - force[i - 1]) / (force[i] - force[i - 1])
+    return float(places[i - 1] + share * (places[i] - places[i - 1]))
+
+
+def _mass(scene: headless.Scene, grip: Grip | None) -> float:
+    return scene.device.mass + (grip.mass if grip else 0.0)
+
+
+def _stiffness(scene: headless.Scene, grip: Grip | None) -> float:
+    own = scene.environment.impedance
+    return (own(scene.values)[0] if own else 0.0) + (grip.stiffness if grip else 0.0)
 
 
 def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
-    """Return what the handle does in a scene, let go (None) or in a hand's grip."""
-    environment, values = scene.environment, scene.values
-    centre = centre_of(environment, values, grip)
-    stiffness = environment.impedance(values)[0] if environment.impedance else 0.0
-    if centre.kick:
-        held = stiffness + (grip.stiffness if grip else 0.0)
-        mass = scene.device.mass + (grip.mass if grip else 0.0)
-        centre = replace(centre, kick=math.sqrt(max(held, _KICKED) / mass))
-    trials = Trials(scene, grip, centre, stiffness)
+    """Return what the handle does in a scene, let go (None) or in a hand's grip, wherever that presses."""
+    found = [_behaviour(Trials(scene, grip, centre)) for centre in centres_of(scene, grip)]
+    return min(found, key=lambda one: one.push)
+
+
+def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
+    """Return whether a handle comes to rest that is let go at a push in m, in a grip wherever it presses."""
+    return all(Trials(scene, grip, centre).settles(push) for centre in centres_of(scene, grip))
+
+
+def _behaviour(trials: Trials) -> Behaviour:
+    """Find the edge between what settles and what does not, and the swing beyond it."""
     calm = 0.0
     for push in PUSHES:
         if not trials.settles(push):
@@ -205,9 +223,15 @@ def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
         middle = math.sqrt(calm * beyond)
         calm, beyond = (middle, beyond) if trials.settles(middle) else (calm, middle)
     # where nothing settles, sensor steps may hold the least motion within a few counts: a nudge shows more
-    swings = []
-    for push in (_OFF_EDGE * beyond,) if calm else (_OFF_EDGE * beyond, NUDGE):
-        if trials.end(push, steady=True) == LEAVES:
-            return Behaviour(calm, leaves=True)
-        swings.append(trials.swing_found())
-    return Behaviour(calm, *max(swings))
+    pushes = (_OFF_EDGE * beyond,) if calm else (_OFF_EDGE * beyond, NUDGE)
+    swings = [(0.0, math.nan, 0.0)]
+    for push in (side * push for push in pushes for side in trials.sides):
+        end = trials.end(push, steady=True)
+        if end == LEAVES:
+            return Behaviour(calm, leaves=True, flick=trials.centre.kick)
+        if end not in (RESTS, SHRINKS):
+            swings.append(trials.swing_found())
+    amplitude, frequency, clamped = max(swings, key=lambda swing: swing[0])
+    if 2.0 * amplitude < trials.step:
+        return Behaviour()  # within one step of the sensor: nobody sees it, and no count says so
+    return Behaviour(calm, amplitude, frequency, clamped, flick=trials.centre.kick)

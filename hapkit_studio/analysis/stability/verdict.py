@@ -13,7 +13,14 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane
-from hapkit_studio.analysis.stability.behaviour import NUDGE, PLACES, Behaviour, behaviour, centre_of
+from hapkit_studio.analysis.stability.behaviour import (
+    NUDGE,
+    PLACES,
+    Behaviour,
+    behaviour,
+    centres_of,
+    settles,
+)
 from hapkit_studio.analysis.stability.margin import FAR, RELEASED, Margin, span, times
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import grip_named
@@ -25,6 +32,7 @@ from hapkit_studio.haptics import headless
 _SAME = 0.05
 _SPEED = 0.05
 _LOOKS = 33  # at a parameter's range
+_INSIDE = (0.08, 0.5, 0.92)  # of a range: where a nudge is tried
 
 
 @dataclass(frozen=True)
@@ -170,7 +178,8 @@ def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:
     """Return the ranges of each parameter in which a nudge does not settle, the other values as they are; SI.
 
     Let go, or in the hand where the scene only pushes the handle out of itself. By the boundary of dry
-    friction; nothing where no limit is known, or where a parameter does not matter.
+    friction, and only where a simulated nudge agrees; nothing where no limit is known, or where a parameter
+    does not matter.
     """
     named = asked.environment.impedance
     if named is None or asked.unknown():
@@ -182,14 +191,26 @@ def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:
         key: np.array([named({**asked.values, key: v}) for v in x.tolist()]) for key, x in across.items()
     }
     pairs = {key: found for key, found in pairs.items() if np.ptp(found, axis=0).any()}
-    returns = centre_of(asked.environment, asked.values, None).returns
+    returns = centres_of(asked.scene, None)[0].returns
     setting = replace(asked.setting, hand=RELEASED) if returns else asked.setting
     dampings = np.unique([found[:, 1] for found in pairs.values()])
     limits = kb_plane.friction_boundary(setting, dampings) if pairs else dampings
-    return {
+    found = {
         key: _above_zero(across[key], found[:, 0] - limits[np.searchsorted(dampings, found[:, 1])])
         for key, found in pairs.items()
     }
+    return {
+        key: [ends for ends in ranges if _swings(asked, setting, key, ends)] for key, ranges in found.items()
+    }
+
+
+def _swings(asked: Asked, setting: Setting, key: str, ends: tuple[float, float]) -> bool:
+    """Return whether a nudge does not settle in the middle of a parameter's range, nor near its ends."""
+    for share in _INSIDE:
+        values = {**asked.values, key: ends[0] + share * (ends[1] - ends[0])}
+        if settles(replace(asked, values=values, setting=setting).scene, grip_named(setting.hand), NUDGE):
+            return False
+    return True
 
 
 def _above_zero(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
