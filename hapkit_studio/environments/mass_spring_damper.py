@@ -58,7 +58,7 @@ def pushed_slowly(p: Values, x: np.ndarray) -> np.ndarray:
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell where the integrator or the loop makes the mass gain energy in contact."""
+    """Tell where the chosen integrator makes the mass gain energy in contact."""
     stiffness = values["stiffness"] + values["contact_stiffness"]
     return growth(values, values["damping"], stiffness, conditions)
 

@@ -68,7 +68,7 @@ def stored(p, s, x, v, dt):
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell where the integrator or the loop makes the puck gain energy in contact."""
+    """Tell where the chosen integrator makes the puck gain energy in contact."""
     stiffness = values["wall_stiffness"] + values["contact_stiffness"]
     return growth(values, 0.0, stiffness, conditions)
 

@@ -1,7 +1,6 @@
 """What the objects that the handle pushes share: contact, integrator, and when its step is too long."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 
 from hapkit_studio.dynamics.integrators import INTEGRATORS, longest_step
 from hapkit_studio.environments.base import Conditions, Values
@@ -32,17 +31,9 @@ def integrator(what: str) -> Choice:
 
 
 def growth(values: Values, damping: float, stiffness: float, conditions: Conditions) -> Iterator[str]:
-    """Say where an object of that damping, and stiffness in contact, gains energy: integrator, then loop.
-
-    Handle and object swing against each other as one reduced mass would. Per motion of the contact the handle
-    moves and is damped the less the lighter the object; contact damping acts on the way in alone.
-    """
+    """Say where the chosen integrator makes an object of that damping, stiffness in contact gain energy."""
     index = int(values["integrator"])
     longest = longest_step(INTEGRATORS[index], values["mass"], damping, stiffness)
     if conditions.period > longest:
         long = f"steps above {1e3 * longest:.3g} ms; they take {1e3 * conditions.period:.3g} ms"
         yield f"{LABELS[index]} adds energy in contact at {long if longest else 'every step'}."
-    ratio = conditions.mass / values["mass"]
-    viscous = (conditions.viscous + damping * ratio**2) / (1.0 + ratio)
-    seen = replace(conditions, mass=conditions.mass / (1.0 + ratio), viscous=viscous)
-    yield from seen.hunting(values["contact_stiffness"], 0.5 * values["contact_damping"])
