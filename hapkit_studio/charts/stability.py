@@ -156,6 +156,8 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
     hand = hand_words(plane.setting.hand)
     whose = hand if shown.particular or not plane.setting.controller else "without controller"
     named = dict.fromkeys(("stable", "unstable"), whose) if plane.setting.linear else {}
+    friction = plane.setting.linear and plane.setting.coulomb > 0.0 and shown.particular is None
+    named |= {"warnsoft": whose} if friction else {}
     if plane.setting.linear and shown.particular is None:
         axes.fill_between(plane.damping, plane.exact, 10.0 * plane.top, color=c.unstable, zorder=0.1)
         axes.fill_between(
@@ -175,7 +177,8 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
     kinds = kb_plane.class_words(cells is not None and cells.controller)
     for token, kind in zip(_TOKENS, kinds, strict=True):
         if token in named:
-            exact = {"stable": "stable", "unstable": "grows without dry friction"}
+            exact = {"stable": "stable", "warnsoft": "settles from a small push, buzzes from a large one"}
+            exact |= {"unstable": "grows from a small push" if friction else "grows"}
             word = kind if shown.particular is not None else exact.get(token, kind)
             label = word if token == "warnsoft" else f"{word}, {named[token]}"
             look = {"hatch": "//", "edgecolor": c.danger + _FAINT} if token == "unstable" else {}

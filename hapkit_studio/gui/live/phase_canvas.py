@@ -282,10 +282,12 @@ class PhaseCanvas(Canvas):
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
         """Paint the dots for now and for the pointer's time."""
         if not math.isnan(self._history.now):
-            self._dot(painter, self._history.latest(), 5.0)
+            self._dot(painter, box, self._history.latest(), 5.0)
         if self._pointed is not None:
-            self._dot(painter, self._pointed, 3.5)
+            self._dot(painter, box, self._pointed, 3.5)
 
-    def _dot(self, painter: QPainter, at: dict[str, float], radius: float) -> None:
+    def _dot(self, painter: QPainter, box: QRectF, at: dict[str, float], radius: float) -> None:
+        """Paint a dot, unless it lies outside the axes, which stand still while the view is paused."""
         place = self.pixel(at[self.plot_of.channel] * self.plot_of.scale, at["applied"])
-        strokes.mark(painter, place, "applied", radius)
+        if box.contains(place):
+            strokes.mark(painter, place, "applied", radius)

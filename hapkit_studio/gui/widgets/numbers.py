@@ -13,6 +13,7 @@ from hapkit_studio.parameters import Parameter
 
 _ON_SCREEN = {"m": ("mm", 1000.0), "s": ("ms", 1000.0)}
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
+_THOUSANDS = re.compile(r"-?[1-9]\d{0,2}(,\d{3})+(\.\d+)?")
 _BEYOND = 1e9
 _HEIGHT = 20
 _THUMB = 16.0
@@ -81,8 +82,12 @@ class Quantity:
 
 
 def _number(text: str) -> float | None:
-    """Return the number that a text is, written with a comma or a true minus too; None where it is none."""
-    plain = text.strip().replace("−", "-").replace(",", ".")
+    """Return the number that a text is; None where it is none.
+
+    Also with a true minus, with commas between thousands as the window writes them, or with a decimal comma.
+    """
+    plain = text.strip().replace("−", "-")
+    plain = plain.replace(",", "" if _THOUSANDS.fullmatch(plain) else ".")
     return float(plain) if _NUMBER.fullmatch(plain) else None
 
 

@@ -98,7 +98,7 @@ def test_the_picture_says_regions_verdict_and_conditions(drawn):
     setting = Setting(viscous=0.18, delay=1e-3, estimator="iir")
     words = drawn(plane(setting, 620.0, 2.0))
     wanted = {
-        "grows without dry friction, released hand",
+        "grows from a small push, released hand",
         "stable, released hand",
         "passive: stable in any hand",
         "× 1.4",

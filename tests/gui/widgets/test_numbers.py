@@ -5,8 +5,9 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from PySide6.QtCore import Qt
 
-from hapkit_studio.gui.widgets.numbers import Quantity
+from hapkit_studio.gui.widgets.numbers import NumberBox, Quantity
 from hapkit_studio.parameters import Parameter
 
 STIFFNESS = Quantity(Parameter("stiffness", "Stiffness", "N/m", 250.0, 0.0, 5000.0))
@@ -55,3 +56,17 @@ def test_a_value_shows_its_step_and_only_as_many_digits_more_as_it_has(quantity,
 def test_limits_are_one_sentence_with_the_screens_unit():
     assert STIFFNESS.limits() == "Stiffness goes from 0 to 5,000 N/m."
     assert PLACE.limits() == "Wall position goes from −40 to 40 mm."
+
+
+@pytest.mark.parametrize(
+    ("typed", "value"),
+    [("1,500", 1500.0), ("12,345.5", 12345.5), ("0,350", 0.35), ("1,5", 1.5), ("-1,002", -1002.0)],
+)
+def test_a_comma_parts_thousands_as_the_window_writes_them_or_is_the_decimal_one(qtbot, typed, value):
+    box = NumberBox(Quantity(Parameter("stiffness", "Stiffness", "N/m", 0.0, -1e5, 1e5)))
+    qtbot.addWidget(box)
+    box.selectAll()
+    qtbot.keyClicks(box, typed)
+    with qtbot.waitSignal(box.entered) as said:
+        qtbot.keyClick(box, Qt.Key.Key_Return)
+    assert said.args == [value]

@@ -28,10 +28,10 @@ class _Wrapped(QStyledItemDelegate):
     """Gives a row the height of its text in the list's width; Qt's own guess is a line too high."""
 
     def sizeHint(self, option, index) -> QSize:
-        width = option.widget.viewport().width() - _MARGIN
+        width = option.widget.viewport().width() - theme.px(_MARGIN)
         text = QRect(0, 0, width, 1000)
         box = option.fontMetrics.boundingRect(text, Qt.TextFlag.TextWordWrap, index.data())
-        return QSize(width, box.height() + _PADDING)
+        return QSize(width, box.height() + theme.px(_PADDING))
 
 
 class FailureList(QListWidget):
