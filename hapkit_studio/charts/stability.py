@@ -156,7 +156,7 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
     hand = hand_words(plane.setting.hand)
     whose = hand if shown.particular or not plane.setting.controller else "without controller"
     named = dict.fromkeys(("stable", "unstable"), whose) if plane.setting.linear else {}
-    friction = plane.setting.linear and plane.setting.coulomb > 0.0 and shown.particular is None
+    friction = plane.setting.linear and plane.setting.coulomb > 0.0 and cells is None
     named |= {"warnsoft": whose} if friction else {}
     if plane.setting.linear and shown.particular is None:
         axes.fill_between(plane.damping, plane.exact, 10.0 * plane.top, color=c.unstable, zorder=0.1)
@@ -177,8 +177,8 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
     kinds = kb_plane.class_words(cells is not None and cells.controller)
     for token, kind in zip(_TOKENS, kinds, strict=True):
         if token in named:
-            exact = {"stable": "stable", "warnsoft": "settles from a small push, buzzes from a large one"}
-            exact |= {"unstable": "grows from a small push" if friction else "grows"}
+            exact = {"stable": "stable", "unstable": "grows from a small push" if friction else "grows"}
+            exact |= {"warnsoft": "small pushes settle"} if friction else {}
             word = kind if shown.particular is not None else exact.get(token, kind)
             label = word if token == "warnsoft" else f"{word}, {named[token]}"
             look = {"hatch": "//", "edgecolor": c.danger + _FAINT} if token == "unstable" else {}
