@@ -10,10 +10,12 @@ from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import Sign, across, down, label
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import number
+from hapkit_studio.haptics.health import WINDOW_SECONDS
 
 HOLD_S = 0.5
 _MARGIN, _SPACING = 14, 12
 _RATE_OFF = 0.02
+_MOST_MISSED = 1e-3  # of the ticks lately: a single one among thousands is not felt
 _MISSED = (
     "Ticks whose force came too late or not at all, and frames lost on the line, since the device was opened"
 )
@@ -133,7 +135,8 @@ class StatusBar(QWidget):
         self.late.show_words(f"Late p99 {late(us['p99'])}, worst {late(us['max'])}")
         lost = health.missed + health.link.lost_frames
         lately = health.missed_lately > 0
-        late_now = lately or (not on_board and _is_off(health.rate, nominal))
+        often = health.missed_lately > _MOST_MISSED * WINDOW_SECONDS * (nominal or health.rate)
+        late_now = often or (not on_board and _is_off(health.rate, nominal))
         word, *sign = ("Loop late", "triangle", "warn") if late_now else ("Loop in time", "check", "ok")
         self.loop.show_words("", *sign)
         self.loop.link.setText(word)

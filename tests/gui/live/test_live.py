@@ -166,7 +166,8 @@ def test_one_word_says_whether_the_loop_is_in_time_and_enter_on_it_shows_the_fig
     ("changes", "word"),
     [
         ({"missed": 900}, "Loop in time"),  # long ago
-        ({"missed_lately": 1}, "Loop late"),
+        ({"missed_lately": 10}, "Loop in time"),  # of 10,000 in 10 s: a thousandth
+        ({"missed_lately": 11}, "Loop late"),
         ({"rate": 0.981 * 1000.0}, "Loop in time"),  # 2 % is what a rate may be off
         ({"rate": 0.979 * 1000.0}, "Loop late"),
         ({"rate": 0.0}, "Loop in time"),  # not measured yet
