@@ -1,0 +1,1 @@
+"""Sessions: what was felt, kept: recorded, saved afterwards, read back and exported."""

@@ -1,0 +1,73 @@
+"""A chunk: some tenths of a second of samples, compressed column by column, with extremes to draw from."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hapkit_studio.haptics import rows
+from hapkit_studio.sessions.columns import BY_NAME, COLUMNS, Column, decode, encode
+
+BLOCK = 64
+"""Samples of which the extremes are kept."""
+DRAWN = ("position", "velocity", "asked", "applied", "energy")
+"""The columns whose extremes are kept."""
+MOST = 1 << 16
+"""Samples: what claims more is damaged."""
+STATE = "state"
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Consecutive samples: how many, when the first and the last came in s of the computer's clock.
+
+    columns hold what ``encode`` made of each, "state" the law's values, so many a sample, one after the other;
+    extremes those of every BLOCK samples.
+    """
+
+    count: int
+    start: float
+    stop: float
+    states: int
+    extremes: bytes
+    columns: dict[str, bytes]
+
+    def values(self, name: str) -> np.ndarray:
+        """Return a column (count,) in SI, or the state (count, states); raise DamagedError, KeyError."""
+        if name == STATE:
+            return decode(self.columns[STATE], self.states * self.count).reshape(self.states, self.count).T
+        column, values = BY_NAME[name], decode(self.columns[name], self.count)
+        return self.values(column.less_than) - values if column.less_than else values
+
+    def blocks(self) -> np.ndarray:
+        """Return the least and greatest values (len(DRAWN), 2, blocks) in SI; raise DamagedError."""
+        blocks = -(-self.count // BLOCK)
+        return decode(self.extremes, len(DRAWN) * 2 * blocks).reshape(len(DRAWN), 2, blocks)
+
+
+def pack(table: np.ndarray, quantum: float, states: int, truth: bool = False) -> Chunk:
+    """Return telemetry rows (n, ROW_WIDTH), n > 0, as a chunk; quantum in m, of the law's values so many.
+
+    truth: a simulation's true motion and its hand are kept as well.
+    """
+    kept: Iterable[Column] = (column for column in COLUMNS if truth or not column.requested)
+    columns = {column.name: _encoded(table, column, quantum) for column in kept}
+    columns[STATE] = encode(table[:, rows.STATE : rows.STATE + states].T.ravel())
+    time = table[:, rows.HOST_TIME]
+    extremes = encode(_extremes(table).ravel())
+    return Chunk(len(table), float(time[0]), float(time[-1]), states, extremes, columns)
+
+
+def _encoded(table: np.ndarray, column: Column, quantum: float) -> bytes:
+    values = table[:, column.place]
+    if column.less_than:
+        values = table[:, BY_NAME[column.less_than].place] - values
+    if column.counted:
+        return encode(values, quantum, rounded=False)
+    return encode(values, column.step or 0.0)
+
+
+def _extremes(table: np.ndarray) -> np.ndarray:
+    drawn = table[:, [BY_NAME[name].place for name in DRAWN]].T
+    starts = np.arange(0, len(table), BLOCK)
+    return np.stack([pick.reduceat(drawn, starts, axis=1) for pick in (np.fmin, np.fmax)], axis=1)

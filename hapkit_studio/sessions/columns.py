@@ -1,0 +1,105 @@
+"""Columns of the loop's rows as a session keeps them, and their compressed form.
+
+A column of whole multiples of a step (counts, microseconds, ticks, flags) is stored as differences in the
+fewest bytes; any other as 32-bit floats. Bytes of equal significance stand together, then zlib compresses.
+"""
+
+import struct
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from hapkit_studio.errors import StudioError
+from hapkit_studio.haptics import rows
+
+_INTEGERS = tuple(np.dtype(code) for code in ("<i1", "<i2", "<i4", "<i8"))
+_FLOATS = np.dtype("<f4")
+_HEAD = struct.Struct("<Bdq")  # bytes of a difference (0: floats), what one is worth, the first number
+_LEVEL = 6
+_NO_MULTIPLE = 1e-3  # of a step: what is farther from a multiple is none
+
+
+class DamagedError(StudioError):
+    """What was read is not what was written."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One value of every sample: its name, where in a row it stands, its unit.
+
+    step: it is rounded to multiples of this; None: floats. counted: it consists of the sensor's counts.
+    less_than: the column that it mostly equals; how much less than that it is, is stored.
+    """
+
+    name: str
+    place: int
+    unit: str
+    step: float | None = None
+    counted: bool = False
+    less_than: str = ""
+    requested: bool = False  # kept on request only
+
+
+COLUMNS = (
+    Column("tick", rows.TICK, "", 1.0),
+    Column("time", rows.HOST_TIME, "s", 1e-6),
+    Column("board_time", rows.BOARD_TIME, "s", 1e-6),
+    Column("position", rows.POSITION, "m", counted=True),
+    Column("velocity", rows.VELOCITY, "m/s"),
+    Column("asked", rows.ASKED, "N"),
+    Column("applied", rows.APPLIED, "N", less_than="asked"),
+    Column("energy", rows.ENERGY, "J"),
+    Column("lateness", rows.LATENESS, "s", 1e-6),
+    Column("compute", rows.COMPUTE, "s", 1e-7),
+    Column("flags", rows.FLAGS, "", 1.0),
+    Column("true_position", rows.TRUE_POSITION, "m", requested=True),
+    Column("true_velocity", rows.TRUE_VELOCITY, "m/s", requested=True),
+    Column("hand_force", rows.HAND_FORCE, "N", requested=True),
+    Column("hand_target", rows.HAND_TARGET, "m", requested=True),
+)
+BY_NAME = {column.name: column for column in COLUMNS}
+
+
+def encode(values: np.ndarray, step: float = 0.0, rounded: bool = True) -> bytes:
+    """Return numbers (n,) compressed: as multiples of a step in SI, as floats where it is 0.
+
+    Numbers that are not finite make all of them floats; so do those between multiples unless ``rounded``.
+    """
+    if step > 0.0 and len(values) and np.isfinite(values).all():
+        multiples = np.rint(values / step)
+        if rounded or np.abs(values - step * multiples).max() <= _NO_MULTIPLE * step:
+            return _encode_multiples(multiples.astype(np.int64), step)
+    return _squeeze(_HEAD.pack(0, 0.0, 0), values.astype(_FLOATS))
+
+
+def _encode_multiples(multiples: np.ndarray, step: float) -> bytes:
+    differences = np.diff(multiples)
+    least, most = (int(end(differences, initial=0)) for end in (np.min, np.max))
+    kind = next(k for k in _INTEGERS if np.iinfo(k).min <= least and most <= np.iinfo(k).max)
+    return _squeeze(_HEAD.pack(kind.itemsize, step, int(multiples[0])), differences.astype(kind))
+
+
+def decode(data: bytes, count: int) -> np.ndarray:
+    """Return the numbers (count,) float64 of what ``encode`` wrote; raise DamagedError."""
+    try:
+        # never more memory than so many numbers need
+        plain = zlib.decompressobj().decompress(data, _HEAD.size + count * _INTEGERS[-1].itemsize + 1)
+        size, step, first = _HEAD.unpack_from(plain)
+        if size == 0:
+            return _spread(plain, _FLOATS, count).astype(float)
+        kind = next(k for k in _INTEGERS if k.itemsize == size)
+        multiples = np.concatenate([[first], _spread(plain, kind, count - 1)])
+    except (struct.error, zlib.error, StopIteration, ValueError, OverflowError) as error:
+        raise DamagedError(f"Samples cannot be read: {error}.") from None
+    return step * np.cumsum(multiples)
+
+
+def _squeeze(head: bytes, numbers: np.ndarray) -> bytes:
+    planes = numbers.view(np.uint8).reshape(len(numbers), numbers.itemsize).T
+    return zlib.compress(head + planes.tobytes(), _LEVEL)
+
+
+def _spread(plain: bytes, kind: np.dtype, count: int) -> np.ndarray:
+    planes = np.frombuffer(plain, np.uint8, offset=_HEAD.size).reshape(kind.itemsize, count)
+    return planes.T.copy().view(kind)[:, 0]

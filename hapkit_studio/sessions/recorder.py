@@ -1,0 +1,231 @@
+"""The recorder: follows an engine's rows, keeps the last ten minutes, and writes a session while asked to.
+
+It has a thread of its own, which neither loop nor window ever wait for but to end a file.
+"""
+
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.haptics.rows import RingReader
+from hapkit_studio.sessions import settings
+from hapkit_studio.sessions.chunk import Chunk, pack
+from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event, SessionError, SessionWriter
+
+KEPT_SECONDS = 600.0
+CHUNK_SECONDS = 0.3
+STOP, FAULT = "stop", "fault"
+_STANDING = (ABOUT, SETTINGS, STOP, FAULT)  # what holds until the next of its kind
+_POLL_SECONDS = 0.05
+_GAP_SECONDS = 0.25  # without a sample: a chunk ends, so that within one time goes on evenly
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A recording: its file, how many samples it holds, over how many s, and why it ended by itself."""
+
+    path: Path
+    samples: int = 0
+    seconds: float = 0.0
+    error: str = ""
+
+
+class Recorder:
+    """Keeps an engine's newest samples and events; ``record`` writes what comes, ``save`` what is kept.
+
+    What is set, E-stop and faults are looked at 20 times a second and noted where they have changed.
+    """
+
+    def __init__(self, seconds: float = KEPT_SECONDS, truth: bool = False):
+        """Keep so many s; truth: with a simulation's true motion and its hand."""
+        self._seconds, self._truth = seconds, truth
+        self.progress: Progress | None = None
+        """Of the recording now, or of the last one where it ended by itself; None before the first."""
+        self._jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._open = True
+        self._engine: Engine | None = None
+        self._reader: RingReader | None = None
+        self._pending: list[np.ndarray] = []
+        self._seen: dict[str, dict[str, Any]] = {}
+        self._states = 0
+        self._chunks: deque[Chunk] = deque()
+        self._events: deque[Event] = deque()
+        self._base: dict[str, Event] = {}  # what was set before the oldest chunk
+        self._writer: SessionWriter | None = None
+        self._thread = threading.Thread(target=self._run, name="hapkit-recorder", daemon=True)
+        self._thread.start()
+
+    # --- asked for by others
+
+    def follow(self, engine: Engine | None) -> None:
+        """Take this engine's rows from now on; None: nobody's."""
+        reader = None if engine is None else engine.reader()
+        self._jobs.put(lambda: self._change_to(engine, reader))
+
+    def note(self, kind: str, what: dict[str, Any]) -> None:
+        """Note what happens now, a marker say."""
+        event = Event(time.perf_counter(), kind, what)
+        self._jobs.put(lambda: self._add(event))
+
+    def record(self, path: str | Path) -> None:
+        """Write all that comes from now on into a new session; raise SessionError where that cannot be."""
+        self.stop()
+        writer = SessionWriter(path)
+        self._wait(lambda: self._begin(writer))
+
+    def stop(self) -> Path | None:
+        """End the recording and return its file, None where there is none; raise SessionError."""
+        return self._wait(self._end)
+
+    def save(self, path: str | Path) -> int:
+        """Write what is kept into a new session; return its samples; raise SessionError. Takes a second."""
+        return self._wait(lambda: self._save(path))
+
+    def close(self) -> None:
+        """End the recording and the thread; raise SessionError."""
+        try:
+            self.stop()
+        finally:
+            self._open = False
+            self._thread.join()
+
+    def _wait(self, job: Callable[[], _T]) -> _T:
+        """Let the thread do a job; return what it returns, raise what it raises."""
+        done: Future[_T] = Future()
+
+        def run() -> None:
+            try:
+                done.set_result(job())
+            except BaseException as error:
+                done.set_exception(error)
+
+        self._jobs.put(run)
+        return done.result()
+
+    # --- in the thread
+
+    def _run(self) -> None:
+        while self._open:
+            with suppress(queue.Empty):
+                self._jobs.get(timeout=_POLL_SECONDS)()
+            self._take()
+            self._pack(CHUNK_SECONDS)
+
+    def _change_to(self, engine: Engine | None, reader: RingReader | None) -> None:
+        self._flush()
+        self._engine, self._reader, self._seen = engine, reader, {}
+
+    def _begin(self, writer: SessionWriter) -> None:
+        self._flush()
+        for event in self._latest().values():
+            writer.note(event)
+        self._writer, self.progress = writer, Progress(writer.path)
+
+    def _end(self) -> Path | None:
+        self._flush()
+        writer, self._writer = self._writer, None
+        if writer is None:
+            return None
+        writer.close()
+        self.progress = None
+        return writer.path
+
+    def _save(self, path: str | Path) -> int:
+        self._flush()
+        if not self._chunks:
+            raise SessionError("There is nothing to save: not one sample came.")
+        writer = SessionWriter(path)
+        for event in (*self._base.values(), *self._events):
+            writer.note(event)
+        for chunk in self._chunks:
+            writer.add(chunk)
+        writer.close()
+        return sum(chunk.count for chunk in self._chunks)
+
+    def _flush(self) -> None:
+        self._take()
+        self._pack(0.0)
+
+    def _take(self) -> None:
+        if self._engine is None or self._reader is None:
+            return
+        self._look(self._engine)
+        new = self._reader.read()
+        if len(new):
+            self._pending.append(new)
+
+    def _look(self, engine: Engine) -> None:
+        """Note what has changed."""
+        fault = engine.fault
+        now = {
+            ABOUT: settings.about_device(engine),
+            SETTINGS: settings.in_force(engine),
+            STOP: {"stopped": engine.stopped},
+            FAULT: {"text": "" if fault is None else fault.text},
+        }
+        for kind, what in now.items():
+            if what != self._seen.get(kind):
+                self._add(Event(time.perf_counter(), kind, what))
+        self._seen = now
+        self._states = max(self._states, len(engine.environment.state_names))
+
+    def _pack(self, seconds: float) -> None:
+        """Make chunks of what is pending, once it has lasted so many s."""
+        if not self._pending or self._engine is None:
+            return
+        first, last = self._pending[0][0, rows.HOST_TIME], self._pending[-1][-1, rows.HOST_TIME]
+        if last - first < seconds and time.perf_counter() - last < _GAP_SECONDS:
+            return
+        table = np.concatenate(self._pending)
+        gaps = np.flatnonzero(np.diff(table[:, rows.HOST_TIME]) > _GAP_SECONDS) + 1
+        for part in np.split(table, gaps):
+            self._add_chunk(pack(part, self._engine.device.quantum, self._states, self._truth))
+        self._pending, self._states = [], len(self._engine.environment.state_names)
+
+    def _add_chunk(self, chunk: Chunk) -> None:
+        self._chunks.append(chunk)
+        while self._chunks[0].stop < chunk.stop - self._seconds:
+            self._chunks.popleft()
+        while self._events and self._events[0].time < self._chunks[0].start:
+            event = self._events.popleft()
+            if event.kind in _STANDING:
+                self._base[event.kind] = event
+        self._write(lambda writer: writer.add(chunk))
+        if self.progress is not None and self._writer is not None:
+            seconds = self.progress.seconds + chunk.stop - chunk.start
+            self.progress = replace(
+                self.progress, samples=self.progress.samples + chunk.count, seconds=seconds
+            )
+
+    def _add(self, event: Event) -> None:
+        self._events.append(event)
+        self._write(lambda writer: writer.note(event))
+
+    def _latest(self) -> dict[str, Event]:
+        """Return what holds now, of each kind that holds until the next."""
+        return self._base | {event.kind: event for event in self._events if event.kind in _STANDING}
+
+    def _write(self, write: Callable[[SessionWriter], None]) -> None:
+        """Write into the session that is recorded; where that fails the recording ends and says so."""
+        if self._writer is None or self.progress is None:
+            return
+        try:
+            write(self._writer)
+        except SessionError as error:
+            writer, self._writer = self._writer, None
+            self.progress = replace(self.progress, error=str(error))
+            with suppress(SessionError):
+                writer.close()
