@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from hapkit_studio import environments
     from hapkit_studio.analysis.stability.limits import stable_stiffnesses, stiffness_limit
     from hapkit_studio.analysis.stability.rendered import measured_stiffness_limit
-    from hapkit_studio.api import Run, simulate
+    from hapkit_studio.api import Run, open_session, simulate
     from hapkit_studio.devices.simulated import SimulatedHapkit
     from hapkit_studio.dynamics.estimators import estimate_velocity
     from hapkit_studio.dynamics.hand import Hand, Prescribed
@@ -20,6 +20,7 @@ __version__ = "0.1.0"
 
 _PLACES = {
     "Run": "api",
+    "open_session": "api",
     "simulate": "api",
     "load_environment": "workshop",
     "stable_stiffnesses": "analysis.stability.limits",
@@ -48,6 +49,7 @@ __all__ = [
     "integrate",
     "load_environment",
     "measured_stiffness_limit",
+    "open_session",
     "simulate",
     "stable_stiffnesses",
     "stick_slip",

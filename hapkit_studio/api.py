@@ -1,6 +1,5 @@
 """Headless rendering in one call: the same tick, the same laws, the same device as the window's."""
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,9 +17,16 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import arrays, headless, health, rows
 from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Parameter
+from hapkit_studio.sessions import export
+from hapkit_studio.sessions import settings as settings_of
+from hapkit_studio.sessions.chunk import pack
+from hapkit_studio.sessions.columns import COLUMNS
+from hapkit_studio.sessions.file import ABOUT, FAULT, SETTINGS, SUFFIX, Event, SessionWriter
+from hapkit_studio.sessions.session import Session
 
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.0, 86_400.0)
 SPEED = Parameter("max_speed", "Largest speed", "m/s", 3.0, 0.0, 1e6)
+_CHUNK = 1000  # samples of a session's chunk
 # a row takes 256 bytes
 MOST_SAMPLES = 10_000_000
 # of a run: its name in a file, its column in the rows
@@ -35,6 +41,8 @@ _COLUMNS = {
     "energy": ("energy_J", rows.ENERGY),
     "flags": ("flags", rows.FLAGS),
 }
+# of a run: its name in a session
+_KEPT = {name: kept.name for name, (_, place) in _COLUMNS.items() for kept in COLUMNS if kept.place == place}
 
 
 @dataclass(frozen=True)
@@ -68,17 +76,35 @@ class Run:
         """Return every column by its name with its unit."""
         named = {"time_s": self.time}
         named |= {header: getattr(self, name) for name, (header, _) in _COLUMNS.items()}
+        named = {header: values for header, values in named.items() if not np.isnan(values).all()}
         if self.hand_target is not None:
             named["hand_target_m"] = self.hand_target
         return {**named, **{name: self.state[:, i] for i, name in enumerate(self.state_names)}}
 
-    def save(self, path: str | Path) -> None:
-        """Write a CSV file: a comment line of settings (JSON), then names with units, then the samples."""
-        columns = self.columns()
-        with open(path, "w", encoding="utf-8") as file:
-            file.write("# " + json.dumps(self.settings, ensure_ascii=False, default=float) + "\n")
-            file.write(",".join(columns) + "\n")
-            np.savetxt(file, np.column_stack(list(columns.values())), fmt="%.9g", delimiter=",")
+    def save(self, path: str | Path, decimal: str = ".") -> None:
+        """Write settings and all columns as CSV, Parquet, .mat or a session (.hapkit), by the name's ending.
+
+        decimal: the mark in a CSV's numbers, "." or ",". Raise ParameterError, SessionError, OSError.
+        """
+        if Path(path).suffix == SUFFIX:
+            self._save_session(path)
+            return
+        export.write(path, self.columns(), self.settings, decimal)
+
+    def _save_session(self, path: str | Path) -> None:
+        table = np.zeros((len(self.time), rows.ROW_WIDTH))
+        table[:, rows.TICK], table[:, rows.HOST_TIME] = np.arange(len(table)), self.time
+        for name, (_, column) in _COLUMNS.items():
+            table[:, column] = getattr(self, name)
+        if self.hand_target is not None:
+            table[:, rows.HAND_TARGET] = self.hand_target
+        states = len(self.state_names)
+        table[:, rows.STATE : rows.STATE + states] = self.state
+        writer = SessionWriter(path)
+        writer.note(Event(0.0, SETTINGS, {**self.settings, "state_names": self.state_names}))
+        for first in range(0, len(table), _CHUNK):
+            writer.add(pack(table[first : first + _CHUNK], self.settings["device"]["quantum"], states, True))
+        writer.close()
 
     def plot(self, path: str | Path) -> None:
         """Write a picture: position, velocity, force over time, and force over position."""
@@ -152,6 +178,39 @@ def simulate(
         warnings=(*chosen.warnings(values, conditions), *_unrest(scene, moving, out)),
         settings=settings,
         hand_target=out[:, rows.HAND_TARGET].copy() if own else None,
+    )
+
+
+def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -> Run:
+    """Read the samples of a session from start to stop, in s since it began, as those of a run.
+
+    time is the device's own clock where it goes on; settings are those at the end, warnings name every change
+    before. What a session was not asked to keep, a simulation's true motion and its hand, is NaN. Raise
+    SessionError, ParameterError where there is no sample.
+    """
+    session = Session(path)
+    try:
+        zero = session.starts[0]
+        found = session.read((*_KEPT.values(), "time", "board_time", "state"), zero + start, zero + stop)
+    finally:
+        session.close()
+    time = found["time"]
+    if not len(time):
+        whole = f"samples from 0 to {session.seconds:.6g} s"
+        raise ParameterError(f"{session.path.name} has {whole}, none from {start:g} to {stop:g} s.")
+    own = found["board_time"]
+    own = own if (np.diff(own) > 0.0).all() else time
+    settings = session.latest(ABOUT, time[-1]) | session.latest(SETTINGS, time[-1])
+    names = (*settings.get("state_names", ()), *(f"state_{i}" for i in range(found["state"].shape[1])))
+    said = [event for event in session.events if time[0] <= event.time <= zero + stop]
+    return Run(
+        time=own - own[0],
+        **{name: found[column] for name, column in _KEPT.items()} | {"flags": found["flags"].astype(int)},
+        state=found["state"],
+        state_names=names[: found["state"].shape[1]],
+        faults=tuple(event.what["text"] for event in said if event.kind == FAULT and event.what["text"]),
+        warnings=(*settings_of.changes(session.events, time[0], zero + stop), *session.damage),
+        settings=settings,
     )
 
 

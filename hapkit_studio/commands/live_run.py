@@ -4,7 +4,7 @@ import argparse
 import contextlib
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,6 +20,8 @@ from hapkit_studio.haptics.arrays import DEVICE_GONE, SLOW_LINK
 from hapkit_studio.haptics.engine import BOARD, COMPUTER, RENDERERS, Engine
 from hapkit_studio.haptics.health import Fault, Health
 from hapkit_studio.haptics.rows import RingReader
+from hapkit_studio.sessions.file import SessionError
+from hapkit_studio.sessions.recorder import Recorder
 
 FRAME_SECONDS = 1 / 60
 _PATIENCE = 10.0
@@ -56,10 +58,26 @@ def run(engine: Engine, options: argparse.Namespace, hand: Hand | None, seconds:
         engine.start()
         begin(engine, reader, options.render, options.board_rate)
         engine.health()  # what was before counts no more
-        table, took = play(engine, reader, hand, seconds, say_doubt(engine))
+        with _recorded(engine, options.record):
+            table, took = play(engine, reader, hand, seconds, say_doubt(engine))
         health, found = engine.health(), _both(engine, table)
         remarks = _remarks(engine, found, options.board_rate)
         return Played(table, took, found, remarks, engine.fault, health, reader.lost)
+
+
+@contextlib.contextmanager
+def _recorded(engine: Engine, path: str | None) -> Iterator[None]:
+    """Write a session meanwhile, where a path is given; raise SessionError."""
+    if path is None:
+        yield
+        return
+    with contextlib.closing(Recorder()) as recorder:
+        recorder.follow(engine)
+        recorder.record(path)
+        yield
+        recorder.stop()
+        if recorder.progress is not None:
+            raise SessionError(recorder.progress.error)
 
 
 def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) -> None:

@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.parameters import Parameter
+from hapkit_studio.sessions.file import SUFFIX
 from hapkit_studio.workshop.own import switched_off
 
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.1, 3600.0)
@@ -91,18 +93,23 @@ OPTIONS = (
     base.option("--device", metavar="KEY", help="render live on a device, by its key or its port"),
     *live_run.OPTIONS,
     base.option("--csv", metavar="PATH", help="write every sample"),
+    base.option("--record", metavar="PATH", help=f"write a session: NAME{SUFFIX}"),
     base.PLOT,
 )
 
 
 def run(options: argparse.Namespace) -> base.Result:
-    """Render an environment, by its key or its Python file; write CSV and picture where asked."""
+    """Render an environment, by its key or its Python file; write CSV, picture and session where asked."""
+    if options.record and Path(options.record).suffix != SUFFIX:
+        raise ParameterError(f"A session's name ends in {SUFFIX}, unlike {options.record}.")
     done, found = live(options) if options.device is not None else (headless(options), {})
     if options.csv:
         done.save(options.csv)
     if options.plot:
         done.plot(options.plot)
-    return _of_run(done, [path for path in (options.csv, options.plot) if path], found)
+    if options.record and options.device is None:
+        done.save(options.record)
+    return _of_run(done, [path for path in (options.csv, options.plot, options.record) if path], found)
 
 
 def headless(options: argparse.Namespace) -> api.Run:

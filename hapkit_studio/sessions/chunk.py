@@ -1,6 +1,7 @@
 """A chunk: some tenths of a second of samples, compressed column by column, with extremes to draw from."""
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,8 +22,8 @@ STATE = "state"
 class Chunk:
     """Consecutive samples: how many, when the first and the last came in s of the computer's clock.
 
-    columns hold what ``encode`` made of each, "state" the law's values, so many a sample, one after the other;
-    extremes those of every BLOCK samples.
+    columns hold what ``encode`` made of each, "state" the law's values, ``states`` of them, one after the
+    other; extremes those of every BLOCK samples.
     """
 
     count: int
@@ -30,13 +31,21 @@ class Chunk:
     stop: float
     states: int
     extremes: bytes
-    columns: dict[str, bytes]
+    columns: Mapping[str, bytes | None]
 
     def values(self, name: str) -> np.ndarray:
-        """Return a column (count,) in SI, or the state (count, states); raise DamagedError, KeyError."""
+        """Return a column (count,) in SI, NaN where it was not kept, or the state (count, states).
+
+        Raise DamagedError.
+        """
         if name == STATE:
-            return decode(self.columns[STATE], self.states * self.count).reshape(self.states, self.count).T
-        column, values = BY_NAME[name], decode(self.columns[name], self.count)
+            return (
+                decode(self.columns[STATE] or b"", self.states * self.count)
+                .reshape(self.states, self.count)
+                .T
+            )
+        data, column = self.columns[name], BY_NAME[name]
+        values = np.full(self.count, math.nan) if data is None else decode(data, self.count)
         return self.values(column.less_than) - values if column.less_than else values
 
     def blocks(self) -> np.ndarray:

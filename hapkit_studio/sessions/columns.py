@@ -84,7 +84,10 @@ def decode(data: bytes, count: int) -> np.ndarray:
     """Return the numbers (count,) float64 of what ``encode`` wrote; raise DamagedError."""
     try:
         # never more memory than so many numbers need
-        plain = zlib.decompressobj().decompress(data, _HEAD.size + count * _INTEGERS[-1].itemsize + 1)
+        unpacker = zlib.decompressobj()
+        plain = unpacker.decompress(data, _HEAD.size + count * _INTEGERS[-1].itemsize + 1)
+        if not unpacker.eof:
+            raise DamagedError("Samples cannot be read: their end is missing.")
         size, step, first = _HEAD.unpack_from(plain)
         if size == 0:
             return _spread(plain, _FLOATS, count).astype(float)

@@ -15,7 +15,8 @@ from hapkit_studio.sessions.columns import COLUMNS
 
 VERSION = 1
 SUFFIX = ".hapkit"
-ABOUT, SETTINGS = "about", "settings"
+ABOUT, SETTINGS, STOP, FAULT = "about", "settings", "stop", "fault"
+"""Events of which each holds until the next of its kind."""
 MARK = 0x4861706B  # "Hapk": SQLite keeps a place in its header for an application's own
 _BLOBS = ("extremes", *(column.name for column in COLUMNS), STATE)
 _COUNTED = {"count": "INTEGER", "start": "REAL", "stop": "REAL", "states": "INTEGER"}

@@ -21,11 +21,10 @@ from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.rows import RingReader
 from hapkit_studio.sessions import settings
 from hapkit_studio.sessions.chunk import Chunk, pack
-from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event, SessionError, SessionWriter
+from hapkit_studio.sessions.file import ABOUT, FAULT, SETTINGS, STOP, Event, SessionError, SessionWriter
 
 KEPT_SECONDS = 600.0
 CHUNK_SECONDS = 0.3
-STOP, FAULT = "stop", "fault"
 _STANDING = (ABOUT, SETTINGS, STOP, FAULT)  # what holds until the next of its kind
 _POLL_SECONDS = 0.05
 _GAP_SECONDS = 0.25  # without a sample: a chunk ends, so that within one time goes on evenly

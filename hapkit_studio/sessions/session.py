@@ -8,6 +8,7 @@ import json
 import math
 import sqlite3
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,18 @@ import numpy as np
 
 from hapkit_studio.sessions.chunk import Chunk
 from hapkit_studio.sessions.columns import DamagedError
-from hapkit_studio.sessions.file import MARK, TABLES, VERSION, Event, SessionError, checksum, schema
+from hapkit_studio.sessions.file import (
+    MARK,
+    TABLES,
+    VERSION,
+    Event,
+    SessionError,
+    SessionWriter,
+    checksum,
+    schema,
+)
 
-_TYPES = {"INTEGER": int, "REAL": float, "TEXT": str, "BLOB": bytes | None}
+_TYPES = {"INTEGER": int, "REAL": float, "TEXT": str, "BLOB": (bytes, type(None))}
 _HEAD = ("count", "start", "stop", "states", "extremes")
 _LONGEST = 1 << 24  # bytes of one value
 _MOST_ROWS = 1 << 32
@@ -27,8 +37,8 @@ _MOST_SAMPLES, _MOST_STATES = 1 << 16, 64  # of a chunk
 class Session:
     """A session opened for reading; chunks are read when they are asked for.
 
-    At hand: events, the counts of samples of the chunks (chunks,), the times of their first and last samples
-    starts and stops (chunks,) in s of the recording computer's clock, and the extremes of each chunk's blocks.
+    At hand: events; of every chunk its count of samples, when the first and the last came, starts and stops
+    (chunks,) in s of the recording computer's clock, and the extremes of its blocks.
     """
 
     def __init__(self, path: str | Path):
@@ -50,9 +60,24 @@ class Session:
         self._database.close()
 
     @property
-    def damaged(self) -> int:
-        """Return how many of the rows that were read so far are damaged and left out."""
-        return len(self._damaged)
+    def seconds(self) -> float:
+        """Return how long the session is in s."""
+        return float(self.stops[-1] - self.starts[0])
+
+    @property
+    def damage(self) -> tuple[str, ...]:
+        """Return in words what of all that was read so far is damaged and left out."""
+        words = f"{self.path.name} is damaged: {len(self._damaged)} of its rows are left out."
+        return (words,) if self._damaged else ()
+
+    def check(self) -> tuple[str, ...]:
+        """Read all of it, and return ``damage``."""
+        for number in range(len(self.counts)):
+            with suppress(DamagedError):
+                chunk = self.chunk(number)
+                for name in chunk.columns:
+                    chunk.values(name)
+        return self.damage
 
     def latest(self, kind: str, time: float = math.inf) -> dict[str, Any]:
         """Return what the last event of a kind says up to a time in s; {} where there is none."""
@@ -72,7 +97,19 @@ class Session:
             self._damaged.add(("chunk", row))
             raise DamagedError(f"Chunk {number} of {self.path.name} is damaged: {error}") from None
         named = dict(zip(columns, values, strict=True))
-        return Chunk(*(named.pop(name) for name in _HEAD), named)
+        count, start, stop, states, extremes = (named.pop(name) for name in _HEAD)
+        return Chunk(count, start, stop, states, extremes, named)
+
+    def repair(self, path: str | Path) -> tuple[str, ...]:
+        """Write all that can be read into a new session; return ``damage``; raise SessionError."""
+        writer = SessionWriter(path)
+        for event in self.events:
+            writer.note(event)
+        for number in range(len(self.counts)):
+            with suppress(DamagedError):
+                writer.add(self.chunk(number))
+        writer.close()
+        return self.damage
 
     def read(
         self, names: Sequence[str], start: float = -math.inf, stop: float = math.inf
@@ -107,7 +144,8 @@ class Session:
         for row, *values in self._rows("chunk", _HEAD):
             try:
                 _check(values, {name: TABLES["chunk"][name] for name in _HEAD})
-                chunk = Chunk(*values, {})
+                count, start, stop, states, extremes = values
+                chunk = Chunk(count, start, stop, states, extremes, {})
                 if not (before < chunk.start <= chunk.stop < math.inf):
                     raise DamagedError("Its times are out of order.")
                 yield row, chunk.count, chunk.start, chunk.stop, chunk.blocks()

@@ -1,12 +1,16 @@
 """What is set on an engine, and what its device is, by the names that a run's settings have."""
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 from hapkit_studio import __version__
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import plain
 from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.sessions.file import SETTINGS, Event
+
+_NESTED = ("parameters", "units", "state_names", "device")
 
 
 def of_scene(environment: Environment, values: dict[str, float]) -> dict[str, Any]:
@@ -26,6 +30,7 @@ def in_force(engine: Engine) -> dict[str, Any]:
     return {
         **of_scene(engine.environment, engine.values),
         "state_names": list(engine.environment.state_names),
+        "hand": "own",
         "grip": engine.grip,
         "render": engine.where,
         "rate_Hz": loop.rate,
@@ -45,3 +50,37 @@ def about_device(engine: Engine) -> dict[str, Any]:
     if hello is not None:
         found |= {"firmware": hello.build, "protocol": hello.version}
     return found
+
+
+def differences(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
+    """Say in words what of the settings is another now, each with both values."""
+    old, new = ({**kept, **kept.get("parameters", {})} for kept in (before, after))
+    units = {"rate_Hz": "Hz", "delay_s": "s", "max_force_N": "N", **after.get("units", {})}
+    if old.get("environment") != new.get("environment"):
+        return [f"environment {old.get('environment')} → {new.get('environment')}"]
+    changed = [key for key in new if key not in _NESTED and old.get(key) != new[key]]
+    return [
+        f"{_word(key)} {_text(old.get(key))} → {_text(new[key])} {units.get(key, '')}".rstrip()
+        for key in changed
+    ]
+
+
+def changes(events: Iterable[Event], start: float, stop: float) -> list[str]:
+    """Say every change of the settings from start to stop, both in s, each with its time after start."""
+    said, before = [], None
+    for event in events:
+        if event.kind == SETTINGS:
+            if before is not None and start <= event.time <= stop:
+                found = ", ".join(differences(before, event.what))
+                said.append(f"At {event.time - start:.2f} s: {found}.")
+            before = event.what
+    return said
+
+
+def _word(key: str) -> str:
+    name, _, unit = key.rpartition("_")
+    return (name if unit in ("Hz", "s", "N") else key).replace("_", " ")
+
+
+def _text(value: Any) -> str:
+    return f"{value:,g}" if isinstance(value, int | float) and not isinstance(value, bool) else str(value)

@@ -1,0 +1,130 @@
+"""The command for recorded sessions: list, show, export, check, repair."""
+
+import argparse
+import math
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+
+from hapkit_studio import api
+from hapkit_studio.commands.base import Command, Result, option, with_files
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.sessions.export import DECIMALS, WRITERS
+from hapkit_studio.sessions.file import ABOUT, SETTINGS, SUFFIX, SessionError
+from hapkit_studio.sessions.session import Session
+from hapkit_studio.sessions.settings import changes
+
+DAMAGED = 2
+"""Exit code where something of a session is lost."""
+
+
+def _list(options: argparse.Namespace) -> Result:
+    folder = Path(options.path or ".")
+    if not folder.is_dir():
+        raise ParameterError(f"sessions list takes a folder, not {options.path}.")
+    lines, found = [], []
+    for path in sorted(folder.glob(f"*{SUFFIX}")):
+        try:
+            with closing(Session(path)) as session:
+                found.append(_facts(session))
+                lines.append(f"{path.name:<28} {_line(session)}")
+        except SessionError as error:
+            lines.append(str(error))
+            found.append({"path": str(path), "error": str(error)})
+    return Result("\n".join(lines) or f"No sessions in {folder}.", {"sessions": found})
+
+
+def _show(options: argparse.Namespace) -> Result:
+    with closing(Session(_named(options))) as session:
+        start, stop = session.starts[0], session.stops[-1]
+        about = [f"{name.replace('_', ' ')}: {value}" for name, value in session.latest(ABOUT).items()]
+        said = changes(session.events, start, stop)
+        return Result("\n".join([_line(session), *about, *said, *session.damage]), _facts(session))
+
+
+def _export(options: argparse.Namespace) -> Result:
+    path = _named(options)
+    run = api.open_session(path, options.start, options.stop)
+    output = options.output or str(path.with_suffix(".csv"))
+    if Path(output).exists():
+        raise ParameterError(f"{output} exists already: name another file with --output.")
+    run.save(output, options.decimal)
+    lines = [f"{len(run.time):,} samples", *run.warnings]
+    return with_files("\n".join(lines), {"samples": len(run.time), "warnings": list(run.warnings)}, [output])
+
+
+def _check(options: argparse.Namespace) -> Result:
+    with closing(Session(_named(options))) as session:
+        damage = session.check()
+        facts = _facts(session) | {"damage": list(damage)}
+        return Result(
+            "\n".join([_line(session), *(damage or ("Nothing is damaged.",))]),
+            facts,
+            DAMAGED if damage else 0,
+        )
+
+
+def _repair(options: argparse.Namespace) -> Result:
+    path = _named(options)
+    output = options.output or str(path.with_stem(f"{path.stem}-repaired"))
+    with closing(Session(path)) as session:
+        damage = session.repair(output)
+    return with_files("\n".join(damage or ("Nothing is damaged.",)), {"damage": list(damage)}, [output])
+
+
+ACTIONS: dict[str, Callable[[argparse.Namespace], Result]] = {
+    "list": _list,
+    "show": _show,
+    "export": _export,
+    "check": _check,
+    "repair": _repair,
+}
+
+
+def _named(options: argparse.Namespace) -> Path:
+    if options.path is None:
+        raise ParameterError(f"sessions {options.action} takes a session: name its file.")
+    return Path(options.path)
+
+
+def _line(session: Session) -> str:
+    settings = session.latest(SETTINGS)
+    rate = f"{settings.get('rate_Hz', 0.0):,g} Hz"
+    words = [f"{session.seconds:,.1f} s", f"{session.counts.sum():,} samples", rate]
+    return ", ".join([*words, str(settings.get("environment", "")), session.latest(ABOUT).get("device", "")])
+
+
+def _facts(session: Session) -> dict:
+    return {
+        "path": str(session.path),
+        "seconds": session.seconds,
+        "samples": int(session.counts.sum()),
+        "bytes": session.path.stat().st_size,
+        "about": session.latest(ABOUT),
+        "settings": session.latest(SETTINGS),
+    }
+
+
+def run(options: argparse.Namespace) -> Result:
+    """Do one of ACTIONS; raise a StudioError."""
+    return ACTIONS[options.action](options)
+
+
+OPTIONS = (
+    option("action", choices=tuple(ACTIONS)),
+    option("path", nargs="?", help="a session, or for list a folder"),
+    option(
+        "--output", metavar="PATH", help=f"of export ({', '.join(WRITERS)}) or repair; never an existing file"
+    ),
+    option(
+        "--from",
+        dest="start",
+        type=float,
+        default=0.0,
+        metavar="s",
+        help="export from here on, since the session began",
+    ),
+    option("--to", dest="stop", type=float, default=math.inf, metavar="s", help="export up to here"),
+    option("--decimal", choices=DECIMALS, default=".", help="the decimal mark in a CSV"),
+)
+COMMAND = Command("sessions", "list, show, export, check or repair recorded sessions", run, OPTIONS, 15)

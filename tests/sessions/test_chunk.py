@@ -1,0 +1,81 @@
+"""Samples come back from a chunk as they went in, within what each column is stored as."""
+
+import contextlib
+
+import numpy as np
+import pytest
+
+from hapkit_studio.haptics import rows
+from hapkit_studio.sessions.chunk import BLOCK, DRAWN, pack
+from hapkit_studio.sessions.columns import BY_NAME, COLUMNS, DamagedError, decode, encode
+
+QUANTUM = 20.7e-6
+
+
+def table(count: int = 500, seed: int = 1) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    made = np.zeros((count, rows.ROW_WIDTH))
+    made[:, rows.TICK] = 1e9 + np.arange(count)
+    made[:, rows.HOST_TIME] = 1e5 + np.cumsum(rng.uniform(5e-4, 2e-3, count))
+    made[:, rows.POSITION] = QUANTUM * np.floor(rng.normal(0.0, 500.0, count))
+    for column in (rows.VELOCITY, rows.ASKED, rows.ENERGY, *range(rows.STATE, rows.STATE + 3)):
+        made[:, column] = rng.normal(size=count)
+    made[:, rows.APPLIED] = np.clip(made[:, rows.ASKED], -1.0, 1.0)
+    made[:, rows.FLAGS] = rng.integers(0, 256, count)
+    made[:, rows.LATENESS] = rng.exponential(1e-4, count)
+    return made
+
+
+@pytest.mark.parametrize("count", [1, 2, BLOCK, 1999])
+def test_every_column_comes_back_within_what_it_is_stored_as(count):
+    made = table(count)
+    chunk = pack(made, QUANTUM, 3, truth=True)
+    for column in COLUMNS:
+        values = made[:, column.place]
+        most = np.abs(made[:, BY_NAME[column.less_than or column.name].place]).max()
+        within = 0.5 * column.step if column.step else 1e-12 if column.counted else most * 2.0**-22
+        assert np.abs(chunk.values(column.name) - values).max() <= within * 1.001, column
+    assert np.allclose(chunk.values("state"), made[:, rows.STATE : rows.STATE + 3], rtol=2e-7)
+
+
+def test_the_extremes_of_each_block_are_those_of_its_samples():
+    made = table(3 * BLOCK + 5)
+    blocks = pack(made, QUANTUM, 0).blocks()
+    position = made[:, rows.POSITION]
+    pieces = np.split(position, [BLOCK, 2 * BLOCK, 3 * BLOCK])
+    index = DRAWN.index("position")
+    assert np.allclose(blocks[index, 0], [piece.min() for piece in pieces], rtol=1e-6)
+    assert np.allclose(blocks[index, 1], [piece.max() for piece in pieces], rtol=1e-6)
+
+
+def test_a_position_between_counts_is_kept_as_it_is():
+    made = table()
+    made[:, rows.POSITION] += 0.3 * QUANTUM
+    back = pack(made, QUANTUM, 0).values("position")
+    assert np.abs(back - made[:, rows.POSITION]).max() < 1e-8
+
+
+def test_numbers_that_are_not_finite_come_back():
+    values = np.array([0.0, np.nan, np.inf, -np.inf])
+    assert np.array_equal(decode(encode(values, 1.0), 4), values, equal_nan=True)
+
+
+def test_steps_of_every_size_come_back():
+    values = np.cumsum([0, 1, 127, 128, 32767, 32768, 2**31 - 1, 2**31, 2**40, -(2**41)]).astype(float)
+    for stop in range(1, len(values) + 1):
+        assert np.array_equal(decode(encode(values[:stop], 1.0), stop), values[:stop])
+
+
+def test_what_was_changed_is_noticed_and_takes_no_more_memory_than_it_may():
+    data = encode(np.arange(1000.0), 1.0)
+    for place in range(len(data)):
+        damaged = bytearray(data)
+        damaged[place] ^= 0x10
+        with contextlib.suppress(DamagedError):  # a bit of padding carries nothing
+            assert np.array_equal(decode(bytes(damaged), 1000), np.arange(1000.0))
+    with pytest.raises(DamagedError):
+        decode(data[:-4], 1000)
+    with pytest.raises(DamagedError):
+        decode(data, 999)
+    with pytest.raises(DamagedError):
+        decode(encode(np.zeros(10_000_000)), 100)

@@ -1,0 +1,220 @@
+"""Sessions as files: what was written is read, whatever happens to program, disk and file."""
+
+import os
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from hapkit_studio.haptics import rows
+from hapkit_studio.sessions.chunk import pack
+from hapkit_studio.sessions.file import SETTINGS, Event, SessionError, SessionWriter
+from hapkit_studio.sessions.session import Session
+from tests.sessions.test_chunk import QUANTUM, table
+
+CHUNKS = 20
+
+
+def written(path, chunks=CHUNKS, close=True):
+    made = table(chunks * 300)
+    writer = SessionWriter(path)
+    writer.note(Event(made[0, rows.HOST_TIME], SETTINGS, {"environment": "wall", "rate_Hz": 1000.0}))
+    for first in range(0, len(made), 300):
+        writer.add(pack(made[first : first + 300], QUANTUM, 0))
+    if close:
+        writer.close()
+    return made
+
+
+def test_all_samples_between_two_times_are_read(tmp_path):
+    made = written(tmp_path / "a.hapkit")
+    session = Session(tmp_path / "a.hapkit")
+    time = made[:, rows.HOST_TIME]
+    start, stop = time[450], time[1234]
+    found = session.read(("time", "position", "true_position"), start - 1e-4, stop - 1e-4)
+    assert np.allclose(found["time"], time[450:1234], atol=1e-6)
+    assert np.array_equal(found["position"], made[450:1234, rows.POSITION])
+    assert np.isnan(found["true_position"]).all()
+    assert session.latest(SETTINGS)["environment"] == "wall"
+    assert session.check() == ()
+    assert not (tmp_path / "a.hapkit-wal").exists()
+
+
+def test_a_file_that_exists_is_never_overwritten(tmp_path):
+    path = tmp_path / "a.hapkit"
+    path.write_text("mine")
+    with pytest.raises(SessionError, match=r"a\.hapkit exists already"):
+        SessionWriter(path)
+    assert path.read_text() == "mine"
+
+
+def test_a_folder_that_is_not_there_or_that_nobody_may_write_is_one_line(tmp_path):
+    with pytest.raises(SessionError, match="cannot be written: No such file"):
+        SessionWriter(tmp_path / "none" / "a.hapkit")
+
+
+@pytest.mark.parametrize(
+    ("content", "line"),
+    [
+        (b"", "is no session"),
+        (b"SQLite format 3\0" + bytes(84), "is no session"),
+        (b"x,y\n1,2\n", "is no session"),
+    ],
+)
+def test_a_foreign_file_is_one_line(tmp_path, content, line):
+    path = tmp_path / "a.hapkit"
+    path.write_bytes(content)
+    with pytest.raises(SessionError, match=line):
+        Session(path)
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "CREATE TABLE more (x)",
+        "CREATE TRIGGER t AFTER INSERT ON event BEGIN DELETE FROM chunk; END",
+        "CREATE VIEW v AS SELECT 1",
+        "DROP TABLE event",
+        "ALTER TABLE chunk ADD COLUMN more",
+    ],
+)
+def test_other_tables_than_the_studios_are_refused(tmp_path, statement):
+    path = tmp_path / "a.hapkit"
+    written(path, 1)
+    with sqlite3.connect(path) as database:
+        database.execute(statement)
+    with pytest.raises(SessionError, match="is no session"):
+        Session(path)
+
+
+def test_a_newer_version_says_so(tmp_path):
+    path = tmp_path / "a.hapkit"
+    written(path, 1)
+    with sqlite3.connect(path) as database:
+        database.execute("PRAGMA user_version=2")
+    with pytest.raises(SessionError, match="version 2, this one reads 1"):
+        Session(path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE chunk SET position = NULL WHERE id = 3",
+        "UPDATE chunk SET position = 'text' WHERE id = 3",
+        "UPDATE chunk SET count = 1000000000 WHERE id = 3",
+        "UPDATE chunk SET count = 'many' WHERE id = 3",
+        "UPDATE chunk SET states = -1 WHERE id = 3",
+        "UPDATE chunk SET start = 1e300 WHERE id = 3",
+        "UPDATE chunk SET extremes = x'00' WHERE id = 3",
+        "UPDATE chunk SET crc = crc + 1 WHERE id = 3",
+        "UPDATE chunk SET tick = zeroblob(1000000) WHERE id = 3",
+    ],
+)
+def test_a_damaged_chunk_alone_is_left_out(tmp_path, change):
+    path = tmp_path / "a.hapkit"
+    written(path)
+    with sqlite3.connect(path) as database:
+        database.execute(change)
+    session = Session(path)
+    assert len(session.read(("position",))["position"]) == 300 * (CHUNKS - 1)
+    assert session.check() == ("a.hapkit is damaged: 1 of its rows are left out.",)
+
+
+def test_what_is_damaged_at_random_ends_in_one_line_or_in_what_was_written(tmp_path):
+    """300 files with changed bits, cut off, or with other values in their tables."""
+    made = written(tmp_path / "whole.hapkit")
+    whole, chance = (tmp_path / "whole.hapkit").read_bytes(), random.Random(3)
+    known = set(map(tuple, made[:, [rows.TICK, rows.POSITION]].tolist()))
+    readable, lines = 0, []
+    for number in range(300):
+        path = tmp_path / "damaged.hapkit"
+        data = bytearray(whole)
+        for _ in range(chance.choice([1, 3, 30])):
+            data[chance.randrange(len(data))] ^= 1 << chance.randrange(8)
+        path.write_bytes(data[: chance.randrange(len(data))] if number % 3 == 0 else data)
+        try:
+            session = Session(path)
+            found = session.read(("tick", "position"))
+            session.close()
+        except SessionError as error:
+            lines.append(str(error))
+            continue
+        got = set(zip(found["tick"].tolist(), found["position"].tolist(), strict=True))
+        assert got <= known
+        assert got == known or session.damage, number
+        readable += 1
+    assert readable > 100  # many of them give back what is whole
+    assert all("damaged.hapkit" in line and "\n" not in line for line in lines)
+
+
+def test_a_repaired_session_holds_what_is_whole(tmp_path):
+    written(tmp_path / "a.hapkit")
+    with sqlite3.connect(tmp_path / "a.hapkit") as database:
+        database.execute("UPDATE chunk SET velocity = x'00' WHERE id = 7")
+    before = (tmp_path / "a.hapkit").read_bytes()
+    session = Session(tmp_path / "a.hapkit")
+    assert session.repair(tmp_path / "b.hapkit")
+    assert Session(tmp_path / "b.hapkit").check() == ()
+    assert len(Session(tmp_path / "b.hapkit").read(("tick",))["tick"]) == 300 * (CHUNKS - 1)
+    assert (tmp_path / "a.hapkit").read_bytes() == before
+
+
+def test_a_full_disk_ends_in_one_line_and_keeps_what_was_written(tmp_path):
+    writer = SessionWriter(tmp_path / "a.hapkit")
+    writer._database.execute("PRAGMA max_page_count=40")
+    chunk = pack(table(300), QUANTUM, 0)
+    adding = (writer.add(chunk) for _ in range(100))
+    with pytest.raises(SessionError, match=r"The disk is full\. Everything up to there is saved\."):
+        list(adding)
+    assert Session(tmp_path / "a.hapkit").counts[0] == 300
+
+
+_RECORD = """
+import sys, time, numpy as np
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.sessions.recorder import Recorder
+engine = Engine(SimulatedHapkit(), "spring", realtime=False)
+engine.start()
+recorder = Recorder()
+recorder.follow(engine)
+recorder.record(sys.argv[1])
+reader = engine.reader()
+while True:
+    time.sleep(0.02)
+    new = reader.read()
+    if len(new):
+        print(new[-1, 1], flush=True)
+"""
+
+
+def killed(path, seconds):
+    """Return for how many s before its end a recording that was killed after so many s is lost."""
+    process = subprocess.Popen([sys.executable, "-c", _RECORD, str(path)], stdout=subprocess.PIPE, text=True)
+    lines = [process.stdout.readline()]
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        lines.append(process.stdout.readline())
+    process.send_signal(signal.SIGKILL)
+    lines += process.stdout.read().split()
+    process.wait()
+    return float(lines[-1]) - Session(path).stops[-1]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no SIGKILL")
+def test_a_recording_that_is_killed_loses_half_a_second_at_most(tmp_path):
+    assert killed(tmp_path / "a.hapkit", 1.3) < 0.5
+    assert Session(tmp_path / "a.hapkit").check() == ()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name == "nt", reason="no SIGKILL")
+def test_fifty_recordings_killed_at_random_moments_lose_half_a_second_at_most(tmp_path):
+    chance = random.Random(5)
+    lost = [killed(tmp_path / f"{n}.hapkit", chance.uniform(0.8, 2.5)) for n in range(50)]
+    assert max(lost) < 0.5

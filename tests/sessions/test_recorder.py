@@ -1,0 +1,122 @@
+"""The recorder beside a running loop: nothing missing, every change, and what is kept for later."""
+
+import time
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.haptics import arrays, rows
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.sessions.file import SETTINGS, STOP, SessionError
+from hapkit_studio.sessions.recorder import Recorder
+from hapkit_studio.sessions.session import Session
+from tests.waiting import wait_until
+
+
+@pytest.fixture
+def engine():
+    engine = Engine(SimulatedHapkit(), "wall", realtime=False)
+    engine.start()
+    yield engine
+    engine.close()
+
+
+@pytest.fixture
+def recorder(engine):
+    recorder = Recorder(seconds=0.5)
+    recorder.follow(engine)
+    yield recorder
+    recorder.close()
+
+
+def collected(reader, pieces, samples):
+    """Read rows beside the recorder until there are so many more."""
+    goal = sum(map(len, pieces)) + samples
+
+    def enough():
+        pieces.append(reader.read())
+        return sum(map(len, pieces)) >= goal
+
+    wait_until(enough)
+
+
+def test_a_recording_holds_every_sample_of_the_ring_and_every_change(engine, recorder, tmp_path):
+    reader, pieces = engine.reader(), []
+    recorder.record(tmp_path / "a.hapkit")
+    engine.move_hand(0.02)
+    collected(reader, pieces, 400)
+    changed = time.perf_counter()
+    engine.set_parameter("stiffness", 400.0)
+    collected(reader, pieces, 400)
+    recorder.note("marker", {"text": "stiffer"})
+    engine.stop()
+    collected(reader, pieces, 400)
+    assert recorder.stop() == tmp_path / "a.hapkit"
+    ring, session = np.concatenate(pieces), Session(tmp_path / "a.hapkit")
+    found = session.read(("tick", "position", "applied"))
+    assert (np.diff(found["tick"]) == 1.0).all()
+    both, ours, theirs = np.intersect1d(found["tick"], ring[:, rows.TICK], return_indices=True)
+    assert len(both) > 700
+    assert np.abs(found["position"][ours] - ring[theirs, rows.POSITION]).max() < 1e-8
+    assert np.abs(found["applied"][ours] - ring[theirs, rows.APPLIED]).max() < 1e-6
+    event = [e for e in session.events if e.kind == SETTINGS][-1]
+    assert event.what["parameters"]["stiffness"] == 400.0
+    assert 0.0 < event.time - changed < 5.0
+    assert [e.what for e in session.events if e.kind == "marker"] == [{"text": "stiffer"}]
+    assert session.latest(STOP) == {"stopped": True}
+
+
+def test_what_already_happened_can_be_saved_with_what_was_set_then(engine, recorder, tmp_path):
+    engine.set_environment("spring", {"stiffness": 123.0})
+    collected(engine.reader(), [], 2000)
+    count = recorder.save(tmp_path / "a.hapkit")
+    run = hs.open_session(tmp_path / "a.hapkit")
+    assert len(run.time) == count
+    assert 400 <= count < 1500  # 0.5 s and what the oldest chunk holds; before there was more
+    assert run.settings["parameters"]["stiffness"] == 123.0
+
+
+def test_nothing_to_save_is_said(tmp_path):
+    recorder = Recorder()
+    with pytest.raises(SessionError, match="nothing to save"):
+        recorder.save(tmp_path / "a.hapkit")
+    recorder.close()
+    assert not (tmp_path / "a.hapkit").exists()
+
+
+def test_a_recording_that_cannot_go_on_ends_with_the_reason_and_can_be_read(engine, recorder, tmp_path):
+    recorder.record(tmp_path / "a.hapkit")
+    recorder._writer._database.execute("PRAGMA max_page_count=8")
+    wait_until(lambda: recorder.progress.error)
+    assert recorder.progress.error == "The disk is full. Everything up to there is saved."
+    samples = recorder.progress.samples
+    assert Session(tmp_path / "a.hapkit").counts.sum() == samples > 0
+    assert recorder.stop() is None
+    recorder.record(tmp_path / "b.hapkit")  # the next one begins anew
+    assert recorder.stop() == tmp_path / "b.hapkit"
+
+
+def test_another_device_goes_on_in_the_same_recording(engine, recorder, tmp_path):
+    recorder.record(tmp_path / "a.hapkit")
+    wait_until(lambda: recorder.progress.samples > 100)
+    other = Engine(SimulatedHapkit(mass=0.1), "damping", realtime=False)
+    other.start()
+    recorder.follow(other)
+    before = recorder.progress.samples
+    wait_until(lambda: recorder.progress.samples > before + 700)
+    recorder.stop()
+    other.close()
+    session = Session(tmp_path / "a.hapkit")
+    said = [e.what for e in session.events if e.kind == SETTINGS]
+    assert [s["environment"] for s in said] == ["wall", "damping"]
+    assert said[-1]["device"]["mass"] == 0.1
+    assert session.check() == ()
+
+
+def test_a_fault_is_noted_with_its_reason(engine, recorder, tmp_path):
+    recorder.record(tmp_path / "a.hapkit")
+    wait_until(lambda: recorder.progress.samples > 0)
+    engine.arrays.control[arrays.FAULT] = arrays.DEVICE_GONE
+    assert hs.open_session(recorder.stop()).faults == (engine.fault.text,)
