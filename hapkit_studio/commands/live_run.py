@@ -51,14 +51,19 @@ class Played:
     lost_rows: int
 
 
-def run(engine: Engine, options: argparse.Namespace, hand: Hand | None, seconds: float) -> Played:
-    """Start an engine, let the side that was chosen render for so many s, close it; raise a StudioError."""
+def run(
+    engine: Engine, options: argparse.Namespace, hand: Hand | None, seconds: float, record: str | None = None
+) -> Played:
+    """Start an engine, let the side that was chosen render for so many s, close it; raise a StudioError.
+
+    record: the path of a session to be written meanwhile.
+    """
     reader = engine.reader()
     with contextlib.closing(engine):
         engine.start()
         begin(engine, reader, options.render, options.board_rate)
         engine.health()  # what was before counts no more
-        with _recorded(engine, options.record):
+        with _recorded(engine, record):
             table, took = play(engine, reader, hand, seconds, say_doubt(engine))
         health, found = engine.health(), _both(engine, table)
         remarks = _remarks(engine, found, options.board_rate)

@@ -39,7 +39,7 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
     engine.set_loop(delay=options.delay, estimator=base.estimator_spec(options.estimator))
     if engine.device.simulated:
         engine.set_loop(rate=options.rate)
-    played = live_run.run(engine, options, hand, seconds)
+    played = live_run.run(engine, options, hand, seconds, options.record)
     fault, took = played.fault, played.seconds
     if not len(played.table):
         raise ParameterError(f"Not one sample came in {took:.3g} s.")
