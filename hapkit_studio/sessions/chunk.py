@@ -62,9 +62,10 @@ def pack(table: np.ndarray, quantum: float, states: int, truth: bool = False) ->
     kept: Iterable[Column] = (column for column in COLUMNS if truth or not column.requested)
     columns = {column.name: _encoded(table, column, quantum) for column in kept}
     columns[STATE] = encode(table[:, rows.STATE : rows.STATE + states].T.ravel())
-    time = table[:, rows.HOST_TIME]
+    step = BY_NAME["time"].step or 1.0
+    start, stop = step * np.rint(table[[0, -1], rows.HOST_TIME] / step)  # as the samples have it
     extremes = encode(_extremes(table).ravel())
-    return Chunk(len(table), float(time[0]), float(time[-1]), states, extremes, columns)
+    return Chunk(len(table), float(start), float(stop), states, extremes, columns)
 
 
 def _encoded(table: np.ndarray, column: Column, quantum: float) -> bytes:
