@@ -1,0 +1,51 @@
+"""Statistics of a stretch against closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from hapkit_studio.analysis.statistics import dominant, slope, statistics
+
+TIME = np.arange(2000) / 1000.0
+
+
+def test_of_a_sine_over_whole_cycles():
+    found = statistics(TIME, 0.5 + 2.0 * np.sin(2.0 * math.pi * 5.0 * TIME))
+    assert (found.minimum, found.maximum) == pytest.approx((-1.5, 2.5), abs=1e-4)
+    assert found.mean == pytest.approx(0.5, abs=1e-9)
+    assert found.rms == pytest.approx(math.sqrt(0.25 + 2.0), rel=1e-9)
+    assert found.frequency == pytest.approx(5.0, rel=2e-3)
+
+
+@pytest.mark.parametrize("hertz", [3.3, 17.77, 43.21, 120.4])
+def test_a_frequency_between_bins_is_found_in_noise(hertz):
+    rng = np.random.default_rng(4)
+    jitter = np.sort(TIME + rng.uniform(0.0, 3e-4, len(TIME)))
+    values = np.sin(2.0 * math.pi * hertz * jitter) + rng.normal(0.0, 0.2, len(TIME))
+    assert dominant(jitter, values) == pytest.approx(hertz, rel=5e-3)
+
+
+def test_what_has_no_frequency_says_so():
+    rng = np.random.default_rng(4)
+    assert math.isnan(dominant(TIME, np.zeros(len(TIME))))
+    assert math.isnan(dominant(TIME, 3.0 * TIME))
+    assert math.isnan(dominant(TIME, rng.normal(size=len(TIME))))
+    assert math.isnan(dominant(TIME, np.sin(2.0 * math.pi * 0.6 * TIME)))  # 1.2 cycles
+    assert math.isnan(dominant(TIME[:7], TIME[:7]))
+
+
+def test_the_interval_of_a_slope_covers_the_truth_where_neighbours_are_alike():
+    rng, covered = np.random.default_rng(7), 0
+    x = 0.01 * np.sin(2.0 * math.pi * 1.3 * TIME)
+    for _ in range(300):
+        noise = lfilter([0.05], [1.0, -0.9], rng.normal(size=len(TIME)))
+        found = slope(x, -300.0 * x + 0.2 + noise)
+        covered += abs(found[0] + 300.0) <= found[1]
+    assert 0.91 <= covered / 300 <= 0.98
+
+
+def test_a_slope_needs_motion():
+    assert slope(np.full(500, 0.01), np.ones(500)) is None
+    assert slope(TIME[:5], TIME[:5]) is None
