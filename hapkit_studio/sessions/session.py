@@ -27,7 +27,9 @@ from hapkit_studio.sessions.file import (
     schema,
 )
 
-_TYPES = {"INTEGER": int, "REAL": float, "TEXT": str, "BLOB": (bytes, type(None))}
+_TYPES: dict[str, type | tuple[type, ...]] = {
+    "INTEGER": int, "REAL": float, "TEXT": str, "BLOB": (bytes, type(None)),
+}  # fmt: skip
 _HEAD = ("count", "start", "stop", "states", "extremes")
 _LONGEST = 1 << 24  # bytes of one value
 _MOST_ROWS = 1 << 32
