@@ -44,7 +44,7 @@ def test_one_object_of_columns_in_si(capsys, monkeypatch):
     assert (code, err) == (0, "")
     assert out.count("\n") == 1
     found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
-    assert found["words"] == "Let go: calm, 1.4 × below."
+    assert found["words"] == "Let go: calm, 1.4 × below the limit."
     assert found["handle"]["released"]["push"] is None
     assert found["setting"]["estimator_options"] == {"cutoff": 35.5}
     columns, measured = found["columns"], found["measured"]
