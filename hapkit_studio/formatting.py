@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 MINUS = "\N{MINUS SIGN}"
-# "5 N", "1.4 × below": one line as well as "N/m"
-_SPACE = re.compile(r"(?<=[\d–]) (?=(?:×|%|[kmµn]?(?:N|m|s|g|Hz|J)(?:[·/][ms]²?)*)(?!\w))|(?<=×) ")
+_WITH_NUMBER = re.compile(
+    r"(?<=[\d–]) (?:×(?: (?:below|above) the limit)?|%|[kmµn]?(?:N|m|s|g|Hz|J)(?:[·/][ms]²?)*)(?!\w)|× (?=\d)"
+)
 _SLASH = re.compile(r"(?<=[Nms1])/(?=[ms](?![a-z]))")
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -57,7 +58,8 @@ def on_screen(value: float, unit: str, digits: int = 4) -> str:
 
 def unbroken(words: str) -> str:
     """Return words that wrap neither between a number and its unit nor within a unit."""
-    return _SLASH.sub("/\N{WORD JOINER}", _SPACE.sub("\N{NO-BREAK SPACE}", words))
+    joined = _WITH_NUMBER.sub(lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), words)
+    return _SLASH.sub("/\N{WORD JOINER}", joined)
 
 
 def plain(value: Any) -> Any:

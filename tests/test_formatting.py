@@ -37,7 +37,7 @@ def test_units_stand_behind_the_number_and_length_and_time_change_to_those_of_th
 def test_a_number_stays_on_the_line_of_its_unit_and_other_words_may_wrap():
     words = "Calm, 36 × below the limit of 1,002 N/m at 2 N·s/m, 5 mm and 30 % in 4 more steps, 10 mixed."
     assert unbroken(words) == (
-        "Calm, 36\u00a0×\u00a0below the limit of 1,002\u00a0N/\u2060m at 2\u00a0N·s/\u2060m, 5\u00a0mm and "
-        "30\u00a0% in 4 more steps, 10 mixed."
+        "Calm, 36\u00a0×\u00a0below\u00a0the\u00a0limit of 1,002\u00a0N/\u2060m at 2\u00a0N·s/\u2060m, "
+        "5\u00a0mm and 30\u00a0% in 4 more steps, 10 mixed."
     )
     assert unbroken("either/or, 9.8 m/s² in /media/sound") == "either/or, 9.8\u00a0m/\u2060s² in /media/sound"

@@ -108,12 +108,13 @@ def test_a_line_says_what_stands_before_the_first_stop_and_its_tooltip_all(qtbot
     assert WarningLine("Too stiff at 1000 Hz").words.text() == "Too stiff at 1000 Hz"
 
 
-@pytest.mark.parametrize(("high", "mapped"), [(640, False), (900, True)])
+@pytest.mark.parametrize(("size", "mapped"), [((1024, 640), False), ((1280, 900), True)])
 def test_warnings_and_verdict_stay_in_sight_the_map_where_there_is_room(
-    lines, studio, kept_window, qapp, qtbot, high, mapped
+    lines, studio, kept_window, qapp, qtbot, size, mapped
 ):
     panel, card = kept_window.panel, kept_window.panel.stability
-    kept_window.resize(1280, high)
+    kept_window.resize(*size)
+    kept_window.body.open_drawer(True)
     for rank, key in enumerate(("one", "other")):
         kept_window.banners.set(key, Notice(key, rank, "warn", "triangle", "Title.", "Text."))
     studio.set_value("stiffness", 301.0)
@@ -128,4 +129,4 @@ def test_warnings_and_verdict_stay_in_sight_the_map_where_there_is_room(
     for part in (lines, card.verdict, card.words):
         assert panel.rect().contains(QRect(part.mapTo(panel, QPoint()), part.size()))
         assert part.height() >= part.heightForWidth(part.width())
-    assert panel.upper.height() >= 200
+    assert panel.upper.height() >= 200 or not mapped
