@@ -78,16 +78,17 @@ class LiveDisplay(QObject):
     def show_frame(self, row: np.ndarray, clamped: bool) -> None:
         """Show the newest row everywhere; while paused its force only, in the status bar."""
         if not self._live.paused:
-            self._show_scene(row, clamped)
+            self._show_scene(row)
         self._centre.refresh()
         self._status.show_clamp(clamped, self.max_force, self._acting)
 
-    def _show_scene(self, row: np.ndarray, clamped: bool) -> None:
+    def _show_scene(self, row: np.ndarray) -> None:
         environment, engine = self._studio.environment, self._studio.engine
         known = engine is not None and engine.renders(environment)
         width = len(environment.state_names) if known else 0
         position, applied, asked, target = (float(row[column]) for column in _DRAWN)
-        stopped = bool(int(row[rows.FLAGS]) & (rows.STOPPED | rows.FAULT))
+        flags = int(row[rows.FLAGS])
+        clamped, stopped = bool(flags & rows.CLAMPED), bool(flags & (rows.STOPPED | rows.FAULT))
         hand = None if math.isnan(target) else target
         state = row[rows.STATE : rows.STATE + width]
         self._centre.scene.update_state(position, applied, asked, hand, clamped, stopped, state)

@@ -303,7 +303,7 @@ class TimePlots(QWidget):
             header.remark.say()
             return
         far, often = on_screen(found.amplitude, "m", 2), with_unit(found.frequency, "Hz", 2)
-        header.remark.say(f"oscillates ±{far} at {often}", f"±{far}, {often}", f"±{far}")
+        header.remark.say(f"oscillates ±{far} at {often}", f"±{far}, {often}", often)
 
     def set_span(self, seconds: float) -> None:
         """Show the last 1 to 60 seconds; raise ParameterError outside."""

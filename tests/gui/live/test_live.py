@@ -129,7 +129,7 @@ def test_an_oscillation_is_said_as_fully_as_there_is_room_for_and_never_cut(wind
         remark.resize(wide, 20)
         assert remark.fontMetrics().horizontalAdvance(remark.text()) <= wide
         seen += [remark.text()] if remark.text() not in seen else []
-    assert seen == ["oscillates ±1.2 mm at 31 Hz", "±1.2 mm, 31 Hz", "±1.2 mm", ""]
+    assert seen == ["oscillates ±1.2 mm at 31 Hz", "±1.2 mm, 31 Hz", "31 Hz", ""]
 
 
 def test_paused_scene_plots_and_numbers_stand_at_one_sample_and_the_bar_says_what_acts(window, qtbot):
@@ -283,3 +283,12 @@ def test_fields_give_way_whole_and_the_clamp_light_never(bar, qapp):
         shown = [field.words for field in (bar.loop, bar.clamp, bar.margin) if field.isVisible()]
         assert len(rules) == len(shown) - 1
         assert max(part.mapTo(bar, QPoint()).x() for part in rules) < shown[-1].mapTo(bar, QPoint()).x()
+
+
+def test_the_arrows_bar_is_of_its_own_row_and_the_light_of_the_whole_frame(window):
+    row = telemetry(1)[0]
+    for flags, barred in ((0, False), (rows.CLAMPED, True)):
+        row[rows.FLAGS] = flags
+        window.display.show_frame(row, True)
+        assert window.centre.scene._motion.clamped == barred
+        assert window.status.clamp.words.text() == "Clamped at 3.0 N"
