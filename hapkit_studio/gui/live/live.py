@@ -63,11 +63,11 @@ class Live(QObject):
         self.hidden = hidden
 
     def toggle_paused(self) -> None:
-        """Hold the plots still or let them go on; the history goes on filling."""
+        """Hold the picture still or let it go on; the history goes on filling."""
         self.set_paused(not self.paused)
 
     def set_paused(self, paused: bool) -> None:
-        """Hold the plots still, or let them go on."""
+        """Hold scene, plots and numbers still, or let them go on."""
         if paused != self.paused:
             self.paused = paused
             self.paused_changed.emit(paused)
