@@ -16,9 +16,9 @@ one, which only what the counts prove lifts. Of all motions through the same cou
 straight on until an edge makes it turn has the least integral of v².
 
 Nor does a delay of part of a period hide anything from the controller: what a force that changes on the way
-gives beyond its mean is taken at its most, for a free handle. What a controller is good for is its damping,
-late itself: where the loop gives more than 0.8 of that, K (T/2 + td) - b > 0.8 most_damping, the energy grows
-until the motor's force limit holds it.
+gives beyond its mean is taken at its most, for a free handle. What a controller can hold is limited by its
+damping, late itself: a spring where K (T/2 + td) - b is up to 0.75 of most_damping; from 0.9 on, the motor's
+force limit alone ends the growth.
 """
 
 import math

@@ -109,9 +109,9 @@ def test_counts_and_parts_of_a_period_feign_no_damping(rate, delay, quantum, vis
     assert np.ptp(energies(device, stiffness, rate, delay, 10.0, controller=False)[0]) > 3.0 * bound
 
 
-@pytest.mark.parametrize(("share", "holds"), [(0.8, True), (0.9, False)])
-@pytest.mark.parametrize(("rate", "delay"), [(500.0, 0.6e-3), (1000.0, 1e-3), (4000.0, 0.5e-3)])
-def test_it_holds_what_gives_no_more_than_most_of_its_damping(rate, delay, share, holds):
+@pytest.mark.parametrize(("share", "holds"), [(0.75, True), (0.9, False)])
+@pytest.mark.parametrize(("rate", "delay"), [(500.0, 0.6e-3), (1000.0, 0.0), (4000.0, 1e-3)])
+def test_it_holds_what_gives_up_to_three_quarters_of_its_damping(rate, delay, share, holds):
     device = SimulatedHapkit(coulomb_force=0.0, max_force=1e3, initial_position=1.5e-3)
     most = most_damping(device.mass, 1.0 / rate, delay)
     stiffness = (share * most + device.damping) / (0.5 / rate + delay)
