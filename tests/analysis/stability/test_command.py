@@ -129,6 +129,18 @@ def test_the_picture_shows_what_was_measured(drawn):
     assert "stable, released hand" not in words
 
 
+def test_what_was_measured_beyond_the_map_takes_no_room_from_it(tmp_path):
+    found = plane(Setting(controller=True), 300.0, 0.0)
+    places = []
+    for stiffness in (0.5 * found.top, 2.0 * found.top):
+        points = Points(np.array([1.0]), np.array([stiffness]), False, True)
+        figure = new_figure(tmp_path / "map.png", (8.0, 5.0))
+        charts.draw(figure, colors(), charts.Map(replace(found, points=points)))
+        figure.draw_without_rendering()
+        places.append(figure.axes[0].get_position().bounds)
+    assert places[0] == pytest.approx(places[1], abs=0.01)
+
+
 @pytest.mark.parametrize(
     ("stiffness", "damping"), [(620.0, 2.0), (800.0, 1.5), (1100.0, 1.5), (250.0, 0.05), (1400.0, 11.8)]
 )
