@@ -1,6 +1,7 @@
 """Numbers and units as a person reads them: a true minus, commas between thousands, no exponent."""
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
@@ -8,6 +9,10 @@ from typing import Any
 import numpy as np
 
 MINUS = "\N{MINUS SIGN}"
+_WITH_NUMBER = re.compile(
+    r"(?<=[\d–]) (?:×(?: (?:below|above) the limit)?|%|[kmµn]?(?:N|m|s|g|Hz|J)(?:[·/][ms]²?)*)(?!\w)|× (?=\d)"
+)
+_SLASH = re.compile(r"(?<=[Nms1])/(?=[ms](?![a-z]))")
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -49,6 +54,12 @@ def on_screen(value: float, unit: str, digits: int = 4) -> str:
     if unit == "m" or (unit == "s" and abs(value) < 1.0):
         return with_unit(1e3 * value, f"m{unit}", digits)
     return with_unit(value, unit, digits)
+
+
+def unbroken(words: str) -> str:
+    """Return words that wrap neither between a number and its unit nor within a unit."""
+    joined = _WITH_NUMBER.sub(lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), words)
+    return _SLASH.sub("/\N{WORD JOINER}", joined)
 
 
 def plain(value: Any) -> Any:

@@ -2,7 +2,7 @@
 
 import math
 
-from hapkit_studio.formatting import number, on_screen, power_of_ten, significant, with_unit
+from hapkit_studio.formatting import number, on_screen, power_of_ten, significant, unbroken, with_unit
 
 
 def test_numbers_have_a_true_minus_commas_between_thousands_and_no_sign_on_zero():
@@ -32,3 +32,12 @@ def test_units_stand_behind_the_number_and_length_and_time_change_to_those_of_th
     assert on_screen(0.0123456, "m") == "12.35 mm"
     assert on_screen(0.004, "s") == "4 ms"
     assert on_screen(12.0, "s") == "12 s"
+
+
+def test_a_number_stays_on_the_line_of_its_unit_and_other_words_may_wrap():
+    words = "Calm, 36 × below the limit of 1,002 N/m at 2 N·s/m, 5 mm and 30 % in 4 more steps, 10 mixed."
+    assert unbroken(words) == (
+        "Calm, 36\u00a0×\u00a0below\u00a0the\u00a0limit of 1,002\u00a0N/\u2060m at 2\u00a0N·s/\u2060m, "
+        "5\u00a0mm and 30\u00a0% in 4 more steps, 10 mixed."
+    )
+    assert unbroken("either/or, 9.8 m/s² in /media/sound") == "either/or, 9.8\u00a0m/\u2060s² in /media/sound"

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_NUMBERS = 5 };
+enum { MAX_NUMBERS = 7 };
 
 struct call {
 	struct board *board;
@@ -22,14 +22,19 @@ struct call {
 static void hand(struct call *c)
 {
 	struct plant *p = &c->board->plant;
-	if (!p->held || p->prescribed)
+	bool takes = !p->held || p->prescribed;
+	if (takes)
 		plant_aim(p, p->x, 0.0);
 	p->prescribed = false;
 	p->held = true;
 	p->hand_stiffness = c->number[1];
 	p->hand_damping = c->number[2];
 	p->hand_mass = c->number[3];
-	plant_aim(p, c->number[0], c->number[4]);
+	double seconds = c->number[4];
+	p->arriving = takes || (p->arriving && p->ramp > seconds);
+	double most = c->number[p->arriving ? 5 : 6];
+	double least = most > 0.0 ? fabs(c->number[0] - p->target) / most : 0.0;
+	plant_aim(p, c->number[0], fmax(seconds, least));
 }
 
 static void release(struct call *c)
@@ -114,7 +119,7 @@ static const struct {
 	int least, most;  // numbers that follow
 	void (*run)(struct call *);
 } COMMANDS[] = {
-	{"hand", 4, 5, hand},     {"release", 0, 0, release}, {"force", 1, 1, force},
+	{"hand", 4, 7, hand},     {"release", 0, 0, release}, {"force", 1, 1, force},
 	{"position", 1, 2, position}, {"plug", 0, 0, plug},   {"unplug", 0, 0, unplug},
 	{"reset", 0, 0, reset},   {"freeze", 0, 0, freeze},   {"resume", 0, 0, resume},
 	{"flush", 0, 0, flush},   {"status", 0, 0, status},   {"quit", 0, 0, quit},

@@ -8,7 +8,8 @@
 #include "board.h"
 
 // Carry out one line; false with a message on standard error if it is not understood.
-//   hand TARGET STIFFNESS DAMPING MASS [SECONDS]   hold the handle; move the target there in that time
+//   hand TARGET STIFFNESS DAMPING MASS [SECONDS [ARRIVES LEADS]]   hold the handle; move the target there in
+//       that time, but no faster than ARRIVES m/s where the hand takes it, then LEADS; 0: as fast as it takes
 //   release                                        let go of it
 //   force NEWTON                                   constant external force
 //   position METRE [SECONDS]                       impose the position, until released

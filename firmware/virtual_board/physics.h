@@ -11,6 +11,7 @@ struct plant {
 	double mass, viscous, coulomb;  // kg, N s/m, N at the handle
 	double stop;                    // end stops at +-stop [m]; infinite: none
 	bool held;                      // a hand holds the handle
+	bool arriving;                  // it took the handle and is still on its way to where it first went
 	double hand_mass, hand_damping, hand_stiffness;
 	bool prescribed;                // the handle follows the target exactly
 	double target, goal, ramp;      // m, m, s left until the target has moved to the goal

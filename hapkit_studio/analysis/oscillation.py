@@ -8,7 +8,7 @@ SECONDS = 1.0
 """s of positions to look at."""
 LEAST_CYCLES = 4  # in them: what comes less often is a hand that strokes
 LEAST_AMPLITUDE = 50e-6  # m: less is a flicker between two sensor steps
-_LASTS = 0.8  # of the first half's width: what loses more is dying away
+_LASTS = 0.8  # of the widest quarter's width: what loses more is dying away
 
 
 class Oscillation(NamedTuple):
@@ -21,20 +21,22 @@ class Oscillation(NamedTuple):
 def sustained(time: np.ndarray, position: np.ndarray) -> Oscillation | None:
     """Return the oscillation of positions (n,) in m at times (n,) in s; None where none goes on.
 
-    A cycle is from one rise over a band of a quarter of the width to the next one; the amplitude is that of
-    the second half.
+    It fills all of the time and has not become clearly smaller by its last quarter, whose amplitude is
+    returned: a handle that rings after a release does so for less. A cycle is from one rise over a band of
+    half the least quarter's amplitude to the next one.
     """
     if len(time) < 2 * LEAST_CYCLES:
         return None
-    first, second = np.split(position, [len(position) // 2])
-    amplitude = 0.5 * float(np.ptp(second))
-    if amplitude < max(LEAST_AMPLITUDE, 0.5 * _LASTS * float(np.ptp(first))):
+    *_, last = quarters = np.array_split(position, 4)
+    amplitudes = [0.5 * float(np.ptp(quarter)) for quarter in quarters]
+    if min(amplitudes) < LEAST_AMPLITUDE or amplitudes[-1] < _LASTS * max(amplitudes):
         return None
-    rises = _rises(time, position - 0.5 * (second.max() + second.min()), 0.5 * amplitude)
+    rises = _rises(time, position - 0.5 * (last.max() + last.min()), 0.5 * min(amplitudes))
     if len(rises) <= LEAST_CYCLES:
         return None
     period = float(rises[-1] - rises[0]) / (len(rises) - 1)
-    return Oscillation(amplitude, 1.0 / period) if time[-1] - rises[-1] < 1.5 * period else None
+    still = max(rises[0] - time[0], time[-1] - rises[-1])
+    return Oscillation(amplitudes[-1], 1.0 / period) if still < 1.5 * period else None
 
 
 def _rises(time: np.ndarray, away: np.ndarray, band: float) -> np.ndarray:

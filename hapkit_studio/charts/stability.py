@@ -137,14 +137,14 @@ def _lines(axes: Any, c: style.Colors, shown: Map) -> None:
 
 
 def _measured(axes: Any, c: style.Colors, shown: Map) -> None:
-    """Draw measured boundaries; points on the frame are not clipped."""
+    """Draw measured boundaries; points on the frame stay whole, and one beyond it takes no room."""
     plane = shown.plane
     for points in shown.boundaries:
         seen = (points.stiffness <= plane.top) & (points.damping <= plane.width)
         color = c.applied if points.controller else c.position
         axes.plot(
-            points.damping[seen], points.stiffness[seen], "o", markersize=8, color=color, clip_on=False,
-            markerfacecolor=c.plot, markeredgewidth=2, zorder=5,
+            points.damping[seen], points.stiffness[seen], "o", markersize=8, color=color,
+            clip_on=not seen.any(), markerfacecolor=c.plot, markeredgewidth=2, zorder=5,
             label=points.name if seen.any() else f"{points.name}: beyond this map",
         )  # fmt: skip
 

@@ -17,7 +17,7 @@ import numpy as np
 from hapkit_studio import resources
 from hapkit_studio.devices import DeviceEntry, DeviceKind
 from hapkit_studio.devices.hapkit import HapkitBoard
-from hapkit_studio.dynamics.hand import Grip, grip_named
+from hapkit_studio.dynamics.hand import ARRIVES, LEADS, Grip, grip_named
 from hapkit_studio.errors import DeviceError
 
 START_TIME = 10.0
@@ -231,7 +231,7 @@ class VirtualBoard(HapkitBoard):
         self._move()
 
     def move_hand(self, target: float | None) -> None:
-        """Move the hand's target to a position in m; None lets go."""
+        """Lead the hand to a position in m, as fast as the window's simulated one; None lets go."""
         self._target = target
         self._move()
 
@@ -240,7 +240,7 @@ class VirtualBoard(HapkitBoard):
             self.send("release")
             return
         g = self._grip
-        numbers = (self._target, g.stiffness, g.damping, g.mass, HAND_PERIOD)
+        numbers = (self._target, g.stiffness, g.damping, g.mass, HAND_PERIOD, ARRIVES, LEADS)
         self.send("hand " + " ".join(str(float(number)) for number in numbers))
 
     def unplug(self) -> None:

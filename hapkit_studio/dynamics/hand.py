@@ -56,6 +56,9 @@ GRIPS: dict[str, Grip | None] = {
     "firm": Grip(0.10, 8.0, 400.0),
 }
 
+# A hand that takes the handle goes to the pointer no faster than a caress; there it leads, at a fast reach.
+ARRIVES, LEADS = 0.10, 1.0  # m/s
+
 
 def grip_named(name: str) -> Grip | None:
     """Return a grip, None for "released"; raise ParameterError."""

@@ -121,7 +121,7 @@ _SESSION = (
         enabled=lambda w: w.studio.fault is not None,
     ),
     Action(
-        "session.pause", "Pause plots", "Session", lambda w: w.live.toggle_paused(), "Space",
+        "session.pause", "Pause the picture", "Session", lambda w: w.live.toggle_paused(), "Space",
         checked=lambda w: w.live.paused,
     ),
     Action(

@@ -4,10 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QPushButton, QWidget
 
-from hapkit_studio.gui.widgets.parts import Sign, across, down
-from hapkit_studio.gui.widgets.text import plain
+from hapkit_studio.gui.widgets.parts import Sign, across, down, label
 from hapkit_studio.gui.widgets.theme import theme
 
 HEIGHT = 54
@@ -44,9 +43,8 @@ class Banner(QWidget):
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setFixedHeight(theme.px(HEIGHT))
         self.setProperty("tone", notice.tone)
-        self.title, self.text = plain(QLabel()), plain(QLabel())
+        self.title, self.text = label(wrap=False), label()
         self.title.setFont(theme.font("banner"))
-        self.text.setWordWrap(True)
         self.buttons = [self._button(at, words) for at, (words, _) in enumerate(notice.buttons)]
         words = down(None, self.title, self.text, None, gap=1)
         sign = Sign(24, notice.icon, notice.tone)

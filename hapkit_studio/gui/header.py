@@ -212,8 +212,8 @@ class Header(QWidget):
         self.tabs.setElideMode(Qt.TextElideMode.ElideNone)
         self.tabs.addTab("Live")
         self.pause = ShortcutButton("pause", "Pause", "Space")
-        self.pause.setAccessibleName("Pause the plots")
-        self.pause.setToolTip("Hold the plots still; the record goes on (Space)")
+        self.pause.setAccessibleName("Pause the picture")
+        self.pause.setToolTip("Hold scene, plots and numbers still; the force goes on (Space)")
         self.pause.clicked.connect(self.pause_pressed)
         self.panel = ShortcutButton("sidebar", "Panel", "F4")
         self.panel.setToolTip("Parameters, loop, stability (F4)")
@@ -228,7 +228,7 @@ class Header(QWidget):
         """Offer Resume while the plots are held."""
         mark(self.pause, "resume", paused)
         self.pause.set_look(*(("play", "Resume", "accent") if paused else ("pause", "Pause", "ink")))
-        self.pause.setAccessibleName("Resume the plots" if paused else "Pause the plots")
+        self.pause.setAccessibleName("Resume the picture" if paused else "Pause the picture")
 
     def resizeEvent(self, event) -> None:
         compact = self.width() < theme.px(breakpoints.TABS_APART)

@@ -22,7 +22,7 @@ _MISSED = (
 
 
 class Field(QWidget):
-    """Sign and words with a hairline behind; width follows the words."""
+    """Sign and words, with a hairline before them unless they are the first; width follows the words."""
 
     def __init__(self, name: str, edged: bool = True):
         super().__init__()
@@ -32,11 +32,13 @@ class Field(QWidget):
         self.link.setProperty("link", True)
         self.link.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         self.link.hide()
-        edge = QFrame()
-        edge.setVisible(edged)
-        edge.setFixedSize(1, 16)
-        edge.setProperty("rule", True)
-        across(self.sign, self.words, self.link, 6, edge, into=self, gap=6)
+        parts = across(self.sign, self.words, self.link, into=self, gap=6)
+        if edged:
+            edge = QFrame()
+            edge.setFixedSize(1, 16)
+            edge.setProperty("rule", True)
+            parts.insertWidget(0, edge)
+            parts.insertSpacing(1, 6)
         self.show_words("…")
 
     def show_words(self, words: str, sign: str = "", token: str = "ink2") -> None:
@@ -86,7 +88,7 @@ class StatusBar(QWidget):
         super().__init__(parent)
         self.setObjectName("status")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.loop, self.clamp = Field("Loop"), Field("Force limit")
+        self.loop, self.clamp = Field("Loop", edged=False), Field("Force limit")
         self.margin, self.kept = Field("Stability"), Field("Record", edged=False)
         names = "Servo rate", "Lateness", "Missed ticks", "Computing time", "Priority"
         lines = self.rate, self.late, self.missed, self.compute, self.priority = [
@@ -154,15 +156,19 @@ class StatusBar(QWidget):
         self._place_figures()
         self._hide_least_important()
 
-    def show_clamp(self, clamped: bool, limit: float) -> None:
-        """Show the clamp light; once lit it stays for half a second so that it can be read."""
+    def show_clamp(self, clamped: bool, limit: float, acting: float | None = None) -> None:
+        """Show the clamp light; once lit it stays for half a second so that it can be read.
+
+        acting: the force in N that acts now, where nothing else in the window shows it.
+        """
         now = time.monotonic()
         if clamped:
             self._clamped_until = now + HOLD_S
         if now < self._clamped_until:
             self.clamp.show_words(f"Clamped at {number(limit, 1)} N", "triangle", "warn")
         else:
-            self.clamp.show_words(f"Within {number(limit, 1)} N", "circle")
+            now_acts = "Within" if acting is None else f"Now {number(acting, 1, sign=True)} N, within"
+            self.clamp.show_words(f"{now_acts} {number(limit, 1)} N", "circle")
 
     def show_margin(self, words: str, sign: str, token: str) -> None:
         """Show the stability margin in a few words, with its icon, which may be none, and token."""

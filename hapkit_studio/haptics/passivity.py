@@ -14,6 +14,11 @@ jump where the handle glides. That is right for an alarm, which may not be false
 it lets energy grow. So there are two limits: an alarm goes by the generous one, the controller by the strict
 one, which only what the counts prove lifts. Of all motions through the same counts, the one that goes
 straight on until an edge makes it turn has the least integral of v².
+
+Nor does a delay of part of a period hide anything from the controller: what a force that changes on the way
+gives beyond its mean is taken at its most, for a free handle. What a controller can hold is limited by its
+damping, late itself: a spring where K (T/2 + td) - b is up to 0.75 of most_damping; from 0.9 on, the motor's
+force limit alone ends the growth.
 """
 
 import math
@@ -46,6 +51,7 @@ ENDS = 12  # the force at the last place asked for on the left, on the right
 # The straightest motion: where it turned last, the time since then, the integral of v² until then and until
 # now; the least and the most velocity since then that pass all counts, each with the time of the count.
 TURN, LASTED, BEFORE, SQUARES, LEAST, GREATEST = 14, 15, 16, 17, 18, 20
+EFFECT = 22  # the mean force in N over the last period
 FROZEN = 24  # the law's state when the observer began
 SCRATCH = FROZEN + rows.STATES
 WORK = SCRATCH + rows.STATES  # work in J of the law's force from the beginning to each place, 2 CELLS + 1
@@ -62,6 +68,9 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
     """Sum up the energy given since the last sample by the mean force in N in effect since then."""
     w = r.watch
     moved = position - r.real[arrays.LAST_POSITION]
+    controlled = r.values[block.DAMPER] != 0.0
+    if controlled:
+        w[STRICT] -= untold(r, effect)
     if moved == 0.0:
         w[SINCE] += period
         w[IMPULSE] += effect * period
@@ -71,7 +80,7 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
     edge = 0.5 * quantum
     elapsed = w[SINCE] + period
     proven = 0.0
-    if r.values[block.DAMPER] != 0.0:  # the controller is on
+    if controlled:
         proven = viscous * straighten(w, position, edge, elapsed)
     if abs(moved) <= 1.5 * quantum:
         edge *= period / elapsed  # half a sample past it
@@ -87,6 +96,20 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
     if abs(effect) > w[PEAK]:
         w[PEAK] = abs(effect)
     compare(r, position + edge - 0.5 * quantum, viscous * travelled * speed, proven)
+
+
+@inlined
+def untold(r: LoopArrays, effect: float) -> float:
+    """Return the most work in J that the change to another mean force in N gave beyond the mean's.
+
+    A force that changes by dF at a share d of a period gives a free handle d (1 - d) T² / 2m dF
+    ((1/2 - d) dF - b v) more, and what comes and goes with F². The worst d: 1/24 and 1/8 for its two terms.
+    """
+    w, values = r.watch, r.values
+    change, w[EFFECT] = effect - w[EFFECT], effect
+    mass = values[block.DAMPER] * (values[block.PERIOD] + values[block.DELAY]) / SAFE
+    more = change / 24.0 - values[block.VISCOUS] * w[SPEED] / 8.0
+    return values[block.PERIOD] ** 2 / mass * change * more
 
 
 @inlined

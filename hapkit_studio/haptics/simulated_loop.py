@@ -11,6 +11,7 @@ import numpy as np
 from hapkit_studio.devices import simulated
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import estimators
+from hapkit_studio.dynamics.hand import ARRIVES, LEADS
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import arrays, block, clock, health, rows
 from hapkit_studio.haptics.arrays import LoopArrays
@@ -24,8 +25,6 @@ HAND, PERIOD, DELAY, VISCOUS, COULOMB, TARGET, TOP_SPEED, RELEASES = 2, 5, 6, 7,
 _CONSTANTS = 12
 # The pointer moves in steps of a frame; a hand does not.
 POINTER_SECONDS = 0.012
-# A hand that takes the handle goes to the pointer no faster than a caress; there it leads, at a fast reach.
-ARRIVES, LEADS = 0.10, 1.0  # m/s
 
 
 class Plant(NamedTuple):

@@ -58,6 +58,29 @@ def test_a_spring_at_its_limit_oscillates_as_theory_says(mass, viscous):
     assert found.amplitude == pytest.approx(np.ptp(theory) / 2.0, rel=0.05)
 
 
+@pytest.mark.parametrize(("kept", "lasts"), [(0.808, True), (0.792, False)])
+def test_it_lasts_while_its_last_quarter_keeps_four_fifths_of_its_first(kept, lasts):
+    """20 Hz goes 15 times from quarter to quarter: both are alike but for what is lost in 0.75 s."""
+    since = seconds(4000.0) - 7.3
+    wave = 5e-3 * kept ** (since / 0.75) * np.sin(math.tau * 20.0 * since)
+    assert (sustained(since, wave) is not None) == lasts
+
+
+@pytest.mark.parametrize("half_life", [0.1, 0.5, 2.0])
+@pytest.mark.parametrize("release", [0.02, 0.2, 0.4, 0.6, 0.8])
+def test_a_handle_that_rings_after_a_release_does_not_oscillate(release, half_life):
+    since = seconds() - 7.3 - release
+    ringing = 8e-3 * 0.5 ** (since / half_life) * np.cos(math.tau * 30.0 * since)
+    assert sustained(since, np.where(since < 0.0, 8e-3, ringing)) is None
+
+
+def test_what_goes_on_is_said_once_it_fills_the_time():
+    t = seconds()
+    for since in (t - 7.3, t - 7.8):
+        wave = np.where(since < 0.0, 0.0, 2e-3 * np.sin(math.tau * 20.0 * since))
+        assert (sustained(t, wave) is None) == (since[0] < 0.0)
+
+
 def test_what_dies_away_has_died_or_comes_slowly_is_no_oscillation():
     t = seconds()
     swing = 2e-3 * np.sin(math.tau * 20.0 * t)

@@ -1,6 +1,7 @@
 """The virtual board: its cable, its port to the byte, its time, the faults it plays, its end."""
 
 import json
+import math
 import os
 import select
 import signal
@@ -15,9 +16,9 @@ import pytest
 from hapkit_studio import devices
 from hapkit_studio.devices import virtual_board
 from hapkit_studio.devices.virtual_board import VirtualBoard
-from hapkit_studio.dynamics.hand import GRIPS
+from hapkit_studio.dynamics.hand import ARRIVES, GRIPS, LEADS
 from hapkit_studio.errors import DeviceError, ParameterError
-from tests.firmware.vb import Host, chip, exchange, needs_compiler, opened, run, started
+from tests.firmware.vb import Host, chip, duty_step, exchange, needs_compiler, opened, run, started
 from tests.waiting import PATIENCE, wait_until
 
 pytestmark = needs_compiler
@@ -86,6 +87,30 @@ def test_a_hand_leads_the_handle_and_lets_go_and_the_log_can_be_read_while_it_gr
             os.kill(pid, 0)
         assert board.summary["cycles"] > 0
         assert not board.send("status")
+
+
+@pytest.mark.parametrize("grip", ["light", "medium", "firm"])
+def test_a_hand_that_presses_far_away_arrives_then_leads(tmp_path, grip):
+    """On the default spring, 80 N/m: it swings on by no more than the hand's speed over the frequency."""
+    reach, stiffness, hand = 0.04, 80.0, GRIPS[grip]
+    with opened(log=tmp_path / "truth.f64") as board:
+        board.start_stream()
+        quantum = board.quantum
+        start = exchange(board.fileno(), 0.002, lambda s: 0.0)[-1].count
+        for place, seconds in ((0.5 * reach, 0.1), (reach, 0.6), (-reach, 0.2)):
+            board.set_grip(grip)
+            board.move_hand(place)
+            exchange(board.fileno(), seconds, lambda s: -stiffness * quantum * (s.count - start))
+    log = virtual_board.truth(tmp_path / "truth.f64")
+    log = log[log.hand_force != 0.0]
+    speed = np.diff(log.hand_target) / np.diff(log.time)
+    turn = np.argmax(speed < 0.0)
+    assert speed[:turn].max() == pytest.approx(ARRIVES, rel=1e-3)
+    assert -speed.min() == pytest.approx(LEADS, rel=1e-3)
+    both = hand.stiffness + stiffness
+    swing = ARRIVES / math.sqrt(both / (hand.mass + 0.044))
+    most = stiffness * hand.stiffness / both * (reach + swing)
+    assert np.all(np.abs(log.motor_force[:turn]) < most + 2.0 * duty_step(log.duty[:turn]))
 
 
 def test_a_host_that_hesitates_in_lockstep_is_counted():

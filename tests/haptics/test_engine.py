@@ -12,9 +12,9 @@ import pytest
 
 from hapkit_studio import environments
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.hand import Hand
+from hapkit_studio.dynamics.hand import ARRIVES, Hand
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import arrays, headless, rows, simulated_loop
+from hapkit_studio.haptics import arrays, headless, rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.settings import LoopSettings
 from tests.haptics.support import CONSTANT, COUNTING, loop_threads, read, rest, slow_environment
@@ -239,7 +239,7 @@ def test_a_hand_holds_the_handle_and_lets_go(started):
     out = read(reader, lambda found: found[-1, rows.TRUE_POSITION] > 0.0197)
     held = out[~np.isnan(out[:, rows.HAND_TARGET])]
     steps = np.diff(held[:, rows.HAND_TARGET], prepend=0.0)
-    np.testing.assert_allclose(steps[:100], 1e-3 * simulated_loop.ARRIVES, rtol=1e-9)
+    np.testing.assert_allclose(steps[:100], 1e-3 * ARRIVES, rtol=1e-9)
     assert np.all(np.abs(steps) <= steps[0] * (1.0 + 1e-9))
     engine.move_hand(None)
     out = read(reader, lambda found: np.isnan(found[-1, rows.HAND_TARGET]))

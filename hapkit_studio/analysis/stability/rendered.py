@@ -17,7 +17,8 @@ it stays in motion within five steps it BUZZES, which is known once three twelft
 far; beyond five steps, and beyond 0.2 m at any time, it GROWS. But with a linear velocity estimate the steps
 add no more than a bounded motion, a long one near the limit: what has come down by 10 % since the first third
 and reaches no farther in the last third than before BUZZES, however far it reaches. The passivity controller
-lets a motion of an energy that nobody feels be: with it, what reaches less than 10 % farther BUZZES too.
+lets a motion of an energy that nobody feels be: with it, what reaches less than 10 % farther BUZZES too, and
+so does what grows to no more than twice that energy and reaches no farther than 200.3 steps.
 """
 
 import math
@@ -41,6 +42,7 @@ from hapkit_studio.dynamics.hand import Grip, Hand
 from hapkit_studio.dynamics.sampled_loop import Intervals, Loop, first_end, stable, stable_intervals
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, survey
+from hapkit_studio.haptics.passivity import FELT
 from hapkit_studio.haptics.settings import LoopSettings
 
 DECAYS, BUZZES, GROWS = range(3)
@@ -126,11 +128,14 @@ def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarra
         limits = survey.Limits(LINEAR_FAR, survey.NEVER_STILL, LINEAR_FAINT, survey.NEVER_SMALL)
         return _by_envelope(_let_go(what, stiffness, damping, LINEAR_START, 0.0, limits))
     few = FEW_STEPS * what.step
+    reach = np.full(stiffness.size, few)
+    if what.loop.controller:
+        reach = np.clip(4.0 * np.sqrt(FELT / stiffness), few, STARTS[0] * what.step)
     verdict = np.zeros(stiffness.size, dtype=np.int8)
     quiet = np.arange(stiffness.size)
     for start in STARTS:
         found = _let_go_steps(what, stiffness[quiet], damping[quiet], start, few)
-        verdict[quiet] = by_reach(found, few, what.loop.controller, what.linear_estimate)
+        verdict[quiet] = by_reach(found, reach[quiet], what.loop.controller, what.linear_estimate)
         quiet = quiet[verdict[quiet] == DECAYS]
     return verdict
 
@@ -187,7 +192,7 @@ def _by_envelope(found: survey.Found) -> np.ndarray:
     return np.where(settles, DECAYS, GROWS).astype(np.int8)
 
 
-def by_reach(found: survey.Found, few: float, held: bool, linear: bool) -> np.ndarray:
+def by_reach(found: survey.Found, few: float | np.ndarray, held: bool, linear: bool) -> np.ndarray:
     """Compare how far the last third reaches with the one before; few is a buzz's longest reach in m.
 
     held: a controller holds the motion, and only what reaches ever farther grows. linear: the estimate is,

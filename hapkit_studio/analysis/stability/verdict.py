@@ -75,7 +75,7 @@ class Verdict:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Return a line a hand: "In your hand: calm, 1.8 × below.", "Let go: settles below …"."""
+        """Return a line a hand: "In your hand: calm, 1.8 × below the limit.", …"""
         return tuple(f"{_name(hand)}: {self._said(hand)}." for hand in self.does)
 
     @property
@@ -86,8 +86,7 @@ class Verdict:
             return f"{_name(hand)}: {worst.words}"
         hand = min(self.margins, key=lambda name: self.margins[name].ratio, default=RELEASED)
         said = self._said(hand)
-        whole = f"{said} the limit" if said.endswith(("below", "above")) else said
-        return whole[0].upper() + whole[1:]
+        return said[0].upper() + said[1:]
 
     @property
     def swings(self) -> str:
@@ -102,10 +101,10 @@ class Verdict:
             return one.words
         if not margin.stable:
             above = f"{times(1.0 / margin.ratio)} above" if margin.limit > 0.0 else "damping is above"
-            return f"{one.words}, although {above}"
+            return f"{one.words}, although {above} the limit"
         if margin.island:
             return f"{one.words}, stable again from {span(margin.island)}"
-        return f"{one.words}, {times(margin.ratio) if margin.ratio < FAR else 'over 100 ×'} below"
+        return f"{one.words}, {times(margin.ratio) if margin.ratio < FAR else 'over 100 ×'} below the limit"
 
 
 def _name(hand: str) -> str:

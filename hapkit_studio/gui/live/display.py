@@ -39,6 +39,7 @@ class LiveDisplay(QObject):
         self._warnings = warnings
         self._studio, self._live, self._centre, self._status = studio, live, centre, status
         self._seen: np.ndarray | None = None
+        self._acting: float | None = None
         self._since, self._bar = QElapsedTimer(), QTimer(centre, interval=_BAR_MS)
         self._since.start()
         self._bar.timeout.connect(self._show_preparing)
@@ -46,9 +47,8 @@ class LiveDisplay(QObject):
         centre.phase.set_history(live.history)
         live.frame.connect(self.show_frame)
         live.health.connect(self.show_health)
-        live.paused_changed.connect(centre.time.set_paused)
-        live.paused_changed.connect(centre.phase.set_paused)
-        centre.time.paused_changed.connect(live.set_paused)
+        live.paused_changed.connect(self.show_paused)
+        centre.scene.taken.connect(lambda: live.set_paused(False))
         centre.scene.hand_moved.connect(studio.move_hand)
         centre.scene.hand_released.connect(lambda: studio.move_hand(None))
         centre.toolbar.release.clicked.connect(self.release_here)
@@ -67,21 +67,40 @@ class LiveDisplay(QObject):
         engine = self._studio.engine
         return engine.max_force if engine is not None else _MAX_FORCE
 
+    def show_paused(self, paused: bool) -> None:
+        """Let scene, plots and their numbers stand at one sample, or go on; the status bar stays live."""
+        self._show_oscillation()
+        for part in (self._centre.scene, self._centre.time, self._centre.phase):
+            part.set_paused(paused)
+        self._take_acting()
+        self.show_values()
+
     def show_frame(self, row: np.ndarray, clamped: bool) -> None:
-        """Show the newest row everywhere."""
+        """Show the newest row everywhere; while paused its force only, in the status bar."""
+        if not self._live.paused:
+            self._show_scene(row)
+        self._centre.refresh()
+        self._status.show_clamp(clamped, self.max_force, self._acting)
+
+    def _show_scene(self, row: np.ndarray) -> None:
         environment, engine = self._studio.environment, self._studio.engine
         known = engine is not None and engine.renders(environment)
         width = len(environment.state_names) if known else 0
         position, applied, asked, target = (float(row[column]) for column in _DRAWN)
-        stopped = bool(int(row[rows.FLAGS]) & (rows.STOPPED | rows.FAULT))
+        flags = int(row[rows.FLAGS])
+        clamped, stopped = bool(flags & rows.CLAMPED), bool(flags & (rows.STOPPED | rows.FAULT))
         hand = None if math.isnan(target) else target
         state = row[rows.STATE : rows.STATE + width]
         self._centre.scene.update_state(position, applied, asked, hand, clamped, stopped, state)
-        self._centre.refresh()
-        self._status.show_clamp(clamped, self.max_force)
+
+    def _take_acting(self) -> None:
+        """Take the newest force for the status bar, at a rate at which it can be read."""
+        last = self._live.last
+        self._acting = float(last[rows.APPLIED]) if self._live.paused and last is not None else None
 
     def release_here(self) -> None:
         """Let the simulated handle go at rest from where it is, whatever holds or moves it."""
+        self._live.set_paused(False)
         self._studio.release_at_rest()
         self._centre.scene.release()
 
@@ -104,7 +123,9 @@ class LiveDisplay(QObject):
             self._status.show_health(health, *self._own_rate(), compute)
             self._status.show_kept(self._live.lost, KEPT_SECONDS, self._live.paused)
             self._warnings.watch(self._live.history)
-            self._show_oscillation()
+            self._take_acting()
+            if not self._live.paused:
+                self._show_oscillation()
 
     def _show_oscillation(self) -> None:
         history = self._live.history
@@ -119,7 +140,9 @@ class LiveDisplay(QObject):
         self.show_values()
 
     def show_values(self) -> None:
-        """Show changed parameters."""
+        """Show changed parameters, in what stands while paused only afterwards."""
+        if self._live.paused:
+            return
         environment, values = self._studio.environment, self._studio.values
         self._centre.scene.set_values(values)
         self._centre.time.set_environment(environment, values, self.max_force)

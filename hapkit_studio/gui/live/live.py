@@ -63,11 +63,11 @@ class Live(QObject):
         self.hidden = hidden
 
     def toggle_paused(self) -> None:
-        """Hold the plots still or let them go on; the history goes on filling."""
+        """Hold the picture still or let it go on; the history goes on filling."""
         self.set_paused(not self.paused)
 
     def set_paused(self, paused: bool) -> None:
-        """Hold the plots still, or let them go on."""
+        """Hold scene, plots and numbers still, or let them go on."""
         if paused != self.paused:
             self.paused = paused
             self.paused_changed.emit(paused)
@@ -104,7 +104,11 @@ class Live(QObject):
         return new
 
     def _divide(self) -> None:
-        """Note in the history that another environment comes into force; it begins once it has done so."""
+        """Note in the history that another environment comes into force; it begins once it has done so.
+
+        It is seen at once: what stood while paused was the other's.
+        """
+        self.set_paused(False)
         self._take()
         self.history.divide(self._studio.environment.title)
         self.history.begin_anew()
@@ -120,5 +124,6 @@ class Live(QObject):
         key = self._studio.entry.key if self._studio.entry else ""
         if engine is not None and key != self._device:
             self._device = key
+            self.set_paused(False)
             self.history.clear()
             self.last = None

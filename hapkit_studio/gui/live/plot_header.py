@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from PySide6.QtCore import QPointF, QSize, Qt
-from PySide6.QtGui import QPainter
+from PySide6.QtGui import QPainter, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from hapkit_studio.gui.live.canvas import RIGHT
@@ -51,6 +51,29 @@ def _line(stroke: Stroke, text: str, help: str) -> list[QWidget]:
     return parts
 
 
+class Remark(QLabel):
+    """Says something as fully as there is room for; its tooltip says it in full."""
+
+    def __init__(self) -> None:
+        super().__init__(textFormat=Qt.TextFormat.PlainText)
+        self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self._ways: tuple[str, ...] = ()
+
+    def say(self, *ways: str) -> None:
+        """Show the first of some ways to say it that fits, the fullest first; nothing where none does."""
+        self._ways = ways
+        self.setToolTip(ways[0] if ways else "")
+        self._fit()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _fit(self) -> None:
+        wide = self.fontMetrics().horizontalAdvance
+        self.setText(next((words for words in self._ways if wide(words) <= self.width()), ""))
+
+
 class Header(QWidget):
     """Names a time plot and shows its live value, with a remark where there is something to be said."""
 
@@ -71,8 +94,7 @@ class Header(QWidget):
         self.past = _line(("hold", 2.0, SAMPLE), "", past)
         self.paused = QLabel()
         self.paused.setProperty("ink", "accent")
-        self.remark, self.value = plain(QLabel()), QLabel()
-        self.remark.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.remark, self.value = Remark(), QLabel()
         title = label(plot.title, "strong", wrap=False)
         self.value.setProperty("role", "readout")
         self.value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)

@@ -237,7 +237,6 @@ class TimePlots(QWidget):
     """Linked plots of a history's last seconds; frozen and free to pan and zoom while paused."""
 
     span_changed = Signal(float)
-    paused_changed = Signal(bool)
     pointed = Signal(object)
 
     def __init__(self, parent: QWidget | None = None, plots: list[TimePlot] | None = None):
@@ -300,8 +299,11 @@ class TimePlots(QWidget):
     def show_oscillation(self, found: Oscillation | None) -> None:
         """Say beside the position how far and how often it oscillates, nothing where it does not."""
         header = next(header for header in self.headers if header.plot.key == "position")
-        words = found and (on_screen(found.amplitude, "m", 2), with_unit(found.frequency, "Hz", 2))
-        header.remark.setText("oscillates ±{} at {}".format(*words) if words else "")
+        if found is None:
+            header.remark.say()
+            return
+        far, often = on_screen(found.amplitude, "m", 2), with_unit(found.frequency, "Hz", 2)
+        header.remark.say(f"oscillates ±{far} at {often}", f"±{far}, {often}", often)
 
     def set_span(self, seconds: float) -> None:
         """Show the last 1 to 60 seconds; raise ParameterError outside."""
@@ -312,7 +314,7 @@ class TimePlots(QWidget):
         self.span_changed.emit(self.span)
 
     def set_paused(self, paused: bool) -> None:
-        """Freeze the view; the history goes on filling."""
+        """Freeze the view with the numbers of its newest sample; the history goes on filling."""
         if paused == self.paused:
             return
         self.paused = self.shown.paused = paused
@@ -320,9 +322,9 @@ class TimePlots(QWidget):
         for canvas in self.canvases:
             canvas.view.setMouseEnabled(paused, False)
         self.headers[0].show_part([self.headers[0].paused], "Paused" if paused else "")
+        self._show_values()
         if not paused:
             self._show_span()
-        self.paused_changed.emit(paused)
 
     def set_stale(self, stale: bool) -> None:
         """Paint paler while the device is gone; no frame comes then that would repaint."""
@@ -350,10 +352,14 @@ class TimePlots(QWidget):
         for canvas in self.canvases:
             if canvas.isVisible():
                 canvas.viewport().update()
-        if self._watch.elapsed() >= _READOUT_MS and len(self._history):
+        if self._watch.elapsed() >= _READOUT_MS:
             self._watch.restart()
-            for header in self.headers:
-                header.show_value(self._history.last(header.plot.traces[-1].channel))
+            self._show_values()
+
+    def _show_values(self) -> None:
+        """Write the newest sample in the headers."""
+        for header in self.headers if len(self._seen) else ():
+            header.show_value(self._seen.last(header.plot.traces[-1].channel))
 
     def take(self) -> None:
         """Read the window from the history and let the value axes follow it."""

@@ -12,7 +12,7 @@ from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.pages.base import View
-from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts, unbroken
+from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.widgets.parts import down, label
 from hapkit_studio.gui.widgets.segmented import Segmented
@@ -112,7 +112,7 @@ class IdentifyPage(MeasuringPage):
     drawn, listed = "Force over what each term acts on", "What was set and what was found"
     buttons = ("Identify", "Identify again")
     needs = ""
-    read = unbroken(
+    read = (
         "Each dot is the mean over a short, smooth window. Line: what was found; its band: 95 %. Dotted: "
         "what was set. A clamped, stopped or fading force is left out."
     )
@@ -212,7 +212,7 @@ class IdentifyPage(MeasuringPage):
             self.answer.say(self.begin)
             self.point.setText("")
             return
-        self.point.setText(unbroken("\n\n".join([*self.found.notes(part), self.found.force_known])))
+        self.point.setText("\n\n".join([*self.found.notes(part), self.found.force_known]))
         outdated = self._fresh.outdated
         self._draw(self.found, pale=bool(outdated))
         if outdated:

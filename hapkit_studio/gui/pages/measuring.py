@@ -146,11 +146,6 @@ def write(path: str | Path, figure: Callable[[str], object], numbers: Callable[[
 Facts = Mapping[str, object]
 
 
-def unbroken(text: str) -> str:
-    """Put non-breaking spaces between numbers and units."""
-    return text.replace(" N", "\u00a0N").replace("/m", "/\u2060m").replace(" %", "\u00a0%")
-
-
 def loop_facts(studio: "Studio", model: bool = True) -> Facts:
     """Return the facts that a measurement of a loop depends on: device, hand and loop as chosen.
 

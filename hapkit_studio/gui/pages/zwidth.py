@@ -12,7 +12,7 @@ from hapkit_studio.charts.zwidth import Walls, draw, zwidth_figure
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import Progress, Work
 from hapkit_studio.gui.pages.base import View
-from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts, unbroken
+from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.panel.rows import ParameterRow
@@ -178,7 +178,7 @@ class ZWidthPage(MeasuringPage):
             self.answer.say(result.sentence, "triangle", "danger")
         else:  # a limit of the motor is neither good nor bad
             sign = ("info", "ink2") if result.points[result.best].clamped else ("check", "ok")
-            self.answer.say(unbroken(result.sentence), *sign)
+            self.answer.say(result.sentence, *sign)
 
     def _show(self, walls: Walls, pale: bool = False) -> None:
         self.walls = walls

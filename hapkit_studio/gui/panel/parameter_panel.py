@@ -1,4 +1,4 @@
-"""The panel at the right: title, parameters, warnings, stability, loop."""
+"""The panel at the right: title, parameters, loop, warnings, stability."""
 
 import re
 from collections.abc import Mapping
@@ -20,6 +20,7 @@ from hapkit_studio.gui.widgets.text import rich
 from hapkit_studio.gui.widgets.theme import theme
 
 _SMALLEST = 14  # px: below that a title rather takes two lines
+_UPPER = 200  # px for title and first parameters: with less, the map of stability gives way
 
 
 class Title(QLabel):
@@ -145,25 +146,36 @@ class ParameterRows(QWidget):
 
 
 class ParameterPanel(QWidget):
-    """The panel as a whole: the verdict at its bottom, always in sight; what is above scrolls if need be."""
+    """The panel as a whole: warnings and verdict at its bottom, always in sight; what is above scrolls.
+
+    The map below the verdict gives way where it would leave too little.
+    """
 
     def __init__(self, studio: Studio, settings: QSettings, parent: QWidget):
         super().__init__(parent)
         self.setObjectName("panelBody")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.upper, foot = ScrollColumn(top=10, gap=6), QWidget(self)
+        self.upper, self._foot = ScrollColumn(top=10, gap=6), QWidget(self)
         self.title = PanelTitle(studio)
         self.parameters = ParameterRows(studio, self.title.help)
         self.loop, self.stability = LoopPanel(studio, settings), StabilityCard(studio)
         self.warnings = WarningLines(studio, self.stability.facts)
-        self.upper.add(self.title, rule(), self.parameters, self.warnings, rule(), self.loop)
-        down(rule(), self.stability, into=foot, margins=(SIDE, 0, SIDE, 10), gap=6)
-        down((self.upper, 1), foot, into=self)
-        self._laid_out = self.stability.verdict, self.stability, foot, self
+        self.upper.add(self.title, rule(), self.parameters, rule(), self.loop)
+        foot = rule(), self.warnings, self.stability
+        down(*foot, into=self._foot, margins=(SIDE, 0, SIDE, 10), gap=6)
+        down((self.upper, 1), self._foot, into=self)
+        self._laid_out = self.stability.verdict, self.stability, self._foot, self
         self.stability.judged.connect(lambda *_: self._lay_out_now())
+        self.warnings.changed.connect(self._lay_out_now)
         self.stability.ranges.connect(self.parameters.show_ranges)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._lay_out_now()
 
     def _lay_out_now(self) -> None:
         """Give a longer verdict its room at once: else a frame is painted with its words cut."""
+        self.stability.show_map(True)
+        self.stability.show_map(self.height() - self._foot.heightForWidth(self.width()) >= theme.px(_UPPER))
         for part in self._laid_out:
             QCoreApplication.sendEvent(part, QEvent(QEvent.Type.LayoutRequest))

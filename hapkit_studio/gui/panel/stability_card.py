@@ -135,6 +135,7 @@ class StabilityCard(QWidget):
         self._worker = LatestAnswer(answer, self)
         self.facts = LoopFacts(studio, self)
         self._judged: Answer | None = None
+        self._room = True
         self.verdict, self.words, self.drives, self.map = AnswerLine(), hint(), hint(), StabilityMap()
         down(label("Stability", "section"), self.verdict, self.words, self.drives, self.map, into=self, gap=4)
         self._soon = QTimer(self, singleShot=True, interval=ASK_MS)
@@ -190,13 +191,18 @@ class StabilityCard(QWidget):
     def show_answer(self, answer: Answer) -> None:
         """Show a verdict."""
         self._judged, verdict = answer, answer.verdict
-        self.map.setVisible(bool(answer.edge))
+        self.show_map(self._room)
         if answer.edge:
             self.map.show_answer(answer)
         self.words.setText(f"{details(answer)} {self._why_late(answer)}".rstrip())
         self._say("\n".join(verdict.lines), *verdict.sign)
         self.judged.emit(verdict.short, *verdict.sign)
         self.ranges.emit(answer.too_much)
+
+    def show_map(self, room: bool) -> None:
+        """Show the map where there is one and room for it."""
+        self._room = room
+        self.map.setVisible(room and self._judged is not None and bool(self._judged.edge))
 
     def wait(self) -> None:
         """Wait for the worker, for tests; the answer comes with the next events."""

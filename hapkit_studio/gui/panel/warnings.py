@@ -1,35 +1,42 @@
-"""What the environment in force cannot render well as it is set: one line each, below its parameters."""
+"""What the environment in force cannot render well as it is set: a line each, above the verdict."""
+
+import re
 
 import numpy as np
-from PySide6.QtCore import Qt
+from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.environments.base import Conditions
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.widgets.parts import Sign, across, down, label, refill
+from hapkit_studio.gui.widgets.parts import Sign, across, down, hint, refill
+from hapkit_studio.gui.widgets.text import tip
 from hapkit_studio.workshop.own import switched_off
 
 LATELY_SECONDS = 5.0
 
 
 class WarningLine(QWidget):
-    """A triangle and one line of words."""
+    """A triangle and what is wrong, in the words before the first stop; the tooltip says all."""
 
     def __init__(self, text: str):
         super().__init__()
         self.setObjectName("warning")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.words, sign = label(text), Sign(16, "triangle", "warn")
+        first, *more = re.split(r"[.:;] ", text, maxsplit=1)
+        self.words, sign = hint(f"{first} …" if more else text), Sign(16, "triangle", "warn")
+        self.setToolTip(tip((text,), ""))
         self.words.setProperty("ink", "warn")
         sign.setAlignment(Qt.AlignmentFlag.AlignTop)
-        across(sign, (self.words, 1), into=self, margins=(8, 6, 8, 6))
+        across(sign, (self.words, 1), into=self, margins=(8, 4, 8, 4))
         self.setAccessibleName(f"Warning: {text}")
 
 
 class WarningLines(QWidget):
     """Asks the environment whenever a value, the loop, the device or the handle's speed has changed."""
+
+    changed = Signal()
 
     def __init__(self, studio: Studio, facts: LoopFacts):
         super().__init__()
@@ -70,3 +77,4 @@ class WarningLines(QWidget):
             self.texts = texts
             refill(self._column, map(WarningLine, texts))
             self.setVisible(bool(texts))
+            self.changed.emit()

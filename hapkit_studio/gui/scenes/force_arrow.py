@@ -12,6 +12,7 @@ LEAST_ARROW = 16.0
 _DECIMALS = 2  # of a force in N
 HEAD, HEAD_HALF, SHAFT_HALF = 12.0, 8.0, 2.6
 EACH_MS = 100
+_SEEN = 0.02, 0.1  # N, mm: so far from its number what is drawn is seen to be another
 
 
 def direction(force: float) -> int:
@@ -74,22 +75,26 @@ def force_words(newtons: float) -> str:
 
 
 class ReadOut:
-    """Writes a motion's numbers; a force that comes and goes has one number for each way it acts."""
+    """Writes a motion's numbers ten times a second, and at once where the drawing would contradict them."""
 
     def __init__(self) -> None:
         self._clock = QElapsedTimer()
-        self._said: dict[int, str] = {}
+        self._force = 0.0
 
     def invalidate(self) -> None:
         """Take every number anew at the next look."""
         self._clock.invalidate()
 
     def look(self, motion: Motion) -> bool:
-        """Set the motion's numbers; say whether they are new."""
-        due = not self._clock.isValid() or self._clock.elapsed() >= EACH_MS
+        """Set the motion's numbers, all from the row that is drawn; say whether they are new."""
+        due = not self._clock.isValid() or self._clock.elapsed() >= EACH_MS or self._contradicts(motion)
         if due:
             self._clock.start()
-            self._said.clear()
-            motion.position_text = motion.position
-        motion.force_text = self._said.setdefault(direction(motion.force), force_words(motion.force))
+            self._force, motion.position_text = motion.force, motion.position
+            motion.force_text = force_words(motion.force)
         return due
+
+    def _contradicts(self, motion: Motion) -> bool:
+        apart = abs(motion.force - self._force), abs(motion.position - motion.position_text)
+        turned = direction(motion.force) != direction(self._force)
+        return turned or apart[0] > _SEEN[0] or apart[1] > _SEEN[1]

@@ -4,6 +4,7 @@ from PySide6.QtCore import QPointF
 
 from hapkit_studio.environments.spring import ENVIRONMENT
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values
+from hapkit_studio.gui.scenes.parts import mark
 from hapkit_studio.gui.scenes.stage import Stage
 
 _POST = -46.0  # mm
@@ -14,8 +15,8 @@ def fixed(stage: Stage, values: Values) -> None:
     """Draw the post and the centre line."""
     x = stage.x(1e3 * values["center"])
     stage.line(x, stage.top, x, stage.rail, stage.pen("ghost", 1.5, (5, 5)))
+    mark(stage, x, "x₀")
     stage.post(stage.x(_POST), -1)
-    stage.say("x₀", [(x - 6 * stage.u, stage.top + 12 * stage.u, -1)], "ink3", 12.5)
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:

@@ -43,9 +43,11 @@ class SceneView(QWidget):
     """Paints one environment at the measured position; the pointer or the arrow keys are the hand.
 
     Pressing a button takes the handle, letting the button go releases it. An arrow key takes it where it is
-    and holds it, so that fine steps add up, until ↓, or until the pointer takes over.
+    and holds it, so that fine steps add up, until ↓, or until the pointer takes over. ``taken``: the hand
+    takes the handle, which is to be seen.
     """
 
+    taken = Signal()
     hand_moved = Signal(float)
     hand_released = Signal()
 
@@ -59,7 +61,7 @@ class SceneView(QWidget):
         self._hand_enabled = self._hint = True
         self._ring = False
         self._held: float | None = None
-        self._dragging = self._preparing = False
+        self._dragging = self._preparing = self._paused = False
         self._fraction: float | None = None
         self._words, self._frames = ReadOut(), QElapsedTimer()
         self.setMinimumSize(320, 150)
@@ -132,6 +134,13 @@ class SceneView(QWidget):
         self.setCursor(Qt.CursorShape.OpenHandCursor if enabled else Qt.CursorShape.ArrowCursor)
         self.setToolTip(_HELP if enabled else "The handle, where the sensor sees it")
 
+    def set_paused(self, paused: bool) -> None:
+        """Say that the picture stands, with the numbers of its row, or goes on."""
+        self._paused = paused
+        self._words.invalidate()
+        self._words.look(self._motion)
+        self.update()
+
     def set_grip(self, grip: str) -> None:
         """Say how the hand holds: released, it goes to the pointer but pulls nothing."""
         self._motion.loose = grip == "released"
@@ -192,6 +201,10 @@ class SceneView(QWidget):
             preparing(stage, self._fraction)
         else:
             self._play(stage)
+        if self._paused:
+            beside, row = 10 * stage.u, stage.knob_middle + 4.8 * stage.u
+            places = [(beside, row, 1), (stage.width - beside, row, -1)]
+            stage.say("Paused", places, "accent", 12, 600, must=True)
         if self._ring and self.hasFocus():
             stage.use(QPen(theme.color("accent"), 2))
             stage.p.drawRoundedRect(QRectF(self.rect()).adjusted(1, 1, -1, -1), 7, 7)
@@ -220,6 +233,7 @@ class SceneView(QWidget):
         if self._hand_enabled and not self._preparing and event.button() == Qt.MouseButton.LeftButton:
             self._dragging, self._hint = True, False
             self.setCursor(Qt.CursorShape.ClosedHandCursor)
+            self.taken.emit()
             self._hold(self.target_at(event.position().x()))
 
     def mouseMoveEvent(self, event) -> None:
@@ -248,6 +262,7 @@ class SceneView(QWidget):
             super().keyPressEvent(event)
         elif key in _KEYS:
             self._hint, self._ring = False, True
+            self.taken.emit()
             step = FINE if event.modifiers() & Qt.KeyboardModifier.ShiftModifier else COARSE
             start = self._motion.position / 1e3 if self._held is None else self._held
             self._hold(float(np.clip(start + _KEYS[key] * step, -REACH, REACH)))
@@ -267,6 +282,8 @@ class SceneView(QWidget):
             self._dragging = False
             self.setCursor(Qt.CursorShape.OpenHandCursor)
         if self._held is not None:
-            self._held = self._motion.hand = None
+            self._held = None
+            if not self._paused:
+                self._motion.hand = None
             self.hand_released.emit()
             self.update()

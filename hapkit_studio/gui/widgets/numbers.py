@@ -5,7 +5,17 @@ import re
 from collections.abc import Sequence
 
 from PySide6.QtCore import QPointF, QRectF, QSignalBlocker, QSize, Qt, Signal
-from PySide6.QtGui import QBrush, QKeyEvent, QMouseEvent, QPainter, QPaintEvent, QPen, QValidator, QWheelEvent
+from PySide6.QtGui import (
+    QBrush,
+    QFocusEvent,
+    QKeyEvent,
+    QMouseEvent,
+    QPainter,
+    QPaintEvent,
+    QPen,
+    QValidator,
+    QWheelEvent,
+)
 from PySide6.QtWidgets import QDoubleSpinBox, QSizePolicy, QSlider
 
 from hapkit_studio.gui.widgets.theme import theme
@@ -70,10 +80,10 @@ class Quantity:
 
     def text(self, value: float) -> str:
         """Write a value: at least the step's decimals, more only where the value has them."""
-        body = f"{value:.{self.decimals + 4}f}"
+        body = f"{value:,.{self.decimals + 4}f}"
         kept = len(body) - 4 if self.decimals else len(body) - 5
         body = body[:kept] + body[kept:].rstrip("0").rstrip(".")
-        return body.replace("-", "−") if float(body) else body.lstrip("-")
+        return body.replace("-", "−") if body.strip("-0.") else body.lstrip("-")
 
     def limits(self) -> str:
         """Say the limits in one sentence."""
@@ -92,7 +102,10 @@ def _number(text: str) -> float | None:
 
 
 class NumberBox(QDoubleSpinBox):
-    """Emits ``entered`` with a finished number in screen units, which may be out of range."""
+    """Emits ``entered`` with a finished number in screen units, which may be out of range.
+
+    Commas between thousands are shown while it has no focus: a digit typed beside one would displace it.
+    """
 
     entered = Signal(float)
 
@@ -118,7 +131,8 @@ class NumberBox(QDoubleSpinBox):
                 self.lineEdit().setText(self.textFromValue(value))
 
     def textFromValue(self, value: float) -> str:
-        return self._quantity.text(value)
+        text = self._quantity.text(value)
+        return text.replace(",", "") if self.hasFocus() else text
 
     def valueFromText(self, text: str) -> float:
         value = _number(text)
@@ -151,6 +165,14 @@ class NumberBox(QDoubleSpinBox):
             super().wheelEvent(event)
         else:
             event.ignore()
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        self.show_value(self.value())
+        super().focusInEvent(event)
+
+    def focusOutEvent(self, event: QFocusEvent) -> None:
+        super().focusOutEvent(event)
+        self.show_value(self.value())
 
     def _note_typing(self, _text: str) -> None:
         self._typed = True

@@ -17,8 +17,8 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from hapkit_studio.formatting import unbroken
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import theme
 
 Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int] | None
@@ -69,9 +69,24 @@ def refill(box: QBoxLayout, parts: Iterable[QWidget]) -> None:
         box.addWidget(part)
 
 
+class Words(QLabel):
+    """Plain text that wraps neither between a number and its unit nor within a unit; ``text`` is as set."""
+
+    def __init__(self, text: str):
+        super().__init__(textFormat=Qt.TextFormat.PlainText)
+        self.setText(text)
+
+    def setText(self, text: str) -> None:
+        self._text = text
+        super().setText(unbroken(text))
+
+    def text(self) -> str:
+        return self._text
+
+
 def label(text: str = "", role: str = "", wrap: bool = True) -> QLabel:
     """Return a label of plain text that the style sheet knows by its role."""
-    made = plain(QLabel(text))
+    made = Words(text)
     made.setWordWrap(wrap)
     made.setProperty("role", role)
     return made

@@ -11,6 +11,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, 
 from PySide6.QtGui import Qt as Rich
 from PySide6.QtWidgets import QLabel
 
+from hapkit_studio.formatting import unbroken
 from hapkit_studio.gui.widgets.theme import theme
 
 _ALLOWED = re.compile(r"&lt;(/?(?:i|b|sub|sup))&gt;|&amp;(nbsp;)")
@@ -35,7 +36,7 @@ def plain_tip(words: str) -> str:
 
 def tip(sentences: Iterable[str], formula: str) -> str:
     """Return the sentences that are not empty, each with its full stop, and the formula below, as HTML."""
-    words = " ".join(sentence.rstrip(".") + "." for sentence in sentences if sentence)
+    words = unbroken(" ".join(sentence.rstrip(".") + "." for sentence in sentences if sentence))
     return "".join(f"<p>{rich(part)}</p>" for part in (words, formula) if part)
 
 

@@ -44,7 +44,7 @@ def test_one_object_of_columns_in_si(capsys, monkeypatch):
     assert (code, err) == (0, "")
     assert out.count("\n") == 1
     found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
-    assert found["words"] == "Let go: calm, 1.4 × below."
+    assert found["words"] == "Let go: calm, 1.4 × below the limit."
     assert found["handle"]["released"]["push"] is None
     assert found["setting"]["estimator_options"] == {"cutoff": 35.5}
     columns, measured = found["columns"], found["measured"]
@@ -127,6 +127,18 @@ def test_the_picture_shows_what_was_measured(drawn):
     )
     assert said in " ".join(words)
     assert "stable, released hand" not in words
+
+
+def test_what_was_measured_beyond_the_map_takes_no_room_from_it(tmp_path):
+    found = plane(Setting(controller=True), 300.0, 0.0)
+    places = []
+    for stiffness in (0.5 * found.top, 2.0 * found.top):
+        points = Points(np.array([1.0]), np.array([stiffness]), False, True)
+        figure = new_figure(tmp_path / "map.png", (8.0, 5.0))
+        charts.draw(figure, colors(), charts.Map(replace(found, points=points)))
+        figure.draw_without_rendering()
+        places.append(figure.axes[0].get_position().bounds)
+    assert places[0] == pytest.approx(places[1], abs=0.01)
 
 
 @pytest.mark.parametrize(

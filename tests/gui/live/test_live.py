@@ -1,11 +1,15 @@
 """From ring to picture: what is shown is what the loop wrote; late reading and clamping are said."""
 
+import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
+from PySide6.QtWidgets import QFrame
 
+from hapkit_studio.analysis.oscillation import Oscillation
+from hapkit_studio.formatting import number
 from hapkit_studio.gui import status_bar
 from hapkit_studio.gui.live.history import CHANNELS
 from hapkit_studio.gui.status_bar import StatusBar, late
@@ -114,6 +118,58 @@ def test_an_oscillation_is_named_beside_the_position_for_as_long_as_it_lasts(win
         window.live.history.append(part)
         window.display.show_health(window.studio.engine.health())
         assert words.text() == said
+        assert words.toolTip() == said
+
+
+def test_an_oscillation_is_said_as_fully_as_there_is_room_for_and_never_cut(window):
+    plots = window.centre.time
+    plots.show_oscillation(Oscillation(1.2e-3, 31.0))
+    remark, seen = plots.headers[0].remark, []
+    for wide in range(260, 0, -1):
+        remark.resize(wide, 20)
+        assert remark.fontMetrics().horizontalAdvance(remark.text()) <= wide
+        seen += [remark.text()] if remark.text() not in seen else []
+    assert seen == ["oscillates ±1.2 mm at 31 Hz", "±1.2 mm, 31 Hz", "31 Hz", ""]
+
+
+def test_paused_scene_plots_and_numbers_stand_at_one_sample_and_the_bar_says_what_acts(window, qtbot):
+    live, studio, scene, bar = window.live, window.studio, window.centre.scene, window.status
+
+    def pushed(force):
+        live.tick()
+        return live.last is not None and live.last[rows.APPLIED] < -force
+
+    studio.move_hand(0.012)
+    qtbot.waitUntil(lambda: pushed(0.5))
+    live.set_paused(True)
+    row = live.last.copy()
+
+    def said():
+        headers = [header.value.text() for header in window.centre.time.headers]
+        return *headers, scene._motion.force_text, scene._motion.position_text, scene.accessibleDescription()
+
+    standing, picture = said(), scene.grab().toImage()
+    assert standing[0] == f"{number(1e3 * row[rows.POSITION], 2, sign=True)} mm"
+    assert standing[2] == standing[3] == f"{number(row[rows.APPLIED], 2, sign=True)} N"
+    assert standing[4] == pytest.approx(1e3 * row[rows.POSITION])
+    studio.move_hand(0.0)
+    studio.set_value("position", -0.02)
+    qtbot.waitUntil(lambda: pushed(2.0))
+    window.display.show_health(studio.engine.health())
+    live.tick()
+    assert said() == standing
+    assert scene.grab().toImage() == picture
+    assert re.fullmatch(r"Now −[2-3]\.\d N, within 3\.0 N|Clamped at 3\.0 N", bar.clamp.words.text())
+    studio.stop()
+    assert window.banners.get("stop") is not None
+    studio.release_stop()
+    qtbot.mousePress(scene, Qt.MouseButton.LeftButton, pos=QPoint(scene.width() // 3, 100))
+    qtbot.mouseRelease(scene, Qt.MouseButton.LeftButton)
+    assert not live.paused
+    assert scene._values["position"] == -0.02
+    live.set_paused(True)
+    studio.choose("spring")
+    assert not live.paused
 
 
 def test_the_divider_parts_what_two_environments_asked_for(window, qtbot):
@@ -208,6 +264,8 @@ def test_the_clamp_light_holds_half_a_second(bar, monkeypatch):
     clock[0] += 0.02
     bar.show_clamp(False, 3.0)
     assert bar.clamp.words.text() == "Within 3.0 N"
+    bar.show_clamp(False, 3.0, -1.26)
+    assert bar.clamp.words.text() == "Now −1.3 N, within 3.0 N"
 
 
 def test_fields_give_way_whole_and_the_clamp_light_never(bar, qapp):
@@ -221,3 +279,16 @@ def test_fields_give_way_whole_and_the_clamp_light_never(bar, qapp):
         for field in bar.findChildren(status_bar.Field):
             if field.isVisible():
                 assert field.width() >= field.sizeHint().width()
+        rules = [line for line in bar.findChildren(QFrame) if line.property("rule") and line.isVisible()]
+        shown = [field.words for field in (bar.loop, bar.clamp, bar.margin) if field.isVisible()]
+        assert len(rules) == len(shown) - 1
+        assert max(part.mapTo(bar, QPoint()).x() for part in rules) < shown[-1].mapTo(bar, QPoint()).x()
+
+
+def test_the_arrows_bar_is_of_its_own_row_and_the_light_of_the_whole_frame(window):
+    row = telemetry(1)[0]
+    for flags, barred in ((0, False), (rows.CLAMPED, True)):
+        row[rows.FLAGS] = flags
+        window.display.show_frame(row, True)
+        assert window.centre.scene._motion.clamped == barred
+        assert window.status.clamp.words.text() == "Clamped at 3.0 N"

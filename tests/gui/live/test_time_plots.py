@@ -238,19 +238,24 @@ def test_a_surface_is_called_what_it_is_and_shaded_only_where_there_is_one(plots
     assert not any(part.isVisible() for header in plots.headers for part in header.surface)
 
 
-def test_paused_freezes_the_picture_while_live_values_go_on(plots, history, qtbot):
+def test_paused_picture_and_numbers_stand_at_the_newest_sample(plots, history, qtbot):
+    last = telemetry(1, 14_000)
+    last[:, rows.APPLIED] = 0.75
+    history.append(last)
     plots.set_paused(True)
+    force = next(h for h in plots.headers if h.plot.key == "force")
+    assert force.value.text() == "+0.75 N"
     plots.refresh()
     before = plots.shown.window.y["position"].copy()
-    more = telemetry(500, 14_000)
+    more = telemetry(500, 14_001)
     more[:, rows.APPLIED] = -1.25
     history.append(more)
     qtbot.wait(120)
     plots.refresh()
     np.testing.assert_array_equal(plots.shown.window.y["position"], before)
-    force = next(h for h in plots.headers if h.plot.key == "force")
-    assert force.value.text() == "−1.25 N"
+    assert force.value.text() == "+0.75 N"
     plots.set_paused(False)
+    assert force.value.text() == "−1.25 N"
     plots.refresh()
     assert plots.shown.zero == pytest.approx(14.5, abs=0.05)
 

@@ -13,7 +13,7 @@ from hapkit_studio.analysis.identify import Part, from_run, identify
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui import prepare
 from hapkit_studio.gui.pages.identify import newest_piece
-from hapkit_studio.gui.pages.measuring import unbroken, write
+from hapkit_studio.gui.pages.measuring import write
 from tests.gui.pages.drawing_support import drawn, outside
 
 LEFT_OVER = "time, s (what no term explains)"
@@ -58,9 +58,9 @@ def test_each_part_shows_its_terms_and_before_that_what_to_do(page, found):
     asked, rendered = rows["Damping, going in\nN·s/m"]
     assert asked == "2"
     assert rendered.startswith("2.0")
-    assert page.point.text().endswith(unbroken(found.force_known))
+    assert page.point.text().endswith(found.force_known)
     page.parts.button(1).click()
-    assert page.point.text().endswith(unbroken(found.force_known))
+    assert page.point.text().endswith(found.force_known)
     assert page.answer.words.text().startswith("Mass: 44 g of the handle and 50 g of the hand, identified 9")
     titles = [axes.get_xlabel() for axes in drawn(page.chart)]
     assert titles == ["acceleration, m/s²", "velocity, mm/s", "direction of motion", LEFT_OVER]

@@ -11,7 +11,7 @@ from PySide6.QtGui import QGuiApplication
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.zwidth import HIGHEST
 from hapkit_studio.analysis.zwidth.result import BUZZES, Point, Protocol, ZWidth, conditions
-from hapkit_studio.gui.pages.measuring import unbroken, write
+from hapkit_studio.gui.pages.measuring import write
 from hapkit_studio.gui.pages.zwidth import DEVICE, SIMULATION
 from hapkit_studio.haptics import rows
 from tests.gui.pages.drawing_support import leave, outside, point, words
@@ -79,7 +79,7 @@ def test_the_simulation_of_the_device_that_runs(page, window, qtbot):
     result = page.result
     assert list(result.damping) == [0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
     assert (result.stiffness > result.linear).all()  # friction helps
-    assert page.answer.words.text() == unbroken(result.sentence)
+    assert page.answer.words.text() == result.sentence
     conditions = {c.key: c.value for c in result.conditions}
     device = window.studio.engine.device
     assert (conditions["mass"], conditions["max_force"]) == (device.mass, device.max_force)
@@ -108,14 +108,14 @@ def test_points_appear_as_they_come(page):
 
 def test_what_was_found_is_told_in_words_table_and_numbers(page, tmp_path):
     page.show_result(made_up(capped=True))
-    assert page.answer.words.text() == unbroken("At B = 2 N·s/m this Hapkit renders at least 1,340 N/m.")
+    assert page.answer.words.text() == "At B = 2 N·s/m this Hapkit renders at least 1,340 N/m."
     assert page.answer.sign.name == "check"
     page.show_result(made_up())
     best = (
         "At B = 2 N·s/m this Hapkit renders up to 1,340 N/m, at the motor's limit of 3 N. "
         "From 1,210 to 1,400 N/m some walls hold and some fail."
     )
-    assert page.answer.words.text() == unbroken(best)
+    assert page.answer.words.text() == best
     assert page.answer.sign.name == "info", "a limit of the motor is no success"
     point(page.chart, 2.0, 1344.0)
     assert page.point.text() == f"{best} Beyond: it buzzes."

@@ -8,6 +8,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.formatting import unbroken
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
 from hapkit_studio.gui.widgets.text import rich
 from hapkit_studio.parameters import Choice
@@ -51,7 +52,7 @@ def test_every_parameter_of_every_environment_has_a_row_named_with_value_and_uni
                     assert row.parameter.label in name
                     assert row.quantity.unit in name
                     assert row.box.text() in name
-                assert row.quantity.limits() in row.box.toolTip()
+                assert unbroken(row.quantity.limits()) in row.box.toolTip()
             else:
                 assert row.parameter.label in row.picker.accessibleName()
 
@@ -234,7 +235,7 @@ def test_a_number_without_effect_is_locked_says_why_and_keeps_its_value(window):
     assert not any(rows(window)[key].isEnabled() for key in ("frequency", "amplitude", "decay"))
     assert all(rows(window)[key].isEnabled() for key in ("stiffness", "limit", "material"))
     for widget in (row, row.label, row.box, row.slider):
-        assert "Aluminium sets it: 300 Hz." in widget.toolTip()
+        assert "Aluminium sets it: 300\u00a0Hz." in widget.toolTip()
     assert (row.box.text(), window.studio.values["frequency"]) == ("77", 77.0)
     pick(rows(window)["material"], "Custom")
     assert row.isEnabled()

@@ -57,7 +57,7 @@ def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window, q
         rates.append(studio.engine.board_plan.rate)
         rate = f"{rates[-1]:,}"
         assert loop.fold.accessibleName() == f"Loop: Board {rate} Hz · Kalman"
-        assert loop.rate.box.text() == rate.replace(",", "")
+        assert loop.rate.box.text() == rate
         assert column(board_window, 1)[1] == rate
         share = round(100.0 * studio.engine.board_plan.share)
         assert 40 <= share <= 80

@@ -43,7 +43,7 @@ def test_the_card_and_the_status_bar_say_what_the_handle_does_without_a_banner(w
     studio = window.studio
     studio.choose("spring")
     studio.set_value("stiffness", 900.0)
-    qtbot.waitUntil(lambda: "Let go: calm, 1.1 × below." in said(window)[0], timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: "Let go: calm, 1.1 × below the limit." in said(window)[0], timeout=PATIENCE_MS)
     assert said(window)[0].startswith("In your hand: calm, ")
     assert "Limit 1,002 N/m, let go without dry friction." in said(window)[1]
     assert said(window)[2:] == ("Calm, 1.1 × below the limit", ("check", "ok"))

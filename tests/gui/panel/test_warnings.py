@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QPoint, QRect
 
+from hapkit_studio.formatting import unbroken
+from hapkit_studio.gui.banners import Notice
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.panel.limits import LoopFacts
-from hapkit_studio.gui.panel.warnings import LATELY_SECONDS, WarningLines
+from hapkit_studio.gui.panel.warnings import LATELY_SECONDS, WarningLine, WarningLines
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY
@@ -95,3 +98,35 @@ def test_what_is_rendered_with_is_the_device_and_loop_in_force(kept_window, qtbo
     known = (device.mass, device.coulomb_force, device.max_force, "iir")
     assert (lines.conditions.mass, lines.conditions.coulomb, lines.conditions.max_force) == known[:3]
     assert lines.conditions.estimator == known[3]
+
+
+def test_a_line_says_what_stands_before_the_first_stop_and_its_tooltip_all(qtbot):
+    line = WarningLine("Above 0.05 m/s a ridge is missed; the handle moved at 0.1 m/s.")
+    qtbot.addWidget(line)
+    assert line.words.text() == "Above 0.05 m/s a ridge is missed …"
+    assert unbroken("the handle moved at 0.1 m/s.") in line.toolTip()
+    assert WarningLine("Too stiff at 1000 Hz").words.text() == "Too stiff at 1000 Hz"
+
+
+@pytest.mark.parametrize(("size", "mapped"), [((1024, 640), False), ((1280, 900), True)])
+def test_warnings_and_verdict_stay_in_sight_the_map_where_there_is_room(
+    lines, studio, kept_window, qapp, qtbot, size, mapped
+):
+    panel, card = kept_window.panel, kept_window.panel.stability
+    kept_window.resize(*size)
+    kept_window.body.open_drawer(True)
+    for rank, key in enumerate(("one", "other")):
+        kept_window.banners.set(key, Notice(key, rank, "warn", "triangle", "Title.", "Text."))
+    studio.set_value("stiffness", 301.0)
+    lines.watch(moving(0.9 * LATELY_SECONDS, 0.51))
+    qtbot.waitUntil(lambda: card.question() is not None)
+    card.ask()
+    card.wait()
+    qtbot.waitUntil(lambda: "limit" in card.verdict.words.text())
+    qapp.processEvents()
+    assert len(lines.texts) == 2
+    assert card.map.isVisible() == mapped
+    for part in (lines, card.verdict, card.words):
+        assert panel.rect().contains(QRect(part.mapTo(panel, QPoint()), part.size()))
+        assert part.height() >= part.heightForWidth(part.width())
+    assert panel.upper.height() >= 200 or not mapped

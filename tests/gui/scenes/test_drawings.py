@@ -70,7 +70,7 @@ def test_there_is_an_arrow_where_the_number_is_not_zero(qtbot, force, says):
 
 
 def test_numbers_do_not_dance_and_never_contradict_arrow_or_wall(qtbot, monkeypatch):
-    """While they stand still there is one for each way the force acts, and a depth is never negative."""
+    """While the drawing stays within 0.02 N and 0.1 mm they stand still; a depth is never negative."""
     monkeypatch.setattr(force_arrow, "EACH_MS", 10**9)
     written, words = [], stage.paint_words
     monkeypatch.setattr(stage, "paint_words", lambda *given: (written.append(given[3]), words(*given)))
@@ -80,15 +80,17 @@ def test_numbers_do_not_dance_and_never_contradict_arrow_or_wall(qtbot, monkeypa
         view.update_state(position, force, force, None, False, False, np.zeros(0))
         return view._motion.force_text
 
-    assert [said(force) for force in (0.49, 0.52, -0.30, 0.0, -0.31, 0.61, -0.004)] == [
-        "+0.49 N", "+0.49 N", "−0.30 N", "0.00 N", "−0.30 N", "+0.49 N", "0.00 N",
+    assert [said(force) for force in (0.5, 0.5198, 0.5202, 0.0, 0.0049, 0.0051, -0.3)] == [
+        "+0.50 N", "+0.50 N", "+0.52 N", "0.00 N", "0.00 N", "+0.01 N", "−0.30 N",
     ]  # fmt: skip
-    for position in (0.0075, 0.0081):
-        said(-1.0, position)
+    assert [said(-1.0, 1e-3 * mm) for mm in (4.95, 7.5, 7.599, 7.601)] == ["−1.00 N"] * 4
+    for mm in (4.95, 5.04, 7.5, 7.599, 7.601):
+        said(-1.0, 1e-3 * mm)
         view.grab()
-    assert [text for text in written if text.startswith("d =")] == ["d = 2.50 mm", "d = 3.10 mm"]
+    depths = [text for text in written if text.startswith("d =")]
+    assert depths == ["d = 0.04 mm", "d = 2.50 mm", "d = 2.50 mm", "d = 2.60 mm"]
     monkeypatch.setattr(force_arrow, "EACH_MS", 0)
-    assert said(-0.31) == "−0.31 N"
+    assert said(-1.01, 0.0076) == "−1.01 N"
 
 
 @pytest.mark.parametrize("side", [1, -1])

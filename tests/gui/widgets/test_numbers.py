@@ -70,3 +70,20 @@ def test_a_comma_parts_thousands_as_the_window_writes_them_or_is_the_decimal_one
     with qtbot.waitSignal(box.entered) as said:
         qtbot.keyClick(box, Qt.Key.Key_Return)
     assert said.args == [value]
+
+
+def test_commas_part_thousands_but_not_while_a_digit_could_displace_them(qtbot):
+    box = NumberBox(STIFFNESS)
+    qtbot.addWidget(box)
+    box.show_value(1200.0)
+    assert box.text() == "1,200"
+    box.show()
+    box.setFocus()
+    qtbot.waitUntil(box.hasFocus)
+    assert box.text() == "1200"
+    box.lineEdit().end(False)
+    with qtbot.waitSignal(box.entered) as said:
+        qtbot.keyClicks(box, "5")
+        box.clearFocus()
+    assert said.args == [12005.0]
+    assert box.text() == "12,005"

@@ -11,6 +11,7 @@ from hapkit_studio import environments
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.dialogs import text_dialog
 from hapkit_studio.gui.export_dialog import ExportDialog
+from hapkit_studio.gui.widgets.parts import label
 from hapkit_studio.gui.widgets.text import plain_tip, rich, tip
 from hapkit_studio.parameters import Choice, Parameter
 from hapkit_studio.workshop import reading
@@ -106,3 +107,11 @@ def test_a_formula_of_the_library_needs_no_other_tag():
     for made in environments.discover().values():
         for words in (made.formula, made.explanation):
             assert rich(words) == words
+
+
+def test_no_line_ends_between_a_number_and_its_unit_and_what_joins_them_is_not_seen(qtbot):
+    made = label("Limit 1,002 N/m")
+    qtbot.addWidget(made)
+    seen, wide = QLabel.text(made), made.fontMetrics().horizontalAdvance
+    assert (made.text(), seen) == ("Limit 1,002 N/m", "Limit 1,002\u00a0N/\u2060m")
+    assert wide(seen) == wide(made.text())
