@@ -141,6 +141,12 @@ _VIEW = (
         "view.span", "View/Time window", [(f"{s:g}", f"{s:g} s", "") for s in SPANS],
         lambda w, seconds: w.centre.time.set_span(float(seconds)), lambda w: f"{w.centre.time.span:g}",
     ),
+    Action(
+        "view.cursors", "Cursors", "View", lambda w: w.centre.toolbar.cursors.toggle(),
+        checked=lambda w: w.centre.time.cursors.on,
+    ),
+    Action("view.cursor_a", "Cursor A here", "View", lambda w: w.centre.time.put_cursor(0), "A"),
+    Action("view.cursor_b", "Cursor B here", "View", lambda w: w.centre.time.put_cursor(1), "B"),
     Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
     Action("view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
     Action(

@@ -6,6 +6,7 @@ from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QSplitter, QStacke
 
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.breakpoints import GAP
+from hapkit_studio.gui.live.cursors import CursorCard
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import SPANS, TimePlots
 from hapkit_studio.gui.scenes import SceneView
@@ -62,13 +63,27 @@ class Toolbar(QWidget):
         self.release.setProperty("flat", True)
         self.release.setToolTip("The handle starts from rest where it is now, and no hand holds it (R)")
         icons.bind(self.release, "hand", "ink2", 18)
+        self.cursors = QPushButton(checkable=True)
+        self.cursors.setProperty("flat", True)
+        self.cursors.setToolTip("Read two samples, and what lies between them: drag A and B (keys A, B)")
+        icons.bind(self.cursors, "cursors", "ink2", 18)
         self.set_narrow(False)
-        across(self.span, self.views, None, self.release, self.fit, into=self, margins=(10, 5, 10, 5))
+        across(
+            self.span,
+            self.views,
+            self.cursors,
+            None,
+            self.release,
+            self.fit,
+            into=self,
+            margins=(10, 5, 10, 5),
+        )
 
     def set_narrow(self, narrow: bool) -> None:
         """Switch between the plots, for which the buttons leave room, or show all that they say."""
         self.views.setVisible(narrow)
-        for button, words in ((self.fit, "Fit axes"), (self.release, "Release here")):
+        names = {self.fit: "Fit axes", self.release: "Release here", self.cursors: "Cursors"}
+        for button, words in names.items():
             button.setText("" if narrow else words)
             button.setAccessibleName(words)
 
@@ -85,8 +100,10 @@ class Centre(QWidget):
         self.stack.addWidget(self.time)
         line.setProperty("rule", True)
         line.setFixedHeight(1)
+        self.cursors = CursorCard(self.time.cursors)
         self.scene_card, self.phase_card = card(self, self.scene), card(self, self.phase)
         self.time_card = card(self, self.toolbar, line, self.stack, edge=_EDGE)
+        self.phase_card.layout().addWidget(self.cursors)
         self._narrow, self._settings = False, settings
         self._page: QWidget | None = None
         self._shows_scene, self._is_law = True, False
@@ -99,6 +116,8 @@ class Centre(QWidget):
         self.setObjectName("centre")
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
         self.time.pointed.connect(self.phase.point)
+        self.toolbar.cursors.toggled.connect(lambda on: self.time.cursors.show(on, self.time.span))
+        self.time.cursors.changed.connect(lambda: self.toolbar.cursors.setChecked(self.time.cursors.on))
         span = self.toolbar.span
         span.setCurrentIndex(SPANS.index(self.time.span))
         span.activated.connect(lambda index: self.time.set_span(SPANS[index]))
@@ -169,6 +188,7 @@ class Centre(QWidget):
     def _move_phase(self) -> None:
         """Put the force–position plot behind the switch, or back beside the time plots."""
         self.toolbar.set_narrow(self._narrow)
+        (self.time_card if self._narrow else self.phase_card).layout().addWidget(self.cursors)
         self.phase_card.setProperty("card", not self._narrow)
         if self._narrow:
             self.stack.addWidget(self.phase_card)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from PySide6.QtCore import QElapsedTimer, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QBrush, QFontMetricsF, QPainter, QPen
+from PySide6.QtGui import QBrush, QFontMetricsF, QMouseEvent, QPainter, QPen
 from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.analysis.oscillation import Oscillation
@@ -15,6 +15,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
+from hapkit_studio.gui.live.cursors import NAMES, Cursors
 from hapkit_studio.gui.live.history import History, Window
 from hapkit_studio.gui.live.past_trace import PastTrace, paint_past
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
@@ -35,6 +36,7 @@ _EMPTY = Window(np.empty(0), {}, False)
 SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)  # s
 _READOUT_MS = 100
 _AXIS = 22
+_TAG, _REACH = 15, 6  # px: of a cursor's name; so near to its line it is taken
 _FOLD_BELOW = 3 * HEIGHT + _AXIS + 160
 
 
@@ -71,10 +73,13 @@ class PlotState:
     past: PastTrace | None = None
     pointer: float | None = None
     pointed: dict[str, float] | None = None
+    cursors: list[float] = field(default_factory=list)
 
 
 class TraceCanvas(Canvas):
-    """Paints one TimePlot's traces from the PlotState that all share."""
+    """Paints one TimePlot's traces from the PlotState that all share; emits where a cursor is dragged to."""
+
+    cursor_dragged = Signal(int, float)
 
     def __init__(self, plot: TimePlot, shown: PlotState, bottom: bool, first: bool):
         self.plot_of, self.shown, self.first = plot, shown, first
@@ -82,6 +87,7 @@ class TraceCanvas(Canvas):
         if plot.beside:  # no header names it there
             self.left.unit = plot.unit
         self.setAccessibleName(f"{plot.title} over time, in {plot.unit}")
+        self._dragged: int | None = None
         self.open_anew()
         self.show_range(*self._opened)
 
@@ -150,6 +156,10 @@ class TraceCanvas(Canvas):
         self._past(painter)
         if len(self.shown.window.x):
             self._traces(painter, box)
+        painter.setPen(QPen(theme.color("ink2"), 1))
+        for time in self.shown.cursors:
+            x = math.floor(self.pixel(time, 0.0).x()) + 0.5
+            painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
         """Paint the dot for now and the pointer's read-out."""
@@ -160,6 +170,7 @@ class TraceCanvas(Canvas):
         self._pointer(painter, box)
         if self.first:
             self._words(painter, box)
+            self._tags(painter, box)
 
     def _words(self, painter: QPainter, box: QRectF) -> None:
         """Write along the top what the marks of all plots mean: gaps, dividers."""
@@ -176,6 +187,49 @@ class TraceCanvas(Canvas):
             if box.left() < x <= box.right() and (fits or newest):  # an older one gives way to a newer
                 self.note(painter, min(x + _BESIDE, right - _wide(words)), top, words, "ink2")
             right, newest = min(x - _BESIDE, right), False
+
+    def _tags(self, painter: QPainter, box: QRectF) -> None:
+        """Paint the cursors' names on top of their lines."""
+        size = theme.px(_TAG)
+        painter.setFont(theme.font("label"))
+        for name, time in zip(NAMES, self.shown.cursors, strict=False):
+            x = self.pixel(time, 0.0).x()
+            if box.left() <= x <= box.right():
+                tag = QRectF(x - size / 2, box.top(), size, size)
+                painter.setPen(Qt.PenStyle.NoPen)
+                painter.setBrush(theme.color("ink2"))
+                painter.drawRoundedRect(tag, 3, 3)
+                painter.setPen(theme.color("plot"))
+                painter.drawText(tag, Qt.AlignmentFlag.AlignCenter, name)
+
+    def _cursor_near(self, x: float) -> int | None:
+        """Return the cursor within reach of a pixel column, 0 for A; None: neither."""
+        places = [abs(self.pixel(time, 0.0).x() - x) for time in self.shown.cursors]
+        nearest = min(range(len(places)), key=places.__getitem__, default=None)
+        return nearest if nearest is not None and places[nearest] <= theme.px(_REACH) else None
+
+    def mousePressEvent(self, event: QMouseEvent) -> None:
+        """Take a cursor, if one is near."""
+        self.measure()
+        self._dragged = self._cursor_near(event.position().x())
+        if self._dragged is None:
+            super().mousePressEvent(event)
+
+    def mouseMoveEvent(self, event: QMouseEvent) -> None:
+        """Drag the cursor that was taken; else say where the pointer is."""
+        x = event.position().x()
+        if self._dragged is not None:
+            self.cursor_dragged.emit(self._dragged, self.to_x(x))
+            return
+        super().mouseMoveEvent(event)
+        near = self._cursor_near(x) is not None
+        self.viewport().setCursor(Qt.CursorShape.SplitHCursor if near else Qt.CursorShape.ArrowCursor)
+
+    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
+        """Let the cursor go."""
+        if self._dragged is None:
+            super().mouseReleaseEvent(event)
+        self._dragged = None
 
     def _past(self, painter: QPainter) -> None:
         past, channel = self.shown.past, self.plot_of.traces[-1].channel
@@ -243,7 +297,7 @@ class TimePlots(QWidget):
         super().__init__(parent)
         self.plots = time_plots() if plots is None else plots
         self.span, self.paused = 10.0, False
-        self.shown = PlotState()
+        self.shown, self.cursors = PlotState(), Cursors(self)
         self._history = self._seen = History(seconds=1.0, rate=1.0)
         self._shades = False
         self._environment: Environment | None = None
@@ -261,10 +315,12 @@ class TimePlots(QWidget):
             self._column.addWidget(canvas)
             canvas.fit_wanted.connect(self.fit)
             canvas.pointed.connect(self._point)
+            canvas.cursor_dragged.connect(lambda index, x: self.cursors.move(index, self.shown.zero + x))
             canvas.view.setLimits(xMin=-SPANS[-1], xMax=0.0, minXRange=0.005)
         for canvas in self.canvases[:-1]:
             canvas.view.setXLink(self.canvases[-1].view)
         self.canvases[-1].view.sigXRangeChanged.connect(self._moved)
+        self.cursors.changed.connect(self.refresh)
         self._show_span()
 
     # what is shown ------------------------------------------------------------------------------
@@ -272,7 +328,11 @@ class TimePlots(QWidget):
     def set_history(self, history: History) -> None:
         """Plot another history."""
         self._history = history
-        self._seen = history.copy() if self.paused else history
+        self._look_at(history.copy() if self.paused else history)
+
+    def _look_at(self, history: History) -> None:
+        self._seen = history
+        self.cursors.set_history(history)
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
         """Take over what is drawn besides data: contact shading, the wall's line, the force limit in N.
@@ -318,7 +378,7 @@ class TimePlots(QWidget):
         if paused == self.paused:
             return
         self.paused = self.shown.paused = paused
-        self._seen = self._history.copy() if paused else self._history
+        self._look_at(self._history.copy() if paused else self._history)
         for canvas in self.canvases:
             canvas.view.setMouseEnabled(paused, False)
         self.headers[0].show_part([self.headers[0].paused], "Paused" if paused else "")
@@ -343,6 +403,12 @@ class TimePlots(QWidget):
         plot = next(plot for plot in phase_plots() if plot.channel == "position")
         theory = plot.theory(self._environment, self._values, plot.grid()) if self._environment else None
         return np.empty(0) if theory is None else landmarks(plot.grid(), theory)
+
+    def put_cursor(self, index: int) -> None:
+        """Show the cursors; put one, 0 for A, where the pointer is, if it is over a plot."""
+        self.cursors.show(True, self.span)
+        if self.shown.pointer is not None:
+            self.cursors.move(index, self.shown.zero + self.shown.pointer)
 
     def refresh(self) -> None:
         """Draw the newest data; call once per frame."""
@@ -381,6 +447,7 @@ class TimePlots(QWidget):
         before = self._seen.before(first * width)
         shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in gaps(shown.window.x, before)]
         shown.dividers = [(time - shown.zero, words) for time, words in self._seen.dividers]
+        shown.cursors = [time - shown.zero for time in self.cursors.times or ()]
         shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
         for canvas in self.canvases:
             canvas.follow()

@@ -1,0 +1,199 @@
+"""Cursors A and B in the live plots: two samples, and what lies between them."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from PySide6.QtCore import QObject, QTimer, Signal
+from PySide6.QtWidgets import QWidget
+
+from hapkit_studio.analysis.statistics import slope, statistics
+from hapkit_studio.formatting import with_unit
+from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.pages.table import Column, Table
+from hapkit_studio.gui.widgets.parts import across, down, hint, label
+from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.theme import number
+
+NAMES = "A", "B"
+_EACH_MS = 200  # how often what lies between is worked out anew while a cursor is dragged
+_FIRST = 2 / 3, 1 / 3  # of the time window: where they stand at first
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a row of the table shows: a channel in the unit of the screen."""
+
+    channel: str
+    symbol: str
+    unit: str
+    scale: float
+    decimals: int
+
+
+QUANTITIES = (
+    Quantity("position", "x", "mm", 1e3, 2),
+    Quantity("velocity", "v", "mm/s", 1e3, 1),
+    Quantity("applied", "F", "N", 1.0, 3),
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the table: head and texts."""
+
+    head: str
+    cells: tuple[str, ...]
+
+
+class Cursors(QObject):
+    """Where A and B stand: times of samples in s of the history, or None; both or none."""
+
+    changed = Signal()
+
+    def __init__(self, parent: QObject | None = None):
+        super().__init__(parent)
+        self._history = History(seconds=1.0, rate=1.0)
+        self.times: tuple[float, float] | None = None
+
+    def set_history(self, history: History) -> None:
+        """Read the samples from another history."""
+        self._history = history
+
+    @property
+    def now(self) -> float:
+        """Return the time of the newest sample in s."""
+        return self._history.now
+
+    @property
+    def on(self) -> bool:
+        """Say whether they are shown."""
+        return self.times is not None
+
+    def show(self, on: bool, span: float = 10.0) -> None:
+        """Show both in a time window of so many s, or none any more."""
+        now = self._history.now
+        if not on or math.isnan(now):
+            self.times = None
+        elif self.times is None:
+            self.times = (self._snapped(now - _FIRST[0] * span), self._snapped(now - _FIRST[1] * span))
+        self.changed.emit()
+
+    def move(self, index: int, time: float) -> None:
+        """Put one, 0 for A, on the sample at a time in s or before it."""
+        if self.times is not None:
+            times = list(self.times)
+            times[index] = self._snapped(time)
+            self.times = (times[0], times[1])
+            self.changed.emit()
+
+    def _snapped(self, time: float) -> float:
+        before = self._history.before(time)
+        return self._history.start if math.isnan(before) else before
+
+    def forget_lost(self) -> None:
+        """Take both away once the history no longer holds them."""
+        if self.times is not None and min(self.times) < self._history.start:
+            self.show(False)
+
+    def between(self) -> dict[str, np.ndarray]:
+        """Return time and channels (n,) of the samples from one to the other, both included; n > 1."""
+        first, last = sorted(self.times or (math.nan, math.nan))
+        window = self._history.between(first, math.nextafter(last, math.inf)).known()
+        return {"time": window.x, **window.y} if len(window.x) > 1 else {}
+
+    def at(self) -> tuple[dict[str, float] | None, ...]:
+        """Return all channels at A and B."""
+        return tuple(self._history.at(time) for time in self.times or ())
+
+
+def points(cursors: Cursors) -> list[Row]:
+    """Return a row for time, zero now, and each quantity: at A, at B, and B − A."""
+    at_a, at_b = cursors.at()
+    if cursors.times is None or at_a is None or at_b is None:
+        return []
+    rows = [_row("t, s", 1.0, 3, *(time - cursors.now for time in cursors.times))]
+    for q in QUANTITIES:
+        rows.append(_row(f"{q.symbol}, {q.unit}", q.scale, q.decimals, at_a[q.channel], at_b[q.channel]))
+    return rows
+
+
+def _row(head: str, scale: float, decimals: int, a: float, b: float) -> Row:
+    cells = (number(scale * a, decimals), number(scale * b, decimals))
+    return Row(head, (*cells, number(scale * (b - a), decimals, sign=True)))
+
+
+def ranges(samples: dict[str, np.ndarray]) -> list[Row]:
+    """Return a row of statistics for each quantity from A to B."""
+    rows = []
+    for q in QUANTITIES if samples else ():
+        found = statistics(samples["time"], samples[q.channel])
+        values = (found.minimum, found.maximum, found.mean, found.rms)
+        often = "–" if math.isnan(found.frequency) else with_unit(found.frequency, "", 3)
+        cells = tuple(number(q.scale * value, q.decimals) for value in values)
+        rows.append(Row(f"{q.symbol}, {q.unit}", (*cells, often)))
+    return rows
+
+
+def slope_words(samples: dict[str, np.ndarray]) -> str:
+    """Return the slope of force over position from A to B with its 95 % interval, in words."""
+    found = slope(samples["position"], samples["applied"]) if samples else None
+    if found is None:
+        return "–"
+    value, half = found
+    decimals = max(0, 1 - math.floor(math.log10(half))) if half > 0.0 else 1
+    return f"{number(value, min(decimals, 3))} ± {number(half, min(decimals, 3))} N/m"
+
+
+_HEADS = ("A", "B", "B − A"), ("least", "greatest", "mean", "RMS", "Hz")
+
+
+def _columns(heads: tuple[str, ...]) -> tuple[Column, ...]:
+    first = Column("", lambda row: row.head, right=False)
+    return (first, *(Column(head, lambda row, i=i: row.cells[i]) for i, head in enumerate(heads)))
+
+
+class CursorCard(QWidget):
+    """Shows what the cursors read: the samples at both, or what the range between them comes to."""
+
+    def __init__(self, cursors: Cursors, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._cursors, self._read = cursors, False
+        self._samples: dict[str, np.ndarray] = {}
+        self.switch = Segmented("What the cursors read", ("A and B", "Range"))
+        self.switch.show_index(0)
+        self.table = Table("Cursors")
+        self.slope = label(role="strong", wrap=False)
+        self.slope.setToolTip("Force over position from A to B: the line through all samples, 95 % interval")
+        self.period = hint()
+        head = across(label("Cursors", "strong", wrap=False), None, self.switch)
+        foot = across(label("Slope A to B", wrap=False), None, self.slope)
+        down(head, self.table, foot, self.period, into=self, margins=(14, 6, 16, 8))
+        self._each = QTimer(self, interval=_EACH_MS)
+        self._each.timeout.connect(self.refresh)
+        self.switch.chosen.connect(lambda _index: self.refresh())
+        cursors.changed.connect(self._follow)
+        self.hide()
+
+    def _follow(self) -> None:
+        self._read = False
+        self.setVisible(self._cursors.on)
+        if self._cursors.on:
+            self._each.start()
+        else:
+            self._each.stop()
+
+    def refresh(self) -> None:
+        """Read the samples, where the cursors have moved, and how long ago they were."""
+        self._cursors.forget_lost()
+        times = self._cursors.times
+        if times is None:
+            return
+        if not self._read:
+            self._read, self._samples = True, self._cursors.between()
+            self.slope.setText(slope_words(self._samples))
+            apart = abs(times[1] - times[0])
+            self.period.setText(f"1/Δt  {with_unit(1.0 / apart, 'Hz')}" if apart > 0.0 else "")
+        index = self.switch.index
+        rows = ranges(self._samples) if index else points(self._cursors)
+        self.table.show_rows(_columns(_HEADS[index]), rows)
