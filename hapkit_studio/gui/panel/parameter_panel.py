@@ -1,7 +1,6 @@
 """The panel at the right: title, parameters, warnings, stability, loop."""
 
 import re
-from collections.abc import Mapping
 
 from PySide6.QtCore import QCoreApplication, QEvent, QSettings, Qt
 from PySide6.QtGui import QFontMetricsF, QResizeEvent
@@ -101,6 +100,7 @@ class ParameterRows(QWidget):
         self._column = down(into=self)
         studio.environment_changed.connect(self.rebuild)
         studio.values_changed.connect(self.show_values)
+        studio.ranges_changed.connect(self.show_ranges)
         self.rebuild()
 
     def rebuild(self) -> None:
@@ -111,6 +111,7 @@ class ParameterRows(QWidget):
             row.changed.connect(self._apply)
         refill(self._column, self.rows.values())
         self.show_values()
+        self.show_ranges()
         self.order()
 
     def show_values(self) -> None:
@@ -120,11 +121,11 @@ class ParameterRows(QWidget):
             row.show_value(self._studio.values[key])
             row.set_locked(unused.get(key, ""))
 
-    def show_ranges(self, too_much: Mapping[str, list[tuple[float, float]]]) -> None:
+    def show_ranges(self) -> None:
         """Hatch the sliders where they are more than the loop can take."""
         for key, row in self.rows.items():
             if isinstance(row, ParameterRow):
-                row.show_ranges(too_much.get(key, ()))
+                row.show_ranges(self._studio.too_much.get(key, ()))
 
     def order(self) -> None:
         """Let Tab go through the rows in their order, right after the anchor."""
@@ -161,7 +162,6 @@ class ParameterPanel(QWidget):
         down((self.upper, 1), foot, into=self)
         self._laid_out = self.stability.verdict, self.stability, foot, self
         self.stability.judged.connect(lambda *_: self._lay_out_now())
-        self.stability.ranges.connect(self.parameters.show_ranges)
 
     def _lay_out_now(self) -> None:
         """Give a longer verdict its room at once: else a frame is painted with its words cut."""
