@@ -134,8 +134,8 @@ class AccuracyAxes:
     def _tick(self, value: float) -> str:
         if self.has_zero and math.isclose(value, self._zero):
             return "0"
-        if 1e-3 <= value < 1e4:
-            return f"{value:g}"
+        if 1e-3 <= value < 1e6:
+            return f"{value:,g}"
         return f"$10^{{{round(math.log10(value))}}}$"
 
 
@@ -282,8 +282,7 @@ def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
         found.append(Label(frame.right, frame.place(sheet.front[-1])[1], "Pareto front", c.ink3))
     if default is not None:
         scene, what = sheet.scene, rate_words(default.step_s)
-        if scene.step_s is not None:
-            what = f"{name_words(scene, default)}, {step_words(default.step_s)} step"
+        what = what if scene.step_s is None else name_words(scene, default)
         found.append(Label(*frame.place(default), f"default: {what}", c.accent, bold=True))
     for method in sheet.methods:
         points = [p for p in sheet.line(method.key) if math.isfinite(p.error)]
