@@ -86,7 +86,7 @@ def test_it_judges_the_loop_in_force_and_the_dot_follows_the_sliders(page, windo
     assert (page.lines.plane.setting, page.lines.plane.hands) == (setting, limits)
     assert column.heading.text() == "Calm"
     assert f"Let go: calm, {limits['released'] / 620.0:.1f} × below." in column.words.text()
-    assert f"{limits['firm']:,.0f} N/m" in dict(page.side.hands.pairs).values()
+    assert f"{limits['firm']:,.0f} N/m" in dict(page.verdict_column.limits.pairs).values()
     before, axes = axes_of(page), page.chart.figure.axes[0]
     for stiffness in (800.0, 700.0):
         window.studio.set_value("stiffness", stiffness)
@@ -199,8 +199,8 @@ def test_without_a_device_nothing_is_judged(shared_window):
     page = shared_window.views.page("stability")
     column = page.verdict_column
     assert column.heading.text() == "Not judged yet"
-    assert (column.lines.text(), column.conditions.pairs, page.side.hands.pairs) == ("", [], [])
-    assert not page.side.hands_heading.isVisible()
+    assert (column.lines.text(), column.conditions.pairs, column.limits.pairs) == ("", [], [])
+    assert not column.limits_heading.isVisible()
     assert not page.side.release.isEnabled()
     assert not page.bar.export.isEnabled()
     page.bar.run.click()
