@@ -10,7 +10,7 @@ from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole
 from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.analysis.stability.behaviour import NUDGE
 from hapkit_studio.analysis.stability.limits import checked_loop, coulomb_line, simple_rule
-from hapkit_studio.analysis.stability.margin import Margin, round_axes, sentence, stable_again
+from hapkit_studio.analysis.stability.margin import Margin, nice_top, round_axes, sentence, stable_again
 from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import GRIPS
@@ -183,8 +183,8 @@ def hands(setting: Setting, damping: float) -> dict[str, float]:
     return {name: limit(replace(setting, hand=name), damping) for name in GRIPS}
 
 
-# So many times the exact limit at most is looked up to, to show the boundary of dry friction.
-_FARTHEST = 4.0
+# Axes also show the boundary of dry friction, with some room, up to so many times the exact limit.
+_ROOM, _FARTHEST = 1.1, 4.0
 
 
 def plane(
@@ -207,9 +207,10 @@ def plane(
     if not (width and top):
         limits = exact_boundary if setting.linear else simple_rule
         dot = np.array([damping])
-        here = float((friction_boundary if setting.linear else simple_rule)(setting, dot)[0])
-        here = min(here, _FARTHEST * margin.limit) if setting.linear else here
+        here = margin.limit if setting.linear else float(simple_rule(setting, dot)[0])
         wide, high = round_axes(lambda across: limits(setting, across), stiffness, damping, here)
+        rubbed = float(friction_boundary(setting, dot)[0]) if setting.linear else 0.0
+        high = max(high, nice_top(_ROOM * min(rubbed, _FARTHEST * here)))
         width, top = width or wide, top or high
     across = np.linspace(0.0, width, columns)
     found = intervals(setting, across) if setting.linear else [()] * columns
