@@ -151,6 +151,7 @@ def write_labels(axes: Any, c: Colors, labels: Sequence[Label]) -> None:
             words.arrow_patch.set_visible(True)
 
 
+_CLEAR = 3.0  # points between words and a line
 # Where words may stand about their point, in points, the nearest first.
 _AROUND = sorted(
     ((dx, dy) for dx in (13, -13, 40, -40, 90, -90) for dy in range(-132, 133, 6)),
@@ -171,7 +172,8 @@ def keep_clear(words: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> N
         left, middle = x + points * away[0], y + points * away[1]
         box = Bbox.from_bounds(left if away[0] > 0 else left - width, middle - 0.5 * height, width, height)
         inside = frame.contains(box.x0, box.y0) and frame.contains(box.x1, box.y1)
-        crossed = inside and any(path.intersects_bbox(box, filled=False) for path in paths)
+        wide = box.padded(_CLEAR * points)
+        crossed = inside and any(path.intersects_bbox(wide, filled=False) for path in paths)
         return inside and not crossed and not box.count_overlaps(taken)
 
     words.xyann = next(filter(free, _AROUND), _AROUND[0])

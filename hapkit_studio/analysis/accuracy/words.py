@@ -74,15 +74,16 @@ def sentence(sheet: Sheet) -> str:
     """Write the answer of a sheet, of its scene alone, in one sentence."""
     scene, answer = sheet.scene, sheet.answer
     where = limit_words(scene) + ("" if scene.step_s is None else f" at a {step_words(scene.step_s)} step")
-    what = "rate" if scene.step_s is None else "method"
+    kind, tied = "rate" if scene.step_s is None else "method", len(answer.as_cheap)
     if answer.cheapest is None:
-        return f"In this scene no {what} is {where}."
+        return f"In this scene no {kind} is {where}."
+    kind += "s" if tied else ""
+    those = f"{scene.goal} {kind}" if scene.goal else f"{kind} {where}"
     name = name_words(scene, answer.cheapest)
     cost = f"{cost_words(answer.cheapest.ns_per_simulated_s)} per simulated second"
-    tied = len(answer.as_cheap)
     if tied:
-        return f"In this scene {tied + 1} {what}s {where} cost the least, {cost}. Most accurate: {name}."
-    return f"In this scene the cheapest {what} {where} is {name}: {cost}."
+        return f"In this scene {tied + 1} {those} cost the least, {cost}. Most accurate: {name}."
+    return f"In this scene the cheapest {those} is {name}: {cost}."
 
 
 def verdict(sheet: Sheet) -> str:
@@ -114,7 +115,7 @@ def reason(choice: Choice) -> str:
     if most > passed:
         said += f", {best} in {most}"
     else:
-        said += ", no other in more" if passed < count else ""
+        said += ", and no other is in more" if passed < count else ""
         if not answer.tied:
             dearer = _dearer(answer.default, answer.cheapest, best)
             said += f"; {best} is in as many, and the default {dearer}"
