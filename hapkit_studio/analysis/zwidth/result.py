@@ -154,13 +154,13 @@ def three_digits(value: float) -> str:
 
 
 def text(result: ZWidth) -> str:
-    """Return for a person the verdict, then a line a damping with the linear limit, and the conditions."""
-    lines = [f"{'B, N·s/m':>9}{'all rest to':>14}{'some rest to':>14}{'linear limit':>14} N/m   beyond"]
+    """Return for a person the verdict, then a line a damping with the exact boundary, and the conditions."""
+    lines = [f"{'B, N·s/m':>9}{'all rest to':>14}{'some rest to':>14}{'exact boundary':>16} N/m   beyond"]
     for damping, linear, point in zip(result.damping, result.linear, result.points, strict=True):
         limit = f"{linear:,.0f}" if math.isfinite(linear) else "–"
         motor = ", with the motor at its limit" if point.clamped else ""
         lines.append(
-            f"{damping:>9g}{three_digits(point.stiffness):>14}{point.band or '–':>14}{limit:>14}"
+            f"{damping:>9g}{three_digits(point.stiffness):>14}{point.band or '–':>14}{limit:>16}"
             f"       {ENDED[point.ended]}{motor}"
         )
     return "\n".join([result.sentence, "", *lines, "", f"Conditions: {result.caption}"])
