@@ -331,12 +331,12 @@ def with_band(
         stiffness, alike = factor * limit, 0
         while alike < band_trials(apart) and softest <= stiffness <= highest:
             tried = held(stiffness)
-            if tried.why:
+            if failed := bool(tried.why):
                 below = min(point.stiffness, max(factor * stiffness, softest))
                 point = replace(point, stiffness=below, first_failed=min(point.first_failed, stiffness))
             else:
                 clamped = tried.clamped if stiffness == point.stiffness else point.clamped
                 point = replace(point, clamped=clamped, last_held=max(point.last_held, stiffness))
-            alike = alike + 1 if bool(tried.why) != holds else 0
+            alike = alike + 1 if failed != holds else 0
             stiffness *= factor
     return point
