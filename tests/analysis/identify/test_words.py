@@ -91,8 +91,9 @@ def test_every_printout_says_that_no_force_was_measured(csv, capsys, tmp_path, m
     charts.identify_figure(identify(from_csv(path)), tmp_path / "found.png")
     for said in (text, json.loads(found)["force"], captions[0]):
         assert "No force was measured" in said
+        assert "± is that of the fit" in said
         assert "A motor at 90 % of that constant renders 90 % of what stands here" in said
-        assert "A known weight on the handle, or a kitchen scale, measures it" in said
+        assert "A known weight or two known springs at the handle, or a kitchen scale, measure it" in said
 
 
 def test_one_object_and_a_picture(csv, capsys, tmp_path):
