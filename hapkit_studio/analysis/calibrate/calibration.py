@@ -1,5 +1,6 @@
 """One calibration from beginning to end: what each step found, what it changed, and how to undo it."""
 
+import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,7 +13,7 @@ from hapkit_studio.analysis.calibrate.result import CheckResult, passed
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
 from hapkit_studio.analysis.calibrate.sensor import SensorResult
 from hapkit_studio.analysis.identify.estimates import Part
-from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, Track
+from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, LateError, Track
 from hapkit_studio.devices.padding import Padding
 from hapkit_studio.devices.profiles import Kit, of_settings, quantum_of
 from hapkit_studio.errors import ParameterError
@@ -21,6 +22,7 @@ from hapkit_studio.protocol.messages import Board, Settings
 MARK_SECONDS = 0.5
 HOOK_SECONDS = 1.0
 """s in which a handle comes to rest at a spring."""
+_TRIES = 3
 _REVERSING = {"sense", "direction", "pins", "sensor", "motor_map"}
 NO_DIRECTION = "Do the step Direction first: with a wrong direction the motor would push the handle away."
 
@@ -161,13 +163,23 @@ class Calibration:
         hook = getattr(self.runner.board, "hook_spring", lambda stiffness: None)
         hook(stiffness)
         try:
-            self.runner.record(HOOK_SECONDS)
-            track = motions.pull(self.runner, stiffness)
+            track = self._pull_in_time(stiffness)
         finally:
             hook(None)
         felt, _ = motor.felt_stiffness(track, self.board)
         self.pulled = [*(p for p in self.pulled if p[0] != stiffness), (stiffness, track)]
         return felt
+
+    def _pull_in_time(self, stiffness: float) -> Track:
+        """Pull; nobody holds anything, so that a computer that was late just tries again."""
+        for _ in range(_TRIES - 1):
+            with contextlib.suppress(LateError):
+                return self._pull_once(stiffness)
+        return self._pull_once(stiffness)
+
+    def _pull_once(self, stiffness: float) -> Track:
+        self.runner.record(HOOK_SECONDS)
+        return motions.pull(self.runner, stiffness)
 
     def use_springs(self, known: float = motor.SPRINGS_SURE) -> Strength:
         """Put the motor constant from the springs in force, each known to a share; raise ParameterError."""

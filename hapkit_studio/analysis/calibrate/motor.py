@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import signal, stats
 
 from hapkit_studio.analysis.calibrate import motions
 from hapkit_studio.analysis.calibrate.motions import (
@@ -47,6 +47,8 @@ _ENDS, _SLIDES = 0.15, 0.2
 # a step in a straight line turns its slope by at most so many times the rms that it leaves, by its length
 _STEP, _BENT = 6.0, 0.05
 _FEWEST_COUNTS = 5.0
+_MEANS = round(0.5 * PULL_PERIOD / (4.0 * SHAKE_PERIOD))
+"""Means over four shakes each of a spring that is pulled, or let back."""
 
 
 def displacement(track: Track, averaged: int = 1) -> float:
@@ -238,9 +240,8 @@ def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
         force, place = (values.mean(axis=1)[:, slides] for values in (forces, places))
         slopes = np.array([np.polyfit(*pull, 1)[0] for pull in zip(force, place, strict=True)])
         slope = float(slopes.mean())
-        legs = zip(forces.mean(axis=0)[:, slides], usual[:, slides], strict=True)
-        off = max(float(np.polyfit(*leg, 1, full=True)[1][0]) for leg in legs) / slides.sum()
-        bent = _STEP * float(np.sqrt(off) / np.ptp(place.mean(axis=0)))
+        off = (places - slope * forces)[:, :, slides]
+        bent = _STEP * _unexplained(off) / float(np.ptp(place.mean(axis=0)))
     if bent > _BENT:
         raise ParameterError(
             "The handle did not follow the force in a line: is the spring slack, does it touch something, "
@@ -250,11 +251,18 @@ def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
     return 1.0 / slope, float(np.hypot(spread, bent)) / slope
 
 
+def _unexplained(off: np.ndarray) -> float:
+    """Return the rms by which legs (pulls, 2, n) are alike, and yet no lines; what differs is noise."""
+    rest = signal.detrend(off)
+    noise = rest.var(axis=0, ddof=1).mean() / len(rest)
+    return float(np.sqrt(max((rest.mean(axis=0) ** 2).mean(axis=1).max() - noise, 0.0)))
+
+
 def _rise_and_fall(track: Track, values: np.ndarray) -> np.ndarray:
-    """Return means of values (n,) over each shake, (pulls, 2, shakes): rising, and falling from its end."""
-    edges = np.arange(PULL_PERIOD, PULLS * PULL_PERIOD + 0.5 * SHAKE_PERIOD, SHAKE_PERIOD)
+    """Return means of values (n,) over some shakes each, (pulls, 2, means): rising, falling from its end."""
+    edges = np.linspace(PULL_PERIOD, PULLS * PULL_PERIOD, 2 * (PULLS - 1) * _MEANS + 1)
     integral = np.append(0.0, np.cumsum(values[:-1] * np.diff(track.time)))
-    means = np.diff(np.interp(edges, track.time, integral)) / SHAKE_PERIOD
+    means = np.diff(np.interp(edges, track.time, integral)) / (edges[1] - edges[0])
     legs = means.reshape(PULLS - 1, 2, -1)
     legs[:, 1] = legs[:, 1, ::-1].copy()
     return legs
