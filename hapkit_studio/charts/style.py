@@ -26,7 +26,7 @@ DOT, DASH, DASH_DOT = (0, (1, 1.6)), (0, (5, 3.5)), (0, (7, 2.6, 1.6, 2.6))
 # Points that ticks and title of an axis take, with some to spare, or the layout is slow to find its width;
 # share of the height for names.
 _TICKS, _MOST = 100.0, 0.34
-_LETTER = 5.6  # points that a letter of a caption takes
+_LETTER = 6.4  # points that a letter of a caption takes
 _DPI, _PAD = 110, 0.12  # inches
 # what stays as strong while data are out of date
 _GROUND = {"surface", "plot", "grid", "line", "edge", "axis", "ink2", "ink3"}
