@@ -43,7 +43,7 @@ class Swing(NamedTuple):
     """What a run left, of its last half; each of shape (1,), but low and high."""
 
     reach: np.ndarray  # m, peak to peak
-    turn: np.ndarray  # m: of a turn there and back on the mean, so that it holds no drift; nan as frequency
+    beside: np.ndarray  # m: of a window on the mean, less what its middle drifted from the one before
     frequency: np.ndarray  # Hz: turns over their time, nan where there was not one whole turn
     clamped: np.ndarray  # share of the samples whose force is at the limit
     low: np.ndarray  # (MOST_WINDOWS,) m: of each window the lowest and the highest position
@@ -102,7 +102,7 @@ def let_go(
     low, high = swing.low, swing.high
     limit = r.block.values[block.MAX_FORCE] * (1.0 - 1e-9)
     look, waited, done, end = FIRST_LOOK, 0, 0, OPEN
-    way, extreme, before, span, travel, band, middle = 1.0, start[0], start[0], 0.0, 0.0, 0.0, start[0]
+    way, extreme, band, middle, beside = 1.0, start[0], 0.0, start[0], 0.0
     turns, first, last, clamped, counted, calm = 0, 0, 0, 0, 0, 0
     for n in range(MOST_WINDOWS):
         low[n], high[n] = math.inf, -math.inf
@@ -120,11 +120,9 @@ def let_go(
             if way * (x - extreme) >= 0.0:
                 extreme = x
             elif way * (extreme - x) > band:
-                there, span = span, abs(extreme - before)
                 if way > 0.0:
-                    travel = 0.0 if turns == 0 else travel + 0.5 * (there + span)
                     first, last, turns = done if turns == 0 else first, done, turns + 1
-                way, before, extreme = -way, extreme, x
+                way, extreme = -way, x
             if not abs(x - start[0]) <= quiet.far:
                 return LEAVES
             if waited >= quiet.still:
@@ -137,18 +135,19 @@ def let_go(
         if shrinks and n > 0 and reach < _HALF * (high[0] - low[0]):
             return SHRINKS
         drifted, middle = middle, 0.5 * (low[n] + high[n])
-        band = _TURNED * (reach - abs(middle - drifted))
+        swung = max(reach - abs(middle - drifted), 0.0)
+        beside, band = beside + swung, _TURNED * swung
         if n + 1 == look:
             end = _looked(low, high, n + 1)
             if end == STEADY or (end == GROWS and grows) or n + 1 == MOST_WINDOWS:
                 swing.reach[0] = _reach(low, high, (n + 1) // 2, n + 1)
-                swing.turn[0] = travel / (turns - 1) if turns > 1 else math.nan
+                swing.beside[0] = 2.0 * beside / (n + 1)
                 swing.clamped[0] = clamped / counted
                 swing.frequency[0] = (turns - 1) / ((last - first) * period) if turns > 1 else math.nan
                 return end
             look *= 2
         if n + 1 == look // 2:  # what is left is of the last half
-            turns, clamped, counted = 0, 0, 0
+            turns, clamped, counted, beside = 0, 0, 0, 0.0
     return OPEN
 
 

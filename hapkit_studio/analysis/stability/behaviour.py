@@ -157,12 +157,13 @@ class Trials:
             return True
         if end == LEAVES:
             return not self.centre.returns and not self.centre.kick
-        return math.isnan(self._reach) or (end != GROWS and self._reach < self.step)
+        drifts = self.centre.kick > 0.0 and math.isnan(self._swing.frequency[0])
+        return drifts or (end != GROWS and self._reach < self.step)
 
     @property
     def _reach(self) -> float:
-        """Return how far the last run swung, in m, peak to peak; nan where it drifts and nothing holds it."""
-        return float((self._swing.turn if self.centre.kick else self._swing.reach)[0])
+        """Return how far the last run swung, in m, peak to peak, beside its drift where nothing holds it."""
+        return float((self._swing.beside if self.centre.kick else self._swing.reach)[0])
 
     def swing(self, push: float) -> Behaviour | None:
         """Return how it swings that is let go at a push in m, its own push 0; None where it settles."""
