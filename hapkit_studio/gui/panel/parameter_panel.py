@@ -162,6 +162,7 @@ class ParameterPanel(QWidget):
         self._laid_out = self.stability.verdict, self.stability, foot, self
         self.stability.judged.connect(lambda *_: self._lay_out_now())
         self.stability.ranges.connect(self.parameters.show_ranges)
+        studio.environment_changed.connect(lambda: self.upper.verticalScrollBar().setValue(0))
 
     def _lay_out_now(self) -> None:
         """Give a longer verdict its room at once: else a frame is painted with its words cut."""
