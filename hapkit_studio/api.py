@@ -217,10 +217,12 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
 def _unrest(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.ndarray) -> list[str]:
     """Return what the handle does, in the hand and let go, where it does not settle from any push.
 
-    Only what still moves in the last fifth of a run is looked at; an imposed motion takes what comes.
+    A run that came to rest has shown what it does, one that never moved has not; an imposed motion takes what
+    comes.
     """
-    last = out[-max(len(out) // 5, 1) :, rows.TRUE_POSITION]
-    if isinstance(hand, Prescribed) or np.ptp(last) <= scene.device.quantum:
+    place = out[:, rows.TRUE_POSITION]
+    came, moved = (np.ptp(part) > scene.device.quantum for part in (place, place[-max(len(out) // 5, 1) :]))
+    if isinstance(hand, Prescribed) or (came and not moved):
         return []
     from hapkit_studio.analysis.stability.behaviour import behaviour  # late: most runs come to rest
 

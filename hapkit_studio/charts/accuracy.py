@@ -134,8 +134,8 @@ class AccuracyAxes:
     def _tick(self, value: float) -> str:
         if self.has_zero and math.isclose(value, self._zero):
             return "0"
-        if 1e-3 <= value < 1e4:
-            return f"{value:g}"
+        if 1e-3 <= value < 1e6:
+            return f"{value:,g}"
         return f"$10^{{{round(math.log10(value))}}}$"
 
 
@@ -245,6 +245,7 @@ def _points(axes: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
         x, y = zip((places[0][0], frame.top), *places, (frame.right, places[-1][1]), strict=True)
         for color, width in ((c.edge, 9.6), (c.theory, 7.2)):
             axes.step(x, y, where="post", color=color, linewidth=width, solid_joinstyle="miter", zorder=2.0)
+        axes.lines[-1].set_label("Pareto front")
     for each in sheet.methods:
         _line(axes, c, sheet, frame, each, 3.0 if each.key == method else 1.5)
     default = sheet.answer.default
@@ -275,15 +276,12 @@ def _line(axes: Any, c: Colors, sheet: "Sheet", frame: AccuracyAxes, method: "Me
 
 
 def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
-    """Name default, options and rates beside their points, tolerance and front at the edge."""
+    """Name default, options and rates beside their points, the tolerance at the edge."""
     frame, default = AccuracyAxes(sheet), sheet.answer.default
     found = [Label(frame.right, sheet.scene.tolerance * frame.factor, limit_words(sheet.scene), c.danger)]
-    if sheet.front:
-        found.append(Label(frame.right, frame.place(sheet.front[-1])[1], "Pareto front", c.ink3))
     if default is not None:
         scene, what = sheet.scene, rate_words(default.step_s)
-        if scene.step_s is not None:
-            what = f"{name_words(scene, default)}, {step_words(default.step_s)} step"
+        what = what if scene.step_s is None else name_words(scene, default)
         found.append(Label(*frame.place(default), f"default: {what}", c.accent, bold=True))
     for method in sheet.methods:
         points = [p for p in sheet.line(method.key) if math.isfinite(p.error)]

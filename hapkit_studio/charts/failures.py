@@ -22,7 +22,9 @@ _ROOM = 0.08  # of the height, for each mark's words at the top
 _LINE = 16.0  # points
 # A mark beyond this share of the axis has its words at its left.
 _RIGHT = 0.7
-_SHORT, _MS = 0.5, "time, ms"  # s: shorter traces are drawn over ms
+_SHORT = 0.5  # s: shorter traces are drawn over ms
+_TRACE = 0.36  # of the width, for a trace's title
+_DECADES = 3.0  # of an axis on which 2 and 5 have ticks, too
 _SMALL = 0.01  # numbers below this would need ticks too long to be read
 _FEW = 50  # points that are shown one by one
 # By role, the second of a role unlike the first: token, dashes, marker.
@@ -48,7 +50,8 @@ def draw(figure: Any, c: style.Colors, shown: "Shown") -> "Knob | None":
         axes = figure.add_subplot(grid[row, 0])
         axes.set_navigate(False)  # a click there turns no knob
         _trace(axes, style.pale(c) if word in shown.old else c, shown, one, word)
-        if row == 0 and axes.get_xlabel() == _unit(shown.outside):
+        below = shown.outside and _across(shown.outside)
+        if row == 0 and axes.get_xlabel() == below:
             axes.set_xlabel("")  # it stands below the other
     axes = figure.add_subplot(grid[:, 1])
     if shown.chart is None:
@@ -67,7 +70,7 @@ def clauses(words: str) -> list[str]:
 
 
 def _trace(axes: Any, c: style.Colors, shown: "Shown", one: "Try | None", word: str) -> None:
-    letters = int(0.4 * 72.0 * axes.figure.get_figwidth() / _LETTER)
+    letters = int(_TRACE * 72.0 * axes.figure.get_figwidth() / _LETTER)
     if one is None:
         style.style_axes(axes, c, "", "")
         axes.tick_params(labelbottom=False, labelleft=False)
@@ -77,9 +80,8 @@ def _trace(axes: Any, c: style.Colors, shown: "Shown", one: "Try | None", word: 
     color, sign = (c.ok, "✓") if found.holds else (c.danger, "✕")
     time, trace = found.trace
     factor, power = scaled(trace)
-    name = f"{found.label}, {power} {found.unit}" if found.unit or power else found.label
     axes.plot(
-        (1e3 if _unit(one) == _MS else 1.0) * time, factor * trace, color=color, linewidth=1.6, markersize=4,
+        (1e3 if _brief(one) else 1.0) * time, factor * trace, color=color, linewidth=1.6, markersize=4,
         marker="o" if len(time) < _FEW else "", drawstyle="steps-post" if found.held else "default",
     )  # fmt: skip
     knob, limit = shown.failure.knob, shown.limit
@@ -89,13 +91,18 @@ def _trace(axes: Any, c: style.Colors, shown: "Shown", one: "Try | None", word: 
         place, size = f"{word}, {far}, {one.value / limit:.3g} × the limit", style.TEXT
     title = fill(f"{sign} {place}: {clauses(found.words)[0].lower()}", letters)
     axes.set_title(title, size=size, color=color, loc="left")
-    style.style_axes(axes, c, _unit(one), name.replace("  ", " "))
+    style.style_axes(axes, c, _across(one), f"{power} {found.unit}".strip())
     axes.locator_params(axis="y", nbins=4)
 
 
-def _unit(one: "Try | None") -> str:
-    """Return the label of a trace's time axis."""
-    return _MS if one and 0.0 < one.evidence.seconds < _SHORT else "time, s"
+def _brief(one: "Try") -> bool:
+    """Return whether a trace is drawn over ms."""
+    return 0.0 < one.evidence.seconds < _SHORT
+
+
+def _across(one: "Try") -> str:
+    """Return the label of a trace's time axis, which says what is drawn, too: low axes have no room."""
+    return f"{one.evidence.label} over time, {'ms' if _brief(one) else 's'}"
 
 
 def scaled(y: np.ndarray) -> tuple[float, str]:
@@ -116,9 +123,7 @@ def _curve(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
         axis = getattr(axes, f"{name}axis")
         if log:
             getattr(axes, f"set_{name}scale")("log")
-            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axis.set_minor_formatter(NullFormatter())
-        axis.set_major_formatter("{x:,g}")
     looks = {role: itertools.cycle(known) for role, known in _LOOKS.items()}
     for line in chart.lines:
         token, dashes, marker = next(looks[line.role])
@@ -130,6 +135,16 @@ def _curve(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
         )  # fmt: skip
     if chart.level is not None:
         axes.axhline(chart.level, color=c.ink3, linewidth=1.2, zorder=2, label=plot.level_label or None)
+    for name, log in (("x", plot.log_x), ("y", plot.log_y)):
+        axis = getattr(axes, f"{name}axis")
+        if log:
+            low, high = getattr(axes, f"get_{name}lim")()
+            axis.set_major_locator(
+                LogLocator(subs=(1.0, 2.0, 5.0) if high < 10.0**_DECADES * low else (1.0,))
+            )
+        else:
+            axes.locator_params(axis=name, nbins=5)
+        axis.set_major_formatter("{x:,g}")
     letters = int(0.55 * 72.0 * axes.figure.get_figheight() / _LETTER)
     style.style_axes(axes, c, plot.x_label, fill(plot.y_label, letters))
     _limits(axes, c, shown, chart)

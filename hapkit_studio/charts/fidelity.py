@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 _OFF = ("the hand's alone", "0", "0", "0", "16 kHz", "0", "none", "true velocity")
 _KEY = (
-    "What a scene needs: the largest change of any outcome when one term is left out. Shaded: needed, more "
-    "than 2 % of its scale. Small: in what, under which hand, time without ÷ with."
+    "The largest change of any result when one term is left out. Shaded: the scene needs the term, more than "
+    "2 % of the result's scale. Small: which result, with which hand, computing time without ÷ with the term."
 )
 _SCENE_WIDTH, _COST_WIDTH = 1.3, 0.9
 

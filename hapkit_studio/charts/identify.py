@@ -61,7 +61,7 @@ def draw(figure: Any, c: Colors, part: "Part", end: float) -> None:
     for column, name in enumerate(names):
         axes = figure.add_subplot(grid[0, column])
         _term(axes, c, part, name)
-        axes.set_ylabel("its own force, N" if column == 0 else "", size=TICK, color=c.axis)
+        axes.set_ylabel("force of this term, N" if column == 0 else "", size=TICK, color=c.axis)
     if len(rows) > 1:
         _residuals(figure.add_subplot(grid[1, :]), c, part.points, end)
 
@@ -93,5 +93,5 @@ def _term(axes: Any, c: Colors, part: "Part", name: str) -> None:
 def _residuals(axes: Any, c: Colors, points: "Points", end: float) -> None:
     axes.plot(points.time - end, 1e3 * points.fit.residual, ".", markersize=2.5, color=c.applied)
     axes.axhline(0.0, color=c.ink2, linewidth=1)
-    style_axes(axes, c, "time, s (what no term explains)", "mN")
+    style_axes(axes, c, "time, s (residual: the force that no term explains)", "mN")
     axes.locator_params(axis="y", nbins=4)

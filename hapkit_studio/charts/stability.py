@@ -18,11 +18,6 @@ _SIZE = (972, 700)
 _TOKENS = ("stable", "warnsoft", "unstable")
 _GROWS = 2
 _FAINT = "40"  # a quarter, as the last two digits of a colour
-# Where words may stand about their point, in points, the nearest first.
-_AROUND = sorted(
-    ((dx, dy) for dx in (13, -13, 40, -40, 90, -90) for dy in range(-66, 67, 11)),
-    key=lambda away: (math.hypot(*away), -away[0]),
-)
 _HANDS = {"released": "-", "light": style.DASH, "medium": style.DASH_DOT, "firm": style.DOT}
 # Less than this between dot and boundary leaves no room for the arrow's words, in points.
 _ROOM_FOR_WORDS = 40.0
@@ -58,16 +53,13 @@ class Map:
         plane = self.plane
         there = {
             "exact": plane.setting.linear,
-            "friction": plane.setting.linear and plane.setting.coulomb > 0.0,
+            "friction": plane.setting.coulomb > 0.0 and bool((plane.friction < plane.top).any()),
             "measured": bool(self.boundaries),
             "simple": True,
             "passive": bool(plane.edge.any()),
             "coulomb": plane.coulomb < plane.top,
         }
-        found = {key: kb_plane.line_words(plane, key) for key, on in there.items() if on}
-        if self.hands:
-            found["hands"] = ("Other hands", "light dashed, medium dash-dotted, firm dotted")
-        return found
+        return {key: kb_plane.line_words(plane, key) for key, on in there.items() if on}
 
 
 def stability_figure(plane: Plane, path: str | Path, device: str = "") -> None:
@@ -103,6 +95,8 @@ def draw(figure: Any, c: style.Colors, shown: Map) -> "Dot":
     _regions(axes, c, measured, shown)
     style.legend(axes, c)
     figure.draw_without_rendering()  # what is where has to be known before words keep clear of it
+    for words in axes.texts:
+        style.keep_clear(words, axes.lines)
     dot = Dot(axes, c)
     dot.place(plane, shown.dotted)
     return dot
@@ -116,9 +110,14 @@ def _lines(axes: Any, c: style.Colors, shown: Map) -> None:
         name = names["friction"]
         axes.plot(plane.damping, plane.friction, color=c.ink2, linewidth=2, linestyle=style.DASH, label=name)
     for hand, limits in shown.hands.items():
-        if hand != plane.setting.hand and (limits < plane.top).any():
-            look = {"linewidth": 1.6, "linestyle": _HANDS.get(hand, "-"), "label": hand_words(hand)}
-            axes.plot(plane.damping, limits, color=c.ink2, **look)
+        inside = np.flatnonzero(limits < plane.top)
+        if hand != plane.setting.hand and len(inside):
+            axes.plot(plane.damping, limits, color=c.ink2, linewidth=1.6, linestyle=_HANDS.get(hand, "-"))
+            axes.annotate(
+                hand_words(hand), (plane.damping[inside[-1]], limits[inside[-1]]), (-4, 9), va="center",
+                textcoords="offset points", size=style.TICK, color=c.ink, path_effects=style.text_outline(c),
+                annotation_clip=False,
+            ).set_in_layout(False)  # fmt: skip
     axes.plot(
         plane.damping, plane.simple, color=c.asked, linewidth=2, linestyle=style.DOT, label=names["simple"]
     )
@@ -157,7 +156,10 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
     whose = hand if shown.particular or not plane.setting.controller else "without controller"
     named = dict.fromkeys(("stable", "unstable"), whose) if plane.setting.linear else {}
     friction = plane.setting.linear and plane.setting.coulomb > 0.0 and cells is None
-    named |= {"warnsoft": whose} if friction else {}
+    if friction:
+        named["warnsoft"] = whose
+        if not (plane.friction < plane.top).any():
+            del named["unstable"]
     if plane.setting.linear and shown.particular is None:
         axes.fill_between(plane.damping, plane.exact, 10.0 * plane.top, color=c.unstable, zorder=0.1)
         axes.fill_between(
@@ -204,7 +206,7 @@ class Dot:
     """The rendered impedance with its values, and an arrow to the boundary; ``artists`` are drawn last."""
 
     def __init__(self, axes: Any, c: style.Colors):
-        self._c = c
+        self._c, self._names = c, list(axes.texts)
         words = {
             "textcoords": "offset points", "size": style.TEXT, "weight": "bold", "va": "center", "zorder": 8,
             "path_effects": style.text_outline(c), "annotation_clip": False,
@@ -242,29 +244,9 @@ class Dot:
         ):
             words.set(text=text, color=color)
             words.xy = x, height
-            self._keep_clear(words, [self.words.get_window_extent()] if words is self._factor else [])
+            lines = [line for line in words.axes.lines if line is not self._dot]
+            taken = [*self._names, *([self.words] if words is self._factor else [])]
+            style.keep_clear(words, lines, [other.get_window_extent() for other in taken])
         for artist in self.artists:
             artist.set_visible(dotted)
         self._arrow.set_visible(dotted and abs(tip - y) > 0.03 * plane.top)
-
-    def _keep_clear(self, words: Any, taken: Sequence[Any]) -> None:
-        """Put words about their point where they cover no line and no box; beside it if nowhere is free."""
-        from matplotlib.transforms import Bbox
-
-        axes, points = words.axes, words.figure.dpi / 72.0
-        frame, (_, _, width, height) = axes.get_window_extent(), words.get_window_extent().bounds
-        x, y = axes.transData.transform(words.xy)
-        lines = [line for line in axes.lines if line is not self._dot and line.get_visible()]
-        paths = [line.get_path().transformed(line.get_transform()) for line in lines]
-
-        def free(away: tuple[int, int]) -> bool:
-            left, middle = x + points * away[0], y + points * away[1]
-            box = Bbox.from_bounds(
-                left if away[0] > 0 else left - width, middle - 0.5 * height, width, height
-            )
-            inside = frame.contains(box.x0, box.y0) and frame.contains(box.x1, box.y1)
-            crossed = inside and any(path.intersects_bbox(box, filled=False) for path in paths)
-            return inside and not crossed and not box.count_overlaps(taken)
-
-        words.xyann = next(filter(free, _AROUND), _AROUND[0])
-        words.set(horizontalalignment="left" if words.xyann[0] > 0 else "right")

@@ -3,6 +3,7 @@
 Labels beside points are moved up and down until none lies on another.
 """
 
+import math
 import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -24,8 +25,8 @@ TICK, TEXT, HEAD = 12, 13, 16
 DOT, DASH, DASH_DOT = (0, (1, 1.6)), (0, (5, 3.5)), (0, (7, 2.6, 1.6, 2.6))
 # Points that ticks and title of an axis take, with some to spare, or the layout is slow to find its width;
 # share of the height for names.
-_TICKS, _MOST = 120.0, 0.34
-_LETTER = 5.6  # points that a letter of a caption takes
+_TICKS, _MOST = 100.0, 0.34
+_LETTER = 6.4  # points that a letter of a caption takes
 _DPI, _PAD = 110, 0.12  # inches
 # what stays as strong while data are out of date
 _GROUND = {"surface", "plot", "grid", "line", "edge", "axis", "ink2", "ink3"}
@@ -106,6 +107,7 @@ def text_outline(c: Colors) -> list:
 
 _ROUNDS = 400
 _AWAY, _RING = 10.0, 16.0  # points beside a point, and beside one with a ring
+_ABOVE = 9.0  # points, of a line's name
 _LINE = 1.15  # a line's height over its letters'
 
 
@@ -122,8 +124,11 @@ class Label:
 
 
 def write_labels(axes: Any, c: Colors, labels: Sequence[Label]) -> None:
-    """Write labels; one that moved has a thin line to its point. The figure's layout must have been made."""
-    frame = axes.get_window_extent()
+    """Write labels; one that moved has a thin line to its point. The figure's layout must have been made.
+
+    A bold one that would lie on a line goes where it lies on none.
+    """
+    frame, lines = axes.get_window_extent(), list(axes.lines)
     made = [_beside(axes, c, label, frame) for label in labels]
     boxes = [words.get_window_extent() for words in made]
     middles = np.array([0.5 * (box.y0 + box.y1) for box in boxes])
@@ -133,9 +138,46 @@ def write_labels(axes: Any, c: Colors, labels: Sequence[Label]) -> None:
     for words, moved, tall in zip(
         made, move_apart(middles, heights, sides, (frame.y0, frame.y1)) - middles, heights, strict=True
     ):
-        words.xyann = (words.xyann[0], points * moved)
+        words.xyann = (words.xyann[0], words.xyann[1] + points * moved)
         if abs(moved) > 0.6 * tall:
             words.arrow_patch.set_visible(True)
+    for words, label in zip(made, labels, strict=True):
+        box = words.get_window_extent()
+        if label.bold and any(
+            line.get_path().transformed(line.get_transform()).intersects_bbox(box, filled=False)
+            for line in lines
+        ):
+            keep_clear(words, lines, [other.get_window_extent() for other in made if other is not words])
+            words.arrow_patch.set_visible(True)
+
+
+_CLEAR = 3.0  # points between words and a line
+# Where words may stand about their point, in points, the nearest first.
+_AROUND = sorted(
+    ((dx, dy) for dx in (13, -13, 40, -40, 90, -90) for dy in range(-132, 133, 6)),
+    key=lambda away: (math.hypot(*away), -away[0]),
+)
+
+
+def keep_clear(words: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> None:
+    """Put words about their point where they cover no line and no box; beside it if nowhere is free."""
+    from matplotlib.transforms import Bbox
+
+    axes, points = words.axes, words.figure.dpi / 72.0
+    frame, (_, _, width, height) = axes.get_window_extent(), words.get_window_extent().bounds
+    x, y = axes.transData.transform(words.xy)
+    paths = [line.get_path().transformed(line.get_transform()) for line in lines if line.get_visible()]
+
+    def free(away: tuple[int, int]) -> bool:
+        left, middle = x + points * away[0], y + points * away[1]
+        box = Bbox.from_bounds(left if away[0] > 0 else left - width, middle - 0.5 * height, width, height)
+        inside = frame.contains(box.x0, box.y0) and frame.contains(box.x1, box.y1)
+        wide = box.padded(_CLEAR * points)
+        crossed = inside and any(path.intersects_bbox(wide, filled=False) for path in paths)
+        return inside and not crossed and not box.count_overlaps(taken)
+
+    words.xyann = next(filter(free, _AROUND), _AROUND[0])
+    words.set(horizontalalignment="left" if words.xyann[0] > 0 else "right")
 
 
 def move_apart(
@@ -161,7 +203,7 @@ def move_apart(
 
 
 def _beside(axes: Any, c: Colors, label: Label, frame: Any) -> Any:
-    """Write beside a point, on its other side where the frame ends."""
+    """Write beside a point, on its other side where the frame ends; there a line's name stands above it."""
     away = _RING if label.bold else _AWAY
     made = axes.annotate(
         label.text, (label.x, label.y), (away, 0.0), textcoords="offset points", va="center", size=TICK,
@@ -172,7 +214,7 @@ def _beside(axes: Any, c: Colors, label: Label, frame: Any) -> Any:
     made.set_in_layout(False)
     if label.left or made.get_window_extent().x1 > frame.x1 - 2.0:
         made.set_horizontalalignment("right")
-        made.xyann = (-away, 0.0)
+        made.xyann = (-away, _ABOVE if label.x >= axes.get_xlim()[1] else 0.0)
     return made
 
 

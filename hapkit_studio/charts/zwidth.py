@@ -1,4 +1,4 @@
-"""The Z-width: the stiffest wall over virtual damping, the linear loop's limit beside it."""
+"""The Z-width: the stiffest wall over virtual damping, the exact boundary of the linear loop beside it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _SIZE = (792, 504)
 _ROOM = 1.18
-# The bar beneath a point, narrower than its marker, in points.
+# The bar above a point, narrower than its marker, in points.
 _BAND = 6.0
 # What the axes show at least while points come, N·s/m and N/m.
 _RIGHT, _TOP = 10.0, 1000.0
@@ -53,7 +53,7 @@ def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
 
 
 def draw(figure: Any, c: Colors, walls: Walls) -> None:
-    """Draw stiffness over damping; a hollow marker: the motor's limit was reached; a bar: some walls fail."""
+    """Draw stiffness over damping; a hollow marker: the motor's limit was reached; a bar: some walls rest."""
     axes = figure.add_subplot()
     tried = walls.tried or (0.0, 0.0)
     damping, points = [b for b, _ in walls.points], [point for _, point in walls.points]
@@ -63,24 +63,23 @@ def draw(figure: Any, c: Colors, walls: Walls) -> None:
     axes.set_xlim(-0.02 * walls.right, 1.04 * walls.right)
     axes.set_ylim(0.0, nice_top(_ROOM * float(high)))
     axes.yaxis.set_major_formatter("{x:,.0f}")
-    sure = [min(point.stiffness, point.first_failed) for point in points]
-    axes.fill_between(damping, sure, color=c.stable, linewidth=0.0)
+    axes.fill_between(damping, stiffness, color=c.stable, linewidth=0.0)
     axes.plot(damping, stiffness, color=c.position, linewidth=2.4, zorder=3)
-    for clamped, words in ((False, "rendered without buzzing"), (True, "at the motor's limit")):
+    for clamped, words in ((False, "all rest up to here"), (True, "all rest up to here, motor at its limit")):
         if any(p.clamped == clamped for p in points):
             axes.plot(
                 *zip(*((b, p.stiffness) for b, p in walls.points if p.clamped == clamped), strict=True),
                 "o", color=c.position, label=words, markersize=9,
                 markeredgewidth=2.0, markerfacecolor=c.plot if clamped else c.position, zorder=4,
             )  # fmt: skip
-    bands = [(b, p.first_failed, p.last_held) for b, p in walls.points if p.band]
+    bands = [(b, p.stiffness, p.last_held) for b, p in walls.points if p.band]
     if bands:
-        words = "some walls hold, some fail"
+        words = "some rest, some buzz"
         axes.vlines(
             *zip(*bands, strict=True), color=c.warn, linewidth=_BAND, alpha=0.6, label=words, zorder=3.5
         )
     if np.isfinite(walls.curve).any():
-        words = "linear loop: no friction, no sensor steps"
+        words = "exact boundary: no friction, no sensor steps"
         axes.plot(*walls.curve, color=c.ink, linewidth=2.0, linestyle=DASH, label=words)
     if walls.tried is not None:
         axes.plot(*tried, "o", markersize=14, color="none", markeredgecolor=c.accent, markeredgewidth=2.2)

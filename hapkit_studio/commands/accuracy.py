@@ -63,7 +63,7 @@ def _sheet(sheet: Sheet) -> str:
     """Return a scene's table: a line a point, the default marked."""
     scene, answer = sheet.scene, sheet.answer
     lines = [f"{sheet.chart} · {scene.title}", words.sentence(sheet), words.verdict(sheet)]
-    lines.append(f"Tolerance: {scene.reason}.")
+    lines.append(f"Tolerance: {words.tolerance_words(scene)}. {scene.reason}.")
     lines.append(f"  {'method':<22}{'step':>10}{'error':>14}{'per simulated s':>18}")
     for point in sheet.points:
         marks = ("* " if point.pareto else "  ") + ("default" if point is answer.default else "")

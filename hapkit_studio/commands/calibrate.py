@@ -1,14 +1,21 @@
-"""The command that shows a board's calibration, or puts a kit's or a file's on it."""
+"""The command that shows a board's calibration, puts another on it, or measures its motor constant."""
 
 import argparse
 import contextlib
-from dataclasses import replace
+import sys
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any
 
 from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.commands.check_hapkit import board_named
 from hapkit_studio.devices import calibration_file, profiles
+from hapkit_studio.devices.board_runner import BoardRunner
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.parameters import check_number
 from hapkit_studio.protocol.messages import Board, MotorMap, Origin, Pins, Sensor, Settings
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.calibrate.motor import Strength
 
 _NAMES = {"pins": Pins, "sensor": Sensor, "motor_map": MotorMap}
 
@@ -19,17 +26,22 @@ OPTIONS = (
     option("--kit", metavar="KEY", help=f"put a kit's usual numbers on the board: {_KEYS}"),
     option("--from", dest="file", metavar="TOML", help="put a calibration file on the board"),
     option("--label", metavar="NAME", help="the kit's name, 12 letters at most"),
+    option(
+        "--springs", nargs=2, type=float, metavar="N/m",
+        help="measure the motor constant with two springs that are hooked to the handle in turn, and keep it",
+    ),
+    option(
+        "--springs-known", type=float, default=3.0, metavar="%",
+        help="how far each spring's stiffness may be off; 3",
+    ),
     option("--write", action="store_true", help="write the calibration to a file, too"),
-)
+)  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Show the settings in force; first put others in force and keep them, where asked."""
-    if options.kit and options.file:
-        raise ParameterError("Name a kit or a file, not both.")
-    wanted = calibration_file.read(options.file) if options.file else None
-    if options.kit:
-        wanted = profiles.named(options.kit).board
+    """Show the settings in force; first put others in force, measure the motor, keep both, where asked."""
+    wanted = _wanted(options)
+    strength = None
     with contextlib.closing(board_named(options.device)) as board:
         board.open()
         settings = board.settings()
@@ -38,11 +50,50 @@ def run(options: argparse.Namespace) -> Result:
             label = calibration_file.checked_label(options.label) if options.label else chosen.label
             board.configure(replace(chosen, label=label))
             settings = board.save()
-    written = str(calibration_file.write(profiles.of_settings(settings), {})) if options.write else ""
+        if options.springs:
+            strength = _strength(board, options.springs, 0.01 * options.springs_known)
+            settings = board.save()
+    notes = {"Strength": strength.words} if strength else {}
+    written = str(calibration_file.write(profiles.of_settings(settings), notes)) if options.write else ""
     numbers = {f.name: getattr(settings, f.name) for f in Board.layout()}
     words = {name: kind(numbers[name]).name for name, kind in _NAMES.items()}
     found = {**numbers, **words, "origin": Origin(settings.origin).name, "written": written}
-    return Result(_text(settings, written), found)
+    more = {"strength": asdict(strength)} if strength else {}
+    return Result("\n".join([*notes.values(), _text(settings, written)]), found | more)
+
+
+def _wanted(options: argparse.Namespace) -> Board | None:
+    """Return the settings to put in force; raise ParameterError where the options do not go together."""
+    if options.kit and options.file:
+        raise ParameterError("Name a kit or a file, not both.")
+    if options.springs:
+        from hapkit_studio.analysis.calibrate.motor import check_springs  # takes a second to import
+
+        check_springs(options.springs)
+        check_number(options.springs_known, "springs' tolerance", "%", high=50.0)
+    if options.kit:
+        return profiles.named(options.kit).board
+    return calibration_file.read(options.file) if options.file else None
+
+
+def _strength(board: Any, springs: list[float], known: float) -> "Strength":
+    """Measure the motor constant of an open board with springs in N/m, known to a share; put it in force."""
+    from hapkit_studio.analysis.calibrate.calibration import Calibration
+    from hapkit_studio.analysis.calibrate.motor import HOOKED
+
+    runner = BoardRunner(board)
+    runner.read_settings()
+    work = Calibration(runner)
+    for stiffness in sorted(springs):
+        if not hasattr(board, "hook_spring"):  # the virtual board's hang on by themselves
+            hook = f"Hook the spring of {stiffness:g} N/m {HOOKED}."
+            print(f"{hook} Hands off, then press Enter.", end=" ", file=sys.stderr, flush=True)
+            if not sys.stdin.readline():
+                raise ParameterError("Somebody has to hook the springs on: run this at a terminal.")
+        if sys.stderr.isatty():
+            print(f"Pulling at {stiffness:g} N/m …", file=sys.stderr)
+        work.pull(stiffness)
+    return work.use_springs(known)
 
 
 def _text(settings: Settings, written: str) -> str:
@@ -57,4 +108,10 @@ def _text(settings: Settings, written: str) -> str:
     return "\n".join(lines + ([f"wrote {written}"] if written else []))
 
 
-COMMAND = Command("calibrate", "show a board's calibration, or put another on it", run, OPTIONS, 96)
+COMMAND = Command(
+    "calibrate",
+    "show a board's calibration, put another on it, or measure its force with two springs",
+    run,
+    OPTIONS,
+    96,
+)

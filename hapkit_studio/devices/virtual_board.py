@@ -113,6 +113,8 @@ PATIENCE = 10.0
 """s that an answer may take: a busy machine simulates slowly, and never loses a byte."""
 HAND_PERIOD = 1.0 / 60.0
 """s in which the hand follows to a new target: the pace at which a window sends them."""
+HOOK_PERIOD = 0.5
+"""s in which a spring that is hooked on takes the handle to the middle."""
 
 
 def program() -> Path:
@@ -242,6 +244,13 @@ class VirtualBoard(HapkitBoard):
         g = self._grip
         numbers = (self._target, g.stiffness, g.damping, g.mass, HAND_PERIOD, ARRIVES, LEADS)
         self.send("hand " + " ".join(str(float(number)) for number in numbers))
+
+    def hook_spring(self, stiffness: float | None) -> None:
+        """Put a spring in N/m between handle and middle instead of the hand; None takes it off."""
+        if stiffness is None:
+            self._move()
+        else:
+            self.send(f"hand 0 {stiffness} 0 0 {HOOK_PERIOD}")
 
     def unplug(self) -> None:
         """Pull the cable: whoever has the port open sees a hang-up; the firmware runs on."""

@@ -1,7 +1,6 @@
 """What an environment is: a force law with its parameters, its words and its picture's name."""
 
-import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -35,41 +34,18 @@ class Conditions:
     max_force: float = 3.0
     estimator: Spec = "difference"
 
-    @property
-    def late(self) -> float:
-        """Return how late a force is on the mean in s: held for a period, after the delay."""
-        return 0.5 * self.period + self.delay
-
-    def loop(self, damping: float = 0.0) -> sampled_loop.Loop:
-        """Return the loop of a released handle that renders so much damping in N·s/m.
+    def loop(self) -> sampled_loop.Loop:
+        """Return the loop of a released handle, without what is rendered.
 
         An estimator that is not linear has no exact limit: the quickest one stands for it.
         """
         linear = parse(self.estimator)[0].response is not None
         estimator = self.estimator if linear else "difference"
         held, rate = Grip(0.0, 0.0, 0.0), 1.0 / self.period
+        held, rate = Grip(0.0, 0.0, 0.0), 1.0 / self.period
         return sampled_loop.Loop(
-            self.mass, self.viscous, held, damping, rate, self.delay, estimator, self.quantum
+            self.mass, self.viscous, held, 0.0, rate, self.delay, estimator, self.quantum
         )
-
-    def hunting(self, stiffness: float, damping: float = 0.0, force: float = math.inf) -> Iterator[str]:
-        """Say where a swing of the handle grows by itself, unless a hand damps it.
-
-        stiffness N/m and damping N·s/m are rendered where it is, `force` N is the most that the spring pushes
-        there: what friction takes from a swing, less than that must give back.
-        """
-        loop = self.loop(damping)
-        most = sampled_loop.damping_limit(loop)
-        if damping > most:
-            above = f"Damping of {damping:.3g} N·s/m, above the limit of {most:.3g} N·s/m"
-            yield f"{above}: unless held, the handle trembles."
-            return
-        limit = sampled_loop.stiffness_limit(loop)
-        swing = sampled_loop.growing_amplitude(stiffness, limit, self.mass, self.coulomb, self.late)
-        if swing * stiffness < min(force, self.max_force):
-            grows = f"a swing over {1e3 * swing:.2g} mm" if swing > 0.0 else "any swing"
-            above = f"As stiff as {stiffness:,.0f} N/m, above the limit of {limit:,.0f} N/m"
-            yield f"{above}: unless held, {grows} grows."
 
 
 @dataclass(frozen=True)

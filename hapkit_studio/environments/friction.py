@@ -143,22 +143,6 @@ def terms(values: Values) -> ForceTerms:
     )
 
 
-def held_force(values: Values, conditions: Conditions) -> float:
-    """Return the most force in N up to which what holds acts on a swing like a spring.
-
-    Karnopp's lets go at the edge of its band of speed. A bristle's swing goes around a loop (Dahl) that takes
-    4/3 K² A³ / F in a cycle: beside it, what lateness gives outweighs friction only below this.
-    """
-    _, kinetic = levels(values)
-    stiffness, mass = values["tether_stiffness"], conditions.mass
-    if values["model"] == KARNOPP:
-        return min(kinetic, values["stick_velocity"] * math.sqrt(stiffness * mass))
-    if values["model"] == LUGRE:
-        turned = math.sqrt(stiffness / mass) * conditions.late
-        return kinetic * min(1.0, 3.0 / 16.0 * math.pi * turned)
-    return kinetic
-
-
 def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
     """Tell where the speed of a slow slide is seen so coarsely that the model takes it for a fast one.
 
@@ -194,9 +178,6 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
         if slope > most:
             yield f"Friction begins as {slope:.3g} N·s/m, above {most:.3g} N·s/m: raise the stick velocity."
         return
-    # the projection damps what holds by as much as it is stretched within a period
-    damping = values["viscous"] + (values["tether_stiffness"] * period if model == PROJECTION else 0.0)
-    yield from conditions.hunting(values["tether_stiffness"], damping, held_force(values, conditions))
     if model in (KARNOPP, STRIBECK, LUGRE):
         yield from slow_slide(values, conditions)
     if model == LUGRE and values["tether_stiffness"] * conditions.speed * period > 2.0 * kinetic:

@@ -69,7 +69,7 @@ def unused(values: Values) -> dict[str, str]:
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell what cannot be felt as it is: ridges too fast, too fine or too steep to be sampled."""
+    """Tell what cannot be felt as it is: ridges too fast or too fine to be sampled."""
     wavelength, period = values["wavelength"], conditions.period
     fastest = wavelength / (10.0 * period)
     if conditions.speed > fastest:
@@ -80,7 +80,6 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     finest = 10.0 * conditions.quantum
     if wavelength < finest:
         yield f"Ridges of {1e3 * wavelength:.3g} mm are finer than 10 sensor counts, {1e3 * finest:.3g} mm."
-    yield from conditions.hunting(*impedance(values), values["amplitude"])
 
 
 def over_position(values: Values, x: np.ndarray) -> np.ndarray:

@@ -57,6 +57,7 @@ class Studio(QObject):
     stop_changed = Signal()
     engine_changed = Signal()
     link_changed = Signal()
+    ranges_changed = Signal()
 
     def __init__(
         self,
@@ -79,6 +80,8 @@ class Studio(QObject):
         self.stopped = False
         self.restored = False
         """Whether what is in force is of an earlier start, and no motor was told to render it."""
+        self.too_much: Mapping[str, Sequence[tuple[float, float]]] = {}
+        """The ranges of each parameter, SI, that are more than the loop can take, as far as is known."""
         self._board_answer: tuple = ()
         self._answer = QTimer(self, interval=ANSWER_MS, singleShot=True)
         self._answer.timeout.connect(self._check_board_answer)
@@ -116,6 +119,7 @@ class Studio(QObject):
 
     def _put_in_force(self, environment: "Environment") -> None:
         self.environment = environment
+        self.too_much = {}
         if self.engine is not None:
             self.engine.set_environment(environment, self.values)
         self.environment_changed.emit()
@@ -140,6 +144,11 @@ class Studio(QObject):
         else:
             numbers = self.environments[key].values({**self.library.values[key], **changes})
             self.library.values[key].update(numbers)
+
+    def note_ranges(self, too_much: Mapping[str, Sequence[tuple[float, float]]]) -> None:
+        """Take over which values are more than the loop can take, for every slider in the window."""
+        self.too_much = too_much
+        self.ranges_changed.emit()
 
     def reset_values(self) -> None:
         """Put every parameter of the environment back to its default, all at once."""

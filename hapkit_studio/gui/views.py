@@ -116,6 +116,8 @@ class Views(QObject):
         self._show_side(page.side if page else None)
         if page is not None:
             page.set_shown(True)
+        if key != LAW and not self._bar.hasFocus():  # else Qt gives it to what comes next, the status bar
+            self.take_keys()
 
     def _show_mark(self, key: str, words: str) -> None:
         index, title = self._index(key), self._library[key].title

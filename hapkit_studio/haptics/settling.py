@@ -15,6 +15,7 @@ from hapkit_studio.haptics import block, headless, rows
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.simulated_loop import Plant
 from hapkit_studio.haptics.survey import Flat, restart
+from hapkit_studio.laws.native import call
 
 # How a run ends: it rests, is beyond what is near, has come down to half its first swing, swings steadily,
 # ever farther, or is not known after the most windows.
@@ -24,8 +25,8 @@ FIRST_LOOK, MOST_WINDOWS, CALM_WINDOWS = 16, 256, 4
 # that grows by more than that.
 _STEADY_SHARE, _GROWING_SHARE = 0.002, 0.04
 _HALF = 0.5
-# A turn is counted where the motion passes its middle after it was so far, in reaches, to the other side.
-_HYSTERESIS = 0.1
+# The motion has turned where it came back by so much of what a window reaches besides its drift.
+_TURNED = 0.5
 
 
 class Quiet(NamedTuple):
@@ -42,6 +43,7 @@ class Swing(NamedTuple):
     """What a run left, of its last half; each of shape (1,), but low and high."""
 
     reach: np.ndarray  # m, peak to peak
+    beside: np.ndarray  # m: of a window on the mean, less what its middle drifted from the one before
     frequency: np.ndarray  # Hz: turns over their time, nan where there was not one whole turn
     clamped: np.ndarray  # share of the samples whose force is at the limit
     low: np.ndarray  # (MOST_WINDOWS,) m: of each window the lowest and the highest position
@@ -50,7 +52,7 @@ class Swing(NamedTuple):
 
 def new_swing() -> Swing:
     """Return room for what a run leaves."""
-    return Swing(*np.zeros((3, 1)), *np.zeros((2, MOST_WINDOWS)))
+    return Swing(*np.zeros((4, 1)), *np.zeros((2, MOST_WINDOWS)))
 
 
 @inlined
@@ -100,7 +102,7 @@ def let_go(
     low, high = swing.low, swing.high
     limit = r.block.values[block.MAX_FORCE] * (1.0 - 1e-9)
     look, waited, done, end = FIRST_LOOK, 0, 0, OPEN
-    middle, band, below = start[0], 0.0, False
+    way, extreme, band, middle, beside = 1.0, start[0], 0.0, start[0], 0.0
     turns, first, last, clamped, counted, calm = 0, 0, 0, 0, 0, 0
     for n in range(MOST_WINDOWS):
         low[n], high[n] = math.inf, -math.inf
@@ -115,11 +117,12 @@ def let_go(
             waited = waited + 1 if row[rows.TRUE_VELOCITY] == 0.0 else 0
             clamped += 1 if abs(force) >= limit else 0
             counted += 1
-            if x < middle - band:
-                below = True
-            elif below and x > middle:
-                below, first, last = False, done if turns == 0 else first, done
-                turns += 1
+            if way * (x - extreme) >= 0.0:
+                extreme = x
+            elif way * (extreme - x) > band:
+                if way > 0.0:
+                    first, last, turns = done if turns == 0 else first, done, turns + 1
+                way, extreme = -way, x
             if not abs(x - start[0]) <= quiet.far:
                 return LEAVES
             if waited >= quiet.still:
@@ -131,15 +134,29 @@ def let_go(
             return RESTS
         if shrinks and n > 0 and reach < _HALF * (high[0] - low[0]):
             return SHRINKS
-        middle, band = 0.5 * (low[n] + high[n]), _HYSTERESIS * reach
+        drifted, middle = middle, 0.5 * (low[n] + high[n])
+        swung = max(reach - abs(middle - drifted), 0.0)
+        beside, band = beside + swung, _TURNED * swung
         if n + 1 == look:
             end = _looked(low, high, n + 1)
             if end == STEADY or (end == GROWS and grows) or n + 1 == MOST_WINDOWS:
                 swing.reach[0] = _reach(low, high, (n + 1) // 2, n + 1)
+                swing.beside[0] = 2.0 * beside / (n + 1)
                 swing.clamped[0] = clamped / counted
                 swing.frequency[0] = (turns - 1) / ((last - first) * period) if turns > 1 else math.nan
                 return end
             look *= 2
         if n + 1 == look // 2:  # what is left is of the last half
-            turns, clamped, counted = 0, 0, 0
+            turns, clamped, counted, beside = 0, 0, 0, 0.0
     return OPEN
+
+
+@compiled
+def static_forces(r: LoopArrays, places: np.ndarray, forces: np.ndarray) -> None:
+    """Fill the law's forces (n,) in N at rest at places (n,) in m, its state at the start each time."""
+    values = r.block.values
+    for i in range(places.shape[0]):
+        for j in range(block.STATES):
+            r.states[0, j] = values[block.INITIAL_STATE + j]
+        numbers, law = values[: block.INITIAL_STATE], r.block.words[block.LAW]
+        forces[i] = call(law, numbers, r.states[0], places[i], 0.0, values[block.PERIOD], r.fault)

@@ -25,8 +25,8 @@ class PaddleKit:
 
     mass, viscous, coulomb: the paddle. sense: -1 with the magnet turned round. direction: -1 with the motor's
     wires crossed. supply: 0 without. dead: duty below which the motor gives nothing. noise: counts, sigma.
-    weight: N that pull. pace: s that a period takes. student(kit): called every period, may set ``hand`` to
-    a place in m, or None.
+    weight: N that pull. spring: N/m of one between handle and middle. pace: s that a period takes.
+    student(kit): called every period, may set ``hand`` to a place in m, or None.
     """
 
     simulated, title = False, "Hapkit on test"
@@ -41,13 +41,14 @@ class PaddleKit:
         self.sense, self.direction, self.magnet = sense, direction, magnet
         self.supply, self.dead, self.noise = supply, dead, noise
         self.counts, self.lowest, self.stuck = counts, lowest, stuck
+        self.torque = torque
         self.gear = HANDLE * pulley / sector
         self.full = torque / self.gear
         self.count_length = math.pi * self.gear / counts
         self.rng = np.random.default_rng(1)
         self.settings_now = board or default().board
         self.stored, self.origin, self.hello = None, Origin.DEFAULT, None
-        self.x = self.v = self.weight = 0.0
+        self.x = self.v = self.weight = self.spring = 0.0
         self.hand, self.student, self.slipped = None, lambda kit: None, 0.0
         self.seq, self.time, self.pwm, self.answered, self.delay = 0, 0.0, 0, 0, 0
         self.turns, self.last, self.silent = 0, None, True
@@ -166,9 +167,9 @@ class PaddleKit:
 
     def _glide(self, dt):
         force = self.motor_force(self.pwm) + self.weight
-        step = transition(self.mass, self.viscous, 0.0, dt)
+        step = transition(self.mass, self.viscous, self.spring, dt)
         self.x, self.v = advance(
-            self.x, self.v, force, 0.0, self.coulomb, self.mass, self.viscous, 0.0, dt, step
+            self.x, self.v, force, 0.0, self.coulomb, self.mass, self.viscous, self.spring, dt, step
         )
         if abs(self.x) > STOP:
             self.x, self.v = math.copysign(STOP, self.x), 0.0

@@ -153,15 +153,10 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
         ({"model": "coulomb", "kinetic_force": 1.352}, {"kinetic_force": 1.380}, "above 1.4 N"),
         ({"model": "smoothed", "stick_velocity": 0.00456}, {"stick_velocity": 0.00446}, "above 88.7 N·s/m"),
         ({"model": "karnopp", "stick_velocity": 0.0209}, {"stick_velocity": 0.0205}, "20.7 mm/s"),
-        (
-            {"model": "tether", "viscous": 0.0, "tether_stiffness": 992.0},
-            {"tether_stiffness": 1012.0},
-            "limit of 1,002 N/m",
-        ),
     ],
 )
 def test_what_is_beyond_a_models_limit_is_said_in_one_line(inside, outside, words):
-    """Theory §1: the tether's 2 b/T + b²/3m; for the smoothed 2 m/T + 4 b/3, where B n0 / T is 1."""
+    """Theory §1: for the smoothed 2 m/T + 4 b/3, where B n0 / T is 1."""
     assert not any(words in line.replace("Above", "above") for line in warned("friction", **inside))
     (line,) = warned("friction", **(inside | outside))
     assert words in line.replace("Above", "above")

@@ -1,4 +1,4 @@
-"""Where a warning says that a swing of the handle grows by itself, it does; elsewhere it does not."""
+"""Where a run says that the handle swings by itself, it does; elsewhere it does not."""
 
 import math
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import hapkit_studio as hs
-from hapkit_studio.environments.base import Conditions
 
 MASS, VISCOUS, COUNT = 0.044, 0.5, 20.7e-6
 
@@ -35,8 +34,8 @@ def swings(run):
 
 
 def said(run):
-    """Return whether a line says that a swing grows."""
-    return any("swing" in line for line in run.warnings)
+    """Return whether a line says that the handle, let go, does not come to rest."""
+    return any(line.startswith("Let go: ") for line in run.warnings)
 
 
 @pytest.mark.parametrize("late", [0.0, 0.5e-3, 1e-3])
@@ -128,17 +127,3 @@ def test_the_handles_own_friction_decides_on_ridges_of_a_third_of_a_newton():
         grating = {"kind": "grating", "amplitude": 0.3}
         run = hs.simulate("texture", grating, device=device, delay=1e-3, seconds=10.0)
         assert said(run) == (np.ptp(run.true_position[-1000:]) > 1e-3) == (friction == 0.0)
-
-
-def test_a_force_that_ends_early_hunts_no_farther_than_it_reaches():
-    """On 2000 N/m at 1 ms friction holds 0.24 mm: a force of 0.47 N ends before, one of 0.49 N does not."""
-    conditions = Conditions(delay=1e-3, coulomb=0.1)
-    amplitude = 0.4 / (math.pi * math.sqrt(2000.0 / MASS) * (2000.0 * 1.5e-3 - VISCOUS))
-    assert not list(conditions.hunting(2000.0, force=0.98 * 2000.0 * amplitude))
-    assert list(conditions.hunting(2000.0, force=1.02 * 2000.0 * amplitude))
-    assert not list(Conditions(delay=1e-3, coulomb=0.1, max_force=0.45).hunting(2000.0))
-
-
-def test_a_filter_without_an_exact_limit_is_judged_as_the_quickest():
-    found = [tuple(Conditions(estimator=e).hunting(4000.0, 1.0)) for e in ("foaw", "difference")]
-    assert found[0] == found[1] != ()

@@ -1,6 +1,5 @@
 """Texture: its vibration, its grains, and what no loop can render of it."""
 
-import math
 from functools import partial
 
 import numpy as np
@@ -103,21 +102,6 @@ def test_warns_of_ridges_finer_than_10_counts(kind):
     assert not warned(Conditions(quantum=100e-6), **calm, wavelength=1.01e-3)
     (line,) = warned(Conditions(quantum=100e-6), **calm, wavelength=0.99e-3)
     assert "10 sensor counts" in line
-
-
-def test_warns_of_ridges_too_steep_for_the_device():
-    """A > b λ / (2π (T/2 + delay)): 0.796 N for 0.5 N·s/m, 5 mm, 1 kHz; 0.265 N with a delay of 1 ms.
-
-    Between two grains λ/2 apart sandpaper's 16 u² (1 - u)² rises by up to 16 √3 / 9.
-    """
-    for late, highest in ((0.0, 0.796), (1e-3, 0.265)):
-        conditions = Conditions(delay=late)
-        for kind, share in (("grating", 1.0), ("sandpaper", math.tau / (32.0 * math.sqrt(3.0) / 9.0))):
-            assert not warned(conditions, kind=kind, amplitude=0.99 * share * highest)
-            (line,) = warned(conditions, kind=kind, amplitude=1.01 * share * highest)
-            assert "any swing grows" in line
-            assert not warned(Conditions(0.25e-3, delay=0.25 * late), kind=kind, amplitude=1.01 * highest)
-        assert not warned(conditions, kind="bands", amplitude=2.0)
 
 
 def test_theory_is_drawn_where_it_is():

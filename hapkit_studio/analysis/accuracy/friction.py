@@ -144,7 +144,7 @@ def runs(scene: plan.Scene) -> list[plan.Run]:
 
 
 def _scenes() -> tuple[plan.Scene, ...]:
-    resting = "less than a count of the Hapkit's sensor, 20.7 µm, in the two seconds: it rests"
+    resting = "In two seconds less than a count of the Hapkit's sensor, 20.7 µm: it counts as rest"
     pull = ("Pull", "0.3 N ± 0.15 N at 20 Hz")
     mass = ("Mass", "0.05 kg")
     friction = ("Friction", "1 N, then 0.5 N")
@@ -152,7 +152,7 @@ def _scenes() -> tuple[plan.Scene, ...]:
     return (
         plan.Scene(
             "period", "Stick-slip of a mass", "error of the period / period", 0.02,
-            "a third of the smallest change of force that people feel, 6 %: a period is the time of a pull",
+            f"{plan.FELT}; a period is the time of one pull",
             VIRTUAL,
             conditions=(mass, ("Spring", "300 N/m, drawn at 2 cm/s"), friction, ("Reference", "closed form")),
         ),

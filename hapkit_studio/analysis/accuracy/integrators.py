@@ -15,6 +15,7 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy import driving
 from hapkit_studio.analysis.accuracy.driving import Body, drive, samples
 from hapkit_studio.analysis.accuracy.plan import (
+    FELT,
     Method,
     Plan,
     Point,
@@ -167,7 +168,7 @@ def stick_slip() -> Motion:
 # No closed form gives the path of stick-slip: the exact method does, with steps so much shorter.
 _FINER = 4
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3)
-THIRD = "a third of the smallest change of force that people feel, 6 %: an object's force follows its motion"
+THIRD = f"{FELT}; an object's force is in proportion to its motion"
 MOTIONS: dict[str, Callable[[], Motion]] = {
     "free": partial(swinging, False),
     "damped": partial(swinging, True),
@@ -196,7 +197,7 @@ def _scenes() -> tuple[Scene, ...]:
         _of_deflection("free", "Free mass on a spring", first, mass, spring, start, *closed),
         _of_deflection("damped", "Damped mass on a spring", first, mass, spring, damper, start, *closed),
         _of_deflection(
-            "driven", "Mass on a spring, stirred by the hand", "largest error / largest deflection",
+            "driven", "Mass driven by the hand", "largest error / largest deflection",
             mass, spring, damper, ("Contact", f"{values['contact_stiffness']:,g} N/m"),
             ("Handle", "±5 mm at 2 Hz, held between samples"), ("Reference", "exact, the handle held, 1 s"),
         ),
@@ -210,7 +211,7 @@ def _scenes() -> tuple[Scene, ...]:
         ),
         Scene(
             "stick_slip", "Stick-slip", "error of the period / period", 0.02,
-            "a third of the smallest change of force that people feel, 6 %: a period is the time of a pull",
+            f"{FELT}; a period is the time of one pull",
             default_of("puck", "integrator"),
             conditions=(
                 ("Mass", "0.05 kg"), ("Spring", "300 N/m, drawn at 2 cm/s"), ("Friction", "1 N, then 0.5 N"),

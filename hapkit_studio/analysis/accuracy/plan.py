@@ -27,6 +27,8 @@ import numpy as np
 from hapkit_studio import environments
 from hapkit_studio.formatting import plain
 
+FELT = "A third of the smallest change of force that people feel, 6 %"
+"""Why a tolerance is 2 %."""
 Work = Callable[[], object]
 Prepare = Callable[[], Work]
 Clock = Callable[[], int]

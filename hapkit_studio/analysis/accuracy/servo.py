@@ -11,7 +11,7 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy.driving import Body, drive
-from hapkit_studio.analysis.accuracy.plan import Default, Method, Plan, Run, Scene, repeats
+from hapkit_studio.analysis.accuracy.plan import FELT, Default, Method, Plan, Run, Scene, repeats
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import SCRIPTS
@@ -102,14 +102,14 @@ def _scenes() -> tuple[Scene, Scene]:
     held = ("Hand", f"taps, {hand.mass:g} kg, {hand.damping:g} N·s/m, {hand.stiffness:,g} N/m")
     return (
         Scene(
-            "stiffness", "The stiffest wall", f"{STIFFNESS:,g} N/m / stable stiffness", 1.0,
-            "the stiffest wall that students choose must be stable, the handle released", default,
+            "stiffness", "The stiffest wall", f"{STIFFNESS:,g} N/m as a share of the stable stiffness", 1.0,
+            "The stiffest wall that students choose must be stable with the handle released", default,
             conditions=(wall, handle, ("Hand", "released"), ("Reference", "exact limit")), step_s=None,
             goal="stable",
         ),
         Scene(
             "contact", "A tap on a wall", "largest error / deepest penetration", 0.02,
-            "a third of the smallest change of force that people feel, 6 %: force goes with depth",
+            f"{FELT}; the force is in proportion to the depth",
             default, conditions=(wall, handle, held, ("Reference", "no samples, event-located")), step_s=None,
         ),
     )  # fmt: skip

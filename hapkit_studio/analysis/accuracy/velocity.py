@@ -69,7 +69,9 @@ VARIANTS: tuple[tuple[str, dict[str, float]], ...] = (
 # A force that shakes by less than 20 mN counts as rest; the damping scene makes that of so many m/s.
 UNFELT = 0.020
 _DAMPING = environments.named("damping").values()["damping"]
-_REASON = f"{1e3 * UNFELT:g} mN, less than people feel shaking, at the damping scene's {_DAMPING:g} N·s/m"
+_REASON = (
+    f"At the damping scene's {_DAMPING:g} N·s/m this is {1e3 * UNFELT:g} mN, a vibration too weak to be felt"
+)
 
 
 def label(key: str, options: dict[str, float]) -> str:
@@ -142,12 +144,12 @@ PLAN = Plan(
     "Velocity",
     tuple(Method(key, SHORT[key]) for key in ESTIMATORS),
     (
-        _scene("tremor", "Tremor of 0.6 counts at 8 Hz"),
+        _scene("tremor", "Tremor, 0.6 counts, 8 Hz"),
         _scene("slow", "Steady 5 mm/s"),
         _scene("steady", "Steady 100 mm/s"),
         _scene("swing", "20 mm at 1 Hz"),
         _scene("shake", "2 mm at 8 Hz"),
-        _scene("reversal", "200 mm/s turned round in 20 ms"),
+        _scene("reversal", "Reversal of 200 mm/s"),
     ),
     runs,
     order=20,

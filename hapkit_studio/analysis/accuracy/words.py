@@ -50,11 +50,16 @@ def rate_words(step_s: float) -> str:
     return f"{1e-3 * rate:.4g} kHz" if rate >= 999.5 else f"{rate:.4g} Hz"
 
 
+def tolerance_words(scene: Scene) -> str:
+    """Write a tolerance, which is a round number."""
+    return error_words(scene.tolerance, scene).replace(".0 ", " ")
+
+
 def limit_words(scene: Scene) -> str:
     """Write what a scene's tolerance asks for."""
     if scene.goal:
         return scene.goal
-    return f"within {error_words(scene.tolerance, scene)}".replace(".0 ", " ")
+    return f"within {tolerance_words(scene)}"
 
 
 def name_words(scene: Scene, point: Point) -> str:
@@ -66,55 +71,63 @@ def name_words(scene: Scene, point: Point) -> str:
 
 
 def sentence(sheet: Sheet) -> str:
-    """Write the answer of a sheet in one sentence."""
+    """Write the answer of a sheet, of its scene alone, in one sentence."""
     scene, answer = sheet.scene, sheet.answer
     where = limit_words(scene) + ("" if scene.step_s is None else f" at a {step_words(scene.step_s)} step")
+    kind, tied = "rate" if scene.step_s is None else "method", len(answer.as_cheap)
     if answer.cheapest is None:
-        return f"Nothing is {where}."
-    name, cost = name_words(scene, answer.cheapest), cost_words(answer.cheapest.ns_per_simulated_s)
-    tied = len(answer.as_cheap)
-    which = f"Most accurate of the {tied + 1} cheapest" if tied else "Cheapest"
-    return f"{which} {where}: {name}, {cost} per simulated second."
+        return f"In this scene no {kind} is {where}."
+    kind += "s" if tied else ""
+    those = f"{scene.goal} {kind}" if scene.goal else f"{kind} {where}"
+    name = name_words(scene, answer.cheapest)
+    cost = f"{cost_words(answer.cheapest.ns_per_simulated_s)} per simulated second"
+    if tied:
+        return f"In this scene {tied + 1} {those} cost the least, {cost}. Most accurate: {name}."
+    return f"In this scene the cheapest {those} is {name}: {cost}."
 
 
 def verdict(sheet: Sheet) -> str:
-    """Write whether the default is the answer, and if not, what is wrong with it."""
+    """Write whether the default is the answer in this scene, and if not, what is wrong with it."""
     scene, answer = sheet.scene, sheet.answer
     if answer.default is None:
         return "No default here."
     if answer.right:
-        others = f" As cheap: {_names(scene, answer.as_cheap)}." if answer.as_cheap else ""
+        others = f" Just as cheap: {_names(scene, answer.as_cheap)}." if answer.as_cheap else ""
         return f"It is the default.{others}"
     name, error = name_words(scene, answer.default), error_words(answer.default.error, scene)
     if not sheet.passes(answer.default) or answer.cheapest is None:
-        return f"The default, {name}, is off by {error}."
-    return f"The default, {name}, {_dearer(answer.default, answer.cheapest)}; it is off by {error}."
+        return f"The default, {name}, is outside the tolerance here: its error is {error}."
+    dearer = _dearer(answer.default, answer.cheapest, name_words(scene, answer.cheapest))
+    return f"The default, {name}, {dearer}; its error here is {error}."
 
 
 def reason(choice: Choice) -> str:
-    """Write why a default is one: where it is within the tolerance, what else is, and what it gives up."""
+    """Write why a default is one, over all scenes it serves: where it is within the tolerance, and others."""
     answer, scene, count = choice.answer, choice.sheets[0].scene, len(choice.sheets)
+    if count == 1:
+        return verdict(choice.sheets[0])
     if answer.default is None or answer.cheapest is None:
         return "No method is within the tolerance." if answer.default else "No default here."
     passed, most = choice.passed(answer.default), choice.passed(answer.cheapest)
-    scenes = f"{count} scenes" if count > 1 else "1 scene"
-    said = f"{name_words(scene, answer.default)} is within the tolerance in {passed} of {scenes}"
-    best = name_words(scene, answer.cheapest)
+    name, best = name_words(scene, answer.default), name_words(scene, answer.cheapest)
+    where = f"within the tolerance in {'all' if passed == count else passed} of them"
+    said = f"One default serves {count} scenes: {name} is {where}"
     if most > passed:
-        said += f"; {best} is in {most}"
+        said += f", {best} in {most}"
     else:
-        said += ", none in more" if passed < count else ""
+        said += ", and no other is in more" if passed < count else ""
         if not answer.tied:
-            said += f"; beside {best} it {_dearer(answer.default, answer.cheapest)}"
+            dearer = _dearer(answer.default, answer.cheapest, best)
+            said += f"; {best} is in as many, and the default {dearer}"
         elif not answer.right:
-            said += f"; {best} is as cheap and errs less"
+            said += f"; {best} is in as many, costs the same and has a smaller largest error"
         elif answer.as_cheap:
             also = _names(scene, answer.as_cheap)
-            said += f"; of the cheapest in as many (also {also}) its largest error is the least"
+            said += f"; of those that cost the least (also {also}) its largest error is the smallest"
         else:
-            said += "; of those in as many it is the cheapest"
+            said += "; none in as many costs less on average"
     lost = [_given_up(s, p) for s, p in choice.serving(answer.default) if not s.passes(p)]
-    return f"{said}." + (f" It gives up {'; '.join(lost)}." if lost else "")
+    return f"{said}." + (f" Not in {'; '.join(lost)}." if lost else "")
 
 
 def choice_row(choice: Choice) -> dict[str, object]:
@@ -131,17 +144,17 @@ def _given_up(sheet: Sheet, point: Point) -> str:
     """Write by how much a point is outside of the tolerance in its scene."""
     lag = dict(point.extra).get("lag_s")
     late = "" if lag is None else f", {significant(1e3 * lag)} ms late"
-    return f"“{sheet.scene.title}”: off by {error_words(point.error, sheet.scene)}{late}"
+    return f"“{sheet.scene.title}”: its error is {error_words(point.error, sheet.scene)}{late}"
 
 
-def _dearer(point: Point, other: Point) -> str:
-    """Write what a point costs beside another."""
+def _dearer(point: Point, other: Point, name: str) -> str:
+    """Write what a point costs beside another, of this name."""
     if point.as_cheap(other):
-        return "is as cheap"
+        return f"costs the same as {name}"
     ratio = point.ns_per_simulated_s / other.ns_per_simulated_s
     if ratio < 1.5:
-        return f"costs {100 * (ratio - 1):.0f} % more"
-    return f"costs {significant(ratio)} times as much"
+        return f"costs {100 * (ratio - 1):.0f} % more than {name}"
+    return f"costs {significant(ratio)} times as much as {name}"
 
 
 def _names(scene: Scene, points: tuple[Point, ...]) -> str:

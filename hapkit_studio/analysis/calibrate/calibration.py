@@ -1,5 +1,6 @@
 """One calibration from beginning to end: what each step found, what it changed, and how to undo it."""
 
+import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,13 +13,16 @@ from hapkit_studio.analysis.calibrate.result import CheckResult, passed
 from hapkit_studio.analysis.calibrate.scale import Mark, Scale
 from hapkit_studio.analysis.calibrate.sensor import SensorResult
 from hapkit_studio.analysis.identify.estimates import Part
-from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, Track
+from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, LateError, Track
 from hapkit_studio.devices.padding import Padding
 from hapkit_studio.devices.profiles import Kit, of_settings, quantum_of
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.protocol.messages import Board, Settings
 
 MARK_SECONDS = 0.5
+HOOK_SECONDS = 1.0
+"""s in which a handle comes to rest at a spring."""
+_TRIES = 3
 _REVERSING = {"sense", "direction", "pins", "sensor", "motor_map"}
 NO_DIRECTION = "Do the step Direction first: with a wrong direction the motor would push the handle away."
 
@@ -41,6 +45,8 @@ class Calibration:
         self.direction: Direction | None = None
         self.carried: list[tuple[float, Track]] = []
         self.pushed: Track | None = None
+        self.pulled: list[tuple[float, Track]] = []
+        self._measured: Callable[[Board], Strength] | None = None
         self.strength: Strength | None = None
         self.sweep_result: SweepResult | None = None
         self._constant = self.runner.settings.motor_constant
@@ -92,8 +98,7 @@ class Calibration:
         """Put the scale in force: positions, and the radius that explains them; raise ParameterError."""
         found, before = self.scale or self.measure_scale(), self.board
         self._change(**scale.changes(found, before))
-        if self.weighed:
-            self.use_weights()
+        self._use_again()
         return scale.in_force(found, before)
 
     # direction
@@ -147,14 +152,45 @@ class Calibration:
 
     def use_weights(self) -> Strength:
         """Put the motor constant from the masses carried in force; raise ParameterError."""
-        board = self._with_first_constant()
-        found = motor.strength_from_weights(self.carried, board)
-        near = [
-            motor.strength_from_weights(self.carried, other).ratio
-            for other in paddle.dead_bands_nearby(board)
-        ]
-        moved = max((abs(ratio - found.ratio) for ratio in near), default=0.0)
-        return self._use(replace(found, half=math.hypot(found.half, moved)))
+        return self._use(lambda board: motor.strength_from_weights(self.carried, board))
+
+    def pull(self, stiffness: float) -> float:
+        """Pull at a spring in N/m that is hooked to the handle; return the stiffness felt by the settings.
+
+        A virtual board's is hooked on and off here. Raise StudioError.
+        """
+        self._need_direction()
+        hook = getattr(self.runner.board, "hook_spring", lambda stiffness: None)
+        hook(stiffness)
+        try:
+            track = self._pull_in_time(stiffness)
+        finally:
+            hook(None)
+        felt, _ = motor.felt_stiffness(track, self.board)
+        self.pulled = [*(p for p in self.pulled if p[0] != stiffness), (stiffness, track)]
+        return felt
+
+    def _pull_in_time(self, stiffness: float) -> Track:
+        """Pull; nobody holds anything, so that a computer that was late just tries again."""
+        for _ in range(_TRIES - 1):
+            with contextlib.suppress(LateError):
+                return self._pull_once(stiffness)
+        return self._pull_once(stiffness)
+
+    def _pull_once(self, stiffness: float) -> Track:
+        self.runner.record(HOOK_SECONDS)
+        return motions.pull(self.runner, stiffness)
+
+    def use_springs(self, known: float = motor.SPRINGS_SURE) -> Strength:
+        """Put the motor constant from the springs in force, each known to a share; raise ParameterError."""
+        return self._use(
+            lambda board: motor.strength_from_springs(self.pulled, board, known, self._length_sure)
+        )
+
+    @property
+    def _length_sure(self) -> float:
+        """Return the share by which the scale of length may be off."""
+        return self.scale.quantum_half / self.scale.quantum if self.scale else motor.LENGTH_SURE
 
     def push_on_scale(self, force: float, seconds: float, until: Callable[[], bool]) -> Track:
         """Press on a kitchen scale with a force in N; raise DeviceError."""
@@ -166,16 +202,26 @@ class Calibration:
         """Put the motor constant from a scale's reading in kg in force; raise ParameterError."""
         if self.pushed is None:
             raise ParameterError("Push on the scale first, and read it meanwhile.")
-        return self._use(motor.strength_from_scale(reading, self.pushed, self._with_first_constant()))
+        pushed = self.pushed
+        return self._use(lambda board: motor.strength_from_scale(reading, pushed, board))
 
-    def _with_first_constant(self) -> Board:
-        """Return the settings with the motor constant that this calibration began with."""
-        return replace(self.board, motor_constant=self._constant)
+    def _use(self, measured: Callable[[Board], Strength]) -> Strength:
+        """Put the motor constant in force that a measurement makes by a board's settings, and keep how.
 
-    def _use(self, found: Strength) -> Strength:
-        self.strength = found
+        What the dead band may be off is in its interval.
+        """
+        board = replace(self.board, motor_constant=self._constant)
+        found = measured(board)
+        near = [measured(other).ratio for other in paddle.dead_bands_nearby(board)]
+        moved = max((abs(ratio - found.ratio) for ratio in near), default=0.0)
+        self._measured, self.strength = measured, replace(found, half=math.hypot(found.half, moved))
         self._change(motor_constant=found.motor_constant)
-        return found
+        return self.strength
+
+    def _use_again(self) -> None:
+        """Put the motor constant in force that the same measurement makes by other settings."""
+        if self._measured is not None:
+            self._use(self._measured)
 
     # mass and friction of the paddle
     def sweep(self, seconds: float = motions.SWEEP_SECONDS) -> SweepResult:
@@ -195,10 +241,9 @@ class Calibration:
         return self.sweep_result
 
     def _use_dead_band(self, band: int) -> None:
-        """Put a dead band in force, and the motor constant that the weights make by it."""
+        """Put a dead band in force, and the motor constant that was measured by it."""
         self._change(dead_band=band)
-        if self.weighed:
-            self.use_weights()
+        self._use_again()
 
     def _widened(self, part: Part, track: Track) -> Part:
         """Return a part with what the dead band and the scales, as far as measured, may be off."""

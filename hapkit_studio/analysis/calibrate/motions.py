@@ -18,6 +18,7 @@ CARRY_LIMITS = Limits(2.5, 0.020, 0.5)
 PUSH_LIMITS = Limits(1.5, 0.010, 0.5)
 SWEEP_LIMITS = Limits(1.2, 0.025, 0.8)
 SPRING_LIMITS = Limits(1.2, 0.025, 0.8)
+PULL_LIMITS = Limits(2.0, 0.025, 0.8)
 SWEEP_SECONDS = 12.0
 
 _FADE_SECONDS = 0.5
@@ -80,6 +81,28 @@ def carry(runner: BoardRunner, weight: float = 0.0) -> Track:
 def push(runner: BoardRunner, force: float, seconds: float, until: Callable[[], bool]) -> Track:
     """Push against something with a constant force in N, faded in over 0.5 s; raise DeviceError."""
     return runner.run(lambda t, x, v: force * min(t / _FADE_SECONDS, 1.0), seconds, PUSH_LIMITS, until)
+
+
+PULLS, PULL_PERIOD = 6, 3.0
+"""A spring is pulled so many times, within so many s each."""
+SHAKE_PERIOD = 0.025
+"""s of the shaking that keeps dry friction from holding the handle."""
+_SHAKE, _STRETCH = 0.4, 0.016  # N; m
+
+
+def pull(runner: BoardRunner, stiffness: float) -> Track:
+    """Pull to the right at a spring in N/m, to 16 mm or 2 N and back; raise DeviceError.
+
+    The handle is shaken all the while, so that dry friction does not hold it; the force never pushes.
+    """
+    most = min(_STRETCH * stiffness, PULL_LIMITS.force - _SHAKE)
+
+    def pulling(t: float, x: float, v: float) -> float:
+        rise = 1.0 - abs(2.0 * (t / PULL_PERIOD % 1.0) - 1.0)
+        shake = _SHAKE * math.sin(2.0 * math.pi * t / SHAKE_PERIOD)
+        return _SHAKE + (most - _SHAKE) * rise + shake
+
+    return runner.run(pulling, PULLS * PULL_PERIOD, PULL_LIMITS)
 
 
 def sweep(runner: BoardRunner, seconds: float = SWEEP_SECONDS, friction: float = 0.1) -> Track:

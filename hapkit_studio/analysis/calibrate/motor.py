@@ -1,15 +1,25 @@
 """The motor: which way it pushes, the force at which the handle breaks away, and how strong it really is."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import signal, stats
 
 from hapkit_studio.analysis.calibrate import motions
-from hapkit_studio.analysis.calibrate.motions import CARRY_PERIOD, SETTLE_SECONDS, STROKE
+from hapkit_studio.analysis.calibrate.motions import (
+    CARRY_PERIOD,
+    PULL_PERIOD,
+    PULLS,
+    SETTLE_SECONDS,
+    SHAKE_PERIOD,
+    STROKE,
+)
 from hapkit_studio.analysis.calibrate.result import CheckResult, passed, warn
 from hapkit_studio.devices.board_runner import AbortedError, BoardRunner, Track, motor_force
 from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.parameters import check_number
 from hapkit_studio.protocol.messages import Board
 
 MOVED = 0.3e-3
@@ -26,6 +36,19 @@ _BELOW = 0.85
 _WEIGHTS_SURE = 0.02
 _AT_LIMIT = 0.5
 """Share of the time at the largest duty from which a motor gives all that it has."""
+SPRINGS_SURE, LENGTH_SURE = 0.03, 0.01
+"""Shares by which a spring's stiffness and, without marks, the scale of length may be off."""
+SPRINGS = (40.0, 1000.0)
+"""N/m of the springs that are pulled at: no softer, to stay in reach, and no stiffer, or shaking rings."""
+SPRINGS_DIFFER = 2.0
+"""How many times as stiff as the softest spring the stiffest one is at least."""
+# shares of a pull: left out at either end, where the handle turns; that it slides at least
+_ENDS, _SLIDES = 0.15, 0.2
+# a step in a straight line turns its slope by at most so many times the rms that it leaves, by its length
+_STEP, _BENT = 6.0, 0.05
+_FEWEST_COUNTS = 5.0
+_MEANS = round(0.5 * PULL_PERIOD / (4.0 * SHAKE_PERIOD))
+"""Means over four shakes each of a spring that is pulled, or let back."""
 
 
 def displacement(track: Track, averaged: int = 1) -> float:
@@ -123,6 +146,13 @@ class Strength:
     half: float
     motor_constant: float
 
+    @property
+    def words(self) -> str:
+        """Return it in words."""
+        share = f"{100.0 * self.ratio:.0f} ± {100.0 * self.half:.0f} %"
+        constant = f"motor constant {1e3 * self.motor_constant:.2f} mN·m"
+        return f"The motor pushes {share} of what the settings said: {constant}."
+
 
 def carrying_force(track: Track, board: Board) -> tuple[float, float]:
     """Return the mean force in N by a board's settings over full periods of carrying, and its half width.
@@ -163,12 +193,94 @@ def strength_from_weights(carried: list[tuple[float, Track]], board: Board) -> S
         raise ParameterError("One mass above 0 g is needed. Hang one on, then measure.")
     weights = GRAVITY * masses
     if len(set(masses)) > 1:
-        around = weights - weights.mean()
-        slope = float(around @ force) / float(around @ around)
-        error = float(np.sqrt((around**2) @ (half**2))) / float(around @ around)
+        slope, error = _line(weights, force, half)
     else:
         slope, error = float(force.mean() / weights[0]), float(half.max() / weights[0])
     return _strength(abs(slope), error, board)
+
+
+def _line(known: np.ndarray, found: np.ndarray, half: np.ndarray) -> tuple[float, float]:
+    """Return the slope of what was found (n,) over what is known (n,), and its half width."""
+    around = known - known.mean()
+    size = float(around @ around)
+    return float(around @ found) / size, float(np.sqrt((around**2) @ (half**2))) / size
+
+
+HOOKED = "between the handle, in the middle, and a post at its left: never slack, touching nothing"
+"""Where a spring is hooked."""
+
+
+def check_springs(springs: Iterable[float]) -> None:
+    """Raise ParameterError unless stiffnesses in N/m are those of springs that differ enough."""
+    found = sorted(springs)
+    for stiffness in found:
+        check_number(stiffness, "spring's stiffness", "N/m", low=SPRINGS[0], high=SPRINGS[1])
+    if len(found) < 2 or found[-1] < SPRINGS_DIFFER * found[0]:
+        raise ParameterError(
+            f"Two springs are needed, one at least {SPRINGS_DIFFER:g} × as stiff as the other: "
+            "what else acts like a spring is told from them by that."
+        )
+
+
+def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
+    """Return the stiffness in N/m that pulls at a spring met, by a board's settings, and its half width.
+
+    Friction hinders rise and fall alike, so that it is not in their mean; the first pull only settles things.
+    Raise ParameterError.
+    """
+    forces = _rise_and_fall(track, motor_force(board, track.pwm))
+    places = _rise_and_fall(track, track.count * board.quantum)
+    usual = places.mean(axis=0)
+    low, way = float(usual.min()), float(np.ptp(usual))
+    if way < _FEWEST_COUNTS * board.quantum:
+        raise ParameterError(f"The spring gave way by only {1e3 * way:.2g} mm. Use softer springs.")
+    slides = (np.abs(usual - low - 0.5 * way) < (0.5 - _ENDS) * way).all(axis=0)
+    bent = np.inf
+    if slides.mean() > _SLIDES:
+        force, place = (values.mean(axis=1)[:, slides] for values in (forces, places))
+        slopes = np.array([np.polyfit(*pull, 1)[0] for pull in zip(force, place, strict=True)])
+        slope = float(slopes.mean())
+        off = (places - slope * forces)[:, :, slides]
+        bent = _STEP * _unexplained(off) / float(np.ptp(place.mean(axis=0)))
+    if bent > _BENT:
+        raise ParameterError(
+            "The handle did not follow the force in a line: is the spring slack, does it touch something, "
+            "does the handle jam? Then pull again."
+        )
+    spread = stats.t.ppf(0.975, len(slopes) - 1) * slopes.std(ddof=1) / (slope * len(slopes) ** 0.5)
+    return 1.0 / slope, float(np.hypot(spread, bent)) / slope
+
+
+def _unexplained(off: np.ndarray) -> float:
+    """Return the rms by which legs (pulls, 2, n) are alike, and yet no lines; what differs is noise."""
+    rest = signal.detrend(off)
+    noise = rest.var(axis=0, ddof=1).mean() / len(rest)
+    return float(np.sqrt(max((rest.mean(axis=0) ** 2).mean(axis=1).max() - noise, 0.0)))
+
+
+def _rise_and_fall(track: Track, values: np.ndarray) -> np.ndarray:
+    """Return means of values (n,) over some shakes each, (pulls, 2, means): rising, falling from its end."""
+    edges = np.linspace(PULL_PERIOD, PULLS * PULL_PERIOD, 2 * (PULLS - 1) * _MEANS + 1)
+    integral = np.append(0.0, np.cumsum(values[:-1] * np.diff(track.time)))
+    means = np.diff(np.interp(edges, track.time, integral)) / (edges[1] - edges[0])
+    legs = means.reshape(PULLS - 1, 2, -1)
+    legs[:, 1] = legs[:, 1, ::-1].copy()
+    return legs
+
+
+def strength_from_springs(
+    pulled: list[tuple[float, Track]], board: Board, known: float = SPRINGS_SURE, length: float = LENGTH_SURE
+) -> Strength:
+    """Return the strength from tracks that pull at springs in N/m; raise ParameterError.
+
+    known, length: shares by which each spring and the scale of length may be off. felt = (spring + what else
+    acts like one) / strength: gravity or the cable is the same beside each spring, so not in the slope.
+    """
+    springs = np.array([stiffness for stiffness, _ in pulled])
+    check_springs(springs)
+    felt, half = np.array([felt_stiffness(track, board) for _, track in pulled]).T
+    slope, error = _line(springs, felt, np.hypot(half, known * felt))
+    return _strength(slope, error, board, length)
 
 
 def strength_from_scale(reading: float, track: Track, board: Board) -> Strength:
@@ -180,14 +292,17 @@ def strength_from_scale(reading: float, track: Track, board: Board) -> Strength:
     return _strength(steady / (GRAVITY * reading), board.coulomb / (GRAVITY * reading), board)
 
 
-def _strength(asked_per_real: float, error: float, board: Board) -> Strength:
-    """Return the strength from force asked per real force; raise ParameterError where that cannot be."""
+def _strength(asked_per_real: float, error: float, board: Board, sure: float = _WEIGHTS_SURE) -> Strength:
+    """Return the strength from force asked per real force; raise ParameterError where that cannot be.
+
+    sure: a share by which everything may be off.
+    """
     ratio = 1.0 / asked_per_real if asked_per_real > 0.0 else np.inf
     low, high = PLAUSIBLE
     if not low <= ratio <= high:
         raise ParameterError(
             f"The motor would be {ratio:.2g} × as strong as its profile says (limits {low:g} to {high:g}). "
-            "Check the masses, the motor's supply and the kit chosen."
+            "Check the masses or springs, the motor's supply and the kit chosen."
         )
-    half = ratio * float(np.hypot(error / asked_per_real, _WEIGHTS_SURE))
+    half = ratio * float(np.hypot(error / asked_per_real, sure))
     return Strength(ratio, half, board.motor_constant * ratio)

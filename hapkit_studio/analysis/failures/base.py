@@ -98,7 +98,7 @@ class Plot:
     marks: Callable[[Case], dict[str, float]] = lambda case: {}
     y_label: str = "growth, 1/s"
     level: float | Callable[[Case], float] | None = 0.0
-    level_label: str = "neither grows nor decays"
+    level_label: str = "no growth"
     log_x: bool = False
     log_y: bool = False
     factor: float = 1.0

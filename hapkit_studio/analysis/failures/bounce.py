@@ -71,7 +71,7 @@ def probe(lateness: float, case: base.Case) -> base.Evidence:
     gain = rendered(lateness, case)
     error = off(lateness, case, gain)
     wrong = with_unit(100.0 * error, "%", 2, sign=True)
-    words = f"energy × {with_unit(gain, '', 4)} in a bounce; the formula is off by {wrong}"
+    words = f"energy × {with_unit(gain, '', 4)} in a bounce; the formula is wrong by {wrong}"
     x, holds = 1e3 * (bounce_rows(lateness, case, 0.5)[:, rows.TRUE_POSITION] - WALL), abs(error) <= WITHIN
     return base.Evidence(x, 1.0 / case["rate"], "depth in the wall", "mm", holds, 100.0 * error, "%", words)
 
@@ -91,25 +91,33 @@ def live(lateness: float, case: base.Case) -> base.Live:
     given = {"stiffness": base.short(stiffness, stiffness_of(LATENESS, case)), "damping": 0.0}
     values = {**base.within("wall", given), "position": WALL}
     found = base.Live("wall", values, {"rate": case["rate"], "delay": case["late"] / case["rate"]})
-    drag = "Drag to −30 mm, swing at the wall at 0.25 m/s and let go just before"
+    drag = "Drag to −30 mm, move to the wall at 0.25 m/s and let go just before it"
     advice = f"{drag}: it comes back {with_unit(thrown(found, WALL), '', 3)} × as fast."
     if values["stiffness"] < 0.999 * stiffness:
-        advice += f" The window's wall takes no more than {with_unit(values['stiffness'], 'N/m', 4)}."
+        advice += f" The slider ends at {with_unit(values['stiffness'], 'N/m', 4)}."
     return replace(found, advice=advice)
 
 
 FAILURE = base.Failure(
     key="bounce",
     title="The energy of a bounce",
-    summary="A sampled wall gives energy at every bounce; beyond a stiffness its formula is off",
+    summary="A sampled wall adds energy in every bounce; above a certain stiffness its formula is inaccurate",
     formula="E out/E in = exp(π (K (T/2 + td) − b)/(m ω)), about 1 % off at ω T (1 + 2 td/T) = 0.4",
-    explanation="A wall is a spring met late and left late, by half a period and the delay, so a bounce "
-    "comes back faster than it went in. The formula takes the bounce as half a swing that grows all "
-    "along. For a soft wall that is within 1 %; a stiff one is met and left within a few samples, "
-    "and is no half swing. The handle's own damper acts outside as well, for the samples before "
-    "the wall is seen and after it is left, and takes more than the formula knows.",
+    explanation="A sampled wall is a spring that acts late when it is hit and when it is left, by half a "
+    "period and the delay. So the handle bounces back faster than it came. The formula treats a bounce as "
+    "half an oscillation that grows all the time. For a soft wall this is accurate to 1 %. A stiff wall is "
+    "hit and left within a few samples, which is not half an oscillation. The handle's own damping also "
+    "acts outside the wall, in the samples before it is detected and after it is left, and removes more "
+    "than the formula accounts for.",
     knob=base.Parameter(
-        "lateness", "Lateness", "", 0.4, 0.01, 2.0, "How far a swing turns while late", "ω T (1 + 2 td/T)"
+        "lateness",
+        "Lateness",
+        "",
+        0.4,
+        0.01,
+        2.0,
+        "Angle that it turns while late",
+        "ω T (1 + 2 td/T)",
     ),
     limit=lambda case: LATENESS,
     probe=probe,
@@ -117,15 +125,15 @@ FAILURE = base.Failure(
         "ω T (1 + 2 td/T)",
         lambda case: np.linspace(0.05, 0.6, 12),
         (
-            base.Curve("b = 0, rendered"),
-            error(0.5, "b everywhere, half the balance"),
-            error(1.0, "b everywhere, the balance"),
+            base.Curve("no damping, rendered"),
+            error(0.5, "damping b at half the balance"),
+            error(1.0, "damping b at the balance"),
         ),
-        "ω T (1 + 2 td/T) = 0.4",
+        "limit 0.4",
         level=100.0 * WITHIN,
         level_label="1 %",
         log_y=True,
-        y_label="the formula is off by, %",
+        y_label="error of the formula, %",
     ),
     options=(base.Choice("late", "Delay", ("none", "one_period"), "none"), MASS, RATE),
     live=live,

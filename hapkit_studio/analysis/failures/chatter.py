@@ -55,7 +55,7 @@ def peak_to_peak(friction: float, case: base.Case, model: int = COULOMB) -> tupl
 def probe(friction: float, case: base.Case) -> base.Evidence:
     """Let the handle slide to rest against friction by the sign of its velocity."""
     size, tail = peak_to_peak(friction, case)
-    holds, counts = size <= FLICKER, with_unit(size, "counts p-p", 2)
+    holds, counts = size <= FLICKER, f"{size:.2g} count{'' if f'{size:.2g}' == '1' else 's'} p-p"
     words = f"{'flickers' if holds else 'chatters'} by {counts}"
     x = tail - tail.mean()
     return base.Evidence(x, 1.0 / case["rate"], "position", "counts", holds, size, "counts", words)
@@ -73,24 +73,25 @@ def live(friction: float, case: base.Case) -> base.Live:
     size = {place: let_go(found, place, rows.APPLIED) for place in _PLACES}
     place = max(size, key=lambda one: size[one])
     if size[place] >= values["kinetic_force"]:
-        flips = f"It flips by {with_unit(size[place], 'N', 2)} and never rests"
-        said = f"{flips}; with the model Projection it does."
+        flips = f"It changes by {with_unit(size[place], 'N', 2)} and never rests"
+        said = f"{flips}. With the model Projection the handle comes to rest."
     else:
-        further = "" if friction < limit(case) else ": the handle has friction of its own. Turn further"
-        said = f"It rests{further}."
-    return replace(found, advice=f"Drag to {on_screen(place, 'm')}, let go, look at the force below. {said}")
+        further = "" if friction < limit(case) else ": it has friction of its own. Increase F further"
+        said = f"The handle comes to rest{further}."
+    return replace(found, advice=f"Drag to {on_screen(place, 'm')}, let go, look at the force plot. {said}")
 
 
 FAILURE = base.Failure(
     key="chatter",
     title="Friction by the sign of the velocity",
-    summary="A force that flips with a counted velocity throws the handle over several counts, forever",
+    summary="A friction force that follows the sign of a quantised velocity moves the handle by several "
+    "counts, for ever",
     formula="F T²/(m Δ) > 1.5 without delay, 0.7 with one period of it (found by simulation)",
-    explanation="Near rest a sensor of steps Δ shows either no velocity or one count in a period, and "
-    "the sign of that is noise. The friction force flips with it. In a period T it moves a handle of "
-    "mass m by F T²/(2 m) and leaves it with F T/m of speed; once that carries it over more than a "
-    "count or so before the next look, each flip causes the next. A model that knows a place to "
-    "hold, such as the implicit projection, rests.",
+    explanation="Near rest a sensor with steps Δ shows either no velocity or one count in a period, and "
+    "its sign is noise. The friction force changes sign with it. In a period T it moves a handle of mass m "
+    "by F T²/(2 m) and leaves it with a speed of F T/m. If that carries it over more than about one count "
+    "before the next reading, each change of sign causes the next one. A model that knows a position to "
+    "hold, such as the implicit projection, comes to rest.",
     knob=base.Parameter("friction", "Friction", "N", 1.0, 0.0, 1e4, "Kinetic and static", "F"),
     limit=limit,
     probe=probe,
@@ -108,7 +109,7 @@ FAILURE = base.Failure(
         "limit, by simulation",
         lambda case: {"m Δ/T²": count_force(case)},
         level=FLICKER,
-        level_label="more than a flicker",
+        level_label="1.5 counts",
         y_label="chatter, counts p-p",
     ),
     options=(

@@ -59,7 +59,7 @@ def rate_of(x: np.ndarray, step: float) -> float:
 
 def probe(step: float, case: base.Case) -> base.Evidence:
     """Press the handle against the mass, nudge it and hold it still."""
-    x, true = swing(method_of(case), step), "; in truth it decays by 0.25 1/s"
+    x, true = swing(method_of(case), step), "; the true motion decays by 0.25 1/s"
     return base.growth_evidence(1e3 * x, step, rate_of(x, step), "mass from its rest", more=true)
 
 
@@ -69,8 +69,8 @@ def exact(step: float, case: base.Case) -> float:
 
 
 _ADVICE = (
-    "Drag to 30 mm and hold the mass there for half a minute. In truth it is at rest by then; where the step "
-    "is too long, it swings on."
+    "Drag to 30 mm and hold the mass there for half a minute. A true mass would then be at rest; where the "
+    "step is too long, this one still oscillates."
 )
 
 
@@ -83,13 +83,13 @@ def live(step: float, case: base.Case) -> base.Live:
 FAILURE = base.Failure(
     key="course",
     title="The course's mass–spring–damper at 1 ms",
-    summary="With the lecture's rule the mass in contact grows by 0.075 1/s, though its damper brakes it",
+    summary="With the lecture's rule the mass in contact grows by 0.075 1/s, although it has a damper",
     formula="explicit Euler and the lecture's rule: dt < b/k = 1/1,300 s, 0.77 ms",
-    explanation="2 kg, 1 N·s/m, 300 N/m, and a contact of 1,000 N/m under a hand that keeps still: the "
-    "swing should die out by 0.25 1/s. The lecture's rule takes the mean of the last two "
-    "accelerations; it is centred half a step too early, so the whole scheme lags by a step, and "
-    "that acts like a damper of −k dt = −1.3 N·s/m. At 1 ms it takes away more than the damper of 1 "
-    "N·s/m gives. Semi-implicit Euler costs no more and holds up to 78 ms.",
+    explanation="A mass of 2 kg on a spring of 300 N/m with a damper of 1 N·s/m touches a handle that is "
+    "held still, through a contact of 1,000 N/m. Its true oscillation decays by 0.25 1/s. The lecture's "
+    "rule uses the mean of the last two accelerations. That is half a step too early, so the whole scheme "
+    "lags by one step, which acts like a damping of −k dt = −1.3 N·s/m at 1 ms: more than the damper of "
+    "1 N·s/m removes. Semi-implicit Euler costs the same and is stable up to 78 ms.",
     knob=base.Parameter("step", "Step", "s", 1e-3, 1e-4, 0.2, "Of the loop and of the integrator", "dt"),
     limit=limit,
     probe=probe,
@@ -99,7 +99,7 @@ FAILURE = base.Failure(
         (
             base.Curve("largest root", exact, base.THEORY),
             base.Curve("rendered"),
-            base.Curve("the truth", lambda step, case: -DAMPING / (2.0 * MASS), base.OTHER),
+            base.Curve("true motion", lambda step, case: -DAMPING / (2.0 * MASS), base.OTHER),
         ),
         "limit",
         lambda case: {"1 ms": 1e-3, "230 Hz": 1.0 / 230.0},

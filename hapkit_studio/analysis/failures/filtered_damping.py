@@ -1,4 +1,4 @@
-"""Damping that makes it worse: behind a slow second-order filter it lowers the stable stiffness."""
+"""Damping that reduces stability: behind a slow second-order filter it lowers the stable stiffness."""
 
 import math
 
@@ -44,14 +44,13 @@ def live(damping: float, case: base.Case) -> base.Live:
 
 FAILURE = base.Failure(
     key="filtered_damping",
-    title="Damping that makes it worse",
-    summary="Behind a second-order filter of 20 Hz, more virtual damping leaves less stable stiffness",
+    title="Damping that reduces stability",
+    summary="Behind a second-order filter of 20 Hz, more virtual damping lowers the largest stable stiffness",
     formula="0.05 kg, 0.5 N·s/m, 1 kHz, Butterworth 20 Hz: 1,002 N/m at B = 0, 760 N/m at B = 1 N·s/m",
-    explanation="A spring near its limit swings at 150 rad/s, 24 Hz. A second-order low-pass of 20 Hz "
-    "shows the velocity there more than a quarter of a swing late, so the damping force points along "
-    "the motion as often as against it and a little more. It no longer takes energy, it gives some. "
-    "Every N·s/m added makes the spring less stable; a plain difference with the same damping would "
-    "triple its limit.",
+    explanation="A spring near its limit oscillates at 150 rad/s, 24 Hz. At this frequency the output of a "
+    "second-order low-pass of 20 Hz is more than a quarter of a period late. The damping force then adds "
+    "energy instead of removing it, so every added N·s/m makes the spring less stable. With an unfiltered "
+    "backward difference the same damping would triple the limit.",
     knob=base.Parameter("damping", "Virtual damping", "N·s/m", 0.5, 0.0, MOST, "Behind the filter", "B"),
     limit=limit,
     probe=lambda b, case: spring.evidence(spring.setting(case, spec(case)), b, case["stiffness"]),

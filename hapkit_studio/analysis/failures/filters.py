@@ -69,13 +69,13 @@ def live(stiffness: float, case: base.Case) -> base.Live:
 FAILURE = base.Failure(
     key="filters",
     title="A velocity filter inside the loop",
-    summary="What smooths the velocity also delays it, and lowers the stiffness that stays stable",
-    formula="K of the first root of 1 + (K + B H(z)) P(z) = 0 on |z| = 1, H the filter, P the held handle",
-    explanation="The damping force is computed from a filtered velocity. The filter takes the noise out, "
-    "but what it shows is the velocity of some time ago, 1/(2π f) for a first-order low-pass. Old "
-    "velocity damps less, and beyond a quarter of a swing it pushes. So the same virtual damping B "
-    "buys less stiffness the lower the corner, and a second-order filter less than a first-order "
-    "one.",
+    summary="A filter that smooths the velocity also delays it, and lowers the largest stable stiffness",
+    formula="K of the first root of 1 + (K + B H(z)) P(z) = 0 on |z| = 1; H: filter, P: handle with hold",
+    explanation="The damping force is computed from a filtered velocity. The filter removes noise, but its "
+    "output is late, by about 1/(2π f) for a first-order low-pass with corner frequency f. Late damping "
+    "removes less energy, and beyond a quarter of a period it adds energy. So the lower the corner, the "
+    "less stiffness the same virtual damping B allows, and a second-order filter allows less than a "
+    "first-order one.",
     knob=replace(spring.STIFFNESS, default=2000.0),
     limit=limit,
     probe=lambda k, case: spring.evidence(spring.setting(case, chosen(case)), case["damping"], k),

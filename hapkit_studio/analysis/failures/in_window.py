@@ -23,7 +23,7 @@ SEEN = 0.5e-3
 POINTER = 0.035
 FROM, THROW = -0.03, 0.25  # m, m/s: where a throw begins, how fast the pointer goes
 FARTHEST = 0.06  # m: as far as the pointer reaches
-_WHY = "Dry friction and the motor's 3 N hold it, which the limit leaves out."
+_WHY = "Dry friction and the motor's limit of 3 N hold it; the limit here leaves them out."
 
 
 def let_go(live: Live, pointer: float = POINTER, column: int = rows.TRUE_POSITION) -> float:
@@ -79,7 +79,8 @@ def pulled(
     """
     live = make(value)
     cut = value > 1.001 * live.values[key]
-    most = f" The window takes no more than {with_unit(live.values[key], unit, 4)}." if cut else ""
+    most = f" The slider ends at {with_unit(live.values[key], unit, 4)}." if cut else ""
     does = behaviour(_scene(live), None)
     why = f" {_WHY}" if does.calm and value > bound else ""
-    return replace(live, advice=f"Drag to {on_screen(pointer, 'm')} and let go: {does.sentence}.{why}{most}")
+    said = "it comes to rest" if does.calm else does.sentence
+    return replace(live, advice=f"Drag to {on_screen(pointer, 'm')} and let go: {said}.{why}{most}")

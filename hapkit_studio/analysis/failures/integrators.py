@@ -86,7 +86,7 @@ def probe(step: float, case: base.Case) -> base.Evidence:
         size = np.hypot(x, v / OMEGA)
     size = size[: base.alive(size[: base.before_lost(size, LOST * START)], DEAD * START)]
     shown = base.alive(size[: base.before_lost(size, 30.0 * START)], 1e-3 * START)
-    true = f"; in truth it decays by {with_unit(-_growth('exact', 1.0, case), '1/s')}"
+    true = f"; the true motion decays by {with_unit(-_growth('exact', 1.0, case), '1/s')}"
     return base.growth_evidence(1e3 * x[:shown], dt, base.growth(size, dt), more=true)
 
 
@@ -98,8 +98,8 @@ def live(step: float, case: base.Case) -> base.Live:
     values |= {"integrator": float(INTEGRATORS.index(method_of(case))), "contact_stiffness": 100.0}
     rate = base.live_rate(base.short(omega / step, omega / limit(case)))
     holds = omega / rate < limit(case)
-    what = "comes to rest" if holds else "swings more and more, flies apart and begins anew"
-    slow = " The window's loop goes no slower than 100 Hz." if omega / rate < 0.999 * step else ""
+    what = "comes to rest" if holds else "oscillates more and more, becomes unstable and starts again"
+    slow = " The loop in the window runs at 100 Hz at least." if omega / rate < 0.999 * step else ""
     advice = f"Drag to 30 mm against the mass, then back to −30 mm: it {what}.{slow}"
     return base.Live("mass_spring_damper", values, {"rate": rate}, advice=advice)
 
@@ -107,14 +107,14 @@ def live(step: float, case: base.Case) -> base.Live:
 FAILURE = base.Failure(
     key="integrators",
     title="A step too long for its integrator",
-    summary="Above a step a computed mass on a spring gains energy at every swing",
+    summary="Above a certain step size the computed motion of a mass on a spring gains energy in every "
+    "oscillation",
     formula="ω dt < 2 ζ explicit Euler, 2(√(1 + ζ²) − ζ) semi-implicit, 2 Verlet, 2.83 RK4 at ζ = 0",
-    explanation="Each step replaces the motion by a short straight piece, so it errs a little each time, "
-    "and the errors of one method point outwards, of another inwards. What decides is the step as a "
-    "share of the swing, ω dt, and the damping ratio ζ. Explicit Euler and the lecture's rule push "
-    "outwards at every step, and only damping hides it; the others hold up to about two radians a "
-    "step.",
-    knob=base.Parameter("step", "Step", "", 1.0, 1e-3, 10.0, "How far the swing turns in one step", "ω·dt"),
+    explanation="An integrator replaces the motion within a step by an approximation, and its error adds "
+    "or removes energy. What counts is the angle ω dt that the oscillation turns in one step, and the "
+    "damping ratio ζ. Explicit Euler and the lecture's rule add energy in every step, so only enough "
+    "damping keeps them stable. The other methods are stable up to about two radians a step.",
+    knob=base.Parameter("step", "Step", "", 1.0, 1e-3, 10.0, "Angle that it turns in one step", "ω·dt"),
     limit=limit,
     probe=probe,
     plot=base.Plot(
@@ -123,7 +123,7 @@ FAILURE = base.Failure(
         (
             base.Curve("largest root", lambda step, case: _growth(method_of(case), step, case), base.THEORY),
             base.Curve("measured"),
-            base.Curve("the truth", lambda step, case: _growth("exact", 1.0, case), base.OTHER),
+            base.Curve("true motion", lambda step, case: _growth("exact", 1.0, case), base.OTHER),
         ),
         "limit",
     ),

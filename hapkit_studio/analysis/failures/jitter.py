@@ -1,4 +1,4 @@
-"""A loop that is late now and then: what the nominal rate promises, and what its longest period keeps."""
+"""A loop that is sometimes late: what the nominal rate promises, and what its longest period keeps."""
 
 import math
 from dataclasses import replace
@@ -95,7 +95,7 @@ def rate_of(stiffness: float, case: base.Case, seen: np.ndarray) -> float:
 
 
 def probe(stiffness: float, case: base.Case) -> base.Evidence:
-    """Let the handle go 1 mm from the centre of a spring whose loop is late now and then."""
+    """Let the handle go 1 mm from the centre of a spring whose loop is sometimes late."""
     seen = swing(stiffness, case)
     place = 1e3 * seen[: base.before_lost(seen[:, 0], spring.REACH), 0]
     return base.growth_evidence(place, sum(pattern(case)), rate_of(stiffness, case, seen))
@@ -117,18 +117,19 @@ def live(stiffness: float, case: base.Case) -> base.Live:
     """Return the spring in the window in a loop that is always as slow as this one is at times."""
     loop = {**spring.loop_of(case), "rate": base.live_rate(1.0 / max(pattern(case)))}
     found = spring.live(stiffness, limit(case), spring.STIFFNESS, {}, loop)
-    return replace(found, advice=f"Here every period is the long one. {found.advice}")
+    return replace(found, advice=f"In the window every period is the long one. {found.advice}")
 
 
 FAILURE = base.Failure(
     key="jitter",
-    title="A loop that is late now and then",
-    summary="The nominal rate promises a stiffness that the late samples break",
-    formula="safe: K < 2 b/T of the longest period; exact: the roots of the map over the whole pattern",
-    explanation="A held force gives energy ½ K v² T² in each period, so one period five times as long "
-    "gives as much as twenty-five. The handle's damping takes b v² T, only five times as much. A pattern "
-    "that repeats has its own exact limit, lowest where the long periods come in step with the swing, at "
-    "its fastest. In whatever order they come, and whoever holds the handle, only the limit by the "
+    title="A loop that is sometimes late",
+    summary="A stiffness that is stable at the nominal rate becomes unstable when some samples come late",
+    formula="safe: K < 2 b/T with the longest period T; exact: from the roots over one repetition of the "
+    "pattern",
+    explanation="In each period T a held spring force adds energy ½ K v² T², so a period that is five "
+    "times as long adds 25 times as much. The handle's damping removes b v² T, only five times as much. A "
+    "repeating pattern of periods has its own exact limit, which is lowest where the long periods come "
+    "whenever the handle is fastest. For any order of the periods and any hand, only the limit of the "
     "longest period is safe: K < 2 b/T.",
     knob=replace(spring.STIFFNESS, default=500.0, high=50_000.0),
     limit=limit,
@@ -143,7 +144,7 @@ FAILURE = base.Failure(
             base.Curve("always late", always_late, base.OTHER),
         ),
         "exact limit",
-        lambda case: {"by the longest period": worst(case), "by the nominal rate": nominal(case)},
+        lambda case: {"longest period": worst(case), "nominal rate": nominal(case)},
     ),
     options=(
         base.Parameter("usual", "Usual periods", "", 24.0, 1.0, 500.0, "Between two long ones"),

@@ -1,4 +1,4 @@
-"""Stable for a small push, lost after a large one: dry friction holds a spring beyond its limit so far."""
+"""Stable after a small push, unstable after a large one: dry friction holds a spring beyond its limit."""
 
 import math
 from dataclasses import replace
@@ -48,8 +48,8 @@ def probe(push: float, case: base.Case) -> base.Evidence:
     x, word = swing(push, case)
     moving = np.flatnonzero(np.abs(np.diff(x)) > 0.0)
     samples = int(moving[-1]) + 1 if len(moving) else len(x)
-    said = {spring.RESTS: "settles within", spring.CYCLES: "shrinks for", spring.GROWS: "grows for"}[word]
-    words = f"{said} {with_unit(samples / case['rate'], 's', 2)}"
+    ends = {spring.RESTS: "comes to rest within", spring.CYCLES: "shrinks for", spring.GROWS: "grows for"}
+    words = f"{ends[word]} {with_unit(samples / case['rate'], 's', 2)}"
     shown, most = 1e3 * x[: round(1.2 * samples)], 1e3 * float(np.abs(x).max())
     holds = word != spring.GROWS
     return base.Evidence(shown, 1.0 / case["rate"], "position", "mm", holds, most, "mm", words)
@@ -65,21 +65,21 @@ def live(push: float, case: base.Case) -> base.Live:
     values = base.within("spring", {"stiffness": case["stiffness"], "damping": 0.0, "center": 0.0})
     found = base.Live("spring", values, spring.loop_of(case))
     pointer = behind(push, values["stiffness"])
-    said = "It swings on." if let_go(found, pointer) > SEEN else "It comes to rest."
-    drag = f"Drag to {on_screen(pointer, 'm', 3)}, the handle comes {on_screen(push, 'm', 3)}, and let go."
-    return replace(found, advice=f"{drag} {said}")
+    said = "keeps oscillating" if let_go(found, pointer) > SEEN else "comes to rest"
+    drag = f"Drag to {on_screen(pointer, 'm', 3)}: the handle moves by {on_screen(push, 'm', 3)}. Let go."
+    return replace(found, advice=f"{drag} With the window's sensor steps it {said}.")
 
 
 FAILURE = base.Failure(
     key="large_push",
-    title="Calm after a small push, lost after a large one",
-    summary="Dry friction holds a spring beyond its limit, but only up to an amplitude",
+    title="Stable after a small push, unstable after a large one",
+    summary="Dry friction holds a spring beyond its limit, but only up to a certain amplitude",
     formula="A < (F_c/K) coth(π σ/2ω), σ ± jω the root of the spring; about 4 F_c/(π ω (K T/2 − b))",
-    explanation="Beyond K = 2 b/T sampling gives more energy in a swing than viscous damping takes; the "
-    "surplus π ω A² (K T/2 − b) grows with the square of the amplitude A. Dry friction takes 4 F_c "
-    "A, in proportion to A only. So small swings lose and settle, large ones win and grow "
-    "(Diolaiti's locally stable region). A wall that seems quite stable under a light touch can be "
-    "thrown into a buzz by one hard knock.",
+    explanation="Beyond K = 2 b/T sampling adds more energy in an oscillation than viscous damping "
+    "removes. This surplus, π ω A² (K T/2 − b), grows with the square of the amplitude A. Dry friction "
+    "removes 4 F_c A, in proportion to A only. So small oscillations die out and large ones grow "
+    "(Diolaiti's locally stable region). A wall that is stable under a light touch can start to buzz after "
+    "one hard hit.",
     knob=base.Parameter("push", "Push", "m", 2e-3, 1e-6, 1.0, "How far the handle is pulled aside", "A"),
     limit=lambda case: amplitude(case, case["stiffness"]),
     probe=probe,
@@ -88,16 +88,16 @@ FAILURE = base.Failure(
         lambda case: edge(case) * np.array([1.15, 1.25, 1.4, 1.6, 1.9, 2.3, 3.0, 4.0]),
         (
             base.Curve(
-                "half swings about F_c/K",
+                "theory, half periods",
                 lambda k, case: 1e3 * amplitude(case, k),
                 base.THEORY,
                 lambda case: edge(case) * np.geomspace(1.15, 4.0, 60),
             ),
             base.Curve("rendered", lambda k, case: 1e3 * measured(case, k)),
         ),
-        marks=lambda case: {"this spring": case["stiffness"], "its limit": edge(case)},
+        marks=lambda case: {"this spring": case["stiffness"], "limit without friction": edge(case)},
         level=lambda case: 1e3 * amplitude(case, case["stiffness"]),
-        level_label="its largest push",
+        level_label="limit of this spring",
         log_y=True,
         y_label="largest push that settles, mm",
     ),

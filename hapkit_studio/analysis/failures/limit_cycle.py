@@ -30,8 +30,8 @@ def swing(stiffness: float, case: base.Case) -> tuple[np.ndarray, str, float]:
 def probe(stiffness: float, case: base.Case) -> base.Evidence:
     """Let the handle go a few counts from where it would rest."""
     x, word, counts = swing(stiffness, case)
-    buzz = f"buzzes by {with_unit(counts, 'counts', 2)} for good"
-    words = {spring.RESTS: "rests, quite still", spring.GROWS: "grows", spring.CYCLES: buzz}[word]
+    buzz = f"keeps buzzing by {with_unit(counts, 'counts', 2)}"
+    words = {spring.RESTS: "comes to rest", spring.GROWS: "grows", spring.CYCLES: buzz}[word]
     label = "position"
     if word == spring.CYCLES:
         x = x[-round(SHOWN * case["rate"]) :]
@@ -48,13 +48,14 @@ def buzz(stiffness: float, case: base.Case) -> float:
 
 FAILURE = base.Failure(
     key="limit_cycle",
-    title="A buzz of less than a count",
-    summary="Where half a count's force is more than dry friction holds, the handle never rests",
+    title="A buzz smaller than one count",
+    summary="Where the force of half a count exceeds dry friction, the handle never comes to rest",
     formula="K < 2 F_c/Δ, while K < 2 b/T (Abbott and Okamura; σ = F_c/(K Δ) > ½ in Diolaiti's plane)",
-    explanation="A sensor of steps Δ makes the spring's force a staircase of steps K Δ. Where the handle "
-    "ought to rest on the edge of a step, the force is +½ K Δ on one side and −½ K Δ on the other, "
-    "never 0. Dry friction F_c can hold that as long as ½ K Δ stays below it. Above, the handle is "
-    "pushed back and forth over the edge for good: bounded, often below a count, and felt.",
+    explanation="A sensor with steps Δ turns the spring's force into steps of K Δ. If the handle would "
+    "rest at the edge between two counts, the force there is +½ K Δ on one side and −½ K Δ on the other, "
+    "never 0. Dry friction F_c holds the handle as long as ½ K Δ is smaller. Beyond that the handle is "
+    "pushed back and forth across the edge for ever. This limit cycle is bounded, often smaller than a "
+    "count, and can be felt.",
     knob=spring.STIFFNESS,
     limit=limit,
     probe=probe,

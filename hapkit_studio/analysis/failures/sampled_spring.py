@@ -25,13 +25,14 @@ def live(stiffness: float, case: base.Case) -> base.Live:
 FAILURE = base.Failure(
     key="sampled_spring",
     title="A spring too stiff for its loop",
-    summary="Above a stiffness the held force gives more energy than the handle's damping takes",
-    formula="K < (b + B)/(T/2 + td), a little more or less: exact from the roots of the sampled loop",
-    explanation="The loop looks once a period T and holds its force until it looks again, so the spring "
-    "acts half a period late, and a delay td later still. Late, it pushes longer on the way out than "
-    "it resisted on the way in, and at every swing gives energy in proportion to K (T/2 + td). The "
-    "damping b of the handle and B of the spring take energy in proportion to b + B. Where giving "
-    "wins, the swing grows.",
+    summary="Above a certain stiffness the sampled spring gives the handle more energy than damping takes "
+    "away",
+    formula="K < (b + B)/(T/2 + td), approximately; exact: from the roots of the sampled loop",
+    explanation="The loop reads the position once in each period T and holds the force until the next "
+    "reading. On average the force is late by T/2 and by the delay td. A late spring force resists too "
+    "little on the way in and pushes too long on the way out. So every oscillation gains energy in "
+    "proportion to K (T/2 + td), and loses energy in proportion to the damping b of the handle and B of "
+    "the spring. Where it gains more than it loses, it grows.",
     knob=spring.STIFFNESS,
     limit=limit,
     probe=lambda k, case: spring.evidence(spring.setting(case), case["damping"], k),

@@ -20,6 +20,7 @@ from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Parameter
 
+IDEAL = "; this handle has no dry friction"
 MASS = Parameter("mass", "Handle's mass", "kg", 0.044, 0.005, 1.0, "Of the handle alone", "m")
 VISCOUS = Parameter("viscous", "Handle's damping", "N·s/m", 0.5, 0.01, 10.0, "Of the handle itself", "b")
 DAMPING = Parameter("damping", "Virtual damping", "N·s/m", 0.0, 0.0, 50.0, "Of the rendered spring", "B")
@@ -64,7 +65,7 @@ def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
     out = released(where, damping, stiffness)
     rate = rate_of(where, stiffness, out)
     place = 1e3 * out[:, rows.TRUE_POSITION]
-    return base.growth_evidence(place, where.period, rate, more=" without dry friction")
+    return base.growth_evidence(place, where.period, rate, more=IDEAL)
 
 
 def loop_of(case: Case, estimator: Spec = "difference") -> dict[str, object]:

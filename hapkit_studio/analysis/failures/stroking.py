@@ -31,7 +31,7 @@ def swipe(speed: float) -> str:
     """Say how to stroke by so many m/s with a mouse: in what time over the 100 mm of the scene."""
     seconds = with_unit(0.1 / max(speed, 1e-3), "s", 2)
     fast = f"in {seconds}" if speed < _FASTEST else f"as fast as you can ({seconds} would be needed)"
-    return f"Hold the handle and swipe over all 100 mm {fast}, then slowly: feel the difference."
+    return f"Hold the handle and swipe over all 100 mm {fast}, then slowly, and compare."
 
 
 def stroke(
@@ -56,7 +56,7 @@ def ridges(out: np.ndarray, case: base.Case, what: str, shown: int) -> base.Evid
     counts = np.bincount(ridge - ridge.min())[1:-1]
     least = int(counts.min()) if len(counts) else len(place)
     peak = with_unit(100.0 * least_peak(out, case["wavelength"]), "%")
-    words = f"{least} {what} at the least in a ridge, {peak} of its force"
+    words = f"the worst ridge gets {least} {what}; the weakest gives {peak} of the force"
     force, step = out[:shown, rows.ASKED], 1.0 / case["rate"]
     return base.Evidence(force, step, "force", "N", least >= WANTED, float(least), what, words, held=True)
 

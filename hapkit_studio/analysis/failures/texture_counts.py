@@ -31,13 +31,13 @@ def step(quantum: float, case: base.Case) -> float:
 FAILURE = base.Failure(
     key="texture_counts",
     title="Ridges with too few sensor counts",
-    summary="A sensor of fewer than ten counts a ridge renders a staircase in place of a wave",
-    formula="Δ ≤ λ/10; the steps of the force are 2π A Δ/λ",
-    explanation="The force is computed from what the sensor reads, and that comes in steps Δ. With ten "
-    "counts to a ridge the force jumps by up to 62 % of its amplitude A from one count to the next; "
-    "each jump is a little knock, and the knocks are finer and sharper than the ridges themselves. "
-    "The Hapkit's 20.7 µm is fine enough for ridges of 0.2 mm; a paddle with 0.78 mm a count only "
-    "for ridges of 8 mm.",
+    summary="With fewer than ten sensor counts for each ridge, the force becomes a staircase instead of a "
+    "wave",
+    formula="Δ ≤ λ/10; the force has steps of up to 2π A Δ/λ",
+    explanation="The force is computed from the sensor's reading, which has steps Δ. With ten counts for "
+    "each ridge the force jumps by up to 62 % of its amplitude A from one count to the next. Each jump is "
+    "felt as a small knock, and the knocks are finer and sharper than the ridges. The Hapkit's steps of "
+    "20.7 µm are fine enough for ridges of 0.2 mm. A paddle with steps of 0.78 mm needs ridges of 8 mm.",
     knob=base.Parameter("quantum", "Sensor step", "m", 1e-4, 1e-7, 0.02, "One count", "Δ"),
     limit=lambda case: case["wavelength"] / stroking.WANTED,
     probe=probe,

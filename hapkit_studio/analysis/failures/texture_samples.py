@@ -27,12 +27,12 @@ def peak(speed: float, case: base.Case) -> float:
 FAILURE = base.Failure(
     key="texture_samples",
     title="Ridges with too few samples",
-    summary="With fewer than ten samples for each, ridges come out weak, uneven and late",
+    summary="With fewer than ten samples for each, ridges become weak and uneven",
     formula="v ≤ λ/(10T)",
-    explanation="The loop renders a ridge only where it happens to look. With n samples for each the "
-    "strongest may lie 1/(2n) of a wavelength beside the top, so the worst ridge gets cos(π/n) of "
-    "its force: 95 % of it with ten samples, 81 % with five. Which ridge is weak changes from one to "
-    "the next, and that is felt as a slow beat that is not in the texture.",
+    explanation="The loop renders a ridge only where it takes a sample. With n samples for each ridge, the "
+    "nearest sample can be 1/(2n) of a wavelength away from the top. So the weakest ridge gets cos(π/n) of "
+    "its force: 95 % with ten samples, 81 % with five. Which ridge is weak changes along the stroke, and "
+    "this is felt as a slow beat that is not part of the texture.",
     knob=stroking.SPEED,
     limit=lambda case: case["wavelength"] * case["rate"] / stroking.WANTED,
     probe=probe,

@@ -1,4 +1,4 @@
-"""Ridges stroked too fast: beyond half the rate another texture is felt than the one that is there."""
+"""Ridges crossed too fast: beyond half the rate another texture is felt than the one that is there."""
 
 import math
 from dataclasses import replace
@@ -27,7 +27,7 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
     cosine = force[1:-1] @ (force[2:] + force[:-2]) / (2.0 * force[1:-1] @ force[1:-1])
     frequency, there = rate * math.acos(min(max(float(cosine), -1.0), 1.0)) / math.tau, speed / wavelength
     holds = abs(frequency - there) <= TRUE_WITHIN * there
-    words = f"vibrates at {with_unit(frequency, 'Hz', 4)}, its ridges come at {with_unit(there, 'Hz', 4)}"
+    words = f"vibrates at {with_unit(frequency, 'Hz', 4)}, the ridges pass at {with_unit(there, 'Hz', 4)}"
     return base.Evidence(force[:80], 1.0 / rate, "force", "N", holds, frequency, "Hz", words, held=True)
 
 
@@ -39,13 +39,13 @@ def folded(speed: float, case: base.Case) -> float:
 
 FAILURE = base.Failure(
     key="texture_speed",
-    title="Ridges stroked too fast",
-    summary="Beyond half the rate a faster stroke feels like a slower one",
-    formula="v < λ/(2T); for a force of the right shape v ≤ λ/(10T)",
-    explanation="Ridges a wavelength λ apart, stroked at v, should come v/λ times a second. The loop "
-    "looks 1/T times a second; two looks a ridge are the least that tell its frequency (Nyquist). "
-    "Beyond that the samples are also those of a slower vibration, 1/T − v/λ, and that is what the "
-    "motor plays: stroked faster, the texture hums lower.",
+    title="Ridges crossed too fast",
+    summary="Beyond half the servo rate a faster stroke feels like a slower one",
+    formula="v < λ/(2T); for a well-formed force v ≤ λ/(10T)",
+    explanation="Ridges with wavelength λ, crossed at speed v, should be felt v/λ times a second. The loop "
+    "samples 1/T times a second, and at least two samples for each ridge are needed to tell its frequency "
+    "(Nyquist). Beyond that the samples are the same as those of a slower vibration of frequency 1/T − v/λ "
+    "(aliasing), and this is what the motor plays: a faster stroke gives a lower pitch.",
     knob=stroking.SPEED,
     limit=limit,
     probe=probe,
@@ -54,7 +54,7 @@ FAILURE = base.Failure(
         np.linspace(0.1, 1.95, 38),
         (
             base.Curve("the ridges, v/λ", lambda speed, case: speed / case["wavelength"], base.OTHER),
-            base.Curve("folded at half the rate", folded, base.THEORY),
+            base.Curve("aliased, theory", folded, base.THEORY),
             base.Curve("rendered"),
         ),
         "λ/(2T)",

@@ -37,7 +37,12 @@ def probe(amplitude: float, case: base.Case) -> base.Evidence:
     n = base.alive(np.abs(place[: base.before_lost(place, REACH * wavelength)]), DEAD * START * wavelength)
     rate = spring.rate_of(where, stiffness(amplitude, case), out[:n])
     return base.growth_evidence(
-        1e6 * place[:n], where.period, rate, "position in the valley", "µm", " without dry friction"
+        1e6 * place[:n],
+        where.period,
+        rate,
+        "position in the valley",
+        "µm",
+        spring.IDEAL,
     )
 
 
@@ -55,12 +60,13 @@ def live(amplitude: float, case: base.Case) -> base.Live:
 FAILURE = base.Failure(
     key="texture_steepness",
     title="Ridges too steep for the loop",
-    summary="Between two ridges a grating is a spring; above an amplitude it is too stiff and buzzes",
+    summary="In its valleys a grating acts like a spring; above a certain amplitude this spring is too "
+    "stiff and buzzes",
     formula="A < b λ/(π T), from 2π A/λ < 2 b/T",
-    explanation="A grating of amplitude A and wavelength λ changes its force by up to 2π A/λ in a metre; "
-    "where a valley draws the handle in, that is the stiffness of a spring. So it obeys the spring's "
-    "limit 2 b/T. The finer the ridges, the less they may push: 0.8 N at 5 mm, 0.16 N at 1 mm, for "
-    "0.5 N·s/m at 1 kHz. Beyond, the texture buzzes under a finger that does not even move.",
+    explanation="The force of a grating with amplitude A and wavelength λ changes by up to 2π A/λ per "
+    "metre. In a valley this is the stiffness of a spring, so it has the spring's limit 2 b/T. Finer "
+    "ridges must be weaker: at most 0.8 N at 5 mm and 0.16 N at 1 mm, for 0.5 N·s/m at 1 kHz. Beyond the "
+    "limit the texture buzzes even under a finger that does not move.",
     knob=base.Parameter("amplitude", "Amplitude", "N", 0.8, 1e-4, 50.0, "The most a ridge pushes", "A"),
     limit=limit,
     probe=probe,

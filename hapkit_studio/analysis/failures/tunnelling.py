@@ -1,4 +1,4 @@
-"""A bump crossed between two looks: the faster the handle, the less of a thin bump is there at all."""
+"""A bump crossed between two samples: the faster the handle, the less of a thin bump is there at all."""
 
 import math
 
@@ -64,7 +64,8 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
     felt = [int(np.count_nonzero(out[:, rows.ASKED])) for out in runs]
     least, peak = min(felt), with_unit(100.0 * least_peak(runs), "%")
     energy = with_unit(missed(runs, case), "%", 2)
-    words = f"{least} samples at the least, {peak} of the force; energy off by {energy}"
+    words = f"the worst throw gets {least} samples; the weakest gives {peak} of the force"
+    words += f"; the energy changes by up to {energy}"
     force, step = 100.0 * runs[felt.index(least)][:, rows.ASKED] / PEAK, 1.0 / case["rate"]
     holds = least >= WANTED
     return base.Evidence(force, step, "force", "% of the peak", holds, least, "samples", words, held=True)
@@ -87,14 +88,14 @@ def live(speed: float, case: base.Case) -> base.Live:
 
 FAILURE = base.Failure(
     key="tunnelling",
-    title="A bump crossed between two looks",
-    summary="Thrown fast enough, the handle passes a thin bump with hardly a force, or none",
-    formula="v ≤ w/(4T); beyond w/T it can pass unseen",
-    explanation="Between two looks the handle moves by v T, and what lies there is not rendered. A bump "
-    "of width w needs four samples, one for each quarter of its wave, to give at least 71 % of its "
-    "force; with two it may give nearly nothing, and from v = w/T on the handle can pass without a "
-    "single sample on it. What is left out up the hill is not what is left out down, so the crossing "
-    "also gains or loses energy.",
+    title="A bump crossed between two samples",
+    summary="A handle that is fast enough crosses a narrow bump with little force or none",
+    formula="v ≤ w/(4T); beyond w/T it can pass without any sample on the bump",
+    explanation="Between two samples the handle moves by v T, and nothing in between is rendered. A bump "
+    "of width w needs four samples, one for each quarter of its wave, to give at least 71 % of its force. "
+    "With two it may give almost nothing, and from v = w/T on the handle can pass without a single sample "
+    "on the bump. What is missed uphill differs from what is missed downhill, so the crossing also gains "
+    "or loses energy.",
     knob=base.Parameter("speed", "Speed", "m/s", 1.0, 1e-3, 500.0, "Of the throw", "v"),
     limit=limit,
     probe=probe,

@@ -121,9 +121,9 @@ def force_known(setup: Setup) -> str:
     if setup.handle is not None:
         return "No force was measured: it is the command, and the simulated motor gives just that."
     return (
-        "No force was measured: it is the command, through the motor constant of the settings. A motor at "
-        "90 % of that constant renders 90 % of what stands here. A known weight on the handle, or a kitchen "
-        "scale, measures it: Set up my Hapkit, step Strength."
+        "No force was measured: it is the command, through the motor constant of the settings, and ± is that "
+        "of the fit. A motor at 90 % of that constant renders 90 % of what stands here. A known weight or "
+        "two known springs at the handle, or a kitchen scale, measure it: Set up my Hapkit, step Strength."
     )
 
 

@@ -8,14 +8,14 @@ Diolaiti et al., IEEE T-RO 22(2), 2006; they miss where the motion is few counts
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.formatting import on_screen, significant, with_unit
 from hapkit_studio.haptics import headless, rows, settling
-from hapkit_studio.haptics.settling import LEAVES, RESTS, SHRINKS
+from hapkit_studio.haptics.settling import GROWS, LEAVES, RESTS, SHRINKS
 from hapkit_studio.haptics.survey import Flat, packed
 
 PUSHES = tuple(31.25e-6 * 2.0**n for n in range(10))
@@ -23,19 +23,20 @@ PUSHES = tuple(31.25e-6 * 2.0**n for n in range(10))
 NUDGE = 1e-3
 """m: a hand does that much without meaning to."""
 _HALVINGS = 7
-_FAR = 0.060
+# m: thrown out; where nothing brings the handle back it may drift on, and swing
+_FAR, _ENDLESS = 0.060, 1e3
 _TURNS = 2.2
 _FEWEST_SAMPLES = 8
 _LONGER = 4
-# At the edge itself a motion neither dies nor grows for long.
-_OFF_EDGE = 1.05
+# s: how long a window is at least where there are objects
+_RETURN_SECONDS = 0.25
 _REST_REACH, _REST_FORCE, _REST_SECONDS = 1e-6, 0.020, 0.050
 # m: where a law is looked at for places at which it brings the handle back.
 PLACES = np.linspace(-0.045, 0.045, 901)
 # N: presses into a scene that only pushes back; a share of what it, or the motor, can bear at most.
 _PRESSES, _PRESSED = (1.0, 2.0), 0.6
-# N/m of a scene without a spring in a free hand: how long a turn is at most, and how fast a kick is.
-_SOFT, _KICKED = 1.0, 100.0
+# N/m: stands for the spring where there is none (how long is a turn, how fast a kick?); and the softest one
+_SPRINGLESS, _SOFTEST = 100.0, 1.0
 # The share of clamped samples from which the motor's limit is what holds a swing.
 _AT_LIMIT = 0.05
 
@@ -117,14 +118,17 @@ class Trials:
         self._made = Flat(*(array.copy() for array in self._flat))
         self._hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
         # a loop whose delay is longer than the spring's own turn swings in two to four delays
-        held = max(_stiffness(scene, grip), _SOFT)
-        turn = 2.0 * math.pi * math.sqrt(_mass(scene, grip) / held) + 4.0 * scene.loop.delay
-        self._window = max(math.ceil(_TURNS * turn * scene.loop.rate), _FEWEST_SAMPLES)
-        still = math.ceil((_REST_SECONDS + scene.loop.delay) * scene.loop.rate)
-        self._quiet = settling.Quiet(_REST_REACH, scene.device.quantum, _REST_FORCE, still, _FAR)
+        self._turns = _TURNS * (2.0 * math.pi / _natural(scene, grip) + 4.0 * scene.loop.delay)
+        # objects come back to a handle that has come to rest
+        self._objects = _RETURN_SECONDS if scene.environment.stored else 0.0
+        self._rate = scene.loop.rate
+        rest = max(_REST_SECONDS + scene.loop.delay, settling.CALM_WINDOWS * self._objects)
+        still = math.ceil(rest * scene.loop.rate)
+        far = _ENDLESS if centre.kick else _FAR
+        self._quiet = settling.Quiet(_REST_REACH, scene.device.quantum, _REST_FORCE, still, far)
         self.centre, self.step = centre, scene.device.quantum
-        # to both sides where the scene brings the handle back from both: sensor steps round down
-        self.sides = (1.0, -1.0) if centre.returns else (1.0,)
+        # to both sides but where the scene pushes the handle out of itself: sensor steps round down
+        self.sides = (1.0, -1.0) if centre.returns or centre.kick else (1.0,)
         # nothing brings an ideal handle to rest for good: the smallest motion, too, only shrinks
         self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0
         self._row, self._swing = np.zeros(rows.ROW_WIDTH), settling.new_swing()
@@ -135,29 +139,50 @@ class Trials:
         steady: until the swing is steady; else until it is known.
         """
         c = self.centre
-        away = np.array([c.position + (0.0 if c.kick else c.side * push), c.side * push * c.kick, c.target])
+        begin = c.position + (0.0 if c.kick else c.side * push)
+        away = np.array([begin, c.side * push * c.kick, c.target])
         args = self._r, self._body, self._flat, self._made, self._hand, away
-        window = self._window * (_LONGER if steady else 1)
+        seconds = max(self._turns * (_LONGER if steady else 1), self._objects)
+        window = max(math.ceil(seconds * self._rate), _FEWEST_SAMPLES)
         ends = not steady and self._ideal, not steady
         return int(settling.let_go(*args, window, *ends, self._quiet, self._row, self._swing))
 
     def settles(self, push: float) -> bool:
         """Return whether what is let go at a push in m comes to rest, or leaves where nothing holds it."""
-        ends = (self.end(side * push) for side in self.sides)
-        return all(end in (RESTS, SHRINKS) or (end == LEAVES and not self.centre.returns) for end in ends)
+        return all(self._settled(self.end(side * push)) for side in self.sides)
 
-    def swing_found(self) -> tuple[float, float, float]:
-        """Return amplitude in m, frequency in Hz and clamped share of the last run."""
-        return (
-            0.5 * float(self._swing.reach[0]),
-            float(self._swing.frequency[0]),
-            float(self._swing.clamped[0]),
-        )
+    def _settled(self, end: int) -> bool:
+        """Return whether the last run ended quietly: nobody sees less than a step, nothing holds a drift."""
+        if end in (RESTS, SHRINKS):
+            return True
+        if end == LEAVES:
+            return not self.centre.returns and not self.centre.kick
+        drifts = self.centre.kick > 0.0 and math.isnan(self._swing.frequency[0])
+        return drifts or (end != GROWS and self._reach < self.step)
+
+    @property
+    def _reach(self) -> float:
+        """Return how far the last run swung, in m, peak to peak, beside its drift where nothing holds it."""
+        return float((self._swing.beside if self.centre.kick else self._swing.reach)[0])
+
+    def swing(self, push: float) -> Behaviour | None:
+        """Return how it swings that is let go at a push in m, its own push 0; None where it settles."""
+        found = []
+        for side in self.sides:
+            end = self.end(side * push, steady=True)
+            if self._settled(end):
+                continue
+            if end == LEAVES:
+                return Behaviour(0.0, leaves=True, flick=self.centre.kick)
+            often, clamped = float(self._swing.frequency[0]), float(self._swing.clamped[0])
+            found.append(Behaviour(0.0, 0.5 * self._reach, often, clamped, flick=self.centre.kick))
+        return max(found, key=lambda one: one.amplitude, default=None)
 
 
 def centres_of(scene: headless.Scene, grip: Grip | None) -> list[Centre]:
     """Return where a law brings the handle back most strongly, or places where a hand presses into it."""
-    force = scene.environment.curve(scene.values, PLACES)
+    force = np.empty_like(PLACES)
+    settling.static_forces(scene.prepare()[0], PLACES, force)
     slope = np.diff(force)
     falls = (force[:-1] >= 0.0) & (force[1:] <= 0.0) & (slope < 0.0)
     crossings = 1 + np.flatnonzero(falls[1:-1] & (force[:-3] > 0.0) & (force[3:] < 0.0))
@@ -169,8 +194,7 @@ def centres_of(scene: headless.Scene, grip: Grip | None) -> list[Centre]:
     against = (-side * force)[:: int(side)]
     places, most = PLACES[:: int(side)], min(float(against.max()), scene.device.max_force)
     if not most > 0.0:
-        kick = math.sqrt(max(_stiffness(scene, grip), _KICKED) / _mass(scene, grip))
-        return [Centre(0.0, 0.0, returns=False, kick=kick)]
+        return [Centre(0.0, 0.0, returns=False, kick=_natural(scene, grip))]
     if grip is None:  # let go at the surface, into it
         touched = np.flatnonzero(against > 0.0)[0]
         return [Centre(float(places[max(touched - 1, 0)]), 0.0, side, returns=False)]
@@ -189,13 +213,12 @@ def _where(places: np.ndarray, force: np.ndarray, wanted: float) -> float:
     return float(places[i - 1] + share * (places[i] - places[i - 1]))
 
 
-def _mass(scene: headless.Scene, grip: Grip | None) -> float:
-    return scene.device.mass + (grip.mass if grip else 0.0)
-
-
-def _stiffness(scene: headless.Scene, grip: Grip | None) -> float:
+def _natural(scene: headless.Scene, grip: Grip | None) -> float:
+    """Return how fast the handle turns on the scene's spring, in rad/s."""
     own = scene.environment.impedance
-    return (own(scene.values)[0] if own else 0.0) + (grip.stiffness if grip else 0.0)
+    stiffness = (own(scene.values)[0] if own else 0.0) + (grip.stiffness if grip else 0.0)
+    mass = scene.device.mass + (grip.mass if grip else 0.0)
+    return math.sqrt(max(stiffness or _SPRINGLESS, _SOFTEST) / mass)
 
 
 def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
@@ -211,27 +234,17 @@ def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
 
 def _behaviour(trials: Trials) -> Behaviour:
     """Find the edge between what settles and what does not, and the swing beyond it."""
-    calm = 0.0
+    calm, swing = 0.0, None
     for push in PUSHES:
-        if not trials.settles(push):
+        swing = None if trials.settles(push) else trials.swing(push)
+        if swing:
             break
         calm = push
-    else:
+    if swing is None:
         return Behaviour()
-    beyond = push
-    for _ in range(_HALVINGS if calm else 0):
-        middle = math.sqrt(calm * beyond)
-        calm, beyond = (middle, beyond) if trials.settles(middle) else (calm, middle)
-    # where nothing settles, sensor steps may hold the least motion within a few counts: a nudge shows more
-    pushes = (_OFF_EDGE * beyond,) if calm else (_OFF_EDGE * beyond, NUDGE)
-    swings = [(0.0, math.nan, 0.0)]
-    for push in (side * push for push in pushes for side in trials.sides):
-        end = trials.end(push, steady=True)
-        if end == LEAVES:
-            return Behaviour(calm, leaves=True, flick=trials.centre.kick)
-        if end not in (RESTS, SHRINKS):
-            swings.append(trials.swing_found())
-    amplitude, frequency, clamped = max(swings, key=lambda swing: swing[0])
-    if 2.0 * amplitude < trials.step:
-        return Behaviour()  # within one step of the sensor: nobody sees it, and no count says so
-    return Behaviour(calm, amplitude, frequency, clamped, flick=trials.centre.kick)
+    if not calm:  # sensor steps may hold the least motion within a few counts: a nudge shows more
+        return max(swing, trials.swing(NUDGE) or swing, key=lambda one: (one.leaves, one.amplitude))
+    for _ in range(_HALVINGS):
+        middle = math.sqrt(calm * push)
+        calm, push = (middle, push) if trials.settles(middle) else (calm, middle)
+    return replace(swing, push=calm)

@@ -10,7 +10,7 @@ from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole
 from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.analysis.stability.behaviour import NUDGE
 from hapkit_studio.analysis.stability.limits import checked_loop, coulomb_line, simple_rule
-from hapkit_studio.analysis.stability.margin import Margin, round_axes, sentence, stable_again
+from hapkit_studio.analysis.stability.margin import Margin, nice_top, round_axes, sentence, stable_again
 from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import GRIPS
@@ -183,6 +183,10 @@ def hands(setting: Setting, damping: float) -> dict[str, float]:
     return {name: limit(replace(setting, hand=name), damping) for name in GRIPS}
 
 
+# Axes also show the boundary of dry friction, with some room, up to so many times the exact limit.
+_ROOM, _FARTHEST = 1.1, 4.0
+
+
 def plane(
     setting: Setting,
     stiffness: float,
@@ -202,8 +206,11 @@ def plane(
     around, margin = hands(setting, damping), margin_of(setting, stiffness, damping)
     if not (width and top):
         limits = exact_boundary if setting.linear else simple_rule
-        here = margin.limit if setting.linear else float(simple_rule(setting, np.array([damping]))[0])
+        dot = np.array([damping])
+        here = margin.limit if setting.linear else float(simple_rule(setting, dot)[0])
         wide, high = round_axes(lambda across: limits(setting, across), stiffness, damping, here)
+        rubbed = float(friction_boundary(setting, dot)[0]) if setting.linear else 0.0
+        high = max(high, nice_top(_ROOM * min(rubbed, _FARTHEST * here)))
         width, top = width or wide, top or high
     across = np.linspace(0.0, width, columns)
     found = intervals(setting, across) if setting.linear else [()] * columns
@@ -269,15 +276,15 @@ def passive(plane: Plane) -> np.ndarray:
 
 # Key: name and one line that explains it.
 LINES = {
-    "exact": ("Exact boundary", "roots of the sampled loop"),
-    "friction": ("Dry friction's boundary", "below it a push of 1 mm settles, let go"),
-    "measured": ("Measured boundary", "simulated and bisected"),
+    "exact": ("Exact boundary", "from the roots of the sampled loop"),
+    "friction": ("With dry friction", "below it a push of 1 mm settles"),
+    "measured": ("Measured boundary", "simulated, by bisection"),
     "simple": ("Simple rule", "K < (b + B) / (T/2 + td)"),
-    "passive": ("Passivity line", "safe in any hand"),
-    "coulomb": ("Friction hides steps", "below K = 2 f / Δ"),
+    "passive": ("Passivity line", "below it stable in any hand"),
+    "coulomb": ("Friction hides steps", "below K = 2 f / Δ sensor steps start no buzz"),
     "decays": ("Comes to rest", "let go 3 and 200 steps away"),
-    "buzzes": ("Buzzes", "stays in motion, does not grow"),
-    "grows": ("Grows", "let go, it moves ever farther"),
+    "buzzes": ("Buzzes", "goes on moving, does not grow"),
+    "grows": ("Grows", "let go, it moves farther and farther"),
 }
 # Above the exact boundary by more than this share somewhere, the rule promises too much.
 _HOPEFUL = 0.05
@@ -305,10 +312,10 @@ def line_words(plane: Plane, key: str) -> tuple[str, str]:
     """Return a line's name and what it means, as they are for this plane."""
     name, words = LINES[key]
     if key == "simple" and hopeful(plane):
-        return f"{name}, hopeful here", words
+        return f"{name}, too high here", words
     if key == "measured" and plane.points is not None:
         name = plane.points.name
-        words = "simulated and bisected, does not grow below" if plane.points.controller else words
+        words = f"{words}, does not grow below" if plane.points.controller else words
         words += ", with friction" if plane.points.real else ""
     return name, words
 

@@ -47,8 +47,8 @@ class Margin:
 
 
 def hand_words(hand: str) -> str:
-    """Name the hand: "released hand", "medium grip"."""
-    return "released hand" if hand == RELEASED else f"{hand} grip"
+    """Name the hand: "let go", "medium grip"."""
+    return "let go" if hand == RELEASED else f"{hand} grip"
 
 
 def times(ratio: float) -> str:
@@ -97,7 +97,7 @@ def remedy(margin: Margin) -> str:
 
 
 def sentence(margin: Margin) -> str:
-    """Return the margin, the hand, and what to do: "1.4 × below the limit; released hand."."""
+    """Return the margin, the hand, and what to do: "1.4 × below the limit; let go."."""
     said = short(margin)
     hand = hand_words(margin.hand)
     whole = f"{said}." if said.endswith(hand) else f"{said}; {hand}."

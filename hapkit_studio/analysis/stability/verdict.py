@@ -177,8 +177,8 @@ def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:
     """Return the ranges of each parameter in which a nudge does not settle, the other values as they are; SI.
 
     Let go, or in the hand where the scene only pushes the handle out of itself. By the boundary of dry
-    friction, and only where a simulated nudge agrees; nothing where no limit is known, or where a parameter
-    does not matter.
+    friction, and only where a simulated nudge agrees; by nudges alone, to half a look, where nothing brings
+    the handle back. Nothing where no limit is known, or where a parameter does not matter.
     """
     named = asked.environment.impedance
     if named is None or asked.unknown():
@@ -190,8 +190,11 @@ def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:
         key: np.array([named({**asked.values, key: v}) for v in x.tolist()]) for key, x in across.items()
     }
     pairs = {key: found for key, found in pairs.items() if np.ptp(found, axis=0).any()}
-    returns = centres_of(asked.scene, None)[0].returns
-    setting = replace(asked.setting, hand=RELEASED) if returns else asked.setting
+    centre = centres_of(asked.scene, None)[0]
+    alone = centre.returns or centre.kick
+    setting = replace(asked.setting, hand=RELEASED) if alone else asked.setting
+    if centre.kick:
+        return {key: _tried(asked, setting, key, across[key][::2]) for key in pairs}
     dampings = np.unique([found[:, 1] for found in pairs.values()])
     limits = kb_plane.friction_boundary(setting, dampings) if pairs else dampings
     found = {
@@ -205,11 +208,21 @@ def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:
 
 def _swings(asked: Asked, setting: Setting, key: str, ends: tuple[float, float]) -> bool:
     """Return whether a nudge does not settle in the middle of a parameter's range, nor near its ends."""
-    for share in _INSIDE:
-        values = {**asked.values, key: ends[0] + share * (ends[1] - ends[0])}
-        if settles(replace(asked, values=values, setting=setting).scene, grip_named(setting.hand), NUDGE):
-            return False
-    return True
+    return not any(
+        _nudge_settles(asked, setting, key, float(np.interp(s, (0.0, 1.0), ends))) for s in _INSIDE
+    )
+
+
+def _tried(asked: Asked, setting: Setting, key: str, x: np.ndarray) -> list[tuple[float, float]]:
+    """Return the ranges of a parameter in which a nudge does not settle, tried at its values x (n,)."""
+    settled = np.array([_nudge_settles(asked, setting, key, value) for value in x.tolist()])
+    return _above_zero(x, 1.0 - 2.0 * settled)
+
+
+def _nudge_settles(asked: Asked, setting: Setting, key: str, value: float) -> bool:
+    """Return whether a nudge settles at another value of one parameter."""
+    scene = replace(asked, values={**asked.values, key: value}, setting=setting).scene
+    return settles(scene, grip_named(setting.hand), NUDGE)
 
 
 def _above_zero(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:

@@ -154,7 +154,7 @@ class Person:
     def conditions(self) -> tuple[result.Condition, ...]:
         words = f"{self._least:.2g} to {self._most:.2g} N"
         return (
-            result.Condition("hand", "person", "Hand", "a person's, held"),
+            result.Condition("hand", result.PERSON, "Hand", "a person's, held"),
             result.Condition("push", words, "Push", words),
         )
 

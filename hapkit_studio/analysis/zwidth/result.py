@@ -9,11 +9,14 @@ import numpy as np
 from hapkit_studio.analysis.checks import checked_row
 from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary
+from hapkit_studio.analysis.stability.margin import RELEASED, hand_words
 from hapkit_studio.analysis.zwidth import DAMPING, HIGHEST, MAX_FORCE, PUSH, SPEED
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain
 
 _CURVE = 81
+# The condition "hand" where no simulated one pressed.
+PERSON = "person"
 # Why the search at one damping ended.
 BUZZES, GROWS, LEAVES, FAST = "buzzes", "grows", "leaves", "fast"
 ENDED = {
@@ -46,7 +49,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class ZWidth:
-    """The stiffest wall that is rendered without buzzing at each damping (n,) in N·s/m.
+    """The wall up to which all come to rest, at each damping (n,) in N·s/m.
 
     linear: the linear loop's limit (n,) in N/m, nan where there is none; curve (2, m): the same finely,
     damping and limit. where: "simulation" or the device's title.
@@ -78,14 +81,14 @@ class ZWidth:
 
     @property
     def stiffness(self) -> np.ndarray:
-        """Return the stiffest wall in N/m at each damping, (n,)."""
+        """Return the wall in N/m up to which all came to rest, at each damping, (n,)."""
         return np.array([point.stiffness for point in self.points])
 
     @property
     def sentence(self) -> str:
-        """Say the stiffest wall in a sentence, and in another one the band about it."""
+        """Say the stiffest wall in a sentence, and in another one the band above it."""
         if not len(self.damping) or not (self.stiffness > 0.0).any():
-            return "No wall was rendered without buzzing."
+            return f"No wall came to rest, {self.hand}."
         return f"{self.at(self.best)}{self.motor(self.best)}.{self.band(self.best)}"
 
     @property
@@ -93,24 +96,32 @@ class ZWidth:
         """Return the index of the stiffest wall."""
         return int(np.argmax(self.stiffness))
 
+    @property
+    def hand(self) -> str:
+        """Say in whose hand it was measured: "let go", "in a medium grip"."""
+        grip = next(str(c.value) for c in self.conditions if c.key == "hand")
+        if grip == RELEASED:
+            return hand_words(grip)
+        return "in a person's hand" if grip == PERSON else f"in a {hand_words(grip)}"
+
     def motor(self, index: int) -> str:
         """Say that a point is the motor's rather than the loop's, "" where it is not."""
         if not self.points[index].clamped:
             return ""
         limit = next((c.text for c in self.conditions if c.key == "max_force"), "")
-        return ", at the motor's limit" + (f" of {limit}" if limit not in ("", "none") else "")
+        return ", with the motor at its limit" + (f" of {limit}" if limit not in ("", "none") else "")
 
     def at(self, index: int) -> str:
         """Say one point, without a full stop."""
         point = self.points[index]
-        least = "at least " if point.ended == HIGHEST else "up to "
-        limit = f"{least}{three_digits(point.stiffness)} N/m"
-        return f"At B = {self.damping[index]:g} N·s/m this Hapkit renders {limit}"
+        least = "at least " if point.ended == HIGHEST else ""
+        limit = f"up to {least}{three_digits(point.stiffness)} N/m"
+        return f"At B = {self.damping[index]:g} N·s/m, {self.hand}, all walls tried {limit} come to rest"
 
     def band(self, index: int) -> str:
-        """Say, after a space, where walls that hold and walls that fail alternate, "" where they do not."""
-        band = self.points[index].band
-        return f" From {band.replace('–', ' to ')} N/m some walls hold and some fail." if band else ""
+        """Say, after a space, up to where some rest and some buzz, "" where the limit is sharp."""
+        ends = self.points[index].band
+        return f" From there to {ends} N/m some do and some buzz." if ends else ""
 
     @property
     def place(self) -> str:
@@ -143,15 +154,14 @@ def three_digits(value: float) -> str:
 
 
 def text(result: ZWidth) -> str:
-    """Return for a person the verdict, then a line a damping with the linear limit, and the conditions."""
-    lines = [f"{'B, N·s/m':>9}{'K, N/m':>11}{'some fail':>16}{'linear limit':>14}   beyond"]
+    """Return for a person the verdict, then a line a damping with the exact boundary, and the conditions."""
+    lines = [f"{'B, N·s/m':>9}{'all rest to':>14}{'some rest to':>14}{'exact boundary':>16} N/m   beyond"]
     for damping, linear, point in zip(result.damping, result.linear, result.points, strict=True):
         limit = f"{linear:,.0f}" if math.isfinite(linear) else "–"
-        motor = ", at the motor's limit" if point.clamped else ""
-        band = point.band or "–"
+        motor = ", with the motor at its limit" if point.clamped else ""
         lines.append(
-            f"{damping:>9g}{three_digits(point.stiffness):>11}{band:>16}{limit:>14}"
-            f"   {ENDED[point.ended]}{motor}"
+            f"{damping:>9g}{three_digits(point.stiffness):>14}{point.band or '–':>14}{limit:>16}"
+            f"       {ENDED[point.ended]}{motor}"
         )
     return "\n".join([result.sentence, "", *lines, "", f"Conditions: {result.caption}"])
 
@@ -255,7 +265,7 @@ class TrialOutcome:
 
 @dataclass(frozen=True)
 class Point:
-    """The stiffest wall in N/m that held, why the next fails, whether it needed the motor's limit.
+    """The wall in N/m up to which all that were tried held, and why the next one fails.
 
     ended: one of ENDED. clamped: the stiffness is the motor's rather than the loop's. Of all walls tried,
     first_failed is the softest that failed (inf: none did), last_held the stiffest that held.
@@ -269,9 +279,8 @@ class Point:
 
     @property
     def band(self) -> str:
-        """Write where walls that hold and walls that fail alternate, in N/m, "" where the limit is sharp."""
-        ends = self.first_failed, self.last_held
-        return "–".join(three_digits(k) for k in ends) if self.first_failed < self.last_held else ""
+        """Write the stiffest wall that held beyond one that failed, in N/m, "" where the limit is sharp."""
+        return three_digits(self.last_held) if self.first_failed < self.last_held else ""
 
 
 def stiffest(
@@ -310,20 +319,24 @@ def band_trials(apart: float) -> int:
 def with_band(
     held: Callable[[float], TrialOutcome], point: Point, apart: float, softest: float, highest: float
 ) -> Point:
-    """Return a point with the band about it, in which walls that hold and walls that fail alternate.
+    """Return the point at the lower end of the band about it, in which walls hold and fail by turns.
 
     Walls a share apart are tried, from the limit down until all over 10 % hold, then up until all fail; none
-    softer than the softest nor stiffer than the highest.
+    softer than the softest, which held, nor stiffer than the highest.
     """
     if point.ended == HIGHEST or point.stiffness == 0.0:
         return point
+    limit = point.stiffness
     for factor, holds in ((1.0 / (1.0 + apart), True), (1.0 + apart, False)):
-        stiffness, alike = factor * point.stiffness, 0
+        stiffness, alike = factor * limit, 0
         while alike < band_trials(apart) and softest <= stiffness <= highest:
-            if failed := bool(held(stiffness).why):
-                point = replace(point, first_failed=min(point.first_failed, stiffness))
+            tried = held(stiffness)
+            if failed := bool(tried.why):
+                below = min(point.stiffness, max(factor * stiffness, softest))
+                point = replace(point, stiffness=below, first_failed=min(point.first_failed, stiffness))
             else:
-                point = replace(point, last_held=max(point.last_held, stiffness))
+                clamped = tried.clamped if stiffness == point.stiffness else point.clamped
+                point = replace(point, clamped=clamped, last_held=max(point.last_held, stiffness))
             alike = alike + 1 if failed != holds else 0
             stiffness *= factor
     return point

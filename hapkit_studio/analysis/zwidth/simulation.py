@@ -1,11 +1,10 @@
-"""Z-width by simulation: at each virtual damping the stiffest wall that comes to rest after a hit.
+"""Z-width by simulation: at each virtual damping the wall up to which all come to rest after a hit.
 
 The handle hits the wall at a speed and is pushed into it by a constant force, at three phases of the sample.
 The wall fails if the handle leaves, or still moves by more than two counts at the end (Colgate & Brown, ICRA
 1994; automated hits after Chawda). Spring and damper act both ways inside, and nothing outside. Stiffness is
-raised by a factor up to the first failure, then bisected: stiffer walls that would hold again do not count.
-About the limit walls that hold and walls that fail alternate, over up to a third of it: how wide that band
-is, walls 1 % apart tell.
+raised by a factor up to the first failure, then bisected. About the limit walls that hold and walls that
+fail alternate, over up to a third of it: walls 1 % apart tell how wide that band is; its lower end counts.
 """
 
 from collections.abc import Callable, Sequence

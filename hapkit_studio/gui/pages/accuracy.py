@@ -65,9 +65,9 @@ class AccuracyPage(MeasuringPage):
     buttons = ("Run", "Run again")
     conditions_title = "Scene"
     read = (
-        "Each line is a method, each marker a step; filled: the loop's own step. Further left is faster, "
-        "further down more accurate. Nothing lies below and left of the grey front. The ring is what the "
-        "studio uses. Choose an integrator in the table to see its motion over time."
+        "Each line is a method, each marker a step size; filled: the loop's own step. Left is faster, "
+        "down is more accurate. No method lies below and left of the grey Pareto front. Ring: the studio's "
+        "default. Dashed red: tolerance. Choose an integrator in the table to see its motion over time."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -154,11 +154,9 @@ class AccuracyPage(MeasuringPage):
         sign = ("check", "ok") if sheet.passes(sheet.answer.default) else ("triangle", "warn")
         self.answer.say(words.sentence(sheet), *sign)
         choice = next(choice for choice in self._found[self.key].choices if sheet in choice.sheets)
-        self.side.words.setText(f"{words.verdict(sheet)} {words.reason(choice)}")
+        self.side.words.setText("\n".join(dict.fromkeys((words.verdict(sheet), words.reason(choice)))))
         self.conditions.show_pairs(list(sheet.scene.conditions))
-        self.reason.setText(
-            f"Tolerance {words.error_words(sheet.scene.tolerance, sheet.scene)}: {sheet.scene.reason}"
-        )
+        self.reason.setText(f"Tolerance: {words.tolerance_words(sheet.scene)}. {sheet.scene.reason}.")
         count = sum(len(s.points) for s in self._found[self.key].sheets)
         self.bar.say(f"{count:,} points, {self._seconds[self.key]:.1f} s")
 

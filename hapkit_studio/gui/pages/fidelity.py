@@ -22,24 +22,24 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.studio import Studio
 
 _READ = (
-    "Each term of the simulated device is left out alone, and the scene is rendered again under each of its "
-    "hands. A cell shows what changed most, as a share of its scale, the least that people feel: 0.4 mm of "
-    "a position, 0.3 N of a force or the whole force, if that is more. Above 2 % the scene needs the term; "
-    "above 999 % it changes by more than ten times its scale."
+    "Each column leaves one term out of the simulated device and renders every scene again, with each hand "
+    "that the scene has. A cell shows the largest change of any result, and of which. 100 % of a position is "
+    "0.4 mm, 100 % of a force is the largest force, 0.3 N at least: as little as people feel. Above 2 % the "
+    "scene needs the term."
 )
 _LIVE = (
-    "The live simulated device models what its scene needs. In the Live view the panel has a switch, in the "
-    "loop under More, that models all."
+    "The simulated device of the window models only what its scene needs. To model everything, open Loop, "
+    "More in the panel of the Live view."
 )
 
 
 def scale_words(outcome: str) -> str:
     """Say what a change of an outcome is a share of."""
     return {
-        "peak_force": f"{FORCE:g} N or the largest force",
+        "peak_force": f"largest force, at least {FORCE:g} N",
         "final_position": f"{1e3 * LENGTH:g} mm",
         "peak_position": f"{1e3 * LENGTH:g} mm",
-        "energy": "what went to and fro",
+        "energy": "energy exchanged",
     }.get(outcome, "1")
 
 
@@ -144,16 +144,16 @@ class FidelityPage(MeasuringPage):
         scene = discover()[effect.scene]
         self.side.heading.setText(f"{scene.title} without {TERMS[effect.term].word}")
         if effect.change is None:
-            self.side.words.setText("No hand of this scene holds on to the handle, so its mass stays.")
+            self.side.words.setText("No hand of this scene holds the handle, so its mass cannot be left out.")
             self.details.show_pairs([])
             return
         self.side.words.setText(f"The scene {'needs' if effect.needed else 'does not need'} it.")
-        pairs = [("Change", percent(effect.change))]
+        pairs = [("Largest change", percent(effect.change))]
         if pairs[0][1] != "0 %":
-            pairs += [("Of", scale_words(effect.outcome)), ("Most in", outcome_word(effect.outcome)),
-                      ("Under", effect.hand)]  # fmt: skip
+            pairs += [("Of the", outcome_word(effect.outcome)), ("100 % is", scale_words(effect.outcome)),
+                      ("With the hand", effect.hand)]  # fmt: skip
         share = effect.ns_without / effect.ns_with
-        self.details.show_pairs([*pairs, ("Time without", f"{share:.2f} of the time with")])
+        self.details.show_pairs([*pairs, ("Computing time", f"{share:.2f} of that with it")])
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         from hapkit_studio.commands.fidelity import as_json

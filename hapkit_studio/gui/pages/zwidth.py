@@ -31,8 +31,8 @@ _WALL = "wall"
 _LOOK_MS = 100
 _HIGHEST = {SIMULATION: SIMULATED_DAMPING[-1], DEVICE: DEVICE_DAMPING[-1]}
 _HOW_IT_IS_TRIED = (
-    "A hand presses into walls of rising stiffness until one keeps buzzing. Nothing stiffer is tried. Force, "
-    "speed and travel are limited, Esc stops at once, and your settings come back."
+    "A hand presses into stiffer and stiffer walls until one keeps buzzing. Nothing stiffer is tried. Force, "
+    "speed and travel are limited. Esc stops at once. Afterwards your settings are restored."
 )
 
 
@@ -40,13 +40,13 @@ class ZWidthPage(MeasuringPage):
     """Points come one by one; while a device is tried, the scene shows the wall and what the hand does."""
 
     file = "z-width"
-    heading, about = "Z-width", "How stiff a wall is rendered without buzzing, over virtual damping."
+    heading, about = "Z-width", "The stiffest wall that comes to rest, over its virtual damping."
     begin = "Measure how stiff a wall this Hapkit renders without buzzing."
-    drawn, listed = "Stiffness over damping of the walls that are rendered", "Walls that are rendered"
+    drawn, listed = "Stiffness over damping of the walls that come to rest", "Walls that come to rest"
     read = (
-        "Each point is the stiffest wall that comes to rest after a hit and a push. Hollow: the motor "
-        "reached its limit. Bar: the first wall that failed to the last that held. "
-        "Dashed: the limit of the linear loop, without friction and sensor steps."
+        "Up to each point all walls tried came to rest after a hit and a push. Bar: there some come to rest "
+        "and some buzz. Hollow: the motor reached its limit. Dashed: the exact boundary of the Stability "
+        "view for the same hand; it leaves out sensor steps, and dry friction, which usually helps."
     )
     arrived = Signal(float, object)
     said = Signal(str)
@@ -187,9 +187,11 @@ class ZWidthPage(MeasuringPage):
     def _list(self, result: ZWidth | None) -> None:
         self.point.setText("")
         columns = (
-            Column("B, N·s/m", lambda row: f"{row[0]:g}", lambda row: row[0], right=False),
-            Column("K, N/m", lambda row: three_digits(row[1].stiffness), lambda row: row[1].stiffness),
-            Column("Some fail, N/m", lambda row: row[1].band or "–", lambda row: row[1].first_failed),
+            Column("B\nN·s/m", lambda row: f"{row[0]:g}", lambda row: row[0], right=False),
+            Column(
+                "All rest to\nN/m", lambda row: three_digits(row[1].stiffness), lambda row: row[1].stiffness
+            ),
+            Column("Some rest to\nN/m", lambda row: row[1].band or "–", lambda row: row[1].last_held),
         )
         rows = zip(result.damping, result.points, strict=True) if result else ()
         self.table.show_rows(columns, rows)
@@ -204,7 +206,7 @@ class ZWidthPage(MeasuringPage):
             self.point.setText("")
         else:
             said = f"{result.at(index)}{result.motor(index)}.{result.band(index)}"
-            self.point.setText(f"{said} Beyond: {ENDED[result.points[index].ended]}.")
+            self.point.setText(f"{said} Beyond that {ENDED[result.points[index].ended]}.")
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         result = self.result

@@ -1,7 +1,6 @@
 """The panel at the right: title, parameters, loop, warnings, stability."""
 
 import re
-from collections.abc import Mapping
 
 from PySide6.QtCore import QCoreApplication, QEvent, QSettings, Qt
 from PySide6.QtGui import QFontMetricsF, QResizeEvent
@@ -102,6 +101,7 @@ class ParameterRows(QWidget):
         self._column = down(into=self)
         studio.environment_changed.connect(self.rebuild)
         studio.values_changed.connect(self.show_values)
+        studio.ranges_changed.connect(self.show_ranges)
         self.rebuild()
 
     def rebuild(self) -> None:
@@ -112,6 +112,7 @@ class ParameterRows(QWidget):
             row.changed.connect(self._apply)
         refill(self._column, self.rows.values())
         self.show_values()
+        self.show_ranges()
         self.order()
 
     def show_values(self) -> None:
@@ -121,11 +122,11 @@ class ParameterRows(QWidget):
             row.show_value(self._studio.values[key])
             row.set_locked(unused.get(key, ""))
 
-    def show_ranges(self, too_much: Mapping[str, list[tuple[float, float]]]) -> None:
+    def show_ranges(self) -> None:
         """Hatch the sliders where they are more than the loop can take."""
         for key, row in self.rows.items():
             if isinstance(row, ParameterRow):
-                row.show_ranges(too_much.get(key, ()))
+                row.show_ranges(self._studio.too_much.get(key, ()))
 
     def order(self) -> None:
         """Let Tab go through the rows in their order, right after the anchor."""
@@ -167,7 +168,7 @@ class ParameterPanel(QWidget):
         self._laid_out = self.stability.verdict, self.stability, self._foot, self
         self.stability.judged.connect(lambda *_: self._lay_out_now())
         self.warnings.changed.connect(self._lay_out_now)
-        self.stability.ranges.connect(self.parameters.show_ranges)
+        studio.environment_changed.connect(lambda: self.upper.verticalScrollBar().setValue(0))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -124,10 +124,9 @@ def details(answer: Answer) -> str:
 
 
 class StabilityCard(QWidget):
-    """Emits ``judged(words, icon, token)`` to the status bar, and to the sliders the ranges too much."""
+    """Emits ``judged(words, icon, token)`` to the status bar; tells the studio what is too much."""
 
     judged = Signal(str, str, str)
-    ranges = Signal(dict)
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -186,7 +185,7 @@ class StabilityCard(QWidget):
         self.words.setText(words)
         self._say(headline, "circle", "ink2")
         self.judged.emit(headline, "", "ink2")
-        self.ranges.emit({})
+        self._studio.note_ranges({})
 
     def show_answer(self, answer: Answer) -> None:
         """Show a verdict."""
@@ -197,7 +196,7 @@ class StabilityCard(QWidget):
         self.words.setText(f"{details(answer)} {self._why_late(answer)}".rstrip())
         self._say("\n".join(verdict.lines), *verdict.sign)
         self.judged.emit(verdict.short, *verdict.sign)
-        self.ranges.emit(answer.too_much)
+        self._studio.note_ranges(answer.too_much)
 
     def show_map(self, room: bool) -> None:
         """Show the map where there is one and room for it."""

@@ -17,7 +17,7 @@ from hapkit_studio.gui.scenes.stage import Stage
 from hapkit_studio.gui.scenes.view import SceneView
 from hapkit_studio.gui.widgets.theme import theme
 
-_PARTS = ("upright", "plugged", "unplugged", "scale", "side_down", "empty", "weight")
+_PARTS = ("upright", "plugged", "unplugged", "scale", "spring", "side_down", "empty", "weight")
 
 
 class KitDrawing(QSvgWidget):
@@ -41,6 +41,10 @@ class KitDrawing(QSvgWidget):
     def show_scale(self) -> None:
         """Stand the kit up, with a kitchen scale at the right of its handle."""
         self._show("upright", self._plug, "scale")
+
+    def show_spring(self) -> None:
+        """Stand the kit up, with a spring between its handle and a post at the left."""
+        self._show("upright", self._plug, "spring")
 
     def sizeHint(self) -> QSize:
         return self.minimumSize()

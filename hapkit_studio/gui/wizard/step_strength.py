@@ -1,10 +1,10 @@
-"""Strength: the motor constant, from weights that the motor carries or from what a kitchen scale reads."""
+"""Strength: the motor constant, from weights that the motor carries, a kitchen scale, or two springs."""
 
 import threading
 
-from PySide6.QtWidgets import QLabel, QPushButton, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QLabel, QPushButton, QWidget
 
-from hapkit_studio.analysis.calibrate.motor import Strength
+from hapkit_studio.analysis.calibrate.motor import HOOKED, SPRINGS, SPRINGS_DIFFER, SPRINGS_SURE, Strength
 from hapkit_studio.analysis.calibrate.result import PASS, passed
 from hapkit_studio.devices.board_runner import Track
 from hapkit_studio.formatting import number
@@ -19,6 +19,8 @@ MASSES = (0.0, 0.050, 0.100)
 PUSH = 1.0
 """N on the kitchen scale."""
 PUSH_SECONDS = 20.0
+SPRING = 100.0
+"""N/m of the first spring, until somebody types another."""
 _WEIGHTS = (
     "Lay the kit on its left side. Hold the handle in the middle and press Carry; after a second let go "
     "slowly. First without a mass, then with 50 g and with 100 g (coins: weigh them)."
@@ -26,6 +28,10 @@ _WEIGHTS = (
 _SCALE = (
     "Stand a kitchen scale on its edge at the right of the handle, so that the handle pushes on its plate. "
     f"Press Push: the motor pushes with {PUSH:g} N by its profile. Type what the scale reads."
+)
+_SPRINGS = (
+    f"Hook a spring {HOOKED}. Type its stiffness, known to {100.0 * SPRINGS_SURE:g} %, and press Pull, hands "
+    f"off. Then another, at least {SPRINGS_DIFFER:g} × as stiff."
 )
 
 
@@ -41,7 +47,7 @@ class StrengthStep(StepPage):
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
         self._pushed_enough = threading.Event()
-        self.method = Segmented("How", ("Weights", "Kitchen scale"))
+        self.method = Segmented("How", ("Weights", "Kitchen scale", "Springs"))
         self.method.show_index(0)
         self.add_row(self.method)
         self.how = self.add_text()
@@ -61,14 +67,26 @@ class StrengthStep(StepPage):
         self.take = self.button(
             "Use this reading", self.use_reading, ready=lambda: self.calibration.pushed is not None
         )
-        self.weights, self.scale = QWidget(), QWidget()
-        across(QLabel("Mass at the handle"), self.mass, self.carry, self.use, None, into=self.weights)
+        self.stiffness = QDoubleSpinBox(decimals=0, suffix=" N/m")
+        self.stiffness.setRange(*SPRINGS)
+        self.stiffness.setValue(SPRING)
+        self.stiffness.setAccessibleName("Stiffness in N/m")
+        self.stiffness.lineEdit().setTextMargins(7, 0, 0, 0)
+        self.pull = self.button("Pull", self.start_pulling, primary=True, motor=True)
+        self.use_pulled = self.job_button(
+            "Use these", "Sending…", lambda work: work.use_springs(), self._measured,
+            ready=lambda: len(self.calibration.pulled) > 1,
+        )  # fmt: skip
+        weights, scale, springs = QWidget(), QWidget(), QWidget()
+        across(QLabel("Mass at the handle"), self.mass, self.carry, self.use, None, into=weights)
+        across(self.push, self.enough, QLabel("The scale reads"), self.reading, self.take, None, into=scale)
         across(
-            self.push, self.enough, QLabel("The scale reads"), self.reading, self.take, None, into=self.scale
+            QLabel("Stiffness of the spring"), self.stiffness, self.pull, self.use_pulled, None, into=springs
         )
-        self.column.addWidget(self.weights)
-        self.column.addWidget(self.scale)
+        for row in (weights, scale, springs):
+            self.column.addWidget(row)
         self.carried = self.add_text()
+        self.parts = ((weights, self.carried), (scale,), (springs,))
         self.method.chosen.connect(self._show_method)
         self.mass.valueChanged.connect(lambda _grams: self._draw())
         self._show_method(0)
@@ -78,16 +96,19 @@ class StrengthStep(StepPage):
         self.method.setEnabled(not self.board.busy)  # the button that ends a push stays in sight
 
     def _show_method(self, index: int) -> None:
-        self.how.setText((_WEIGHTS, _SCALE)[index])
-        self.weights.setVisible(index == 0)
-        self.scale.setVisible(index == 1)
+        self.how.setText((_WEIGHTS, _SCALE, _SPRINGS)[index])
+        for method, widgets in enumerate(self.parts):
+            for widget in widgets:
+                widget.setVisible(method == index)
         self._draw()
 
     def _draw(self) -> None:
         if self.method.index == 0:
             self.drawing.show_weight(f"{self.mass.value():g}")
-        else:
+        elif self.method.index == 1:
             self.drawing.show_scale()
+        else:
+            self.drawing.show_spring()
 
     def show_refusal(self, words: str, remedy: str = "") -> None:
         again = "Hold the handle in the middle again, then press Carry; let go slowly."
@@ -138,14 +159,23 @@ class StrengthStep(StepPage):
         reading = self.reading.si
         self.run_job("Sending…", lambda work: work.use_reading(reading), self._measured)
 
+    # springs
+
+    def start_pulling(self) -> None:
+        """Pull at the spring that is hooked to the handle."""
+        stiffness = self.stiffness.value()
+        self.run_job("Pulling, hands off…", lambda work: (stiffness, work.pull(stiffness)), self._pulled)
+
+    def _pulled(self, found: tuple[float, float]) -> None:
+        stiffness, felt = found
+        springs = [spring for spring, _ in self.calibration.pulled]
+        words = f"{stiffness:g} N/m took {number(felt, 1)} N/m by the settings."
+        enough = max(springs) >= SPRINGS_DIFFER * min(springs)
+        rest = "Now press Use these." if enough else "Next: hook another spring on, press Pull."
+        self.box.show_text(words, rest, SIGNS[PASS])
+
     def _measured(self, found: Strength) -> None:
-        share, half = 100.0 * found.ratio, 100.0 * found.half
-        self.finish(
-            passed(
-                f"The motor pushes {share:.0f} ± {half:.0f} % of what its profile says: "
-                f"motor constant {1e3 * found.motor_constant:.2f} mN·m."
-            )
-        )
+        self.finish(passed(found.words))
 
 
 def _hang(mass: float) -> str:

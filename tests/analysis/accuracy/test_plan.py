@@ -86,7 +86,8 @@ def test_the_cheapest_within_the_tolerance_at_the_loops_own_step():
     assert made.answer.cheapest.label == "verlet"
     assert made.answer.cheapest.step_s == 1e-3
     assert made.answer.right
-    assert sentence(made) == "Cheapest within 2 % at a 1 ms step: verlet, 1.0 µs per simulated second."
+    where = "In this scene the cheapest method within 2 % at a 1 ms step"
+    assert sentence(made) == f"{where} is verlet: 1.0 µs per simulated second."
     assert verdict(made) == "It is the default."
 
 
@@ -101,9 +102,11 @@ def test_costs_within_their_measured_spread_are_equal_and_the_error_decides(cost
             ["euler", "verlet"] if error == 0.01 and tied else
             ["verlet"] if wins else ["euler", "verlet"] if error < 0.01 else ["euler"]
         )  # fmt: skip
-        assert sentence(made).startswith("Most accurate of the 2 cheapest" if tied else "Cheapest")
-        costs = "is as cheap" if tied else "costs 2 % more"
-        others = "It is the default. As cheap: euler." if wins else f"The default, verlet, {costs}; it is off"
+        assert sentence(made).startswith(
+            f"In this scene {'2 methods' if tied else 'the cheapest method'} within 2 %"
+        )
+        costs = "costs the same as euler" if tied else "costs 2 % more than euler"
+        others = "It is the default. Just as cheap: euler." if wins else f"The default, verlet, {costs}; its"
         assert verdict(made).startswith(others)
 
 
@@ -116,11 +119,11 @@ def over(*errors, ns=1000.0, key="verlet"):
 @pytest.mark.parametrize(
     ("rival", "right", "words"),
     [
-        (over(0.01, 0.03, key="rk4", ns=2.0), True, "none in more; of those in as many it is the cheapest"),
-        (over(0.0, 0.0, 0.03, key="rk4", ns=1005.0), True, "also rk4) its largest error is the least"),
-        (over(0.0, 0.0, 0.024, key="rk4", ns=1005.0), False, "none in more; rk4 is as cheap and errs less"),
-        (over(0.0, 0.0, 0.03, key="rk4", ns=500.0), False, "beside rk4 it costs 2.0 times as much"),
-        (over(0.0, 0.0, 0.02, key="rk4", ns=1e6), False, "2 of 3 scenes; rk4 is in 3"),
+        (over(0.01, 0.03, key="rk4", ns=2.0), True, "and no other is in more; none in as many costs less"),
+        (over(0.0, 0.0, 0.03, key="rk4", ns=1005.0), True, "also rk4) its largest error is the smallest"),
+        (over(0.0, 0.0, 0.024, key="rk4", ns=1005.0), False, "rk4 is in as many, costs the same"),
+        (over(0.0, 0.0, 0.03, key="rk4", ns=500.0), False, "the default costs 2.0 times as much as rk4"),
+        (over(0.0, 0.0, 0.02, key="rk4", ns=1e6), False, "in 2 of them, rk4 in 3"),
     ],
 )  # fmt: skip
 def test_one_default_for_several_scenes_and_what_it_gives_up(rival, right, words):
@@ -129,16 +132,17 @@ def test_one_default_for_several_scenes_and_what_it_gives_up(rival, right, words
     choice = Choice(tuple(sheet(pair) for pair in pairs))
     assert choice.answer.right is right
     assert words in reason(choice)
-    assert reason(choice).endswith("It gives up “A scene”: off by 2.5 %, 3.1 ms late.")
+    assert reason(choice).startswith("One default serves 3 scenes: verlet is within the tolerance in 2")
+    assert reason(choice).endswith("Not in “A scene”: its error is 2.5 %, 3.1 ms late.")
 
 
 def test_a_default_outside_of_the_tolerance_is_not_right_however_cheap():
     made = sheet([point("euler", 0.01, 1000.0), point("verlet", 0.03, 10.0)])
     assert not made.answer.right
-    assert verdict(made) == "The default, verlet, is off by 3.0 %."
+    assert verdict(made) == "The default, verlet, is outside the tolerance here: its error is 3.0 %."
     nothing = sheet([point("verlet", math.inf, 10.0)])
     assert nothing.answer.cheapest is None
-    assert sentence(nothing) == "Nothing is within 2 % at a 1 ms step."
+    assert sentence(nothing) == "In this scene no method is within 2 % at a 1 ms step."
 
 
 class Clock:

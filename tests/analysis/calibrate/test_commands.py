@@ -1,6 +1,8 @@
 """The commands: a board's settings shown and changed; a test of a kit with its results, for programs too."""
 
 import json
+import sys
+from io import StringIO
 from types import SimpleNamespace
 
 import pytest
@@ -8,7 +10,7 @@ import pytest
 from hapkit_studio import cli
 from hapkit_studio.analysis.calibrate.checks import CHECKS
 from hapkit_studio.analysis.calibrate.result import PASS
-from hapkit_studio.commands import check_hapkit
+from hapkit_studio.commands import calibrate, check_hapkit
 from hapkit_studio.devices import calibration_file
 from hapkit_studio.devices.profiles import named
 from hapkit_studio.protocol.messages import Origin
@@ -68,6 +70,9 @@ def test_a_file_is_put_on_the_board(capsys, port, kit, tmp_path, monkeypatch):
         (["--from", "nowhere.toml"], "Cannot read"),
         (["--kit", "hapkit3", "--from", "x"], "not both"),
         (["--label", "much too long a name"], "12"),
+        (["--springs", "100", "150"], "2 × as stiff"),
+        (["--springs", "100", "-300"], "40 or more N/m"),
+        (["--springs", "100", "300", "--springs-known", "60"], "50 % or less"),
     ],
 )
 def test_bad_input_is_one_line_and_changes_nothing(capsys, port, kit, words, said):
@@ -76,6 +81,38 @@ def test_bad_input_is_one_line_and_changes_nothing(capsys, port, kit, words, sai
     assert said in complaint
     assert complaint.count("\n") == 1
     assert kit.stored is None
+
+
+class Person(StringIO):
+    """Hooks the spring on that is asked for, presses Enter."""
+
+    def __init__(self, kit, stiffnesses):
+        super().__init__()
+        self.kit, self.stiffnesses = kit, list(stiffnesses)
+
+    def readline(self):
+        if self.stiffnesses:
+            self.kit.spring = self.stiffnesses.pop(0)
+            return "\n"
+        return ""
+
+
+def test_two_springs_that_a_person_hooks_on_measure_the_motor_constant(capsys, monkeypatch, tmp_path):
+    monkeypatch.setenv(calibration_file.VARIABLE, str(tmp_path))
+    kit = PaddleKit(torque=0.9 * 0.0183)
+    monkeypatch.setattr(calibrate, "board_named", lambda key: kit)
+    monkeypatch.setattr(sys, "stdin", Person(kit, (100.0, 300.0)))
+    words = ["calibrate", "port", "--springs", "300", "100", "--springs-known", "1", "--write"]
+    assert cli.main(words) == 0
+    said = capsys.readouterr()
+    assert said.err.index("100 N/m between the handle") < said.err.index("300 N/m between the handle")
+    assert said.out.startswith("The motor pushes 90 ± 2 % of what the settings said")
+    assert kit.stored.motor_constant == pytest.approx(0.9 * 0.0183, rel=0.01)
+    (file,) = (tmp_path / calibration_file.FOLDER).glob("*.toml")
+    assert "# Strength: The motor pushes 90 ± 2 %" in file.read_text(encoding="utf-8")
+    monkeypatch.setattr(sys, "stdin", Person(kit, ()))
+    assert cli.main(words) == 2
+    assert "at a terminal" in capsys.readouterr().err
 
 
 def test_a_simulated_device_has_no_board(capsys):

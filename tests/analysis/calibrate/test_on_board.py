@@ -1,10 +1,11 @@
 """The same steps on the real firmware in its chip; the virtual board's hand plays the student."""
 
+import numpy as np
 import pytest
 
 from hapkit_studio.analysis.calibrate.calibration import Calibration
-from hapkit_studio.devices.board_runner import BoardRunner
-from hapkit_studio.devices.virtual_board import VirtualBoard, built
+from hapkit_studio.devices.board_runner import BoardRunner, Limits
+from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
 from hapkit_studio.protocol.messages import Alive, Origin, Save
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not built(), reason="the virtual board is not built")]
@@ -30,8 +31,8 @@ def begin():
     """Return a function that opens a board with options and begins its calibration."""
     boards = []
 
-    def opened(*options):
-        boards.append(PatientBoard("lockstep", options=("--answer-timeout", "0.02", *options)))
+    def opened(*options, log=None):
+        boards.append(PatientBoard("lockstep", log, options=("--answer-timeout", "0.02", *options)))
         runner = BoardRunner(boards[0])
         runner.open()
         return boards[0], Calibration(runner)
@@ -72,3 +73,28 @@ def test_a_sweep_tells_the_paddle_of_the_virtual_board(begin):
     part = work.sweep(4.0).part
     assert [key for key, value in truth.items() if not part[key].holds(value)] == []
     assert part["mass"].half < 0.01 * truth["mass"]
+
+
+def test_two_springs_tell_a_motor_at_90_percent_and_a_spring_is_felt_as_set_from_then_on(begin, tmp_path):
+    log = tmp_path / "truth.f64"
+    board, work = begin("--torque", str(0.9 * 0.0183), log=log)
+
+    def felt():
+        """Render 150 N/m to a hand that leads the handle; return what acts, by the truth log."""
+        board.flush()
+        before = len(truth(log))
+        board.send("hand 0.008 400 8 0.1 1.0")
+        work.runner.run(lambda t, x, v: -150.0 * x, 1.5, Limits(2.0))
+        board.flush()
+        rows = truth(log)[before:]
+        rows = rows[rows.duty != 0.0]
+        board.send("release")
+        return -np.polyfit(rows.position, rows.motor_force, 1)[0]
+
+    assert felt() == pytest.approx(135.0, rel=0.02)
+    work.runner.record(1.0)
+    for stiffness in (100.0, 300.0):
+        work.pull(stiffness)
+    found = work.use_springs()
+    assert found.ratio == pytest.approx(0.90, rel=0.01)
+    assert felt() == pytest.approx(150.0, rel=0.02)

@@ -9,8 +9,10 @@ import hapkit_studio as hs
 from hapkit_studio.analysis.identify import from_csv, from_run, identify
 from hapkit_studio.analysis.identify.estimates import Estimate
 from hapkit_studio.analysis.identify.recording import Handle, Setup
-from hapkit_studio.analysis.identify.words import line, measured
+from hapkit_studio.analysis.identify.words import force_known, line, measured
 from hapkit_studio.charts import identify as charts
+from hapkit_studio.charts import style
+from hapkit_studio.charts.style import new_figure
 from hapkit_studio.cli import main
 from hapkit_studio.dynamics.hand import GRIPS
 from tests.analysis.identify.motions import shaken
@@ -91,8 +93,19 @@ def test_every_printout_says_that_no_force_was_measured(csv, capsys, tmp_path, m
     charts.identify_figure(identify(from_csv(path)), tmp_path / "found.png")
     for said in (text, json.loads(found)["force"], captions[0]):
         assert "No force was measured" in said
+        assert "± is that of the fit" in said
         assert "A motor at 90 % of that constant renders 90 % of what stands here" in said
-        assert "A known weight on the handle, or a kitchen scale, measures it" in said
+        assert "A known weight or two known springs at the handle, or a kitchen scale, measure it" in said
+
+
+def test_a_captions_lines_end_inside_the_picture(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(style, "new_figure", lambda *args: drawn.append(new_figure(*args)) or drawn[0])
+    said = force_known(Setup())
+    style.save(lambda *_: None, tmp_path / "empty.png", (1080.0, 200.0), caption=said)
+    (caption,) = drawn[0].texts
+    assert caption.get_text().replace("\n", " ") == said
+    assert caption.get_window_extent().x1 < drawn[0].bbox.x1
 
 
 def test_one_object_and_a_picture(csv, capsys, tmp_path):

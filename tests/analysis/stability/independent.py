@@ -30,28 +30,27 @@ class Handle:
     hand: tuple[float, float, float] = (0.0, 0.0, 0.0)
     filter: tuple[float, ...] = (1.0,)  # one number: share of a low-pass; two: alpha and beta
 
-    def let_go(self, place: float, target: float, seconds: float) -> np.ndarray:
-        """Return the positions (n,) in m, at rest before, of a hand that pulls to a target in m."""
+    def let_go(self, place: float, target: float, seconds: float, speed: float = 0.0) -> np.ndarray:
+        """Return the positions (n,) in m of a hand that pulls to a target in m, at rest or kicked before."""
         n = round(seconds * self.rate)
         numbers = np.array([
             self.mass + self.hand[0], self.viscous + self.hand[1], self.coulomb, self.quantum, self.limit,
             1.0 / self.rate, self.delay, self.stiffness, self.damping, float(self.one_sided), self.hand[2],
-            target, place,
+            target, place, speed,
         ])  # fmt: skip
         return _run(numbers, np.array(self.filter), n)
 
 
 @njit
 def _run(numbers, filtering, n):
-    mass, viscous, coulomb, quantum, limit, period, delay, stiffness, damping, one_sided, pull, target, x = (
-        numbers
-    )
+    mass, viscous, coulomb, quantum, limit, period, delay, stiffness, damping = numbers[:9]
+    one_sided, pull, target, x, v = numbers[9:]
     steps = STEPS
     h = period / steps
     late = round(delay / h)
     forces = np.zeros(n * steps + late + 1)
     places = np.empty(n)
-    v, seen, rate, guess = 0.0, 0.0, 0.0, 0.0
+    seen, rate, guess = 0.0, 0.0, 0.0
     for k in range(n):
         now = quantum * math.floor(x / quantum) if quantum > 0.0 else x
         if k == 0:

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import hapkit_studio as hs
 from hapkit_studio import environments
 from hapkit_studio.analysis.stability.behaviour import PUSHES, behaviour
 from hapkit_studio.devices.simulated import SimulatedHapkit
@@ -174,3 +175,50 @@ def test_the_verdict_is_right_in_any_loop_and_hand(seed):
             assert rests(0.85 * said.push - handle.quantum)
         within_a_count = said.amplitude < handle.quantum
         assert within_a_count or not rests(1.15 * said.push + 2.0 * handle.quantum)
+
+
+def said_of(key, values, loop, coulomb=0.1, grip=None):
+    environment = environments.named(key)
+    device = SimulatedHapkit(coulomb_force=coulomb)
+    grip = GRIPS[grip] if grip else None
+    return behaviour(headless.Scene(environment, environment.values(values), device, loop), grip)
+
+
+def test_a_larger_push_is_tried_where_a_smaller_one_that_swung_rests_after_all():
+    """A hand on 30 N·s/m, filtered and late: tiny pushes tremble below a count, those of 5 cm/s swing on."""
+    loop = LoopSettings(1000.0, 2.5e-3, ("iir", {"cutoff": 102.577}))
+    said = said_of("damping", {"damping": 30.05}, loop, grip="light")
+    share = -math.expm1(-2.0 * math.pi * 102.577 / 1000.0)
+    grip = GRIPS["light"]
+    handle = Handle(
+        0.044, 0.5, 0.1, 20.7e-6, 3.0, 1000.0, 2.5e-3, 0.0, 30.05,
+        hand=(grip.mass, grip.damping, grip.stiffness), filter=(share,),
+    )  # fmt: skip
+    places = handle.let_go(0.0, 0.0, 6.0, 2.0 * said.push * said.flick)
+    amplitude, frequency = swing(places, 1000.0)
+    assert said.amplitude == pytest.approx(amplitude, rel=0.1)
+    assert said.frequency == pytest.approx(frequency, rel=0.02)
+
+
+def test_a_swing_that_drifts_is_about_as_wide_and_as_fast_as_its_own_turns():
+    """A bare tether of 2,500 N/m, 1 ms late, drifts by millimetres a second while it hunts by a quarter."""
+    said = said_of("friction", {"tether_stiffness": 2500.0}, LoopSettings(1000.0, 1e-3), coulomb=0.0)
+    device = SimulatedHapkit(coulomb_force=0.0, initial_velocity=0.1)
+    run = hs.simulate("friction", {"tether_stiffness": 2500.0}, device=device, delay=1e-3, seconds=10.0)
+    last = slice(-300, None)
+    places, time = run.true_position[last], run.time[last]
+    steady = places - np.polyval(np.polyfit(time, places, 1), time)
+    amplitude, frequency = swing(steady, 1000.0)
+    assert np.ptp(places) > 4.0 * amplitude
+    assert said.amplitude == pytest.approx(amplitude, rel=0.25)
+    assert said.frequency == pytest.approx(frequency, rel=0.06)
+
+
+def test_an_object_that_comes_back_to_a_resting_handle_is_waited_for():
+    """A contact that explicit Euler drives: the handle rests for tenths of a second between two visits."""
+    values = {
+        "mass": 2.0, "damping": 4.12, "stiffness": 43.1, "contact_stiffness": 1496.0,
+        "contact_damping": 48.7, "rest_position": 0.0337, "integrator": "explicit_euler",
+    }  # fmt: skip
+    said = said_of("mass_spring_damper", values, LoopSettings(1000.0, 2.5e-3, "foaw"), grip="light")
+    assert not said.calm

@@ -67,6 +67,17 @@ def test_at_the_end_of_what_is_too_much_a_nudge_just_settles(parameter):
         assert (push > 1e-3) == settles
 
 
+def test_damping_is_too_much_where_a_kick_does_not_settle():
+    """No place to come back to: the kick is as fast as 1 mm on 100 N/m; the end is known to 1.6 N·s/m."""
+    ((low, high),) = too_much(asked("damping"))["damping"]
+    assert high == 50.0
+    for damping, settles in ((low - 2.0, True), (low + 2.0, False)):
+        handle = Handle(0.044, 0.5, 0.1, 20.7e-6, 3.0, 1000.0, 1e-3, 0.0, damping)
+        speed = 1e-3 * np.sqrt(100.0 / 0.044)
+        moves = [np.ptp(handle.let_go(0.0, 0.0, 2.0, way * speed)[-500:]) for way in (1.0, -1.0)]
+        assert (max(moves) <= 20.7e-6) == settles
+
+
 def test_what_does_not_matter_is_never_too_much():
     assert "center" not in too_much(asked("spring", stiffness=1800.0))
     assert too_much(asked("free")) == {}

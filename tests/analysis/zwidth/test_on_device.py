@@ -183,7 +183,7 @@ def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch
     )
     found = on_device.measure(engine, (0.0,), TrialLimits(max_speed=0.06, precision=0.29))
     assert (found.points[0].stiffness, found.points[0].ended) == (0.0, FAST)
-    assert found.sentence == "No wall was rendered without buzzing."
+    assert found.sentence == "No wall came to rest, in a light grip."
     assert max(tried) == 200.0
     assert_as_before(engine)
 
@@ -213,7 +213,7 @@ def test_the_force_limit_holds_and_is_said(running):
     found = on_device.measure(engine, (0.0,), limits)
     assert np.abs(reader.read()[:, rows.APPLIED]).max() <= 0.5 + 1e-12
     assert (found.points[0].ended, found.points[0].clamped) == (HIGHEST, True)
-    assert found.sentence.endswith("at least 1,500 N/m, at the motor's limit of 0.5 N.")
+    assert found.sentence.endswith("at least 1,500 N/m come to rest, with the motor at its limit of 0.5 N.")
 
 
 def test_a_person_is_asked_and_checked(running):

@@ -109,14 +109,16 @@ def measured(name):
 @pytest.mark.parametrize("name", wide(REFERENCE, lambda name: name in ("f_c 0.1", "iir", "td = T")))
 def test_the_reference_table(name):
     (setting, expected), found = REFERENCE[name], measured(name)
-    share = found.stiffness / np.array(expected)
+    # its search ends somewhere in the band
+    high = np.array([max(p.stiffness, p.last_held) for p in found.points]) / np.array(expected)
+    share = np.clip(1.0, found.stiffness / np.array(expected), high)
     # without friction, chance decides which motion is left after 4 s; other phases of the hit move these two
     # cells of 56 by as much
     loose = np.array([setting.coulomb == 0.0 and b in (2.0, 5.0) for b in DAMPING])
     assert np.abs(share[:-1] - 1.0)[~loose[:-1]].max() < 0.025
     assert np.abs(share - 1.0)[loose].max(initial=0.0) < 0.06
     if expected[-1] == CAPPED:
-        assert share[-1] > 1.0
+        assert high[-1] > 1.0
     else:
         assert abs(share[-1] - 1.0) < 0.03
 
@@ -149,7 +151,7 @@ def test_a_constant_push_settles_where_push_and_spring_balance():
 def test_a_weak_motor_is_said():
     weak = simulation.compute(device(), (5.0,), Protocol(max_force=2.0))
     assert weak.points[0].clamped
-    assert "at the motor's limit" in text(weak)
+    assert "with the motor at its limit of 2 N" in text(weak)
     assert "force limit 2 N" in weak.caption
 
 
@@ -217,7 +219,7 @@ def test_it_ends_at_the_highest():
     assert (found.stiffness, found.ended, found.clamped) == (1000.0, HIGHEST, True)
 
 
-def test_the_band_goes_from_the_first_wall_that_fails_to_the_last_that_holds():
+def test_the_wall_named_is_the_band_s_lower_end_and_the_band_goes_to_the_last_that_holds():
     tried = []
 
     def held(stiffness):
@@ -225,11 +227,23 @@ def test_the_band_goes_from_the_first_wall_that_fails_to_the_last_that_holds():
         holds = stiffness < 850.0 or 870.0 < stiffness < 900.0 or 960.0 < stiffness < 1020.0
         return TrialOutcome("" if holds else BUZZES)
 
-    point = with_band(held, Point(899.0, BUZZES, False, 900.5, 899.0), 0.01, 200.0, 1e6)
+    point = with_band(held, Point(899.0, BUZZES, True, 900.5, 899.0), 0.01, 200.0, 1e6)
     assert 850.0 <= point.first_failed < 1.01 * 850.0
+    assert point.stiffness == pytest.approx(point.first_failed / 1.01), "the last one below that was tried"
+    assert point.stiffness in tried
+    assert not point.clamped, "the wall named did not need the motor's limit"
     assert 1020.0 / 1.01 < point.last_held < 1020.0
     assert min(tried) == pytest.approx(point.first_failed / 1.01**10)  # ten walls in a row tell
     assert max(tried) == pytest.approx(point.last_held * 1.01**10)
+
+
+def test_up_to_the_wall_named_all_hold_and_in_the_band_above_it_some_fail():
+    (point,) = simulation.compute(Setting(), (20.0,)).points
+    below = point.stiffness / 1.01 ** np.arange(band_trials(0.01))
+    assert [simulation.trial(Setting(), k, 20.0).why for k in below] == [""] * len(below)
+    assert point.stiffness < point.first_failed <= 1.01 * point.stiffness < point.last_held
+    assert simulation.trial(Setting(), point.first_failed, 20.0).why == BUZZES
+    assert simulation.trial(Setting(), point.last_held, 20.0).why == ""
 
 
 def test_a_sharp_limit_has_no_band_and_takes_ten_walls_on_either_side():

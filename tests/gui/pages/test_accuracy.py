@@ -67,14 +67,14 @@ def page(shared_window):
 
 
 def test_the_answer_and_whether_the_default_is_it(page):
-    assert page.answer.words.text().startswith("Cheapest within 2")
-    assert page.answer.words.text().endswith("at a 1 ms step: Verlet, 4.0 µs per simulated second.")
+    assert page.answer.words.text().startswith("In this scene the cheapest method within 2")
+    assert page.answer.words.text().endswith("at a 1 ms step is Verlet: 4.0 µs per simulated second.")
     assert "It is the default." in page.side.words.text()
     page.show_result(made_up("rk4"))
-    assert "RK4, costs 3.0 times as much" in page.side.words.text()
-    assert "RK4 is within the tolerance in 1 of 1 scene; beside Verlet" in page.side.words.text()
+    said = "The default, RK4, costs 3.0 times as much as Verlet; its error here is 2·10⁻⁴ %."
+    assert page.side.words.text() == said, "of one scene nothing is said twice"
     page.show_result(made_up("verlet", tolerance=1e-9))
-    assert page.answer.words.text() == "Nothing is within 1·10⁻⁷ % at a 1 ms step."
+    assert page.answer.words.text() == "In this scene no method is within 1·10⁻⁷ % at a 1 ms step."
 
 
 def test_every_error_is_drawn_somewhere_in_the_frame_and_told(page):

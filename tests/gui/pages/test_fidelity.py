@@ -44,8 +44,8 @@ def test_a_cell_is_told_in_words_by_keys_and_clicks(page):
     QTest.mouseClick(page.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
     assert page.side.heading.text() == "Free without sensor steps"
     told = dict(page.details.pairs)
-    assert (told["Change"], told["Of"]) == ("40 %", "0.3 N or the largest force")
-    assert told["Time without"] == "0.50 of the time with"
+    assert (told["Largest change"], told["100 % is"]) == ("40 %", "largest force, at least 0.3 N")
+    assert told["Computing time"] == "0.50 of that with it"
 
 
 def test_every_word_fits_its_cell(page, shared_window, qapp):

@@ -16,7 +16,7 @@ from hapkit_studio.gui.pages.identify import newest_piece
 from hapkit_studio.gui.pages.measuring import write
 from tests.gui.pages.drawing_support import drawn, outside
 
-LEFT_OVER = "time, s (what no term explains)"
+LEFT_OVER = "time, s (residual: the force that no term explains)"
 
 
 @pytest.fixture(autouse=True)

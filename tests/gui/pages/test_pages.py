@@ -6,7 +6,7 @@ import threading
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QLabel
+from PySide6.QtWidgets import QApplication, QFileDialog, QLabel
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import pages
@@ -70,6 +70,16 @@ def test_a_page_is_built_when_it_is_first_shown_and_ends_with_the_window(monkeyp
     assert not page.side.isVisible()
     window.close()
     assert page.ended
+
+
+def test_a_tab_pressed_gives_the_keyboard_to_what_it_shows(monkeypatch, make_window):
+    monkeypatch.setattr(pages, "discover", lambda: {"alone": View("alone", "Alone", 1, Plain, scene=False)})
+    window = make_window()
+    for index, part in ((1, lambda: window.views.page("alone")), (0, lambda: window.centre.scene)):
+        QTest.mouseClick(
+            window.header.tabs, Qt.MouseButton.LeftButton, pos=window.header.tabs.tabRect(index).center()
+        )
+        assert QApplication.focusWidget() is part()
 
 
 @pytest.fixture

@@ -10,7 +10,12 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QToolTip
 
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability.kb_plane import exact_boundary, hands
+from hapkit_studio.analysis.stability.kb_plane import (
+    exact_boundary,
+    friction_boundary,
+    hands,
+    passivity_line,
+)
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.pages import measuring as measuring_page
 from hapkit_studio.gui.pages.stability import page as stability
@@ -86,7 +91,7 @@ def test_it_judges_the_loop_in_force_and_the_dot_follows_the_sliders(page, windo
     assert (page.lines.plane.setting, page.lines.plane.hands) == (setting, limits)
     assert column.heading.text() == "Calm"
     assert f"Let go: calm, {limits['released'] / 620.0:.1f} × below the limit." in column.words.text()
-    assert f"{limits['firm']:,.0f} N/m" in dict(page.side.hands.pairs).values()
+    assert f"{limits['firm']:,.0f} N/m" in dict(page.verdict_column.limits.pairs).values()
     before, axes = axes_of(page), page.chart.figure.axes[0]
     for stiffness in (800.0, 700.0):
         window.studio.set_value("stiffness", stiffness)
@@ -138,6 +143,31 @@ def test_the_pointer_reads_the_limit_and_dragging_takes_the_sliders_along_up_to_
     QTest.mouseMove(canvas, QPoint(start.x(), -500))
     assert 0.98 * top <= window.studio.values["stiffness"] <= top
     QTest.mouseRelease(canvas, Qt.MouseButton.LeftButton, pos=start)
+
+
+def test_its_sliders_are_hatched_as_the_panels_are(page, window, qtbot):
+    studio = window.studio
+    studio.set_loop(estimator="difference", rate=300.0)
+    studio.choose("spring")
+    studio.set_values({"stiffness": 300.0, "damping": 0.0})
+    (held,) = friction_boundary(Setting(rate=300.0), np.zeros(1))
+    hatched = {"stiffness": [(pytest.approx(held, rel=1e-3), 2000.0)]}
+    qtbot.waitUntil(lambda: hatched["stiffness"] == studio.too_much.get("stiffness"), timeout=PATIENCE_MS)
+    for rows in (window.panel.parameters.rows, page.side.rows.rows):
+        assert hatched["stiffness"] == list(rows["stiffness"].slider._ranges)
+    studio.choose("detents")
+    assert studio.too_much == {}, "another scene's ranges are not known yet"
+
+
+def test_every_limit_stands_beside_the_map_as_the_theory_has_it(wall_page):
+    setting, told = wall_page.lines.plane.setting, dict(wall_page.verdict_column.limits.pairs)
+    bare = replace(setting, hand="released")
+    (passive,), (held,) = passivity_line(bare, np.zeros(1)), friction_boundary(bare, np.zeros(1))
+    expected = {"Passive": passive, "Let go": 2.0 * bare.viscous * bare.rate, "Let go, friction": held}
+    for name, limit in expected.items():
+        assert float(told[name].split()[0].replace(",", "")) == pytest.approx(limit, rel=0.005)
+    assert list(told)[2:5] == ["Light grip", "Medium grip", "Firm grip"]
+    assert wall_page.verdict_column.why.isVisible()
 
 
 @pytest.mark.parametrize(
@@ -199,8 +229,8 @@ def test_without_a_device_nothing_is_judged(shared_window):
     page = shared_window.views.page("stability")
     column = page.verdict_column
     assert column.heading.text() == "Not judged yet"
-    assert (column.lines.text(), column.conditions.pairs, page.side.hands.pairs) == ("", [], [])
-    assert not page.side.hands_heading.isVisible()
+    assert (column.lines.text(), column.conditions.pairs, column.limits.pairs) == ("", [], [])
+    assert not column.limits_heading.isVisible()
     assert not page.side.release.isEnabled()
     assert not page.bar.export.isEnabled()
     page.bar.run.click()
@@ -301,7 +331,7 @@ def test_the_same_button_cancels_and_the_old_map_is_paler_meanwhile(alone, monke
 
 def test_a_measurement_pales_where_other_conditions_hold(wall_page, window, qtbot):
     page = wall_page
-    page.show_result(made_up(page.lines.plane.setting))
+    page.show_result(made_up(page.lines.plane.setting, axes=(12.0, 3000.0)))
     assert page.bar.status.text() == "4 × 3 cells, 3.1 s"
     assert {"Measured boundary: beyond this map", "buzzes, does not grow"} <= set(words(page.chart))
     window.studio.set_value("stiffness", 500.0)

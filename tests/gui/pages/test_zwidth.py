@@ -20,7 +20,7 @@ from tests.gui.test_layout import cut_off, resize
 
 def made_up(capped=False, clamped=True):
     """Return a Z-width whose best point is 1,340 N/m at 2 N·s/m."""
-    limit = Point(1344.0, HIGHEST) if capped else Point(1344.0, BUZZES, clamped, 1210.0, 1409.0)
+    limit = Point(1344.0, HIGHEST) if capped else Point(1344.0, BUZZES, clamped, 1357.0, 1409.0)
     points = [Point(500.0, BUZZES, first_failed=510.0, last_held=500.0), limit]
     damping = [0.0, 2.0]
     curve = np.array([np.linspace(0.0, 2.0, 5), np.linspace(330.0, 1000.0, 5)])
@@ -93,13 +93,13 @@ def test_points_appear_as_they_come(page):
     page._begin("Hitting walls…")
     assert page.chart.pale
     page.job._wanted = object()  # as while it measures
-    points = [(0.0, Point(500.0, BUZZES, False)), (1.0, Point(900.0, BUZZES, True, 850.0, 920.0))]
+    points = [(0.0, Point(500.0, BUZZES, False)), (1.0, Point(900.0, BUZZES, True, 909.0, 920.0))]
     for new in points:
         page.arrived.emit(*new)
     assert not page.chart.pale
     assert page.walls.points == points
-    assert "some walls hold, some fail" in words(page.chart)
-    assert "at the motor's limit" in words(page.chart)
+    assert "some rest, some buzz" in words(page.chart)
+    assert "all rest up to here, motor at its limit" in words(page.chart)
     page.job._wanted = None
     page.arrived.emit(2.0, Point(950.0, BUZZES, True))  # too late
     assert len(page.walls.points) == 2
@@ -108,23 +108,24 @@ def test_points_appear_as_they_come(page):
 
 def test_what_was_found_is_told_in_words_table_and_numbers(page, tmp_path):
     page.show_result(made_up(capped=True))
-    assert page.answer.words.text() == "At B = 2 N·s/m this Hapkit renders at least 1,340 N/m."
+    said = "At B = 2 N·s/m, let go, all walls tried up to at least 1,340 N/m come to rest."
+    assert page.answer.words.text() == said
     assert page.answer.sign.name == "check"
     page.show_result(made_up())
     best = (
-        "At B = 2 N·s/m this Hapkit renders up to 1,340 N/m, at the motor's limit of 3 N. "
-        "From 1,210 to 1,400 N/m some walls hold and some fail."
+        "At B = 2 N·s/m, let go, all walls tried up to 1,340 N/m come to rest, with the motor at its limit "
+        "of 3 N. From there to 1,400 N/m some do and some buzz."
     )
     assert page.answer.words.text() == best
     assert page.answer.sign.name == "info", "a limit of the motor is no success"
     point(page.chart, 2.0, 1344.0)
-    assert page.point.text() == f"{best} Beyond: it buzzes."
+    assert page.point.text() == f"{best} Beyond that it buzzes."
     leave(page.chart)
     assert page.point.text() == ""
     page.table.copy()
     assert (
         QGuiApplication.clipboard().text()
-        == "B, N·s/m\tK, N/m\tSome fail, N/m\n0\t500\t–\n2\t1,340\t1,210–1,400"
+        == "B N·s/m\tAll rest to N/m\tSome rest to N/m\n0\t500\t–\n2\t1,340\t1,400"
     )
     found = json.loads(Path(write(tmp_path / "z.json", *page.exports())).read_text(encoding="utf-8"))
     assert [point["stiffness"] for point in found["points"]] == [500.0, 1344.0]

@@ -213,6 +213,17 @@ def test_what_of_the_loop_is_folded_is_remembered_and_enter_folds(make_window, q
     assert again.loop.rate.isVisible()
 
 
+def test_the_panel_of_another_environment_begins_at_its_title(window):
+    window.resize(1280, 720)
+    window.studio.choose("friction")
+    QApplication.processEvents()
+    bar = window.panel.upper.verticalScrollBar()
+    bar.setValue(bar.maximum())
+    assert bar.value() > 0
+    window.studio.choose("texture")
+    assert bar.value() == 0
+
+
 def test_one_sentence_explains_at_first_and_all_of_it_on_demand(shared_window):
     studio, title = shared_window.studio, shared_window.panel.title
     for key, environment in studio.environments.items():

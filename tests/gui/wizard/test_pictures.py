@@ -47,7 +47,7 @@ def test_a_reading_that_stands_still_is_drawn_with_its_ends(qtbot, value):
 def test_the_kit_is_drawn_as_the_step_needs_it(qtbot):
     drawing, seen = KitDrawing(supply=True), []
     qtbot.addWidget(drawing)
-    for change in (lambda: None, drawing.show_scale, lambda: drawing.show_weight("0"),
+    for change in (lambda: None, drawing.show_scale, drawing.show_spring, lambda: drawing.show_weight("0"),
                    lambda: drawing.show_weight("50"), lambda: drawing.show_weight("100")):  # fmt: skip
         change()
         assert drawing.renderer().isValid()

@@ -237,9 +237,31 @@ def test_the_drawing_is_of_the_method_chosen_and_what_failed_is_carried_again(pl
     assert step.drawing.grams == "50"
     step.method.button(1).click()
     assert step.drawing.shown == {"upright", "plugged", "scale"}
+    step.method.button(2).click()
+    assert step.drawing.shown == {"upright", "plugged", "spring"}
     step.method.button(0).click()
     play.hang(0.1)
     play.kit.weight = -9.0  # N, more than a motor carries
     play.press(step.carry)
     assert step.result is None
     assert "Hold the handle in the middle again" in step.box.remedy.text()
+
+
+@pytest.mark.slow
+def test_springs_are_pulled_at_one_after_the_other(played):
+    play = played(torque=0.9 * 0.0183)
+    play.direct()
+    play.dialog.go(4)
+    step = play.dialog.step
+    step.method.button(2).click()
+    for stiffness, next_step in ((100.0, "another spring"), (300.0, "Use these")):
+        assert not step.use_pulled.isEnabled()
+        step.stiffness.setValue(stiffness)
+        play.let_go()
+        play.kit.spring = stiffness
+        play.press(step.pull)
+        assert f"{stiffness:g} N/m took {stiffness / 0.9:.0f}" in step.box.words.text()
+        assert next_step in step.box.remedy.text()
+    play.press(step.use_pulled)
+    assert play.kit.settings_now.motor_constant == pytest.approx(0.9 * 0.0183, rel=0.01)
+    assert "The motor pushes 90 ± 4 %" in step.box.words.text()

@@ -16,7 +16,7 @@ from hapkit_studio.charts.stability import Dot, Map, draw, stability_figure
 from hapkit_studio.charts.style import Colors
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import LatestAnswer
-from hapkit_studio.gui.pages.base import Pairs, SidePanel
+from hapkit_studio.gui.pages.base import SidePanel
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.pages.stability.map_data import (
     Lines,
@@ -42,17 +42,12 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
 
 
-_HANDS = {"released": "Released", "light": "Light grip", "medium": "Medium grip", "firm": "Firm grip"}
 _COMPUTING = "Computing", "The map's lines come in a moment."
-_WHY_SO_MANY = (
-    "Why several limits: passive is calm in any hand; let go is the handle alone; a hand damps, bears more. "
-    "Z-width is what a hand could press before it buzzed. Friction holds small motions beyond all of them."
-)
-_CONTROLLER = "Adds damping only while the scene gives more energy than it may."
+_CONTROLLER = "Adds damping only while the scene has given out more energy than a passive one could."
 
 
 class StabilitySide(SidePanel):
-    """The environment's sliders, a trial, the controller, other hands."""
+    """The environment's sliders, a trial, the controller."""
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -67,20 +62,10 @@ class StabilitySide(SidePanel):
         self.section("Keep it stable")
         self.controller = QCheckBox("Passivity controller")
         self.add(self.controller, hint(_CONTROLLER))
-        above = self.section("Other hands")
-        self.hands_heading, self.hands = above[1], Pairs(above)
-        self.add(self.hands, hint(_WHY_SO_MANY))
-
-    def show_hands(self, limits: dict[str, float], damping: float) -> None:
-        """Show every hand's limit at the rendered damping."""
-        self.hands_heading.setText(f"Limit by hand, at B = {number(damping, 1)} N·s/m")
-        pairs = [(_HANDS[hand], f"{limit:,.0f} N/m") for hand, limit in limits.items() if limit == limit]
-        none = [("Velocity filter", "not linear")] if limits else []
-        self.hands.show_pairs(pairs or none)
 
 
 HANDS = ("released", "medium", "all")
-_HAND_WORDS = ("Released", "Medium grip", "All hands")
+_HAND_WORDS = ("Let go", "Medium grip", "All hands")
 _NAMES = {"Delay": "Delay, measured"}
 _COLUMN, _COLUMN_FROM = 276, 560
 
@@ -203,7 +188,7 @@ class StabilityPage(MeasuringPage):
     def show_lines(self, lines: Lines) -> None:
         """Show the newest lines."""
         self.lines = lines
-        self.side.show_hands(lines.plane.hands, lines.plane.margin.damping)
+        self.verdict_column.show_limits(lines.plane)
         self.bar.export.setEnabled(True)
         self._show_all()
         if self._wanted:
@@ -295,7 +280,7 @@ class StabilityPage(MeasuringPage):
         self.chart.fade()
         self.verdict_column.show_lines({})
         self.verdict_column.conditions.show_pairs([])
-        self.side.show_hands({}, 0.0)
+        self.verdict_column.show_limits(None)
         self.bar.export.setEnabled(False)
         missing = self.facts.why_unknown() if self.facts.setting() is None else _COMPUTING
         self.verdict_column.show_verdict(Verdict(*missing))

@@ -2,16 +2,22 @@
 
 from dataclasses import dataclass
 
+import numpy as np
 from PySide6.QtWidgets import QSizePolicy
 
 from hapkit_studio.analysis.stability.kb_plane import Plane, class_words
-from hapkit_studio.analysis.stability.margin import stable_again
+from hapkit_studio.analysis.stability.margin import hand_words, stable_again
 from hapkit_studio.gui.pages.base import Pairs, SidePanel
 from hapkit_studio.gui.pages.stability.map_data import Measured
 from hapkit_studio.gui.widgets.parts import Sign, across, hint, label
 from hapkit_studio.gui.widgets.style import mark
+from hapkit_studio.gui.widgets.theme import number
 
 _OPEN = ("circle", "ink2")
+_WHY_SO_MANY = (
+    "Passive: stable in any hand. Let go: the handle alone. Grip: the hand damps, which usually allows more. "
+    "These leave out dry friction. The Z-width view tries walls with friction and usually finds more."
+)
 
 
 @dataclass(frozen=True)
@@ -46,19 +52,34 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     return Verdict(said.headline, "\n".join(said.lines), "\n".join(filter(None, more)), said.sign)
 
 
+def limits(plane: Plane) -> list[tuple[str, str]]:
+    """Return every limit at the rendered damping, as pairs of a name and a stiffness: the drawing's lines."""
+    across, hands = plane.margin.damping, plane.hands
+    if not plane.setting.linear:
+        return [("Velocity filter", "not linear")]
+    passive = float(np.interp(across, plane.edge_damping, plane.edge, right=0.0))
+    found = {"Passive": passive, **{hand_words(hand).capitalize(): k for hand, k in hands.items()}}
+    if plane.setting.coulomb > 0.0:
+        name = f"{hand_words(plane.setting.hand).capitalize()}, friction"
+        found[name] = float(np.interp(across, plane.damping, plane.friction))
+    return [(name, f"{limit:,.0f} N/m" if limit > 0.0 else "none") for name, limit in found.items()]
+
+
 class VerdictColumn(SidePanel):
-    """Verdict, lines and conditions in a column that scrolls where it is too long."""
+    """Verdict, limits, lines and conditions in a column that scrolls where it is too long."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Ignored)
         self.setObjectName("beside")
         self.body.setObjectName("beside")
-        self.sign, self.out, self.lines = Sign(24), label(), hint()
+        self.sign, self.out, self.why, self.lines = Sign(24), label(), hint(_WHY_SO_MANY), hint()
         mark(self.heading, "role", "verdict")
         mark(self.words, "role", "axis")
         self.column.insertLayout(0, across(self.sign, (self.heading, 1), gap=10))
-        self.add(self.out, self.lines)
+        self.add(self.out)
+        self.limits_heading, self.limits = (above := self.section("Limits"))[1], Pairs(above)
+        self.add(self.limits, self.why, self.lines)
         self.conditions = Pairs(self.section("Conditions"))
         self.add(self.conditions)
 
@@ -72,6 +93,13 @@ class VerdictColumn(SidePanel):
         danger = verdict.sign[1] == "danger"
         mark(self.heading, "ink", "danger" if danger else "ink")
         mark(self.out, "ink", "danger" if danger else "ink2")
+
+    def show_limits(self, plane: Plane | None) -> None:
+        """Show every hand's limit at the rendered damping."""
+        self.limits.show_pairs(limits(plane) if plane else [])
+        self.why.setVisible(plane is not None)
+        if plane:
+            self.limits_heading.setText(f"Limits at B = {number(plane.margin.damping, 1)} N·s/m")
 
     def show_lines(self, words: dict[str, tuple[str, str]]) -> None:
         """Say what each line of the map means."""

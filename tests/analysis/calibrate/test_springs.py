@@ -1,0 +1,223 @@
+"""The motor's strength from two known springs: what it finds, how sure it says it is, and what follows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.calibrate import motions
+from hapkit_studio.analysis.calibrate.motor import felt_stiffness, judge_pulses, strength_from_springs
+from hapkit_studio.analysis.calibrate.paddle import recording_of
+from hapkit_studio.analysis.identify import identify
+from hapkit_studio.devices.board_runner import LateError, Limits, Track, motor_force
+from hapkit_studio.devices.profiles import default, full_force
+from hapkit_studio.errors import ParameterError
+from tests.analysis.calibrate import student
+from tests.devices.paddle_kit import PaddleKit
+from tests.wide import wide
+
+SPRINGS = (100.0, 300.0)
+BOARD = default().board
+WEAK = {"torque": 0.9 * BOARD.motor_constant}
+KNOWN = 0.01
+
+
+def measured(kit, work, springs=SPRINGS, beside=0.0):
+    """Hook springs in N/m to the handle in turn, beside what acts like one; return the strength."""
+    for stiffness in springs:
+        student.let_go(kit, work)
+        kit.spring = stiffness + beside
+        work.pull(stiffness)
+    kit.spring = beside
+    student.let_go(kit, work)
+    return work.use_springs(KNOWN)
+
+
+def rendered(kit, work, stiffness=150.0):
+    """Render a spring in N/m to a hand; return what Identify says was rendered, and what the hand felt."""
+    student.swing(kit, seconds=4.0, reach=0.008)
+    track = work.runner.run(lambda t, x, v: -stiffness * x, 4.0, Limits(3.0))
+    said = identify(recording_of(track, work.board), terms=("stiffness",)).rendered["stiffness"].value
+    truly = [kit.motor_force(int(duty)) for duty in track.pwm]
+    felt = -np.polyfit(track.position, truly, 1)[0]
+    student.let_go(kit, work)
+    return said, felt
+
+
+def test_a_motor_at_90_percent_is_found_and_a_spring_is_felt_as_it_is_set_from_then_on():
+    kit = PaddleKit(**WEAK)
+    work = student.session(kit)
+    said, felt = rendered(kit, work)
+    assert said == pytest.approx(150.0, rel=0.01)
+    assert felt == pytest.approx(135.0, rel=0.01)
+    found = measured(kit, work)
+    assert found.ratio == pytest.approx(0.90, rel=0.01)
+    assert abs(found.ratio - 0.90) < found.half < 0.03
+    assert "The motor pushes 90 ± 2 % of what the settings said" in found.words
+    said, felt = rendered(kit, work)
+    assert said == pytest.approx(150.0, rel=0.01)
+    assert felt == pytest.approx(150.0, rel=0.01)
+    work.store("test")
+    assert kit.stored.motor_constant == pytest.approx(0.9 * BOARD.motor_constant, rel=0.01)
+
+
+STRONG = {"torque": 1.4 * BOARD.motor_constant}
+BESIDE = {
+    "much friction": ({**WEAK, "coulomb": 0.25}, 0.0),
+    "gravity and cable": (WEAK, 12.0),
+    "noisy sensor": ({**STRONG, "noise": 1.0}, 0.0),
+}
+
+
+@pytest.mark.parametrize("name", wide(BESIDE, lambda name: name == "gravity and cable"))
+def test_neither_friction_nor_what_else_acts_like_a_spring_is_in_it(name):
+    truth, beside = BESIDE[name]
+    kit = PaddleKit(**truth)
+    found = measured(kit, student.session(kit), beside=beside)
+    assert found.ratio == pytest.approx(kit.torque / BOARD.motor_constant, rel=0.01)
+
+
+class StickingKit(PaddleKit):
+    """A handle that holds twice as fast at rest as it is held while it slides."""
+
+    def _glide(self, dt):
+        sliding = self.coulomb
+        self.coulomb *= 2.0 if self.v == 0.0 else 1.0
+        super()._glide(dt)
+        self.coulomb = sliding
+
+
+@pytest.mark.parametrize("coulomb", wide([0.10, 0.15], lambda coulomb: coulomb == 0.15))
+def test_a_handle_that_sticks_is_shaken_loose(coulomb):
+    kit = StickingKit(coulomb=coulomb, **WEAK)
+    work = student.session(kit)
+    work.direction = judge_pulses([(0.3, 0.01), (-0.3, -0.01)])
+    assert measured(kit, work).ratio == pytest.approx(0.90, rel=0.01)
+
+
+@pytest.mark.parametrize("times", [2, 3])
+def test_a_computer_that_was_late_pulls_again_twice(monkeypatch, times):
+    answers = iter([*[LateError()] * times, pulled(100.0)])
+
+    def pull(runner, stiffness):
+        answer = next(answers)
+        if isinstance(answer, LateError):
+            raise answer
+        return answer
+
+    monkeypatch.setattr(motions, "pull", pull)
+    work = student.session(PaddleKit())
+    work.direction = judge_pulses([(0.3, 0.01), (-0.3, -0.01)])
+    if times > 2:
+        with pytest.raises(LateError):
+            work.pull(100.0)
+    else:
+        assert work.pull(100.0) == pytest.approx(100.0, rel=0.01)
+
+
+def test_marks_that_are_taken_later_change_what_the_springs_said():
+    """Springs measure by lengths: a pulley taken for 4 % thicker makes force and length wrong."""
+    pulley = 1.04 * BOARD.pulley_radius
+    kit = PaddleKit(replace(BOARD, pulley_radius=pulley, quantum=1.04 * BOARD.quantum), **WEAK)
+    work = student.session(kit)
+    measured(kit, work)
+    assert abs(full_force(work.board) / kit.full - 1.0) > 0.03
+    student.hold_at_marks(kit, work)
+    work.use_scale()
+    assert full_force(work.board) == pytest.approx(kit.full, rel=0.01)
+    assert work.strength.half / work.strength.ratio >= work.scale.quantum_half / work.scale.quantum
+
+
+# synthetic pulls, many at once: the handle follows as far as the friction that shaking leaves lets it
+
+PERIOD = 1e-3
+
+
+def pulls(random, nominal, stiffness, strength, coulomb, grows, noise):
+    """Return a track for each of the arrays (n,): real N/m, force made per force asked, friction, noise.
+
+    Friction is coulomb in N, differs from rise to fall, and grows by so many N/m; noise in counts.
+    """
+    time = np.arange(0.0, motions.PULLS * motions.PULL_PERIOD, PERIOD)
+    rise = 1.0 - np.abs(2.0 * (time / motions.PULL_PERIOD % 1.0) - 1.0)
+    force = 0.4 + (min(0.016 * nominal, 1.6) - 0.4) * rise
+    duty = np.round(255.0 * np.sqrt(force / full_force(BOARD))).astype(int)
+    leg = (2.0 * time / motions.PULL_PERIOD).astype(int)
+    friction = coulomb * np.abs(1.0 + 0.2 * random.standard_normal((leg[-1] + 1, len(coulomb))))
+    place, places = np.zeros(len(stiffness)), []
+    for force, drag in zip(motor_force(BOARD, duty), friction[leg], strict=True):
+        now = drag + grows * place
+        place = np.clip(place, (strength * force - now) / stiffness, (strength * force + now) / stiffness)
+        places.append(place)
+    counts = np.array(places) / BOARD.quantum + noise * random.standard_normal((len(time), len(coulomb)))
+    return [track(time, np.floor(count).astype(int), duty) for count in counts.T]
+
+
+def track(time, count, duty):
+    none = np.zeros(len(time), int)
+    return Track(time, count, count, duty, none, none, none, 0.0 * time, BOARD)
+
+
+@pytest.mark.parametrize("known", [0.03, 0.01, 0.0])
+def test_intervals_hold_the_truth_in_95_percent_of_many_kits(known):
+    random, n = np.random.default_rng(7), 300
+    strength, beside = random.uniform(0.7, 1.4, n), random.uniform(-5.0, 15.0, n)
+    coulomb, grows = random.uniform(0.02, 0.08, n), random.uniform(-1.0, 3.0, n)
+    noise = random.uniform(0.0, 2.0, n)
+    tracks = []
+    for nominal in SPRINGS:
+        true = nominal * (1.0 + known / 1.96 * random.standard_normal(n))
+        tracks.append(pulls(random, nominal, true + beside, strength, coulomb, grows, noise))
+    found = [
+        strength_from_springs(list(zip(SPRINGS, two, strict=True)), BOARD, known, 0.0)
+        for two in zip(*tracks, strict=True)
+    ]
+    errors = np.array([f.ratio for f in found]) / strength - 1.0
+    halves = np.array([f.half / f.ratio for f in found])
+    assert (np.abs(errors) <= halves).mean() >= 0.93
+    # of use: what two springs of such a tolerance leave open, and little more
+    least = known * np.hypot(*SPRINGS) / np.ptp(SPRINGS)
+    assert np.median(halves) == pytest.approx(least, abs=0.01)
+    assert abs(errors.mean()) < 3.5 * errors.std() / n**0.5 + 0.002
+
+
+# what is no measurement
+
+
+@pytest.mark.parametrize("springs", [(100.0,), (100.0, 100.0), (100.0, 199.0), (39.0, 100.0)])
+def test_springs_that_cannot_tell_are_refused(springs):
+    with pytest.raises(ParameterError, match=r"Two springs|40 or more"):
+        strength_from_springs([(stiffness, None) for stiffness in springs], BOARD)
+
+
+def pulled(stiffness, grows=0.0):
+    """Return a track of one spring in N/m and a motor as strong as it says."""
+    random, alone = np.random.default_rng(1), np.ones(1)
+    numbers = stiffness * alone, alone, 0.05 * alone, grows * alone, 0.0 * alone
+    return pulls(random, 100.0, *numbers)[0]
+
+
+def test_friction_that_grows_with_the_place_is_no_stiffness():
+    found, _ = felt_stiffness(pulled(100.0, grows=3.0), BOARD)
+    assert found == pytest.approx(100.0, rel=0.005)
+
+
+def with_gap(track, gap, at):
+    """Return a track whose handle moves so many m without force, so many m from where it began."""
+    count = track.count + np.where(track.count > at / BOARD.quantum, round(gap / BOARD.quantum), 0)
+    return replace(track, count=count)
+
+
+@pytest.mark.parametrize("at", [6e-3, 8e-3, 10e-3, 12e-3])
+@pytest.mark.parametrize("gap", [0.05e-3, 0.1e-3])
+def test_what_is_not_straight_is_in_the_interval(gap, at):
+    found, half = felt_stiffness(with_gap(pulled(100.0), gap, at), BOARD)
+    assert abs(found - 100.0) <= half
+
+
+def test_a_spring_that_is_slack_or_too_stiff_is_no_spring():
+    assert felt_stiffness(pulled(100.0), BOARD)[0] == pytest.approx(100.0, rel=0.01)
+    with pytest.raises(ParameterError, match="slack"):
+        felt_stiffness(with_gap(pulled(100.0), 1e-3, 10e-3), BOARD)
+    with pytest.raises(ParameterError, match="softer"):
+        felt_stiffness(pulled(5e4), BOARD)
