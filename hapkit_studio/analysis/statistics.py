@@ -53,11 +53,25 @@ def dominant(time: np.ndarray, values: np.ndarray) -> float:
     return float(frequency[top] + shift * frequency[1])
 
 
-def slope(x: np.ndarray, y: np.ndarray) -> tuple[float, float] | None:
-    """Return the slope of y over x (n,), in order of time, and half its 95 % interval.
+class Line(NamedTuple):
+    """A straight line: its slope, half the slope's 95 % interval, its ends (2,) along x and y."""
 
-    None where x stands still. Least squares with a constant; neighbouring residuals may be alike.
+    slope: float
+    half: float
+    x: np.ndarray
+    y: np.ndarray
+
+
+def line(x: np.ndarray, y: np.ndarray) -> Line | None:
+    """Return the line of y over x (n,), in order of time; None where x stands still.
+
+    Least squares with a constant; neighbouring residuals may be alike.
     """
     columns = np.column_stack([x - x.mean(), np.ones(len(x))])
     found = regression.solve(columns, columns, y, np.ones(len(x), dtype=bool))
-    return None if found is None else (float(found.beta[0]), float(found.half[0]))
+    if found is None:
+        return None
+    ends = np.array([x.min(), x.max()])
+    return Line(
+        float(found.beta[0]), float(found.half[0]), ends, found.beta[1] + found.beta[0] * (ends - x.mean())
+    )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from hapkit_studio.analysis.statistics import dominant, slope, statistics
+from hapkit_studio.analysis.statistics import dominant, line, statistics
 
 TIME = np.arange(2000) / 1000.0
 
@@ -41,11 +41,18 @@ def test_the_interval_of_a_slope_covers_the_truth_where_neighbours_are_alike():
     x = 0.01 * np.sin(2.0 * math.pi * 1.3 * TIME)
     for _ in range(300):
         noise = lfilter([0.05], [1.0, -0.9], rng.normal(size=len(TIME)))
-        found = slope(x, -300.0 * x + 0.2 + noise)
-        covered += abs(found[0] + 300.0) <= found[1]
+        found = line(x, -300.0 * x + 0.2 + noise)
+        covered += abs(found.slope + 300.0) <= found.half
     assert 0.91 <= covered / 300 <= 0.98
 
 
 def test_a_slope_needs_motion():
-    assert slope(np.full(500, 0.01), np.ones(500)) is None
-    assert slope(TIME[:5], TIME[:5]) is None
+    assert line(np.full(500, 0.01), np.ones(500)) is None
+    assert line(TIME[:5], TIME[:5]) is None
+
+
+def test_the_ends_of_a_line_lie_on_it():
+    x = np.linspace(0.002, 0.009, 400)
+    found = line(x, 1.5 - 200.0 * x)
+    assert found.x == pytest.approx([0.002, 0.009])
+    assert found.y == pytest.approx([1.1, -0.3])

@@ -116,6 +116,7 @@ class Centre(QWidget):
         self.setObjectName("centre")
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
         self.time.pointed.connect(self.phase.point)
+        self.cursors.fitted.connect(self.phase.canvas.show_line)
         self.toolbar.cursors.toggled.connect(lambda on: self.time.cursors.show(on, self.time.span))
         self.time.cursors.changed.connect(lambda: self.toolbar.cursors.setChecked(self.time.cursors.on))
         span = self.toolbar.span

@@ -7,7 +7,7 @@ import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QWidget
 
-from hapkit_studio.analysis.statistics import slope, statistics
+from hapkit_studio.analysis.statistics import Line, line, statistics
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.pages.table import Column, Table
@@ -135,14 +135,12 @@ def ranges(samples: dict[str, np.ndarray]) -> list[Row]:
     return rows
 
 
-def slope_words(samples: dict[str, np.ndarray]) -> str:
-    """Return the slope of force over position from A to B with its 95 % interval, in words."""
-    found = slope(samples["position"], samples["applied"]) if samples else None
+def slope_words(found: Line | None) -> str:
+    """Return a slope of force over position with its 95 % interval, in words."""
     if found is None:
         return "–"
-    value, half = found
-    decimals = max(0, 1 - math.floor(math.log10(half))) if half > 0.0 else 1
-    return f"{number(value, min(decimals, 3))} ± {number(half, min(decimals, 3))} N/m"
+    digits = 0 if found.half >= 10.0 else 1
+    return f"{number(found.slope, digits)} ± {number(found.half, digits)} N/m"
 
 
 _HEADS = ("A", "B", "B − A"), ("least", "greatest", "mean", "RMS", "Hz")
@@ -154,7 +152,12 @@ def _columns(heads: tuple[str, ...]) -> tuple[Column, ...]:
 
 
 class CursorCard(QWidget):
-    """Shows what the cursors read: the samples at both, or what the range between them comes to."""
+    """Shows what the cursors read: the samples at both, or what the range between them comes to.
+
+    Emits ``fitted`` with the line of force over position through it, None where there is none.
+    """
+
+    fitted = Signal(object)
 
     def __init__(self, cursors: Cursors, parent: QWidget | None = None):
         super().__init__(parent)
@@ -182,6 +185,7 @@ class CursorCard(QWidget):
             self._each.start()
         else:
             self._each.stop()
+            self.fitted.emit(None)
 
     def refresh(self) -> None:
         """Read the samples, where the cursors have moved, and how long ago they were."""
@@ -191,7 +195,9 @@ class CursorCard(QWidget):
             return
         if not self._read:
             self._read, self._samples = True, self._cursors.between()
-            self.slope.setText(slope_words(self._samples))
+            found = line(self._samples["position"], self._samples["applied"]) if self._samples else None
+            self.slope.setText(slope_words(found))
+            self.fitted.emit(found)
             apart = abs(times[1] - times[0])
             self.period.setText(f"1/Δt  {with_unit(1.0 / apart, 'Hz')}" if apart > 0.0 else "")
         index = self.switch.index

@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainter, QPixmap, QPolygonF
 
+from hapkit_studio.analysis.statistics import Line
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.live.history import History, Window
@@ -122,6 +123,7 @@ class PhaseCanvas(Canvas):
         self._pointed: dict[str, float] | None = None
         self._fitted = False
         self._past: PastTrace | None = None
+        self._line: Line | None = None
         self.bottom.label.setCacheMode(self.bottom.cacheMode())
         self.set_plot(plot)
 
@@ -143,6 +145,11 @@ class PhaseCanvas(Canvas):
         self._past, self._under = past, None
         if past is not None:
             self._widen(past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied"])
+        self.viewport().update()
+
+    def show_line(self, line: Line | None) -> None:
+        """Draw the line that was fitted to force over position, SI; None: no line."""
+        self._line = line
         self.viewport().update()
 
     def set_paused(self, paused: bool) -> None:
@@ -238,6 +245,10 @@ class PhaseCanvas(Canvas):
         if not math.isnan(self._history.now):
             start = max(math.floor(self._history.now), self._first())
             self._paint_curve(painter, self._history.between(start, math.inf))
+        if self._line is not None and self.plot_of.channel == "position":
+            x, y = self.to_pixels(self._line.x * self.plot_of.scale, self._line.y)
+            painter.setPen(strokes.pen(theme.color("accent"), 2.0, [4.0, 2.0]))
+            painter.drawLine(QPointF(x[0], y[0]), QPointF(x[1], y[1]))
 
     def _paint_curve(self, painter: QPainter, window: Window, part: slice = slice(None)) -> None:
         x, y = (values[part] for values in self.to_pixels(*self._points(window)))

@@ -1,0 +1,104 @@
+"""Cursors: on samples, dragged with the mouse, what they read against the signal's own closed form."""
+
+import math
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+
+from hapkit_studio.gui.live.cursors import CursorCard
+from tests.gui.live.plot_support import telemetry
+
+LEFT = Qt.MouseButton.LeftButton
+
+
+@pytest.fixture
+def card(qtbot, plots):
+    card = CursorCard(plots.cursors)
+    qtbot.addWidget(card)
+    return card
+
+
+def shown(card):
+    card.refresh()
+    head, *rows = card.table.texts()
+    return {row[0]: dict(zip(head[1:], row[1:], strict=True)) for row in rows}
+
+
+def test_the_first_cursors_stand_in_the_time_window_on_samples(plots):
+    plots.cursors.show(True, plots.span)
+    a, b = plots.cursors.times
+    assert plots.cursors.now - plots.span < a < b < plots.cursors.now
+    assert a * 1000.0 == pytest.approx(round(a * 1000.0), abs=1e-6)  # a sample a millisecond
+
+
+def test_a_cursor_is_dragged_by_its_line_and_lands_on_a_sample(plots, qtbot):
+    plots.cursors.show(True, plots.span)
+    plots.refresh()
+    canvas = plots.canvases[1]
+    canvas.measure()
+    x = round(canvas.pixel(plots.shown.cursors[0], 0.0).x())
+    view = canvas.viewport()
+    qtbot.mousePress(view, LEFT, pos=QPoint(x, 30))
+    qtbot.mouseMove(view, QPoint(x + 60, 30))
+    qtbot.mouseRelease(view, LEFT, pos=QPoint(x + 60, 30))
+    wanted = plots.shown.zero + canvas.to_x(x + 60)
+    assert 0.0 < wanted - plots.cursors.times[0] <= 0.001 + 1e-9
+    before = plots.cursors.times
+    qtbot.mousePress(view, LEFT, pos=QPoint(x + 200, 30))  # far from both
+    qtbot.mouseMove(view, QPoint(x + 100, 30))
+    qtbot.mouseRelease(view, LEFT, pos=QPoint(x + 100, 30))
+    assert plots.cursors.times == before
+
+
+def test_what_is_read_is_the_signal_at_both_and_their_difference(plots, card):
+    plots.cursors.show(True, plots.span)
+    plots.cursors.move(0, 10.5005)
+    plots.cursors.move(1, 11.0005)
+    row = shown(card)["x, mm"]
+    at = [15.0 * math.sin(3.0 * t) for t in (10.5, 11.0)]
+    minus = str.maketrans("−+", "- ")
+    values = [float(row[key].translate(minus)) for key in ("A", "B", "B − A")]
+    assert values == pytest.approx([*at, at[1] - at[0]], abs=0.006)
+    assert shown(card)["t, s"]["B − A"] == "+0.500"
+    assert card.period.text() == "1/Δt  2 Hz"
+
+
+def test_the_slope_inside_the_wall_is_its_stiffness_and_the_range_its_extremes(plots, card):
+    # sin(3 t) > 1/3 in (12.68, 13.49): inside the wall of 400 N/m, which begins at 5 mm; not clamped at first
+    plots.cursors.show(True, plots.span)
+    plots.cursors.move(0, 12.7005)
+    plots.cursors.move(1, 12.8005)
+    card.refresh()
+    slope, _, half, _ = card.slope.text().replace("−", "-").split()
+    assert float(slope) == pytest.approx(-400.0, abs=0.1)
+    assert float(half) < 0.1
+    lines = []
+    card.fitted.connect(lines.append)
+    plots.cursors.move(1, 12.8105)
+    card.refresh()
+    assert lines[-1].y == pytest.approx(-400.0 * (lines[-1].x - 0.005), abs=1e-6)
+    card.switch.show_index(1)
+    span = np.sin(3.0 * np.arange(12_700, 12_811) / 1000.0) * 15.0
+    assert shown(card)["x, mm"]["greatest"] == f"{span.max():.2f}"
+    assert shown(card)["x, mm"]["least"] == f"{span.min():.2f}"
+
+
+def test_cursors_stay_on_their_samples_while_time_goes_on_and_through_a_pause(plots, history):
+    plots.cursors.show(True, plots.span)
+    before = plots.cursors.times
+    plots.set_paused(True)
+    history.append(telemetry(3000, start=14_000))
+    plots.refresh()
+    plots.set_paused(False)
+    plots.refresh()
+    assert plots.cursors.times == before
+    assert plots.shown.cursors[0] + plots.shown.zero == pytest.approx(before[0])
+
+
+def test_cursors_go_with_the_samples_they_stood_on(plots, card, history):
+    plots.cursors.show(True, plots.span)
+    history.append(telemetry(60_000, start=14_000))
+    card.refresh()
+    assert not plots.cursors.on
+    assert card.isHidden()
