@@ -136,7 +136,7 @@ def test_what_was_measured_beyond_the_map_takes_no_room_from_it(tmp_path):
     places = []
     for stiffness in (0.5 * found.top, 2.0 * found.top):
         points = Points(np.array([1.0]), np.array([stiffness]), False, True)
-        figure = new_figure(tmp_path / "map.png", (8.0, 5.0))
+        figure = new_figure(tmp_path / "map.png", (8.84, 6.36))
         charts.draw(figure, colors(), charts.Map(replace(found, points=points)))
         figure.draw_without_rendering()
         places.append(figure.axes[0].get_position().bounds)
@@ -151,7 +151,7 @@ def test_the_words_at_the_dot_cover_no_line_and_stay_inside(stiffness, damping, 
     hands = {
         hand: exact_boundary(Setting(delay=1e-3, hand=hand), found.damping) for hand in ("light", "firm")
     }
-    figure = new_figure(tmp_path / "map.png", (8.0, 5.0))
+    figure = new_figure(tmp_path / "map.png", (8.84, 6.36))
     dot = charts.draw(figure, colors(), charts.Map(found, hands=hands))
     figure.draw_without_rendering()
     frame = dot.words.axes.get_window_extent()
