@@ -147,6 +147,7 @@ _VIEW = (
     ),
     Action("view.cursor_a", "Cursor A here", "View", lambda w: w.centre.time.put_cursor(0), "A"),
     Action("view.cursor_b", "Cursor B here", "View", lambda w: w.centre.time.put_cursor(1), "B"),
+    Action("view.hold", "Hold traces", "View", lambda w: w.display.hold(), "H"),
     Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
     Action("view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
     Action(

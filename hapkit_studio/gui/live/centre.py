@@ -7,6 +7,7 @@ from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QSplitter, QStacke
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.breakpoints import GAP
 from hapkit_studio.gui.live.cursors import CursorCard
+from hapkit_studio.gui.live.held import HeldList, HeldTraces
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import SPANS, TimePlots
 from hapkit_studio.gui.scenes import SceneView
@@ -42,6 +43,15 @@ def remembered(settings: QSettings, name: str, usual: float) -> float:
     return size if isinstance(size, float) else usual
 
 
+def _flat(icon: str, tip: str) -> QPushButton:
+    """Return a button of the toolbar; its words come and go."""
+    button = QPushButton()
+    button.setProperty("flat", True)
+    button.setToolTip(tip)
+    icons.bind(button, icon, "ink2", 18)
+    return button
+
+
 class Toolbar(QWidget):
     """Time window and axes of the time plots, and the simulated hand's way to let go.
 
@@ -56,33 +66,20 @@ class Toolbar(QWidget):
         self.span.setToolTip("How much of the past is shown")
         self.views = Segmented("Plot", _VIEWS)
         self.views.show_index(0)
-        self.fit, self.release = QPushButton(), QPushButton()
-        self.fit.setProperty("flat", True)
-        self.fit.setToolTip("Narrow the axes to the data and the wall, or what else is next to them (F)")
-        icons.bind(self.fit, "fit", "ink2", 18)
-        self.release.setProperty("flat", True)
-        self.release.setToolTip("The handle starts from rest where it is now, and no hand holds it (R)")
-        icons.bind(self.release, "hand", "ink2", 18)
-        self.cursors = QPushButton(checkable=True)
-        self.cursors.setProperty("flat", True)
-        self.cursors.setToolTip("Read two samples, and what lies between them: drag A and B (keys A, B)")
-        icons.bind(self.cursors, "cursors", "ink2", 18)
+        self.cursors = _flat("cursors", "Read two samples and what lies between: drag A and B (keys A, B)")
+        self.cursors.setCheckable(True)
+        self.hold = _flat("hold", "Keep what the plots show now under what comes, to compare (H)")
+        self.release = _flat("hand", "The handle starts from rest where it is now, and no hand holds it (R)")
+        self.fit = _flat("fit", "Narrow the axes to the data and the wall, or what else is next to them (F)")
         self.set_narrow(False)
-        across(
-            self.span,
-            self.views,
-            self.cursors,
-            None,
-            self.release,
-            self.fit,
-            into=self,
-            margins=(10, 5, 10, 5),
-        )
+        left, right = (self.span, self.views, self.cursors, self.hold), (self.release, self.fit)
+        across(*left, None, *right, into=self, margins=(10, 5, 10, 5))
 
     def set_narrow(self, narrow: bool) -> None:
         """Switch between the plots, for which the buttons leave room, or show all that they say."""
         self.views.setVisible(narrow)
-        names = {self.fit: "Fit axes", self.release: "Release here", self.cursors: "Cursors"}
+        names = {self.fit: "Fit axes", self.release: "Release here"}
+        names |= {self.cursors: "Cursors", self.hold: "Hold"}
         for button, words in names.items():
             button.setText("" if narrow else words)
             button.setAccessibleName(words)
@@ -102,7 +99,8 @@ class Centre(QWidget):
         line.setFixedHeight(1)
         self.cursors = CursorCard(self.time.cursors)
         self.scene_card, self.phase_card = card(self, self.scene), card(self, self.phase)
-        self.time_card = card(self, self.toolbar, line, self.stack, edge=_EDGE)
+        self.held = HeldTraces(self)
+        self.time_card = card(self, self.toolbar, line, HeldList(self.held), self.stack, edge=_EDGE)
         self.phase_card.layout().addWidget(self.cursors)
         self._narrow, self._settings = False, settings
         self._page: QWidget | None = None
@@ -116,6 +114,8 @@ class Centre(QWidget):
         self.setObjectName("centre")
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
         self.time.pointed.connect(self.phase.point)
+        for plots in (self.time, self.phase.canvas):
+            self.held.changed.connect(plots.set_held)
         self.cursors.fitted.connect(self.phase.canvas.show_line)
         self.toolbar.cursors.toggled.connect(lambda on: self.time.cursors.show(on, self.time.span))
         self.time.cursors.changed.connect(lambda: self.toolbar.cursors.setChecked(self.time.cursors.on))

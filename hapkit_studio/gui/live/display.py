@@ -7,6 +7,7 @@ import numpy as np
 from PySide6.QtCore import QElapsedTimer, QObject, QTimer
 
 from hapkit_studio.analysis import oscillation
+from hapkit_studio.gui.live import held
 from hapkit_studio.gui.live.centre import Centre
 from hapkit_studio.gui.live.live import KEPT_SECONDS, Live
 from hapkit_studio.gui.panel.warnings import WarningLines
@@ -52,6 +53,7 @@ class LiveDisplay(QObject):
         centre.scene.hand_moved.connect(studio.move_hand)
         centre.scene.hand_released.connect(lambda: studio.move_hand(None))
         centre.toolbar.release.clicked.connect(self.release_here)
+        centre.toolbar.hold.clicked.connect(self.hold)
         studio.environment_changed.connect(self.show_environment)
         studio.values_changed.connect(self.show_values)
         studio.loop_changed.connect(lambda: centre.scene.set_grip(studio.grip))
@@ -97,6 +99,11 @@ class LiveDisplay(QObject):
         """Take the newest force for the status bar, at a rate at which it can be read."""
         last = self._live.last
         self._acting = float(last[rows.APPLIED]) if self._live.paused and last is not None else None
+
+    def hold(self) -> None:
+        """Hold what the plots show, named by what is set."""
+        history, words = self._centre.time.seen, held.name(self._studio.environment, self._studio.values)
+        self._centre.held.hold(history, self._centre.time.span, words)
 
     def release_here(self) -> None:
         """Let the simulated handle go at rest from where it is, whatever holds or moves it."""

@@ -1,4 +1,4 @@
-"""A stretch of the past, shown grey and dotted under the live traces."""
+"""A stretch of the past, shown under the live traces in a colour and a dash of its own."""
 
 from dataclasses import dataclass
 
@@ -9,19 +9,36 @@ from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import CHANNELS, History
 from hapkit_studio.gui.widgets.theme import theme
 
-DASH = (2.0, 3.0)
-SAMPLE = [1.0, 1.5]
-"""The same in widths of a line of 2 px, for a sample beside a name."""
+
+@dataclass(frozen=True)
+class Look:
+    """How a past stretch is drawn: token of its colour, dash in px."""
+
+    token: str = "hold"
+    dash: tuple[float, ...] = (2.0, 3.0)
+
+    @property
+    def sample(self) -> tuple[str, float, list[float]]:
+        """Return it as a stroke for a sample beside a name: the dash in widths of a line of 2 px."""
+        return self.token, 2.0, [length / 2.0 for length in self.dash]
+
+
+USUAL = Look()
 
 
 @dataclass(frozen=True)
 class PastTrace:
-    """A past stretch: its samples in s and SI units, and by how many s later it is shown; words name it."""
+    """A past stretch: its samples in s and SI units, and by how many s later it is shown; words name it.
+
+    pinned: its times count from the right edge of the plots, where it stays while time goes on.
+    """
 
     words: str
     time: np.ndarray
     values: dict[str, np.ndarray]
     shift: float = 0.0
+    look: Look = USUAL
+    pinned: bool = False
 
 
 def past_trace(
@@ -33,7 +50,7 @@ def past_trace(
     return PastTrace(words, window.x, values, shift) if len(window.x) > 1 else None
 
 
-def paint_past(painter: QPainter, across: np.ndarray, down: np.ndarray) -> None:
+def paint_past(painter: QPainter, across: np.ndarray, down: np.ndarray, look: Look) -> None:
     """Paint a past line given in pixels."""
-    painter.setPen(strokes.pen(theme.color("hold"), 2.0))
-    strokes.segments(painter, strokes.patterned(*strokes.thinned(across, down), DASH))
+    painter.setPen(strokes.pen(theme.color(look.token), 2.0))
+    strokes.segments(painter, strokes.patterned(*strokes.thinned(across, down), look.dash))

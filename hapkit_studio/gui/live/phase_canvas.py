@@ -123,6 +123,7 @@ class PhaseCanvas(Canvas):
         self._pointed: dict[str, float] | None = None
         self._fitted = False
         self._past: PastTrace | None = None
+        self._held: tuple[PastTrace, ...] = ()
         self._line: Line | None = None
         self.bottom.label.setCacheMode(self.bottom.cacheMode())
         self.set_plot(plot)
@@ -144,6 +145,13 @@ class PhaseCanvas(Canvas):
         """Show a past stretch under the curve, or none any more."""
         self._past, self._under = past, None
         if past is not None:
+            self._widen(past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied"])
+        self.viewport().update()
+
+    def set_held(self, held: tuple[PastTrace, ...]) -> None:
+        """Show these held stretches under the curve."""
+        self._held, self._under = held, None
+        for past in held:
             self._widen(past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied"])
         self.viewport().update()
 
@@ -282,9 +290,9 @@ class PhaseCanvas(Canvas):
             if box.top() < y < box.bottom():
                 strokes.level(painter, box, y, "danger", [1.2, 2.6])
                 self.note(painter, box.left() + 6, y - 5, f"limit {number(limit, 1)} N", "danger")
-        if self._past is not None:
-            x = self._past.values[self.plot_of.channel] * self.plot_of.scale
-            paint_past(painter, *self.to_pixels(x, self._past.values["applied"]))
+        for past in (*self._held, *([self._past] if self._past else ())):
+            x = past.values[self.plot_of.channel] * self.plot_of.scale
+            paint_past(painter, *self.to_pixels(x, past.values["applied"]), past.look)
         if not math.isnan(self._history.now):
             self._paint_older(painter)
         painter.end()

@@ -8,7 +8,7 @@ from PySide6.QtGui import QPainter, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from hapkit_studio.gui.live.canvas import RIGHT
-from hapkit_studio.gui.live.past_trace import SAMPLE
+from hapkit_studio.gui.live.past_trace import USUAL
 from hapkit_studio.gui.live.plots.declared import TimePlot
 from hapkit_studio.gui.live.strokes import pen
 from hapkit_studio.gui.widgets.parts import across, label
@@ -91,7 +91,7 @@ class Header(QWidget):
         surface = _line(("matline", 1.6, [3.5, 2.5]), "", "Where the surface is")
         self.surface = surface if plot.surface else []
         past = "The same quantity before who renders was changed, moved to begin there"
-        self.past = _line(("hold", 2.0, SAMPLE), "", past)
+        self.past = _line(USUAL.sample, "", past)
         self.paused = QLabel()
         self.paused.setProperty("ink", "accent")
         self.remark, self.value = Remark(), QLabel()

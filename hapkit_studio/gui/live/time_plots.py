@@ -71,6 +71,7 @@ class PlotState:
     paused: bool = False
     stale: bool = False
     past: PastTrace | None = None
+    held: tuple[PastTrace, ...] = ()
     pointer: float | None = None
     pointed: dict[str, float] | None = None
     cursors: list[float] = field(default_factory=list)
@@ -105,6 +106,7 @@ class TraceCanvas(Canvas):
         if not len(window.x):
             return np.nan, np.nan
         values = [window.y[trace.channel] for trace in self.plot_of.traces]
+        values += [held.values[t.channel] for held in self.shown.held for t in self.plot_of.traces[-1:]]
         low, high = min(map(np.fmin.reduce, values)), max(map(np.fmax.reduce, values))
         most = _MOST_ASKED * self.shown.max_force if self.plot_of.limits else np.inf
         return (
@@ -232,11 +234,12 @@ class TraceCanvas(Canvas):
         self._dragged = None
 
     def _past(self, painter: QPainter) -> None:
-        past, channel = self.shown.past, self.plot_of.traces[-1].channel
-        if past is None or channel not in past.values:
-            return
-        later = past.shift - self.shown.zero
-        paint_past(painter, *self.to_pixels(past.time + later, past.values[channel] * self.plot_of.scale))
+        channel = self.plot_of.traces[-1].channel
+        for past in (*self.shown.held, *([self.shown.past] if self.shown.past else ())):
+            if channel in past.values:
+                time = past.time if past.pinned else past.time + (past.shift - self.shown.zero)
+                line = self.to_pixels(time, past.values[channel] * self.plot_of.scale)
+                paint_past(painter, *line, past.look)
 
     def _traces(self, painter: QPainter, box: QRectF) -> None:
         x, y = self.shown.window.x - self.shown.zero, self.shown.window.y
@@ -330,6 +333,11 @@ class TimePlots(QWidget):
         self._history = history
         self._look_at(history.copy() if self.paused else history)
 
+    @property
+    def seen(self) -> History:
+        """Return the history in sight: while paused what was kept then."""
+        return self._seen
+
     def _look_at(self, history: History) -> None:
         self._seen = history
         self.cursors.set_history(history)
@@ -355,6 +363,11 @@ class TimePlots(QWidget):
         self.shown.past = past
         for header in self.headers:
             header.show_part(header.past, "" if past is None else past.words)
+
+    def set_held(self, held: tuple[PastTrace, ...]) -> None:
+        """Show these held stretches under the traces."""
+        self.shown.held = held
+        self.refresh()
 
     def show_oscillation(self, found: Oscillation | None) -> None:
         """Say beside the position how far and how often it oscillates, nothing where it does not."""

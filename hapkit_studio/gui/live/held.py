@@ -1,0 +1,107 @@
+"""Held traces: what the plots showed when they were held, under what comes, each switched and removed."""
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.gui.live.history import CHANNELS, History
+from hapkit_studio.gui.live.past_trace import Look, PastTrace
+from hapkit_studio.gui.live.plot_header import Sample
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import across
+
+LOOKS = (
+    Look("hold", (2.0, 3.0)),
+    Look("energy", (9.0, 4.0, 2.0, 4.0)),
+    Look("accent", (6.0, 3.0)),
+    Look("ink2", (2.0, 6.0)),
+)
+"""How held traces look, no two alike: as many are kept."""
+_COLUMNS = 2000  # that a held stretch is reduced to
+
+
+def name(environment: Environment, values: dict[str, float]) -> str:
+    """Name what was set: the environment, its first parameter, and what is not as it is by default."""
+    first = environment.parameters[:1]
+    told = [p for p in environment.parameters if p in first or values[p.key] != p.default]
+    return ", ".join([environment.title, *(f"{p.symbol or p.label} {p.text(values[p.key])}" for p in told)])
+
+
+class HeldTraces(QObject):
+    """The held stretches by their place among LOOKS; ``changed`` with those that are switched on."""
+
+    changed = Signal(object)
+
+    def __init__(self, parent: QObject | None = None):
+        super().__init__(parent)
+        self.traces: dict[int, PastTrace] = {}
+        self.off: set[int] = set()
+
+    def hold(self, history: History, span: float, words: str) -> bool:
+        """Hold the last so many s; the oldest goes where there are as many as LOOKS. False without data."""
+        edges = np.linspace(history.now - span, np.nextafter(history.now, np.inf), _COLUMNS)
+        window = history.window(edges).known() if len(history) else None
+        if window is None or len(window.x) < 2:
+            return False
+        if len(self.traces) == len(LOOKS):
+            self.remove(next(iter(self.traces)))
+        place = min(set(range(len(LOOKS))) - set(self.traces))
+        values = {channel: window.y[channel] for channel in CHANNELS}
+        past = PastTrace(words, window.x - history.now, values, look=LOOKS[place], pinned=True)
+        self.traces[place] = past
+        self._tell()
+        return True
+
+    def switch(self, place: int, on: bool) -> None:
+        """Show one, or leave it out of the plots for now."""
+        (self.off.discard if on else self.off.add)(place)
+        self._tell()
+
+    def remove(self, place: int) -> None:
+        """Forget one."""
+        self.traces.pop(place, None)
+        self.off.discard(place)
+        self._tell()
+
+    def _tell(self) -> None:
+        self.changed.emit(tuple(trace for place, trace in self.traces.items() if place not in self.off))
+
+
+class HeldList(QWidget):
+    """Names the held traces, each with its line, a switch and a way to remove it."""
+
+    def __init__(self, held: HeldTraces, parent: QWidget | None = None):
+        super().__init__(parent)
+        self._held = held
+        self.rows: dict[int, Row] = {}
+        self._line = across(None, into=self, margins=(12, 2, 10, 2), gap=4)
+        held.changed.connect(lambda _shown: self._follow())
+        self.hide()
+
+    def _follow(self) -> None:
+        for place in list(self.rows):
+            if self.rows[place].trace is not self._held.traces.get(place):
+                self.rows.pop(place).deleteLater()
+        for place, trace in self._held.traces.items():
+            if place not in self.rows:
+                self.rows[place] = Row(self._held, place, trace)
+                self._line.insertWidget(self._line.count() - 1, self.rows[place])
+        self.setVisible(bool(self.rows))
+
+
+class Row(QWidget):
+    """One held trace in the list."""
+
+    def __init__(self, held: HeldTraces, place: int, trace: PastTrace):
+        super().__init__()
+        self.trace = trace
+        self.box, self.away = QCheckBox(trace.words, checked=True), QPushButton()
+        self.box.setToolTip("Show this held trace in the plots")
+        self.away.setProperty("flat", True)
+        self.away.setAccessibleName(f"Remove {trace.words}")
+        self.away.setToolTip("Remove this held trace")
+        icons.bind(self.away, "close", "ink2", 14)
+        self.box.toggled.connect(lambda on: held.switch(place, on))
+        self.away.clicked.connect(lambda: held.remove(place))
+        across(Sample(trace.look.sample), self.box, self.away, into=self, gap=4)

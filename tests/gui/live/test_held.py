@@ -1,0 +1,67 @@
+"""Held traces: named by what was set, several at once, switched and removed, in all plots."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+
+from hapkit_studio.gui.live.held import LOOKS, HeldList, HeldTraces, name
+from tests.gui.live.plot_support import LIBRARY, canvas_of, colored, telemetry
+
+
+@pytest.fixture
+def held(plots, phase):
+    held = HeldTraces()
+    for shown in (plots, phase.canvas):
+        held.changed.connect(shown.set_held)
+    return held
+
+
+def test_a_held_trace_stays_where_it_was_while_time_goes_on(plots, held, history):
+    assert held.hold(history, 10.0, "Wall")
+    trace = held.traces[0]
+    assert trace.time[-1] == pytest.approx(0.0, abs=0.005)  # of 10 s a two thousandth
+    assert trace.values["position"][-1] == pytest.approx(history.last("position"), abs=0.005 * 0.045)
+    history.append(telemetry(4000, start=14_000))
+    plots.refresh()
+    canvas = canvas_of(plots, "position")
+    picture = canvas.grab().toImage()
+    canvas.measure()
+    expected = canvas.pixel(-2.0, 1e3 * 0.015 * np.sin(3.0 * 12.0))  # 2 s before it was held at 14 s
+    ratio = picture.devicePixelRatio()
+    pixels = colored(picture, "hold") / ratio
+    assert np.min(np.hypot(*(pixels - [expected.x(), expected.y()]).T)) < 4.0
+
+
+def test_each_looks_different_and_the_oldest_gives_way(held, history):
+    for number in range(len(LOOKS) + 1):
+        held.hold(history, 5.0, f"Number {number}")
+    assert sorted(t.words for t in held.traces.values()) == [f"Number {n}" for n in range(1, len(LOOKS) + 1)]
+    assert len({t.look for t in held.traces.values()}) == len(LOOKS)
+
+
+def test_one_is_switched_off_and_removed_in_the_list(held, history, plots, qtbot):
+    listed = HeldList(held)
+    qtbot.addWidget(listed)
+    held.hold(history, 5.0, "One")
+    held.hold(history, 5.0, "Two")
+    assert [row.box.text() for row in listed.rows.values()] == ["One", "Two"]
+    listed.rows[0].box.setChecked(False)
+    assert [trace.words for trace in plots.shown.held] == ["Two"]
+    listed.rows[0].box.setChecked(True)
+    qtbot.mouseClick(listed.rows[1].away, Qt.MouseButton.LeftButton)
+    assert [trace.words for trace in plots.shown.held] == ["One"]
+    held.remove(0)
+    assert listed.isHidden()
+
+
+def test_it_is_named_by_what_was_set():
+    wall = LIBRARY["wall"]
+    assert name(wall, wall.values()) == "Wall, k 250 N/m"
+    assert name(wall, wall.values({"damping": 2.0})) == "Wall, k 250 N/m, b 2 N·s/m"
+    assert name(LIBRARY["free"], {}) == "Free"
+
+
+def test_without_data_nothing_is_held(held, history):
+    history.clear()
+    assert not held.hold(history, 5.0, "One")
+    assert held.traces == {}
