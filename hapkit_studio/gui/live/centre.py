@@ -28,6 +28,13 @@ def card(parent: QWidget, *widgets: QWidget, edge: int = 0) -> QFrame:
     return frame
 
 
+def add_below(frame: QFrame, widget: QWidget) -> None:
+    """Put a widget below all others in a card, from wherever it was."""
+    column = frame.layout()
+    if column is not None:
+        column.addWidget(widget)
+
+
 def fill(splitter: QSplitter, gap: int, stretched: int, *parts: QWidget) -> None:
     """Fill a splitter with parts so many px apart; one of them takes the room, none collapses."""
     splitter.setHandleWidth(gap)
@@ -101,7 +108,7 @@ class Centre(QWidget):
         self.scene_card, self.phase_card = card(self, self.scene), card(self, self.phase)
         self.held = HeldTraces(self)
         self.time_card = card(self, self.toolbar, line, HeldList(self.held), self.stack, edge=_EDGE)
-        self.phase_card.layout().addWidget(self.cursors)
+        add_below(self.phase_card, self.cursors)
         self._narrow, self._settings = False, settings
         self._page: QWidget | None = None
         self._shows_scene, self._is_law = True, False
@@ -189,7 +196,7 @@ class Centre(QWidget):
     def _move_phase(self) -> None:
         """Put the force–position plot behind the switch, or back beside the time plots."""
         self.toolbar.set_narrow(self._narrow)
-        (self.time_card if self._narrow else self.phase_card).layout().addWidget(self.cursors)
+        add_below(self.time_card if self._narrow else self.phase_card, self.cursors)
         self.phase_card.setProperty("card", not self._narrow)
         if self._narrow:
             self.stack.addWidget(self.phase_card)

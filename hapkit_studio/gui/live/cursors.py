@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -148,7 +149,11 @@ _HEADS = ("A", "B", "B − A"), ("least", "greatest", "mean", "RMS", "Hz")
 
 def _columns(heads: tuple[str, ...]) -> tuple[Column, ...]:
     first = Column("", lambda row: row.head, right=False)
-    return (first, *(Column(head, lambda row, i=i: row.cells[i]) for i, head in enumerate(heads)))
+    return (first, *(Column(head, partial(_cell, index)) for index, head in enumerate(heads)))
+
+
+def _cell(index: int, row: Row) -> str:
+    return row.cells[index]
 
 
 class CursorCard(QWidget):

@@ -96,7 +96,8 @@ class Row(QWidget):
     def __init__(self, held: HeldTraces, place: int, trace: PastTrace):
         super().__init__()
         self.trace = trace
-        self.box, self.away = QCheckBox(trace.words, checked=True), QPushButton()
+        self.box, self.away = QCheckBox(trace.words), QPushButton()
+        self.box.setChecked(True)
         self.box.setToolTip("Show this held trace in the plots")
         self.away.setProperty("flat", True)
         self.away.setAccessibleName(f"Remove {trace.words}")
