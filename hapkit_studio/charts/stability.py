@@ -177,11 +177,11 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
     kinds = kb_plane.class_words(cells is not None and cells.controller)
     for token, kind in zip(_TOKENS, kinds, strict=True):
         if token in named:
-            exact = {"stable": "stable", "unstable": "grows from a small push" if friction else "grows"}
+            grows = "grows from a small push" if friction else "grows"
+            exact = {"stable": "stable", "unstable": "grows if fixed to it" if plane.pushes else grows}
             exact |= {"warnsoft": "small pushes settle"} if friction else {}
             word = kind if shown.particular is not None else exact.get(token, kind)
             label = word if token == "warnsoft" else f"{word}, {named[token]}"
-            label += ", if fixed to the spring" if token == "unstable" and plane.pushes else ""
             look = _beyond(c, plane) if token == "unstable" else {"facecolor": getattr(c, token)}
             axes.add_patch(Rectangle((0, 0), 0, 0, label=label, **look))
 

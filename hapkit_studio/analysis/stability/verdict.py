@@ -99,6 +99,15 @@ class Verdict:
         found = [f"{_name(hand)} {one.swing}" for hand, one in self.does.items() if one.swing]
         return f"{'. '.join(found)}." if found else ""
 
+    @property
+    def holds_for(self) -> str:
+        """Return in a sentence whose limits they are where that is not the scene itself, "" where it is."""
+        return (
+            "Limits and map are those of a handle fixed to the spring."
+            if self.pushes and self.margins
+            else ""
+        )
+
     def _said(self, hand: str) -> str:
         """Return what the handle does in a hand, and how far from the linear limit where it is calm."""
         one, margin = self.does[hand], self.margins.get(hand)

@@ -125,8 +125,7 @@ def details(answer: Answer) -> str:
         )
         friction = " without dry friction" if setting.coulomb > 0.0 else ""
         parts.append(f"{what}, let go{friction}.")
-        if verdict.pushes:
-            parts.append("Limit and map: of a handle fixed to the spring.")
+        parts.append(verdict.holds_for)
     return " ".join(part for part in (*parts, verdict.unknown) if part)
 
 

@@ -72,7 +72,7 @@ def test_what_a_fixed_handle_does_is_no_danger_where_it_is_only_pushed_out(windo
     card = window.stability
     card.show_answer(answer(asked(1800.0, 0.0, Setting(delay=1e-3, hand="medium"), environment)))
     assert bool(len(colored(card.map.viewport().grab().toImage(), "unstable"))) == red
-    assert ("of a handle fixed to the spring" in card.words.text()) != red
+    assert ("handle fixed to the spring" in card.words.text()) != red
     assert card.calm != red
 
 
