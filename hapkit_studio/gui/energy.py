@@ -34,7 +34,8 @@ class EnergyWatch(QObject):
     def __init__(self, studio: Studio, live: Live, status: StatusBar, calm: Callable[[], bool]):
         super().__init__()
         self._studio, self._status, self._calm = studio, status, calm
-        self._forget()
+        self._told = math.inf  # of the excess in J: so much has been said of
+        self._before = self._until = self._shown = 0.0
         live.frame.connect(self.on_row)
         live.health.connect(lambda _health: self.look())
         for signal in (studio.engine_changed, studio.environment_changed, studio.stop_changed):
@@ -64,7 +65,8 @@ class EnergyWatch(QObject):
 
     def _forget(self) -> None:
         """Begin anew: what gave energy is no more."""
-        self._told, self._before, self._until, self._shown = math.inf, 0.0, 0.0, 0.0
+        self._told = math.inf
+        self._until = self._shown = 0.0
         self._status.show_energy("")
 
     def _say(self, given: float) -> None:
