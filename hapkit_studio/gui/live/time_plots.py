@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QWidget
 from hapkit_studio.analysis.oscillation import Oscillation
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import on_screen, with_unit
+from hapkit_studio.formatting import hertz, on_screen
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.live.history import History, Window
@@ -302,7 +302,7 @@ class TimePlots(QWidget):
         if found is None:
             header.remark.say()
             return
-        far, often = on_screen(found.amplitude, "m", 2), with_unit(found.frequency, "Hz", 2)
+        far, often = on_screen(found.amplitude, "m", 2), hertz(found.frequency)
         header.remark.say(f"oscillates ±{far} at {often}", f"±{far}, {often}", often)
 
     def set_span(self, seconds: float) -> None:

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
 
 from hapkit_studio.formatting import unbroken
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import theme
 
 Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int] | None
@@ -147,6 +148,31 @@ class AnswerLine(QWidget):
         """Show words and a sign, a neutral one before there is an answer."""
         self.words.setText(text)
         self.sign.show_sign(sign, token)
+
+
+class AnswerLines(QWidget):
+    """Answers below each other, each with its own sign; what is bad in its colour as well."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines: list[AnswerLine] = []
+        self._column = down(into=self, gap=4)
+
+    @property
+    def text(self) -> str:
+        """Return what is said, a line each."""
+        return "\n".join(line.words.text() for line in self.lines if not line.isHidden())
+
+    def say(self, *answers: tuple[str, str, str]) -> None:
+        """Show answers, each with its sign and token."""
+        while len(self.lines) < len(answers):
+            self.lines.append(AnswerLine())
+            self._column.addWidget(self.lines[-1])
+        for line, (text, sign, token) in zip(self.lines, answers, strict=False):
+            line.say(text, sign, token)
+            mark(line.words, "ink", "danger" if token == "danger" else "ink")
+        for at, line in enumerate(self.lines):
+            line.setVisible(at < len(answers))
 
 
 SIDE = 16
