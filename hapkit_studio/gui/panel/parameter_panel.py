@@ -168,6 +168,7 @@ class ParameterPanel(QWidget):
         self._laid_out = self.stability.verdict, self.stability, self._foot, self
         self.stability.judged.connect(lambda *_: self._lay_out_now())
         self.warnings.changed.connect(self._lay_out_now)
+        self.loop.opened.connect(self.upper.reveal)
         studio.environment_changed.connect(lambda: self.upper.verticalScrollBar().setValue(0))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
