@@ -87,7 +87,12 @@ def test_the_same_question_is_asked_of_stability_after_a_restart(start, qtbot):
     [
         ("swamp", '{"stiffness": 300}', "moon", {}),
         ("wall", '{"wall": {"stiffness": 5001, "position": 0.01, "age": 7}}', "", {"position": 0.01}),
-        ("wall", '{"wall": {"side": "up", "damping_mode": "both"}, "swamp": 1}', "", {"damping_mode": "both"}),
+        (
+            "wall",
+            '{"wall": {"side": "up", "damping_mode": "both"}, "swamp": 1}',
+            "",
+            {"damping_mode": "both"},
+        ),
         ("wall", '{"wall": {"stiffness": NaN}}', "", {}),
         ("wall", '{"wall": 300, "cat": [1]}', "", {}),
         ("wall", "[1, 2", "", {}),

@@ -100,7 +100,7 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
 class LoopPanel(QWidget):
     """Rows for the loop under a heading; folded into one line until a person wants them, rare ones twice.
 
-    What is folded is remembered in the settings. ``opened(part)``: a person has unfolded it, or its rare rows.
+    What is folded is remembered in the settings. ``opened(part)``: a person has unfolded it.
     """
 
     opened = Signal(QWidget)

@@ -166,7 +166,7 @@ SIDE = 16
 class ScrollColumn(QScrollArea):
     """A column that scrolls where it is too long; the bar stands in its margin, so that nothing moves.
 
-    A row that is not seen whole at the bottom is not seen at all; what is half as tall as the view may be cut.
+    A row that is cut at the bottom is not seen at all, unless it is half as tall as the view.
     """
 
     def __init__(self, top: int = 12, gap: int = 8):
