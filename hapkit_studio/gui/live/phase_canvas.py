@@ -276,8 +276,8 @@ class PhaseCanvas(Canvas):
             if box.top() < y < box.bottom():
                 strokes.level(painter, box, y, "danger", [1.2, 2.6])
                 right = self.band.side(limit) < 0.0  # away from where the curve meets the limit
-                x = box.right() - 6 if right else box.left() + 6
-                self.note(painter, x, y - 5, f"limit {number(limit, 1)} N", "danger", right=right)
+                end = box.right() - 6 if right else box.left() + 6
+                self.note(painter, end, y - 5, f"limit {number(limit, 1)} N", "danger", right=right)
         if self._past is not None:
             x = self._past.values[self.plot_of.channel] * self.plot_of.scale
             paint_past(painter, *self.to_pixels(x, self._past.values["applied"]))

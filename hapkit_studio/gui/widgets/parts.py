@@ -178,7 +178,8 @@ class ScrollColumn(QScrollArea):
         self.body = QWidget(self.viewport())
         self.body.setObjectName("panelBody")
         self.column = down(None, into=self.body, margins=(SIDE, top, SIDE, top), gap=gap)
-        self._cover = QWidget(self, objectName="panelBody")
+        self._cover = QWidget(self)
+        self._cover.setObjectName("panelBody")
         self._cover.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setWidget(self.body)
         self.verticalScrollBar().rangeChanged.connect(self._make_space_for_scroll_bar)
@@ -191,12 +192,13 @@ class ScrollColumn(QScrollArea):
 
     def reveal(self, part: QWidget) -> None:
         """Scroll until a part that has just grown is seen, or as much of it as there is room for."""
-        grown: QWidget = part
-        while grown is not self:  # laid out at once: what it takes is known only then
+        grown: QWidget | None = part
+        while grown is not None and grown is not self:  # laid out at once: what it takes is known only then
             QCoreApplication.sendEvent(grown, QEvent(QEvent.Type.LayoutRequest))
             grown = grown.parentWidget()
         bar, top = self.verticalScrollBar(), part.mapTo(self.body, QPoint()).y()
-        bar.setValue(max(bar.value(), min(top, top + part.height() - self.viewport().height())))
+        bottom = top + part.height() + self.column.contentsMargins().bottom()
+        bar.setValue(max(bar.value(), min(top, bottom - self.viewport().height())))
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Follow the column, as Qt's own area does, and the rows in it."""
