@@ -176,7 +176,10 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.closed.emit()
+        fills_screen = self.isMaximized() or self.isFullScreen()
+        frameless = self.geometry() == self.frameGeometry() and not fills_screen
         self.settings.setValue("geometry", self.saveGeometry())
+        self.settings.setValue("frameless", self.geometry() if frameless else None)
         self.settings.setValue("padding", self.studio.device.padding)
         self.live.stop()
         self.editor.end()

@@ -167,6 +167,7 @@ class ParameterPanel(QWidget):
         down((self.upper, 1), self._foot, into=self)
         self.stability.judged.connect(lambda *_: self._lay_out_now())
         self.warnings.changed.connect(self._lay_out_now)
+        self.loop.opened.connect(self.upper.reveal)
         studio.environment_changed.connect(lambda: self.upper.verticalScrollBar().setValue(0))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
