@@ -13,6 +13,7 @@ _WITH_NUMBER = re.compile(
     r"(?<=[\d–]) (?:×(?: (?:below|above) the limit)?|%|[kmµn]?(?:N|m|s|g|Hz|J)(?:[·/][ms]²?)*)(?!\w)|× (?=\d)"
 )
 _SLASH = re.compile(r"(?<=[Nms1])/(?=[ms](?![a-z]))")
+_WHOLE_HERTZ = 20.0
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -47,6 +48,11 @@ def with_unit(value: float, unit: str = "", digits: int = 3, sign: bool = False)
     rounded = float(f"{value:.{digits}g}")  # first rounded, then written
     text = f"{rounded:+,g}" if sign else f"{rounded:,g}"
     return f"{text.replace('-', MINUS)} {unit}".rstrip()
+
+
+def hertz(frequency: float) -> str:
+    """Write how often something swings: one decimal below 20 Hz, none from there on."""
+    return f"{number(frequency, 1 if round(frequency, 1) < _WHOLE_HERTZ else 0)} Hz"
 
 
 def on_screen(value: float, unit: str, digits: int = 4) -> str:

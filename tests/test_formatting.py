@@ -2,7 +2,10 @@
 
 import math
 
-from hapkit_studio.formatting import number, on_screen, power_of_ten, significant, unbroken, with_unit
+import pytest
+
+from hapkit_studio.analysis.stability.behaviour import Behaviour
+from hapkit_studio.formatting import hertz, number, on_screen, power_of_ten, significant, unbroken, with_unit
 
 
 def test_numbers_have_a_true_minus_commas_between_thousands_and_no_sign_on_zero():
@@ -18,6 +21,14 @@ def test_significant_digits_are_kept_and_never_written_with_an_exponent():
     numbers = (0.0, 3.24, 32.4, 324.0, 9.96, -0.00123, 123_456.0, math.nan)
     assert [significant(x) for x in numbers] == ["0", "3.2", "32", "324", "10", "−0.0012", "123,456", "–"]
     assert significant(0.5, 3) == "0.500"
+
+
+@pytest.mark.parametrize(
+    ("frequency", "words"), [(13.51, "13.5 Hz"), (19.94, "19.9 Hz"), (19.96, "20 Hz"), (133.6, "134 Hz")]
+)
+def test_a_slow_swing_has_a_decimal_and_its_prediction_the_same_words(frequency, words):
+    assert hertz(frequency) == words
+    assert f"at {words}" in Behaviour(0.0, 2e-3, frequency).swing
 
 
 def test_what_is_tiny_or_huge_is_a_power_of_ten():

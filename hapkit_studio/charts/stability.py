@@ -85,7 +85,7 @@ def draw(figure: Any, c: style.Colors, shown: Map) -> "Dot":
     """Draw regions, lines and what was measured; return the dot, which moves."""
     plane, axes = shown.plane, figure.add_subplot()
     measured = style.pale(c) if shown.outdated else c
-    style.style_axes(axes, c, "damping B, N·s/m", "stiffness K, N/m")
+    style.style_axes(axes, c, "damping b, N·s/m", "stiffness k, N/m")
     axes.set_xlim(0.0, plane.width)
     axes.set_ylim(0.0, plane.top)
     axes.locator_params(nbins=6)
@@ -161,16 +161,14 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
         if not (plane.friction < plane.top).any():
             del named["unstable"]
     if plane.setting.linear and shown.particular is None:
-        axes.fill_between(plane.damping, plane.exact, 10.0 * plane.top, color=c.unstable, zorder=0.1)
         axes.fill_between(
-            plane.damping, plane.exact, 10.0 * plane.top, facecolor="none", edgecolor=c.danger + _FAINT,
-            hatch="//", linewidth=0.0, zorder=0.2,
-        )  # fmt: skip
+            plane.damping, plane.exact, 10.0 * plane.top, zorder=0.1, linewidth=0.0, **_beyond(c, plane)
+        )
         axes.fill_between(plane.damping, 0.0, plane.friction, color=c.warnsoft, linewidth=0.0, zorder=0.25)
         axes.fill_between(plane.damping, 0.0, plane.exact, color=c.stable, linewidth=0.0, zorder=0.26)
         axes.fill_between(plane.damping, *plane.again, color=c.stable, linewidth=0.0, zorder=0.26)
     if cells is not None:
-        _cells(axes, measured, cells)
+        _cells(axes, measured, cells, _beyond(measured, plane))
         named |= {_TOKENS[kind]: hand for kind in np.unique(cells.classes)}
     if plane.edge.any():
         axes.fill_between(plane.edge_damping, 0.0, plane.edge, color=c.passive, linewidth=0.0, zorder=0.4)
@@ -179,27 +177,34 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
     kinds = kb_plane.class_words(cells is not None and cells.controller)
     for token, kind in zip(_TOKENS, kinds, strict=True):
         if token in named:
-            exact = {"stable": "stable", "unstable": "grows from a small push" if friction else "grows"}
+            grows = "grows from a small push" if friction else "grows"
+            exact = {"stable": "stable", "unstable": "grows if fixed to it" if plane.pushes else grows}
             exact |= {"warnsoft": "small pushes settle"} if friction else {}
             word = kind if shown.particular is not None else exact.get(token, kind)
             label = word if token == "warnsoft" else f"{word}, {named[token]}"
-            look = {"hatch": "//", "edgecolor": c.danger + _FAINT} if token == "unstable" else {}
-            axes.add_patch(Rectangle((0, 0), 0, 0, facecolor=getattr(c, token), label=label, **look))
+            look = _beyond(c, plane) if token == "unstable" else {"facecolor": getattr(c, token)}
+            axes.add_patch(Rectangle((0, 0), 0, 0, label=label, **look))
 
 
-def _cells(axes: Any, c: style.Colors, cells: Cells) -> None:
+def _beyond(c: style.Colors, plane: Plane) -> dict[str, Any]:
+    """Return how the unstable side looks: no danger where the scene only pushes the handle out."""
+    ground, hatch = (c.contact, c.ink3) if plane.pushes else (c.unstable, c.danger)
+    return {"facecolor": ground, "edgecolor": hatch + _FAINT, "hatch": "//"}
+
+
+def _cells(axes: Any, c: style.Colors, cells: Cells, beyond: dict[str, Any]) -> None:
     from matplotlib.colors import ListedColormap
 
     axes.pcolormesh(
         cells.damping, cells.stiffness, cells.classes, shading="nearest", vmin=-0.5, vmax=2.5,
-        cmap=ListedColormap([getattr(c, token) for token in _TOKENS]), rasterized=True, zorder=0.3,
+        cmap=ListedColormap([c.stable, c.warnsoft, beyond["facecolor"]]), rasterized=True, zorder=0.3,
     )  # fmt: skip
     if (cells.classes == _GROWS).any():
         hatched = axes.contourf(
-            cells.damping, cells.stiffness, cells.classes, levels=[1.5, 2.5], colors="none", hatches=["//"],
-            zorder=0.35,
+            cells.damping, cells.stiffness, cells.classes, levels=[1.5, 2.5], colors="none",
+            hatches=[beyond["hatch"]], zorder=0.35,
         )  # fmt: skip
-        hatched.set(edgecolor=c.danger + _FAINT, linewidth=0.0)
+        hatched.set(edgecolor=beyond["edgecolor"], linewidth=0.0)
 
 
 class Dot:

@@ -59,7 +59,7 @@ def draw(figure: Any, c: Colors, walls: Walls) -> None:
     damping, points = [b for b, _ in walls.points], [point for _, point in walls.points]
     stiffness = [point.stiffness for point in points]
     high = np.nanmax([walls.top, tried[1], *stiffness, *(p.last_held for p in points), *walls.curve[1]])
-    style_axes(axes, c, "virtual damping B, N·s/m", "virtual stiffness K, N/m")
+    style_axes(axes, c, "virtual damping b, N·s/m", "virtual stiffness k, N/m")
     axes.set_xlim(-0.02 * walls.right, 1.04 * walls.right)
     axes.set_ylim(0.0, nice_top(_ROOM * float(high)))
     axes.yaxis.set_major_formatter("{x:,.0f}")

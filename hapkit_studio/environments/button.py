@@ -90,7 +90,7 @@ ENVIRONMENT = Environment(
         Parameter("snap_start", "Snap starts", "m", 0.004, 0.001, 0.01, "Up to the peak", "s<sub>1</sub>"),
         Parameter("travel", "Travel", "m", 0.007, 0.002, 0.015, "Up to the hard stop", "s<sub>2</sub>"),
         Parameter(
-            "stop_stiffness", "Stop stiffness", "N/m", 500.0, 0.0, 2000.0, "Past the travel", "K<sub>e</sub>"
+            "stop_stiffness", "Stop stiffness", "N/m", 500.0, 0.0, 2000.0, "Past the travel", "k<sub>e</sub>"
         ),
         Parameter(
             "hysteresis", "Hysteresis", "N", 0.1, 0.0, 0.5, "What the way in costs more, and out less", "h"

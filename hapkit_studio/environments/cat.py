@@ -123,7 +123,7 @@ def over_position(p: Values, x: np.ndarray) -> np.ndarray:
 
 PARAMETERS = (
     Parameter("fur_friction", "Fur friction", "N", 0.35, 0.0, 1.5, "Where the fur slips, head to tail"),
-    Parameter("nap_ratio", "Against : with", "", 1.8, 1.0, 3.0, "How many times harder it goes against it"),
+    Parameter("nap_ratio", "Against the nap", "×", 1.8, 1.0, 3.0, "How many times harder than with the nap"),
     Parameter("fur_damping", "Damping", "N·s/m", 1.5, 0.0, 10.0, "Force per metre per second", "b"),
     Parameter("hair", "Tufts", "N", 0.06, 0.0, 0.3, "Ripple of the hair, one tuft every 3 mm"),
     Parameter(

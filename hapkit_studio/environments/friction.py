@@ -222,7 +222,7 @@ ENVIRONMENT = Environment(
             "Karnopp: the speed below which it holds. Smoothed: the speed at which friction has grown",
             "Δv",
         ),
-        Parameter("tether_stiffness", "Tether stiffness", "N/m", 500.0, 100.0, 2e4, "Of what holds", "K"),
+        Parameter("tether_stiffness", "Tether stiffness", "N/m", 500.0, 100.0, 2e4, "Of what holds", "k"),
     ),
     force=force,
     shortcut="4",

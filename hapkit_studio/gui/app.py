@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from subprocess import Popen
 
-from PySide6.QtCore import QObject, QSettings, QSize, QTimer
+from PySide6.QtCore import QObject, QRect, QSettings, QSize, QTimer
 from PySide6.QtWidgets import QApplication
 
 from hapkit_studio import devices
@@ -57,6 +57,9 @@ def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
     """Give the window the size asked for, else the one it had, else one that fits the screen."""
     geometry = window.settings.value("geometry")
     if size is None and geometry is not None and window.restoreGeometry(geometry):
+        frameless = window.settings.value("frameless")  # Qt has left room for a frame that nobody draws
+        if isinstance(frameless, QRect) and window.screen().availableGeometry().contains(frameless):
+            window.setGeometry(frameless)
         return
     window.resize(QSize(*size) if size else FIRST_SIZE.boundedTo(window.screen().availableSize()))
 

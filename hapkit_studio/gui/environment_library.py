@@ -1,6 +1,6 @@
 """The environments that can be chosen, the values of each, and which are compiled already."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from subprocess import Popen
 
@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError, ParameterError
-from hapkit_studio.parameters import Choice
+from hapkit_studio.parameters import AnyParameter, Choice
 
 LOOK_MS = 100
 # What a row says instead of its summary.
@@ -46,15 +46,20 @@ def carried(old: Environment, values: Mapping[str, float], new: Environment) -> 
     return kept
 
 
-def usable(environment: Environment, given: Mapping[str, object]) -> dict[str, float]:
-    """Return an environment's values, with what it can use of others; with none where they do not agree."""
-    kept: dict[str, object] = {}
-    for parameter in environment.parameters:
+def checked(parameters: Iterable[AnyParameter], given: Mapping[str, object]) -> dict[str, float]:
+    """Return those of some given values that are valid, by key; the others are left out one by one."""
+    kept: dict[str, float] = {}
+    for parameter in parameters:
         if parameter.key in given:
             with suppress(ParameterError):
                 kept[parameter.key] = parameter.check(given[parameter.key])
+    return kept
+
+
+def usable(environment: Environment, given: Mapping[str, object]) -> dict[str, float]:
+    """Return an environment's values, with what it can use of others; with none where they do not agree."""
     try:
-        return environment.values(kept)
+        return environment.values(checked(environment.parameters, given))
     except ParameterError:
         return environment.values()
 

@@ -1,8 +1,6 @@
-"""Which banners are shown: stopped, fault, device gone, delay unknown, energy."""
+"""Which banners are shown: stopped, fault, device gone, delay unknown."""
 
-import time
 from contextlib import suppress
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +11,6 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.banners import BannerStack, Button, Notice
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.widgets.theme import number
 from hapkit_studio.haptics import arrays, rows
 
 if TYPE_CHECKING:
@@ -33,14 +30,6 @@ _WAITS = (
     "warn",
 )
 _STEPS = {"flash": "Flash firmware", "update": "Update firmware"}
-RANK = 4
-HOLD_S = 2.0
-# While the controller damps, the excess stands about its threshold; this many times it means the end of it.
-BEYOND_CONTROL = 3.0
-# The number stays while it would change by less than this, so that the banner stands still.
-CHANGE = 1.5
-_LOWER = "Lower stiffness, or switch on the passivity controller."
-_CANNOT = "The passivity controller damps as much as it may. Lower stiffness."
 
 
 class Notices(QObject):
@@ -172,57 +161,3 @@ class Notices(QObject):
         words = (f"{title.rstrip('.')}.", rest or "Force is zero.")
         away = link.state in ("gone", "failed")
         self._show(away, "device", _DEVICE, words, (*ways, self._simulated), icon="unplugged")
-
-
-class Passivity(QObject):
-    """Watches the rows for an excess of energy and keeps one banner up while there is any."""
-
-    def __init__(self, studio: Studio, live: Live, banners: BannerStack):
-        super().__init__()
-        self._studio, self._banners = studio, banners
-        self._until = self._shown = 0.0
-        live.frame.connect(self.on_row)
-        live.health.connect(lambda _health: self.look())
-        for signal in (studio.engine_changed, studio.environment_changed, studio.stop_changed):
-            signal.connect(self.take_down)
-        studio.loop_changed.connect(self.take_down)
-
-    def on_row(self, row: np.ndarray, _clamped: bool) -> None:
-        """Put the banner up in the frame the alarm is raised in; it stays long enough to be read."""
-        if int(row[rows.FLAGS]) & rows.ACTIVE and not self._studio.environment.drives:
-            self._raise()
-
-    def look(self) -> None:
-        """Take the banner down once the alarm is over."""
-        if self._until and time.monotonic() > self._until:
-            self.take_down()
-
-    def take_down(self) -> None:
-        """Forget the alarm: what gave energy is no more."""
-        self._until = self._shown = 0.0
-        self._banners.set("energy", None)
-
-    def _raise(self) -> None:
-        engine = self._studio.engine
-        if engine is None:
-            return
-        excess, least = engine.excess
-        controlled = self._studio.loop.controller
-        if excess <= (BEYOND_CONTROL * least if controlled else 0.0):
-            return
-        self._until = time.monotonic() + HOLD_S
-        if self._shown / CHANGE < excess < self._shown * CHANGE:
-            return
-        self._shown = excess
-        title = f"Gives energy: {energy_words(excess)} more than it took."
-        on = ("Switch it on", partial(self._studio.set_loop, controller=True))
-        words, ways = (_CANNOT, ()) if controlled else (_LOWER, (on,))
-        self._banners.set("energy", Notice("energy", RANK, "warn", "triangle", title, words, ways))
-
-
-def energy_words(joules: float) -> str:
-    """Write an energy in mJ, or J from one on, with two digits that count."""
-    if joules >= 1.0:
-        return f"{number(joules, 1)} J"
-    millijoules = 1e3 * joules
-    return f"{number(millijoules, 2 if millijoules < 1.0 else 1 if millijoules < 10.0 else 0)} mJ"

@@ -89,7 +89,9 @@ class StatusBar(QWidget):
         self.setObjectName("status")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.loop, self.clamp = Field("Loop", edged=False), Field("Force limit")
-        self.margin, self.kept = Field("Stability"), Field("Record", edged=False)
+        self.margin, self.energy = Field("Stability"), Field("Energy")
+        self.kept = Field("Record", edged=False)
+        self.energy.link.setText("Switch controller on")
         names = "Servo rate", "Lateness", "Missed ticks", "Computing time", "Priority"
         lines = self.rate, self.late, self.missed, self.compute, self.priority = [
             Field(name, edged=False) for name in names
@@ -106,8 +108,9 @@ class StatusBar(QWidget):
         self.priority.link.clicked.connect(self.how_to_fix)
         self.missed.setToolTip(_MISSED)
         self._clamped_until = 0.0
-        fields = self.loop, self.clamp, self.margin
+        fields = self.loop, self.clamp, self.margin, self.energy
         across(*fields, None, self.kept, into=self, margins=(_MARGIN, 0, _MARGIN, 0), gap=_SPACING)
+        self.show_energy("")
         self.show_nothing("Preparing the loop, once only")
 
     def show_nothing(self, words: str) -> None:
@@ -175,6 +178,14 @@ class StatusBar(QWidget):
         self.margin.show_words(words, sign, token)
         self._hide_least_important()
 
+    def show_energy(self, words: str, tip: str = "", token: str = "ink2", remedy: bool = False) -> None:
+        """Show energy given in excess, nothing without words; remedy: whether the controller would help."""
+        self.energy.show_words(words, "triangle" if token == "warn" else "circle", token)
+        self.energy.setToolTip(tip)
+        self.energy.link.setVisible(remedy)
+        self.energy.setVisible(bool(words))
+        self._hide_least_important()
+
     def show_kept(self, overrun: int, seconds: float, paused: bool) -> None:
         """Show how much is kept, and how many rows the window was too late for."""
         if overrun:
@@ -195,7 +206,13 @@ class StatusBar(QWidget):
 
     def _hide_least_important(self) -> None:
         """Hide fields, least important first, until the rest fits whole."""
-        fields = self.loop, self.clamp, self.margin, self.kept
+        fields = (
+            self.loop,
+            self.clamp,
+            self.margin,
+            self.kept,
+            *(() if self.energy.isHidden() else (self.energy,)),
+        )
         needed = 2 * _MARGIN + sum(field.sizeHint().width() + _SPACING for field in fields)
         for field in (self.kept, self.margin):
             field.setVisible(needed <= self.width())

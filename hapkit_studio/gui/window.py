@@ -12,6 +12,7 @@ from hapkit_studio.gui.actions import ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.dialogs import about_dialog, keys_dialog, priority_dialog
 from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
+from hapkit_studio.gui.energy import EnergyWatch
 from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
@@ -19,7 +20,7 @@ from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.live import Live
-from hapkit_studio.gui.notices import Notices, Passivity
+from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.status_bar import StatusBar
@@ -72,7 +73,7 @@ class MainWindow(QMainWindow):
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
         self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)
         self.notices = Notices(studio, self.live, self.banners)
-        self.passivity = Passivity(studio, self.live, self.banners)
+        self.energy = EnergyWatch(studio, self.live, self.status, lambda: self.stability.calm)
         self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
         self.body.arrange()
@@ -175,7 +176,10 @@ class MainWindow(QMainWindow):
             event.ignore()
             return
         self.closed.emit()
+        fills_screen = self.isMaximized() or self.isFullScreen()
+        frameless = self.geometry() == self.frameGeometry() and not fills_screen
         self.settings.setValue("geometry", self.saveGeometry())
+        self.settings.setValue("frameless", self.geometry() if frameless else None)
         self.settings.setValue("padding", self.studio.device.padding)
         self.live.stop()
         self.editor.end()

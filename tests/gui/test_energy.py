@@ -2,18 +2,18 @@
 
 import numpy as np
 import pytest
+from PySide6.QtCore import QPoint
 from PySide6.QtGui import QFontMetricsF
 
-from hapkit_studio.gui import notices
-from hapkit_studio.gui.banners import BannerStack
+from hapkit_studio.gui import energy
+from hapkit_studio.gui.energy import EnergyWatch
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.live.plots.declared import phase_plots
-from hapkit_studio.gui.notices import Passivity
+from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import theme
-from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY, RATE, colored, telemetry
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
 
@@ -93,84 +93,102 @@ def test_energy_stays_over_a_change_of_environment_and_force_comes_back(shown):
 
 
 class Excess:
-    """An engine that only knows an excess of energy."""
+    """An engine that only knows an excess of energy, of which 0.2 mJ mean something."""
 
     def __init__(self, joules):
         self.excess = joules, 0.2e-3
 
 
-def active(on=True):
-    row = np.zeros(rows.ROW_WIDTH)
-    row[rows.FLAGS] = rows.ACTIVE if on else 0
-    return row
+class Alarm:
+    """A watch of its own with what it watches, on a clock that is set."""
+
+    def __init__(self, qtbot, monkeypatch):
+        self.now, self.calm = 100.0, False
+        monkeypatch.setattr(energy.time, "monotonic", lambda: self.now)
+        self.studio, self.status = Studio(list), StatusBar()
+        qtbot.addWidget(self.status)
+        self.watch = EnergyWatch(self.studio, Live(self.studio), self.status, lambda: self.calm)
+
+    def strike(self, *joules):
+        """Let frames come with these excesses; the engine is no other by that."""
+        for excess in joules:
+            self.studio.device.engine = Excess(excess)
+            self.watch.on_row(None, False)
+        self.studio.device.engine = None
+
+    @property
+    def said(self):
+        """Return what is said and its token; None where nothing is."""
+        field = self.status.energy
+        return None if field.isHidden() else (field.words.text(), field.sign.token)
 
 
 @pytest.fixture
-def clock(monkeypatch):
-    """Return what the alarm takes for the time, to be set."""
-    now = [100.0]
-    monkeypatch.setattr(notices.time, "monotonic", lambda: now[0])
-    return now
+def alarm(qtbot, monkeypatch):
+    made = Alarm(qtbot, monkeypatch)
+    made.strike(0.0)
+    return made
 
 
-@pytest.fixture
-def alarm(qtbot, clock):
-    """Return an alarm of its own, with studio and banners."""
-    studio, banners = Studio(list), BannerStack()
-    qtbot.addWidget(banners)
-    return Passivity(studio, Live(studio), banners), studio, banners
+GAVE = "Gave 0.80 mJ more than it took"
 
 
-def strike(alarm, joules):
-    """Raise the alarm with an excess."""
-    watch, studio, _ = alarm
-    studio.device.engine = Excess(joules)
-    watch.on_row(active(), False)
-    studio.device.engine = None
+@pytest.mark.parametrize(("excess", "says"), [(0.198e-3, False), (0.202e-3, True)])
+def test_what_nobody_feels_is_not_said(alarm, excess, says):
+    alarm.strike(excess)
+    assert (alarm.said is not None) == says
 
 
-def test_the_alarm_says_how_much_and_what_to_do(alarm):
-    _, studio, banners = alarm
-    strike(alarm, 0.8e-3)
-    notice = banners.get("energy")
-    assert notice.title == "Gives energy: 0.80 mJ more than it took."
-    assert notice.text == "Lower stiffness, or switch on the passivity controller."
-    assert notice.tone == "warn"
-    notice.buttons[0][1]()
-    assert studio.loop.controller
-    assert banners.get("energy") is None
+def test_the_alarm_says_how_much_and_what_helps(alarm):
+    alarm.strike(0.8e-3)
+    assert alarm.said == (GAVE, "warn")
+    assert alarm.status.energy.toolTip() == "Lower stiffness, or switch on the passivity controller."
+    alarm.status.energy.link.click()
+    assert alarm.studio.loop.controller
+    assert alarm.said is None
 
 
-def test_the_alarm_stands_still_and_long_enough_to_be_read(alarm, clock):
-    watch, _, banners = alarm
-    strike(alarm, 0.8e-3)
-    first = banners.get("energy")
-    strike(alarm, 1.1e-3)
-    assert banners.get("energy") is first
-    strike(alarm, 8e-3)
-    assert banners.get("energy").title == "Gives energy: 8.0 mJ more than it took."
-    watch.on_row(active(False), False)
-    clock[0] += 0.99 * notices.HOLD_S
-    watch.look()
-    assert banners.get("energy") is not None
-    clock[0] += 0.02 * notices.HOLD_S
-    watch.look()
-    assert banners.get("energy") is None
+def test_it_does_not_scold_where_the_verdict_is_calm(alarm):
+    alarm.calm = True
+    alarm.strike(0.8e-3)
+    assert alarm.said == (GAVE, "ink2")
+    assert alarm.status.energy.link.isHidden()
+    assert "stiffness" not in alarm.status.energy.toolTip()
+
+
+def test_it_stands_still_and_goes_a_while_after_the_last_although_the_excess_stays(alarm):
+    alarm.strike(0.8e-3, 1.1e-3)
+    assert alarm.said == (GAVE, "warn")
+    alarm.strike(8e-3)
+    assert alarm.said[0] == "Gave 8.0 mJ more than it took"
+    for share, there in ((0.99, True), (0.02, False)):
+        alarm.now += share * energy.HOLD_S
+        alarm.strike(8e-3)
+        alarm.watch.look()
+        assert (alarm.said is not None) == there
+    alarm.strike(8.8e-3)
+    assert alarm.said == (GAVE, "warn"), "what the next bounce gives, not both"
+
+
+def test_what_was_given_before_a_change_is_not_said_again(alarm):
+    alarm.strike(8e-3)
+    alarm.studio.set_loop(delay=1e-3)
+    alarm.strike(8e-3)
+    assert alarm.said is None
 
 
 def test_no_alarm_while_the_controller_copes(alarm):
-    _, studio, banners = alarm
-    studio.set_loop(controller=True)
-    strike(alarm, 0.5e-3)
-    assert banners.get("energy") is None
-    studio.choose("cat")  # a scene that drives
-    strike(alarm, 5e-3)
-    assert banners.get("energy") is None
-    studio.choose("wall")
-    strike(alarm, 2e-3)
-    notice = banners.get("energy")
-    assert notice.text == "The passivity controller damps as much as it may. Lower stiffness."
-    assert not notice.buttons
+    alarm.studio.set_loop(controller=True)
+    alarm.strike(0.0, 0.59e-3)
+    assert alarm.said is None
+    alarm.studio.choose("cat")  # a scene that drives
+    alarm.strike(0.0, 5e-3)
+    assert alarm.said is None
+    alarm.studio.choose("wall")
+    alarm.strike(0.0, 2e-3)
+    assert alarm.said[1] == "warn"
+    assert alarm.status.energy.toolTip().startswith("The passivity controller damps as much as it may.")
+    assert alarm.status.energy.link.isHidden()
 
 
 def test_a_scene_that_drives_says_so_instead(idle_window):
@@ -207,11 +225,14 @@ def test_a_buzzing_spring_alarms_and_the_controller_calms_it(window, qtbot):
         window.live.tick()
         return np.ptp(window.live.history.between(window.live.history.now - 0.3, np.inf).y["position"])
 
+    place = window.centre.scene.mapTo(window, QPoint())
     studio.move_hand(0.015)
     qtbot.waitUntil(lambda: swing() > 1e-3, timeout=PATIENCE_MS)
     studio.move_hand(None)
-    qtbot.waitUntil(lambda: swing() > 5e-3 and window.banners.get("energy") is not None, timeout=PATIENCE_MS)
-    window.banners.get("energy").buttons[0][1]()
+    told = window.status.energy
+    qtbot.waitUntil(lambda: swing() > 5e-3 and told.link.isVisible(), timeout=PATIENCE_MS)
+    assert window.centre.scene.mapTo(window, QPoint()) == place, "the scene stays under the pointer"
+    told.link.click()
     qtbot.waitUntil(lambda: swing() < 1e-3, timeout=PATIENCE_MS)
     assert studio.engine.excess[0] < 3.0 * studio.engine.excess[1]
 

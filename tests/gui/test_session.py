@@ -1,4 +1,6 @@
-"""The next start: environment, values and view as they were left; on a motor nothing before "Render"."""
+"""The next start: scenes, loop, hand and view as they were left; on a motor nothing before "Render"."""
+
+import json
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
 from hapkit_studio.gui import app, session
 from hapkit_studio.gui.environment_library import usable
+from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.haptics import rows
 from tests.environments.calling import LIBRARY
 from tests.gui.window_support import SIMULATED
@@ -52,16 +55,46 @@ def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
     again.close()
     third = start()
     assert (third.studio.environment.key, third.views.key) == ("cat", "live")
-    assert third.studio.values_of("wall") == LIBRARY["wall"].values()
+    assert third.studio.values_of("wall") == again.studio.values_of("wall") != LIBRARY["wall"].values()
+
+
+def test_the_same_question_is_asked_of_stability_after_a_restart(start, qtbot):
+    """Scene, values, loop and grip together are what a verdict is about."""
+    loop = {
+        "rate": 2000.0, "delay": 0.0015, "estimator": "iir", "options": (("cutoff", 20.0),),
+        "controller": True, "model": "everything", "where": "board", "board_rate": 500.0,
+    }  # fmt: skip
+    asked = []
+    for begins in (True, False):
+        window = start()
+        if begins:
+            window.studio.set_value("stiffness", 1800.0)
+            window.studio.set_loop(**loop)
+            window.studio.set_grip("firm")
+        assert window.studio.loop == LoopChoice(**loop)
+        window.studio.device.open(SIMULATED)
+        qtbot.waitUntil(lambda window=window: window.studio.engine is not None)
+        asked.append(window.stability.question())
+        window.close()
+    assert asked[0] == asked[1]
+    setting = asked[1].asked.setting
+    assert (setting.rate, setting.delay, setting.hand) == (2000.0, 0.0015, "firm")
+    assert asked[1].asked.values["stiffness"] == 1800.0
 
 
 @pytest.mark.parametrize(
     ("environment", "values", "view", "found"),
     [
         ("swamp", '{"stiffness": 300}', "moon", {}),
-        ("wall", '{"stiffness": 5001, "position": 0.01, "age": 7}', "", {"position": 0.01}),
-        ("wall", '{"side": "up", "damping_mode": "both"}', "", {"damping_mode": "both"}),
-        ("wall", '{"stiffness": NaN}', "", {}),
+        ("wall", '{"wall": {"stiffness": 5001, "position": 0.01, "age": 7}}', "", {"position": 0.01}),
+        (
+            "wall",
+            '{"wall": {"side": "up", "damping_mode": "both"}, "swamp": 1}',
+            "",
+            {"damping_mode": "both"},
+        ),
+        ("wall", '{"wall": {"stiffness": NaN}}', "", {}),
+        ("wall", '{"wall": 300, "cat": [1]}', "", {}),
         ("wall", "[1, 2", "", {}),
         ("wall", "[1, 2]", "", {}),
         (["wall"], ["x"], ["live"], {}),
@@ -75,6 +108,33 @@ def test_what_is_unknown_or_out_of_range_is_left_out(make_window, environment, v
     assert window.studio.environment.key == "wall"
     assert window.views.key == "live"
     assert window.studio.values == LIBRARY["wall"].values(found)
+
+
+@pytest.mark.parametrize(
+    ("loop", "found", "grip"),
+    [
+        ({"rate": 10001, "delay": 0.1, "grip": "iron"}, {"delay": 0.1}, "medium"),
+        ({"rate": True, "delay": None, "estimator": "none", "grip": "light"}, {}, "light"),
+        ({"estimator": "iir", "options": {"cutoff": -1, "age": 7}}, {"estimator": "iir"}, "medium"),
+        ({"model": [], "where": "moon", "board_rate": 3.0, "controller": 1, "options": 5}, {}, "medium"),
+    ],
+)
+def test_a_loop_that_cannot_be_is_left_out_one_by_one(make_window, loop, found, grip):
+    window = make_window()
+    window.settings.setValue("environment", "wall")
+    window.settings.setValue("loop", json.dumps(loop))
+    session.restore(window)
+    assert (window.studio.loop, window.studio.grip) == (LoopChoice(**found), grip)
+
+
+def test_who_has_dragged_once_is_not_told_again(start, qtbot):
+    for told in (True, False):
+        window = start()
+        assert window.centre.scene._hint == told
+        window.centre.scene.set_preparing(False)
+        window.centre.scene.set_hand_enabled(True)
+        qtbot.mouseClick(window.centre.scene, Qt.MouseButton.LeftButton)
+        window.close()
 
 
 def test_values_that_do_not_agree_are_the_defaults():
@@ -109,10 +169,12 @@ def test_the_simulated_device_does_not_wait_and_its_stop_is_no_render(start, qtb
 
 
 @pytest.mark.skipif(not built(), reason="the virtual board is not built")
-def test_a_motor_gives_no_force_before_render_is_pressed(start, qtbot, tmp_path):
+@pytest.mark.parametrize("where", ["computer", "board"])
+def test_a_motor_gives_no_force_before_render_is_pressed(start, qtbot, tmp_path, where):
     """In every row, and by what its paddle felt; then the wall of the last time pushes the hand back."""
     first = start()
     first.studio.set_value("stiffness", STIFFNESS)
+    first.studio.set_loop(where=where)
     first.close()
     board = VirtualBoard("lockstep", log=tmp_path / "truth.bin")
     entry = DeviceEntry("virtual-board", "Virtual board", lambda: board)

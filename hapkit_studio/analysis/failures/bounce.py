@@ -28,7 +28,7 @@ def stiffness_of(lateness: float, case: base.Case) -> float:
 
 
 def balance_of(lateness: float, case: base.Case) -> float:
-    """Return K (T/2 + td) in N·s/m: the damping that takes what lateness gives."""
+    """Return k (T/2 + td) in N·s/m: the damping that takes what lateness gives."""
     return stiffness_of(lateness, case) * (0.5 + case["late"]) / case["rate"]
 
 
@@ -47,7 +47,7 @@ def bounce_rows(lateness: float, case: base.Case, phase: float, damping: float =
 def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
     """Return energy out over energy in by the tick, the mean over the sampling phases.
 
-    The handle's damping is ``balance`` times K (T/2 + td). Out is once the last force has ended, in the last
+    The handle's damping is ``balance`` times k (T/2 + td). Out is once the last force has ended, in the last
     sample outside.
     """
     damping, gains = balance * balance_of(lateness, case), []
@@ -60,7 +60,7 @@ def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
 
 
 def off(lateness: float, case: base.Case, gain: float, balance: float = 0.0) -> float:
-    """Return by how much exp(π (K (T/2 + td) − b)/(m ω)) differs from a gain, as a share of the gain."""
+    """Return by how much exp(π (k (T/2 + td) − b₀)/(m ω)) differs from a gain, as a share of the gain."""
     surplus = (1.0 - balance) * balance_of(lateness, case)
     momentum = math.sqrt(stiffness_of(lateness, case) * case["mass"])
     return math.exp(math.pi * surplus / momentum) / gain - 1.0
@@ -77,7 +77,7 @@ def probe(lateness: float, case: base.Case) -> base.Evidence:
 
 
 def error(balance: float, label: str) -> base.Curve:
-    """Declare by how many % the formula is off where b is a share of the balance K (T/2 + td)."""
+    """Declare by how many % the formula is off where b₀ is a share of the balance k (T/2 + td)."""
 
     def of(lateness: float, case: base.Case) -> float:
         return 100.0 * off(lateness, case, rendered(lateness, case, balance), balance)
@@ -102,7 +102,7 @@ FAILURE = base.Failure(
     key="bounce",
     title="The energy of a bounce",
     summary="A sampled wall adds energy in every bounce; above a certain stiffness its formula is inaccurate",
-    formula="E out/E in = exp(π (K (T/2 + td) − b)/(m ω)), about 1 % off at ω T (1 + 2 td/T) = 0.4",
+    formula="E out/E in = exp(π (k (T/2 + td) − b₀)/(m ω)), about 1 % off at ω T (1 + 2 td/T) = 0.4",
     explanation="A sampled wall is a spring that acts late when it is hit and when it is left, by half a "
     "period and the delay. So the handle bounces back faster than it came. The formula treats a bounce as "
     "half an oscillation that grows all the time. For a soft wall this is accurate to 1 %. A stiff wall is "
@@ -126,8 +126,8 @@ FAILURE = base.Failure(
         lambda case: np.linspace(0.05, 0.6, 12),
         (
             base.Curve("no damping, rendered"),
-            error(0.5, "damping b at half the balance"),
-            error(1.0, "damping b at the balance"),
+            error(0.5, "damping b₀ at half the balance"),
+            error(1.0, "damping b₀ at the balance"),
         ),
         "limit 0.4",
         level=100.0 * WITHIN,

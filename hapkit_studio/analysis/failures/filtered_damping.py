@@ -46,12 +46,12 @@ FAILURE = base.Failure(
     key="filtered_damping",
     title="Damping that reduces stability",
     summary="Behind a second-order filter of 20 Hz, more virtual damping lowers the largest stable stiffness",
-    formula="0.05 kg, 0.5 N·s/m, 1 kHz, Butterworth 20 Hz: 1,002 N/m at B = 0, 760 N/m at B = 1 N·s/m",
+    formula="0.05 kg, 0.5 N·s/m, 1 kHz, Butterworth 20 Hz: 1,002 N/m at b = 0, 760 N/m at b = 1 N·s/m",
     explanation="A spring near its limit oscillates at 150 rad/s, 24 Hz. At this frequency the output of a "
     "second-order low-pass of 20 Hz is more than a quarter of a period late. The damping force then adds "
     "energy instead of removing it, so every added N·s/m makes the spring less stable. With an unfiltered "
     "backward difference the same damping would triple the limit.",
-    knob=base.Parameter("damping", "Virtual damping", "N·s/m", 0.5, 0.0, MOST, "Behind the filter", "B"),
+    knob=base.Parameter("damping", "Virtual damping", "N·s/m", 0.5, 0.0, MOST, "Behind the filter", "b"),
     limit=limit,
     probe=lambda b, case: spring.evidence(spring.setting(case, spec(case)), b, case["stiffness"]),
     plot=over_damping(
@@ -63,7 +63,7 @@ FAILURE = base.Failure(
         level_label="the spring",
     ),
     options=(
-        base.Parameter("stiffness", "Stiffness", "N/m", 900.0, 10.0, 20_000.0, "Of the rendered spring", "K"),
+        base.Parameter("stiffness", "Stiffness", "N/m", 900.0, 10.0, 20_000.0, "Of the rendered spring", "k"),
         base.Parameter("cutoff", "Corner", "Hz", 20.0, 5.0, 200.0, "Of the Butterworth filter", "f"),
         *spring.HANDLE,
     ),

@@ -70,11 +70,11 @@ FAILURE = base.Failure(
     key="filters",
     title="A velocity filter inside the loop",
     summary="A filter that smooths the velocity also delays it, and lowers the largest stable stiffness",
-    formula="K of the first root of 1 + (K + B H(z)) P(z) = 0 on |z| = 1; H: filter, P: handle with hold",
+    formula="k of the first root of 1 + (k + b H(z)) P(z) = 0 on |z| = 1; H: filter, P: handle with hold",
     explanation="The damping force is computed from a filtered velocity. The filter removes noise, but its "
     "output is late, by about 1/(2π f) for a first-order low-pass with corner frequency f. Late damping "
     "removes less energy, and beyond a quarter of a period it adds energy. So the lower the corner, the "
-    "less stiffness the same virtual damping B allows, and a second-order filter allows less than a "
+    "less stiffness the same virtual damping b allows, and a second-order filter allows less than a "
     "first-order one.",
     knob=replace(spring.STIFFNESS, default=2000.0),
     limit=limit,
@@ -94,7 +94,7 @@ FAILURE = base.Failure(
             "iir",
             labels=tuple(label for label, _ in ESTIMATORS.values()),
         ),
-        base.Parameter("damping", "Virtual damping", "N·s/m", 2.0, 0.0, 20.0, "Of the rendered spring", "B"),
+        base.Parameter("damping", "Virtual damping", "N·s/m", 2.0, 0.0, 20.0, "Of the rendered spring", "b"),
         *spring.HANDLE,
     ),
     live=live,

@@ -124,13 +124,13 @@ FAILURE = base.Failure(
     key="jitter",
     title="A loop that is sometimes late",
     summary="A stiffness that is stable at the nominal rate becomes unstable when some samples come late",
-    formula="safe: K < 2 b/T with the longest period T; exact: from the roots over one repetition of the "
+    formula="safe: k < 2 b₀/T with the longest period T; exact: from the roots over one repetition of the "
     "pattern",
-    explanation="In each period T a held spring force adds energy ½ K v² T², so a period that is five "
-    "times as long adds 25 times as much. The handle's damping removes b v² T, only five times as much. A "
+    explanation="In each period T a held spring force adds energy ½ k v² T², so a period that is five "
+    "times as long adds 25 times as much. The handle's damping removes b₀ v² T, only five times as much. A "
     "repeating pattern of periods has its own exact limit, which is lowest where the long periods come "
     "whenever the handle is fastest. For any order of the periods and any hand, only the limit of the "
-    "longest period is safe: K < 2 b/T.",
+    "longest period is safe: k < 2 b₀/T.",
     knob=replace(spring.STIFFNESS, default=500.0, high=50_000.0),
     limit=limit,
     probe=probe,

@@ -17,7 +17,7 @@ _TIMES, _SAMPLES = 10.0, 300_000
 
 
 def amplitude(case: base.Case, stiffness: float) -> float:
-    """Return F_c/K coth(π σ/2ω) in m: friction moves the centre of each half swing, which grows about it."""
+    """Return F_c/k coth(π σ/2ω) in m: friction moves the centre of each half swing, which grows about it."""
     root = spring.exact(case, stiffness)
     if root.real <= 0.0:
         return math.inf
@@ -74,9 +74,9 @@ FAILURE = base.Failure(
     key="large_push",
     title="Stable after a small push, unstable after a large one",
     summary="Dry friction holds a spring beyond its limit, but only up to a certain amplitude",
-    formula="A < (F_c/K) coth(π σ/2ω), σ ± jω the root of the spring; about 4 F_c/(π ω (K T/2 − b))",
-    explanation="Beyond K = 2 b/T sampling adds more energy in an oscillation than viscous damping "
-    "removes. This surplus, π ω A² (K T/2 − b), grows with the square of the amplitude A. Dry friction "
+    formula="A < (F_c/k) coth(π σ/2ω), σ ± jω the root of the spring; about 4 F_c/(π ω (k T/2 − b₀))",
+    explanation="Beyond k = 2 b₀/T sampling adds more energy in an oscillation than viscous damping "
+    "removes. This surplus, π ω A² (k T/2 − b₀), grows with the square of the amplitude A. Dry friction "
     "removes 4 F_c A, in proportion to A only. So small oscillations die out and large ones grow "
     "(Diolaiti's locally stable region). A wall that is stable under a light touch can start to buzz after "
     "one hard hit.",

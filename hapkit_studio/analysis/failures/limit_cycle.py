@@ -50,10 +50,10 @@ FAILURE = base.Failure(
     key="limit_cycle",
     title="A buzz smaller than one count",
     summary="Where the force of half a count exceeds dry friction, the handle never comes to rest",
-    formula="K < 2 F_c/Δ, while K < 2 b/T (Abbott and Okamura; σ = F_c/(K Δ) > ½ in Diolaiti's plane)",
-    explanation="A sensor with steps Δ turns the spring's force into steps of K Δ. If the handle would "
-    "rest at the edge between two counts, the force there is +½ K Δ on one side and −½ K Δ on the other, "
-    "never 0. Dry friction F_c holds the handle as long as ½ K Δ is smaller. Beyond that the handle is "
+    formula="k < 2 F_c/Δ, while k < 2 b₀/T (Abbott and Okamura; σ = F_c/(k Δ) > ½ in Diolaiti's plane)",
+    explanation="A sensor with steps Δ turns the spring's force into steps of k Δ. If the handle would "
+    "rest at the edge between two counts, the force there is +½ k Δ on one side and −½ k Δ on the other, "
+    "never 0. Dry friction F_c holds the handle as long as ½ k Δ is smaller. Beyond that the handle is "
     "pushed back and forth across the edge for ever. This limit cycle is bounded, often smaller than a "
     "count, and can be felt.",
     knob=spring.STIFFNESS,
@@ -64,7 +64,7 @@ FAILURE = base.Failure(
         _SHARES,
         (base.Curve("rendered", buzz),),
         "2 F_c/Δ",
-        lambda case: {"2 b/T": 2.0 * case["viscous"] * case["rate"]},
+        lambda case: {"2 b₀/T": 2.0 * case["viscous"] * case["rate"]},
         y_label="buzz, counts p-p",
         level=None,
     ),

@@ -13,7 +13,7 @@ def limit(case: base.Case) -> float:
 
 def rule(case: base.Case) -> dict[str, float]:
     """Return the limit in N/m by the rule of thumb."""
-    return {"(b + B)/(T/2 + td)": (case["viscous"] + case["damping"]) / (0.5 / case["rate"] + case["delay"])}
+    return {"(b₀ + b)/(T/2 + td)": (case["viscous"] + case["damping"]) / (0.5 / case["rate"] + case["delay"])}
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
@@ -27,11 +27,11 @@ FAILURE = base.Failure(
     title="A spring too stiff for its loop",
     summary="Above a certain stiffness the sampled spring gives the handle more energy than damping takes "
     "away",
-    formula="K < (b + B)/(T/2 + td), approximately; exact: from the roots of the sampled loop",
+    formula="k < (b₀ + b)/(T/2 + td), approximately; exact: from the roots of the sampled loop",
     explanation="The loop reads the position once in each period T and holds the force until the next "
     "reading. On average the force is late by T/2 and by the delay td. A late spring force resists too "
     "little on the way in and pushes too long on the way out. So every oscillation gains energy in "
-    "proportion to K (T/2 + td), and loses energy in proportion to the damping b of the handle and B of "
+    "proportion to k (T/2 + td), and loses energy in proportion to the damping b₀ of the handle and b of "
     "the spring. Where it gains more than it loses, it grows.",
     knob=spring.STIFFNESS,
     limit=limit,

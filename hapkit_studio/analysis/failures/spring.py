@@ -22,13 +22,13 @@ from hapkit_studio.parameters import Parameter
 
 IDEAL = "; this handle has no dry friction"
 MASS = Parameter("mass", "Handle's mass", "kg", 0.044, 0.005, 1.0, "Of the handle alone", "m")
-VISCOUS = Parameter("viscous", "Handle's damping", "N·s/m", 0.5, 0.01, 10.0, "Of the handle itself", "b")
-DAMPING = Parameter("damping", "Virtual damping", "N·s/m", 0.0, 0.0, 50.0, "Of the rendered spring", "B")
+VISCOUS = Parameter("viscous", "Handle's damping", "N·s/m", 0.5, 0.01, 10.0, "Of the handle itself", "b₀")
+DAMPING = Parameter("damping", "Virtual damping", "N·s/m", 0.0, 0.0, 50.0, "Of the rendered spring", "b")
 RATE = Parameter("rate", "Rate", "Hz", 1000.0, 100.0, 10_000.0, "Of the loop", "1/T")
 DELAY = Parameter("delay", "Delay", "s", 0.0, 0.0, 0.02, "From a sample to its force")
 COULOMB = Parameter("coulomb", "Dry friction", "N", 0.1, 1e-3, 2.0, "Coulomb friction of the handle", "F_c")
 QUANTUM = Parameter("quantum", "Sensor step", "m", 20.7e-6, 1e-6, 1e-3, "One count", "Δ")
-STIFFNESS = Parameter("stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Of the rendered spring", "K")
+STIFFNESS = Parameter("stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "Of the rendered spring", "k")
 HANDLE = MASS, VISCOUS, RATE, DELAY
 
 START = 1e-3

@@ -62,9 +62,9 @@ FAILURE = base.Failure(
     title="Ridges too steep for the loop",
     summary="In its valleys a grating acts like a spring; above a certain amplitude this spring is too "
     "stiff and buzzes",
-    formula="A < b λ/(π T), from 2π A/λ < 2 b/T",
+    formula="A < b₀ λ/(π T), from 2π A/λ < 2 b₀/T",
     explanation="The force of a grating with amplitude A and wavelength λ changes by up to 2π A/λ per "
-    "metre. In a valley this is the stiffness of a spring, so it has the spring's limit 2 b/T. Finer "
+    "metre. In a valley this is the stiffness of a spring, so it has the spring's limit 2 b₀/T. Finer "
     "ridges must be weaker: at most 0.8 N at 5 mm and 0.16 N at 1 mm, for 0.5 N·s/m at 1 kHz. Beyond the "
     "limit the texture buzzes even under a finger that does not move.",
     knob=base.Parameter("amplitude", "Amplitude", "N", 0.8, 1e-4, 50.0, "The most a ridge pushes", "A"),
@@ -80,7 +80,7 @@ FAILURE = base.Failure(
             base.Curve("rendered"),
         ),
         "exact limit",
-        lambda case: {"b λ/(π T)": case["viscous"] * case["wavelength"] * case["rate"] / math.pi},
+        lambda case: {"b₀ λ/(π T)": case["viscous"] * case["wavelength"] * case["rate"] / math.pi},
     ),
     options=(stroking.WAVELENGTH, spring.MASS, spring.VISCOUS, spring.RATE),
     live=live,

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hapkit_studio.dynamics.hand import Grip
-from hapkit_studio.formatting import on_screen, significant, with_unit
+from hapkit_studio.formatting import hertz, on_screen, with_unit
 from hapkit_studio.haptics import headless, rows, settling
 from hapkit_studio.haptics.settling import GROWS, LEAVES, RESTS, SHRINKS
 from hapkit_studio.haptics.survey import Flat, packed
@@ -64,6 +64,13 @@ class Behaviour:
         return self.push == math.inf
 
     @property
+    def sign(self) -> tuple[str, str]:
+        """Return icon and colour: fine, mind, danger where a nudge is enough."""
+        if self.calm:
+            return "check", "ok"
+        return ("cross", "danger") if self.push < NUDGE else ("triangle", "warn")
+
+    @property
     def words(self) -> str:
         """Return it in a few words: "settles below 0.9 mm, buzzes above"."""
         if self.calm:
@@ -85,7 +92,7 @@ class Behaviour:
         if self.calm or self.leaves:
             return ""
         limited = ", at the motor's limit" if self.at_limit else ""
-        often = f" at {significant(self.frequency)} Hz" if math.isfinite(self.frequency) else ""
+        often = f" at {hertz(self.frequency)}" if math.isfinite(self.frequency) else ""
         return f"±{on_screen(self.amplitude, 'm', 2)}{often}{limited}"
 
     @property
@@ -108,6 +115,11 @@ class Centre:
     returns: bool = True
     kick: float = 0.0
 
+    @property
+    def pushes(self) -> bool:
+        """Say whether the law only pushes the handle out of itself."""
+        return not self.returns and not self.kick
+
 
 class Trials:
     """One scene made ready to be let go many times."""
@@ -128,7 +140,7 @@ class Trials:
         self._quiet = settling.Quiet(_REST_REACH, scene.device.quantum, _REST_FORCE, still, far)
         self.centre, self.step = centre, scene.device.quantum
         # to both sides but where the scene pushes the handle out of itself: sensor steps round down
-        self.sides = (1.0, -1.0) if centre.returns or centre.kick else (1.0,)
+        self.sides = (1.0,) if centre.pushes else (1.0, -1.0)
         # nothing brings an ideal handle to rest for good: the smallest motion, too, only shrinks
         self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0
         self._row, self._swing = np.zeros(rows.ROW_WIDTH), settling.new_swing()
@@ -156,7 +168,7 @@ class Trials:
         if end in (RESTS, SHRINKS):
             return True
         if end == LEAVES:
-            return not self.centre.returns and not self.centre.kick
+            return self.centre.pushes
         drifts = self.centre.kick > 0.0 and math.isnan(self._swing.frequency[0])
         return drifts or (end != GROWS and self._reach < self.step)
 

@@ -10,7 +10,14 @@ from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole
 from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.analysis.stability.behaviour import NUDGE
 from hapkit_studio.analysis.stability.limits import checked_loop, coulomb_line, simple_rule
-from hapkit_studio.analysis.stability.margin import Margin, nice_top, round_axes, sentence, stable_again
+from hapkit_studio.analysis.stability.margin import (
+    Margin,
+    hand_words,
+    nice_top,
+    round_axes,
+    sentence,
+    stable_again,
+)
 from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import GRIPS
@@ -98,6 +105,11 @@ class Plane:
         """Return what the handle does, or only how far the limit is."""
         said = self.said
         return " ".join((*said.lines, stable_again(self.margin))).rstrip() if said else sentence(self.margin)
+
+    @property
+    def pushes(self) -> bool:
+        """Say whether the scene only pushes the handle out; the limits are those of one fixed to it."""
+        return self.said is not None and self.said.pushes
 
     @property
     def width(self) -> float:
@@ -279,9 +291,9 @@ LINES = {
     "exact": ("Exact boundary", "from the roots of the sampled loop"),
     "friction": ("With dry friction", "below it a push of 1 mm settles"),
     "measured": ("Measured boundary", "simulated, by bisection"),
-    "simple": ("Simple rule", "K < (b + B) / (T/2 + td)"),
+    "simple": ("Simple rule", "k < (b₀ + b) / (T/2 + td), b₀ of handle and hand"),
     "passive": ("Passivity line", "below it stable in any hand"),
-    "coulomb": ("Friction hides steps", "below K = 2 f / Δ sensor steps start no buzz"),
+    "coulomb": ("Friction hides steps", "below k = 2 Fc / Δ sensor steps start no buzz"),
     "decays": ("Comes to rest", "let go 3 and 200 steps away"),
     "buzzes": ("Buzzes", "goes on moving, does not grow"),
     "grows": ("Grows", "let go, it moves farther and farther"),
@@ -303,7 +315,7 @@ def conditions(setting: Setting, real: bool = False) -> list[tuple[str, str]]:
         ("Rate", f"{setting.rate:,g} Hz"),
         ("Delay", f"{1e3 * setting.delay:.2f} ms"),
         ("Velocity filter", estimator_words(setting.estimator)[1]),
-        ("Hand", setting.hand if setting.hand == "released" else f"{setting.hand} grip"),
+        ("Hand", hand_words(setting.hand)),
     ]
     return [*pairs, ("Controller", "on")] if setting.controller else pairs
 

@@ -74,7 +74,7 @@ def stiffness_limit(
 
 
 def simple_rule(setting: Setting, damping: np.ndarray) -> np.ndarray:
-    """Return (b + B) / (T/2 + td) in N/m: the rule of Gil et al. (2009), hopeful where B is large."""
+    """Return (b₀ + b) / (T/2 + td) in N/m: the rule of Gil et al. (2009), hopeful where b is large."""
     own = setting.viscous + (setting.grip.damping if setting.grip else 0.0)
     return (own + np.asarray(damping)) / (0.5 * setting.period + setting.delay)
 

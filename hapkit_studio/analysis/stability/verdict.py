@@ -17,6 +17,7 @@ from hapkit_studio.analysis.stability.behaviour import (
     NUDGE,
     PLACES,
     Behaviour,
+    Centre,
     behaviour,
     centres_of,
     settles,
@@ -39,12 +40,14 @@ _INSIDE = (0.08, 0.5, 0.92)  # of a range: where a nudge is tried
 class Verdict:
     """What the handle does and how far the limit is, by the grip's name: first in the hand, last let go.
 
-    unknown: why no limit can be named, "" where there is one.
+    unknown: why no limit can be named, "" where there is one. pushes: the scene only pushes the handle out of
+    itself, and a limit is that of a handle fixed to its spring.
     """
 
     does: dict[str, Behaviour]
     margins: dict[str, Margin]
     unknown: str = ""
+    pushes: bool = False
 
     @property
     def calm(self) -> bool:
@@ -53,11 +56,8 @@ class Verdict:
 
     @property
     def sign(self) -> tuple[str, str]:
-        """Return icon and colour: fine, mind, danger."""
-        if self.calm:
-            return "check", "ok"
-        lively = any(one.push < NUDGE for one in self.does.values())
-        return ("cross", "danger") if lively else ("triangle", "warn")
+        """Return icon and colour of the worst."""
+        return min(self.does.values(), key=lambda one: one.push).sign
 
     @property
     def limit(self) -> float | None:
@@ -76,7 +76,12 @@ class Verdict:
     @property
     def lines(self) -> tuple[str, ...]:
         """Return a line a hand: "In your hand: calm, 1.8 × below the limit.", …"""
-        return tuple(f"{_name(hand)}: {self._said(hand)}." for hand in self.does)
+        return tuple(words for words, *_ in self.signed)
+
+    @property
+    def signed(self) -> tuple[tuple[str, str, str], ...]:
+        """Return each of the lines with its own icon and colour."""
+        return tuple((f"{_name(hand)}: {self._said(hand)}.", *one.sign) for hand, one in self.does.items())
 
     @property
     def short(self) -> str:
@@ -94,12 +99,23 @@ class Verdict:
         found = [f"{_name(hand)} {one.swing}" for hand, one in self.does.items() if one.swing]
         return f"{'. '.join(found)}." if found else ""
 
+    @property
+    def holds_for(self) -> str:
+        """Return in a sentence whose limits they are where that is not the scene itself, "" where it is."""
+        return (
+            "Limits and map are those of a handle fixed to the spring."
+            if self.pushes and self.margins
+            else ""
+        )
+
     def _said(self, hand: str) -> str:
         """Return what the handle does in a hand, and how far from the linear limit where it is calm."""
         one, margin = self.does[hand], self.margins.get(hand)
         if not one.calm or margin is None or margin.stiffness <= 0.0:
             return one.words
         if not margin.stable:
+            if self.pushes and hand == RELEASED:
+                return f"{one.words}, only pushed out"
             above = f"{times(1.0 / margin.ratio)} above" if margin.limit > 0.0 else "damping is above"
             return f"{one.words}, although {above} the limit"
         if margin.island:
@@ -127,6 +143,11 @@ class Asked:
     def impedance(self) -> tuple[float, float] | None:
         """Return the stiffness (N/m) and damping (N·s/m) that bound stability, None where nothing does."""
         return self.environment.impedance(self.values) if self.environment.impedance else None
+
+    @cached_property
+    def centre(self) -> Centre:
+        """Return where a handle that is let go is tried."""
+        return centres_of(self.scene, None)[0]
 
     @property
     def scene(self) -> headless.Scene:
@@ -170,7 +191,7 @@ def verdict(asked: Asked) -> Verdict:
         stiffness, damping = asked.impedance
         for hand in grips:
             margins[hand] = kb_plane.margin_of(replace(asked.setting, hand=hand), stiffness, damping)
-    return Verdict(does, margins, unknown)
+    return Verdict(does, margins, unknown, asked.centre.pushes)
 
 
 def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:
@@ -190,10 +211,8 @@ def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:
         key: np.array([named({**asked.values, key: v}) for v in x.tolist()]) for key, x in across.items()
     }
     pairs = {key: found for key, found in pairs.items() if np.ptp(found, axis=0).any()}
-    centre = centres_of(asked.scene, None)[0]
-    alone = centre.returns or centre.kick
-    setting = replace(asked.setting, hand=RELEASED) if alone else asked.setting
-    if centre.kick:
+    setting = asked.setting if asked.centre.pushes else replace(asked.setting, hand=RELEASED)
+    if asked.centre.kick:
         return {key: _tried(asked, setting, key, across[key][::2]) for key in pairs}
     dampings = np.unique([found[:, 1] for found in pairs.values()])
     limits = kb_plane.friction_boundary(setting, dampings) if pairs else dampings

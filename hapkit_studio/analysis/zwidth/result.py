@@ -116,7 +116,7 @@ class ZWidth:
         point = self.points[index]
         least = "at least " if point.ended == HIGHEST else ""
         limit = f"up to {least}{three_digits(point.stiffness)} N/m"
-        return f"At B = {self.damping[index]:g} N·s/m, {self.hand}, all walls tried {limit} come to rest"
+        return f"At b = {self.damping[index]:g} N·s/m, {self.hand}, all walls tried {limit} come to rest"
 
     def band(self, index: int) -> str:
         """Say, after a space, up to where some rest and some buzz, "" where the limit is sharp."""
@@ -155,7 +155,7 @@ def three_digits(value: float) -> str:
 
 def text(result: ZWidth) -> str:
     """Return for a person the verdict, then a line a damping with the exact boundary, and the conditions."""
-    lines = [f"{'B, N·s/m':>9}{'all rest to':>14}{'some rest to':>14}{'exact boundary':>16} N/m   beyond"]
+    lines = [f"{'b, N·s/m':>9}{'all rest to':>14}{'some rest to':>14}{'exact boundary':>16} N/m   beyond"]
     for damping, linear, point in zip(result.damping, result.linear, result.points, strict=True):
         limit = f"{linear:,.0f}" if math.isfinite(linear) else "–"
         motor = ", with the motor at its limit" if point.clamped else ""
@@ -234,7 +234,7 @@ def loop_conditions(setting: Setting, friction: bool = True) -> tuple[Condition,
         Condition("rate_Hz", setting.rate, "Period", f"{1e3 * setting.period:g} ms", "T"),
         Condition("delay", setting.delay, "Delay", f"{1e3 * setting.delay:.3g} ms"),
         Condition("mass", setting.mass, "Mass", f"{1e3 * setting.mass:g} g", "m"),
-        Condition("viscous", setting.viscous, "Own damping", f"{setting.viscous:g} N·s/m", "b"),
+        Condition("viscous", setting.viscous, "Own damping", f"{setting.viscous:g} N·s/m", "b₀"),
         Condition("coulomb", known, "Friction", rubs),
         Condition("quantum", setting.quantum, "Sensor step", f"{1e6 * setting.quantum:.3g} µm"),
         Condition("estimator", given, "Velocity", estimator),

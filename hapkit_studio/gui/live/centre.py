@@ -119,6 +119,8 @@ class Centre(QWidget):
         down(self.rows, into=self, margins=(GAP,) * 4)
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setObjectName("centre")
+        self.scene.set_hint(not settings.value("dragged", False, bool))
+        self.scene.taken.connect(lambda: settings.setValue("dragged", True))
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
         self.time.pointed.connect(self.phase.point)
         for plots in (self.time, self.phase.canvas):

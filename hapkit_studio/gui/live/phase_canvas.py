@@ -83,6 +83,11 @@ class Band:
         last = min(bends[-1], turns[-1]) if len(turns) == _TURNS else bends[-1]
         return float(distance[last])
 
+    def side(self, force: float) -> float:
+        """Return on which side of 0 the curve is beyond a force in N: below 0 left, 0 nowhere or on both."""
+        _, beyond = np.nonzero(self.force / force >= 1.0)
+        return float(np.sign(self.x[beyond]).sum())
+
     def paint(self, painter: QPainter, to_pixels: Mapping) -> None:
         """Paint the kerbs of all branches, then the band."""
         lines = [line for force in self.force for line in self._unbroken(force, to_pixels)]
@@ -289,7 +294,9 @@ class PhaseCanvas(Canvas):
             y = self.pixel(0.0, limit).y()
             if box.top() < y < box.bottom():
                 strokes.level(painter, box, y, "danger", [1.2, 2.6])
-                self.note(painter, box.left() + 6, y - 5, f"limit {number(limit, 1)} N", "danger")
+                right = self.band.side(limit) < 0.0  # away from where the curve meets the limit
+                end = box.right() - 6 if right else box.left() + 6
+                self.note(painter, end, y - 5, f"limit {number(limit, 1)} N", "danger", right=right)
         for past in (*self._held, *([self._past] if self._past else ())):
             x = past.values[self.plot_of.channel] * self.plot_of.scale
             paint_past(painter, *self.to_pixels(x, past.values["applied"]), past.look)

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QWidget
 from hapkit_studio.analysis.oscillation import Oscillation
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import on_screen, with_unit
+from hapkit_studio.formatting import hertz, on_screen
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.live.cursors import NAMES, Cursors
@@ -26,6 +26,7 @@ from hapkit_studio.gui.widgets.theme import number, theme
 LEAST = 0.25
 """s without data from which on it is marked."""
 _BESIDE = 6
+_ROW, _LETTERS = 16, 10  # px: base line of words below the frame's top, how high they are
 _PALE = 0.45  # of a trace's colour while the device is gone
 _SAME = 0.3  # px: closer than this, two lines are one
 _ROOMY = 1.5  # times the range that would do: from there on an axis narrows again
@@ -37,7 +38,7 @@ SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)  # s
 _READOUT_MS = 100
 _AXIS = 22
 _TAG, _REACH = 15, 6  # px: of a cursor's name; so near to its line it is taken
-_FOLD_BELOW = 3 * HEIGHT + _AXIS + 160
+_LEAST_HEIGHT = 54  # px of a plot's frame: with less for each, one folds
 
 
 def gaps(x: np.ndarray, before: float = math.nan) -> list[tuple[float, float]]:
@@ -175,8 +176,8 @@ class TraceCanvas(Canvas):
             self._tags(painter, box)
 
     def _words(self, painter: QPainter, box: QRectF) -> None:
-        """Write along the top what the marks of all plots mean: gaps, dividers."""
-        top, right = box.top() + 16, box.right() - _BESIDE
+        """Write what the marks of all plots mean: gaps in the middle, dividers clear of the trace."""
+        right = box.right() - _BESIDE
         for start, stop in self.shown.gaps:
             left = max(self.pixel(start, 0.0).x(), box.left()) + _BESIDE
             words = f"No data for {number(stop - start, 1)} s"
@@ -187,8 +188,17 @@ class TraceCanvas(Canvas):
             x = self.pixel(time, 0.0).x()
             fits = x + _BESIDE + _wide(words) <= right
             if box.left() < x <= box.right() and (fits or newest):  # an older one gives way to a newer
-                self.note(painter, min(x + _BESIDE, right - _wide(words)), top, words, "ink2")
+                left = min(x + _BESIDE, right - _wide(words))
+                self.note(painter, left, self._free_row(box, left, left + _wide(words)), words, "ink2")
             right, newest = min(x - _BESIDE, right), False
+
+    def _free_row(self, box: QRectF, left: float, right: float) -> float:
+        """Return the base line of words between two columns: along the top, or the bottom if freer."""
+        window, channel = self.shown.window, self.plot_of.traces[-1].channel
+        x, y = self.to_pixels(window.x - self.shown.zero, window.y[channel] * self.plot_of.scale)
+        trace = y[(x > left) & (x < right)]
+        rows = box.top() + _ROW, box.bottom() - _ROW + _LETTERS
+        return min(rows, key=lambda row: np.count_nonzero((trace > row - _ROW) & (trace < row + _BESIDE)))
 
     def _tags(self, painter: QPainter, box: QRectF) -> None:
         """Paint the cursors' names on top of their lines."""
@@ -375,7 +385,7 @@ class TimePlots(QWidget):
         if found is None:
             header.remark.say()
             return
-        far, often = on_screen(found.amplitude, "m", 2), with_unit(found.frequency, "Hz", 2)
+        far, often = on_screen(found.amplitude, "m", 2), hertz(found.frequency)
         header.remark.say(f"oscillates ±{far} at {often}", f"±{far}, {often}", often)
 
     def set_span(self, seconds: float) -> None:
@@ -495,12 +505,20 @@ class TimePlots(QWidget):
         super().resizeEvent(event)
         margins = self._column.contentsMargins()
         room = self.height() - margins.top() - margins.bottom()
-        folded = [plot.folds and room < _FOLD_BELOW for plot in self.plots]
+        folded = self._folded(room)
         free = room - HEIGHT * folded.count(False) - _AXIS
         whole = sum(p.share for p, away in zip(self.plots, folded, strict=True) if not away)
-        for header, away in zip(self.headers, folded, strict=True):
+        for plot, header, canvas, away in zip(self.plots, self.headers, self.canvases, folded, strict=True):
             header.setVisible(not away)
-        for plot, canvas, away in zip(self.plots, self.canvases, folded, strict=True):
             canvas.setVisible(not away)
+            canvas.first = canvas is self.canvases[folded.index(False)]
             axis = _AXIS if canvas is self.canvases[-1] else 0
             self._column.setStretchFactor(canvas, max(int(free * plot.share / whole), 1) + axis)
+
+    def _folded(self, room: int) -> list[bool]:
+        """Return which plots fold away in a height in px."""
+        shown = list(self.plots)
+        for plot in sorted((p for p in self.plots if p.folds), key=lambda p: p.folds):
+            if room < len(shown) * (HEIGHT + _LEAST_HEIGHT) + _AXIS:
+                shown.remove(plot)
+        return [plot not in shown for plot in self.plots]

@@ -152,7 +152,7 @@ class ZWidthPage(MeasuringPage):
         if self.walls.tried != (damping, stiffness):
             self._show(replace(self.walls, tried=(damping, stiffness)), self.chart.pale)
         if not self._asked:
-            self.answer.say(f"Trying {stiffness:,.0f} N/m at B = {damping:g} N·s/m", "hand", "accent")
+            self.answer.say(f"Trying {stiffness:,.0f} N/m at b = {damping:g} N·s/m", "hand", "accent")
 
     # showing
 
@@ -187,7 +187,7 @@ class ZWidthPage(MeasuringPage):
     def _list(self, result: ZWidth | None) -> None:
         self.point.setText("")
         columns = (
-            Column("B\nN·s/m", lambda row: f"{row[0]:g}", lambda row: row[0], right=False),
+            Column("b\nN·s/m", lambda row: f"{row[0]:g}", lambda row: row[0], right=False),
             Column(
                 "All rest to\nN/m", lambda row: three_digits(row[1].stiffness), lambda row: row[1].stiffness
             ),

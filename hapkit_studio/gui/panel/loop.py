@@ -100,8 +100,10 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
 class LoopPanel(QWidget):
     """Rows for the loop under a heading; folded into one line until a person wants them, rare ones twice.
 
-    What is folded is remembered in the settings.
+    What is folded is remembered in the settings. ``opened(part)``: a person has unfolded it.
     """
+
+    opened = Signal(QWidget)
 
     def __init__(self, studio: Studio, settings: QSettings):
         super().__init__()
@@ -198,8 +200,8 @@ class LoopPanel(QWidget):
         for signal in (studio.loop_changed, studio.engine_changed, studio.environment_changed):
             signal.connect(self.show_state)
         studio.values_changed.connect(self._note_rate)
-        self.fold.clicked.connect(lambda: self.set_folded(not self.folded))
-        self.more.clicked.connect(lambda: self.set_more(self._rare.isHidden()))
+        self.fold.clicked.connect(self._toggle_folded)
+        self.more.clicked.connect(self._toggle_more)
         self.model.chosen.connect(lambda name: studio.set_loop(model=name))
         self.rate.changed.connect(lambda _key, value: self._apply(self.rate, rate=value))
         self.delay.changed.connect(lambda _key, value: self._apply(self.delay, delay=value))
@@ -211,6 +213,16 @@ class LoopPanel(QWidget):
         for rows in self.options.values():
             for row in rows:
                 row.changed.connect(partial(self._apply_option, row))
+
+    def _toggle_folded(self) -> None:
+        self.set_folded(not self.folded)
+        if not self.folded:
+            self.opened.emit(self)
+
+    def _toggle_more(self) -> None:
+        self.set_more(self._rare.isHidden())
+        if not self._rare.isHidden():
+            self.opened.emit(self._rare)
 
     def _apply_option(self, row: ParameterRow, key: str, value: float) -> None:
         options = dict(self._studio.loop.options) | {key: value}

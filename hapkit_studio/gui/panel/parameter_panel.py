@@ -165,9 +165,9 @@ class ParameterPanel(QWidget):
         foot = rule(), self.warnings, self.stability
         down(*foot, into=self._foot, margins=(SIDE, 0, SIDE, 10), gap=6)
         down((self.upper, 1), self._foot, into=self)
-        self._laid_out = self.stability.verdict, self.stability, self._foot, self
         self.stability.judged.connect(lambda *_: self._lay_out_now())
         self.warnings.changed.connect(self._lay_out_now)
+        self.loop.opened.connect(self.upper.reveal)
         studio.environment_changed.connect(lambda: self.upper.verticalScrollBar().setValue(0))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -178,5 +178,5 @@ class ParameterPanel(QWidget):
         """Give a longer verdict its room at once: else a frame is painted with its words cut."""
         self.stability.show_map(True)
         self.stability.show_map(self.height() - self._foot.heightForWidth(self.width()) >= theme.px(_UPPER))
-        for part in self._laid_out:
+        for part in (*self.stability.verdict.lines, self.stability.verdict, self.stability, self._foot, self):
             QCoreApplication.sendEvent(part, QEvent(QEvent.Type.LayoutRequest))

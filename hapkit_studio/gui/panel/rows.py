@@ -19,7 +19,7 @@ from hapkit_studio.parameters import AnyParameter, Choice, Parameter
 
 # more, or longer words, do not fit beside the label in a narrow panel
 _MOST_SEGMENTS, _MOST_LETTERS = 3, 14
-BOX_WIDE, BOX_NARROW = 92, 76
+BOX_WIDE, BOX_NARROW = 92, 72
 _WIDE = 260  # px of a row: with less its box is narrow
 _UNIT = 42  # px: the longest unit
 
@@ -174,6 +174,7 @@ class ParameterRow(QWidget):
         grid.addWidget(self.slider, 1, 0, 1, 4)
         grid.addWidget(self.error, 2, 0, 1, 4)
         grid.setColumnStretch(0, 1)
+        self.box.setFixedWidth(theme.px(BOX_NARROW))  # until it is known whether there is room for more
         self.error.hide()
 
 

@@ -13,8 +13,7 @@ from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas
 from hapkit_studio.gui.panel.limits import Answer, LoopFacts, Question, answer
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.widgets.parts import AnswerLine, down, hint, label
-from hapkit_studio.gui.widgets.style import mark
+from hapkit_studio.gui.widgets.parts import AnswerLines, down, hint, label
 from hapkit_studio.gui.widgets.theme import number, theme
 
 if TYPE_CHECKING:
@@ -75,15 +74,19 @@ class StabilityMap(Canvas):
         self.viewport().update()
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the regions: beyond what friction holds, what it holds, and below the linear limit."""
+        """Paint the regions: beyond what friction holds, what it holds, and below the linear limit.
+
+        Beyond it a handle fixed to the spring swings: no danger by itself where it is only pushed out.
+        """
         if self._answer is None:
             return
         edge, friction = (
             [self.pixel(b, min(k, 1e7)) for b, k in points]
             for points in (self._answer.edge, self._answer.friction)
         )
-        painter.fillRect(box, theme.color("unstable"))
-        painter.fillRect(box, QBrush(theme.color("danger", 0.25), Qt.BrushStyle.BDiagPattern))
+        ground, hatch = ("contact", "ink3") if self._answer.verdict.pushes else ("unstable", "danger")
+        painter.fillRect(box, theme.color(ground))
+        painter.fillRect(box, QBrush(theme.color(hatch, 0.25), Qt.BrushStyle.BDiagPattern))
         painter.setPen(Qt.PenStyle.NoPen)
         for curve, token in ((friction, "warnsoft"), (edge, "stable")):
             painter.setBrush(theme.color(token))
@@ -115,11 +118,14 @@ def details(answer: Answer) -> str:
     """Return what stands below a verdict: how it swings, the delay, the limit and what that leaves out."""
     verdict, setting = answer.verdict, answer.question.asked.setting
     parts = [verdict.swings, f"{number(setting.delay * 1e3, 2)} ms from sensor to motor."]
-    if verdict.margins:
-        limit = verdict.margins[RELEASED].limit
-        what = f"Limit {number(limit, 0)} N/m" if limit > 0.0 else "The damping alone is too much"
+    margin = verdict.margins.get(RELEASED)
+    if margin is not None and (margin.stiffness > 0.0 or margin.limit <= 0.0):
+        what = (
+            f"Limit {number(margin.limit, 0)} N/m" if margin.limit > 0.0 else "The damping alone is too much"
+        )
         friction = " without dry friction" if setting.coulomb > 0.0 else ""
         parts.append(f"{what}, let go{friction}.")
+        parts.append(verdict.holds_for)
     return " ".join(part for part in (*parts, verdict.unknown) if part)
 
 
@@ -135,7 +141,7 @@ class StabilityCard(QWidget):
         self.facts = LoopFacts(studio, self)
         self._judged: Answer | None = None
         self._room = True
-        self.verdict, self.words, self.drives, self.map = AnswerLine(), hint(), hint(), StabilityMap()
+        self.verdict, self.words, self.drives, self.map = AnswerLines(), hint(), hint(), StabilityMap()
         down(label("Stability", "section"), self.verdict, self.words, self.drives, self.map, into=self, gap=4)
         self._soon = QTimer(self, singleShot=True, interval=ASK_MS)
         self._soon.timeout.connect(self.ask)
@@ -153,6 +159,11 @@ class StabilityCard(QWidget):
         studio.environment_changed.connect(self._show_drives)
         self._show_drives()
         self.ask()
+
+    @property
+    def calm(self) -> bool:
+        """Say whether the scene in force is known to settle, in the hand and let go."""
+        return self._judged is not None and self._judged.verdict.calm
 
     def note_health(self, health: "Health") -> None:
         """Take over the delay as measured."""
@@ -183,7 +194,7 @@ class StabilityCard(QWidget):
         self.map.hide()
         headline, words = self.facts.why_unknown()
         self.words.setText(words)
-        self._say(headline, "circle", "ink2")
+        self.verdict.say((headline, "circle", "ink2"))
         self.judged.emit(headline, "", "ink2")
         self._studio.note_ranges({})
 
@@ -194,7 +205,7 @@ class StabilityCard(QWidget):
         if answer.edge:
             self.map.show_answer(answer)
         self.words.setText(f"{details(answer)} {self._why_late(answer)}".rstrip())
-        self._say("\n".join(verdict.lines), *verdict.sign)
+        self.verdict.say(*verdict.signed)
         self.judged.emit(verdict.short, *verdict.sign)
         self._studio.note_ranges(answer.too_much)
 
@@ -229,7 +240,3 @@ class StabilityCard(QWidget):
     def _ask_soon(self) -> None:
         if not self._soon.isActive():
             self._soon.start()
-
-    def _say(self, words: str, sign: str, token: str) -> None:
-        self.verdict.say(words, sign, token)
-        mark(self.verdict.words, "ink", "danger" if token == "danger" else "ink")

@@ -134,6 +134,11 @@ class SceneView(QWidget):
         self.setCursor(Qt.CursorShape.OpenHandCursor if enabled else Qt.CursorShape.ArrowCursor)
         self.setToolTip(_HELP if enabled else "The handle, where the sensor sees it")
 
+    def set_hint(self, on: bool) -> None:
+        """Say beside the knob that it can be dragged, until it is, or not."""
+        self._hint = on
+        self.update()
+
     def set_paused(self, paused: bool) -> None:
         """Say that the picture stands, with the numbers of its row, or goes on."""
         self._paused = paused

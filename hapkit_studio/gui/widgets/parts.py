@@ -1,9 +1,10 @@
 """What pages and dialogs are put together from: rows, columns, labels, signs, a line with an answer."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import TypeVar
 
-from PySide6.QtCore import QDir, Qt
+from PySide6.QtCore import QCoreApplication, QDir, QEvent, QObject, QPoint, Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QFileDialog,
@@ -19,6 +20,7 @@ from PySide6.QtWidgets import (
 
 from hapkit_studio.formatting import unbroken
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import theme
 
 Part = QWidget | QLayout | int | tuple[QWidget | QLayout, int] | None
@@ -149,11 +151,49 @@ class AnswerLine(QWidget):
         self.sign.show_sign(sign, token)
 
 
+class AnswerLines(QWidget):
+    """Answers below each other, each with its own sign; what is bad in its colour as well."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines: list[AnswerLine] = []
+        self._column = down(into=self, gap=4)
+
+    @property
+    def text(self) -> str:
+        """Return what is said, a line each."""
+        return "\n".join(line.words.text() for line in self.lines if not line.isHidden())
+
+    def say(self, *answers: tuple[str, str, str]) -> None:
+        """Show answers, each with its sign and token."""
+        while len(self.lines) < len(answers):
+            self.lines.append(AnswerLine())
+            self._column.addWidget(self.lines[-1])
+        for line, (text, sign, token) in zip(self.lines, answers, strict=False):
+            line.say(text, sign, token)
+            mark(line.words, "ink", "danger" if token == "danger" else "ink")
+        for at, line in enumerate(self.lines):
+            line.setVisible(at < len(answers))
+
+
+def rows_of(column: QWidget) -> Iterator[QWidget]:
+    """Give the parts in sight of a column, and those of each column in it."""
+    for part in column.findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly):
+        if part.isVisibleTo(column):
+            if isinstance(part.layout(), QVBoxLayout):
+                yield from rows_of(part)
+            else:
+                yield part
+
+
 SIDE = 16
 
 
 class ScrollColumn(QScrollArea):
-    """A column that scrolls where it is too long; the bar stands in its margin, so that nothing moves."""
+    """A column that scrolls where it is too long; the bar stands in its margin, so that nothing moves.
+
+    A row that is cut at the bottom is not seen at all, unless it is half as tall as the view.
+    """
 
     def __init__(self, top: int = 12, gap: int = 8):
         super().__init__()
@@ -164,13 +204,48 @@ class ScrollColumn(QScrollArea):
         self.body = QWidget(self.viewport())
         self.body.setObjectName("panelBody")
         self.column = down(None, into=self.body, margins=(SIDE, top, SIDE, top), gap=gap)
+        self._cover = QWidget(self)
+        self._cover.setObjectName("panelBody")
+        self._cover.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setWidget(self.body)
         self.verticalScrollBar().rangeChanged.connect(self._make_space_for_scroll_bar)
+        self.verticalScrollBar().valueChanged.connect(self._cover_cut_row)
 
     def add(self, *parts: QWidget) -> None:
         """Add parts at the bottom."""
         for part in parts:
             self.column.insertWidget(self.column.count() - 1, part)
+
+    def reveal(self, part: QWidget) -> None:
+        """Scroll until a part that has just grown is seen, or as much of it as there is room for."""
+        grown: QWidget | None = part
+        while grown is not None and grown is not self:  # laid out at once: what it takes is known only then
+            QCoreApplication.sendEvent(grown, QEvent(QEvent.Type.LayoutRequest))
+            grown = grown.parentWidget()
+        bar, top = self.verticalScrollBar(), part.mapTo(self.body, QPoint()).y()
+        bottom = top + part.height() + self.column.contentsMargins().bottom()
+        bar.setValue(max(bar.value(), min(top, bottom - self.viewport().height())))
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the column, as Qt's own area does, and the rows in it."""
+        done = super().eventFilter(watched, event)
+        if event.type() in (QEvent.Type.Resize, QEvent.Type.LayoutRequest):
+            self._cover_cut_row()
+        return done
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._cover_cut_row()
+
+    def _cover_cut_row(self) -> None:
+        """Lay the ground over the row that the bottom edge cuts."""
+        view = self.viewport()
+        end = edge = self.verticalScrollBar().value() + view.height()
+        spans = [(part.mapTo(self.body, QPoint()).y(), part.height()) for part in rows_of(self.body)]
+        for top, height in sorted(spans, key=sum, reverse=True):
+            if top < edge < top + height < top + view.height() / 2:
+                edge = top
+        self._cover.setGeometry(0, view.height() - end + edge, view.width(), end - edge)
 
     def _make_space_for_scroll_bar(self, _low: int, high: int) -> None:
         margins = self.column.contentsMargins()

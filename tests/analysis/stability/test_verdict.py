@@ -25,7 +25,8 @@ def test_a_stiff_wall_is_calm_let_go_and_buzzes_in_a_grip():
     said = verdict(asked("wall", stiffness=5000.0, damping=0.0))
     held, released = said.lines
     assert held.startswith("In your hand: settles below 0.")
-    assert released == "Let go: calm, although 15 × above the limit."
+    assert released == "Let go: calm, only pushed out."
+    assert [token for *_, token in said.signed] == ["danger", "ok"]
     assert (said.headline, said.sign) == ("Buzzes in your hand", ("cross", "danger"))
     grip = grip_named("medium")
     handle = Handle(

@@ -23,7 +23,7 @@ def run(capsys, *words):
 def test_words_name_the_stiffest_wall_and_the_conditions(capsys):
     code, out, err = run(capsys, "--damping", "0,2", "--mass", "0.05", "--quantum", "15e-6")
     assert (code, err) == (0, "")
-    assert out.startswith("At B = 2 N·s/m, let go, all walls tried up to 8,7")
+    assert out.startswith("At b = 2 N·s/m, let go, all walls tried up to 8,7")
     assert "it buzzes" in out
     assert "v₀ 0.1 m/s · push 1 N · force limit none · walls about the limit every 1 %" in out
 

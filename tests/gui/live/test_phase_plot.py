@@ -57,6 +57,22 @@ def test_a_plot_opens_so_far_that_what_the_motor_can_give_is_inside(side):
             assert Band(GRID, np.array(branches)).reach(20.0, 45.0, 3.0) == reach
 
 
+def test_the_words_at_a_limit_stand_where_the_curve_is_not(phase):
+    """A spring of 300 N/m pulls with 3 N from 10 mm on; a wall pushes at the right; free does neither."""
+    for key, given, sides in (
+        ("spring", {"stiffness": 300.0}, (-1.0, 1.0)),
+        ("wall", {"stiffness": 400.0}, (0.0, 1.0)),
+        ("free", {}, (0.0, 0.0)),
+    ):
+        use(phase, key, **given)
+        assert tuple(np.sign([phase.canvas.band.side(3.0), phase.canvas.band.side(-3.0)])) == sides, key
+    use(phase, "spring", stiffness=300.0)
+    words = pixels(phase, "danger")
+    box = phase.canvas.measure()
+    upper = words[(words[:, 1] < phase.canvas.pixel(0.0, 3.0).y() - 4) & (words[:, 1] > box.top())]
+    assert upper[:, 0].min() > box.center().x()
+
+
 def test_both_hills_two_wells_to_each_side_and_a_wall_put_farther_out_are_in_sight(phase, qtbot):
     """Bump and valley end at ±35 mm with their defaults; wells 3 mm to a side lie at multiples of 20 mm."""
     for key, least in (("bump_valley", 35.0), ("detents", 43.0)):

@@ -8,10 +8,10 @@ from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.live.canvas import labels, ticks
-from hapkit_studio.gui.live.history import CHANNELS
+from hapkit_studio.gui.live.history import CHANNELS, History
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
-from tests.gui.live.plot_support import LIBRARY, canvas_of, colored, telemetry
+from tests.gui.live.plot_support import LIBRARY, RATE, canvas_of, colored, telemetry
 
 
 @pytest.mark.parametrize(
@@ -271,12 +271,41 @@ def test_pointing_reads_all_plots_at_one_time(plots, history, qtbot):
     )
 
 
-def test_with_little_height_velocity_folds_to_its_header(plots, qapp):
-    plots.resize(560, 240)
+@pytest.mark.parametrize(
+    ("height", "seen"),
+    [(285, ["position", "velocity", "force"]), (240, ["position", "force"]), (114, ["force"])],
+)
+def test_with_little_height_velocity_folds_then_position_and_force_keeps_50_px(plots, qapp, height, seen):
+    """114 px are left in the smallest window below two banners."""
+    plots.resize(560, height)
     qapp.processEvents()
-    assert not canvas_of(plots, "velocity").isVisible()
-    assert canvas_of(plots, "force").isVisible()
-    assert canvas_of(plots, "force").height() > 80
+    assert [c.plot_of.key for c in plots.canvases if c.isVisible()] == seen
+    assert [c.plot_of.key for c in plots.canvases if c.first] == seen[:1]
+    assert canvas_of(plots, "force").measure().height() >= 50
+
+
+def words_in(canvas):
+    """Return columns and rows (n, 2) of the pixels of a change's name."""
+    found = colored(canvas.viewport().grab().toImage(), "ink2")
+    return found[found[:, 0] > canvas.measure().left()]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_name_of_a_change_stands_clear_of_the_trace(plots, side):
+    """Along the top, or, with the trace there, along the bottom."""
+    history = History(seconds=60.0, rate=RATE)
+    table = telemetry(14_000)
+    table[:, rows.POSITION] = side * 0.011
+    history.append(table[:10_000])
+    history.divide("Spring")
+    history.append(table[10_000:])
+    plots.set_history(history)
+    plots.refresh()
+    canvas = plots.canvases[0]
+    words = words_in(canvas)[:, 1]
+    assert np.sign(words.mean() - canvas.measure().center().y()) == side
+    away = words - canvas.pixel(0.0, side * 11.0).y()
+    assert np.abs(away).min() > 4.0
 
 
 def test_colours_follow_the_theme(plots):
@@ -292,9 +321,7 @@ def test_a_change_is_a_line_through_all_plots_and_is_named_once(plots, history):
     """The name of an older change gives way where a newer one would lie over it."""
 
     def named():
-        picture = plots.canvases[0].viewport().grab().toImage()
-        found = colored(picture, "ink2")
-        return np.unique(found[found[:, 1] < plots.canvases[0].measure().top() + 20][:, 0])
+        return np.unique(words_in(plots.canvases[0])[:, 0])
 
     assert not len(named())
     history.divide("Spring")

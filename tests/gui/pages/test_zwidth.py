@@ -108,12 +108,12 @@ def test_points_appear_as_they_come(page):
 
 def test_what_was_found_is_told_in_words_table_and_numbers(page, tmp_path):
     page.show_result(made_up(capped=True))
-    said = "At B = 2 N·s/m, let go, all walls tried up to at least 1,340 N/m come to rest."
+    said = "At b = 2 N·s/m, let go, all walls tried up to at least 1,340 N/m come to rest."
     assert page.answer.words.text() == said
     assert page.answer.sign.name == "check"
     page.show_result(made_up())
     best = (
-        "At B = 2 N·s/m, let go, all walls tried up to 1,340 N/m come to rest, with the motor at its limit "
+        "At b = 2 N·s/m, let go, all walls tried up to 1,340 N/m come to rest, with the motor at its limit "
         "of 3 N. From there to 1,400 N/m some do and some buzz."
     )
     assert page.answer.words.text() == best
@@ -125,7 +125,7 @@ def test_what_was_found_is_told_in_words_table_and_numbers(page, tmp_path):
     page.table.copy()
     assert (
         QGuiApplication.clipboard().text()
-        == "B N·s/m\tAll rest to N/m\tSome rest to N/m\n0\t500\t–\n2\t1,340\t1,400"
+        == "b N·s/m\tAll rest to N/m\tSome rest to N/m\n0\t500\t–\n2\t1,340\t1,400"
     )
     found = json.loads(Path(write(tmp_path / "z.json", *page.exports())).read_text(encoding="utf-8"))
     assert [point["stiffness"] for point in found["points"]] == [500.0, 1344.0]
@@ -159,14 +159,14 @@ def test_where_nothing_was_measured_nothing_is_shown(page):
     assert page.walls.points == ()
     assert not page.table.isVisible()
     page.where.button(SIMULATION).click()
-    assert page.answer.words.text().startswith("At B = 2")
+    assert page.answer.words.text().startswith("At b = 2")
     assert page.bar.export.isEnabled()
 
 
 def test_the_scene_shows_the_wall_that_is_tried(begun, window):
     assert window.studio.environment.key == "wall"
     begun.show_trial()
-    assert begun.answer.words.text() == "Trying 200 N/m at B = 0 N·s/m"
+    assert begun.answer.words.text() == "Trying 200 N/m at b = 0 N·s/m"
     assert not begun.force.isEnabled()
     begun.bar.run.click()
     assert begun.bar.status.text() == "Cancelled"

@@ -5,11 +5,12 @@ import re
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.formatting import unbroken
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
+from hapkit_studio.gui.widgets.parts import SIDE
 from hapkit_studio.gui.widgets.text import rich
 from hapkit_studio.parameters import Choice
 
@@ -279,3 +280,58 @@ def test_a_choice_of_one_has_a_row(qtbot):
     row = ChoiceRow(Choice("kind", "Kind", ("only",)))
     qtbot.addWidget(row)
     assert [button.property("segment") for button in row.picker.buttons] == ["first"]
+
+
+def shown_rows(window):
+    """Return top and bottom in the view of every row that is in sight, and the view's height."""
+    upper = window.panel.upper
+    rows = [
+        r
+        for r in upper.body.findChildren(QWidget)
+        if isinstance(r, ParameterRow | ChoiceRow) and r.isVisibleTo(upper)
+    ]
+    tops = [row.mapTo(upper.viewport(), QPoint()).y() for row in rows]
+    return [(top, top + row.height()) for top, row in zip(tops, rows, strict=True)], upper.viewport().height()
+
+
+def uncovered(window):
+    """Return where the view's last row of pixels that is not covered is."""
+    upper = window.panel.upper
+    return upper._cover.mapTo(upper, QPoint()).y()
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1366, 768)])
+def test_the_view_ends_between_two_rows_wherever_it_is_scrolled(window, qapp, size):
+    window.resize(*size)
+    window.loop.set_folded(False)
+    qapp.processEvents()
+    bar, cut = window.panel.upper.verticalScrollBar(), 0
+    for value in range(0, bar.maximum() + 1, 7):
+        bar.setValue(value)
+        rows, bottom = shown_rows(window)
+        end = uncovered(window)
+        assert not [row for row in rows if row[0] < end < row[1]]
+        assert not [row for row in rows if end < row[1] <= bottom], "a whole row is in sight"
+        cut += end < bottom
+    assert cut, "nothing had to be covered at any place"
+
+
+def test_what_a_person_unfolds_comes_into_sight(window, qapp):
+    window.resize(1280, 720)
+    qapp.processEvents()
+    loop, bar = window.loop, window.panel.upper.verticalScrollBar()
+    for link, part in ((loop.fold, loop.controller_words), (loop.more, loop.model)):
+        bar.setValue(0)
+        QTest.mouseClick(link, Qt.MouseButton.LeftButton)
+        qapp.processEvents()
+        bottom = part.mapTo(window.panel.upper, QPoint(0, part.height())).y()
+        assert 0 < bottom <= uncovered(window)
+    QTest.mouseClick(loop.fold, Qt.MouseButton.LeftButton)
+    assert loop.folded
+
+
+def test_a_row_unfolded_in_a_narrow_panel_is_no_wider_than_it(make_window, qapp):
+    """A number box that was never laid out must not ask for the room of a wide one."""
+    window = make_window(size=(1280, 720))
+    window.loop.set_folded(False)
+    assert window.loop.delay.minimumSizeHint().width() <= window.panel.upper.viewport().width() - 2 * SIDE

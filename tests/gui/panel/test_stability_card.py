@@ -12,7 +12,7 @@ from hapkit_studio.gui.panel.limits import Question, answer
 from tests.gui.live.plot_support import colored
 from tests.gui.window_support import PATIENCE_MS
 
-SPRING = environments.named("spring")
+SPRING, WALL = environments.named("spring"), environments.named("wall")
 
 
 @pytest.fixture
@@ -21,16 +21,16 @@ def window(kept_window):
     return kept_window
 
 
-def asked(stiffness, damping=0.0, setting=None):
-    values = SPRING.values({"stiffness": stiffness, "damping": damping})
-    return Question(Asked(SPRING, values, setting or Setting()), 8.0)
+def asked(stiffness, damping=0.0, setting=None, environment=SPRING):
+    values = environment.values({"stiffness": stiffness, "damping": damping})
+    return Question(Asked(environment, values, setting or Setting()), 8.0)
 
 
 def said(window):
     """Return headline and words of the card, and what the status bar says."""
     card, field = window.stability, window.status.margin
     sign = field.sign.name, field.sign.token
-    return card.verdict.words.text(), card.words.text(), field.words.text(), sign
+    return card.verdict.text, card.words.text(), field.words.text(), sign
 
 
 def test_the_boundary_passes_through_the_limit_at_the_questions_damping():
@@ -54,6 +54,35 @@ def test_the_card_and_the_status_bar_say_what_the_handle_does_without_a_banner(w
     assert window.banners.banners == []
     studio.set_grip("released")
     qtbot.waitUntil(lambda: "In your hand" not in said(window)[0], timeout=PATIENCE_MS)
+
+
+def test_each_hand_has_its_own_sign(window):
+    """1,800 N/m a millisecond late: a light grip holds it, let go it buzzes from a fraction of a nudge on."""
+    card = window.stability
+    card.show_answer(answer(asked(1800.0, 0.0, Setting(delay=1e-3, hand="light"))))
+    seen = [(line.sign.token, line.words.property("ink")) for line in card.verdict.lines]
+    assert card.verdict.text.startswith("In your hand: calm")
+    assert seen == [("ok", "ink"), ("danger", "danger")]
+    card.show_answer(answer(asked(250.0)))
+    assert "In your hand" not in card.verdict.text, "nobody holds it"
+
+
+@pytest.mark.parametrize(("environment", "red"), [(SPRING, True), (WALL, False)])
+def test_what_a_fixed_handle_does_is_no_danger_where_it_is_only_pushed_out(window, environment, red):
+    card = window.stability
+    card.show_answer(answer(asked(1800.0, 0.0, Setting(delay=1e-3, hand="medium"), environment)))
+    assert bool(len(colored(card.map.viewport().grab().toImage(), "unstable"))) == red
+    assert ("handle fixed to the spring" in card.words.text()) != red
+    assert card.calm != red
+
+
+def test_no_stiffness_no_limit_in_newtons_per_metre(window):
+    card, damping = window.stability, environments.named("damping")
+    for strength, want in ((4.0, False), (50.0, True)):
+        scene = Asked(damping, damping.values({"damping": strength}), Setting(delay=1e-3))
+        card.show_answer(answer(Question(scene, 8.0)))
+        assert "N/m" not in card.words.text()
+        assert ("The damping alone is too much" in card.words.text()) == want
 
 
 def test_what_has_no_limit_is_judged_by_simulation(window, qtbot):
@@ -96,7 +125,7 @@ def test_the_dot_stands_at_its_values_ringed_beyond_the_limit(window, stiffness,
 def test_a_fault_before_the_first_delay_is_no_measuring(board_window, qtbot, monkeypatch):
     card, engine = board_window.stability, board_window.studio.engine
     fault = SimpleNamespace(text="Fault: no sensor frame for 20 ms.", detail="", code=1)
-    qtbot.waitUntil(lambda: card.verdict.words.text() == "Measuring the delay", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: card.verdict.text == "Measuring the delay", timeout=PATIENCE_MS)
     monkeypatch.setattr(type(engine), "fault", property(lambda _self: fault))
     board_window.live.look()
-    qtbot.waitUntil(lambda: card.verdict.words.text() == "Not measured while stopped", timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: card.verdict.text == "Not measured while stopped", timeout=PATIENCE_MS)

@@ -122,7 +122,7 @@ def test_warnings_and_verdict_stay_in_sight_the_map_where_there_is_room(
     qtbot.waitUntil(lambda: card.question() is not None)
     card.ask()
     card.wait()
-    qtbot.waitUntil(lambda: "limit" in card.verdict.words.text())
+    qtbot.waitUntil(lambda: "limit" in card.verdict.text)
     qapp.processEvents()
     assert len(lines.texts) == 2
     assert card.map.isVisible() == mapped

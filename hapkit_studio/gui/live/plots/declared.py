@@ -36,7 +36,8 @@ class TimePlot:
     """A quantity over time; scale turns SI into the shown unit, reach is the least range shown.
 
     The last trace lies on top and gives the live value. share is the plot's part of the height in percent.
-    beside: it stands among the plots of force, not below the others.
+    beside: it stands among the plots of force, not below the others. folds: where room is short it folds
+    away, the lowest first; 0: never.
     """
 
     key: str
@@ -50,7 +51,7 @@ class TimePlot:
     traces: tuple[Trace, ...]
     limits: bool = False
     surface: bool = False
-    folds: bool = False
+    folds: int = 0
     beside: bool = False
     marker: str = "dot"
 

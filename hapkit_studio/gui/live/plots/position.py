@@ -13,4 +13,5 @@ PLOT = TimePlot(
     order=0,
     traces=(Trace("position", "position", "position", help="Measured by the sensor, in steps of one count"),),
     surface=True,
+    folds=2,
 )

@@ -14,5 +14,5 @@ PLOT = TimePlot(
     traces=(
         Trace("velocity", "velocity", "velocity", help="Estimated from the measured position, not smoothed"),
     ),
-    folds=True,
+    folds=1,
 )

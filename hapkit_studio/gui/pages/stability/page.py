@@ -321,7 +321,7 @@ class StabilityPage(MeasuringPage):
 
 def _same(one: Map, other: Map) -> bool:
     """Say whether two maps differ in what the dot shows alone."""
-    parts = ("damping", "exact", "simple", "edge", "top", "setting", "points", "cells")
+    parts = ("damping", "exact", "simple", "edge", "top", "setting", "pushes", "points", "cells")
     same = all(getattr(one.plane, part) is getattr(other.plane, part) for part in parts)
     rest = [
         (m.outdated, list(map(id, m.others)), {k: id(v) for k, v in m.hands.items()}) for m in (one, other)

@@ -9,7 +9,7 @@ from hapkit_studio.analysis.stability.kb_plane import Plane, class_words
 from hapkit_studio.analysis.stability.margin import hand_words, stable_again
 from hapkit_studio.gui.pages.base import Pairs, SidePanel
 from hapkit_studio.gui.pages.stability.map_data import Measured
-from hapkit_studio.gui.widgets.parts import Sign, across, hint, label
+from hapkit_studio.gui.widgets.parts import AnswerLines, Sign, across, hint, label
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import number
 
@@ -22,12 +22,12 @@ _WHY_SO_MANY = (
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the column says: headline, one line below it, what else to know, and a sign with its token."""
+    """What the column says: headline, what else to know, and a sign with its token; a line a hand."""
 
     headline: str
-    words: str
-    more: str = ""
+    more: str
     sign: tuple[str, str] = _OPEN
+    lines: tuple[tuple[str, str, str], ...] = ()
 
 
 def kind_at(measured: Measured, damping: float, stiffness: float) -> int | None:
@@ -44,12 +44,12 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     said = plane.said
     if said is None:
         return Verdict("", "")
-    more = [said.swings, said.unknown, stable_again(plane.margin)]
+    more = [said.swings, said.unknown, said.holds_for, stable_again(plane.margin)]
     found = None if measured is None else kind_at(measured, plane.margin.damping, plane.margin.stiffness)
     if measured is not None and found is not None:
         handle = "with friction" if measured.real else "of an ideal handle"
         more.append(f"Measured {handle}: {class_words(plane.setting.controller)[found]}.")
-    return Verdict(said.headline, "\n".join(said.lines), "\n".join(filter(None, more)), said.sign)
+    return Verdict(said.headline, "\n".join(filter(None, more)), said.sign, said.signed)
 
 
 def limits(plane: Plane) -> list[tuple[str, str]]:
@@ -74,10 +74,12 @@ class VerdictColumn(SidePanel):
         self.setObjectName("beside")
         self.body.setObjectName("beside")
         self.sign, self.out, self.why, self.lines = Sign(24), label(), hint(_WHY_SO_MANY), hint()
+        self.words.hide()
+        self.answers = AnswerLines()
         mark(self.heading, "role", "verdict")
-        mark(self.words, "role", "axis")
+        mark(self.out, "ink", "ink2")
         self.column.insertLayout(0, across(self.sign, (self.heading, 1), gap=10))
-        self.add(self.out)
+        self.add(self.answers, self.out)
         self.limits_heading, self.limits = (above := self.section("Limits"))[1], Pairs(above)
         self.add(self.limits, self.why, self.lines)
         self.conditions = Pairs(self.section("Conditions"))
@@ -85,21 +87,19 @@ class VerdictColumn(SidePanel):
 
     def show_verdict(self, verdict: Verdict) -> None:
         """Say how far the rendered impedance is from the limit, or why nothing can be said."""
-        texts = verdict.headline, verdict.words, verdict.more
-        for part, text in zip((self.heading, self.words, self.out), texts, strict=True):
+        for part, text in ((self.heading, verdict.headline), (self.out, verdict.more)):
             part.setText(text)
             part.setVisible(bool(text))
         self.sign.show_sign(*verdict.sign)
-        danger = verdict.sign[1] == "danger"
-        mark(self.heading, "ink", "danger" if danger else "ink")
-        mark(self.out, "ink", "danger" if danger else "ink2")
+        self.answers.say(*verdict.lines)
+        mark(self.heading, "ink", "danger" if verdict.sign[1] == "danger" else "ink")
 
     def show_limits(self, plane: Plane | None) -> None:
         """Show every hand's limit at the rendered damping."""
         self.limits.show_pairs(limits(plane) if plane else [])
         self.why.setVisible(plane is not None)
         if plane:
-            self.limits_heading.setText(f"Limits at B = {number(plane.margin.damping, 1)} N·s/m")
+            self.limits_heading.setText(f"Limits at b = {number(plane.margin.damping, 1)} N·s/m")
 
     def show_lines(self, words: dict[str, tuple[str, str]]) -> None:
         """Say what each line of the map means."""
