@@ -124,7 +124,7 @@ class Behaviour:
         if self.least == self.most or self.most.irregular:
             return f"{far}{limited}"
         near = f"±{with_unit(1e3 * self.least.amplitude, digits=2)}"
-        if self.least.often != self.most.often:
+        if not math.isclose(self.least.frequency, self.most.frequency, rel_tol=_SAME):
             near = f"{near} mm{self.least.often}"
         return f"{near} to {far}{limited}, by how it is pushed"
 

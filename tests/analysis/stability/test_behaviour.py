@@ -184,7 +184,7 @@ def test_several_swings_last_side_by_side_and_the_smallest_and_the_largest_are_s
     assert said.least.amplitude == pytest.approx(min(sizes), abs=device.quantum)
     assert said.most.amplitude == pytest.approx(max(sizes), rel=0.05)
     assert holds_between(handle, [0.09e-3, 0.17e-3, 0.8e-3])
-    assert said.sentence == "buzzes: ±0.024 to ±0.5 mm at 14 Hz, by how it is pushed"
+    assert said.sentence == "buzzes: ±0.024 to ±0.5 mm at 13.5 Hz, by how it is pushed"
 
 
 def scene_of(seed):
