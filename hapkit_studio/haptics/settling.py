@@ -18,12 +18,15 @@ from hapkit_studio.haptics.survey import Flat, restart
 from hapkit_studio.laws.native import call
 
 # How a run ends: it rests, is beyond what is near, has come down to half its first swing, swings steadily,
-# ever farther, or is not known after the most windows.
-RESTS, LEAVES, SHRINKS, STEADY, GROWS, OPEN = range(6)
+# ever farther, now more now less, or is not known after the most windows.
+RESTS, LEAVES, SHRINKS, STEADY, GROWS, IRREGULAR, OPEN = range(7)
 FIRST_LOOK, MOST_WINDOWS, CALM_WINDOWS = 16, 256, 4
 # From one quarter of the run to the next, a steady swing changes by no more than this share of itself, one
 # that grows by more than that.
 _STEADY_SHARE, _GROWING_SHARE = 0.002, 0.04
+# After so many windows a swing that neither grows nor shrinks from quarter to quarter stays irregular, or is
+# steady where its last two differ by less than a share.
+_LONG_LOOK, _IRREGULAR_SHARE = 64, 0.05
 _HALF = 0.5
 # The motion has turned where it came back by so much of what a window reaches besides its drift.
 _TURNED = 0.5
@@ -43,16 +46,17 @@ class Swing(NamedTuple):
     """What a run left, of its last half; each of shape (1,), but low and high."""
 
     reach: np.ndarray  # m, peak to peak
-    beside: np.ndarray  # m: of a window on the mean, less what its middle drifted from the one before
+    beside: np.ndarray  # m: of a window at most, less what its middle drifted from the one before
     frequency: np.ndarray  # Hz: turns over their time, nan where there was not one whole turn
     clamped: np.ndarray  # share of the samples whose force is at the limit
+    samples: np.ndarray  # of the whole run, up to its last window's end
     low: np.ndarray  # (MOST_WINDOWS,) m: of each window the lowest and the highest position
     high: np.ndarray
 
 
 def new_swing() -> Swing:
     """Return room for what a run leaves."""
-    return Swing(*np.zeros((4, 1)), *np.zeros((2, MOST_WINDOWS)))
+    return Swing(*np.zeros((5, 1)), *np.zeros((2, MOST_WINDOWS)))
 
 
 @inlined
@@ -70,6 +74,11 @@ def _looked(low: np.ndarray, high: np.ndarray, count: int) -> int:
     quarter = count // 4
     before = _reach(low, high, count - 2 * quarter, count - quarter)
     after = _reach(low, high, count - quarter, count)
+    if count >= _LONG_LOOK:
+        first, second = _reach(low, high, 0, quarter), _reach(low, high, quarter, 2 * quarter)
+        falls, rises = first > second > before > after, first < second < before < after
+        if not falls and not rises:
+            return IRREGULAR if abs(after - before) > _IRREGULAR_SHARE * max(before, after) else STEADY
     if after > before * (1.0 + _GROWING_SHARE):
         return GROWS
     return STEADY if abs(after - before) <= _STEADY_SHARE * after else OPEN
@@ -105,6 +114,7 @@ def let_go(
     way, extreme, band, middle, beside = 1.0, start[0], 0.0, start[0], 0.0
     turns, first, last, clamped, counted, calm = 0, 0, 0, 0, 0, 0
     for n in range(MOST_WINDOWS):
+        swing.samples[0] = (n + 1) * window
         low[n], high[n] = math.inf, -math.inf
         least, most = math.inf, -math.inf
         for _ in range(window):
@@ -136,12 +146,12 @@ def let_go(
             return SHRINKS
         drifted, middle = middle, 0.5 * (low[n] + high[n])
         swung = max(reach - abs(middle - drifted), 0.0)
-        beside, band = beside + swung, _TURNED * swung
+        beside, band = max(beside, swung), _TURNED * swung
         if n + 1 == look:
             end = _looked(low, high, n + 1)
-            if end == STEADY or (end == GROWS and grows) or n + 1 == MOST_WINDOWS:
+            if end in (STEADY, IRREGULAR) or (end == GROWS and grows) or n + 1 == MOST_WINDOWS:
                 swing.reach[0] = _reach(low, high, (n + 1) // 2, n + 1)
-                swing.beside[0] = 2.0 * beside / (n + 1)
+                swing.beside[0] = beside
                 swing.clamped[0] = clamped / counted
                 swing.frequency[0] = (turns - 1) / ((last - first) * period) if turns > 1 else math.nan
                 return end

@@ -15,11 +15,12 @@ import numpy as np
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.formatting import hertz, on_screen, with_unit
 from hapkit_studio.haptics import headless, rows, settling
-from hapkit_studio.haptics.settling import GROWS, LEAVES, RESTS, SHRINKS
+from hapkit_studio.haptics.settling import GROWS, IRREGULAR, LEAVES, RESTS, SHRINKS
 from hapkit_studio.haptics.survey import Flat, packed
 
 PUSHES = tuple(31.25e-6 * 2.0**n for n in range(10))
 """m, from which the handle is let go: up to 16 mm."""
+_BETWEEN = tuple(math.sqrt(2.0) * push for push in PUSHES[:-1])
 NUDGE = 1e-3
 """m: a hand does that much without meaning to."""
 _HALVINGS = 7
@@ -28,6 +29,10 @@ _FAR, _ENDLESS = 0.060, 1e3
 _TURNS = 2.2
 _FEWEST_SAMPLES = 8
 _LONGER = 4
+# samples: after so many no further push is tried for another swing, so that what is said is not late
+_SAMPLES = 300_000
+# Swings that differ by less are one.
+_SAME = 0.05
 # s: how long a window is at least where there are objects
 _RETURN_SECONDS = 0.25
 _REST_REACH, _REST_FORCE, _REST_SECONDS = 1e-6, 0.020, 0.050
@@ -42,19 +47,43 @@ _AT_LIMIT = 0.05
 
 
 @dataclass(frozen=True)
+class Lasting:
+    """A swing that lasts: m, Hz (nan without one whole turn), the share of samples at the force limit.
+
+    irregular: it goes on now more, now less, up to that amplitude.
+    """
+
+    amplitude: float
+    frequency: float = math.nan
+    clamped: float = 0.0
+    irregular: bool = False
+
+    @property
+    def at_limit(self) -> bool:
+        """Say whether the motor's limit is what holds it."""
+        return self.clamped > _AT_LIMIT
+
+    @property
+    def often(self) -> str:
+        """Return its frequency in words: " at 30 Hz"."""
+        known = math.isfinite(self.frequency) and not self.irregular
+        return f" at {hertz(self.frequency)}" if known else ""
+
+
+@dataclass(frozen=True)
 class Behaviour:
     """What a handle does that is let go at rest off a scene's centre.
 
     push: m, up to which it settles; inf where it settles from everywhere that was tried, 0 where from
-    nowhere. From farther away it swings by an amplitude in m at a frequency in Hz, clamped is the share of
-    samples at the force limit; or it leaves, thrown beyond 60 mm. flick: where nothing brings it back a push
-    of 1 m is a speed of so many m/s; 0 elsewhere.
+    nowhere. From farther away it leaves, thrown beyond 60 mm, or swings on: sensor steps let several swings
+    last side by side; least and most are the smallest and the largest of all pushes that were tried, the same
+    where they are one. flick: where nothing brings it back a push of 1 m is a speed of so many m/s; 0
+    elsewhere.
     """
 
     push: float = math.inf
-    amplitude: float = 0.0
-    frequency: float = math.nan
-    clamped: float = 0.0
+    least: Lasting | None = None
+    most: Lasting | None = None
     leaves: bool = False
     flick: float = 0.0
 
@@ -75,25 +104,29 @@ class Behaviour:
         """Return it in a few words: "settles below 0.9 mm, buzzes above"."""
         if self.calm:
             return "calm"
-        does = "is thrown out" if self.leaves else "buzzes"
-        if not self.push and self.at_limit:
+        does = " or ".join(["buzzes"] * bool(self.most) + ["is thrown out"] * self.leaves)
+        if not self.push and not self.leaves and self.least and self.least.at_limit:
             return "grows to the motor's limit"
         edge = with_unit(self.push * self.flick, "m/s", 2) if self.flick else on_screen(self.push, "m", 2)
         return f"settles below {edge}, {does} above" if self.push else does
 
     @property
-    def at_limit(self) -> bool:
-        """Say whether the motor's limit is what holds a swing."""
-        return self.clamped > _AT_LIMIT
-
-    @property
     def swing(self) -> str:
-        """Return how it swings: "±2.3 mm at 30 Hz, at the motor's limit"; "" where it settles or leaves."""
-        if self.calm or self.leaves:
+        """Return how it swings: "±2.3 mm at 30 Hz, at the motor's limit"; "" where it settles or leaves.
+
+        "±0.05 to ±0.5 mm at 14 Hz, by how it is pushed" where several swings last.
+        """
+        if self.least is None or self.most is None:
             return ""
-        limited = ", at the motor's limit" if self.at_limit else ""
-        often = f" at {hertz(self.frequency)}" if math.isfinite(self.frequency) else ""
-        return f"±{on_screen(self.amplitude, 'm', 2)}{often}{limited}"
+        far = f"±{on_screen(self.most.amplitude, 'm', 2)}"
+        far = f"irregularly, up to {far}" if self.most.irregular else f"{far}{self.most.often}"
+        limited = ", at the motor's limit" if self.most.at_limit else ""
+        if self.least == self.most or self.most.irregular:
+            return f"{far}{limited}"
+        near = f"±{with_unit(1e3 * self.least.amplitude, digits=2)}"
+        if not math.isclose(self.least.frequency, self.most.frequency, rel_tol=_SAME):
+            near = f"{near} mm{self.least.often}"
+        return f"{near} to {far}{limited}, by how it is pushed"
 
     @property
     def sentence(self) -> str:
@@ -144,24 +177,28 @@ class Trials:
         # nothing brings an ideal handle to rest for good: the smallest motion, too, only shrinks
         self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0
         self._row, self._swing = np.zeros(rows.ROW_WIDTH), settling.new_swing()
+        self.samples = 0
 
-    def end(self, push: float, steady: bool = False) -> int:
+    def end(self, push: float, longer: int = 1, known: bool = False) -> int:
         """Let go at a push in m, on the other side where it is negative; return one of settling's ends.
 
-        steady: until the swing is steady; else until it is known.
+        longer: by how much its windows are; known: until it is known whether it settles, else until the swing
+        is steady.
         """
         c = self.centre
         begin = c.position + (0.0 if c.kick else c.side * push)
         away = np.array([begin, c.side * push * c.kick, c.target])
         args = self._r, self._body, self._flat, self._made, self._hand, away
-        seconds = max(self._turns * (_LONGER if steady else 1), self._objects)
-        window = max(math.ceil(seconds * self._rate), _FEWEST_SAMPLES)
-        ends = not steady and self._ideal, not steady
-        return int(settling.let_go(*args, window, *ends, self._quiet, self._row, self._swing))
+        window = max(math.ceil(max(self._turns * longer, self._objects) * self._rate), _FEWEST_SAMPLES)
+        found = int(
+            settling.let_go(*args, window, known and self._ideal, known, self._quiet, self._row, self._swing)
+        )
+        self.samples += int(self._swing.samples[0])
+        return found
 
     def settles(self, push: float) -> bool:
         """Return whether what is let go at a push in m comes to rest, or leaves where nothing holds it."""
-        return all(self._settled(self.end(side * push)) for side in self.sides)
+        return all(self._settled(self.end(side * push, known=True)) for side in self.sides)
 
     def _settled(self, end: int) -> bool:
         """Return whether the last run ended quietly: nobody sees less than a step, nothing holds a drift."""
@@ -177,18 +214,16 @@ class Trials:
         """Return how far the last run swung, in m, peak to peak, beside its drift where nothing holds it."""
         return float((self._swing.beside if self.centre.kick else self._swing.reach)[0])
 
-    def swing(self, push: float) -> Behaviour | None:
-        """Return how it swings that is let go at a push in m, its own push 0; None where it settles."""
-        found = []
+    def swings(self, push: float, longer: int = 1) -> list[Lasting | None]:
+        """Return how it swings that is let go at a push in m, on each side; None where it leaves."""
+        found: list[Lasting | None] = []
         for side in self.sides:
-            end = self.end(side * push, steady=True)
+            end = self.end(side * push, longer=longer)
             if self._settled(end):
                 continue
-            if end == LEAVES:
-                return Behaviour(0.0, leaves=True, flick=self.centre.kick)
-            often, clamped = float(self._swing.frequency[0]), float(self._swing.clamped[0])
-            found.append(Behaviour(0.0, 0.5 * self._reach, often, clamped, flick=self.centre.kick))
-        return max(found, key=lambda one: one.amplitude, default=None)
+            numbers = 0.5 * self._reach, float(self._swing.frequency[0]), float(self._swing.clamped[0])
+            found.append(None if end == LEAVES else Lasting(*numbers, end == IRREGULAR))
+        return found
 
 
 def centres_of(scene: headless.Scene, grip: Grip | None) -> list[Centre]:
@@ -245,18 +280,34 @@ def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
 
 
 def _behaviour(trials: Trials) -> Behaviour:
-    """Find the edge between what settles and what does not, and the swing beyond it."""
-    calm, swing = 0.0, None
+    """Find the edge between what settles and what does not, and the swings beyond it."""
+    calm, found = 0.0, []
     for push in PUSHES:
-        swing = None if trials.settles(push) else trials.swing(push)
-        if swing:
+        found = [] if trials.settles(push) else trials.swings(push, _LONGER)
+        if found:
             break
         calm = push
-    if swing is None:
+    if not found:
         return Behaviour()
-    if not calm:  # sensor steps may hold the least motion within a few counts: a nudge shows more
-        return max(swing, trials.swing(NUDGE) or swing, key=lambda one: (one.leaves, one.amplitude))
-    for _ in range(_HALVINGS):
-        middle = math.sqrt(calm * push)
-        calm, push = (middle, push) if trials.settles(middle) else (calm, middle)
-    return replace(swing, push=calm)
+    larger, edge = [other for other in (PUSHES[-1], *PUSHES[:-1], *_BETWEEN) if other > push], push
+    for _ in range(_HALVINGS if calm else 0):
+        middle = math.sqrt(calm * edge)
+        calm, edge = (middle, edge) if trials.settles(middle) else (calm, middle)
+    if calm:
+        found += trials.swings(edge, _LONGER)
+    for other in larger:
+        if trials.samples < _SAMPLES:
+            found += trials.swings(other)
+    return _summary(trials, calm, found)
+
+
+def _summary(trials: Trials, calm: float, found: list[Lasting | None]) -> Behaviour:
+    """Return what is said of the swings from all pushes: the smallest and the largest, or that it leaves."""
+    swings = sorted((one for one in found if one), key=lambda one: one.amplitude)
+    behaviour = Behaviour(calm, leaves=None in found, flick=trials.centre.kick)
+    if not swings:
+        return behaviour
+    least, most = swings[0], swings[-1]
+    if most.amplitude - least.amplitude <= max(_SAME * most.amplitude, trials.step):
+        least = most
+    return replace(behaviour, least=least, most=most)

@@ -203,13 +203,17 @@ class ScrollColumn(QScrollArea):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.body = QWidget(self.viewport())
         self.body.setObjectName("panelBody")
-        self.column = down(None, into=self.body, margins=(SIDE, top, SIDE, top), gap=gap)
+        self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
+        bar = self.verticalScrollBar()
+        bar.ensurePolished()  # its width is the style sheet's
+        beside = max(SIDE - bar.sizeHint().width(), 0)
+        self.column = down(None, into=self.body, margins=(SIDE, top, beside, top), gap=gap)
         self._cover = QWidget(self)
         self._cover.setObjectName("panelBody")
         self._cover.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setWidget(self.body)
-        self.verticalScrollBar().rangeChanged.connect(self._make_space_for_scroll_bar)
-        self.verticalScrollBar().valueChanged.connect(self._cover_cut_row)
+        bar.rangeChanged.connect(lambda _low, high: bar.setEnabled(high > 0))  # disabled it is not seen
+        bar.valueChanged.connect(self._cover_cut_row)
 
     def add(self, *parts: QWidget) -> None:
         """Add parts at the bottom."""
@@ -246,12 +250,6 @@ class ScrollColumn(QScrollArea):
             if top < edge < top + height < top + view.height() / 2:
                 edge = top
         self._cover.setGeometry(0, view.height() - end + edge, view.width(), end - edge)
-
-    def _make_space_for_scroll_bar(self, _low: int, high: int) -> None:
-        margins = self.column.contentsMargins()
-        bar = self.verticalScrollBar().sizeHint().width() if high > 0 else 0
-        margins.setRight(max(SIDE - bar, 0))
-        self.column.setContentsMargins(margins)
 
 
 def primary(button: QPushButton) -> QPushButton:

@@ -1,13 +1,14 @@
 """What is said of a scene against a simulation of the same handle that shares no line with the product's."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import hapkit_studio as hs
 from hapkit_studio import environments
-from hapkit_studio.analysis.stability.behaviour import PUSHES, behaviour
+from hapkit_studio.analysis.stability.behaviour import PUSHES, Behaviour, Lasting, behaviour
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.hand import GRIPS
@@ -84,6 +85,15 @@ def swing(places, rate):
     return 0.5 * np.ptp(last), (len(up) - 1) / (up[-1] - up[0]) * rate if len(up) > 1 else math.nan
 
 
+def holds(said, amplitude, step):
+    """Return whether a swing in m lies in the range that is said, within 5 % or a count."""
+    if said.most is None:
+        return False
+    least, most = said.least.amplitude, said.most.amplitude
+    spare = max(0.05 * amplitude, step)
+    return least - spare <= amplitude <= most + spare
+
+
 @pytest.mark.parametrize("seed", range(50))
 def test_settles_up_to_what_is_said_and_swings_as_is_said(seed):
     device, loop, stiffness, damping = loop_of(seed)
@@ -109,8 +119,72 @@ def test_settles_up_to_what_is_said_and_swings_as_is_said(seed):
     assert not rests(outside)
     if not said.leaves:
         amplitude, frequency = max(swing(places, loop.rate) for places in ends(outside, 2.0 * seconds))
-        assert said.amplitude == pytest.approx(amplitude, rel=0.05, abs=device.quantum)
-        assert said.frequency == pytest.approx(frequency, rel=0.02)
+        assert holds(said, amplitude, device.quantum)
+        if said.least == said.most and not said.most.irregular:
+            assert said.most.frequency == pytest.approx(frequency, rel=0.02)
+
+
+def sprung(seed):
+    """Return a released handle without dry friction, on a spring near or above its limit."""
+    chance = np.random.default_rng(seed)
+    device, loop, _, _ = loop_of(seed)
+    device = replace(device, coulomb_force=0.0)
+    share = chance.choice([chance.uniform(0.9, 1.1), chance.uniform(0.9, 2.0)])
+    stiffness = min(device.damping / (0.5 / loop.rate + loop.delay) * float(share), 2000.0)
+    return Released(device, loop, stiffness, 0.0)
+
+
+def said_of_spring(handle):
+    values = SPRING.values({"stiffness": handle.stiffness, "damping": 0.0})
+    return behaviour(headless.Scene(SPRING, values, handle.device, handle.loop), None)
+
+
+def lasting(handle, push):
+    """Return the swing in m that stays, inf where it leaves; longer where its last quarter is another."""
+    turn = 2.0 * math.pi * math.sqrt(handle.device.mass / handle.stiffness)
+    for turns in (300, 1200, 4800):
+        places = handle.let_go(push, turns * turn)[0]
+        if not np.abs(places - push).max() <= 0.06:
+            return math.inf
+        before, after = (np.ptp(part) for part in np.array_split(places, 4)[2:])
+        if abs(after - before) <= 3e-3 * after:
+            break
+    return 0.5 * after
+
+
+def holds_between(handle, pushes):
+    """Return whether what is said of a handle holds for pushes in m to both sides."""
+    said, step = said_of_spring(handle), handle.device.quantum
+    sizes = [lasting(handle, side * push) for push in pushes for side in (1.0, -1.0)]
+    stays = [size for size in sizes if step < 2.0 * size < math.inf]
+    return (said.leaves or math.inf not in sizes) and all(holds(said, size, step) for size in stays)
+
+
+@pytest.mark.slow
+def test_the_range_of_lasting_swings_holds_for_pushes_that_were_not_tried():
+    """In all but one of twenty scenes: swings that few pushes reach are found by luck."""
+    pushes = [np.random.default_rng(seed).uniform(np.log(6e-5), np.log(16e-3), 3) for seed in range(20)]
+    held = [holds_between(sprung(seed), np.exp(some).tolist()) for seed, some in enumerate(pushes)]
+    assert held.count(False) <= 1
+
+
+def test_an_irregular_swing_is_said_to_be_one():
+    said = Behaviour(0.3e-3, Lasting(0.1e-3, 30.0), Lasting(0.5e-3, 25.0, 0.2, irregular=True))
+    words = "settles below 0.3 mm, buzzes above: irregularly, up to ±0.5 mm, at the motor's limit"
+    assert said.sentence == words
+
+
+def test_several_swings_last_side_by_side_and_the_smallest_and_the_largest_are_said():
+    """A spring of 320 N/m, 1 ms late, without dry friction: the sensor's steps hold swings of many sizes."""
+    device = SimulatedHapkit(coulomb_force=0.0)
+    handle = Released(device, LoopSettings(1000.0, 1e-3), 320.0, 0.0)
+    said = said_of_spring(handle)
+    sizes = [lasting(handle, push) for push in (0.05e-3, 0.5e-3, -0.5e-3)]
+    assert max(sizes) > 5.0 * min(sizes)
+    assert said.least.amplitude == pytest.approx(min(sizes), abs=device.quantum)
+    assert said.most.amplitude == pytest.approx(max(sizes), rel=0.05)
+    assert holds_between(handle, [0.09e-3, 0.17e-3, 0.8e-3])
+    assert said.sentence == "buzzes: ±0.024 to ±0.5 mm at 13.5 Hz, by how it is pushed"
 
 
 def scene_of(seed):
@@ -173,7 +247,7 @@ def test_the_verdict_is_right_in_any_loop_and_hand(seed):
     else:
         if said.push > 2.0 * handle.quantum:
             assert rests(0.85 * said.push - handle.quantum)
-        within_a_count = said.amplitude < handle.quantum
+        within_a_count = said.most and said.most.amplitude < handle.quantum
         assert within_a_count or not rests(1.15 * said.push + 2.0 * handle.quantum)
 
 
@@ -196,8 +270,8 @@ def test_a_larger_push_is_tried_where_a_smaller_one_that_swung_rests_after_all()
     )  # fmt: skip
     places = handle.let_go(0.0, 0.0, 6.0, 2.0 * said.push * said.flick)
     amplitude, frequency = swing(places, 1000.0)
-    assert said.amplitude == pytest.approx(amplitude, rel=0.1)
-    assert said.frequency == pytest.approx(frequency, rel=0.02)
+    assert holds(said, amplitude, 0.0)
+    assert said.most.frequency == pytest.approx(frequency, rel=0.02)
 
 
 def test_a_swing_that_drifts_is_about_as_wide_and_as_fast_as_its_own_turns():
@@ -210,8 +284,8 @@ def test_a_swing_that_drifts_is_about_as_wide_and_as_fast_as_its_own_turns():
     steady = places - np.polyval(np.polyfit(time, places, 1), time)
     amplitude, frequency = swing(steady, 1000.0)
     assert np.ptp(places) > 4.0 * amplitude
-    assert said.amplitude == pytest.approx(amplitude, rel=0.25)
-    assert said.frequency == pytest.approx(frequency, rel=0.06)
+    assert said.least.amplitude == pytest.approx(amplitude, rel=0.25)
+    assert said.least.frequency == pytest.approx(frequency, rel=0.06)
 
 
 def test_an_object_that_comes_back_to_a_resting_handle_is_waited_for():
