@@ -34,10 +34,11 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Progress:
-    """A recording: its file, how many samples it holds, over how many s, and why it ended by itself."""
+    """A recording: its file, samples and bytes in it, over how many s, and why it ended by itself."""
 
     path: Path
     samples: int = 0
+    size: int = 0
     seconds: float = 0.0
     error: str = ""
 
@@ -53,6 +54,8 @@ class Recorder:
         self._seconds, self._truth = seconds, truth
         self.progress: Progress | None = None
         """Of the recording now, or of the last one where it ended by itself; None before the first."""
+        self.kept = 0.0
+        """How many s ago the oldest sample came that ``save`` would write."""
         self._jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._open = True
         self._engine: Engine | None = None
@@ -74,9 +77,9 @@ class Recorder:
         reader = None if engine is None else engine.reader()
         self._jobs.put(lambda: self._change_to(engine, reader))
 
-    def note(self, kind: str, what: dict[str, Any]) -> None:
-        """Note what happens now, a marker say."""
-        event = Event(time.perf_counter(), kind, what)
+    def note(self, kind: str, what: dict[str, Any], when: float | None = None) -> None:
+        """Note what happens now, or happened at a time in s of the computer's clock, a marker say."""
+        event = Event(time.perf_counter() if when is None else when, kind, what)
         self._jobs.put(lambda: self._add(event))
 
     def record(self, path: str | Path) -> None:
@@ -202,12 +205,14 @@ class Recorder:
             event = self._events.popleft()
             if event.kind in _STANDING:
                 self._base[event.kind] = event
-        self._write(lambda writer: writer.add(chunk))
-        if self.progress is not None and self._writer is not None:
-            seconds = self.progress.seconds + chunk.stop - chunk.start
-            self.progress = replace(
-                self.progress, samples=self.progress.samples + chunk.count, seconds=seconds
-            )
+        self.kept = chunk.stop - self._chunks[0].start
+        self._write(lambda writer: self._add_to(writer, chunk))
+
+    def _add_to(self, writer: SessionWriter, chunk: Chunk) -> None:
+        writer.add(chunk)
+        before = self.progress or Progress(writer.path)
+        seconds = before.seconds + chunk.stop - chunk.start
+        self.progress = Progress(writer.path, before.samples + chunk.count, writer.size, seconds)
 
     def _add(self, event: Event) -> None:
         self._events.append(event)

@@ -61,7 +61,7 @@ class Toolbar(QWidget):
         self.fit.setToolTip("Narrow the axes to the data and the wall, or what else is next to them (F)")
         icons.bind(self.fit, "fit", "ink2", 18)
         self.release.setProperty("flat", True)
-        self.release.setToolTip("The handle starts from rest where it is now, and no hand holds it (R)")
+        self.release.setToolTip("The handle starts from rest where it is now, and no hand holds it (L)")
         icons.bind(self.release, "hand", "ink2", 18)
         self.cursors = QPushButton(checkable=True)
         self.cursors.setProperty("flat", True)

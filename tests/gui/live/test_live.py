@@ -89,7 +89,7 @@ def test_release_here_takes_the_handle_out_of_a_hand_that_still_drags(window, qt
         return reader.read()[-1:, rows.HAND_TARGET]
 
     qtbot.waitUntil(lambda: np.isfinite(target()).any())
-    for let_go in (lambda: qtbot.keyClick(scene, Qt.Key.Key_R), button.click):
+    for let_go in (lambda: qtbot.keyClick(scene, Qt.Key.Key_L), button.click):
         let_go()
         qtbot.waitUntil(lambda: np.isnan(target()).any())
         assert window.studio.engine._wanted.target is None
