@@ -219,7 +219,6 @@ class Header(QWidget):
         self.record = ShortcutButton("record", "Record", "R")
         self.record.setToolTip("Write all that comes from the device into a session of its own (R)")
         self.record.clicked.connect(self.record_pressed)
-        self.show_recording("")
         self.panel = ShortcutButton("sidebar", "Panel", "F4")
         self.panel.setToolTip("Parameters, loop, stability (F4)")
         self.panel.clicked.connect(self.panel_pressed)
@@ -235,17 +234,24 @@ class Header(QWidget):
         self.pause.set_look(*(("play", "Resume", "accent") if paused else ("pause", "Pause", "ink")))
         self.pause.setAccessibleName("Resume the picture" if paused else "Pause the picture")
 
-    def show_recording(self, time: str) -> None:
+    def show_recording(self, time: str, possible: bool = True) -> None:
         """Offer to stop while there is a recording, with the time it lasts; "": offer to record."""
         mark(self.record, "recording", bool(time))
-        self.record.set_look("record", *((f"Stop {time}", "danger") if time else ("Record", "ink")))
+        usual = "Record", "ink" if possible else "ink3"
+        self.record.set_look("record", *((f"Stop {time}", "danger") if time else usual))
+        self.record.set_cap(not time and self._has_caps)
+        self.record.setEnabled(possible)
         self.record.setAccessibleName("Stop recording" if time else "Record")
+
+    @property
+    def _has_caps(self) -> bool:
+        return self.width() >= theme.px(breakpoints.KEY_CAPS)
 
     def resizeEvent(self, event) -> None:
         compact = self.width() < theme.px(breakpoints.TABS_APART)
         for button in (self.pause, self.record, self.panel):
-            button.set_cap(self.width() >= theme.px(breakpoints.KEY_CAPS))
+            button.set_cap(self._has_caps and not button.property("recording"))
             button.picture.setHidden(compact)
-        self.devices.setMinimumWidth(0 if compact else theme.px(breakpoints.GALLERY) - 24)
+        self.devices.setMinimumWidth(theme.px(breakpoints.GALLERY) - 24 if self._has_caps else 0)
         mark(self.tabs, "compact", compact)
         super().resizeEvent(event)

@@ -168,12 +168,13 @@ class RecordingDisplay(QObject):
         recording.changed.connect(self.show_state)
         recording.failed.connect(self._show_failure)
         live.paused_changed.connect(lambda _on: self.show_state())
+        self.show_state()
 
     def show_state(self) -> None:
         """Show whether it records and for how long, how much is kept, what was written last."""
         progress = self._recording.progress
-        self._header.show_recording(clock(progress.seconds) if progress is not None else "")
-        self._header.record.setEnabled(self._recording.possible)
+        time = clock(progress.seconds) if progress is not None else ""
+        self._header.show_recording(time, self._recording.possible)
         self._status.show_kept(*self._words(progress))
         if progress is not None:
             self._banners.set("recording", None)
@@ -189,7 +190,8 @@ class RecordingDisplay(QObject):
             return f"{lost:,} rows not read", "triangle", "warn"
         if newest is not None:
             return f"{newest[0].stem}, {megabytes(newest[1])}", "check", "ok", True
-        return (f"{paused}Last {_lasting(self._recording.kept)} kept",)
+        kept = self._recording.kept
+        return (f"{paused}Last {_lasting(kept)} kept" if kept else "",)
 
     def _show_failure(self, what: str, why: str) -> None:
         leave = ("Close", lambda: self._banners.set("recording", None))

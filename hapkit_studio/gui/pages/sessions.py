@@ -11,6 +11,7 @@ from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFrame, QLineEdit, QPushButton
 
 from hapkit_studio.charts.session import draw
+from hapkit_studio.errors import StudioError
 from hapkit_studio.formatting import number
 from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.editor.controller import DeleteDialog
@@ -18,7 +19,7 @@ from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.drawing import Drawing
 from hapkit_studio.gui.pages.table import Column, Table
 from hapkit_studio.gui.recording import clock, megabytes
-from hapkit_studio.gui.widgets.parts import across, choose_file, down, hint, label, primary, rule
+from hapkit_studio.gui.widgets.parts import across, choose_file, down, hint, primary, rule
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.sessions.file import SUFFIX
 from hapkit_studio.sessions.folder import files, folder
@@ -57,7 +58,10 @@ def export(path: Path, output: str, decimal: str) -> str:
     from hapkit_studio import api  # late: keeps start-up fast
 
     run = api.open_session(path)
-    run.save(output, decimal)
+    try:
+        run.save(output, decimal)
+    except OSError as error:
+        raise StudioError(f"{Path(output).name} cannot be written: {error.strerror}.") from error
     return f"Saved {Path(output).name}: {len(run.time):,} samples"
 
 
@@ -77,7 +81,7 @@ class SessionsPage(Page):
         self.search = QLineEdit(placeholderText="Search", clearButtonEnabled=True)
         self.search.setAccessibleName("Search")
         self.search.setToolTip("Names, environments, devices, notes; every word must be found")
-        self.status, self.empty = label(role="hint", wrap=False), hint(_NONE)
+        self.status, self.empty = hint(), hint(_NONE)
         self.table = Table("Sessions", scrolls=True)
         self.chart = Drawing("Position over time", (_CHART, _CHART))
         self.side = SidePanel("Sessions", _CHOOSE)
@@ -151,6 +155,7 @@ class SessionsPage(Page):
     def say(self, text: str, danger: bool = False) -> None:
         """Show what was done, or what failed."""
         self.status.setText(text)
+        self.status.show()
         mark(self.status, "role", "error" if danger else "hint")
 
     def set_shown(self, on: bool) -> None:
@@ -214,10 +219,22 @@ class SessionsPage(Page):
         self.search.setMaximumWidth(_SEARCH)
         card = QFrame()
         card.setProperty("card", True)
-        bar = across((self.search, 1), self.status, None, other, reveal, margins=(12, 7, 12, 7), gap=10)
-        self.empty.setContentsMargins(16, 12, 16, 12)
+        bar = across((self.search, 1), None, other, reveal, margins=(12, 7, 12, 7), gap=10)
+        for words in (self.status, self.empty):
+            words.setContentsMargins(16, 8, 16, 8)
+        self.status.hide()
         listed = across(self.table, margins=(10, 0, 10, 0))
-        down(bar, rule(), self.empty, (listed, 3), rule(), (self.chart, 2), into=card, margins=(1, 1, 1, 1))
+        down(
+            bar,
+            rule(),
+            self.status,
+            self.empty,
+            (listed, 3),
+            rule(),
+            (self.chart, 2),
+            into=card,
+            margins=(1, 1, 1, 1),
+        )
         self.column.addWidget(card)
         self.side.add(self.facts)
         self.happened = Pairs(self.side.section("What happened"))

@@ -63,8 +63,7 @@ def test_the_history_holds_the_very_rows_of_the_ring_a_hidden_window_only_drains
     for name, column in CHANNELS.items():
         assert np.array_equal(kept.y[name], ring[:, column])
     window.live.lost = 12
-    window.live._health.stop()
-    window.display.show_health(window.studio.engine.health())
+    window.record_display.show_state()
     assert window.status.kept.words.text() == "12 rows not read"
     frames = []
     window.live.frame.connect(lambda *_: frames.append(1))
