@@ -8,7 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.rows import RingReader
@@ -115,6 +116,10 @@ class Recorder:
                 done.set_exception(error)
 
         self._jobs.put(run)
+        while self._thread.is_alive() and not done.done():
+            wait([done], _POLL_SECONDS)
+        if not done.done():  # nobody is to wait for a thread that a defect has ended
+            raise SessionError("The recorder has failed: nothing more is recorded.")
         return done.result()
 
     # --- in the thread
@@ -164,7 +169,10 @@ class Recorder:
     def _take(self) -> None:
         if self._engine is None or self._reader is None:
             return
-        self._look(self._engine)
+        with suppress(DeviceError):  # it was closed meanwhile: its last rows are still to be had
+            self._look(self._engine)
+        if not self._seen:
+            return
         new = self._reader.read()
         if len(new):
             self._pending.append(new)
@@ -191,10 +199,10 @@ class Recorder:
         first, last = self._pending[0][0, rows.HOST_TIME], self._pending[-1][-1, rows.HOST_TIME]
         if last - first < seconds and time.perf_counter() - last < _GAP_SECONDS:
             return
-        table = np.concatenate(self._pending)
+        table, quantum = np.concatenate(self._pending), self._seen[ABOUT]["quantum_m"]
         gaps = np.flatnonzero(np.diff(table[:, rows.HOST_TIME]) > _GAP_SECONDS) + 1
         for part in np.split(table, gaps):
-            self._add_chunk(pack(part, self._engine.device.quantum, self._states, self._truth))
+            self._add_chunk(pack(part, quantum, self._states, self._truth))
         self._pending, self._states = [], len(self._engine.environment.state_names)
 
     def _add_chunk(self, chunk: Chunk) -> None:
