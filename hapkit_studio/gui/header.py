@@ -238,20 +238,24 @@ class Header(QWidget):
         """Offer to stop while there is a recording, with the time it lasts; "": offer to record."""
         mark(self.record, "recording", bool(time))
         usual = "Record", "ink" if possible else "ink3"
-        self.record.set_look("record", *((f"Stop {time}", "danger") if time else usual))
+        stop = "Stop" if self._compact else f"Stop {time}"
+        self.record.set_look("record", *((stop, "danger") if time else usual))
         self.record.set_cap(not time and self._has_caps)
         self.record.setEnabled(possible)
         self.record.setAccessibleName("Stop recording" if time else "Record")
+
+    @property
+    def _compact(self) -> bool:
+        return self.width() < theme.px(breakpoints.TABS_APART)
 
     @property
     def _has_caps(self) -> bool:
         return self.width() >= theme.px(breakpoints.KEY_CAPS)
 
     def resizeEvent(self, event) -> None:
-        compact = self.width() < theme.px(breakpoints.TABS_APART)
         for button in (self.pause, self.record, self.panel):
             button.set_cap(self._has_caps and not button.property("recording"))
-            button.picture.setHidden(compact)
+            button.picture.setHidden(self._compact)
         self.devices.setMinimumWidth(theme.px(breakpoints.GALLERY) - 24 if self._has_caps else 0)
-        mark(self.tabs, "compact", compact)
+        mark(self.tabs, "compact", self._compact)
         super().resizeEvent(event)

@@ -90,14 +90,15 @@ def test_header_and_status_bar_say_how_it_stands(window, qtbot):
     assert not window.status.kept.link.isVisible()
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (1366, 768), (1440, 900), (1920, 1080)])
-def test_a_long_recording_leaves_room_for_every_tab(window, qapp, size):
+@pytest.mark.parametrize("size", [(800, 560), (1280, 720), (1366, 768), (1440, 900), (1920, 1080)])
+def test_a_long_recording_leaves_room_for_device_and_tabs(window, qapp, size):
     resize(qapp, window, size)
     for time in ("", "1:02:03"):
         window.header.show_recording(time)
         qapp.processEvents()
-        assert window.header.tabs.sizeHint().width() <= window.header.tabs.width()
-        assert window.header.record.width() >= window.header.record.sizeHint().width()
+        header = window.header
+        assert size[0] < 1280 or header.tabs.sizeHint().width() <= header.tabs.width()
+        assert all(part.width() >= part.sizeHint().width() for part in (header.record, header.devices))
 
 
 def test_the_size_said_is_that_of_the_file(window, qtbot):
