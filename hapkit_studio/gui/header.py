@@ -219,6 +219,7 @@ class Header(QWidget):
         self.record = ShortcutButton("record", "Record", "R")
         self.record.setToolTip("Write all that comes from the device into a session of its own (R)")
         self.record.clicked.connect(self.record_pressed)
+        self._recording: tuple = ()
         self.panel = ShortcutButton("sidebar", "Panel", "F4")
         self.panel.setToolTip("Parameters, loop, stability (F4)")
         self.panel.clicked.connect(self.panel_pressed)
@@ -236,6 +237,10 @@ class Header(QWidget):
 
     def show_recording(self, time: str, possible: bool = True) -> None:
         """Offer to stop while there is a recording, with the time it lasts; "": offer to record."""
+        state = time, possible, self._compact, self._has_caps
+        if state == self._recording:
+            return
+        self._recording = state
         mark(self.record, "recording", bool(time))
         usual = "Record", "ink" if possible else "ink3"
         stop = "Stop" if self._compact else f"Stop {time}"

@@ -54,7 +54,7 @@ class Recording(QObject):
         self._recorder: Recorder | None = None
         self._ended: Progress | None = None  # the recording whose end by itself was said
         self.newest: tuple[Path, int] | None = None
-        self._turn = self._job("Nothing is recorded.")
+        self._turn = self._job("Recording failed.")
         self._save = self._job("Nothing was saved.")
         self._looks = QTimer(self, interval=LOOK_MS)
         self._looks.timeout.connect(self._look)
@@ -164,7 +164,7 @@ class RecordingDisplay(QObject):
         self._recording, self._live = recording, live
         self._header, self._status, self._banners = header, status, banners
         header.record_pressed.connect(recording.toggle)
-        status.show_sessions.connect(show)
+        status.show_sessions.connect(lambda: self._show_newest(show))
         recording.changed.connect(self.show_state)
         recording.failed.connect(self._show_failure)
         live.paused_changed.connect(lambda _on: self.show_state())
@@ -186,12 +186,17 @@ class RecordingDisplay(QObject):
         if progress is not None:
             words = f"Recording {clock(progress.seconds)}, {megabytes(progress.size)}"
             return f"{paused}{words}", "record", "danger"
-        if lost:
-            return f"{lost:,} rows not read", "triangle", "warn"
         if newest is not None:
             return f"{newest[0].stem}, {megabytes(newest[1])}", "check", "ok", True
+        if lost:
+            return f"{lost:,} rows not read", "triangle", "warn"
         kept = self._recording.kept
         return (f"{paused}Last {_lasting(kept)} kept" if kept else "",)
+
+    def _show_newest(self, show: Callable[[], Any]) -> None:
+        show()
+        self._recording.newest = None  # it was seen: the status bar is free for what is kept
+        self.show_state()
 
     def _show_failure(self, what: str, why: str) -> None:
         leave = ("Close", lambda: self._banners.set("recording", None))

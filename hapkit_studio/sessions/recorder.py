@@ -146,8 +146,8 @@ class Recorder:
         writer, self._writer = self._writer, None
         if writer is None:
             return None
-        writer.close()
         self.progress = None
+        writer.close()
         return writer.path
 
     def _save(self, path: str | Path) -> int:

@@ -85,8 +85,11 @@ def test_header_and_status_bar_say_how_it_stands(window, qtbot):
     assert words.text() == f"{path.stem}, {megabytes(size)}"
     assert window.status.kept.link.isVisible()
     assert header.word.text() == "Record"
-    begin(window, qtbot)
-    window.record_display.show_state()
+    qtbot.mouseClick(window.status.kept.link, Qt.MouseButton.LeftButton)
+    page = window.views.page("sessions")
+    assert window.views.key == "sessions"
+    qtbot.waitUntil(lambda: page.chosen is not None and page.chosen.path == path)
+    assert words.text().endswith(" kept")
     assert not window.status.kept.link.isVisible()
 
 
@@ -160,7 +163,7 @@ def test_a_folder_that_cannot_be_written_is_one_line_and_nothing_else_stops(wind
     qtbot.keyClick(window.centre.scene, Qt.Key.Key_R)
     qtbot.waitUntil(lambda: window.banners.get("recording") is not None)
     notice = window.banners.get("recording")
-    assert notice.title == "Nothing is recorded."
+    assert notice.title == "Recording failed."
     assert notice.text == f"{folder()} cannot be made: File exists."
     qtbot.waitUntil(lambda: len(ticks.read()) > 0)
     assert window.studio.fault is None

@@ -12,7 +12,7 @@ from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.sessions import settings
-from hapkit_studio.sessions.file import SETTINGS, STOP, SessionError
+from hapkit_studio.sessions.file import SETTINGS, STOP, SessionError, SessionWriter
 from hapkit_studio.sessions.recorder import Recorder
 from hapkit_studio.sessions.session import Session
 from tests.waiting import wait_until
@@ -146,6 +146,18 @@ def test_a_device_that_is_closed_under_it_loses_no_row_and_ends_nothing(
     assert len(np.setdiff1d(wanted, found)) == 0
     recorder.follow(engine)  # closed before it was ever looked at
     assert recorder.stop() is None
+
+
+def test_a_recording_whose_file_cannot_be_ended_is_over_all_the_same(recorder, tmp_path, monkeypatch):
+    def refuse(_writer):
+        raise SessionError("The disk is gone.")
+
+    recorder.record(tmp_path / "a.hapkit")
+    assert recorder.progress is not None
+    monkeypatch.setattr(SessionWriter, "close", refuse)
+    with pytest.raises(SessionError, match="gone"):
+        recorder.stop()
+    assert recorder.progress is None
 
 
 def test_nobody_waits_for_a_recorder_that_a_defect_has_ended(monkeypatch):

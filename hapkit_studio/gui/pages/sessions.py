@@ -179,8 +179,8 @@ class SessionsPage(Page):
         newest = self._studio.recording.newest
         if newest != self._newest:
             self._newest = newest
-            self._wanted = newest[0] if newest is not None else None
-            if self.isVisible():
+            self._wanted = newest[0] if newest is not None else self._wanted
+            if newest is not None and self.isVisible():
                 self.load()
 
     def _take(self, found: Known) -> None:
