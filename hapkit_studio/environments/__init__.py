@@ -11,7 +11,7 @@ from hapkit_studio import discovery
 from hapkit_studio.environments.base import Environment
 
 ENTRY_POINTS = "hapkit_studio.environments"
-RESERVED = "ABFGHRT"
+RESERVED = "ABFGHLRT"
 """Letters that the window uses, or keeps for itself."""
 
 

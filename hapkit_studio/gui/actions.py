@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
 _RULE_BEFORE = {
+    "session.record",
     "session.quit",
     "view.fit",
     "view.panel",
@@ -125,8 +126,21 @@ _SESSION = (
         checked=lambda w: w.live.paused,
     ),
     Action(
-        "session.release_here", "Release here", "Session", lambda w: w.display.release_here(), "R",
+        "session.release_here", "Release here", "Session", lambda w: w.display.release_here(), "L",
         enabled=_has_simulated,
+    ),
+    Action(
+        "session.record", "Record", "Session", lambda w: w.studio.recording.toggle(), "R",
+        enabled=lambda w: w.studio.recording.possible,
+        checked=lambda w: w.studio.recording.progress is not None,
+    ),
+    Action(
+        "session.save_kept", "Save the last 10 minutes", "Session", lambda w: w.studio.recording.save_kept(),
+        "Ctrl+Shift+S", enabled=lambda w: w.studio.recording.kept > 0.0,
+    ),
+    Action(
+        "session.marker", "Add a marker…", "Session", lambda w: w.show_marker(), "Ctrl+M",
+        enabled=_has_engine,
     ),
     Action("session.quit", "Quit", "Session", lambda w: w.quit(), "Ctrl+Q"),
 )  # fmt: skip

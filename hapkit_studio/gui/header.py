@@ -1,4 +1,4 @@
-"""The header: device list, views, Pause, and the E-stop at the far right, the same in every view."""
+"""The header: device list, views, Pause, Record, and the E-stop at the far right, the same in every view."""
 
 from collections.abc import Callable
 from functools import partial
@@ -197,9 +197,10 @@ class StopButton(ShortcutButton):
 
 
 class Header(QWidget):
-    """Emits ``pause_pressed`` and ``panel_pressed``; the rest goes to the studio."""
+    """Emits ``pause_pressed``, ``record_pressed`` and ``panel_pressed``; the rest goes to the studio."""
 
     pause_pressed = Signal()
+    record_pressed = Signal()
     panel_pressed = Signal()
 
     def __init__(self, studio: Studio, parent: QWidget | None = None):
@@ -215,12 +216,16 @@ class Header(QWidget):
         self.pause.setAccessibleName("Pause the picture")
         self.pause.setToolTip("Hold scene, plots and numbers still; the force goes on (Space)")
         self.pause.clicked.connect(self.pause_pressed)
+        self.record = ShortcutButton("record", "Record", "R")
+        self.record.setToolTip("Write all that comes from the device into a session of its own (R)")
+        self.record.clicked.connect(self.record_pressed)
+        self._recording: tuple = ()
         self.panel = ShortcutButton("sidebar", "Panel", "F4")
         self.panel.setToolTip("Parameters, loop, stability (F4)")
         self.panel.clicked.connect(self.panel_pressed)
         self.panel.hide()
         self.stop = StopButton(studio)
-        parts = (self.devices, (self.tabs, 1), self.panel, self.pause, 4, self.stop)
+        parts = (self.devices, (self.tabs, 1), self.panel, self.pause, self.record, 4, self.stop)
         row = across(*parts, into=self, margins=(12, 0, 12, 0), gap=12)
         row.setAlignment(self.tabs, Qt.AlignmentFlag.AlignBottom)
 
@@ -230,11 +235,32 @@ class Header(QWidget):
         self.pause.set_look(*(("play", "Resume", "accent") if paused else ("pause", "Pause", "ink")))
         self.pause.setAccessibleName("Resume the picture" if paused else "Pause the picture")
 
+    def show_recording(self, time: str, possible: bool = True) -> None:
+        """Offer to stop while there is a recording, with the time it lasts; "": offer to record."""
+        state = time, possible, self._compact, self._has_caps
+        if state == self._recording:
+            return
+        self._recording = state
+        mark(self.record, "recording", bool(time))
+        usual = "Record", "ink" if possible else "ink3"
+        stop = "Stop" if self._compact else f"Stop {time}"
+        self.record.set_look("record", *((stop, "danger") if time else usual))
+        self.record.set_cap(not time and self._has_caps)
+        self.record.setEnabled(possible)
+        self.record.setAccessibleName("Stop recording" if time else "Record")
+
+    @property
+    def _compact(self) -> bool:
+        return self.width() < theme.px(breakpoints.TABS_APART)
+
+    @property
+    def _has_caps(self) -> bool:
+        return self.width() >= theme.px(breakpoints.KEY_CAPS)
+
     def resizeEvent(self, event) -> None:
-        compact = self.width() < theme.px(breakpoints.TABS_APART)
-        for button in (self.pause, self.panel):
-            button.set_cap(self.width() >= theme.px(breakpoints.KEY_CAPS))
-            button.picture.setHidden(compact)
-        self.devices.setMinimumWidth(0 if compact else theme.px(breakpoints.GALLERY) - 24)
-        mark(self.tabs, "compact", compact)
+        for button in (self.pause, self.record, self.panel):
+            button.set_cap(self._has_caps and not button.property("recording"))
+            button.picture.setHidden(self._compact)
+        self.devices.setMinimumWidth(theme.px(breakpoints.GALLERY) - 24 if self._has_caps else 0)
+        mark(self.tabs, "compact", self._compact)
         super().resizeEvent(event)

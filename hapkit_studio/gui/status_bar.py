@@ -83,6 +83,7 @@ class StatusBar(QWidget):
     """
 
     how_to_fix = Signal()
+    show_sessions = Signal()
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
@@ -106,6 +107,8 @@ class StatusBar(QWidget):
         self.loop.link.clicked.connect(lambda: self.show_figures(self.figures.isHidden()))
         self.priority.link.setText("How to fix")
         self.priority.link.clicked.connect(self.how_to_fix)
+        self.kept.link.setText("Show")
+        self.kept.link.clicked.connect(self.show_sessions)
         self.missed.setToolTip(_MISSED)
         self._clamped_until = 0.0
         fields = self.loop, self.clamp, self.margin, self.energy
@@ -119,7 +122,6 @@ class StatusBar(QWidget):
         self.loop.link.hide()
         self.show_figures(False)
         self.clamp.show_words("No force", "circle")
-        self.kept.show_words("")
         self._hide_least_important()
 
     def show_figures(self, on: bool) -> None:
@@ -186,12 +188,11 @@ class StatusBar(QWidget):
         self.energy.setVisible(bool(words))
         self._hide_least_important()
 
-    def show_kept(self, overrun: int, seconds: float, paused: bool) -> None:
-        """Show how much is kept, and how many rows the window was too late for."""
-        if overrun:
-            self.kept.show_words(f"{overrun:,} rows not read", "triangle", "warn")
-        else:
-            self.kept.show_words(f"{'Paused. ' if paused else ''}Last {seconds:.0f} s kept")
+    def show_kept(self, words: str, sign: str = "", token: str = "ink2", written: bool = False) -> None:
+        """Show what is recorded or kept, with its sign and token; written: offer to show it."""
+        self.kept.show_words(words, sign, token)
+        self.kept.link.setVisible(written)
+        self._hide_least_important()
 
     def resizeEvent(self, event) -> None:
         super().resizeEvent(event)

@@ -11,6 +11,7 @@ from hapkit_studio.dynamics.estimators import USUAL
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.device_link import Build, DeviceLink, LinkStatus, build_engine
 from hapkit_studio.gui.environment_library import EnvironmentLibrary, Readiness
+from hapkit_studio.gui.recording import Recording
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
@@ -48,7 +49,8 @@ class LoopChoice:
 class Studio(QObject):
     """Keeps every choice over a change of device; values are SI and checked before they are kept.
 
-    ``library`` holds the environments and their values, ``device`` the link to the device in use.
+    ``library`` holds the environments and their values, ``device`` the link to the device in use,
+    ``recording`` what comes from it.
     """
 
     environment_changed = Signal()
@@ -75,6 +77,7 @@ class Studio(QObject):
         self.device = DeviceLink(entries, build, self._hold, self._configure, self)
         self.device.engine_changed.connect(self.engine_changed)
         self.device.link_changed.connect(self.link_changed)
+        self.recording = Recording(self)
         self.loop = LoopChoice()
         self.grip = "medium"
         self.stopped = False
@@ -92,6 +95,7 @@ class Studio(QObject):
         """Stop the loop and wait for its last zero command."""
         self.readiness.stop()
         self.device.close()
+        self.recording.close()
 
     # environment and values
 

@@ -20,9 +20,11 @@ from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.marker_dialog import MarkerDialog
 from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
+from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.views import Views
@@ -81,6 +83,10 @@ class MainWindow(QMainWindow):
         self.gallery.order()
         self.panel.parameters.order()
         self.views = Views(studio, self.live, self.header.tabs, self.centre, self.editor, self.body.show_side)
+        self.record_display = RecordingDisplay(
+            studio.recording, self.live, self.header, self.status, self.banners,
+            lambda: self.views.show("sessions"),
+        )  # fmt: skip
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self._connect()
@@ -125,6 +131,10 @@ class MainWindow(QMainWindow):
         """Open the dialog on real-time priority."""
         if self.studio.engine is not None:
             priority_dialog(self.studio.engine.health().priority, self).show()
+
+    def show_marker(self) -> None:
+        """Open the dialog that notes a marker at this moment."""
+        MarkerDialog(self.studio.recording, self.live, self).show()
 
     def show_flash(self) -> None:
         """Open the dialog that writes the firmware to a board."""

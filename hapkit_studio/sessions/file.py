@@ -17,6 +17,8 @@ VERSION = 1
 SUFFIX = ".hapkit"
 ABOUT, SETTINGS, STOP, FAULT = "about", "settings", "stop", "fault"
 """Events of which each holds until the next of its kind."""
+MARKER = "marker"
+"""An event that a person noted, with a text."""
 MARK = 0x4861706B  # "Hapk": SQLite keeps a place in its header for an application's own
 _BLOBS = ("extremes", *(column.name for column in COLUMNS), STATE)
 _COUNTED = {"count": "INTEGER", "start": "REAL", "stop": "REAL", "states": "INTEGER"}
@@ -89,6 +91,13 @@ class SessionWriter:
             self._database.execute(
                 f"INSERT INTO {table} VALUES ({places})", (None, *values, checksum(values))
             )
+
+    @property
+    def size(self) -> int:
+        """Return how many bytes the file will have if it is closed now; raise SessionError."""
+        with self._in_words():
+            pages, of = (self._database.execute(f"PRAGMA {what}") for what in ("page_count", "page_size"))
+            return int(pages.fetchone()[0] * of.fetchone()[0])
 
     def close(self) -> None:
         """Leave one file that is complete; raise SessionError."""

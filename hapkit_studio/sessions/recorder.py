@@ -8,7 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.rows import RingReader
@@ -34,10 +35,11 @@ _T = TypeVar("_T")
 
 @dataclass(frozen=True)
 class Progress:
-    """A recording: its file, how many samples it holds, over how many s, and why it ended by itself."""
+    """A recording: its file, samples and bytes in it, over how many s, and why it ended by itself."""
 
     path: Path
     samples: int = 0
+    size: int = 0
     seconds: float = 0.0
     error: str = ""
 
@@ -53,6 +55,8 @@ class Recorder:
         self._seconds, self._truth = seconds, truth
         self.progress: Progress | None = None
         """Of the recording now, or of the last one where it ended by itself; None before the first."""
+        self.kept = 0.0
+        """How many s ago the oldest sample came that ``save`` would write."""
         self._jobs: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._open = True
         self._engine: Engine | None = None
@@ -74,9 +78,9 @@ class Recorder:
         reader = None if engine is None else engine.reader()
         self._jobs.put(lambda: self._change_to(engine, reader))
 
-    def note(self, kind: str, what: dict[str, Any]) -> None:
-        """Note what happens now, a marker say."""
-        event = Event(time.perf_counter(), kind, what)
+    def note(self, kind: str, what: dict[str, Any], when: float | None = None) -> None:
+        """Note what happens now, or happened at a time in s of the computer's clock, a marker say."""
+        event = Event(time.perf_counter() if when is None else when, kind, what)
         self._jobs.put(lambda: self._add(event))
 
     def record(self, path: str | Path) -> None:
@@ -112,6 +116,10 @@ class Recorder:
                 done.set_exception(error)
 
         self._jobs.put(run)
+        while self._thread.is_alive() and not done.done():
+            wait([done], _POLL_SECONDS)
+        if not done.done():  # nobody is to wait for a thread that a defect has ended
+            raise SessionError("The recorder has failed: nothing more is recorded.")
         return done.result()
 
     # --- in the thread
@@ -138,8 +146,8 @@ class Recorder:
         writer, self._writer = self._writer, None
         if writer is None:
             return None
-        writer.close()
         self.progress = None
+        writer.close()
         return writer.path
 
     def _save(self, path: str | Path) -> int:
@@ -161,7 +169,10 @@ class Recorder:
     def _take(self) -> None:
         if self._engine is None or self._reader is None:
             return
-        self._look(self._engine)
+        with suppress(DeviceError):  # it was closed meanwhile: its last rows are still to be had
+            self._look(self._engine)
+        if not self._seen:
+            return
         new = self._reader.read()
         if len(new):
             self._pending.append(new)
@@ -188,10 +199,10 @@ class Recorder:
         first, last = self._pending[0][0, rows.HOST_TIME], self._pending[-1][-1, rows.HOST_TIME]
         if last - first < seconds and time.perf_counter() - last < _GAP_SECONDS:
             return
-        table = np.concatenate(self._pending)
+        table, quantum = np.concatenate(self._pending), self._seen[ABOUT]["quantum_m"]
         gaps = np.flatnonzero(np.diff(table[:, rows.HOST_TIME]) > _GAP_SECONDS) + 1
         for part in np.split(table, gaps):
-            self._add_chunk(pack(part, self._engine.device.quantum, self._states, self._truth))
+            self._add_chunk(pack(part, quantum, self._states, self._truth))
         self._pending, self._states = [], len(self._engine.environment.state_names)
 
     def _add_chunk(self, chunk: Chunk) -> None:
@@ -202,12 +213,14 @@ class Recorder:
             event = self._events.popleft()
             if event.kind in _STANDING:
                 self._base[event.kind] = event
-        self._write(lambda writer: writer.add(chunk))
-        if self.progress is not None and self._writer is not None:
-            seconds = self.progress.seconds + chunk.stop - chunk.start
-            self.progress = replace(
-                self.progress, samples=self.progress.samples + chunk.count, seconds=seconds
-            )
+        self.kept = chunk.stop - self._chunks[0].start
+        self._write(lambda writer: self._add_to(writer, chunk))
+
+    def _add_to(self, writer: SessionWriter, chunk: Chunk) -> None:
+        writer.add(chunk)
+        before = self.progress or Progress(writer.path)
+        seconds = before.seconds + chunk.stop - chunk.start
+        self.progress = Progress(writer.path, before.samples + chunk.count, writer.size, seconds)
 
     def _add(self, event: Event) -> None:
         self._events.append(event)

@@ -67,12 +67,16 @@ def differences(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
 
 def changes(events: Iterable[Event], start: float, stop: float) -> list[str]:
     """Say every change of the settings from start to stop, both in s, each with its time after start."""
+    return [f"At {when:.2f} s: {what}." for when, what in timed_changes(events, start, stop)]
+
+
+def timed_changes(events: Iterable[Event], start: float, stop: float) -> list[tuple[float, str]]:
+    """Return every change of the settings from start to stop: when, in s after start, and in words what."""
     said, before = [], None
     for event in events:
         if event.kind == SETTINGS:
             if before is not None and start <= event.time <= stop:
-                found = ", ".join(differences(before, event.what))
-                said.append(f"At {event.time - start:.2f} s: {found}.")
+                said.append((event.time - start, ", ".join(differences(before, event.what))))
             before = event.what
     return said
 

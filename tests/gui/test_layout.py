@@ -117,7 +117,7 @@ def test_nothing_is_cut_off_or_overlaps(window, qapp):
             assert window.header.stop.height() >= 0.95 * 40 * breakpoints.scale(*size)  # its rim stays
             assert window.header.devices.isVisible()
             assert window.status.clamp.isVisible()
-            assert size[0] < 1024 or window.header.tabs.sizeHint().width() <= window.header.tabs.width()
+            assert size[0] < 1280 or window.header.tabs.sizeHint().width() <= window.header.tabs.width()
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1440, 1200)])

@@ -1,5 +1,6 @@
 """The recorder beside a running loop: nothing missing, every change, and what is kept for later."""
 
+import threading
 import time
 
 import numpy as np
@@ -7,9 +8,11 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.sessions.file import SETTINGS, STOP, SessionError
+from hapkit_studio.sessions import settings
+from hapkit_studio.sessions.file import SETTINGS, STOP, SessionError, SessionWriter
 from hapkit_studio.sessions.recorder import Recorder
 from hapkit_studio.sessions.session import Session
 from tests.waiting import wait_until
@@ -122,3 +125,44 @@ def test_a_fault_is_noted_with_its_reason(engine, recorder, tmp_path):
     wait_until(lambda: recorder.progress.samples > 0)
     engine.arrays.control[arrays.FAULT] = arrays.DEVICE_GONE
     assert hs.open_session(recorder.stop()).faults == (engine.fault.text,)
+
+
+def test_a_device_that_is_closed_under_it_loses_no_row_and_ends_nothing(
+    engine, recorder, tmp_path, monkeypatch
+):
+    def closed(_engine):
+        raise DeviceError("It is not open.")
+
+    recorder.record(tmp_path / "a.hapkit")
+    reader, pieces = engine.reader(), []
+    collected(reader, pieces, 300)
+    recorder._wait(recorder._take)
+    monkeypatch.setattr(settings, "about_device", closed)
+    collected(reader, pieces, 300)
+    recorder.follow(None)
+    recorder.stop()
+    found = Session(tmp_path / "a.hapkit").read(("tick",))["tick"]
+    wanted = np.concatenate(pieces)[:, rows.TICK]
+    assert len(np.setdiff1d(wanted, found)) == 0
+    recorder.follow(engine)  # closed before it was ever looked at
+    assert recorder.stop() is None
+
+
+def test_a_recording_whose_file_cannot_be_ended_is_over_all_the_same(recorder, tmp_path, monkeypatch):
+    def refuse(_writer):
+        raise SessionError("The disk is gone.")
+
+    recorder.record(tmp_path / "a.hapkit")
+    assert recorder.progress is not None
+    monkeypatch.setattr(SessionWriter, "close", refuse)
+    with pytest.raises(SessionError, match="gone"):
+        recorder.stop()
+    assert recorder.progress is None
+
+
+def test_nobody_waits_for_a_recorder_that_a_defect_has_ended(monkeypatch):
+    monkeypatch.setattr(threading, "excepthook", lambda _what: None)
+    recorder = Recorder()
+    recorder._jobs.put(lambda: 1 / 0)
+    with pytest.raises(SessionError, match="has failed"):
+        recorder.stop()

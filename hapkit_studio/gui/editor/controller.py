@@ -274,15 +274,15 @@ class FileActions:
 
     def delete(self, path: Path) -> None:
         """Ask, then move a file to the system's bin."""
-        DeleteDialog(path, self._controller, self._window).show()
+        DeleteDialog(path, self._controller.forget, self._window).show()
 
 
 class DeleteDialog(TextDialog):
-    """Asks whether a file may go; the safe answer has the focus."""
+    """Asks whether a file may go, and tells ``forget`` once it has; the safe answer has the focus."""
 
-    def __init__(self, path: Path, controller: EditorController, parent: QWidget):
+    def __init__(self, path: Path, forget: Callable[[Path], object], parent: QWidget):
         super().__init__(f"Delete {path.name}?", parent)
-        self._path, self._controller = path, controller
+        self._path, self._forget = path, forget
         self.words = label("It goes to the bin, from where it can be fetched back.")
         self.words.setMinimumWidth(360)
         self.keep, self.delete = QPushButton("Keep it"), QPushButton("Move to bin")
@@ -294,7 +294,7 @@ class DeleteDialog(TextDialog):
 
     def _delete(self) -> None:
         if QFile.moveToTrash(str(self._path)):
-            self._controller.forget(self._path)
+            self._forget(self._path)
             self.close()
         else:
             self.words.setText(f"There is no bin for {self._path.parent}. Delete the file there by hand.")

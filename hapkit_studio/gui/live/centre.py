@@ -76,7 +76,7 @@ class Toolbar(QWidget):
         self.cursors = _flat("cursors", "Read two samples and what lies between: drag A and B (keys A, B)")
         self.cursors.setCheckable(True)
         self.hold = _flat("hold", "Keep what the plots show now under what comes, to compare (H)")
-        self.release = _flat("hand", "The handle starts from rest where it is now, and no hand holds it (R)")
+        self.release = _flat("hand", "The handle starts from rest where it is now, and no hand holds it (L)")
         self.fit = _flat("fit", "Narrow the axes to the data and the wall, or what else is next to them (F)")
         self.set_narrow(False)
         left, right = (self.span, self.views, self.cursors, self.hold), (self.release, self.fit)

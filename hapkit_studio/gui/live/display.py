@@ -9,7 +9,7 @@ from PySide6.QtCore import QElapsedTimer, QObject, QTimer
 from hapkit_studio.analysis import oscillation
 from hapkit_studio.gui.live import held
 from hapkit_studio.gui.live.centre import Centre
-from hapkit_studio.gui.live.live import KEPT_SECONDS, Live
+from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.panel.warnings import WarningLines
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
@@ -128,7 +128,6 @@ class LiveDisplay(QObject):
             last = self._live.last
             compute = math.nan if last is None else float(last[rows.COMPUTE])
             self._status.show_health(health, *self._own_rate(), compute)
-            self._status.show_kept(self._live.lost, KEPT_SECONDS, self._live.paused)
             self._warnings.watch(self._live.history)
             self._take_acting()
             if not self._live.paused:

@@ -84,11 +84,12 @@ class History:
         """Time of the newest sample in s; NaN when empty."""
         return float(self._time[self._end - 1]) if len(self) else np.nan
 
-    def divide(self, words: str) -> None:
-        """Note a change made now, in place of one that no sample came after."""
+    def divide(self, words: str, time: float | None = None) -> None:
+        """Note what happened at a time in s, now if none is given, in place of what was noted for it."""
+        at = self.now if time is None else time
         if len(self):
-            before = [(time, was) for time, was in self.dividers if time < self.now]
-            self.dividers = [*before, (self.now, words)]
+            others = [(when, was) for when, was in self.dividers if when != at]
+            self.dividers = sorted([*others, (at, words)])
 
     def begin_anew(self) -> None:
         """Count what came up to now as another environment's."""

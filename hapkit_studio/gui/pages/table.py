@@ -87,14 +87,15 @@ class Table(QTableView):
     """Emits ``chosen`` with the row that is chosen, None once a second click chooses none.
 
     cells: it takes the room there is, and a cell is chosen: ``cell_chosen`` with its row and column.
+    scrolls: it takes the room there is, for rows as tall as their words.
     """
 
     chosen = Signal(object)
     cell_chosen = Signal(object, int)
 
-    def __init__(self, name: str, cells: bool = False) -> None:
+    def __init__(self, name: str, cells: bool = False, scrolls: bool = False) -> None:
         super().__init__()
-        self._cells = cells
+        self._cells, self._tall = cells, cells or scrolls
         self.content = Rows()
         self.setModel(self.content)
         self.setAccessibleName(name)
@@ -105,9 +106,9 @@ class Table(QTableView):
         self.setTabKeyNavigation(False)
         self.setShowGrid(cells)
         self.setFrameShape(QFrame.Shape.NoFrame)
-        up = QSizePolicy.Policy.Expanding if cells else QSizePolicy.Policy.Fixed
+        up = QSizePolicy.Policy.Expanding if self._tall else QSizePolicy.Policy.Fixed
         self.setSizePolicy(QSizePolicy.Policy.Expanding, up)
-        if not cells:  # as tall as its rows
+        if not self._tall:  # as tall as its rows
             self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.horizontalHeader().setMinimumSectionSize(_GAP)
         self.horizontalHeader().setHighlightSections(cells)
@@ -146,7 +147,7 @@ class Table(QTableView):
     def _fit(self) -> None:
         """Fit the height to all rows, with text wrapped in narrow columns."""
         self.verticalHeader().setMinimumSectionSize(theme.px(_ROW))
-        if self._cells:
+        if self._tall:
             return
         self.setVisible(bool(self.content.rows))
         self.resizeRowsToContents()

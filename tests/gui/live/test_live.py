@@ -63,8 +63,7 @@ def test_the_history_holds_the_very_rows_of_the_ring_a_hidden_window_only_drains
     for name, column in CHANNELS.items():
         assert np.array_equal(kept.y[name], ring[:, column])
     window.live.lost = 12
-    window.live._health.stop()
-    window.display.show_health(window.studio.engine.health())
+    window.record_display.show_state()
     assert window.status.kept.words.text() == "12 rows not read"
     frames = []
     window.live.frame.connect(lambda *_: frames.append(1))
@@ -89,7 +88,7 @@ def test_release_here_takes_the_handle_out_of_a_hand_that_still_drags(window, qt
         return reader.read()[-1:, rows.HAND_TARGET]
 
     qtbot.waitUntil(lambda: np.isfinite(target()).any())
-    for let_go in (lambda: qtbot.keyClick(scene, Qt.Key.Key_R), button.click):
+    for let_go in (lambda: qtbot.keyClick(scene, Qt.Key.Key_L), button.click):
         let_go()
         qtbot.waitUntil(lambda: np.isnan(target()).any())
         assert window.studio.engine._wanted.target is None

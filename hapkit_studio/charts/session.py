@@ -1,0 +1,16 @@
+"""A session at a glance: where the handle was all the while, with its markers."""
+
+from typing import Any
+
+from hapkit_studio.charts.style import Colors, style_axes
+
+
+def draw(figure: Any, c: Colors, trace: Any, markers: tuple[tuple[float, str], ...]) -> None:
+    """Draw least and greatest positions, a trace (3, n) as an Overview has it, and a line for each marker."""
+    axes = figure.add_subplot()
+    time, least, greatest = trace
+    axes.fill_between(time, 1e3 * least, 1e3 * greatest, step="post", color=c.position, linewidth=1.5)
+    for when, _ in markers:
+        axes.axvline(when, color=c.ink2, linewidth=1.2, dashes=(3, 2))
+    style_axes(axes, c, "time, s", "position, mm")
+    axes.margins(x=0.0)

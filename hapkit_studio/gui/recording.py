@@ -1,0 +1,208 @@
+"""Recording in the window: one recorder follows the device in use; header, status bar and banner show it."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from PySide6.QtCore import QObject, QTimer, Signal
+
+from hapkit_studio.errors import StudioError
+from hapkit_studio.formatting import number
+from hapkit_studio.gui.background import Job
+from hapkit_studio.gui.banners import BannerStack, Notice
+from hapkit_studio.sessions.file import MARKER
+from hapkit_studio.sessions.folder import new_path
+
+if TYPE_CHECKING:
+    from hapkit_studio.gui.header import Header
+    from hapkit_studio.gui.live.live import Live
+    from hapkit_studio.gui.status_bar import StatusBar
+    from hapkit_studio.gui.studio import Studio
+    from hapkit_studio.sessions.recorder import Progress, Recorder
+
+LOOK_MS = 250
+_RANK = 5
+_WHOLE_S = 1.0  # what is kept ends with a chunk, not with the second
+
+
+def clock(seconds: float) -> str:
+    """Write a duration in s as 0:42, or 1:02:03 from an hour on."""
+    minutes, rest = divmod(int(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def megabytes(size: int) -> str:
+    """Write bytes as MB with one decimal, below one as kB."""
+    return f"{number(1e-6 * size, 1)} MB" if size >= 1e6 else f"{number(1e-3 * size, 0)} kB"
+
+
+class Recording(QObject):
+    """Keeps what comes from the device in use, and records it; all that touches the disk is done in threads.
+
+    ``changed``: look at it anew. ``failed``: in two sentences what was not done, and why. ``newest`` is the
+    file written last, with its bytes.
+    """
+
+    changed = Signal()
+    failed = Signal(str, str)
+
+    def __init__(self, studio: "Studio"):
+        super().__init__(studio)
+        self._studio = studio
+        self._recorder: Recorder | None = None
+        self._ended: Progress | None = None  # the recording whose end by itself was said
+        self.newest: tuple[Path, int] | None = None
+        self._turn = self._job("Recording failed.")
+        self._save = self._job("Nothing was saved.")
+        self._looks = QTimer(self, interval=LOOK_MS)
+        self._looks.timeout.connect(self._look)
+        studio.engine_changed.connect(self._follow)
+
+    @property
+    def progress(self) -> "Progress | None":
+        """Return how far the recording is, None while there is none."""
+        progress = self._recorder.progress if self._recorder is not None else None
+        return None if progress is None or progress.error else progress
+
+    @property
+    def kept(self) -> float:
+        """Return how many s ``save_kept`` would write."""
+        return self._recorder.kept if self._recorder is not None else 0.0
+
+    @property
+    def possible(self) -> bool:
+        """Say whether there is anything to record, or a recording to end."""
+        return self._studio.engine is not None or self.progress is not None
+
+    def toggle(self) -> None:
+        """Begin to record into a new file, or end the file."""
+        recorder, key = self._recorder, self._studio.environment.key
+        if recorder is None or self._turn.running:
+            return
+        if self.progress is None:
+            self._turn.start(lambda _progress: recorder.record(new_path(key)))
+        else:
+            self._turn.start(lambda _progress: _written(recorder.stop()))
+
+    def save_kept(self) -> None:
+        """Write what already happened into a new file."""
+        recorder, key = self._recorder, self._studio.environment.key
+        if recorder is None or self._save.running:
+            return
+
+        def save(_progress: object) -> tuple[Path, int] | None:
+            path = new_path(key)
+            recorder.save(path)
+            return _written(path)
+
+        self._save.start(save)
+
+    def mark(self, text: str, when: float) -> None:
+        """Note a marker at a time in s of the rows' clock."""
+        if self._recorder is not None:
+            self._recorder.note(MARKER, {"text": text}, when)
+
+    def close(self) -> None:
+        """End the recording, its file whole, and the recorder."""
+        self._looks.stop()
+        for job in (self._turn, self._save):
+            job.wait()
+        if self._recorder is not None:
+            with suppress(StudioError):  # nobody is left to be told
+                self._recorder.close()
+
+    def _job(self, failure: str) -> Job:
+        job = Job(self, needs="")
+        job.finished.connect(self._finish)
+        job.failed.connect(lambda text: self.failed.emit(failure, text))
+        return job
+
+    def _follow(self) -> None:
+        engine = self._studio.engine
+        if self._recorder is None and engine is not None:
+            from hapkit_studio.sessions.recorder import Recorder  # late: keeps start-up fast
+
+            self._recorder = Recorder()
+            self._looks.start()
+        if self._recorder is not None:
+            self._recorder.follow(engine)
+
+    def _finish(self, written: tuple[Path, int] | None) -> None:
+        self.newest = written
+        self.changed.emit()
+
+    def _look(self) -> None:
+        """Say it once where a recording has ended by itself."""
+        progress = self._recorder.progress if self._recorder is not None else None
+        if progress is not None and progress.error and progress != self._ended:
+            self._ended = progress
+            self.newest = _written(progress.path)
+            self.failed.emit(f"Recording stopped at {clock(progress.seconds)}.", progress.error)
+        self.changed.emit()
+
+
+def _written(path: Path | None) -> tuple[Path, int] | None:
+    return None if path is None else (path, path.stat().st_size)
+
+
+class RecordingDisplay(QObject):
+    """Shows a recording in the header, what is kept in the status bar, and what failed as a banner."""
+
+    def __init__(
+        self,
+        recording: Recording,
+        live: "Live",
+        header: "Header",
+        status: "StatusBar",
+        banners: BannerStack,
+        show: Callable[[], Any],
+    ):
+        """show: brings the sessions into sight."""
+        super().__init__(recording)
+        self._recording, self._live = recording, live
+        self._header, self._status, self._banners = header, status, banners
+        header.record_pressed.connect(recording.toggle)
+        status.show_sessions.connect(lambda: self._show_newest(show))
+        recording.changed.connect(self.show_state)
+        recording.failed.connect(self._show_failure)
+        live.paused_changed.connect(lambda _on: self.show_state())
+        self.show_state()
+
+    def show_state(self) -> None:
+        """Show whether it records and for how long, how much is kept, what was written last."""
+        progress = self._recording.progress
+        time = clock(progress.seconds) if progress is not None else ""
+        self._header.show_recording(time, self._recording.possible)
+        self._status.show_kept(*self._words(progress))
+        if progress is not None:
+            self._banners.set("recording", None)
+
+    def _words(self, progress: "Progress | None") -> tuple:
+        """Return words for the status bar, a sign, its token, and whether the sessions are offered."""
+        lost, newest = self._live.lost, self._recording.newest
+        paused = "Paused. " if self._live.paused else ""
+        if progress is not None:
+            words = f"Recording {clock(progress.seconds)}, {megabytes(progress.size)}"
+            return f"{paused}{words}", "record", "danger"
+        if newest is not None:
+            return f"{newest[0].stem}, {megabytes(newest[1])}", "check", "ok", True
+        if lost:
+            return f"{lost:,} rows not read", "triangle", "warn"
+        kept = self._recording.kept
+        return (f"{paused}Last {_lasting(kept)} kept" if kept else "",)
+
+    def _show_newest(self, show: Callable[[], Any]) -> None:
+        show()
+        self._recording.newest = None  # it was seen: the status bar is free for what is kept
+        self.show_state()
+
+    def _show_failure(self, what: str, why: str) -> None:
+        leave = ("Close", lambda: self._banners.set("recording", None))
+        self._banners.set("recording", Notice("recording", _RANK, "warn", "triangle", what, why, (leave,)))
+
+
+def _lasting(seconds: float) -> str:
+    minutes = int((seconds + _WHOLE_S) // 60)
+    return f"{minutes} min" if minutes else f"{seconds:.0f} s"

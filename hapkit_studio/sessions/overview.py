@@ -1,0 +1,95 @@
+"""A session at a glance: what its file is, what happened in it, and its position to draw."""
+
+import math
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from hapkit_studio.sessions.chunk import DRAWN
+from hapkit_studio.sessions.file import ABOUT, MARKER, SETTINGS, SessionError
+from hapkit_studio.sessions.session import Session
+from hapkit_studio.sessions.settings import timed_changes
+
+_MOST = 1000  # points of the trace
+_FEW = 60_000  # samples that are read themselves: their blocks would be coarse
+
+
+@dataclass(frozen=True, eq=False)
+class Overview:
+    """A session's file with its bytes and when it was last written (s, as time.time has it), and its content.
+
+    environments: their keys in the order in which they came. markers and changes: s after the beginning, and
+    words. trace (3, n): s after the beginning, least and greatest position in m from there to the next, NaN
+    where nothing came. error: why nothing can be read.
+    """
+
+    path: Path
+    size: int
+    saved: float
+    error: str = ""
+    seconds: float = 0.0
+    samples: int = 0
+    device: str = ""
+    environments: tuple[str, ...] = ()
+    markers: tuple[tuple[float, str], ...] = ()
+    changes: tuple[tuple[float, str], ...] = ()
+    damage: tuple[str, ...] = ()
+    trace: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))
+
+
+def overview(path: Path) -> Overview:
+    """Read a session at a glance; raise OSError where there is no such file."""
+    found = path.stat()
+    try:
+        with closing(Session(path)) as session:
+            return _of(session, found.st_size, found.st_mtime)
+    except SessionError as error:
+        return Overview(path, found.st_size, found.st_mtime, str(error))
+
+
+def _of(session: Session, size: int, saved: float) -> Overview:
+    start, stop = float(session.starts[0]), float(session.stops[-1])
+    keys = [str(event.what.get("environment", "")) for event in session.events if event.kind == SETTINGS]
+    markers = [(event.time - start, str(event.what.get("text", ""))) for event in session.events
+               if event.kind == MARKER and start <= event.time <= stop]  # fmt: skip
+    return Overview(
+        session.path,
+        size,
+        saved,
+        seconds=session.seconds,
+        samples=int(session.counts.sum()),
+        device=str(session.latest(ABOUT).get("device", "")),
+        environments=tuple(dict.fromkeys(key for key in keys if key)),
+        markers=tuple(markers),
+        changes=tuple(timed_changes(session.events, start, stop)),
+        damage=session.damage,
+        trace=_trace(session),
+    )
+
+
+def _trace(session: Session) -> np.ndarray:
+    """Return times after the beginning, least and greatest positions there (3, n); NaN where nothing came."""
+    times, least, greatest = _samples(session) if session.counts.sum() <= _FEW else _blocks(session)
+    count = max(min(_MOST, len(times) // 2), 1)  # two places or more each: an empty one is a gap
+    edges = session.starts[0] + session.seconds * np.arange(count) / count
+    first = np.searchsorted(times, edges)
+    filled = np.append(first[1:], len(times)) > first
+    trace = np.vstack([edges - session.starts[0], np.full((2, count), math.nan)])
+    trace[1, filled] = np.fmin.reduceat(least, first[filled])
+    trace[2, filled] = np.fmax.reduceat(greatest, first[filled])
+    return trace
+
+
+def _samples(session: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    found = session.read(("time", "position"))
+    return found["time"], found["position"], found["position"]
+
+
+def _blocks(session: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return when each block of samples began, its least and its greatest position."""
+    parts = zip(session.starts, session.stops, session.blocks, strict=True)
+    times = [np.linspace(start, stop, part.shape[2], endpoint=False) for start, stop, part in parts]
+    least, greatest = np.hstack([part[DRAWN.index("position")] for part in session.blocks])
+    return np.concatenate(times), least, greatest

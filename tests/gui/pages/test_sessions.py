@@ -1,0 +1,155 @@
+"""The page of sessions: found again, looked at, exported, deleted; what cannot be read is said in its row."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QFileDialog, QPushButton
+
+from hapkit_studio.gui.editor.controller import DeleteDialog
+from hapkit_studio.gui.pages import sessions
+from hapkit_studio.haptics import rows
+from hapkit_studio.sessions.folder import folder
+from tests.gui.test_layout import cut_off, resize
+from tests.sessions.test_chunk import QUANTUM
+from tests.sessions.test_overview import motion, write
+
+
+@pytest.fixture
+def page(shared_window, qtbot, home):
+    """Return the page in sight with three sessions, of which one cannot be read, and another file."""
+    folder().mkdir()
+    write(folder() / "friction in the lab.hapkit", motion(2.0))
+    write(folder() / "Wall to its limit.hapkit", motion(1.0))
+    (folder() / "broken.hapkit").write_text("a letter")
+    (folder() / "notes.txt").write_text("no session")
+    shown = shared_window.views.page("sessions")
+    shown.search.clear()
+    shown._others.clear()
+    shared_window.views.show("sessions")
+    qtbot.waitUntil(lambda: not shown._reading.running)
+    yield shown
+    shared_window.views.show("live")
+
+
+def listed(page):
+    return {row[0] for row in page.table.texts()[1:]}
+
+
+def choose(page, name):
+    """Choose a row by a click."""
+    row = [texts[0] for texts in page.table.texts()[1:]].index(name)
+    if page.table.currentIndex().row() != row:
+        place = page.table.visualRect(page.table.model().index(row, 0)).center()
+        QTest.mouseClick(page.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
+
+
+def test_the_folder_is_listed_and_what_cannot_be_read_says_why(page):
+    assert listed(page) == {"friction in the lab", "Wall to its limit", "broken"}
+    choose(page, "broken")
+    assert page.side.words.text() == "broken.hapkit is no session of the studio."
+    assert not page.export.isEnabled()
+    assert page.chart.isHidden()
+    choose(page, "friction in the lab")
+    assert page.side.heading.text() == "friction in the lab"
+    assert page.side.words.text() == "2.0 s, 2,000 samples"
+    assert dict(page.facts.pairs)["Environments"] == "Wall, Spring"
+    assert page.happened.pairs == [
+        ("0.25 s", "a quarter"),
+        ("0.50 s", "environment wall → spring"),
+        ("0.70 s", "environment spring → wall"),
+    ]
+    assert page.chart.isVisible()
+
+
+@pytest.mark.parametrize(
+    ("words", "found"),
+    [
+        ("LIMIT wall", {"Wall to its limit"}),
+        ("quarter", {"friction in the lab", "Wall to its limit"}),
+        ("spring simulated", {"friction in the lab", "Wall to its limit"}),
+        ("quarter broken", set()),
+    ],
+)
+def test_a_search_finds_what_has_every_word(page, words, found):
+    QTest.keyClicks(page.search, words)
+    assert listed(page) == found
+    assert (page.chosen is not None) == bool(found)
+
+
+def test_only_what_is_new_is_read_again(page, qtbot, monkeypatch):
+    read = []
+    monkeypatch.setattr(sessions, "overview", lambda path: read.append(path.name) or page.chosen)
+    write(folder() / "new.hapkit", motion(1.0))
+    page.load()
+    qtbot.waitUntil(lambda: not page._reading.running)
+    assert read == ["new.hapkit"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "separator", "decimal"),
+    [("Table (*.csv)", "a.csv", ",", "."), ("Table, decimal comma (*.csv)", "b.csv", ";", ",")],
+)
+def test_an_export_holds_the_samples_with_the_decimal_mark_that_was_chosen(
+    page, qtbot, tmp_path, kind, name, separator, decimal
+):
+    choose(page, "Wall to its limit")
+    page.export.click()
+    dialog = page.findChildren(QFileDialog)[-1]
+    assert not dialog.isModal()
+    dialog.selectNameFilter(kind)
+    dialog.fileSelected.emit(str(tmp_path / name))
+    dialog.close()
+    qtbot.waitUntil(lambda: page.status.text().startswith("Saved"))
+    assert page.status.text() == f"Saved {name}: 1,000 samples"
+    _comment, head, *lines = (tmp_path / name).read_text().splitlines()
+    place = head.split(separator).index("position_m")
+    values = [float(line.split(separator)[place].replace(decimal, ".")) for line in lines]
+    assert np.abs(np.array(values) - motion(1.0)[:, rows.POSITION]).max() <= 0.5 * QUANTUM
+
+
+def test_an_export_that_cannot_be_written_is_one_line(page, qtbot, tmp_path):
+    choose(page, "Wall to its limit")
+    page.export.click()
+    dialog = page.findChildren(QFileDialog)[-1]
+    dialog.fileSelected.emit(str(tmp_path / "none" / "a.csv"))
+    dialog.close()
+    qtbot.waitUntil(lambda: page.status.property("role") == "error")
+    assert page.status.text() == "a.csv cannot be written: No such file or directory."
+
+
+def test_a_session_from_anywhere_joins_the_list_and_is_chosen(page, qtbot, tmp_path):
+    write(tmp_path / "from a friend.hapkit", motion(1.0))
+    page.open_other(str(tmp_path / "from a friend.hapkit"))
+    qtbot.waitUntil(lambda: page.chosen is not None and page.chosen.path.stem == "from a friend")
+    assert len(listed(page)) == 4
+
+
+def test_what_is_deleted_goes_to_the_bin_and_from_the_list(page, shared_window, qtbot, monkeypatch):
+    def to_bin(name):
+        (folder() / name.rpartition("/")[2]).rename(folder().parent / "bin")
+        return True
+
+    monkeypatch.setattr("hapkit_studio.gui.editor.controller.QFile.moveToTrash", to_bin)
+    choose(page, "Wall to its limit")
+    page.delete.click()
+    assert "Wall to its limit" in listed(page)
+    shared_window.findChildren(DeleteDialog)[-1].delete.click()
+    qtbot.waitUntil(lambda: listed(page) == {"friction in the lab", "broken"})
+
+
+def test_without_sessions_it_says_how_to_get_one(shared_window, qtbot, home):
+    page = shared_window.views.page("sessions")
+    page._others.clear()
+    shared_window.views.show("sessions")
+    qtbot.waitUntil(lambda: listed(page) == set())
+    assert page.empty.isVisible()
+    assert "(R)" in page.empty.text()
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (800, 560)])
+def test_nothing_is_cut_off(page, shared_window, qapp, size):
+    resize(qapp, shared_window, size)
+    assert cut_off(shared_window) == []
+    assert all(button.isVisible() for button in page.findChildren(QPushButton) if button.text())
+    resize(qapp, shared_window, (1440, 900))
