@@ -38,7 +38,7 @@ class Action:
     """One thing a person can do; ``menu`` is "Menu" or "Menu/Submenu".
 
     checked tells whether a check mark stands before it; filtered: the key is caught by the event filter,
-    so no shortcut is registered for it; extra are further keys that do the same.
+    so no shortcut is registered for it; extra are further keys that do the same; said: what the menu says now.
     """
 
     key: str
@@ -50,6 +50,7 @@ class Action:
     checked: Callable[["MainWindow"], bool] | None = None
     filtered: bool = False
     extra: tuple[str, ...] = ()
+    said: Callable[["MainWindow"], str] | None = None
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -85,6 +86,7 @@ def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
     laws = [(e.key, e.title, e.shortcut) for e in environments]
     return (
         *_SESSION,
+        *_EDIT,
         *_one_of("view.tab", "View", tabs, lambda w, key: w.views.show(key), lambda w: w.views.key),
         *_VIEW,
         *_DEVICE,
@@ -129,6 +131,20 @@ _SESSION = (
         enabled=_has_simulated,
     ),
     Action("session.quit", "Quit", "Session", lambda w: w.quit(), "Ctrl+Q"),
+)  # fmt: skip
+
+
+_EDIT = (
+    Action(
+        "edit.undo", "Undo", "Edit", lambda w: w.history.undo(), "Ctrl+Z",
+        enabled=lambda w: w.history.stack.canUndo(),
+        said=lambda w: f"Undo {w.history.stack.undoText()}".rstrip(),
+    ),
+    Action(
+        "edit.redo", "Redo", "Edit", lambda w: w.history.redo(), "Ctrl+Shift+Z",
+        enabled=lambda w: w.history.stack.canRedo(), extra=("Ctrl+Y",),
+        said=lambda w: f"Redo {w.history.stack.redoText()}".rstrip(),
+    ),
 )  # fmt: skip
 
 
@@ -250,6 +266,8 @@ class ActionSet(QObject):
         for entry in self.entries:
             action = self.qt[entry.key]
             action.setEnabled(entry.enabled(self._window))
+            if entry.said is not None:
+                action.setText(entry.said(self._window))
             if entry.checked is not None:
                 action.setChecked(entry.checked(self._window))
 
