@@ -38,7 +38,8 @@ class Action:
     """One thing a person can do; ``menu`` is "Menu" or "Menu/Submenu".
 
     checked tells whether a check mark stands before it; filtered: the key is caught by the event filter,
-    so no shortcut is registered for it; extra are further keys that do the same; said: what the menu says now.
+    so no shortcut is registered for it; extra are further keys that do the same; said:
+    what the menu says now.
     """
 
     key: str
@@ -61,6 +62,11 @@ class Action:
     def single(self) -> bool:
         """Say whether a key without modifiers would do it: silent in texts, can be switched off."""
         return not self.filtered and any(len(k) == 1 or k == "Space" for k in self.keys)
+
+
+def native(key: str) -> str:
+    """Return a key as this system writes it."""
+    return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
 
 
 def _has_engine(window: "MainWindow") -> bool:
@@ -227,7 +233,8 @@ _ENVIRONMENT = (
 
 
 _HELP = (
-    Action("help.keys", "Keys", "Help", lambda w: w.show_keys(), "F1", extra=("?",)),
+    Action("help.find", "Find a command…", "Help", lambda w: w.show_commands(), "Ctrl+K"),
+    Action("help.keys", "Keys and words", "Help", lambda w: w.show_keys(), "F1", extra=("?",)),
     Action("help.priority", "Real-time priority", "Help", lambda w: w.show_priority(), enabled=_has_engine),
     Action("help.about", "About", "Help", lambda w: w.show_about()),
 )

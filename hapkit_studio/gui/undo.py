@@ -74,9 +74,9 @@ def words(studio: Studio, before: Settings, after: Settings) -> str:
         if not others and all(usual[where[2]] == new for where, new in after.items()):
             return "default values"
         return f"{len(after)} values"
-    return (
-        "velocity filter" if ("loop", "estimator") in after and len(after) == 2 else f"{len(after)} settings"
-    )
+    if {*after} == {("loop", "estimator"), ("loop", "options")}:
+        return "velocity filter"
+    return f"{len(after)} settings"
 
 
 def _one(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> str:

@@ -10,7 +10,8 @@ from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.actions import ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack, Notice
-from hapkit_studio.gui.dialogs import about_dialog, keys_dialog, priority_dialog
+from hapkit_studio.gui.command_palette import CommandPalette, FindButton
+from hapkit_studio.gui.dialogs import KeysDialog, about_dialog, priority_dialog
 from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
 from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.gui.gallery import Gallery
@@ -91,6 +92,7 @@ class MainWindow(QMainWindow):
         self.views = Views(studio, self.live, self.header.tabs, self.centre, self.editor, self.body.show_side)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
+        self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))
         self._connect()
 
     # what the actions call
@@ -126,8 +128,12 @@ class MainWindow(QMainWindow):
             self.close()
 
     def show_keys(self) -> None:
-        """Open the dialog of keys."""
-        keys_dialog(self.actions_by_key.entries, self).show()
+        """Open the dialog of keys and words."""
+        KeysDialog(self.actions_by_key.entries, self).show()
+
+    def show_commands(self) -> None:
+        """Open the list of every action."""
+        CommandPalette(self).show()
 
     def show_priority(self) -> None:
         """Open the dialog on real-time priority."""
@@ -151,9 +157,8 @@ class MainWindow(QMainWindow):
     def _say_refused(self, words: str) -> None:
         """Say what cannot be put back, until something else is undone or changed."""
         close = ("Close", lambda: self.banners.set("undo", None))
-        self.banners.set(
-            "undo", Notice("undo", 9, "warn", "triangle", "Nothing was changed.", words, (close,))
-        )
+        notice = Notice("undo", 9, "warn", "triangle", "Nothing was changed.", words, (close,))
+        self.banners.set("undo", notice)
 
     # keys, room and life
 
