@@ -210,6 +210,15 @@ _ENVIRONMENT = (
         "environment.reset", "Default values", "Environment", lambda w: w.studio.reset_values(),
         enabled=lambda w: bool(w.studio.environment.parameters),
     ),
+    Action(
+        "environment.save_preset", "Save preset as…", "Environment", lambda w: w.presets.ask_to_keep(),
+        enabled=lambda w: bool(w.studio.environment.parameters),
+    ),
+    Action(
+        "environment.restore_preset", "Restore preset", "Environment", lambda w: w.presets.restore(),
+        enabled=lambda w: bool(w.presets.different),
+    ),
+    Action("environment.import_preset", "Import preset…", "Environment", lambda w: w.presets.bring()),
     Action("environment.new", "New environment…", "Environment", lambda w: w.editor.begin_new(), "Ctrl+N"),
     Action("environment.open", "Open…", "Environment", lambda w: w.file_actions.open(), "Ctrl+O"),
     Action("environment.export", "Export as sketch…", "Environment", lambda w: w.show_export()),

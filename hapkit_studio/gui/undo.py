@@ -18,7 +18,7 @@ Settings = dict[tuple[str, ...], Any]
 """("environment",), ("grip",), ("loop", field) or ("value", environment, parameter) and what is set there."""
 MOST = 200
 """Steps that are kept."""
-_ENVIRONMENT, _GRIP = ("environment",), ("grip",)
+ENVIRONMENT, HAND = ("environment",), ("grip",)
 _WORDS = {
     "options": "velocity filter",
     "model": "model",
@@ -31,7 +31,7 @@ _LOOP = {"rate": RATE, "delay": DELAY}
 
 def settings_of(studio: Studio) -> Settings:
     """Return everything that can be undone, as it is."""
-    found: Settings = {_ENVIRONMENT: studio.environment.key, _GRIP: studio.grip}
+    found: Settings = {ENVIRONMENT: studio.environment.key, HAND: studio.grip}
     found |= {("loop", name): value for name, value in vars(studio.loop).items()}
     for key, values in studio.library.values.items():
         found |= {("value", key, name): value for name, value in values.items()}
@@ -45,7 +45,7 @@ def put(studio: Studio, settings: Settings) -> None:
     for (kind, *names), value in settings.items():
         if kind == "value":
             values[names[0]][names[1]] = value
-    chosen = settings.get(_ENVIRONMENT, studio.environment.key)
+    chosen = settings.get(ENVIRONMENT, studio.environment.key)
     for key in (*values, chosen):
         if key not in studio.environments:
             raise ParameterError(f"The environment {key} is no longer there.")
@@ -56,14 +56,14 @@ def put(studio: Studio, settings: Settings) -> None:
     for key, changes in values.items():
         studio.set_values_of(key, changes)
     studio.choose(chosen)
-    if _GRIP in settings:
-        studio.set_grip(settings[_GRIP])
+    if HAND in settings:
+        studio.set_grip(settings[HAND])
 
 
 def words(studio: Studio, before: Settings, after: Settings) -> str:
     """Name a change for a menu: "stiffness 300 → 500 N/m"."""
-    if _ENVIRONMENT in after:
-        titles = [studio.environments[s[_ENVIRONMENT]].title for s in (before, after)]
+    if ENVIRONMENT in after:
+        titles = [studio.environments[s[ENVIRONMENT]].title for s in (before, after)]
         return " → ".join(titles)
     if len(after) == 1:
         ((where, new),) = after.items()
@@ -77,6 +77,12 @@ def words(studio: Studio, before: Settings, after: Settings) -> str:
     if {*after} == {("loop", "estimator"), ("loop", "options")}:
         return "velocity filter"
     return f"{len(after)} settings"
+
+
+def each_word(studio: Studio, settings: Settings) -> list[str]:
+    """Name what each of some settings would change."""
+    now = settings_of(studio)
+    return [_one(studio, place, now[place], value) for place, value in settings.items() if len(place) > 1]
 
 
 def _one(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> str:

@@ -23,6 +23,7 @@ from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.notices import Notices, Passivity
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
+from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.undo import History
@@ -77,7 +78,8 @@ class MainWindow(QMainWindow):
             FileActions(self.editor, self),
             FileWatcher(studio, self.editor, self),
         )
-        self.panel = ParameterPanel(studio, self.settings, self.body)
+        self.presets = Presets(studio, self.history, self)
+        self.panel = ParameterPanel(studio, self.presets, self.settings, self.body)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
         self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)
