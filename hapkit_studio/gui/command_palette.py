@@ -91,12 +91,12 @@ class FindButton(QPushButton):
         self.setAccessibleName("Find a command")
         words, cap = label("Find a command", "hint", wrap=False), label(native("Ctrl+K"), "key", wrap=False)
         mark(cap, "ink", "ink3")
-        row = across(words, cap, into=self, margins=(8, 0, 14, 0))
+        self._row = row = across(words, cap, into=self, margins=(8, 0, 14, 0))
         row.setAlignment(cap, Qt.AlignmentFlag.AlignVCenter)
         self.clicked.connect(opens)
 
     def sizeHint(self) -> QSize:
-        return self.layout().sizeHint()
+        return self._row.sizeHint()
 
 
 class CommandPalette(QDialog):
@@ -106,7 +106,7 @@ class CommandPalette(QDialog):
         super().__init__(window, Qt.WindowType.Popup)
         self.setObjectName("palette")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self._actions = window.actions_by_key
+        self._window, self._actions = window, window.actions_by_key
         self._actions.refresh()
         self.field, self.list, self.found = QLineEdit(), QTableView(), Found(self)
         self.field.setPlaceholderText("Find a command")
@@ -135,7 +135,7 @@ class CommandPalette(QDialog):
     def showEvent(self, event: QShowEvent) -> None:
         """Open in the middle of the window, below its header: the E-stop stays in sight."""
         super().showEvent(event)
-        parent: QWidget = self.parentWidget()
+        parent = self._window
         corner = parent.mapToGlobal(parent.rect().topLeft())
         self.move(
             corner.x() + (parent.width() - self.width()) // 2, corner.y() + theme.px(_ROW + header.HEIGHT + 8)
@@ -169,6 +169,6 @@ class CommandPalette(QDialog):
     def _run(self, index: Index) -> None:
         """Close, then do what was chosen."""
         if index.isValid() and index.flags():
-            key = index.siblingAtColumn(0).data(Qt.ItemDataRole.UserRole)
+            key = self.found.index(index.row(), 0).data(Qt.ItemDataRole.UserRole)
             self.close()
             self._actions.run(key)

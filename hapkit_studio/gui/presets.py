@@ -137,9 +137,9 @@ def _loop_value(name: str, loop: dict[str, Any]) -> Any:
     if name == "grip":
         return GRIP.text(_number(GRIP, value))
     if name == "estimator":
-        return estimators.parse(value if isinstance(value, str) else ())[0].key
+        return estimators.parse(value if isinstance(value, str) else repr(value))[0].key
     if name == "options":
-        options = estimators.parse((loop.get("estimator"), value))[1]
+        options = estimators.parse((loop.get("estimator", ""), value))[1]
         return tuple((key, options[key]) for key in value)
     if name == "controller" and isinstance(value, bool):
         return value

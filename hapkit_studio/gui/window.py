@@ -52,6 +52,7 @@ class MainWindow(QMainWindow):
     live: Live
     centre: Centre
     own: OwnEnvironments
+    presets: Presets
     display: LiveDisplay
     file_actions: FileActions
     editor: EditorController

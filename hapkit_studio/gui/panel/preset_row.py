@@ -159,6 +159,7 @@ class PresetRow(QWidget):
         self.menu.setToolTipsVisible(True)
         self.menu.aboutToShow.connect(self.fill)
         self.button.setMenu(self.menu)
+        self.button.setProperty("menu", True)
         self.name = label("Preset")
         self.name.setBuddy(self.button)
         across((self.name, 1), self.button, into=self, margins=(0, 3, 0, 3), gap=6)

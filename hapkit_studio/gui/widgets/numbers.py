@@ -154,8 +154,8 @@ class NumberBox(QDoubleSpinBox):
 
     def event(self, event: QEvent) -> bool:
         """Leave Ctrl+Z to the window unless a text is being edited, whose own it is."""
-        asked = event.type() == QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
-        if asked and not self._typed and (event.matches(_UNDO) or event.matches(_REDO)):
+        override = event.type() == QEvent.Type.ShortcutOverride and not self._typed
+        if override and isinstance(event, QKeyEvent) and (event.matches(_UNDO) or event.matches(_REDO)):
             event.ignore()
             return False
         return super().event(event)
