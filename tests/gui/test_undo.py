@@ -4,10 +4,10 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
+from hapkit_studio.arguments import window_parser
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.studio import LoopChoice
+from hapkit_studio.gui import app
 from hapkit_studio.gui.undo import settings_of
-from tests.environments.calling import LIBRARY
 from tests.gui.window_support import put_back
 
 CTRL, SHIFT = Qt.KeyboardModifier.ControlModifier, Qt.KeyboardModifier.ShiftModifier
@@ -203,10 +203,14 @@ def test_what_cannot_be_put_back_is_said_in_one_line_and_nothing_changes(window)
         studio.set_values_of("spring", values)
 
 
-def test_a_start_begins_with_nothing_to_undo(window):
-    studio = window.studio
-    studio.set_loop(delay=0.003)
-    window.history.forget()
-    assert not window.history.stack.canUndo()
-    assert studio.loop == LoopChoice(delay=0.003)
-    assert studio.values == LIBRARY["wall"].values()
+def test_what_a_start_restores_is_no_step(qapp):
+    first = app.build(window_parser().parse_args([]))
+    first.studio.set_value("stiffness", 640.0)
+    first.close()
+    again = app.build(window_parser().parse_args([]))
+    assert again.studio.values["stiffness"] == 640.0
+    assert not again.history.stack.canUndo()
+    again.studio.set_value("stiffness", 700.0)
+    again.history.undo()
+    assert again.studio.values["stiffness"] == 640.0
+    again.close()
