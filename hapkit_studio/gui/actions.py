@@ -39,7 +39,8 @@ class Action:
     """One thing a person can do; ``menu`` is "Menu" or "Menu/Submenu".
 
     checked tells whether a check mark stands before it; filtered: the key is caught by the event filter,
-    so no shortcut is registered for it; extra are further keys that do the same.
+    so no shortcut is registered for it; extra are further keys that do the same; said:
+    what the menu says now.
     """
 
     key: str
@@ -51,6 +52,7 @@ class Action:
     checked: Callable[["MainWindow"], bool] | None = None
     filtered: bool = False
     extra: tuple[str, ...] = ()
+    said: Callable[["MainWindow"], str] | None = None
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -61,6 +63,11 @@ class Action:
     def single(self) -> bool:
         """Say whether a key without modifiers would do it: silent in texts, can be switched off."""
         return not self.filtered and any(len(k) == 1 or k == "Space" for k in self.keys)
+
+
+def native(key: str) -> str:
+    """Return a key as this system writes it."""
+    return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
 
 
 def _has_engine(window: "MainWindow") -> bool:
@@ -86,6 +93,7 @@ def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
     laws = [(e.key, e.title, e.shortcut) for e in environments]
     return (
         *_SESSION,
+        *_EDIT,
         *_one_of("view.tab", "View", tabs, lambda w, key: w.views.show(key), lambda w: w.views.key),
         *_VIEW,
         *_DEVICE,
@@ -146,6 +154,20 @@ _SESSION = (
 )  # fmt: skip
 
 
+_EDIT = (
+    Action(
+        "edit.undo", "Undo", "Edit", lambda w: w.history.undo(), "Ctrl+Z",
+        enabled=lambda w: w.history.stack.canUndo(),
+        said=lambda w: f"Undo {w.history.stack.undoText()}".rstrip(),
+    ),
+    Action(
+        "edit.redo", "Redo", "Edit", lambda w: w.history.redo(), "Ctrl+Shift+Z",
+        enabled=lambda w: w.history.stack.canRedo(), extra=("Ctrl+Y",),
+        said=lambda w: f"Redo {w.history.stack.redoText()}".rstrip(),
+    ),
+)  # fmt: skip
+
+
 _VIEW = (
     *_one_of(
         "view.theme", "View/Theme", [(mode, words, "") for mode, words in THEMES.items()],
@@ -203,6 +225,15 @@ _ENVIRONMENT = (
         "environment.reset", "Default values", "Environment", lambda w: w.studio.reset_values(),
         enabled=lambda w: bool(w.studio.environment.parameters),
     ),
+    Action(
+        "environment.save_preset", "Save preset as…", "Environment", lambda w: w.presets.ask_to_keep(),
+        enabled=lambda w: bool(w.studio.environment.parameters),
+    ),
+    Action(
+        "environment.restore_preset", "Restore preset", "Environment", lambda w: w.presets.restore(),
+        enabled=lambda w: bool(w.presets.different),
+    ),
+    Action("environment.import_preset", "Import preset…", "Environment", lambda w: w.presets.bring()),
     Action("environment.new", "New environment…", "Environment", lambda w: w.editor.begin_new(), "Ctrl+N"),
     Action("environment.open", "Open…", "Environment", lambda w: w.file_actions.open(), "Ctrl+O"),
     Action("environment.export", "Export as sketch…", "Environment", lambda w: w.show_export()),
@@ -226,7 +257,8 @@ _ENVIRONMENT = (
 
 
 _HELP = (
-    Action("help.keys", "Keys", "Help", lambda w: w.show_keys(), "F1", extra=("?",)),
+    Action("help.find", "Find a command…", "Help", lambda w: w.show_commands(), "Ctrl+K"),
+    Action("help.keys", "Keys and words", "Help", lambda w: w.show_keys(), "F1", extra=("?",)),
     Action("help.priority", "Real-time priority", "Help", lambda w: w.show_priority(), enabled=_has_engine),
     Action("help.about", "About", "Help", lambda w: w.show_about()),
 )
@@ -265,6 +297,8 @@ class ActionSet(QObject):
         for entry in self.entries:
             action = self.qt[entry.key]
             action.setEnabled(entry.enabled(self._window))
+            if entry.said is not None:
+                action.setText(entry.said(self._window))
             if entry.checked is not None:
                 action.setChecked(entry.checked(self._window))
 

@@ -72,6 +72,7 @@ def build(options: argparse.Namespace) -> MainWindow:
     window = MainWindow(studio)
     if options.environment is None:
         session.restore(window)
+    window.history.forget()
     if not options.screenshot:
         window.closed.connect(partial(session.save, window))
     _place(window, options.size)

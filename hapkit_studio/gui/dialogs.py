@@ -5,11 +5,13 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QKeySequence, QShowEvent
-from PySide6.QtWidgets import QDialog, QFormLayout, QPushButton, QScrollArea, QWidget
+from PySide6.QtGui import QShowEvent
+from PySide6.QtWidgets import QDialog, QFormLayout, QLineEdit, QPushButton, QScrollArea, QWidget
 
 from hapkit_studio.gui import banners, header
-from hapkit_studio.gui.actions import Action
+from hapkit_studio.gui.actions import Action, native
+from hapkit_studio.gui.command_palette import matches
+from hapkit_studio.gui.glossary import WORDS
 from hapkit_studio.gui.widgets.parts import AnswerLine, across, down, label, primary
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -25,6 +27,7 @@ HAND_KEYS = (
     ("Slider, number: limits", "Home, End"),
 )
 _LINE = 20
+_SHEET_WIDE, _SHEET_HIGH = 520, 440
 
 
 class TextDialog(QDialog):
@@ -47,31 +50,62 @@ class TextDialog(QDialog):
         self.leave.clicked.connect(self.close)
 
 
-def native(key: str) -> str:
-    """Return a key as this system writes it."""
-    return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
+class KeysDialog(TextDialog):
+    """All keys, in groups as in the menus, and the window's words; a search leaves what has its words."""
 
+    def __init__(self, actions: Iterable[Action], parent: QWidget | None = None):
+        super().__init__("Keys", parent)
+        self.field = QLineEdit(placeholderText="Find a key or a word")
+        self.field.setAccessibleName("Find a key or a word")
+        self.field.textChanged.connect(self.seek)
+        self._body = QWidget()
+        self._form = form = QFormLayout(self._body)
+        form.setContentsMargins(0, 0, 12, 0)
+        form.setHorizontalSpacing(28)
+        form.setVerticalSpacing(4)
+        self._groups: list[tuple[int, list[tuple[int, str]]]] = []
+        keyed = [action for action in actions if action.keys]
+        for menu in dict.fromkeys(action.menu.partition("/")[0] for action in keyed):
+            own = (action for action in keyed if action.menu.partition("/")[0] == menu)
+            self._add(menu, ((action.text, ", ".join(map(native, action.keys))) for action in own))
+        self._add("Hand, sliders and numbers", HAND_KEYS)
+        self._add("Words", WORDS.items(), explained=True)
+        self._arrange()
 
-def keys_dialog(actions: tuple[Action, ...], parent: QWidget | None = None) -> TextDialog:
-    """Return the dialog of all keys, made from the action table."""
-    dialog = TextDialog("Keys", parent)
-    lines = [(a.text, ", ".join(native(k) for k in a.keys)) for a in actions if a.keys]
-    body = QWidget()
-    form = QFormLayout(body)
-    form.setContentsMargins(0, 0, 12, 0)
-    form.setHorizontalSpacing(28)
-    form.setVerticalSpacing(4)
-    for words, keys in [*lines, *HAND_KEYS]:
-        form.addRow(words, label(keys, "axis", wrap=False))
-    scroll = QScrollArea()
-    scroll.setWidgetResizable(True)
-    scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-    scroll.setWidget(body)
-    scroll.setMinimumWidth(body.sizeHint().width() + 16)
-    scroll.setMinimumHeight(min(body.sizeHint().height() + 4, 420))
-    dialog.column.addWidget(scroll)
-    dialog.column.addLayout(across(None, dialog.leave))
-    return dialog
+    def seek(self, words: str) -> None:
+        """Leave only the lines that have the words, and the heads of their groups."""
+        for head, lines in self._groups:
+            found = [matches(words, text) for _, text in lines]
+            for (row, _), shown in zip(lines, found, strict=True):
+                self._form.setRowVisible(row, shown)
+            self._form.setRowVisible(head, any(found))
+
+    def _add(self, title: str, lines: Iterable[tuple[str, str]], explained: bool = False) -> None:
+        """Add a group: keys stand beside what they do, an explanation below its word."""
+        form, rows = self._form, []
+        name = label(title, "section")
+        name.setContentsMargins(0, 10, 0, 2)
+        form.addRow(name)
+        head = form.rowCount() - 1
+        for words, more in lines:
+            if explained:
+                part = QWidget()
+                down(label(words, "strong"), label(more, "axis"), into=part, margins=(0, 2, 0, 4))
+                form.addRow(part)
+            else:
+                form.addRow(words, label(more, "axis", wrap=False))
+            rows.append((form.rowCount() - 1, f"{title} {words} {more}"))
+        self._groups.append((head, rows))
+
+    def _arrange(self) -> None:
+        scroll = QScrollArea()
+        scroll.setWidgetResizable(True)
+        scroll.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        scroll.setWidget(self._body)
+        scroll.setMinimumSize(theme.px(_SHEET_WIDE), theme.px(_SHEET_HIGH))
+        self.column.addWidget(self.field)
+        self.column.addWidget(scroll)
+        self.column.addLayout(across(None, self.leave))
 
 
 def text_dialog(title: str, paragraphs: list[str], parent: QWidget | None = None) -> TextDialog:

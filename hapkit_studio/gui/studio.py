@@ -1,6 +1,7 @@
 """What the person has chosen, and the engine that plays it: the window's only way to the engine."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -85,6 +86,8 @@ class Studio(QObject):
         """Whether what is in force is of an earlier start, and no motor was told to render it."""
         self.too_much: Mapping[str, Sequence[tuple[float, float]]] = {}
         """The ranges of each parameter, SI, that are more than the loop can take, as far as is known."""
+        self.trying = False
+        """Whether what changes now is put back by what changes it, and no person's choice."""
         self._board_answer: tuple = ()
         self._answer = QTimer(self, interval=ANSWER_MS, singleShot=True)
         self._answer.timeout.connect(self._check_board_answer)
@@ -96,6 +99,15 @@ class Studio(QObject):
         self.readiness.stop()
         self.device.close()
         self.recording.close()
+
+    @contextmanager
+    def temporarily(self) -> Iterator[None]:
+        """Let a measurement change settings, or put them back: not a person's choice, so nothing to undo."""
+        self.trying = True
+        try:
+            yield
+        finally:
+            self.trying = False
 
     # environment and values
 

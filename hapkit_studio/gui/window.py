@@ -9,8 +9,9 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QMainWindow, QSplit
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.actions import ActionSet, build_menus, table
-from hapkit_studio.gui.banners import BannerStack
-from hapkit_studio.gui.dialogs import about_dialog, keys_dialog, priority_dialog
+from hapkit_studio.gui.banners import BannerStack, Notice
+from hapkit_studio.gui.command_palette import CommandPalette, FindButton
+from hapkit_studio.gui.dialogs import KeysDialog, about_dialog, priority_dialog
 from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
 from hapkit_studio.gui.energy import EnergyWatch
 from hapkit_studio.gui.flash_dialog import FlashDialog
@@ -24,9 +25,11 @@ from hapkit_studio.gui.marker_dialog import MarkerDialog
 from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
+from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.undo import History
 from hapkit_studio.gui.views import Views
 from hapkit_studio.gui.widgets.numbers import NumberBox
 from hapkit_studio.gui.widgets.parts import down
@@ -34,6 +37,12 @@ from hapkit_studio.gui.widgets.theme import theme
 
 _SMALLEST = (800, 560)
 COLLECT_MS = 250
+_MOUSE = (
+    QEvent.Type.MouseButtonPress,
+    QEvent.Type.MouseButtonRelease,
+    QEvent.Type.MouseButtonDblClick,
+    QEvent.Type.Wheel,
+)
 _PRESS, _OVERRIDE, _RELEASE = QEvent.Type.KeyPress, QEvent.Type.ShortcutOverride, QEvent.Type.KeyRelease
 
 
@@ -42,9 +51,11 @@ class MainWindow(QMainWindow):
 
     closed = Signal()
     studio: Studio
+    history: History
     live: Live
     centre: Centre
     own: OwnEnvironments
+    presets: Presets
     display: LiveDisplay
     file_actions: FileActions
     editor: EditorController
@@ -61,6 +72,7 @@ class MainWindow(QMainWindow):
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
         studio.device.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
         self.body = WindowLayout(self)
+        self.history = History(studio, self)
         self.live = Live(studio, self)
         self.own = OwnEnvironments(studio, self)
         self.header, self.gallery = Header(studio, self.body), Gallery(studio, self.own, self.body)
@@ -70,7 +82,8 @@ class MainWindow(QMainWindow):
             FileActions(self.editor, self),
             FileWatcher(studio, self.editor, self),
         )
-        self.panel = ParameterPanel(studio, self.settings, self.body)
+        self.presets = Presets(studio, self.history, self)
+        self.panel = ParameterPanel(studio, self.presets, self.settings, self.body)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
         self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)
@@ -89,6 +102,7 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
+        self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))
         self._connect()
 
     # what the actions call
@@ -124,8 +138,12 @@ class MainWindow(QMainWindow):
             self.close()
 
     def show_keys(self) -> None:
-        """Open the dialog of keys."""
-        keys_dialog(self.actions_by_key.entries, self).show()
+        """Open the dialog of keys and words."""
+        KeysDialog(self.actions_by_key.entries, self).show()
+
+    def show_commands(self) -> None:
+        """Open the list of every action."""
+        CommandPalette(self).show()
 
     def show_priority(self) -> None:
         """Open the dialog on real-time priority."""
@@ -149,6 +167,12 @@ class MainWindow(QMainWindow):
     def show_about(self) -> None:
         """Open the dialog on the studio itself."""
         about_dialog(self).show()
+
+    def _say_refused(self, words: str) -> None:
+        """Say what cannot be put back, until something else is undone or changed."""
+        close = ("Close", lambda: self.banners.set("undo", None))
+        notice = Notice("undo", 9, "warn", "triangle", "Nothing was changed.", words, (close,))
+        self.banners.set("undo", notice)
 
     # keys, room and life
 
@@ -218,10 +242,13 @@ class MainWindow(QMainWindow):
         self.status.how_to_fix.connect(self.show_priority)
         for signal in (self.studio.environment_changed, self.studio.stop_changed, self.studio.link_changed):
             signal.connect(self.actions_by_key.refresh)
+        self.history.changed.connect(self.actions_by_key.refresh)
+        self.history.changed.connect(lambda: self.banners.set("undo", None))
+        self.history.refused.connect(self._say_refused)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
         assert application is not None
-        self.stop_filter = StopFilter(self.studio, self)
+        self.stop_filter = StopFilter(self.studio, self.history, self)
         application.installEventFilter(self.stop_filter)
 
 
@@ -314,17 +341,21 @@ class StopFilter(QObject):
 
     Every Esc stops first and then does what it always does; only where no motor is to be stopped, with the
     simulated device, one that closes a popup does no more. Space on a button of the window is swallowed: it
-    is the pause key, and must not press what happens to have the focus while the motor pushes.
+    is the pause key, and must not press what happens to have the focus while the motor pushes. With every
+    press and release another gesture begins, whose changes are another step of undo.
     """
 
-    def __init__(self, studio: Studio, window: QWidget):
+    def __init__(self, studio: Studio, history: History, window: QWidget):
         super().__init__(window)
-        self._studio, self._window = studio, window
+        self._studio, self._history, self._window = studio, history, window
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         kind = event.type()
+        if kind in _MOUSE:
+            self._history.gesture += 1
         if kind not in (_PRESS, _OVERRIDE, _RELEASE) or not isinstance(event, QKeyEvent):
             return False
+        self._history.gesture += kind != _RELEASE
         if event.key() == Qt.Key.Key_Escape and kind != _RELEASE:
             if not (self._studio.simulated and QApplication.activePopupWidget()):
                 self._studio.stop()

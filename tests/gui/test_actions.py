@@ -9,8 +9,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QLineEdit
 
 from hapkit_studio.environments import discover
-from hapkit_studio.gui.actions import table
-from hapkit_studio.gui.dialogs import TextDialog, keys_dialog, native
+from hapkit_studio.gui.actions import native, table
+from hapkit_studio.gui.dialogs import KeysDialog, TextDialog
 from hapkit_studio.gui.live.time_plots import SPANS
 
 TABLE = table(discover().values())
@@ -126,7 +126,7 @@ def test_single_letter_keys_can_be_switched_off(shared_window):
 
 
 def test_there_is_one_sheet_of_keys_at_a_time_and_it_names_every_key(shared_window):
-    sheet = keys_dialog(TABLE, shared_window)
+    sheet = KeysDialog(TABLE, shared_window)
     words = " ".join(label.text() for label in sheet.findChildren(QLabel))
     for action in TABLE:
         assert all(action.text in words and native(key) in words for key in action.keys)

@@ -132,7 +132,8 @@ class ComparisonRun(QObject):
     def _begin(self) -> None:
         self._moving_since, self._asked_at = 0.0, time.perf_counter()
         self._studio.move_hand(0.0)
-        self._studio.set_loop(where=self._left[0])
+        with self._studio.temporarily():
+            self._studio.set_loop(where=self._left[0])
         self._switch.set_busy(f"Comparing: on the {self._left[0]}, {len(self._parts) + 1} of 2.")
         self._timer.start()
 
@@ -163,7 +164,8 @@ class ComparisonRun(QObject):
         self._timer.stop()
         self._studio.move_hand(None)
         self._switch.set_busy("")
-        self._studio.set_loop(where=self._home)
+        with self._studio.temporarily():
+            self._studio.set_loop(where=self._home)
         self._switch.show_message(why)
 
 

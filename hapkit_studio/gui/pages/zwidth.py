@@ -95,7 +95,8 @@ class ZWidthPage(MeasuringPage):
             if engine is None:
                 raise ParameterError("No device is running.")
             self._scene = self._studio.environment.key
-            self._studio.choose(_WALL)
+            with self._studio.temporarily():
+                self._studio.choose(_WALL)
             self._begin("Trying walls, from soft to stiff…")
             self.job.start(self._on_device(engine))
             return
@@ -240,7 +241,8 @@ class ZWidthPage(MeasuringPage):
         scene, self._scene = self._scene, ""
         if scene and scene != self._studio.environment.key:
             self.job.wait()  # it is putting the wall's own settings back
-            self._studio.choose(scene)
+            with self._studio.temporarily():
+                self._studio.choose(scene)
         self.where.setEnabled(True)
         self.show_found()
 

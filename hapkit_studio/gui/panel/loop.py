@@ -46,6 +46,7 @@ GRIP = Choice(
     "How firmly the simulated hand holds while you drag. A hand takes energy away: what buzzes when "
     "released may be calm in a firm grip.",
 )  # fmt: skip
+CONTROLLER_LABEL = "Passivity controller"
 CONTROLLER = "Adds damping only while the scene gives energy."
 UNWATCHED = "Silent while the board renders: it watches and damps in the computer's loop only."
 _LEAST_TARGET = 24
@@ -118,7 +119,7 @@ class LoopPanel(QWidget):
             key: [ParameterRow(parameter) for parameter in entry.parameters]
             for key, entry in ESTIMATORS.items()
         }
-        self.controller = QCheckBox("Passivity controller")
+        self.controller = QCheckBox(CONTROLLER_LABEL)
         self.controller.setToolTip(CONTROLLER)
         self.controller.setFixedHeight(_LEAST_TARGET)
         self.controller_words = hint(CONTROLLER)

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.gallery import icon_name
 from hapkit_studio.gui.panel.loop import LoopPanel
+from hapkit_studio.gui.panel.preset_row import PresetRow, Presets
 from hapkit_studio.gui.panel.rows import ParameterRow, Row, row_of
 from hapkit_studio.gui.panel.stability_card import StabilityCard
 from hapkit_studio.gui.panel.warnings import WarningLines
@@ -152,16 +153,17 @@ class ParameterPanel(QWidget):
     The map below the verdict gives way where it would leave too little.
     """
 
-    def __init__(self, studio: Studio, settings: QSettings, parent: QWidget):
+    def __init__(self, studio: Studio, presets: Presets, settings: QSettings, parent: QWidget):
         super().__init__(parent)
         self.setObjectName("panelBody")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.upper, self._foot = ScrollColumn(top=10, gap=6), QWidget(self)
         self.title = PanelTitle(studio)
         self.parameters = ParameterRows(studio, self.title.help)
+        self.preset = PresetRow(studio, presets)
         self.loop, self.stability = LoopPanel(studio, settings), StabilityCard(studio)
         self.warnings = WarningLines(studio, self.stability.facts)
-        self.upper.add(self.title, rule(), self.parameters, rule(), self.loop)
+        self.upper.add(self.title, rule(), self.parameters, self.preset, rule(), self.loop)
         foot = rule(), self.warnings, self.stability
         down(*foot, into=self._foot, margins=(SIDE, 0, SIDE, 10), gap=6)
         down((self.upper, 1), self._foot, into=self)

@@ -4,11 +4,12 @@ import math
 import re
 from collections.abc import Sequence
 
-from PySide6.QtCore import QPointF, QRectF, QSignalBlocker, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QPointF, QRectF, QSignalBlocker, QSize, Qt, Signal
 from PySide6.QtGui import (
     QBrush,
     QFocusEvent,
     QKeyEvent,
+    QKeySequence,
     QMouseEvent,
     QPainter,
     QPaintEvent,
@@ -21,6 +22,7 @@ from PySide6.QtWidgets import QDoubleSpinBox, QSizePolicy, QSlider
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.parameters import Parameter
 
+_UNDO, _REDO = QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo
 _ON_SCREEN = {"m": ("mm", 1000.0), "s": ("ms", 1000.0)}
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE)
 _THOUSANDS = re.compile(r"-?[1-9]\d{0,2}(,\d{3})+(\.\d+)?")
@@ -149,6 +151,14 @@ class NumberBox(QDoubleSpinBox):
         self.show_value(value)
         self.selectAll()
         self.entered.emit(value)
+
+    def event(self, event: QEvent) -> bool:
+        """Leave Ctrl+Z to the window unless a text is being edited, whose own it is."""
+        override = event.type() == QEvent.Type.ShortcutOverride and not self._typed
+        if override and isinstance(event, QKeyEvent) and (event.matches(_UNDO) or event.matches(_REDO)):
+            event.ignore()
+            return False
+        return super().event(event)
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Take Home and End for the limits unless a text is being edited, where they move the cursor."""

@@ -244,7 +244,8 @@ class Trial(QObject):
         self._held = held
         if self._studio.grip == "released":
             self._grip = self._studio.grip
-            self._studio.set_grip(_GRIP)
+            with self._studio.temporarily():
+                self._studio.set_grip(_GRIP)
         self._studio.move_hand(self._target(held))
         self.holding = True
         self._timer.start()
@@ -258,7 +259,8 @@ class Trial(QObject):
             self._studio.move_hand(None)
         if self._grip is not None:
             grip, self._grip = self._grip, None
-            self._studio.set_grip(grip)
+            with self._studio.temporarily():
+                self._studio.set_grip(grip)
         self.changed.emit()
 
     def forget(self) -> None:

@@ -1,0 +1,174 @@
+"""Ctrl+K: every action of the table in a list, found by the words that a person types."""
+
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QAbstractTableModel, QEvent, QModelIndex, QObject, QSize, QSortFilterProxyModel, Qt
+from PySide6.QtGui import QKeyEvent, QShowEvent
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QDialog,
+    QHeaderView,
+    QLineEdit,
+    QPushButton,
+    QTableView,
+    QWidget,
+)
+
+from hapkit_studio.gui import header
+from hapkit_studio.gui.actions import ActionSet, native
+from hapkit_studio.gui.pages.table import Index
+from hapkit_studio.gui.widgets.parts import across, down, label
+from hapkit_studio.gui.widgets.style import mark
+from hapkit_studio.gui.widgets.theme import theme
+
+if TYPE_CHECKING:
+    from hapkit_studio.gui.window import MainWindow
+
+_WIDE, _HIGH, _ROW = 560, 420, 28
+_COLUMNS = {1: 120, 2: 150}  # px: menu path, keys
+_LIST_KEYS = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown)
+_MAY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
+
+
+def matches(sought: str, words: str) -> bool:
+    """Say whether each word sought is in others, or begins like one and has its letters in that order."""
+    return all(
+        part in words.lower() or re.search(r"\b" + r"\w*?".join(map(re.escape, part)), words.lower())
+        for part in sought.lower().split()
+    )
+
+
+class Commands(QAbstractTableModel):
+    """The actions as rows of words, menu path and keys; what may not be done now cannot be selected."""
+
+    def __init__(self, actions: ActionSet, parent: QObject):
+        super().__init__(parent)
+        self._actions = actions
+
+    def rowCount(self, _parent: Index | None = None) -> int:
+        return len(self._actions.entries)
+
+    def columnCount(self, _parent: Index | None = None) -> int:
+        return 3
+
+    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
+        entry = self._actions.entries[index.row()]
+        if role == Qt.ItemDataRole.UserRole:
+            return entry.key
+        if role == Qt.ItemDataRole.ForegroundRole and (index.column() or not self.flags(index)):
+            return theme.color("ink3")
+        if role != Qt.ItemDataRole.DisplayRole:
+            return None
+        text = self._actions.qt[entry.key].text().partition("\t")[0]
+        path, keys = entry.menu.replace("/", " › "), ", ".join(native(key) for key in entry.keys)
+        return (text, path, keys)[index.column()]
+
+    def flags(self, index: Index) -> Qt.ItemFlag:
+        action = self._actions.qt[self._actions.entries[index.row()].key]
+        return _MAY if action.isEnabled() else Qt.ItemFlag.NoItemFlags
+
+
+class Found(QSortFilterProxyModel):
+    """The commands that have all the words sought, in the order of the menus."""
+
+    sought = ""
+
+    def filterAcceptsRow(self, row: int, parent: Index) -> bool:
+        model = self.sourceModel()
+        texts = (model.data(model.index(row, column, parent)) for column in range(2))
+        return matches(self.sought, " ".join(texts))
+
+
+class FindButton(QPushButton):
+    """Stands at the right end of the menu bar: the words, and the key as a cap."""
+
+    def __init__(self, opens: Callable[[], object], parent: QWidget):
+        super().__init__(parent)
+        self.setProperty("flat", True)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.setAccessibleName("Find a command")
+        words, cap = label("Find a command", "hint", wrap=False), label(native("Ctrl+K"), "key", wrap=False)
+        mark(cap, "ink", "ink3")
+        self._row = row = across(words, cap, into=self, margins=(8, 0, 14, 0))
+        row.setAlignment(cap, Qt.AlignmentFlag.AlignVCenter)
+        self.clicked.connect(opens)
+
+    def sizeHint(self) -> QSize:
+        return self._row.sizeHint()
+
+
+class CommandPalette(QDialog):
+    """A popup: a click beside it or Esc closes it, Enter or a click on a command runs that."""
+
+    def __init__(self, window: "MainWindow"):
+        super().__init__(window, Qt.WindowType.Popup)
+        self.setObjectName("palette")
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self._window, self._actions = window, window.actions_by_key
+        self._actions.refresh()
+        self.field, self.list, self.found = QLineEdit(), QTableView(), Found(self)
+        self.field.setPlaceholderText("Find a command")
+        self.field.setAccessibleName("Find a command")
+        self.list.setAccessibleName("Commands")
+        self.found.setSourceModel(Commands(self._actions, self))
+        self.list.setModel(self.found)
+        self._arrange()
+        self.field.textChanged.connect(self._seek)
+        self.field.installEventFilter(self)
+        self.list.clicked.connect(self._run)
+        self._seek("")
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Let the keys that move in the list do so while a person types, and Enter run what is marked."""
+        if event.type() != QEvent.Type.KeyPress or not isinstance(event, QKeyEvent):
+            return super().eventFilter(watched, event)
+        if event.key() in (Qt.Key.Key_Return, Qt.Key.Key_Enter):
+            self._run(self.list.currentIndex())
+        elif event.key() in _LIST_KEYS:
+            self.list.keyPressEvent(event)
+        else:
+            return super().eventFilter(watched, event)
+        return True
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Open in the middle of the window, below its header: the E-stop stays in sight."""
+        super().showEvent(event)
+        parent = self._window
+        corner = parent.mapToGlobal(parent.rect().topLeft())
+        self.move(
+            corner.x() + (parent.width() - self.width()) // 2, corner.y() + theme.px(_ROW + header.HEIGHT + 8)
+        )
+        self.field.setFocus()
+
+    def _arrange(self) -> None:
+        table = self.list
+        table.setObjectName("rows")
+        table.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        table.setShowGrid(False)
+        table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        table.horizontalHeader().hide()
+        table.verticalHeader().hide()
+        table.verticalHeader().setDefaultSectionSize(theme.px(_ROW))
+        for column, wide in _COLUMNS.items():
+            table.setColumnWidth(column, theme.px(wide))
+        table.horizontalHeader().setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        down(self.field, (table, 1), into=self, margins=(12, 12, 12, 8), gap=8)
+        self.setFixedSize(theme.px(_WIDE), theme.px(_HIGH))
+
+    def _seek(self, words: str) -> None:
+        """Show what is sought and mark the first that may be done."""
+        self.found.sought = words
+        self.found.invalidate()
+        rows = (self.found.index(row, 0) for row in range(self.found.rowCount()))
+        first = next((index for index in rows if index.flags()), QModelIndex())
+        self.list.setCurrentIndex(first)
+
+    def _run(self, index: Index) -> None:
+        """Close, then do what was chosen."""
+        if index.isValid() and index.flags():
+            key = self.found.index(index.row(), 0).data(Qt.ItemDataRole.UserRole)
+            self.close()
+            self._actions.run(key)

@@ -1,0 +1,209 @@
+"""The panel's preset row: what is in force by its name, what differs, save, restore, import."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QCheckBox, QLineEdit, QMenu, QPushButton, QWidget
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui import presets
+from hapkit_studio.gui.dialogs import FormDialog, text_dialog
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.undo import ENVIRONMENT, HAND, History, Settings, each_word, put, settings_of
+from hapkit_studio.gui.widgets.parts import across, choose_file, label
+from hapkit_studio.gui.widgets.text import plain_tip
+
+_MOST_LINES = 12
+DEFAULTS, OWN = "Default values", "Own values"
+_ABOUT = "Keeps the values of {} under a name, as a file that others can import."
+
+
+class Presets(QObject):
+    """What presets do to the studio; ``changed``: another one is in force. Applying one is one undo step."""
+
+    changed = Signal()
+
+    def __init__(self, studio: Studio, history: History, window: QWidget):
+        super().__init__(window)
+        self._studio, self._history, self._window = studio, history, window
+        self._chosen: dict[str, tuple[str, Settings]] = {}
+
+    @property
+    def chosen(self) -> str:
+        """Return the name of the preset chosen last for the environment in force, "" for none."""
+        return self._chosen.get(self._studio.environment.key, ("", {}))[0]
+
+    @property
+    def different(self) -> Settings:
+        """Return what of the preset chosen last is not in force now."""
+        return self.not_in_force(self._chosen.get(self._studio.environment.key, ("", {}))[1])
+
+    def not_in_force(self, settings: Settings) -> Settings:
+        """Return those of some settings that are not in force."""
+        now = settings_of(self._studio)
+        return {place: value for place, value in settings.items() if now.get(place) != value}
+
+    def compared(self, path: Path) -> str:
+        """Say what a preset would change, a line each, or why it is none."""
+        try:
+            settings = self.not_in_force(presets.read(path, self._studio.environments))
+        except ParameterError as error:
+            return str(error)
+        return "\n".join(each_word(self._studio, settings)) or "In force"
+
+    def apply(self, path: Path) -> Settings:
+        """Put a preset in force; where it cannot be, say so line by line, change nothing, return {}."""
+        try:
+            settings = presets.read(path, self._studio.environments)
+            self._put(path.stem, settings)
+        except ParameterError as error:
+            lines = str(error).splitlines()
+            more = [f"And {len(lines) - _MOST_LINES} lines more."] if len(lines) > _MOST_LINES else []
+            self._say(f"{path.stem[:40]}: nothing was changed", [*lines[:_MOST_LINES], *more])
+            return {}
+        return settings
+
+    def restore(self) -> None:
+        """Put the preset chosen last back in force."""
+        try:
+            self._put(*self._chosen[self._studio.environment.key])
+        except ParameterError as error:  # the device allows it no longer
+            self._say("Nothing was changed", [str(error)])
+
+    def bring(self) -> None:
+        """Ask for a file, apply it and keep a copy."""
+        choose_file(self._window, "Import preset", "Presets (*.toml)", lambda path: self.take(Path(path)))
+
+    def take(self, path: Path) -> None:
+        """Apply a foreign file, and keep a copy under its name where that is one."""
+        if settings := self.apply(path):
+            try:
+                presets.write(self._studio.environments[settings[ENVIRONMENT]], path.stem, settings)
+            except (OSError, ParameterError) as error:
+                self._say("Preset not kept", [f"{path.name} is applied, but not kept: {error}"])
+
+    def keep(self, name: str, with_loop: bool) -> None:
+        """Write what is in force under a name; raise ParameterError, OSError."""
+        environment, now = self._studio.environment, settings_of(self._studio)
+        kept: Settings = {ENVIRONMENT: environment.key}
+        kept |= {place: value for place, value in now.items() if place[:2] == ("value", environment.key)}
+        if with_loop:
+            kept |= {("loop", part): now["loop", part] for part in presets.LOOP} | {HAND: now[HAND]}
+        presets.write(environment, name, kept)
+        self._chosen[environment.key] = name, kept
+        self.changed.emit()
+
+    def ask_to_keep(self) -> None:
+        """Ask for a name to save under."""
+        SavePresetDialog(self._studio, self, self._window).show()
+
+    def _say(self, title: str, lines: list[str]) -> None:
+        text_dialog(title, lines, self._window).show()
+
+    def _put(self, name: str, settings: Settings) -> None:
+        with self._history.named(f"preset {name}"):
+            put(self._studio, self.not_in_force(settings))
+        self._chosen[self._studio.environment.key] = name, settings
+        self.changed.emit()
+
+
+class SavePresetDialog(FormDialog):
+    """Asks for a name, and whether the loop is to be kept as well."""
+
+    def __init__(self, studio: Studio, presets_: Presets, parent: QWidget):
+        environment = studio.environment
+        super().__init__("Save preset", _ABOUT.format(environment.title), parent)
+        self._presets, self._known = presets_, presets.found(environment.key)
+        self.name, self.with_loop = QLineEdit(presets_.chosen), QCheckBox("With the loop and the grip")
+        self.save = QPushButton("Save")
+        self.add_fields([("Name", self.name, None)])
+        self.column.addWidget(self.with_loop)
+        self.add_verdict(1)
+        self.add_buttons(self.save)
+        self.save.setDefault(True)
+        self.save.clicked.connect(self._save)
+        self.name.textChanged.connect(self._judge)
+        studio.environment_changed.connect(self.close)
+        self._judge()
+
+    def _judge(self) -> None:
+        """Say at once what a name would do."""
+        try:
+            name = presets.checked_name(self.name.text())
+        except ParameterError as error:
+            self.verdict.say(str(error))
+            self.save.setEnabled(False)
+            return
+        self.save.setEnabled(True)
+        self.verdict.say("Replaces the preset of that name." if name in self._known else "")
+
+    def _save(self) -> None:
+        try:
+            self._presets.keep(presets.checked_name(self.name.text()), self.with_loop.isChecked())
+        except (OSError, ParameterError) as error:
+            self.verdict.say(f"Not saved: {error}", "triangle", "danger")
+        else:
+            self.close()
+
+
+class PresetRow(QWidget):
+    """Says which preset is in force; its menu applies, compares, saves and imports."""
+
+    def __init__(self, studio: Studio, presets_: Presets):
+        super().__init__()
+        self._studio, self._presets = studio, presets_
+        self.button, self.menu = QPushButton(), QMenu(self)
+        self.menu.setToolTipsVisible(True)
+        self.menu.aboutToShow.connect(self.fill)
+        self.button.setMenu(self.menu)
+        self.button.setProperty("menu", True)
+        self.name = label("Preset")
+        self.name.setBuddy(self.button)
+        across((self.name, 1), self.button, into=self, margins=(0, 3, 0, 3), gap=6)
+        for signal in (
+            studio.environment_changed,
+            studio.values_changed,
+            studio.loop_changed,
+            presets_.changed,
+        ):
+            signal.connect(self.show_state)
+        self.show_state()
+
+    def show_state(self) -> None:
+        """Name what is in force: a preset, one that was changed since, the defaults, or neither."""
+        studio, chosen = self._studio, self._presets.chosen
+        self.setVisible(bool(studio.environment.parameters))
+        words = DEFAULTS if studio.values == studio.environment.values() else OWN
+        changed = self._presets.different
+        kind = "Preset, changed" if changed else "Preset"
+        self.name.setText(kind)
+        self.button.setText(chosen or words)
+        self.button.setAccessibleName(f"{kind}: {chosen or words}")
+        self.button.setToolTip(plain_tip("\n".join(["Differs:", *self._changes(changed)]) if changed else ""))
+
+    def fill(self) -> None:
+        """Fill the menu with what there is now; a tip says what each preset would change."""
+        presets_, menu, studio = self._presets, self.menu, self._studio
+        menu.clear()
+        self._add(DEFAULTS, studio.reset_values)
+        for name, path in presets.found(studio.environment.key).items():
+            action = self._add(name, partial(presets_.apply, path), presets_.compared(path))
+            action.setCheckable(True)
+            action.setChecked(name == presets_.chosen and not presets_.different)
+        menu.addSeparator()
+        if presets_.chosen and presets_.different:
+            self._add(f"Restore {presets_.chosen}", presets_.restore)
+        self._add("Save as…", presets_.ask_to_keep)
+        self._add("Import…", presets_.bring)
+
+    def _changes(self, settings: Settings) -> list[str]:
+        return each_word(self._studio, settings)
+
+    def _add(self, words: str, do: Callable[[], object], tip: str = "") -> QAction:
+        action = self.menu.addAction(words)
+        action.triggered.connect(lambda _on=False: do())
+        action.setToolTip(plain_tip(tip))
+        return action

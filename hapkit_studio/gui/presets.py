@@ -1,0 +1,184 @@
+"""Presets: named settings of one environment as TOML files in the person's own folder."""
+
+import json
+import os
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from hapkit_studio.devices import calibration_file
+from hapkit_studio.devices.simulated import MODELS
+from hapkit_studio.dynamics import estimators
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.panel.loop import DELAY, GRIP, RATE
+from hapkit_studio.gui.undo import ENVIRONMENT, HAND, Settings
+from hapkit_studio.parameters import AnyParameter, Choice
+
+FOLDER = "presets"
+MOST_BYTES = 65_536
+LOOP = ("rate", "delay", "estimator", "options", "controller", "model")
+"""What of the loop a preset may set; who renders is a matter of the device."""
+_LONGEST = 160  # letters of a line that says what is wrong
+_NAME = re.compile(r"\w[\w ,.()+-]{0,23}")
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+class PresetError(ParameterError):
+    """A file is no preset; ``lines`` says why, one line for each thing that is wrong."""
+
+    def __init__(self, lines: list[str]):
+        self.lines = [line if len(line) <= _LONGEST else f"{line[:_LONGEST]}…" for line in lines]
+        super().__init__("\n".join(self.lines))
+
+
+def folder(environment: str) -> Path:
+    """Return the folder of an environment's presets, which may not exist yet."""
+    return calibration_file.folder().parent / FOLDER / re.sub(r"[^\w-]+", "-", environment)
+
+
+def found(environment: str) -> dict[str, Path]:
+    """Return the files of an environment's presets by their names."""
+    return {path.stem: path for path in sorted(folder(environment).glob("*.toml"))}
+
+
+def checked_name(name: str) -> str:
+    """Return a name that a file can have on any system; raise ParameterError."""
+    name = name.strip().rstrip(".")
+    if not _NAME.fullmatch(name):
+        raise ParameterError("A preset's name has 1 to 24 letters, figures, spaces and , . ( ) + -")
+    return name
+
+
+def write(environment: Environment, name: str, settings: Settings) -> Path:
+    """Write settings of an environment under a name; return the file; raise OSError, ParameterError."""
+    path = folder(environment.key) / f"{checked_name(name)}.toml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_suffix(".part")
+    part.write_text("\n".join(_lines(environment, settings)) + "\n", encoding="utf-8")
+    os.replace(part, path)
+    return path
+
+
+def read(path: str | Path, environments: Mapping[str, Environment]) -> Settings:
+    """Return the settings in a preset, checked against its environment; raise PresetError."""
+    path = Path(path)
+    try:
+        with path.open("rb") as file:
+            text = file.read(MOST_BYTES + 1)
+        if len(text) > MOST_BYTES:
+            raise PresetError([f"{path.name} is no preset: it has more than {MOST_BYTES // 1024} KiB."])
+        table = tomllib.loads(text.decode())
+    except OSError as error:
+        raise PresetError([f"Cannot read {path.name}: {error.strerror}."]) from None
+    except PresetError:
+        raise
+    except (ValueError, RecursionError) as error:
+        raise PresetError([f"{path.name} is no preset: {error}."]) from None
+    key = table.pop("environment", None)
+    if not isinstance(key, str) or key not in environments:
+        raise PresetError([f"{path.name} is no preset: the environment {key!r} is not known here."])
+    return _checked(table, environments[key])
+
+
+def _checked(table: dict[str, Any], environment: Environment) -> Settings:
+    """Return what a table sets; raise PresetError with everything that is wrong in it."""
+    wrong = [f"{key!r} is not known in a preset." for key in table if key not in ("values", "loop")]
+    settings: Settings = {ENVIRONMENT: environment.key}
+    known = {p.key: p for p in environment.parameters}
+    given: dict[str, float] = {}
+    for name, value in _items(table, "values", wrong):
+        try:
+            if name not in known:
+                raise ParameterError(f"{environment.title} has no parameter {name!r}.")
+            given[name] = _number(known[name], value)
+        except ParameterError as error:
+            wrong.append(str(error))
+    loop = dict(_items(table, "loop", wrong))
+    for name in [*loop]:
+        try:
+            loop[name] = _loop_value(name, loop)
+        except ParameterError as error:
+            wrong.append(str(error))
+    try:
+        values = environment.values(given)
+    except ParameterError as error:
+        wrong.append(str(error))
+    if wrong:
+        raise PresetError(wrong)
+    settings |= {("value", environment.key, name): value for name, value in values.items()}
+    settings |= {("loop", name): value for name, value in loop.items() if name in LOOP}
+    return settings | ({HAND: loop["grip"]} if "grip" in loop else {})
+
+
+def _items(table: dict[str, Any], name: str, wrong: list[str]) -> Iterator[tuple[str, Any]]:
+    part = table.get(name, {})
+    if not isinstance(part, dict):
+        wrong.append(f"{name} is a table [{name}], not {part!r}.")
+        return
+    yield from part.items()
+
+
+def _number(parameter: AnyParameter, value: object) -> float:
+    """Return a value as the law takes it: options stand in a file by their names; raise ParameterError."""
+    if isinstance(parameter, Choice) != isinstance(value, str):
+        wanted = f"one of {', '.join(parameter.options)}" if isinstance(parameter, Choice) else "a number"
+        raise ParameterError(f"{parameter.label} takes {wanted}, not {value!r}.")
+    return parameter.check(value)
+
+
+def _loop_value(name: str, loop: dict[str, Any]) -> Any:
+    """Return one of a loop's values as the studio keeps it; raise ParameterError."""
+    value = loop[name]
+    if name in ("rate", "delay"):
+        return _number(RATE if name == "rate" else DELAY, value)
+    if name == "grip":
+        return GRIP.text(_number(GRIP, value))
+    if name == "estimator":
+        return estimators.parse(value if isinstance(value, str) else repr(value))[0].key
+    if name == "options":
+        options = estimators.parse((loop.get("estimator", ""), value))[1]
+        return tuple((key, options[key]) for key in value)
+    if name == "controller" and isinstance(value, bool):
+        return value
+    if name == "model" and value in MODELS:
+        return value
+    wanted = {"controller": "true or false", "model": " or ".join(MODELS)}
+    raise ParameterError(f"{name} takes {wanted[name]}, not {value!r}." if name in wanted else _unknown(name))
+
+
+def _unknown(name: str) -> str:
+    return f"The loop has no {name!r}; it has: {', '.join((*LOOP, 'grip'))}."
+
+
+def _lines(environment: Environment, settings: Settings) -> Iterator[str]:
+    """Give the lines of a preset's file: values in SI with their units, options by their names."""
+    yield f"# A preset of Hapkit Studio for {environment.title}. Import it with: Environment, Import preset…"
+    yield f"environment = {_toml(environment.key)}"
+    yield "\n[values]"
+    for p in environment.parameters:
+        value = settings["value", environment.key, p.key]
+        unit = f"  # {p.unit}" if p.unit else ""
+        yield f"{_key(p.key)} = {_toml(p.text(value) if isinstance(p, Choice) else value)}{unit}"
+    loop = {name: settings[place] for name in LOOP if (place := ("loop", name)) in settings}
+    if not loop and HAND not in settings:
+        return
+    yield "\n[loop]"
+    options = loop.pop("options", ())
+    grip = {"grip": settings[HAND]} if HAND in settings else {}
+    for name, value in (loop | grip).items():
+        yield f"{name} = {_toml(value)}"
+    if options:
+        yield "\n[loop.options]"
+        yield from (f"{_key(name)} = {_toml(value)}" for name, value in options)
+
+
+def _key(name: str) -> str:
+    return name if _BARE.fullmatch(name) else _toml(name)
+
+
+def _toml(value: str | bool | float) -> str:
+    """Return a value as TOML writes it: text and truth as JSON does."""
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else repr(float(value))

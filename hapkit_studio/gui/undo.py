@@ -1,0 +1,233 @@
+"""Undo and redo of every setting; what one press of a button or key has changed is one step."""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QUndoCommand, QUndoStack
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.panel.loop import CONTROLLER_LABEL, DELAY, ESTIMATOR, GRIP, RATE
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.numbers import Quantity
+from hapkit_studio.parameters import AnyParameter, Choice
+
+Settings = dict[tuple[str, ...], Any]
+"""("environment",), ("grip",), ("loop", field) or ("value", environment, parameter) and what is set there."""
+MOST = 200
+"""Steps that are kept."""
+ENVIRONMENT, HAND = ("environment",), ("grip",)
+_WORDS = {
+    "options": "velocity filter",
+    "model": "model",
+    "controller": CONTROLLER_LABEL.lower(),
+    "where": "rendered by",
+    "board_rate": "board's rate",
+}
+_LOOP = {"rate": RATE, "delay": DELAY}
+
+
+def settings_of(studio: Studio) -> Settings:
+    """Return everything that can be undone, as it is."""
+    found: Settings = {ENVIRONMENT: studio.environment.key, HAND: studio.grip}
+    found |= {("loop", name): value for name, value in vars(studio.loop).items()}
+    for key, values in studio.library.values.items():
+        found |= {("value", key, name): value for name, value in values.items()}
+    return found
+
+
+def put(studio: Studio, settings: Settings) -> None:
+    """Put settings in force, all of them or none; raise ParameterError."""
+    loop = {names[0]: value for (kind, *names), value in settings.items() if kind == "loop"}
+    values: dict[str, dict[str, float]] = defaultdict(dict)
+    for (kind, *names), value in settings.items():
+        if kind == "value":
+            values[names[0]][names[1]] = value
+    chosen = settings.get(ENVIRONMENT, studio.environment.key)
+    for key in (*values, chosen):
+        if key not in studio.environments:
+            raise ParameterError(f"The environment {key} is no longer there.")
+    for key, changes in values.items():
+        studio.environments[key].values({**studio.values_of(key), **changes})  # refused before any is set
+    if loop:
+        studio.set_loop(**loop)
+    for key, changes in values.items():
+        studio.set_values_of(key, changes)
+    studio.choose(chosen)
+    if HAND in settings:
+        studio.set_grip(settings[HAND])
+
+
+def words(studio: Studio, before: Settings, after: Settings) -> str:
+    """Name a change for a menu: "stiffness 300 → 500 N/m"."""
+    if ENVIRONMENT in after:
+        titles = [studio.environments[s[ENVIRONMENT]].title for s in (before, after)]
+        return " → ".join(titles)
+    if len(after) == 1:
+        ((where, new),) = after.items()
+        return _one(studio, where, before[where], new)
+    if all(kind == "value" for kind, *_ in after):
+        (key, *others) = {where[1] for where in after}
+        usual = studio.environments[key].values()
+        if not others and all(usual[where[2]] == new for where, new in after.items()):
+            return "default values"
+        return f"{len(after)} values"
+    if {*after} == {("loop", "estimator"), ("loop", "options")}:
+        return "velocity filter"
+    return f"{len(after)} settings"
+
+
+def each_word(studio: Studio, settings: Settings) -> list[str]:
+    """Name what each of some settings would change."""
+    now = settings_of(studio)
+    return [_one(studio, place, now[place], value) for place, value in settings.items() if len(place) > 1]
+
+
+def _one(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> str:
+    kind, *names = where
+    parameter: AnyParameter | None = None
+    if kind == "value":
+        parameter = next(p for p in studio.environments[names[0]].parameters if p.key == names[1])
+    elif kind == "grip" or names[0] == "estimator":
+        parameter = GRIP if kind == "grip" else ESTIMATOR
+        old, new = parameter.check(old), parameter.check(new)
+    elif names[0] in _LOOP:
+        parameter = _LOOP[names[0]]
+    if parameter is None:
+        return _WORDS[names[0]]
+    return f"{parameter.label[:1].lower()}{parameter.label[1:]} {_both(parameter, old, new)}"
+
+
+def _both(parameter: AnyParameter, old: float, new: float) -> str:
+    if isinstance(parameter, Choice):
+        return f"{parameter.word(old)} → {parameter.word(new)}"
+    shown = Quantity(parameter)
+    texts = [shown.text(value * shown.factor) for value in (old, new)]
+    return f"{' → '.join(texts)} {shown.unit}".strip()
+
+
+class Step(QUndoCommand):
+    """What was changed in one gesture: only what differs, so that the rest stays as it is now."""
+
+    def __init__(self, history: "History", before: Settings, after: Settings, name: str):
+        super().__init__()
+        self._history, self.gesture, self.name = history, history.gesture, name
+        self.before, self.after = before, after
+        self._done = True
+        self.setText(name or words(history.studio, before, after))
+
+    def id(self) -> int:
+        return 1
+
+    def mergeWith(self, other: QUndoCommand) -> bool:
+        """Take in a later change of the same gesture; one that ends where it began is no step."""
+        if not isinstance(other, Step) or other.gesture != self.gesture:
+            return False
+        before, after = other.before | self.before, self.after | other.after
+        changed = [where for where in after if before[where] != after[where]]
+        self.before, self.after = ({where: s[where] for where in changed} for s in (before, after))
+        self.name = self.name or other.name
+        self.setObsolete(not changed)
+        if changed:
+            self.setText(self.name or words(self._history.studio, self.before, self.after))
+        return True
+
+    def undo(self) -> None:
+        self._put(self.before)
+
+    def redo(self) -> None:
+        """Do it again: the first time, when it comes onto the stack, it is done already."""
+        if self._done:
+            self._done = False
+        else:
+            self._put(self.after)
+
+    def _put(self, settings: Settings) -> None:
+        try:
+            self._history.apply(settings)
+        except ParameterError as error:
+            self.setObsolete(True)
+            self._history.refusal = str(error)
+
+
+class History(QObject):
+    """Watches the studio's settings. ``changed``: another step is next; ``refused``: one cannot be put back.
+
+    gesture counts presses of buttons and keys: changes within one are one step.
+    """
+
+    changed = Signal()
+    refused = Signal(str)
+
+    def __init__(self, studio: Studio, parent: QObject | None = None):
+        super().__init__(parent)
+        self.studio, self.gesture = studio, 0
+        self.stack = QUndoStack(self)
+        self.stack.setUndoLimit(MOST)
+        self.stack.indexChanged.connect(self.changed)
+        self._name, self._applying, self.refusal = "", False, ""
+        self.forget()
+        for signal in (studio.environment_changed, studio.values_changed, studio.loop_changed):
+            signal.connect(self._look)
+
+    def undo(self) -> None:
+        """Put the settings back as they were before the last step, or say why they cannot be."""
+        self._move(self.stack.undo)
+
+    def redo(self) -> None:
+        """Do the next step again."""
+        self._move(self.stack.redo)
+
+    def _move(self, move: Callable[[], None]) -> None:
+        self.refusal = ""
+        move()
+        if self.refusal:
+            self.refused.emit(self.refusal)
+
+    def forget(self) -> None:
+        """Begin anew with what is in force."""
+        self.stack.clear()
+        self._take()
+
+    @contextmanager
+    def named(self, name: str) -> Iterator[None]:
+        """Give the step that is made within a name, and let it be one."""
+        self.gesture += 1
+        self._name = name
+        try:
+            yield
+        finally:
+            self._name = ""
+
+    def apply(self, settings: Settings) -> None:
+        """Put settings in force without a new step; raise ParameterError."""
+        self._applying = True
+        try:
+            put(self.studio, settings)
+        finally:
+            self._applying = False
+            self._take()
+
+    def _take(self) -> None:
+        self._last, self._environments = settings_of(self.studio), dict(self.studio.environments)
+
+    def _look(self) -> None:
+        """Make a step of what a person has changed; a newer version of a law brings values of its own."""
+        if self._applying:
+            return
+        last, environments = self._last, self._environments
+        self._take()
+        if self.studio.trying:
+            return
+        after = {
+            where: value
+            for where, value in self._last.items()
+            if where in last and last[where] != value and self._same(where, environments)
+        }
+        if after:
+            self.stack.push(Step(self, {where: last[where] for where in after}, after, self._name))
+
+    def _same(self, where: tuple[str, ...], environments: Mapping[str, object]) -> bool:
+        return where[0] != "value" or environments.get(where[1]) is self._environments.get(where[1])
