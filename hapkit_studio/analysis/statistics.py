@@ -4,9 +4,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy import signal
-
-from hapkit_studio.analysis.identify import regression
 
 _LEAST_CYCLES = 2.0  # in a stretch: slower motion is a drift
 _LEAST_SHARE = 0.1  # of the variance, within the peak: less is noise
@@ -36,6 +33,8 @@ def dominant(time: np.ndarray, values: np.ndarray) -> float:
     The peak of the Hann periodogram of evenly spaced values, refined by a parabola through its logarithm
     (Gasior and Gonzalez 2004).
     """
+    from scipy import signal  # late: a start does not wait for it
+
     if len(time) < 8:
         return math.nan
     even = np.linspace(time[0], time[-1], len(time))
@@ -67,6 +66,8 @@ def line(x: np.ndarray, y: np.ndarray) -> Line | None:
 
     Least squares with a constant; neighbouring residuals may be alike.
     """
+    from hapkit_studio.analysis.identify import regression  # late: it loads scipy.stats
+
     columns = np.column_stack([x - x.mean(), np.ones(len(x))])
     found = regression.solve(columns, columns, y, np.ones(len(x), dtype=bool))
     if found is None:

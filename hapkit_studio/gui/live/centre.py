@@ -1,6 +1,6 @@
 """The middle of the Live view: scene on top, time plots and force–position below."""
 
-from PySide6.QtCore import QSettings, Qt
+from PySide6.QtCore import QSettings, QSize, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QSplitter, QStackedWidget, QWidget
 
@@ -62,7 +62,7 @@ def _flat(icon: str, tip: str) -> QPushButton:
 class Toolbar(QWidget):
     """Time window and axes of the time plots, and the simulated hand's way to let go.
 
-    Where room is short it also switches between the plots, and the buttons are their icons.
+    Where room is short it also switches between the plots; then words and buttons give way.
     """
 
     def __init__(self) -> None:
@@ -78,18 +78,44 @@ class Toolbar(QWidget):
         self.hold = _flat("hold", "Keep what the plots show now under what comes, to compare (H)")
         self.release = _flat("hand", "The handle starts from rest where it is now, and no hand holds it (L)")
         self.fit = _flat("fit", "Narrow the axes to the data and the wall, or what else is next to them (F)")
+        self._names = {self.fit: "Fit axes", self.release: "Release here"}
+        self._names |= {self.cursors: "Cursors", self.hold: "Hold"}
+        for button, name in self._names.items():
+            button.setAccessibleName(name)
+        self._hand = True
         self.set_narrow(False)
         left, right = (self.span, self.views, self.cursors, self.hold), (self.release, self.fit)
         across(*left, None, *right, into=self, margins=(10, 5, 10, 5))
 
     def set_narrow(self, narrow: bool) -> None:
-        """Switch between the plots, for which the buttons leave room, or show all that they say."""
+        """Switch between the plots, or show both."""
         self.views.setVisible(narrow)
-        names = {self.fit: "Fit axes", self.release: "Release here"}
-        names |= {self.cursors: "Cursors", self.hold: "Hold"}
-        for button, words in names.items():
-            button.setText("" if narrow else words)
-            button.setAccessibleName(words)
+        self._fit_buttons()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self._fit_buttons()
+
+    def minimumSizeHint(self) -> QSize:
+        """Return its height alone: words and buttons give way."""
+        return QSize(0, super().minimumSizeHint().height())
+
+    def _fit_buttons(self) -> None:
+        """Show all words; where they do not fit icons, and where those do not the buttons needed most."""
+        extra, used = (self.hold, self.release), self.layout()
+        for words, more in ((True, True), (False, True), (False, False)):
+            for button, name in self._names.items():
+                button.setText(name if words else "")
+                button.setVisible(
+                    (more or button not in extra) and (button is not self.release or self._hand)
+                )
+            if used is None or used.totalSizeHint().width() <= self.width():
+                return
+
+    def show_release(self, on: bool) -> None:
+        """Offer to let the simulated hand go, or do not."""
+        self._hand = on
+        self._fit_buttons()
 
 
 class Centre(QWidget):

@@ -159,7 +159,7 @@ class LiveDisplay(QObject):
         state = self._studio.link.state
         self._show_preparing()
         self._centre.scene.set_hand_enabled(self._studio.hand_is_ours)
-        self._centre.toolbar.release.setVisible(self._studio.simulated)
+        self._centre.toolbar.show_release(self._studio.simulated)
         self._centre.time.set_stale(state in ("gone", "failed", "idle"))
         if state != "running":
             self._centre.time.show_oscillation(None)
