@@ -144,7 +144,7 @@ _SESSION = (
     ),
     Action(
         "session.save_kept", "Save the last 10 minutes", "Session", lambda w: w.studio.recording.save_kept(),
-        "Ctrl+Shift+S", enabled=lambda w: w.studio.recording.kept > 0.0,
+        "Ctrl+Shift+S",
     ),
     Action(
         "session.marker", "Add a marker…", "Session", lambda w: w.show_marker(), "Ctrl+M",
