@@ -111,7 +111,7 @@ def _both(parameter: AnyParameter, old: float, new: float) -> str:
 class Step(QUndoCommand):
     """What was changed in one gesture: only what differs, so that the rest stays as it is now."""
 
-    def __init__(self, history: "History", before: Settings, after: Settings, name: str):
+    def __init__(self, history: "UndoHistory", before: Settings, after: Settings, name: str):
         super().__init__()
         self._history, self.gesture, self.name = history, history.gesture, name
         self.before, self.after = before, after
@@ -152,7 +152,7 @@ class Step(QUndoCommand):
             self._history.refusal = str(error)
 
 
-class History(QObject):
+class UndoHistory(QObject):
     """Watches the studio's settings. ``changed``: another step is next; ``refused``: one cannot be put back.
 
     gesture counts presses of buttons and keys: changes within one are one step.

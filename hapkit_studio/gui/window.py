@@ -29,7 +29,7 @@ from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.undo import History
+from hapkit_studio.gui.undo import UndoHistory
 from hapkit_studio.gui.views import Views
 from hapkit_studio.gui.widgets.numbers import NumberBox
 from hapkit_studio.gui.widgets.parts import down
@@ -51,7 +51,7 @@ class MainWindow(QMainWindow):
 
     closed = Signal()
     studio: Studio
-    history: History
+    history: UndoHistory
     live: Live
     centre: Centre
     own: OwnEnvironments
@@ -72,7 +72,7 @@ class MainWindow(QMainWindow):
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
         studio.device.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
         self.body = WindowLayout(self)
-        self.history = History(studio, self)
+        self.history = UndoHistory(studio, self)
         self.live = Live(studio, self)
         self.own = OwnEnvironments(studio, self)
         self.header, self.gallery = Header(studio, self.body), Gallery(studio, self.own, self.body)
@@ -345,7 +345,7 @@ class StopFilter(QObject):
     press and release another gesture begins, whose changes are another step of undo.
     """
 
-    def __init__(self, studio: Studio, history: History, window: QWidget):
+    def __init__(self, studio: Studio, history: UndoHistory, window: QWidget):
         super().__init__(window)
         self._studio, self._history, self._window = studio, history, window
 

@@ -12,7 +12,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import presets
 from hapkit_studio.gui.dialogs import FormDialog, text_dialog
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.undo import ENVIRONMENT, HAND, History, Settings, each_word, put, settings_of
+from hapkit_studio.gui.undo import ENVIRONMENT, HAND, Settings, UndoHistory, each_word, put, settings_of
 from hapkit_studio.gui.widgets.parts import across, choose_file, label
 from hapkit_studio.gui.widgets.text import plain_tip
 
@@ -26,7 +26,7 @@ class Presets(QObject):
 
     changed = Signal()
 
-    def __init__(self, studio: Studio, history: History, window: QWidget):
+    def __init__(self, studio: Studio, history: UndoHistory, window: QWidget):
         super().__init__(window)
         self._studio, self._history, self._window = studio, history, window
         self._chosen: dict[str, tuple[str, Settings]] = {}
