@@ -1,5 +1,7 @@
 """What the person has chosen, and the engine that plays it: the window's only way to the engine."""
 
+import math
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -73,6 +75,8 @@ class Studio(QObject):
         self.environments = self.library.environments
         first = _FIRST if _FIRST in self.environments else next(iter(self.environments))
         self.environment = self.environments[first]
+        self.environment_since = -math.inf
+        """When it was put in force, by the rows' clock in s."""
         self.readiness = Readiness(self)
         self.readiness.request_ready.connect(self.choose)
         self.device = DeviceLink(entries, build, self._hold, self._configure, self)
@@ -134,7 +138,7 @@ class Studio(QObject):
         self.library.drop(key)
 
     def _put_in_force(self, environment: "Environment") -> None:
-        self.environment = environment
+        self.environment, self.environment_since = environment, time.perf_counter()
         self.too_much = {}
         if self.engine is not None:
             self.engine.set_environment(environment, self.values)

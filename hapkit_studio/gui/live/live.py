@@ -1,5 +1,6 @@
 """The frame: sixty times a second rows go from the loop's ring into history, scene and plots."""
 
+import math
 import time
 from typing import TYPE_CHECKING
 
@@ -110,7 +111,8 @@ class Live(QObject):
         """
         self.set_paused(False)
         self._take()
-        self.history.divide(self._studio.environment.title)
+        last = self.history.before(self._studio.environment_since)
+        self.history.divide(self._studio.environment.title, None if math.isnan(last) else last)
         self.history.begin_anew()
         self._changing = True
 
