@@ -119,9 +119,9 @@ def test_settles_up_to_what_is_said_and_swings_as_is_said(seed):
     assert not rests(outside)
     if not said.leaves:
         amplitude, frequency = max(swing(places, loop.rate) for places in ends(outside, 2.0 * seconds))
-        assert holds(said, amplitude, device.quantum)
-        if said.least == said.most and not said.most.irregular:
-            assert said.most.frequency == pytest.approx(frequency, rel=0.02)
+        end = min((said.least, said.most), key=lambda one: abs(one.amplitude - amplitude))
+        assert end.amplitude == pytest.approx(amplitude, rel=0.05, abs=device.quantum)
+        assert end.frequency == pytest.approx(frequency, rel=0.02)
 
 
 def sprung(seed):
