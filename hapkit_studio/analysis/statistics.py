@@ -53,26 +53,30 @@ def dominant(time: np.ndarray, values: np.ndarray) -> float:
 
 
 class Line(NamedTuple):
-    """A straight line: its slope, half the slope's 95 % interval, its ends (2,) along x and y."""
+    """A straight line: its slope, half the slope's 95 % interval, its ends (2,) along x and y.
+
+    left: the RMS of what it leaves over that of y.
+    """
 
     slope: float
     half: float
     x: np.ndarray
     y: np.ndarray
+    left: float
 
 
-def line(x: np.ndarray, y: np.ndarray) -> Line | None:
-    """Return the line of y over x (n,), in order of time; None where x stands still.
+def line(x: np.ndarray, y: np.ndarray, kept: np.ndarray) -> Line | None:
+    """Return the line of y over x (n,), in order of time, through what is kept; None where x stands still.
 
     Least squares with a constant; neighbouring residuals may be alike.
     """
     from hapkit_studio.analysis.identify import regression  # late: it loads scipy.stats
 
-    columns = np.column_stack([x - x.mean(), np.ones(len(x))])
-    found = regression.solve(columns, columns, y, np.ones(len(x), dtype=bool))
+    middle = x[kept].mean()
+    columns = np.column_stack([x - middle, np.ones(len(x))])
+    found = regression.solve(columns, columns, y, kept)
     if found is None:
         return None
-    ends = np.array([x.min(), x.max()])
-    return Line(
-        float(found.beta[0]), float(found.half[0]), ends, found.beta[1] + found.beta[0] * (ends - x.mean())
-    )
+    slope, half, ends = float(found.beta[0]), float(found.half[0]), np.array([x[kept].min(), x[kept].max()])
+    left = np.linalg.norm(found.residual) / np.linalg.norm(y[kept])
+    return Line(slope, half, ends, found.beta[1] + slope * (ends - middle), float(left))

@@ -9,6 +9,7 @@ from scipy.signal import lfilter
 from hapkit_studio.analysis.statistics import dominant, line, statistics
 
 TIME = np.arange(2000) / 1000.0
+ALL = np.ones(len(TIME), dtype=bool)
 
 
 def test_of_a_sine_over_whole_cycles():
@@ -41,18 +42,28 @@ def test_the_interval_of_a_slope_covers_the_truth_where_neighbours_are_alike():
     x = 0.01 * np.sin(2.0 * math.pi * 1.3 * TIME)
     for _ in range(300):
         noise = lfilter([0.05], [1.0, -0.9], rng.normal(size=len(TIME)))
-        found = line(x, -300.0 * x + 0.2 + noise)
+        found = line(x, -300.0 * x + 0.2 + noise, ALL)
         covered += abs(found.slope + 300.0) <= found.half
     assert 0.91 <= covered / 300 <= 0.98
 
 
 def test_a_slope_needs_motion():
-    assert line(np.full(500, 0.01), np.ones(500)) is None
-    assert line(TIME[:5], TIME[:5]) is None
+    assert line(np.full(500, 0.01), np.ones(500), ALL[:500]) is None
+    assert line(TIME[:5], TIME[:5], ALL[:5]) is None
 
 
 def test_the_ends_of_a_line_lie_on_it():
     x = np.linspace(0.002, 0.009, 400)
-    found = line(x, 1.5 - 200.0 * x)
+    found = line(x, 1.5 - 200.0 * x, ALL[:400])
     assert found.x == pytest.approx([0.002, 0.009])
     assert found.y == pytest.approx([1.1, -0.3])
+
+
+def test_what_a_line_leaves_is_told():
+    """The best line of x² from 0 to 1 is x − 1/6: it leaves 1/√180, and the RMS of x² is 1/√5."""
+    x = np.linspace(0.0, 1.0, 4001)
+    every = np.ones(len(x), dtype=bool)
+    found = line(x, x**2, every)
+    assert found.slope == pytest.approx(1.0, rel=1e-6)
+    assert found.left == pytest.approx(1.0 / 6.0, rel=1e-3)
+    assert line(x, np.where(x < 0.5, 7.0, 3.0 * x), x >= 0.5).left == pytest.approx(0.0, abs=1e-9)

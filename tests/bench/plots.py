@@ -42,7 +42,8 @@ class Ours:
     def __init__(self, grid: QGridLayout):
         self.history = History(SPAN)
         wall = environments.named("wall")
-        self.times, self.phase = TimePlots(), ForcePosition()
+        self.times = TimePlots()
+        self.phase = ForcePosition(self.times.cursors)
         grid.addWidget(self.times, 1, 0)
         grid.addWidget(self.phase, 1, 1)
         for plots in (self.times, self.phase):

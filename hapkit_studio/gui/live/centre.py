@@ -6,7 +6,6 @@ from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QSplitter, QStacke
 
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.breakpoints import GAP
-from hapkit_studio.gui.live.cursors import CursorCard
 from hapkit_studio.gui.live.held import HeldList, HeldTraces
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import SPANS, TimePlots
@@ -26,13 +25,6 @@ def card(parent: QWidget, *widgets: QWidget, edge: int = 0) -> QFrame:
     frame.setProperty("card", True)
     down(*widgets[:-1], (widgets[-1], 1), into=frame, margins=(edge,) * 4)
     return frame
-
-
-def add_below(frame: QFrame, widget: QWidget) -> None:
-    """Put a widget below all others in a card, from wherever it was."""
-    column = frame.layout()
-    if column is not None:
-        column.addWidget(widget)
 
 
 def fill(splitter: QSplitter, gap: int, stretched: int, *parts: QWidget) -> None:
@@ -123,18 +115,17 @@ class Centre(QWidget):
 
     def __init__(self, settings: QSettings, parent: QWidget | None = None):
         super().__init__(parent)
-        self.scene, self.time, self.phase = SceneView(), TimePlots(), ForcePosition()
+        self.scene, self.time = SceneView(), TimePlots()
+        self.phase = ForcePosition(self.time.cursors)
         self.toolbar = Toolbar()
         self.rows, self.columns = QSplitter(Qt.Orientation.Vertical, self), QSplitter()
         self.stack, line = QStackedWidget(), QFrame()
         self.stack.addWidget(self.time)
         line.setProperty("rule", True)
         line.setFixedHeight(1)
-        self.cursors = CursorCard(self.time.cursors)
         self.scene_card, self.phase_card = card(self, self.scene), card(self, self.phase)
         self.held = HeldTraces(self)
         self.time_card = card(self, self.toolbar, line, HeldList(self.held), self.stack, edge=_EDGE)
-        add_below(self.phase_card, self.cursors)
         self._narrow, self._settings = False, settings
         self._page: QWidget | None = None
         self._shows_scene, self._is_law = True, False
@@ -151,7 +142,6 @@ class Centre(QWidget):
         self.time.pointed.connect(self.phase.point)
         for plots in (self.time, self.phase.canvas):
             self.held.changed.connect(plots.set_held)
-        self.cursors.fitted.connect(self.phase.canvas.show_line)
         self.toolbar.cursors.toggled.connect(lambda on: self.time.cursors.show(on, self.time.span))
         self.time.cursors.changed.connect(lambda: self.toolbar.cursors.setChecked(self.time.cursors.on))
         span = self.toolbar.span
@@ -224,7 +214,6 @@ class Centre(QWidget):
     def _move_phase(self) -> None:
         """Put the force–position plot behind the switch, or back beside the time plots."""
         self.toolbar.set_narrow(self._narrow)
-        add_below(self.time_card if self._narrow else self.phase_card, self.cursors)
         self.phase_card.setProperty("card", not self._narrow)
         if self._narrow:
             self.stack.addWidget(self.phase_card)

@@ -19,6 +19,9 @@ from hapkit_studio.gui.widgets.theme import number
 NAMES = "A", "B"
 _EACH_MS = 200  # how often what lies between is worked out anew while a cursor is dragged
 _FIRST = 2 / 3, 1 / 3  # of the time window: where they stand at first
+_FADE = 0.05  # s: after a change numbers ramp and forces fade for 30 ms
+_FOLLOWED = 0.05  # N: a motor's steps are finer, a faded force is farther off
+_BENT = 0.05  # of the force's RMS: what leaves more than this is no line
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,8 @@ class Cursors(QObject):
         super().__init__(parent)
         self._history = History(seconds=1.0, rate=1.0)
         self.times: tuple[float, float] | None = None
+        self.max_force = math.inf
+        """The force limit in N."""
 
     def set_history(self, history: History) -> None:
         """Read the samples from another history."""
@@ -97,6 +102,12 @@ class Cursors(QObject):
         if self.times is not None and min(self.times) < self._history.start:
             self.show(False)
 
+    @property
+    def settings_differ(self) -> bool:
+        """Say whether settings changed from one to the other, or faded still."""
+        first, last = sorted(self.times or (math.nan, math.nan))
+        return any(first - _FADE < time <= last for time in self._history.changes)
+
     def between(self) -> dict[str, np.ndarray]:
         """Return time and channels (n,) of the samples from one to the other, both included; n > 1."""
         first, last = sorted(self.times or (math.nan, math.nan))
@@ -136,15 +147,36 @@ def ranges(samples: dict[str, np.ndarray]) -> list[Row]:
     return rows
 
 
-def slope_words(found: Line | None) -> str:
-    """Return a slope of force over position with its 95 % interval, in words."""
+def slope(cursors: Cursors, samples: dict[str, np.ndarray]) -> tuple[Line | None, str]:
+    """Return the line of force over position, and its slope in words; or None, and why there is none.
+
+    It goes through the samples in which the law asked for a force and the motor gave it: a wall's line has
+    nothing of the free space before it.
+    """
+    if not samples:
+        return None, "–"
+    if cursors.settings_differ:
+        return None, "none: settings changed"
+    position, applied, asked = (samples[name] for name in ("position", "applied", "asked"))
+    given = (np.abs(asked) < cursors.max_force) & (np.abs(applied - asked) <= _FOLLOWED)
+    acts = given & (asked * applied > 0.0)
+    if not acts.any():
+        return None, "none: no force there"
+    found = line(position, applied, acts)
     if found is None:
-        return "–"
+        return None, "none: too little motion"
+    if found.left > _BENT:
+        return None, "none: not a straight line"
     digits = 0 if found.half >= 10.0 else 1
-    return f"{number(found.slope, digits)} ± {number(found.half, digits)} N/m"
+    return found, f"{number(found.slope, digits)} ± {number(found.half, digits)} N/m"
 
 
-_HEADS = ("A", "B", "B − A"), ("least", "greatest", "mean", "RMS", "Hz")
+_FOLDED, _BOTH = 0, 1  # of the switch
+_HEADS = (), ("A", "B", "B − A"), ("least", "greatest", "mean", "RMS", "Hz")
+_SLOPE_HELP = (
+    "Force over position from A to B, 95 % interval: the line through all samples in which the law asks for "
+    "a force and the motor gives it. None where settings changed or the samples lie on no straight line"
+)
 
 
 def _columns(heads: tuple[str, ...]) -> tuple[Column, ...]:
@@ -157,35 +189,63 @@ def _cell(index: int, row: Row) -> str:
 
 
 class CursorCard(QWidget):
-    """Shows what the cursors read: the samples at both, or what the range between them comes to.
+    """Shows what the cursors read: the slope and, in a table, both samples or what lies between comes to.
 
-    Emits ``fitted`` with the line of force over position through it, None where there is none.
+    Emits ``fitted`` with the line of force over position, None where there is none, and ``unfolded`` when
+    its table comes or goes.
     """
 
     fitted = Signal(object)
+    unfolded = Signal()
 
     def __init__(self, cursors: Cursors, parent: QWidget | None = None):
         super().__init__(parent)
         self._cursors, self._read = cursors, False
         self._samples: dict[str, np.ndarray] = {}
-        self.switch = Segmented("What the cursors read", ("A and B", "Range"))
-        self.switch.show_index(0)
+        self._low, self._chosen = (
+            False,
+            [_BOTH, _FOLDED],
+        )  # what is shown with room for the table, and without
+        self.switch = Segmented("What the cursors read", ("Plot", "A and B", "Range"))
+        self.switch.show_index(_BOTH)
         self.table = Table("Cursors")
         self.slope = label(role="strong", wrap=False)
-        self.slope.setToolTip("Force over position from A to B: the line through all samples, 95 % interval")
+        self.slope.setToolTip(_SLOPE_HELP)
         self.period = hint()
-        head = across(label("Cursors", "strong", wrap=False), None, self.switch)
-        foot = across(label("Slope A to B", wrap=False), None, self.slope)
-        down(head, self.table, foot, self.period, into=self, margins=(14, 6, 16, 8))
+        head = across(label("Slope A to B", wrap=False), None, self.slope)
+        down(
+            head, across(self.period, None, self.switch), 4, self.table, None,
+            into=self, margins=(14, 4, 16, 8), gap=2,
+        )  # fmt: skip
         self._each = QTimer(self, interval=_EACH_MS)
         self._each.timeout.connect(self.refresh)
-        self.switch.chosen.connect(lambda _index: self.refresh())
+        self.switch.chosen.connect(self._choose)
         cursors.changed.connect(self._follow)
         self.hide()
 
+    @property
+    def covers(self) -> bool:
+        """Say whether its table needs the room of what stands above it."""
+        return self._low and self._cursors.on and self.switch.index != _FOLDED
+
+    def set_low(self, low: bool) -> None:
+        """Say that there is room for the table or for what stands above it, not for both."""
+        if low != self._low:
+            self._low = low
+            self.switch.show_index(self._chosen[low])
+            self.refresh()
+            self.unfolded.emit()
+
+    def _choose(self, index: int) -> None:
+        self._chosen[self._low] = index
+        self.refresh()
+        self.unfolded.emit()
+
     def _follow(self) -> None:
         self._read = False
-        self.setVisible(self._cursors.on)
+        if self._cursors.on == self.isHidden():
+            self.setVisible(self._cursors.on)
+            self.unfolded.emit()
         if self._cursors.on:
             self._each.start()
         else:
@@ -200,11 +260,11 @@ class CursorCard(QWidget):
             return
         if not self._read:
             self._read, self._samples = True, self._cursors.between()
-            found = line(self._samples["position"], self._samples["applied"]) if self._samples else None
-            self.slope.setText(slope_words(found))
+            found, words = slope(self._cursors, self._samples)
+            self.slope.setText(words)
             self.fitted.emit(found)
             apart = abs(times[1] - times[0])
             self.period.setText(f"1/Δt  {with_unit(1.0 / apart, 'Hz')}" if apart > 0.0 else "")
         index = self.switch.index
-        rows = ranges(self._samples) if index else points(self._cursors)
-        self.table.show_rows(_columns(_HEADS[index]), rows)
+        rows = points(self._cursors) if index == _BOTH else ranges(self._samples)
+        self.table.show_rows(_columns(_HEADS[index]), [] if index == _FOLDED else rows)

@@ -63,6 +63,8 @@ class History:
         self._breaks: list[int] = []
         self.dividers: list[tuple[float, str]] = []
         """What was changed while these samples came: when, in s, and in words, the oldest first."""
+        self.changes: list[float] = [-math.inf]
+        """When settings changed, in s, the oldest first; what is older than the samples is one."""
         self.begin = -math.inf
         """Time in s from which on all samples are of the environment in force."""
 
@@ -146,6 +148,8 @@ class History:
             self._breaks.pop(0)
         while self.dividers and self.dividers[0][0] < self.start:
             self.dividers.pop(0)
+        while len(self.changes) > 1 and self.changes[1] < self.start:
+            self.changes.pop(0)
 
     def _move_to_front(self) -> None:
         """Move the kept samples to the front."""
@@ -163,7 +167,7 @@ class History:
         other._time = self._time[lead : self._end].copy()
         other._data = self._data[:, lead : self._end].copy()
         other._breaks = [i - lead for i in self._breaks]
-        other.dividers = [*self.dividers]
+        other.dividers, other.changes = [*self.dividers], [*self.changes]
         other._begin, other._end, other._dropped = 0, len(self), self._dropped + lead
         return other
 

@@ -38,7 +38,6 @@ class Live(QObject):
         self.hidden = False
         self.lost = 0
         self.last: np.ndarray | None = None
-        self.changed_at = time.perf_counter()
         self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
         self._frames.timeout.connect(self.tick)
         self._health = QTimer(self, interval=HEALTH_MS)
@@ -118,7 +117,7 @@ class Live(QObject):
 
     def _note_change(self) -> None:
         """Remember since when, by the rows' clock, all rows were rendered with the same settings."""
-        self.changed_at = time.perf_counter()
+        self.history.changes.append(time.perf_counter())
 
     def _follow(self) -> None:
         engine = self._studio.engine

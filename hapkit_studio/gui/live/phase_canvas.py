@@ -23,6 +23,7 @@ _BESIDE = 0.12  # of the forces: what is left free beyond them
 _BENT = 1e-6  # of the force's span: a bend smaller than this is rounding
 _TURNS = 5  # to each side: the end of a well at the centre, then two wells more
 _BEYOND = 1.1  # a bend wants to be inside the frame, not on it
+_WORDS = 14  # px: of a line of words below a line
 _MOST_A_SECOND = 1000  # points of the curve that are drawn
 
 Range = tuple[float, float]
@@ -291,12 +292,7 @@ class PhaseCanvas(Canvas):
         painter.setClipRect(box)
         self.band.paint(painter, self.to_pixels)
         for limit in (self.max_force, -self.max_force):
-            y = self.pixel(0.0, limit).y()
-            if box.top() < y < box.bottom():
-                strokes.level(painter, box, y, "danger", [1.2, 2.6])
-                right = self.band.side(limit) < 0.0  # away from where the curve meets the limit
-                end = box.right() - 6 if right else box.left() + 6
-                self.note(painter, end, y - 5, f"limit {number(limit, 1)} N", "danger", right=right)
+            self._paint_limit(painter, box, limit)
         for past in (*self._held, *([self._past] if self._past else ())):
             x = past.values[self.plot_of.channel] * self.plot_of.scale
             paint_past(painter, *self.to_pixels(x, past.values["applied"]), past.look)
@@ -304,6 +300,19 @@ class PhaseCanvas(Canvas):
             self._paint_older(painter)
         painter.end()
         return under
+
+    def _paint_limit(self, painter: QPainter, box: QRectF, limit: float) -> None:
+        """Paint a line at a force in N, named beyond it, where no curve goes, or where there is room."""
+        y = self.pixel(0.0, limit).y()
+        if not box.top() < y < box.bottom():
+            return
+        strokes.level(painter, box, y, "danger", [1.2, 2.6])
+        right = self.band.side(limit) < 0.0  # away from where the curve meets the limit
+        end = box.right() - 6 if right else box.left() + 6
+        above, below = y - 5, y + _WORDS
+        beyond = above - _WORDS > box.top() if limit > 0.0 else below + 4 < box.bottom()
+        row = above if beyond == (limit > 0.0) else below
+        self.note(painter, end, row, f"limit {number(limit, 1)} N", "danger", right=right)
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
         """Paint the dots for now and for the pointer's time."""

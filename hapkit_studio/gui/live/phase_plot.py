@@ -5,10 +5,12 @@ from collections.abc import Mapping
 
 import numpy as np
 from PySide6.QtCore import QTimer
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QLabel, QStackedWidget, QWidget
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.live.canvas import RIGHT
+from hapkit_studio.gui.live.cursors import CursorCard, Cursors
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.past_trace import PastTrace
 from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
@@ -17,18 +19,20 @@ from hapkit_studio.gui.live.plots.declared import PhasePlot, beside_plots, phase
 from hapkit_studio.gui.live.time_plots import TimePlots
 from hapkit_studio.gui.widgets.parts import across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.gui.widgets.theme import theme
 
 _DEBOUNCE_MS = 30
+_LOW = 450  # px: lower, there is room for the plot or for the table of the cursors, not for both
 
 
 class ForcePosition(QWidget):
     """The applied force over the handle's position or velocity, older parts paler, theory beneath.
 
-    One switch goes on to what stands beside: energy over time.
+    One switch goes on to what stands beside: energy over time. Below it is what the cursors read.
     """
 
-    def __init__(self, parent: QWidget | None = None):
-        super().__init__(parent)
+    def __init__(self, cursors: Cursors):
+        super().__init__()
         self.plots = phase_plots()
         self._environment: Environment | None = None
         self._values: dict[str, float] = {}
@@ -56,9 +60,16 @@ class ForcePosition(QWidget):
         for pane in self.beside:
             self._stack.addWidget(pane)
         head = across(title, 6, *self.theory, None, self.switch, margins=(14, 6, RIGHT, 5), gap=7)
-        down(head, self.note, (self._stack, 1), into=self, margins=(0, 0, 0, 6))
+        self.cursors = CursorCard(cursors)
+        self.cursors.fitted.connect(self.canvas.show_line)
+        self.cursors.unfolded.connect(lambda: self._stack.setHidden(self.cursors.covers))
+        down(head, self.note, (self._stack, 1), self.cursors, into=self, margins=(0, 0, 0, 6))
         self._later = QTimer(self, singleShot=True, interval=_DEBOUNCE_MS)
         self._later.timeout.connect(self._compute)
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        super().resizeEvent(event)
+        self.cursors.set_low(self.height() < theme.px(_LOW))
 
     def set_history(self, history: History) -> None:
         """Plot another history."""

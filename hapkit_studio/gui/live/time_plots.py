@@ -333,7 +333,7 @@ class TimePlots(QWidget):
         for canvas in self.canvases[:-1]:
             canvas.view.setXLink(self.canvases[-1].view)
         self.canvases[-1].view.sigXRangeChanged.connect(self._moved)
-        self.cursors.changed.connect(self.refresh)
+        self.cursors.changed.connect(self._read_cursors)
         self._show_span()
 
     # what is shown ------------------------------------------------------------------------------
@@ -363,7 +363,7 @@ class TimePlots(QWidget):
         self._environment, self._values = environment, values
         self._shades = bool(environment.shades)
         self.shown.surface = values.get("position") if self._shades else None
-        self.shown.max_force = max_force
+        self.shown.max_force = self.cursors.max_force = max_force
         for header in self.headers:
             name = "" if self.shown.surface is None else environment.title.lower()
             header.show_part(header.surface, name)
@@ -380,13 +380,27 @@ class TimePlots(QWidget):
         self.refresh()
 
     def show_oscillation(self, found: Oscillation | None) -> None:
-        """Say beside the position how far and how often it oscillates, nothing where it does not."""
+        """Say beside the position how far and how often it oscillates, unless the cursors are read there."""
         header = next(header for header in self.headers if header.plot.key == "position")
+        if self.cursors.on:
+            return
         if found is None:
             header.remark.say()
             return
         far, often = on_screen(found.amplitude, "m", 2), hertz(found.frequency)
         header.remark.say(f"oscillates ±{far} at {often}", f"±{far}, {often}", often)
+
+    def _read_cursors(self) -> None:
+        """Say above each plot what it shows at both cursors, where there are any."""
+        at = [values for values in self.cursors.at() if values]
+        for header in self.headers:
+            plot, ways = header.plot, []
+            if len(at) == len(NAMES):
+                a, b = (values[plot.traces[-1].channel] * plot.scale for values in at)
+                apart = f"B − A {number(b - a, plot.decimals, sign=True)}"
+                ways = [f"A {number(a, plot.decimals)}   B {number(b, plot.decimals)}   {apart}", apart]
+            header.remark.say(*ways)
+        self.refresh()
 
     def set_span(self, seconds: float) -> None:
         """Show the last 1 to 60 seconds; raise ParameterError outside."""

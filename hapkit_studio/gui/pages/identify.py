@@ -44,7 +44,7 @@ def newest_piece(studio: "Studio", live: "Live", seconds: float) -> "Callable[[]
     table = reader.read()
     times = table[:, rows.HOST_TIME]
     newest = float(times[-1]) if len(times) else 0.0
-    table = table[times >= max(live.changed_at + _SETTLED, newest - seconds)]
+    table = table[times >= max(live.history.changes[-1] + _SETTLED, newest - seconds)]
     kept = newest - float(table[0, rows.HOST_TIME]) if len(table) else 0.0
     if kept < _LEAST:
         raise StudioError(f"Only {kept:.1f} s since the settings changed. Move the handle, then identify.")

@@ -2,6 +2,7 @@
 
 import pytest
 
+from hapkit_studio.gui.live.cursors import Cursors
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import TimePlots
@@ -33,4 +34,4 @@ def plots(qtbot, history):
 
 @pytest.fixture
 def phase(qtbot, history):
-    return shown(qtbot, ForcePosition(), (348, 420), history)
+    return shown(qtbot, ForcePosition(Cursors()), (348, 420), history)

@@ -7,6 +7,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 
 from hapkit_studio.gui.live.cursors import CursorCard
+from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import telemetry
 
 LEFT = Qt.MouseButton.LeftButton
@@ -78,7 +79,7 @@ def test_the_slope_inside_the_wall_is_its_stiffness_and_the_range_its_extremes(p
     plots.cursors.move(1, 12.8105)
     card.refresh()
     assert lines[-1].y == pytest.approx(-400.0 * (lines[-1].x - 0.005), abs=1e-6)
-    card.switch.show_index(1)
+    card.switch.button(2).click()
     span = np.sin(3.0 * np.arange(12_700, 12_811) / 1000.0) * 15.0
     assert shown(card)["x, mm"]["greatest"] == f"{span.max():.2f}"
     assert shown(card)["x, mm"]["least"] == f"{span.min():.2f}"
@@ -102,3 +103,47 @@ def test_cursors_go_with_the_samples_they_stood_on(plots, card, history):
     card.refresh()
     assert not plots.cursors.on
     assert card.isHidden()
+
+
+def read(plots, card, first, last):
+    """Put the cursors to two times in s; return the slope in words."""
+    plots.cursors.show(True, plots.span)
+    plots.cursors.move(0, first)
+    plots.cursors.move(1, last)
+    card.refresh()
+    return card.slope.text()
+
+
+def test_a_wall_pressed_and_left_has_its_stiffness_where_its_force_is_given(plots, card, history):
+    """Swings of 15 mm in and out of a wall at 5 mm; its 400 N/m are cut at 3 N, 7.5 mm deep."""
+    assert read(plots, card, 8.0, 13.0) == "−400.0 ± 0.0 N/m"
+    slope, *_ = np.polyfit(*(history.between(8.0, 13.0).y[name] for name in ("position", "applied")), 1)
+    assert slope > -120.0  # what a line through all samples would say
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [(7.9, "−400.0"), (8.04, "none: settings changed"), (12.9, "none: settings changed"), (13.1, "−400.0")],
+)
+def test_there_is_no_slope_over_a_change_of_settings_nor_while_it_fades(plots, card, history, changed, words):
+    history.changes.append(changed)
+    assert read(plots, card, 8.05, 13.0).startswith(words)
+
+
+@pytest.mark.parametrize(("bend", "straight"), [(0.54, True), (0.556, False)])
+def test_what_leaves_more_than_a_twentieth_of_the_force_is_no_line(plots, card, history, bend, straight):
+    """F = −(z + c z²) N, z from 0 to 1 over 10 mm: the best line leaves c/√180 of √(1/3 + c/2 + c²/5)."""
+    z = np.linspace(0.0, 1.0, 2001)
+    assert (bend / math.sqrt(180.0) < 0.05 * math.sqrt(1 / 3 + bend / 2 + bend**2 / 5)) == straight
+    rest = telemetry(2001, start=14_000)
+    rest[:, rows.POSITION] = 0.01 * z
+    rest[:, rows.ASKED] = rest[:, rows.APPLIED] = -(z + bend * z**2)
+    history.append(rest)
+    assert (read(plots, card, 14.0005, 16.0005) == "none: not a straight line") != straight
+
+
+def test_where_no_force_acts_or_none_is_given_there_is_no_slope(plots, card, history):
+    free = telemetry(1000, start=14_000)
+    free[:, rows.APPLIED] = 0.0  # stopped: asked for, not given
+    history.append(free)
+    assert read(plots, card, 14.0005, 14.9) == "none: no force there"
