@@ -290,5 +290,5 @@ def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
         if len({p.step_s for p in points}) == 1:
             found += [Label(*frame.place(p), p.label, color) for p in others]
         if sheet.scene.step_s is None and method.key == sheet.scene.default.method:
-            found += [Label(*frame.place(p), rate_words(p.step_s), color, left=True) for p in others]
+            found += [Label(*frame.place(p), rate_words(p.step_s), color) for p in others]
     write_labels(axes, c, found)

@@ -1,6 +1,6 @@
 """What every drawing shares: colours by token, quiet axes, names above them, saving in light colours.
 
-Labels beside points are moved up and down until none lies on another.
+Words beside points stand where they cover no other.
 """
 
 import math
@@ -10,8 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
-
-import numpy as np
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.palette import paler, table
@@ -105,52 +103,37 @@ def text_outline(c: Colors) -> list:
     return [withStroke(linewidth=4, foreground=c.plot, alpha=0.8)]
 
 
-_ROUNDS = 400
-_AWAY, _RING = 10.0, 16.0  # points beside a point, and beside one with a ring
-_ABOVE = 9.0  # points, of a line's name
-_LINE = 1.15  # a line's height over its letters'
-
-
 @dataclass(frozen=True)
 class Label:
-    """Words at a point; bold: with a ring round the point; left: on that side of it."""
+    """Words at a point; bold: they lie on no line either."""
 
     x: float
     y: float
     text: str
     color: str
     bold: bool = False
-    left: bool = False
 
 
 def write_labels(axes: Any, c: Colors, labels: Sequence[Label]) -> None:
-    """Write labels; one that moved has a thin line to its point. The figure's layout must have been made.
+    """Write labels beside their points, none on another; one that is far has a thin line to its point.
 
-    A bold one that would lie on a line goes where it lies on none.
+    The figure's layout must have been made.
     """
-    frame, lines = axes.get_window_extent(), list(axes.lines)
-    made = [_beside(axes, c, label, frame) for label in labels]
-    boxes = [words.get_window_extent() for words in made]
-    middles = np.array([0.5 * (box.y0 + box.y1) for box in boxes])
-    heights = np.array([_LINE * box.height for box in boxes])
-    sides = [(box.x0, box.x1) for box in boxes]
-    points = 72.0 / axes.figure.dpi
-    for words, moved, tall in zip(
-        made, move_apart(middles, heights, sides, (frame.y0, frame.y1)) - middles, heights, strict=True
-    ):
-        words.xyann = (words.xyann[0], words.xyann[1] + points * moved)
-        if abs(moved) > 0.6 * tall:
-            words.arrow_patch.set_visible(True)
-    for words, label in zip(made, labels, strict=True):
-        box = words.get_window_extent()
-        if label.bold and any(
-            line.get_path().transformed(line.get_transform()).intersects_bbox(box, filled=False)
-            for line in lines
-        ):
-            keep_clear(words, lines, [other.get_window_extent() for other in made if other is not words])
-            words.arrow_patch.set_visible(True)
+    lines, taken = list(axes.lines), []
+    for label in sorted(labels, key=lambda label: not label.bold):
+        words = axes.annotate(
+            label.text, (label.x, label.y), (0.0, 0.0), textcoords="offset points", va="center", size=TICK,
+            color=label.color, weight="bold" if label.bold else "normal", zorder=9, annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": label.color, "linewidth": 0.8, "visible": False},
+            bbox={"facecolor": c.plot, "alpha": 0.75, "edgecolor": "none", "pad": 0.6},
+        )  # fmt: skip
+        words.set_in_layout(False)
+        keep_clear(words, lines if label.bold else (), taken)
+        words.arrow_patch.set_visible(math.hypot(*words.xyann) > _FAR)
+        taken.append(words.get_window_extent())
 
 
+_FAR = 20.0  # points: words farther from their point have a line to it
 _CLEAR = 3.0  # points between words and a line
 # Where words may stand about their point, in points, the nearest first.
 _AROUND = sorted(
@@ -178,44 +161,6 @@ def keep_clear(words: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> N
 
     words.xyann = next(filter(free, _AROUND), _AROUND[0])
     words.set(horizontalalignment="left" if words.xyann[0] > 0 else "right")
-
-
-def move_apart(
-    middles: np.ndarray, heights: np.ndarray, sides: Sequence[tuple[float, float]], frame: tuple[float, float]
-) -> np.ndarray:
-    """Return the middles (n,) of boxes moved apart inside a frame (bottom, top); their order stays."""
-    placed, order = middles.copy(), list(np.argsort(middles, kind="stable"))
-    for _ in range(_ROUNDS):
-        moved = False
-        for place, below in enumerate(order):
-            for above in order[place + 1 :]:
-                lap = 0.5 * (heights[below] + heights[above]) - (placed[above] - placed[below])
-                beside = sides[below][1] <= sides[above][0] or sides[above][1] <= sides[below][0]
-                if lap > 0.0 and not beside:
-                    placed[below] -= 0.5 * lap + 0.05
-                    placed[above] += 0.5 * lap + 0.05
-                    moved = True
-        placed = np.clip(placed, frame[0] + 0.5 * heights, frame[1] - 0.5 * heights)
-        order.sort(key=lambda index: placed[index])
-        if not moved:
-            break
-    return placed
-
-
-def _beside(axes: Any, c: Colors, label: Label, frame: Any) -> Any:
-    """Write beside a point, on its other side where the frame ends; there a line's name stands above it."""
-    away = _RING if label.bold else _AWAY
-    made = axes.annotate(
-        label.text, (label.x, label.y), (away, 0.0), textcoords="offset points", va="center", size=TICK,
-        color=label.color, weight="bold" if label.bold else "normal", zorder=9, annotation_clip=False,
-        arrowprops={"arrowstyle": "-", "color": label.color, "linewidth": 0.8, "visible": False},
-        bbox={"facecolor": c.plot, "alpha": 0.75, "edgecolor": "none", "pad": 0.6},
-    )  # fmt: skip
-    made.set_in_layout(False)
-    if label.left or made.get_window_extent().x1 > frame.x1 - 2.0:
-        made.set_horizontalalignment("right")
-        made.xyann = (-away, _ABOVE if label.x >= axes.get_xlim()[1] else 0.0)
-    return made
 
 
 def new_figure(path: str | Path, size: tuple[float, float]) -> Any:

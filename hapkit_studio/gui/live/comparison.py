@@ -17,13 +17,6 @@ from hapkit_studio.gui.widgets.theme import number
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.centre import Centre
 
-STEP = 0.01
-LEAST, MOST = 1.0, 3.0
-"""s of movement that are compared: fewer say too little, with more the past has not enough to choose from."""
-LEAST_WAY = 0.002
-"""m: what moves less than this from end to end stands still."""
-_ALIKE = 0.3
-"""Of the movement's own variance: what differs by more is another movement."""
 COMPARED_SECONDS = 4.0
 SETTLE_SECONDS = 0.6
 """From the handing over to the first movement: the force has faded in, the handle rests."""
@@ -34,36 +27,9 @@ _FAULT = "A fault ended the comparison. Clear it, then compare again."
 _STOPPED = "Nothing to compare while the force is off. Release the E-stop or clear the fault first."
 _CHANGED = "Changed meanwhile: nothing was compared."
 HELD_SECONDS = 5.0
-PAST_SECONDS = 12.0
-"""So far back from a switch a movement like the one after it is looked for."""
-FADED_SECONDS = 0.2
-"""After a switch the force has faded in."""
 UNWATCHED = (
     "No energy alarm: the passivity observer is part of the computer's loop, and the board renders now."
 )
-
-
-def _sampled(history: History, start: float, stop: float) -> np.ndarray:
-    """Return the positions in m from start to stop s, one every STEP; empty where too few are known."""
-    window = history.between(start, stop).known()
-    at = start + STEP * np.arange(int((stop - start) / STEP) if len(window.x) > 1 else 0)
-    return np.interp(at, window.x, window.y["position"]) if len(at) else at
-
-
-def find_shift(history: History, start: float, switch: float, begin: float, now: float) -> float | None:
-    """Return how many s before begin the handle, between start and switch, moved as from begin to now.
-
-    None where it stands still, where too little is known, and where it moves in no way as before.
-    """
-    start = max(start, history.start)
-    present, past = _sampled(history, begin, min(now, begin + MOST)), _sampled(history, start, switch)
-    if len(present) < LEAST / STEP or len(past) < len(present) or np.ptp(present) < LEAST_WAY:
-        return None
-    stretches = np.lib.stride_tricks.sliding_window_view(past, len(present))
-    differences = np.mean((stretches - present) ** 2, axis=1)
-    best = int(np.argmin(differences))
-    alike = differences[best] < _ALIKE * max(np.var(present), 1e-12)
-    return begin - (start + best * STEP) if alike else None
 
 
 class Part(NamedTuple):
@@ -170,21 +136,18 @@ class ComparisonRun(QObject):
 
 
 class RenderingComparison(QObject):
-    """Follows who renders; keeps the other way's last seconds in the plots, and compares on demand."""
+    """Follows who renders; keeps the other way's last forces over position, and compares on demand."""
 
     def __init__(self, studio: Studio, live: Live, centre: "Centre", switch: RenderingSwitch):
         super().__init__(centre)
         self._studio, self._live, self._centre, self._switch = studio, live, centre, switch
         self._rendered_by = RENDERERS[0]
         self._began = time.perf_counter()
-        self._before: Part | None = None  # of what is to be laid over the present, once it moves alike
-        self._aligned_at = 0.0
         self._compared = False
         self.comparison = ComparisonRun(studio, live, switch, self)
-        self.comparison.began.connect(self._clear)
+        self.comparison.began.connect(lambda: self._show_past(None))
         self.comparison.finished.connect(self._show_compared)
         live.health.connect(switch.note_health)
-        live.health.connect(lambda _health: self._align())
         live.frame.connect(lambda _row, _clamped: self._look())
         live.paused_changed.connect(self._resume)
         studio.environment_changed.connect(self._forget)
@@ -199,29 +162,12 @@ class RenderingComparison(QObject):
         self._rendered_by = engine.rendering
         self._centre.phase.set_note(UNWATCHED if engine.rendering == BOARD else "")
         if not (self.comparison.running or self._compared):
-            self._clear()
-            start = max(self._began, now - PAST_SECONDS)
-            self._before, self._aligned_at = Part(before, start, now), 0.0
-            past = self._past(Part(before, max(start, now - HELD_SECONDS), now), 0.0)
+            self._show_past(None)
+            past = self._past(Part(before, max(self._began, now - HELD_SECONDS), now))
             self._centre.phase.set_past(past)
         self._began = now
 
-    def _align(self) -> None:
-        """Lay the past over the present where the handle moved alike; better while it goes on moving."""
-        if self._before is None:
-            return
-        switch, now = self._before.stop, self._live.history.now
-        begin = self._aligned_at or max(switch + FADED_SECONDS, now - MOST)
-        found = find_shift(self._live.history, self._before.start, switch, begin, now)
-        if found is None:
-            return
-        first = Part(self._before.where, begin - found, min(begin - found + HELD_SECONDS, switch))
-        self._centre.time.set_past(self._past(first, found))
-        self._aligned_at = begin
-        if now >= begin + MOST:
-            self._before = None
-
-    def _past(self, part: Part, shift: float) -> PastTrace | None:
+    def _past(self, part: Part, shift: float = 0.0) -> PastTrace | None:
         return past_trace(self._live.history, f"on the {part.where}", part.start, part.stop, shift)
 
     def _show_compared(self, one: Part, other: Part) -> None:
@@ -235,17 +181,13 @@ class RenderingComparison(QObject):
     def _resume(self, paused: bool) -> None:
         self._compared &= paused
 
-    def _clear(self) -> None:
-        self._before = None
-        self._show_past(None)
-
     def _show_past(self, past: PastTrace | None) -> None:
         self._centre.time.set_past(past)
         self._centre.phase.set_past(past)
 
     def _forget(self) -> None:
         self._began, self._compared = time.perf_counter(), False
-        self._clear()
+        self._show_past(None)
 
 
 def difference_words(history: History, one: Part, other: Part) -> str:

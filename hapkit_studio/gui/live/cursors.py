@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from functools import partial
+from operator import itemgetter
 
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -42,12 +42,8 @@ QUANTITIES = (
 )
 
 
-@dataclass(frozen=True)
-class Row:
-    """A line of the table: head and texts."""
-
-    head: str
-    cells: tuple[str, ...]
+Row = tuple[str, ...]
+"""A line of the table: its head, and what stands behind it."""
 
 
 class Cursors(QObject):
@@ -131,8 +127,8 @@ def points(cursors: Cursors) -> list[Row]:
 
 
 def _row(head: str, scale: float, decimals: int, a: float, b: float) -> Row:
-    cells = (number(scale * a, decimals), number(scale * b, decimals))
-    return Row(head, (*cells, number(scale * (b - a), decimals, sign=True)))
+    cells = number(scale * a, decimals), number(scale * b, decimals)
+    return head, *cells, number(scale * (b - a), decimals, sign=True)
 
 
 def ranges(samples: dict[str, np.ndarray]) -> list[Row]:
@@ -142,8 +138,8 @@ def ranges(samples: dict[str, np.ndarray]) -> list[Row]:
         found = statistics(samples["time"], samples[q.channel])
         values = (found.minimum, found.maximum, found.mean, found.rms)
         often = "–" if math.isnan(found.frequency) else with_unit(found.frequency, "", 3)
-        cells = tuple(number(q.scale * value, q.decimals) for value in values)
-        rows.append(Row(f"{q.symbol}, {q.unit}", (*cells, often)))
+        cells = (number(q.scale * value, q.decimals) for value in values)
+        rows.append((f"{q.symbol}, {q.unit}", *cells, often))
     return rows
 
 
@@ -180,12 +176,8 @@ _SLOPE_HELP = (
 
 
 def _columns(heads: tuple[str, ...]) -> tuple[Column, ...]:
-    first = Column("", lambda row: row.head, right=False)
-    return (first, *(Column(head, partial(_cell, index)) for index, head in enumerate(heads)))
-
-
-def _cell(index: int, row: Row) -> str:
-    return row.cells[index]
+    values = (Column(head, itemgetter(index)) for index, head in enumerate(heads, 1))
+    return (Column("", itemgetter(0), right=False), *values)
 
 
 class CursorCard(QWidget):

@@ -51,14 +51,11 @@ class History:
         size = 2 * self.capacity + _AT_ONCE
         self._time = np.empty(size)
         self._data = np.empty((len(_NAMES), size))
-        self.epoch = 0
         self.clear()
 
     def clear(self) -> None:
-        """Forget everything; ``epoch`` counts how often."""
-        self.epoch += 1
+        """Forget everything."""
         self._begin = self._end = 0
-        self._dropped = 0
         self._tick = np.nan
         self._breaks: list[int] = []
         self.dividers: list[tuple[float, str]] = []
@@ -70,11 +67,6 @@ class History:
 
     def __len__(self) -> int:
         return self._end - self._begin
-
-    @property
-    def total(self) -> int:
-        """How many samples were ever taken since the last clear; grows with every append."""
-        return self._dropped + self._end
 
     @property
     def start(self) -> float:
@@ -157,7 +149,7 @@ class History:
         self._time[:kept] = self._time[shift : self._end]
         self._data[:, :kept] = self._data[:, shift : self._end]
         self._breaks = [i - shift for i in self._breaks if i > shift]
-        self._begin, self._end, self._dropped = 0, kept, self._dropped + shift
+        self._begin, self._end = 0, kept
 
     def copy(self) -> "History":
         """Return what is kept now, to look at while this one goes on filling."""
@@ -168,16 +160,12 @@ class History:
         other._data = self._data[:, lead : self._end].copy()
         other._breaks = [i - lead for i in self._breaks]
         other.dividers, other.changes = [*self.dividers], [*self.changes]
-        other._begin, other._end, other._dropped = 0, len(self), self._dropped + lead
+        other._begin, other._end = 0, len(self)
         return other
 
     def between(self, t0: float, t1: float) -> Window:
         """Return every sample with t0 <= time < t1."""
         return self._samples(*self._indices(np.array([t0, t1])))
-
-    def since(self, total: int) -> Window:
-        """Return every sample taken after ``self.total`` was total."""
-        return self._samples(min(max(total - self._dropped, self._begin), self._end), self._end)
 
     def at(self, time: float) -> dict[str, float] | None:
         """Return every channel's value at the last sample up to a time in s; None before the first."""

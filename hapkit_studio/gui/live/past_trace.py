@@ -28,7 +28,7 @@ USUAL = Look()
 
 @dataclass(frozen=True)
 class PastTrace:
-    """A past stretch: its samples in s and SI units, and by how many s later it is shown; words name it.
+    """A past stretch: its samples at the times in s at which they are shown, in SI units; words name it.
 
     pinned: its times count from the right edge of the plots, where it stays while time goes on.
     """
@@ -36,7 +36,6 @@ class PastTrace:
     words: str
     time: np.ndarray
     values: dict[str, np.ndarray]
-    shift: float = 0.0
     look: Look = USUAL
     pinned: bool = False
 
@@ -47,7 +46,7 @@ def past_trace(
     """Return what a history holds from start to stop s, shown so many s later; None for nothing."""
     window = history.between(start, stop).known()
     values = {name: window.y[name] for name in CHANNELS}
-    return PastTrace(words, window.x, values, shift) if len(window.x) > 1 else None
+    return PastTrace(words, window.x + shift, values) if len(window.x) > 1 else None
 
 
 def paint_past(painter: QPainter, across: np.ndarray, down: np.ndarray, look: Look) -> None:

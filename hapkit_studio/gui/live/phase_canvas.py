@@ -123,7 +123,6 @@ class PhaseCanvas(Canvas):
         self.max_force = math.inf
         self._live = self._history = History(seconds=1.0, rate=1.0)
         self._key: tuple | None = None
-        self._seen: tuple[int, float, int] | None = None  # epoch, begin, samples
         self._under: QPixmap | None = None
         self.band = _NO_BAND
         self._pointed: dict[str, float] | None = None
@@ -140,12 +139,12 @@ class PhaseCanvas(Canvas):
         self.setAccessibleName(f"Force in N over {plot.label}")
         self.bottom.setLabel(plot.label)
         self.recolor()
-        self._under = self._seen = None
+        self._under = None
 
     def set_history(self, history: History) -> None:
         """Plot another history."""
         self._live = self._history = history
-        self._under = self._seen = None
+        self._under = None
 
     def set_past(self, past: PastTrace | None) -> None:
         """Show a past stretch under the curve, or none any more."""
@@ -228,17 +227,13 @@ class PhaseCanvas(Canvas):
         now, (x, y) = self._history.now, self.view.viewRange()
         second = None if math.isnan(now) else math.floor(now)
         look = self.measure().getRect(), theme.name, self.devicePixelRatioF()
-        return *x, *y, *look, self._history.epoch, self._first(), second
+        return *x, *y, *look, self._first(), second
 
     def refresh(self) -> None:
-        """Widen the axes for the samples that came since the last frame, and paint."""
-        history, first = self._history, self._first()
-        if history.now >= first:
-            known = self._seen is not None and self._seen[:2] == (history.epoch, first)
-            new = history.since(self._seen[2]) if known and self._seen else self._recent()
-            if len(new.x):
-                self._widen(*self._points(new))
-            self._seen = history.epoch, first, history.total
+        """Widen the axes for the last seconds, and paint."""
+        recent = self._recent()
+        if len(recent.x):
+            self._widen(*self._points(recent))
         self.viewport().update()
 
     def point(self, time: float | None) -> None:

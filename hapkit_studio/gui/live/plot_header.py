@@ -57,6 +57,7 @@ class Remark(QLabel):
     def __init__(self) -> None:
         super().__init__(textFormat=Qt.TextFormat.PlainText)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
+        self.setContentsMargins(8, 0, 0, 0)
         self._ways: tuple[str, ...] = ()
 
     def say(self, *ways: str) -> None:
@@ -71,7 +72,7 @@ class Remark(QLabel):
 
     def _fit(self) -> None:
         wide = self.fontMetrics().horizontalAdvance
-        self.setText(next((words for words in self._ways if wide(words) <= self.width()), ""))
+        self.setText(next((words for words in self._ways if wide(words) <= self.contentsRect().width()), ""))
 
 
 class Header(QWidget):
@@ -90,7 +91,7 @@ class Header(QWidget):
             lines += _line(("danger", 1.6, [1.2, 2.6]), "limit", limit)
         surface = _line(("matline", 1.6, [3.5, 2.5]), "", "Where the surface is")
         self.surface = surface if plot.surface else []
-        past = "The same quantity before who renders was changed, moved to begin there"
+        past = "The same movement of the hand, rendered by the other of computer and board"
         self.past = _line(USUAL.sample, "", past)
         self.paused = QLabel()
         self.paused.setProperty("ink", "accent")

@@ -247,7 +247,7 @@ class TraceCanvas(Canvas):
         channel = self.plot_of.traces[-1].channel
         for past in (*self.shown.held, *([self.shown.past] if self.shown.past else ())):
             if channel in past.values:
-                time = past.time if past.pinned else past.time + (past.shift - self.shown.zero)
+                time = past.time if past.pinned else past.time - self.shown.zero
                 line = self.to_pixels(time, past.values[channel] * self.plot_of.scale)
                 paint_past(painter, *line, past.look)
 

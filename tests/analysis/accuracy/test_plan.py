@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -24,7 +23,7 @@ from hapkit_studio.analysis.accuracy.plan import (
 from hapkit_studio.analysis.accuracy.words import reason, sentence, verdict
 from hapkit_studio.charts import accuracy as charts
 from hapkit_studio.charts.accuracy import AccuracyAxes, accuracy_figure
-from hapkit_studio.charts.style import colors, move_apart
+from hapkit_studio.charts.style import colors
 
 
 def point(method="verlet", error=0.01, ns=1000.0, step_s=1e-3, **more):
@@ -190,20 +189,6 @@ def test_one_lucky_turn_is_not_believed_until_others_are_as_short(clock):
     steady = clock.work("b", [900])
     assert plan.shortest([slow, steady], clock) == [(1010, 400), (900, 0)]
     assert clock.order.count("a") - 1 == 60 + plan.HITS - 1
-
-
-def middles(*wanted, height=10.0, sides=None):
-    """Return where boxes in a frame of 200 end up."""
-    places = np.array(wanted)
-    sides = sides or [(0.0, 50.0)] * len(wanted)
-    return move_apart(places, np.full(len(wanted), height), sides, (0.0, 200.0))
-
-
-def test_names_that_overlap_are_moved_apart_in_their_order():
-    found = middles(*(50.0 + 0.1 * i for i in range(8)))
-    assert (np.diff(found) >= 9.99).all()
-    beside = middles(50.0, 50.0, sides=[(0.0, 50.0), (60.0, 90.0)])
-    assert beside.tolist() == [50.0, 50.0]
 
 
 STRANGE = [

@@ -14,28 +14,23 @@ from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY, RATE, canvas_of, colored, telemetry
 
 
-@pytest.mark.parametrize(
-    ("low", "high"), [(-1.0, 1.0), (-0.3, 7.1), (0.0, 1e-3), (-4321.0, 17.0), (4.9, 5.1)]
-)
 @pytest.mark.parametrize("most", [2, 3, 5])
-def test_ticks_are_few_round_and_inside(low, high, most):
-    values = ticks(low, high, most)
-    assert 1 <= len(values) <= most
-    assert all(low - 1e-9 <= v <= high + 1e-9 for v in values)
-    steps = np.diff(values)
-    assert np.allclose(steps, steps[:1])
-    if len(steps):
-        mantissa = steps[0] / 10 ** np.floor(np.log10(steps[0]) + 1e-9)
-        assert mantissa == pytest.approx(round(mantissa))
-        assert round(mantissa) in (1, 2, 5)
+def test_ticks_are_few_round_and_inside(most):
+    for low, high in ((-1.0, 1.0), (-0.3, 7.1), (0.0, 1e-3), (-4321.0, 17.0), (4.9, 5.1)):
+        values = ticks(low, high, most)
+        assert 1 <= len(values) <= most
+        assert all(low - 1e-9 <= v <= high + 1e-9 for v in values)
+        steps = np.diff(values)
+        assert np.allclose(steps, steps[:1])
+        mantissa = steps[:1] / 10 ** np.floor(np.log10(steps[:1]) + 1e-9)
+        assert np.isclose(mantissa[:, None], [1, 2, 5]).any(axis=1).all()
 
 
 def test_ticks_keep_their_distance_and_are_more_than_one_where_there_is_room():
     assert ticks(-72.0, 61.0, 5, 50 / 15) == [-50.0, 0.0, 50.0]
     assert ticks(-72.0, 61.0, 5, 30 / 15) == [0.0]
     for gaps in (1.0, 1.7, 3.3, 12.0):
-        for high in (1.0, 3.7, 42.0):
-            assert np.all(np.diff(ticks(-1.0, high, 5, gaps)) >= (high + 1.0) / gaps - 1e-9)
+        assert np.all(np.diff(ticks(-1.0, 3.7, 5, gaps)) >= 4.7 / gaps - 1e-9)
 
 
 def test_tick_labels_have_a_true_minus_and_enough_decimals():
@@ -43,15 +38,6 @@ def test_tick_labels_have_a_true_minus_and_enough_decimals():
     assert labels([-100.0, 0.0, 100.0]) == ["−100", "0", "100"]
     assert labels([-20000.0, 0.0, 20000.0]) == ["−20,000", "0", "20,000"]
     assert labels([1234.5, 1235.0]) == ["1,234.5", "1,235.0"]
-
-
-def test_the_time_window_goes_from_1_to_60_seconds(plots, qtbot):
-    with qtbot.waitSignal(plots.span_changed):
-        plots.set_span(30.0)
-    assert plots.canvases[0].view.viewRange()[0] == pytest.approx([-30.0, 0.0])
-    for seconds in (0.5, 61.0):
-        with pytest.raises(ParameterError, match="1 to 60 s"):
-            plots.set_span(seconds)
 
 
 def turn_wheel(canvas, qapp):
@@ -86,6 +72,11 @@ def test_only_while_paused_the_wheel_zooms_into_time_and_the_view_moves(plots, h
     plots.set_paused(False)
     assert not word.isVisible()
     assert plots.canvases[0].view.viewRange()[0] == pytest.approx([-10.0, 0.0])
+    plots.set_span(30.0)
+    assert plots.canvases[0].view.viewRange()[0] == pytest.approx([-30.0, 0.0])
+    for seconds in (0.5, 61.0):
+        with pytest.raises(ParameterError, match="1 to 60 s"):
+            plots.set_span(seconds)
 
 
 def ranges_of(plots):
@@ -110,19 +101,15 @@ def show(plots, history, table):
 OPENED = [[-12.0, 12.0], [-120.0, 120.0], [-1.2, 1.2]]
 
 
-def test_axes_widen_at_once_and_narrow_once_a_peak_has_left_the_window(plots, history):
+def test_axes_widen_at_once_and_narrow_by_a_third_at_least_once_a_peak_has_left_the_window(plots, history):
     assert show(plots, history, rest(12_000, 14_000)) == OPENED
     wide = show(plots, history, rest(50, 26_000, position=0.045, velocity=-0.9, applied=2.9))
     assert (wide[0][1], -wide[1][0], wide[2][1]) > (45.0, 900.0, 2.9)
     assert show(plots, history, rest(9900, 26_050)) == wide
     assert show(plots, history, rest(200, 35_950)) == OPENED
-
-
-def test_an_axis_stays_where_it_would_not_narrow_by_a_third(plots, history):
-    show(plots, history, rest(12_000, 14_000))
-    wide = show(plots, history, rest(50, 26_000, position=0.018))
+    wide = show(plots, history, rest(50, 36_150, position=0.018))
     assert 24.0 < np.ptp(wide[0]) < 1.5 * 24.0
-    assert show(plots, history, rest(12_000, 26_050)) == wide
+    assert show(plots, history, rest(12_000, 36_200)) == wide
 
 
 def test_fitted_axes_come_back_after_a_peak_and_another_scene_opens_its_own(plots, history):
@@ -137,7 +124,7 @@ def test_fitted_axes_come_back_after_a_peak_and_another_scene_opens_its_own(plot
     assert show(plots, history, rest(12_000, 38_100))[0] == OPENED[0]
 
 
-@pytest.mark.parametrize(("asked", "arrow"), [(-5.9, False), (-6.1, False), (-25.0, True), (25.0, True)])
+@pytest.mark.parametrize(("asked", "arrow"), [(-6.1, False), (-25.0, True), (25.0, True)])
 def test_a_force_asked_far_beyond_the_limit_is_cut_at_the_frame_with_an_arrow(plots, history, asked, arrow):
     """The axis goes as far as twice the 3 N, and what is left free beyond them."""
     quiet = rest(12_000, 14_000)
@@ -192,11 +179,12 @@ def test_lost_frames_leave_a_gap_in_the_picture(plots, history):
     assert (time > 15.5).any()
 
 
-def test_traces_are_paler_all_along_while_the_device_is_gone(plots, history):
+def test_traces_follow_the_theme_and_are_paler_all_along_while_the_device_is_gone(plots, history):
     frozen = telemetry(12_000, start=20_000)
     frozen[:, rows.POSITION] = 0.001
     history.append(frozen)
-    for stale, share in ((False, 1.0), (True, 0.45)):
+    for mode, stale, share in (("light", False, 1.0), ("light", True, 0.45), ("dark", False, 1.0)):
+        theme.set_mode(mode)
         plots.set_stale(stale)
         plots.refresh()
         canvas = plots.canvases[0]
@@ -216,14 +204,11 @@ def test_asked_is_drawn_only_where_it_is_not_what_was_applied(plots):
 
 
 def test_contact_is_shaded_where_a_force_was_asked_for(plots, history):
-    window, zero = plots.shown.window, plots.shown.zero
-    touching = plots.shown.contact
-    for time, force in zip(window.x - zero, window.y["asked"], strict=True):
-        shaded = any(a <= time <= b for a, b in touching)
-        assert shaded or force == 0.0
-    shaded_time = sum(b - a for a, b in touching)
-    true = np.mean(history.between(zero - 10.0, np.inf).y["asked"] < 0.0) * 10.0
-    assert shaded_time == pytest.approx(true, abs=0.2)
+    window, touching = plots.shown.window, np.array(plots.shown.contact) + plots.shown.zero
+    inside = ((touching[:, :1] <= window.x) & (window.x <= touching[:, 1:])).any(axis=0)
+    assert inside[window.y["asked"] != 0.0].all()
+    true = np.mean(history.between(plots.shown.zero - 10.0, np.inf).y["asked"] < 0.0) * 10.0
+    assert np.ptp(touching, axis=1).sum() == pytest.approx(true, abs=0.2)
 
 
 def test_a_surface_is_called_what_it_is_and_shaded_only_where_there_is_one(plots):
@@ -308,15 +293,6 @@ def test_the_name_of_a_change_stands_clear_of_the_trace(plots, side):
     assert np.abs(away).min() > 4.0
 
 
-def test_colours_follow_the_theme(plots):
-    canvas = canvas_of(plots, "velocity")
-    assert len(colored(canvas.viewport().grab().toImage(), "velocity")) > 50
-    theme.set_mode("dark")
-    image = canvas.viewport().grab().toImage()
-    assert len(colored(image, "velocity")) > 50
-    assert len(colored(image, "plot")) > 1000
-
-
 def test_a_change_is_a_line_through_all_plots_and_is_named_once(plots, history):
     """The name of an older change gives way where a newer one would lie over it."""
 
@@ -327,20 +303,16 @@ def test_a_change_is_a_line_through_all_plots_and_is_named_once(plots, history):
     history.divide("Spring")
     history.append(telemetry(4000, 14_000))
     plots.refresh()
-    for canvas in plots.canvases:
-        box, line = canvas.measure(), int(canvas.pixel(13.999 - plots.shown.zero, 0.0).x())
-        rows_of = colored(canvas.viewport().grab().toImage(), "ink3")
-        assert np.ptp(rows_of[rows_of[:, 0] == line][:, 1]) > 0.8 * box.height()
-    one = named()
     line = int(plots.canvases[0].pixel(13.999 - plots.shown.zero, 0.0).x())
-    assert line < one[0] < line + 12
-    history.divide("Damping")
-    history.append(telemetry(100, 18_000))
+    for canvas in plots.canvases:
+        rows_of = colored(canvas.viewport().grab().toImage(), "ink3")
+        assert np.ptp(rows_of[rows_of[:, 0] == line][:, 1]) > 0.8 * canvas.measure().height()
+    assert line < named()[0] < line + 12
+    wide = np.ptp(named())
+    for newer in ("Damping", "Friction"):
+        history.divide(newer)
+        history.append(telemetry(100, 18_000 + 100 * (newer == "Friction")))
     plots.refresh()
-    assert named()[0] < one[-1] < plots.canvases[0].measure().right() - 60 < named()[-1]
-    history.divide("Friction")
-    history.append(telemetry(100, 18_100))
-    plots.refresh()
-    both = named()
-    assert both[-1] <= plots.canvases[0].measure().right()
-    assert np.ptp(both[both > one[-1] + 4]) < 60  # one name at the right end, not two
+    last = named()[named() > line + wide + 14]
+    assert last[-1] <= plots.canvases[0].measure().right()
+    assert np.ptp(last) < 60  # one name at the right end, not two

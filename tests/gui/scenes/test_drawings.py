@@ -134,32 +134,27 @@ def test_what_is_pushed_is_pressed_in_by_as_much_as_the_handle_is_inside(qtbot):
         assert found[1] == pytest.approx(stage.x(right), abs=2 * NEAR)
 
 
-@pytest.mark.parametrize(("speed", "side"), [(0.3, 1), (-0.3, -1)])
-def test_the_arrow_points_where_the_puck_goes_and_longer_the_faster(qtbot, speed, side):
+def test_the_arrow_points_where_the_puck_goes_and_longer_the_faster(qtbot):
     view, stage = scene_of(qtbot, "puck")
 
     def arrow(velocity):
         state = state_of("puck", object=0.0, object_velocity=velocity, side=1.0, started=1.0)
         return np.flatnonzero(has(shot(view, -0.03, state), "velocity").any(axis=0)) + 0.5
 
-    fast, slow = arrow(speed), arrow(speed / 2)
-    assert (side * (fast - stage.x(0.0)) > 5.0 * stage.per_mm).all()
-    assert np.ptp(fast) > 1.5 * np.ptp(slow)
+    assert (arrow(0.3) > stage.x(5.0)).all()
+    assert (arrow(-0.3) < stage.x(-5.0)).all()
+    assert np.ptp(arrow(0.3)) > 1.5 * np.ptp(arrow(0.15))
     assert len(arrow(0.0)) == 0
 
 
-@pytest.mark.parametrize(
-    ("given", "coil", "dashpot"),
-    [({}, True, True), ({"stiffness": 0.0}, False, True), ({"damping": 0.0}, True, False)],
-)
-def test_a_coil_is_a_stiffness_and_a_dashpot_a_damping(qtbot, given, coil, dashpot):
-    view, stage = scene_of(qtbot, "mass_spring_damper", given=given)
-    picture = shot(view, -0.04, state_of("mass_spring_damper", object=0.01, started=1.0))
-    rows = np.flatnonzero(amber(picture).any(axis=1))
-    between = has(picture, "matline")[:, int(stage.x(27.0)) : int(stage.x(45.0))]
-    half = int(0.52 * rows[0] + 0.48 * rows[-1])
-    assert between[rows[0] : half].any() == coil
-    assert between[half : int(stage.rail) - 4].any() == dashpot
+def test_a_coil_is_a_stiffness_and_a_dashpot_a_damping(qtbot):
+    for missing, seen in (("", (True, True)), ("stiffness", (False, True)), ("damping", (True, False))):
+        view, stage = scene_of(qtbot, "mass_spring_damper", given={missing: 0.0} if missing else {})
+        picture = shot(view, -0.04, state_of("mass_spring_damper", object=0.01, started=1.0))
+        rows = np.flatnonzero(amber(picture).any(axis=1))
+        between = has(picture, "matline")[:, int(stage.x(27.0)) : int(stage.x(45.0))]
+        half = int(0.52 * rows[0] + 0.48 * rows[-1])
+        assert (between[rows[0] : half].any(), between[half : int(stage.rail) - 4].any()) == seen
 
 
 @pytest.mark.parametrize("key", ["puck", "mass_spring_damper"])
@@ -350,15 +345,6 @@ def test_the_cats_looks_are_its_mood(qtbot):
         "purring": (False, True, True, False), "annoyed": (True, False, False, False),
         "swat": (True, False, False, True), "sulking": (True, False, False, False),
     }  # fmt: skip
-
-
-def test_hair_moves_in_the_picture_only_where_the_pad_is(qtbot):
-    view, stage = scene_of(qtbot, "cat")
-    first, second = (shot(view, 0.005, cat_state(0.005, bend)) for bend in (0.0017, -0.003))
-    rows = slice(int(cat.y(stage, 0.95)), int(cat.y(stage, 0.7)))
-    changed = np.flatnonzero((np.abs(first - second) > 8).any(axis=2)[rows].any(axis=0))
-    assert len(changed)
-    assert stage.x(-10.0) < changed.min() <= changed.max() < stage.x(20.0)
 
 
 @each_size
