@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from hapkit_studio.dynamics.hand import Hand, hand_named
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.live import FRAME_MS, Live
-from hapkit_studio.gui.live.past_trace import PastTrace, past_trace
+from hapkit_studio.gui.live.past_trace import PastTrace
 from hapkit_studio.gui.panel.rendering import BOARD, RENDERERS, RenderingSwitch
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
@@ -136,7 +136,7 @@ class ComparisonRun(QObject):
 
 
 class RenderingComparison(QObject):
-    """Follows who renders; keeps the other way's last forces over position, and compares on demand."""
+    """Follows who renders; holds what the other rendered last, and compares on demand."""
 
     def __init__(self, studio: Studio, live: Live, centre: "Centre", switch: RenderingSwitch):
         super().__init__(centre)
@@ -144,8 +144,9 @@ class RenderingComparison(QObject):
         self._rendered_by = RENDERERS[0]
         self._began = time.perf_counter()
         self._compared = False
+        self._held: PastTrace | None = None
         self.comparison = ComparisonRun(studio, live, switch, self)
-        self.comparison.began.connect(lambda: self._show_past(None))
+        self.comparison.began.connect(self._drop)
         self.comparison.finished.connect(self._show_compared)
         live.health.connect(switch.note_health)
         live.frame.connect(lambda _row, _clamped: self._look())
@@ -162,18 +163,19 @@ class RenderingComparison(QObject):
         self._rendered_by = engine.rendering
         self._centre.phase.set_note(UNWATCHED if engine.rendering == BOARD else "")
         if not (self.comparison.running or self._compared):
-            self._show_past(None)
-            past = self._past(Part(before, max(self._began, now - HELD_SECONDS), now))
-            self._centre.phase.set_past(past)
+            self._hold(Part(before, max(self._began, now - HELD_SECONDS), now))
         self._began = now
 
-    def _past(self, part: Part, shift: float = 0.0) -> PastTrace | None:
-        return past_trace(self._live.history, f"on the {part.where}", part.start, part.stop, shift)
+    def _hold(self, part: Part, shift: float | None = None) -> None:
+        """Hold what one rendered in place of what was held before; at the right edge, or so many s later."""
+        self._drop()
+        stretch = part.start, part.stop
+        self._held = self._centre.held.hold(self._live.history, stretch, f"on the {part.where}", shift)
 
     def _show_compared(self, one: Part, other: Part) -> None:
         """Hold the plots with both parts on top of each other, and say by how much the forces differ."""
         self._live.tick()
-        self._show_past(self._past(one, other.start - one.start))
+        self._hold(one, other.start - one.start)
         self._compared = True
         self._live.set_paused(True)
         self._switch.show_message(difference_words(self._live.history, one, other))
@@ -181,13 +183,12 @@ class RenderingComparison(QObject):
     def _resume(self, paused: bool) -> None:
         self._compared &= paused
 
-    def _show_past(self, past: PastTrace | None) -> None:
-        self._centre.time.set_past(past)
-        self._centre.phase.set_past(past)
+    def _drop(self) -> None:
+        self._centre.held.drop(self._held)
 
     def _forget(self) -> None:
         self._began, self._compared = time.perf_counter(), False
-        self._show_past(None)
+        self._drop()
 
 
 def difference_words(history: History, one: Part, other: Part) -> str:
@@ -198,5 +199,5 @@ def difference_words(history: History, one: Part, other: Part) -> str:
     there = np.interp(first.x - one.start, second.x - other.start, second.y["applied"])
     apart = np.abs(first.y["applied"] - there)
     usual, most = (number(value, 2) for value in (float(np.sqrt(np.mean(apart**2))), float(apart.max())))
-    lines = f"dotted: {one.where}, in colour: {other.where}"
+    lines = f"held: on the {one.where}, in colour: on the {other.where}"
     return f"Same movement of the hand, {lines}. The forces differ by {usual} N rms, {most} N at most."

@@ -103,7 +103,7 @@ class LiveDisplay(QObject):
     def hold(self) -> None:
         """Hold what the plots show, named by what is set."""
         history, words = self._centre.time.seen, held.name(self._studio.environment, self._studio.values)
-        self._centre.held.hold(history, self._centre.time.span, words)
+        self._centre.held.hold(history, (history.now - self._centre.time.span, history.now), words)
 
     def release_here(self) -> None:
         """Let the simulated handle go at rest from where it is, whatever holds or moves it."""

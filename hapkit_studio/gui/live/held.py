@@ -38,20 +38,31 @@ class HeldTraces(QObject):
         self.traces: dict[int, PastTrace] = {}
         self.off: set[int] = set()
 
-    def hold(self, history: History, span: float, words: str) -> bool:
-        """Hold the last so many s; the oldest goes where there are as many as LOOKS. False without data."""
-        edges = np.linspace(history.now - span, np.nextafter(history.now, np.inf), _COLUMNS)
+    def hold(
+        self, history: History, stretch: tuple[float, float], words: str, shift: float | None = None
+    ) -> PastTrace | None:
+        """Hold a stretch (start, stop) in s; the oldest goes where there are as many as LOOKS.
+
+        It stays where it is in the plots, or is shown so many s later. None without data.
+        """
+        edges = np.linspace(stretch[0], np.nextafter(stretch[1], np.inf), _COLUMNS)
         window = history.window(edges).known() if len(history) else None
         if window is None or len(window.x) < 2:
-            return False
+            return None
         if len(self.traces) == len(LOOKS):
             self.remove(next(iter(self.traces)))
         place = min(set(range(len(LOOKS))) - set(self.traces))
         values = {channel: window.y[channel] for channel in CHANNELS}
-        past = PastTrace(words, window.x - history.now, values, look=LOOKS[place], pinned=True)
-        self.traces[place] = past
+        pinned = shift is None
+        time = window.x - stretch[1] if shift is None else window.x + shift
+        self.traces[place] = PastTrace(words, time, values, LOOKS[place], pinned)
         self._tell()
-        return True
+        return self.traces[place]
+
+    def drop(self, trace: PastTrace | None) -> None:
+        """Forget a trace if it is held still."""
+        for place in [place for place, held in self.traces.items() if held is trace]:
+            self.remove(place)
 
     def switch(self, place: int, on: bool) -> None:
         """Show one, or leave it out of the plots for now."""

@@ -127,7 +127,6 @@ class PhaseCanvas(Canvas):
         self.band = _NO_BAND
         self._pointed: dict[str, float] | None = None
         self._fitted = False
-        self._past: PastTrace | None = None
         self._held: tuple[PastTrace, ...] = ()
         self._line: Line | None = None
         self.bottom.label.setCacheMode(self.bottom.cacheMode())
@@ -145,13 +144,6 @@ class PhaseCanvas(Canvas):
         """Plot another history."""
         self._live = self._history = history
         self._under = None
-
-    def set_past(self, past: PastTrace | None) -> None:
-        """Show a past stretch under the curve, or none any more."""
-        self._past, self._under = past, None
-        if past is not None:
-            self._widen(past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied"])
-        self.viewport().update()
 
     def set_held(self, held: tuple[PastTrace, ...]) -> None:
         """Show these held stretches under the curve."""
@@ -288,7 +280,7 @@ class PhaseCanvas(Canvas):
         self.band.paint(painter, self.to_pixels)
         for limit in (self.max_force, -self.max_force):
             self._paint_limit(painter, box, limit)
-        for past in (*self._held, *([self._past] if self._past else ())):
+        for past in self._held:
             x = past.values[self.plot_of.channel] * self.plot_of.scale
             paint_past(painter, *self.to_pixels(x, past.values["applied"]), past.look)
         if not math.isnan(self._history.now):

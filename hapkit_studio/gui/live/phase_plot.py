@@ -12,7 +12,6 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.cursors import CursorCard, Cursors
 from hapkit_studio.gui.live.history import History
-from hapkit_studio.gui.live.past_trace import PastTrace
 from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
 from hapkit_studio.gui.live.plot_header import Sample
 from hapkit_studio.gui.live.plots.declared import PhasePlot, beside_plots, phase_plots
@@ -39,7 +38,7 @@ class ForcePosition(QWidget):
         self._max_force = math.inf
         self._found: dict[str, np.ndarray | None] = {}
         self._odd = self._by_hand = False
-        self._past_words = self._unseen = ""
+        self._unseen = ""
         self.canvas = PhaseCanvas(self.plots[0])
         self.canvas.fit_wanted.connect(self.fit)
         self.beside = [TimePlots(plots=[plot]) for plot in beside_plots()]
@@ -99,8 +98,7 @@ class ForcePosition(QWidget):
         self._show_note()
 
     def _show_note(self) -> None:
-        """Name the past stretch in a plot of force, say what is not to be seen beside it."""
-        self.note.setText(self._unseen if self.pane else self._past_words)
+        self.note.setText(self._unseen if self.pane else "")
         self.note.setVisible(bool(self.note.text()))
 
     def choose(self, index: int) -> None:
@@ -131,12 +129,6 @@ class ForcePosition(QWidget):
         shown = self.pane or self.canvas
         shown.fit()
         shown.refresh()
-
-    def set_past(self, past: PastTrace | None) -> None:
-        """Show a past stretch under the curve, or none any more."""
-        self.canvas.set_past(past)
-        self._past_words = "" if past is None else f"Dotted: {past.words}"
-        self._show_note()
 
     def set_paused(self, paused: bool) -> None:
         """Freeze the view; the history goes on filling."""

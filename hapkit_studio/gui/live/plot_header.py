@@ -8,7 +8,6 @@ from PySide6.QtGui import QPainter, QResizeEvent
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from hapkit_studio.gui.live.canvas import RIGHT
-from hapkit_studio.gui.live.past_trace import USUAL
 from hapkit_studio.gui.live.plots.declared import TimePlot
 from hapkit_studio.gui.live.strokes import pen
 from hapkit_studio.gui.widgets.parts import across, label
@@ -91,8 +90,6 @@ class Header(QWidget):
             lines += _line(("danger", 1.6, [1.2, 2.6]), "limit", limit)
         surface = _line(("matline", 1.6, [3.5, 2.5]), "", "Where the surface is")
         self.surface = surface if plot.surface else []
-        past = "The same movement of the hand, rendered by the other of computer and board"
-        self.past = _line(USUAL.sample, "", past)
         self.paused = QLabel()
         self.paused.setProperty("ink", "accent")
         self.remark, self.value = Remark(), QLabel()
@@ -102,10 +99,9 @@ class Header(QWidget):
         self.value.setToolTip(plot.traces[-1].help)
         self.value.setProperty("ink", plot.traces[-1].color)
         name = () if plot.beside else (title, 3)  # beside, the switch names it
-        parts = (*name, *lines, *self.surface, *self.past, (self.remark, 1), self.paused, self.value)
+        parts = (*name, *lines, *self.surface, (self.remark, 1), self.paused, self.value)
         across(*parts, into=self, margins=(0, 0, RIGHT, 0), gap=7)
         self.show_part(self.surface, "")
-        self.show_part(self.past, "")
         self.show_part([self.paused], "")
         self.show_value(0.0)
 
@@ -114,7 +110,7 @@ class Header(QWidget):
         return QSize(super().sizeHint().width(), theme.px(HEIGHT))
 
     def show_part(self, parts: Sequence[QWidget], name: str) -> None:
-        """Show the sample of the surface or of the past under a name, or the word for paused; or hide it."""
+        """Show the sample of the surface under a name, or the word for paused; or hide it."""
         for part in parts:
             part.setVisible(bool(name))
             if isinstance(part, QLabel):

@@ -71,7 +71,6 @@ class PlotState:
     max_force: float = np.inf
     paused: bool = False
     stale: bool = False
-    past: PastTrace | None = None
     held: tuple[PastTrace, ...] = ()
     pointer: float | None = None
     pointed: dict[str, float] | None = None
@@ -156,7 +155,7 @@ class TraceCanvas(Canvas):
         for time, _ in self.shown.dividers:
             x = math.floor(self.pixel(time, 0.0).x()) + 0.5  # one column of pixels, not two paler ones
             painter.drawLine(QPointF(x, box.top()), QPointF(x, box.bottom()))
-        self._past(painter)
+        self._held(painter)
         if len(self.shown.window.x):
             self._traces(painter, box)
         painter.setPen(QPen(theme.color("ink2"), 1))
@@ -243,9 +242,9 @@ class TraceCanvas(Canvas):
             super().mouseReleaseEvent(event)
         self._dragged = None
 
-    def _past(self, painter: QPainter) -> None:
+    def _held(self, painter: QPainter) -> None:
         channel = self.plot_of.traces[-1].channel
-        for past in (*self.shown.held, *([self.shown.past] if self.shown.past else ())):
+        for past in self.shown.held:
             if channel in past.values:
                 time = past.time if past.pinned else past.time - self.shown.zero
                 line = self.to_pixels(time, past.values[channel] * self.plot_of.scale)
@@ -367,12 +366,6 @@ class TimePlots(QWidget):
         for header in self.headers:
             name = "" if self.shown.surface is None else environment.title.lower()
             header.show_part(header.surface, name)
-
-    def set_past(self, past: PastTrace | None) -> None:
-        """Show a past stretch under the traces, or none any more."""
-        self.shown.past = past
-        for header in self.headers:
-            header.show_part(header.past, "" if past is None else past.words)
 
     def set_held(self, held: tuple[PastTrace, ...]) -> None:
         """Show these held stretches under the traces."""

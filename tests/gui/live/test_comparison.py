@@ -16,7 +16,7 @@ def test_the_difference_is_that_of_the_same_moments():
     history.append(table)
     words = difference_words(history, Part("computer", 1.0, 4.0), Part("board", 7.0, 10.0))
     assert "0.30 N rms, 0.30 N at most" in words
-    assert "dotted: computer, in colour: board" in words
+    assert "held: on the computer, in colour: on the board" in words
 
 
 def test_what_ends_a_comparison_is_said_and_who_rendered_renders_on(held_board_window, qtbot, monkeypatch):

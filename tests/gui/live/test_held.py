@@ -17,8 +17,7 @@ def held(plots, phase):
 
 
 def test_a_held_trace_stays_where_it_was_while_time_goes_on(plots, held, history):
-    assert held.hold(history, 10.0, "Wall")
-    trace = held.traces[0]
+    trace = held.hold(history, (4.0, history.now), "Wall")
     assert trace.time[-1] == pytest.approx(0.0, abs=0.005)  # of 10 s a two thousandth
     assert trace.values["position"][-1] == pytest.approx(history.last("position"), abs=0.005 * 0.045)
     history.append(telemetry(4000, start=14_000))
@@ -32,9 +31,20 @@ def test_a_held_trace_stays_where_it_was_while_time_goes_on(plots, held, history
     assert np.min(np.hypot(*(pixels - [expected.x(), expected.y()]).T)) < 4.0
 
 
+def test_one_may_be_shown_later_than_it_was_and_is_in_the_plot_of_force_as_well(held, history, phase):
+    past = held.hold(history, (11.0, 12.0), "on the computer", 1.5)
+    assert past.time[[0, -1]] == pytest.approx([12.5, 13.5], abs=2e-3)
+    assert past.values["position"] == pytest.approx(0.015 * np.sin(3.0 * (past.time - 1.5)), abs=1e-4)
+    for seen in (True, False):
+        phase.refresh()
+        assert bool(len(colored(phase.canvas.viewport().grab().toImage(), "hold"))) == seen
+        held.drop(past)
+    held.drop(past)
+
+
 def test_each_looks_different_and_the_oldest_gives_way(held, history):
     for number in range(len(LOOKS) + 1):
-        held.hold(history, 5.0, f"Number {number}")
+        held.hold(history, (9.0, 14.0), f"Number {number}")
     assert sorted(t.words for t in held.traces.values()) == [f"Number {n}" for n in range(1, len(LOOKS) + 1)]
     assert len({t.look for t in held.traces.values()}) == len(LOOKS)
 
@@ -42,8 +52,8 @@ def test_each_looks_different_and_the_oldest_gives_way(held, history):
 def test_one_is_switched_off_and_removed_in_the_list(held, history, plots, qtbot):
     listed = HeldList(held)
     qtbot.addWidget(listed)
-    held.hold(history, 5.0, "One")
-    held.hold(history, 5.0, "Two")
+    held.hold(history, (9.0, 14.0), "One")
+    held.hold(history, (9.0, 14.0), "Two")
     assert [row.box.text() for row in listed.rows.values()] == ["One", "Two"]
     listed.rows[0].box.setChecked(False)
     assert [trace.words for trace in plots.shown.held] == ["Two"]
@@ -63,5 +73,5 @@ def test_it_is_named_by_what_was_set():
 
 def test_without_data_nothing_is_held(held, history):
     history.clear()
-    assert not held.hold(history, 5.0, "One")
+    assert not held.hold(history, (9.0, 14.0), "One")
     assert held.traces == {}

@@ -7,7 +7,6 @@ import pytest
 
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import CHANNELS
-from hapkit_studio.gui.live.past_trace import PastTrace, past_trace
 from hapkit_studio.gui.live.phase_canvas import Band
 from hapkit_studio.gui.live.plots.declared import phase_plots, time_plots
 from hapkit_studio.haptics import rows
@@ -253,32 +252,3 @@ def test_a_widening_axis_hides_nothing_of_the_past(phase, history, qapp):
         ]
         assert min(color.lightness() for color in near) < 170
     assert widenings > 5
-
-
-def test_a_held_stretch_is_the_past_moved_on(history):
-    past = past_trace(history, "on the computer", 11.0, 12.0, shift=2.0)
-    assert past.time[[0, -1]] == pytest.approx([13.0, 14.0], abs=2e-3)
-    assert past.values["position"] == pytest.approx(0.015 * np.sin(3.0 * (past.time - 2.0)), abs=1e-9)
-    assert past_trace(history, "", 100.0, 101.0) is None
-
-
-def test_the_plots_show_what_is_held_and_name_it(plots):
-    time = np.linspace(0.0, 1.0, 50)
-    plots.set_past(PastTrace("on the board", time, {name: np.zeros(50) for name in CHANNELS}))
-    label = plots.headers[0].past[-1]
-    assert label.isVisibleTo(plots)
-    assert label.text() == "on the board"
-    plots.set_past(None)
-    assert not label.isVisibleTo(plots)
-
-
-def test_force_over_position_draws_what_is_held_and_names_it(phase):
-    x = np.linspace(-0.02, 0.02, 500)
-    values = {name: x for name in CHANNELS} | {"applied": np.clip(-400.0 * (x - 0.005), -3.0, 0.0)}
-    for past, words in ((PastTrace("on the board", x, values), "Dotted: on the board"), (None, "")):
-        phase.set_past(past)
-        phase.refresh()
-        assert phase.note.text() == words
-        assert phase.note.isVisible() == bool(words)
-        drawn = len(colored(phase.canvas.viewport().grab().toImage(), "hold"))
-        assert bool(drawn) == bool(words)
