@@ -278,7 +278,8 @@ def _line(axes: Any, c: Colors, sheet: "Sheet", frame: AccuracyAxes, method: "Me
 def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
     """Name default, options and rates beside their points, the tolerance at the edge."""
     frame, default = AccuracyAxes(sheet), sheet.answer.default
-    found = [Label(frame.right, sheet.scene.tolerance * frame.factor, limit_words(sheet.scene), c.danger)]
+    limit = sheet.scene.tolerance * frame.factor
+    found = [Label(frame.right, limit, limit_words(sheet.scene), c.danger, bold=True)]
     if default is not None:
         scene, what = sheet.scene, rate_words(default.step_s)
         what = what if scene.step_s is None else name_words(scene, default)

@@ -120,7 +120,7 @@ def write_labels(axes: Any, c: Colors, labels: Sequence[Label]) -> None:
     The figure's layout must have been made.
     """
     lines, taken = list(axes.lines), []
-    for label in sorted(labels, key=lambda label: not label.bold):
+    for label in sorted(labels, key=lambda label: (not label.bold, -label.y)):
         words = axes.annotate(
             label.text, (label.x, label.y), (0.0, 0.0), textcoords="offset points", va="center", size=TICK,
             color=label.color, weight="bold" if label.bold else "normal", zorder=9, annotation_clip=False,

@@ -4,12 +4,12 @@ import time
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from PySide6.QtCore import QObject, Qt, QTimer, Signal
+from PySide6.QtCore import QObject, Qt, QTimer
 
 from hapkit_studio.dynamics.hand import Hand, hand_named
+from hapkit_studio.gui.live.held import PastTrace
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.live import FRAME_MS, Live
-from hapkit_studio.gui.live.past_trace import PastTrace
 from hapkit_studio.gui.panel.rendering import BOARD, RENDERERS, RenderingSwitch
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
@@ -45,26 +45,34 @@ def movement(hands: tuple[str, ...]) -> Hand:
     return hand_named(next((name for name in hands if name in _ORDER), "press"))
 
 
-class ComparisonRun(QObject):
-    """Emits ``began``, and ``finished`` with both parts; who rendered before renders again in the end."""
+class RenderingComparison(QObject):
+    """Follows who renders; holds what the other rendered last, and compares on demand.
 
-    began = Signal()
-    finished = Signal(object, object)
+    A comparison makes the same movement with both; who rendered before renders again in the end.
+    """
 
-    def __init__(self, studio: Studio, live: Live, switch: RenderingSwitch, parent: QObject):
-        super().__init__(parent)
-        self._studio, self._live, self._switch = studio, live, switch
+    def __init__(self, studio: Studio, live: Live, centre: "Centre", switch: RenderingSwitch):
+        super().__init__(centre)
+        self._studio, self._live, self._centre, self._switch = studio, live, centre, switch
+        self._rendered_by = self._home = RENDERERS[0]
+        self._began = time.perf_counter()
+        self._compared = False
+        self._held: PastTrace | None = None
         self._left: list[str] = []
         self._parts: list[Part] = []
-        self._hand: Hand | None = None
-        self._home = RENDERERS[0]
+        self._hand = movement(())
         self._moving_since = self._asked_at = 0.0
         self._timer = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
         self._timer.timeout.connect(self._go_on)
+        live.health.connect(switch.note_health)
+        live.frame.connect(lambda _row, _clamped: self._look())
+        live.paused_changed.connect(self._resume)
         switch.compare.connect(self.toggle)
         studio.stop_changed.connect(lambda: self.cancel(_STOPPED))
-        for signal in (studio.environment_changed, studio.values_changed, studio.engine_changed):
-            signal.connect(lambda: self.cancel(_CHANGED))
+        for changed in (studio.environment_changed, studio.values_changed, studio.engine_changed):
+            changed.connect(lambda: self.cancel(_CHANGED))
+        for changed in (studio.environment_changed, studio.engine_changed):
+            changed.connect(self._forget)
 
     @property
     def running(self) -> bool:
@@ -86,7 +94,7 @@ class ComparisonRun(QObject):
         self._home = self._studio.loop.where
         self._parts, self._left = [], list(RENDERERS)
         self._hand = movement(self._studio.environment.hands)
-        self.began.emit()
+        self._drop()
         self._begin()
 
     def cancel(self, why: str) -> None:
@@ -105,18 +113,19 @@ class ComparisonRun(QObject):
 
     def _go_on(self) -> None:
         engine, now = self._studio.engine, time.perf_counter()
-        if engine is None or self._hand is None or engine.fault is not None:
+        if engine is None or engine.fault is not None:
             self.cancel(_FAULT)
         elif self._moving_since:
-            self._move(self._hand, now)
+            self._move(now)
         elif now - self._asked_at > PATIENCE:
             self.cancel(f"The {self._left[0]} did not begin to render. Nothing was compared.")
         elif engine.rendering == self._left[0] and now - self._asked_at > SETTLE_SECONDS:
             self._moving_since = now
 
-    def _move(self, hand: Hand, now: float) -> None:
+    def _move(self, now: float) -> None:
         passed = now - self._moving_since
-        self._studio.move_hand(None if passed >= hand.release else float(hand.target(passed)))
+        held = passed < self._hand.release
+        self._studio.move_hand(float(self._hand.target(passed)) if held else None)
         if passed < COMPARED_SECONDS:
             return
         self._parts.append(Part(self._left.pop(0), self._moving_since, now))
@@ -124,7 +133,7 @@ class ComparisonRun(QObject):
             self._begin()
         else:
             self._end("")
-            self.finished.emit(*self._parts)
+            self._show_compared(*self._parts)
 
     def _end(self, why: str) -> None:
         self._timer.stop()
@@ -134,26 +143,6 @@ class ComparisonRun(QObject):
             self._studio.set_loop(where=self._home)
         self._switch.show_message(why)
 
-
-class RenderingComparison(QObject):
-    """Follows who renders; holds what the other rendered last, and compares on demand."""
-
-    def __init__(self, studio: Studio, live: Live, centre: "Centre", switch: RenderingSwitch):
-        super().__init__(centre)
-        self._studio, self._live, self._centre, self._switch = studio, live, centre, switch
-        self._rendered_by = RENDERERS[0]
-        self._began = time.perf_counter()
-        self._compared = False
-        self._held: PastTrace | None = None
-        self.comparison = ComparisonRun(studio, live, switch, self)
-        self.comparison.began.connect(self._drop)
-        self.comparison.finished.connect(self._show_compared)
-        live.health.connect(switch.note_health)
-        live.frame.connect(lambda _row, _clamped: self._look())
-        live.paused_changed.connect(self._resume)
-        studio.environment_changed.connect(self._forget)
-        studio.engine_changed.connect(self._forget)
-
     def _look(self) -> None:
         """Notice that computer and board have changed over."""
         engine = self._studio.engine
@@ -162,7 +151,7 @@ class RenderingComparison(QObject):
         before, now = self._rendered_by, time.perf_counter()
         self._rendered_by = engine.rendering
         self._centre.phase.set_note(UNWATCHED if engine.rendering == BOARD else "")
-        if not (self.comparison.running or self._compared):
+        if not (self.running or self._compared):
             self._hold(Part(before, max(self._began, now - HELD_SECONDS), now))
         self._began = now
 

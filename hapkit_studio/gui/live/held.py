@@ -1,15 +1,33 @@
 """Held traces: what the plots showed when they were held, under what comes, each switched and removed."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from hapkit_studio.environments.base import Environment
+from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import CHANNELS, History
-from hapkit_studio.gui.live.past_trace import Look, PastTrace
 from hapkit_studio.gui.live.plot_header import Sample
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.theme import theme
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a past stretch is drawn: token of its colour, dash in px."""
+
+    token: str
+    dash: tuple[float, ...]
+
+    @property
+    def sample(self) -> tuple[str, float, list[float]]:
+        """Return it as a stroke for a sample beside a name: the dash in widths of a line of 2 px."""
+        return self.token, 2.0, [length / 2.0 for length in self.dash]
+
 
 LOOKS = (
     Look("hold", (2.0, 3.0)),
@@ -19,6 +37,26 @@ LOOKS = (
 )
 """How held traces look, no two alike: as many are kept."""
 _COLUMNS = 2000  # that a held stretch is reduced to
+
+
+@dataclass(frozen=True)
+class PastTrace:
+    """A past stretch: its samples at the times in s at which they are shown, in SI units; words name it.
+
+    pinned: its times count from the right edge of the plots, where it stays while time goes on.
+    """
+
+    words: str
+    time: np.ndarray
+    values: dict[str, np.ndarray]
+    look: Look
+    pinned: bool
+
+
+def paint_past(painter: QPainter, x: np.ndarray, y: np.ndarray, look: Look) -> None:
+    """Paint a past line given in pixels."""
+    painter.setPen(strokes.pen(theme.color(look.token), 2.0))
+    strokes.segments(painter, strokes.patterned(*strokes.thinned(x, y), look.dash))
 
 
 def name(environment: Environment, values: dict[str, float]) -> str:

@@ -11,8 +11,8 @@ from PySide6.QtGui import QPainter, QPixmap, QPolygonF
 from hapkit_studio.analysis.statistics import Line
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
+from hapkit_studio.gui.live.held import PastTrace, paint_past
 from hapkit_studio.gui.live.history import History, Window
-from hapkit_studio.gui.live.past_trace import PastTrace, paint_past
 from hapkit_studio.gui.live.plots.declared import PhasePlot, landmarks
 from hapkit_studio.gui.widgets.theme import number, theme
 

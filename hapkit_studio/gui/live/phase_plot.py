@@ -14,7 +14,7 @@ from hapkit_studio.gui.live.cursors import CursorCard, Cursors
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
 from hapkit_studio.gui.live.plot_header import Sample
-from hapkit_studio.gui.live.plots.declared import PhasePlot, beside_plots, phase_plots
+from hapkit_studio.gui.live.plots.declared import PhasePlot, phase_plots, time_plots
 from hapkit_studio.gui.live.time_plots import TimePlots
 from hapkit_studio.gui.widgets.parts import across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
@@ -41,7 +41,7 @@ class ForcePosition(QWidget):
         self._unseen = ""
         self.canvas = PhaseCanvas(self.plots[0])
         self.canvas.fit_wanted.connect(self.fit)
-        self.beside = [TimePlots(plots=[plot]) for plot in beside_plots()]
+        self.beside = [TimePlots(plots=[plot]) for plot in time_plots(beside=True)]
         titles = [plot.title for plot in self.plots] + [pane.plots[0].title for pane in self.beside]
         self.switch = Segmented("Plot of force or energy", tuple(titles))
         self.switch.show_index(0)

@@ -21,7 +21,7 @@ def test_the_difference_is_that_of_the_same_moments():
 
 def test_what_ends_a_comparison_is_said_and_who_rendered_renders_on(held_board_window, qtbot, monkeypatch):
     window = held_board_window
-    switch, note, running = window.loop.where, window.loop.where.note, window.comparison.comparison
+    switch, note, running = window.loop.where, window.loop.where.note, window.comparison
     assert window.centre.toolbar.release.isHidden()  # that lets a simulated handle go
     switch.compare.emit()
     assert "1 of 2" in note.text()

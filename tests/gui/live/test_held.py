@@ -35,6 +35,7 @@ def test_one_may_be_shown_later_than_it_was_and_is_in_the_plot_of_force_as_well(
     past = held.hold(history, (11.0, 12.0), "on the computer", 1.5)
     assert past.time[[0, -1]] == pytest.approx([12.5, 13.5], abs=2e-3)
     assert past.values["position"] == pytest.approx(0.015 * np.sin(3.0 * (past.time - 1.5)), abs=1e-4)
+    history.begin_anew()  # the live curve lies over it
     for seen in (True, False):
         phase.refresh()
         assert bool(len(colored(phase.canvas.viewport().grab().toImage(), "hold"))) == seen

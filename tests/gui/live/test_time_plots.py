@@ -6,7 +6,6 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtGui import QWheelEvent
 from PySide6.QtWidgets import QLabel
 
-from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.live.canvas import labels, ticks
 from hapkit_studio.gui.live.history import CHANNELS, History
 from hapkit_studio.gui.widgets.theme import theme
@@ -74,9 +73,6 @@ def test_only_while_paused_the_wheel_zooms_into_time_and_the_view_moves(plots, h
     assert plots.canvases[0].view.viewRange()[0] == pytest.approx([-10.0, 0.0])
     plots.set_span(30.0)
     assert plots.canvases[0].view.viewRange()[0] == pytest.approx([-30.0, 0.0])
-    for seconds in (0.5, 61.0):
-        with pytest.raises(ParameterError, match="1 to 60 s"):
-            plots.set_span(seconds)
 
 
 def ranges_of(plots):

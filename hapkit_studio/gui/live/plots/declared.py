@@ -93,26 +93,14 @@ def landmarks(x: np.ndarray, force: np.ndarray) -> np.ndarray:
     return x[found]
 
 
-Plot = TimePlot | PhasePlot
+@cache
+def time_plots(beside: bool = False) -> list[TimePlot]:
+    """Return the plots over time that stand one below the other, or those among the plots of force."""
+    found = declared(__package__, "PLOT", TimePlot)
+    return sorted((plot for plot in found if plot.beside == beside), key=lambda plot: plot.order)
 
 
 @cache
-def discover() -> tuple[Plot, ...]:
-    """Return every plot of this folder, in order."""
-    found: list[Plot] = [*declared(__package__, "PLOT", TimePlot), *declared(__package__, "PLOT", PhasePlot)]
-    return tuple(sorted(found, key=lambda plot: plot.order))
-
-
-def time_plots() -> list[TimePlot]:
-    """Return the plots over time that stand one below the other."""
-    return [plot for plot in discover() if isinstance(plot, TimePlot) and not plot.beside]
-
-
-def beside_plots() -> list[TimePlot]:
-    """Return the plots over time that stand among those of force."""
-    return [plot for plot in discover() if isinstance(plot, TimePlot) and plot.beside]
-
-
 def phase_plots() -> list[PhasePlot]:
     """Return the plots of force over something else."""
-    return [plot for plot in discover() if isinstance(plot, PhasePlot)]
+    return sorted(declared(__package__, "PLOT", PhasePlot), key=lambda plot: plot.order)
