@@ -119,7 +119,8 @@ def write_labels(axes: Any, c: Colors, labels: Sequence[Label]) -> None:
 
     The figure's layout must have been made.
     """
-    lines, taken = list(axes.lines), list[Any]()
+    lines = list(axes.lines)
+    taken: list[Any] = []
     for label in sorted(labels, key=lambda label: (not label.bold, -label.y)):
         words = axes.annotate(
             label.text, (label.x, label.y), (0.0, 0.0), textcoords="offset points", va="center", size=TICK,

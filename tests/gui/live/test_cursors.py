@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
+from PySide6.QtCore import QCoreApplication, QPoint, Qt
 
 from hapkit_studio.gui.live.cursors import CursorCard
+from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import telemetry
 
@@ -83,6 +84,36 @@ def test_the_slope_inside_the_wall_is_its_stiffness_and_the_range_its_extremes(p
     span = np.sin(3.0 * np.arange(12_700, 12_811) / 1000.0) * 15.0
     assert shown(card)["x, mm"]["greatest"] == f"{span.max():.2f}"
     assert shown(card)["x, mm"]["least"] == f"{span.min():.2f}"
+
+
+def test_where_room_is_short_the_table_gives_way_to_the_plot_and_stands_in_its_place_on_demand(qtbot, plots):
+    """In a window of 1280 × 720 below a banner there are 296 px; the values are said above the time plots."""
+    phase = ForcePosition(plots.cursors)
+    qtbot.addWidget(phase)
+    phase.show()
+    plots.cursors.show(True, plots.span)
+    plots.cursors.move(0, 10.5005)
+    plots.cursors.move(1, 11.0005)
+    phase.cursors.refresh()
+
+    def seen(height, *chosen):
+        phase.resize(320, height)
+        for index in chosen:
+            phase.cursors.switch.button(index).click()
+        QCoreApplication.processEvents()
+        return phase.canvas.isVisible(), phase.cursors.table.isVisible()
+
+    assert seen(296) == (True, False)
+    assert phase.canvas.measure().height() > 120
+    assert seen(296, 1) == (False, True)
+    assert seen(520) == (True, True)
+    assert phase.canvas.measure().height() > 120
+    assert seen(520, 0) == (True, False)
+    x = [15.0 * math.sin(3.0 * t) for t in (10.5, 11.0)]
+    said = f"A {x[0]:.2f}   B {x[1]:.2f}   B − A {x[1] - x[0]:+.2f}".replace("-", "−")
+    assert plots.headers[0].remark.text() == said
+    plots.cursors.show(False)
+    assert plots.headers[0].remark.text() == ""
 
 
 def test_cursors_stay_on_their_samples_while_time_goes_on_and_through_a_pause(plots, history):
