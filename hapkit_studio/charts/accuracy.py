@@ -107,8 +107,6 @@ class AccuracyAxes:
 
     def set_up(self, axes: Any, c: Colors) -> None:
         """Set ranges, ticks, grid and titles."""
-        from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
-
         axes.set(xscale="log", yscale="log", xlim=(self.left, self.right), ylim=(self.bottom, self.top))
         subs = (1, 2, 5) if self.right / self.left < _NARROW else (1,)
         across = [sub * 10.0**power for power in range(-2, 6) for sub in subs]
@@ -116,9 +114,9 @@ class AccuracyAxes:
             (axes.xaxis, across, self.left, self.right, _cost),
             (axes.yaxis, self._errors(), self.bottom, self.top, self._tick),
         ):
-            axis.set_major_locator(FixedLocator([place for place in places if low <= place <= high]))
-            axis.set_minor_locator(NullLocator())
-            axis.set_major_formatter(FuncFormatter(lambda place, _, write=write: write(place)))
+            shown = [place for place in places if low <= place <= high]
+            axis.set_ticks(shown, [write(place) for place in shown])
+        axes.minorticks_off()
         error = f"{self._sheet.scene.error}, {self.unit}"
         style_axes(axes, c, "computing time per simulated second", error)
 

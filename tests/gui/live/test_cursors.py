@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QCoreApplication, QPoint, Qt
 
+from hapkit_studio.analysis.oscillation import Oscillation
 from hapkit_studio.gui.live.cursors import CursorCard
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.haptics import rows
@@ -111,6 +112,7 @@ def test_where_room_is_short_the_table_gives_way_to_the_plot_and_stands_in_its_p
     assert seen(520, 0) == (True, False)
     x = [15.0 * math.sin(3.0 * t) for t in (10.5, 11.0)]
     said = f"A {x[0]:.2f}   B {x[1]:.2f}   B − A {x[1] - x[0]:+.2f}".replace("-", "−")
+    plots.show_oscillation(Oscillation(1.2e-3, 31.0))
     assert plots.headers[0].remark.text() == said
     plots.cursors.show(False)
     assert plots.headers[0].remark.text() == ""
@@ -178,3 +180,7 @@ def test_where_no_force_acts_or_none_is_given_there_is_no_slope(plots, card, his
     free[:, rows.APPLIED] = 0.0  # stopped: asked for, not given
     history.append(free)
     assert read(plots, card, 14.0005, 14.9) == "none: no force there"
+    still = telemetry(1000, start=15_000)
+    still[:, rows.POSITION], still[:, rows.ASKED], still[:, rows.APPLIED] = 0.010, -2.0, -2.0
+    history.append(still)
+    assert read(plots, card, 15.0005, 15.9) == "none: too little motion"
