@@ -45,7 +45,7 @@ def test_the_history_keeps_energies_and_where_they_begin_anew(width):
     """However coarse the columns are, one of them is missing where the sum begins anew, and only there."""
     history, want = History(seconds=60.0, rate=RATE), energies(14_000)
     history.append(telemetry(14_000), want)
-    assert history.last("energy") == want[-1, 0]
+    assert history.latest()["energy"] == want[-1, 0]
     assert history.at(5.0)["energy_limit"] == 1e-3
     window = history.window(np.arange(4.0, 13.9, width))
     gone = np.isnan(window.y["energy"])

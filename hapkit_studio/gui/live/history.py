@@ -94,10 +94,6 @@ class History:
         newest = self._data[:, self._end - 1].tolist() if len(self) else [np.nan] * len(_NAMES)
         return dict(zip(_NAMES, newest, strict=True))
 
-    def last(self, channel: str) -> float:
-        """Return a channel's newest value; NaN when empty."""
-        return self.latest()[channel]
-
     def append(self, new: np.ndarray, energies: np.ndarray | None = None) -> None:
         """Take (n, ROW_WIDTH) telemetry rows, oldest first, and their (n, 2) energies and limits in J.
 

@@ -451,8 +451,9 @@ class TimePlots(QWidget):
 
     def _show_values(self) -> None:
         """Write the newest sample in the headers."""
+        newest = self._seen.latest()
         for header in self.headers if len(self._seen) else ():
-            header.show_value(self._seen.last(header.plot.traces[-1].channel))
+            header.show_value(newest[header.plot.traces[-1].channel])
 
     def take(self) -> None:
         """Read the window from the history and let the value axes follow it."""

@@ -19,7 +19,7 @@ def held(plots, phase):
 def test_a_held_trace_stays_where_it_was_while_time_goes_on(plots, held, history):
     trace = held.hold(history, (4.0, history.now), "Wall")
     assert trace.time[-1] == pytest.approx(0.0, abs=0.005)  # of 10 s a two thousandth
-    assert trace.values["position"][-1] == pytest.approx(history.last("position"), abs=0.005 * 0.045)
+    assert trace.values["position"][-1] == pytest.approx(history.latest()["position"], abs=0.005 * 0.045)
     history.append(telemetry(4000, start=14_000))
     plots.refresh()
     canvas = canvas_of(plots, "position")

@@ -100,7 +100,7 @@ def test_only_the_last_seconds_are_kept_however_long_it_runs():
     newest = history.between((60_000 - 10) / RATE, np.inf)
     np.testing.assert_array_equal(newest.x, last[-10:, rows.HOST_TIME])
     np.testing.assert_array_equal(newest.y["position"], last[-10:, rows.POSITION])
-    assert history.last("applied") == last[-1, rows.APPLIED]
+    assert history.latest()["applied"] == last[-1, rows.APPLIED]
 
 
 def test_a_copy_stays_while_the_original_goes_on():
@@ -129,7 +129,7 @@ def test_an_empty_history_draws_nothing():
     history.append(np.empty((0, rows.ROW_WIDTH)))
     assert len(history.window(np.linspace(0.0, 1.0, 101)).x) == 0
     assert np.isnan(history.now)
-    assert np.isnan(history.last("position"))
+    assert np.isnan(history.latest()["position"])
 
 
 def test_changes_are_kept_with_their_times_as_long_as_their_samples():
