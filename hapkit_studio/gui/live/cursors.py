@@ -194,10 +194,8 @@ class CursorCard(QWidget):
         super().__init__(parent)
         self._cursors, self._read = cursors, False
         self._samples: dict[str, np.ndarray] = {}
-        self._low, self._chosen = (
-            False,
-            [_BOTH, _FOLDED],
-        )  # what is shown with room for the table, and without
+        self._low = False
+        self._chosen = [_BOTH, _FOLDED]  # what is shown with room for the table, and without
         self.switch = Segmented("What the cursors read", ("Plot", "A and B", "Range"))
         self.switch.show_index(_BOTH)
         self.table = Table("Cursors")
@@ -258,5 +256,7 @@ class CursorCard(QWidget):
             apart = abs(times[1] - times[0])
             self.period.setText(f"1/Δt  {with_unit(1.0 / apart, 'Hz')}" if apart > 0.0 else "")
         index = self.switch.index
-        rows = points(self._cursors) if index == _BOTH else ranges(self._samples)
-        self.table.show_rows(_columns(_HEADS[index]), [] if index == _FOLDED else rows)
+        rows: list[Row] = []
+        if index != _FOLDED:
+            rows = points(self._cursors) if index == _BOTH else ranges(self._samples)
+        self.table.show_rows(_columns(_HEADS[index]), rows)
