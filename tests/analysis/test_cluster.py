@@ -65,7 +65,7 @@ def dask(tmp_path):
 
 
 @pytest.mark.slow
-def test_same_numbers_and_nothing_is_lost_with_a_worker(dask):
+def test_same_numbers_and_nothing_is_lost_with_a_worker_and_a_scheduler_that_dies_is_said(dask, capfd):
     setting, damping = Setting(delay=0.4e-3), np.linspace(0.0, 20.0, 7)
     with ThreadPoolExecutor(2) as threads:  # before the workers, so that they find it compiled
         wanted = rendered.boundary(setting, damping, executor=threads)
@@ -91,18 +91,12 @@ def test_same_numbers_and_nothing_is_lost_with_a_worker(dask):
         assert said == sorted(said)
         assert said[-1] == len(CELLS)
 
+        def kill_the_scheduler(done, of):
+            if done:
+                dask.scheduler.kill()
 
-@pytest.mark.slow
-def test_a_scheduler_that_dies_is_said_in_one_line(dask, capfd):
-    def kill_it(done, of):
-        if done:
-            dask.scheduler.kill()
-
-    with (
-        cluster(dask.address, timeout=PATIENCE) as executor,
-        pytest.raises(StudioError, match="gave up a part"),
-    ):
-        sweep(sweep_tasks.busy_roots, CELLS, executor=executor, progress=kill_it, chunk=50)
+        with pytest.raises(StudioError, match="gave up a part"):
+            sweep(sweep_tasks.busy_roots, CELLS, executor=executor, progress=kill_the_scheduler, chunk=50)
     assert "Traceback" not in capfd.readouterr().err
 
 

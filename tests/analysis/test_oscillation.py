@@ -74,13 +74,6 @@ def test_a_handle_that_rings_after_a_release_does_not_oscillate(release, half_li
     assert sustained(since, np.where(since < 0.0, 8e-3, ringing)) is None
 
 
-def test_what_goes_on_is_said_once_it_fills_the_time():
-    t = seconds()
-    for since in (t - 7.3, t - 7.8):
-        wave = np.where(since < 0.0, 0.0, 2e-3 * np.sin(math.tau * 20.0 * since))
-        assert (sustained(t, wave) is None) == (since[0] < 0.0)
-
-
 def test_what_dies_away_has_died_or_comes_slowly_is_no_oscillation():
     t = seconds()
     swing = 2e-3 * np.sin(math.tau * 20.0 * t)

@@ -62,13 +62,6 @@ def test_butterworth_is_scipys(rate):
     )
 
 
-def test_butterworth_keeps_its_corner_below_half_the_rate():
-    at = [estimators.design(("butterworth", {"cutoff": f}), 1000.0)[1] for f in (450.0, 2000.0)]
-    assert np.array_equal(*at)
-    b, a = butter(2, 450.0, fs=1000.0)
-    assert at[0][:3] == pytest.approx([b[0], a[1], a[2]])
-
-
 @pytest.mark.parametrize("rate", [100.0, 1000.0, 10_000.0])
 @pytest.mark.parametrize("quantum", [1e-7, 20.7e-6, 1e-3])
 def test_kalman_gains_solve_the_riccati_equation(rate, quantum):
@@ -165,22 +158,14 @@ MOTIONS = (
     sine(0.002, 8.0),
     reversal(),
 )
-IIR_20, IIR_60 = ("iir", {"cutoff": 20.0}), ("iir", {"cutoff": 60.0})
-BUTTERWORTH_20, FOAW_1 = ("butterworth", {"cutoff": 20.0}), ("foaw", {"noise": 1.0})
-KALMAN_SLOW = ("kalman", {"q": 1e-3})
-# estimator, (RMS, largest) error in mm/s for each motion, lag in ms at 8 Hz
+FOAW_1 = ("foaw", {"noise": 1.0})
+# estimator, (RMS, largest) error in mm/s for each motion, lag in ms at 8 Hz; those that are linear have their
+# filters of scipy's, and the chart's tests hold their errors
 TABLE = [
-    ("difference", (1.9, 14.6), (7.1, 10), (7.1, 10), (6.1, 14.6), (6.3, 16), (7.1, 28), 0.50),
-    (IIR_20, (0.41, 1.4), (0.51, 0.64), (0.51, 0.64), (4.5, 7.1), (26, 38), (11.8, 174), 7.6),
-    ("iir", (0.57, 2.6), (0.90, 1.2), (0.90, 1.2), (2.7, 5.0), (15.7, 23), (7.6, 120), 4.4),
-    (IIR_60, (0.77, 4.3), (1.5, 2.0), (1.5, 2.0), (2.1, 4.8), (9.6, 16), (5.1, 79), 2.7),
-    (BUTTERWORTH_20, (0.34, 0.6), (0.01, None), (0.01, None), (6.5, 9.5), (43, 61), (19, 277), 12.3),
-    ("butterworth", (0.63, 2.2), (0.09, None), (0.09, None), (2.4, 4.1), (15, 22), (8.1, 133), 4.2),
     (FOAW_1, (0.43, 1.1), (0.05, 0.07), (0.05, 0.07), (4.0, 6.7), (11, 18), (2.2, 37), 3.1),
     ("foaw", (0.47, 1.8), (0.05, 0.07), (0.05, 0.07), (2.3, 5.2), (7.1, 13), (1.5, 28), 1.7),
-    (KALMAN_SLOW, (0.75, 2.9), (0.54, 0.75), (0.54, 0.75), (1.6, 3.7), (9.0, 14), (4.9, 81), 2.5),
     ("kalman", (1.1, 5.6), (1.7, 2.2), (1.7, 2.2), (2.0, 5.6), (4.9, 10), (3.2, 41), 1.26),
-]  # fmt: skip
+]
 
 
 def close(spec, value, wanted):
@@ -202,8 +187,7 @@ def test_errors_and_lag_at_8_hz(row):
     for (position, velocity), (rms, largest) in zip(MOTIONS, wanted, strict=True):
         error = 1e3 * (estimated(spec, position) - velocity)[FROM:]
         assert close(spec, np.sqrt(np.mean(error**2)), rms), (rms, largest)
-        if largest is not None:
-            assert close(spec, np.abs(error).max(), largest), (rms, largest)
+        assert close(spec, np.abs(error).max(), largest), (rms, largest)
     turns = slice(500, 2500)
     seen, velocity = estimated(spec, MOTIONS[4][0])[turns], MOTIONS[4][1][turns]
     wave = np.exp(-16j * np.pi * T[turns])
@@ -211,14 +195,10 @@ def test_errors_and_lag_at_8_hz(row):
     assert -1e3 * np.angle(ratio) / (16.0 * np.pi) == pytest.approx(lag, rel=0.1)
 
 
-FOAW_QUANTUM = 20.7e-6
-
-
-@pytest.mark.parametrize("place", [1, 1234, -77777])
-@pytest.mark.parametrize("seed", range(5))
-def test_rounding_decides_nothing(place, seed):
+def test_rounding_decides_nothing(rng):
     """A residual of just half a count is common; at another place it may not fall to the other side."""
-    counts = np.cumsum(np.random.default_rng(seed).integers(-1, 2, 2000))
-    here = estimate_velocity(FOAW_QUANTUM * counts, 1000.0, "foaw", quantum=FOAW_QUANTUM)
-    there = estimate_velocity(FOAW_QUANTUM * (counts + place), 1000.0, "foaw", quantum=FOAW_QUANTUM)
-    assert there == pytest.approx(here, abs=1e-9)
+    counts = np.cumsum(rng.integers(-1, 2, 6000))
+    here = estimate_velocity(20.7e-6 * counts, 1000.0, "foaw", quantum=20.7e-6)
+    for place in (1, 1234, -77777):
+        there = estimate_velocity(20.7e-6 * (counts + place), 1000.0, "foaw", quantum=20.7e-6)
+        assert there == pytest.approx(here, abs=1e-9)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hapkit_studio.dynamics.hand import SCRIPTS, Hand, grip_named, hand_named
+from hapkit_studio.dynamics.hand import Hand, grip_named, hand_named
 from hapkit_studio.errors import ParameterError
 
 TIMES = np.arange(0.0, 12.0, 1e-3)
@@ -44,26 +44,6 @@ def test_press_stays_under_the_force_limit_against_any_wall():
     press = hand_named("press")
     assert press.target(2.0) == press.target(10.0)
     assert 1.0 < press.stiffness * (press.target(2.0) - 0.005) <= 3.0 + 1e-12
-
-
-def test_pluck_lets_go_while_it_pulls():
-    pluck = hand_named("pluck")
-    assert pluck.release == 1.0
-    assert pluck.target(pluck.release) > 0.01
-    assert hand_named("released").release == 0.0
-    assert all(
-        hand.release == math.inf for name, hand in SCRIPTS.items() if name not in ("pluck", "released")
-    )
-
-
-def test_shake_gets_faster_up_to_6_hz():
-    x = path("shake")
-    turns = TIMES[1:][np.diff(np.signbit(x)) != 0]
-    half = np.diff(turns)
-    at_three_seconds = half[np.searchsorted(turns, 3.0) - 1]
-    assert np.all(np.diff(half) <= 2e-3)
-    assert 0.5 / at_three_seconds == pytest.approx(3.5, rel=0.05)
-    assert 0.5 / half[-1] == pytest.approx(6.0, rel=0.05)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio.dynamics.integrators import INTEGRATORS, step
-from tests.dynamics import growth
 from tests.dynamics.reference_mass import World
 
 SLIDER = {"mass": 0.05, "stiffness": 300.0, "x0": 0.010, "v0": 0.0}
@@ -69,27 +68,6 @@ def one_second(method):
     return x, 0.5 * 0.05 * v * v + 150.0 * x * x
 
 
-@pytest.mark.parametrize(
-    ("method", "factor", "tolerance"),
-    [
-        ("explicit_euler", 396.0, 4.0),
-        ("verlet", 1.0, 2e-3),
-        ("implicit_euler", 0.0025, 0.00005),
-        ("trapezoid", 1.0, 1e-10),
-        ("exact", 1.0, 1e-12),
-    ],
-)
-def test_energy_after_a_second_without_damping(method, factor, tolerance):
-    """omega dt = 0.0775; explicit and implicit Euler have (1 + h^2)^+-1000."""
-    energy = one_second(method)[1]
-    assert energy[-1] / energy[0] == pytest.approx(factor, abs=tolerance)
-
-
-def test_the_lecture_s_rule_grows_nearly_as_fast():
-    """389 times the energy in a second, beside explicit Euler's 396."""
-    assert growth.per_sample(one_second("lecture")[0][5:]) ** 2000 == pytest.approx(389.0, rel=2e-3)
-
-
 @pytest.mark.parametrize(("method", "share"), [("semi_implicit", 0.5 * 0.07746), ("verlet", 0.07746**2 / 8)])
 def test_symplectic_energy_wobbles_and_does_not_drift(method, share):
     """By +-h / 2 and +-h^2 / 8 of its mean."""
@@ -136,16 +114,6 @@ def test_what_no_motion_has_is_refused_in_one_line(wrong, words):
     with pytest.raises(hs.ParameterError, match=words) as caught:
         hs.integrate(**given)
     assert "\n" not in str(caught.value)
-
-
-def test_exact_has_no_longest_step():
-    """Where nothing can be met one step is one map, however many turns it holds."""
-    system = dict(mass=0.05, damping=0.05, stiffness=300.0, x0=0.01, v0=0.0, seconds=6.0)
-    fine = hs.integrate("exact", dt=0.01, **system)
-    for dt in (1.0, 3.0, 6.0):
-        coarse = hs.integrate("exact", dt=dt, **system)
-        assert coarse[1] == pytest.approx(fine[1][:: round(dt / 0.01)], abs=1e-13)
-        assert coarse[2] == pytest.approx(fine[2][:: round(dt / 0.01)], abs=1e-11)
 
 
 OF = {name: float(n) for n, name in enumerate(INTEGRATORS)}

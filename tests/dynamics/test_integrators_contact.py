@@ -1,6 +1,5 @@
 """Contact, walls and friction of a moving mass: every step against another computation of the same."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -82,18 +81,6 @@ def test_exact_keeps_the_energy_over_many_bounces():
         turns += before * v < 0.0
     assert turns > 300
     assert world.energy(x, v) == pytest.approx(start, rel=1e-10)
-
-
-def test_exact_returns_with_the_speed_that_the_damper_leaves():
-    """In contact on the way in m x'' = -k x - b x', from its largest depth on m x'' = -k x."""
-    m, k, b, v0 = 0.5, 500.0, 3.0, 0.3
-    rate, omega = b / (2.0 * m), math.sqrt(k / m - (b / (2.0 * m)) ** 2)
-    t = math.atan2(omega, rate) / omega
-    deepest = v0 / omega * math.exp(-rate * t) * math.sin(omega * t)
-    v = exact(
-        0.0, -v0, t + 0.5 * math.pi * math.sqrt(m / k), 0.0, *World(m, touch=0.0, contact=k, pad=b).numbers
-    )
-    assert v[1] == pytest.approx(deepest * math.sqrt(k / m), rel=1e-12)
 
 
 @pytest.mark.parametrize(("method", "weight"), [("implicit_euler", 1.0), ("trapezoid", 0.5)])

@@ -108,14 +108,6 @@ def test_spring_with_friction_turns_where_it_must(coulomb, start, step):
     assert abs(x) <= coulomb / 300.0
 
 
-def test_many_events_in_one_piece_equal_many_pieces():
-    x, v = through(0.010, 0.0, 0.02, 0.1, 0.1, 0.05, 0.0, 300.0, 1.0)
-    y, w = 0.010, 0.0
-    for k in range(1000):
-        y, w = through(y, w, 0.02 + 0.1e-3 * k, 0.1, 0.1, 0.05, 0.0, 300.0, 1e-3)
-    assert (x, v) == pytest.approx((y, w), abs=1e-11)
-
-
 def test_pulled_by_a_spring_it_breaks_away_and_grazes_rest():
     """After break-away at k V t = F_c: v = V (1 - cos wt), which touches 0 every period and never sticks."""
     m, k, speed, coulomb, h = 0.05, 300.0, 0.02, 0.4, 1e-3

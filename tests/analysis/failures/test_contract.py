@@ -78,14 +78,6 @@ def test_what_is_felt_live_can_be_set_by_a_person(key, ends):
         assert live.advice
 
 
-def test_what_cannot_be_tried_is_refused():
-    for failure in failures().values():
-        with pytest.raises(ParameterError, match=f"{failure.knob.label} goes from"):
-            failure.try_at(2.0 * failure.knob.high)
-        with pytest.raises(ParameterError, match="has no parameter 'nothing'"):
-            failure.try_at(failure.knob.default, {"nothing": 1.0})
-
-
 @pytest.mark.slow
 def test_without_a_key_it_is_a_table_of_all(capsys):
     assert main(("break-it",)) == 0

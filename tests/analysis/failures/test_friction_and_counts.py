@@ -63,11 +63,9 @@ def test_the_push_that_friction_calms_is_the_tables():
 @pytest.mark.parametrize(
     ("stiffness", "mass", "viscous", "coulomb", "rate"),
     [
-        (2000.0, 0.044, 0.5, 0.1, 1000.0),
         (1020.0, 0.044, 0.5, 0.02, 1000.0),  # σ = 0.1 1/s: 1 % off takes ln(100)/σ = 45 s to settle
         (1005.0, 1.0, 0.5, 0.02, 1000.0),  # σ = 0.001 1/s: 300 s show no more than the trend
         (8000.0, 0.005, 2.0, 0.1, 1000.0),  # ω T = 1.1
-        (1200.0, 0.3, 0.1, 1.0, 4000.0),
     ],
 )
 def test_one_percent_less_push_settles_and_one_percent_more_grows(stiffness, mass, viscous, coulomb, rate):

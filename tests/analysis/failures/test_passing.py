@@ -40,13 +40,6 @@ def test_ten_samples_a_ridge_up_to_the_speeds_of_theory():
     assert failure.limit(slow) == pytest.approx(0.115, rel=1e-12)
 
 
-def test_the_worst_ridge_gets_the_cosine_of_half_a_sample():
-    for share in (0.3, 0.99, 1.6931, 3.1373):
-        out = stroking.stroke(0.005, share * 0.5, 1000.0, 0.0, 20_000)
-        want = math.cos(math.pi * share / 10.0)
-        assert stroking.least_peak(out, 0.005) == pytest.approx(want, abs=4e-3)
-
-
 def test_beyond_half_the_rate_it_hums_lower_the_faster_it_is_stroked():
     failure = failures()["texture_speed"]
     found = [failure.try_at(speed).measure for speed in (0.3, 0.495, 0.505, 0.7, 0.9)]
@@ -81,13 +74,6 @@ def test_a_pattern_decays_inside_its_exact_limit_and_grows_outside(usual, long, 
     for part in (0.99, 1.01):
         rate = exact(part * JITTER.limit(case), case, pattern(case))
         assert (rate < 0.0) == (part < 1.0)
-
-
-def test_the_nominal_rate_promises_what_late_samples_break():
-    """0.9 of 2 b/T: calm at an even rate; with one period in 25 five times as long it grows."""
-    stiffness = 0.9 * 2.0 * 0.5 * 1000.0
-    assert JITTER.try_at(stiffness, {"long": 1.0}).holds
-    assert not JITTER.try_at(stiffness, {"usual": 24, "long": 5.0}).holds
 
 
 def test_below_the_limit_of_the_longest_period_no_order_of_periods_grows(rng):

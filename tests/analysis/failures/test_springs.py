@@ -30,11 +30,11 @@ def test_the_loops_map_has_the_roots_of_the_table(late, table):
 
 
 # mass, virtual damping, the handle's own, rate, delay in periods
-GRID = list(itertools.product((0.02, 0.2), (0.0, 1.0), (0.2, 1.0), (500.0, 2000.0), (0.0, 0.6, 1.0, 2.5)))
+GRID = list(itertools.product((0.02, 0.2), (0.0, 1.0), (0.2, 1.0), (500.0, 2000.0), (0.0, 2.5)))
 
 
 def test_one_percent_inside_decays_and_outside_grows_over_the_grid():
-    """64 loops, each growing as its roots say."""
+    """32 loops, each growing as its roots say."""
     for mass, damping, viscous, rate, late in GRID:
         given = {"mass": mass, "damping": damping, "viscous": viscous, "rate": rate, "delay": late / rate}
         case = SPRING.case(given)

@@ -7,23 +7,15 @@ import hapkit_studio as hs
 from hapkit_studio.analysis.identify import from_run, identify
 from hapkit_studio.dynamics.hand import SCRIPTS
 from tests.analysis.identify.motions import impedance, shaken, sine_run
-from tests.wide import wide
 
 TRUTH = np.array([0.094, 0.5, 0.10])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("quantum", "rate", "delay", "first"),
-    wide(
-        [(20.7e-6, 1000.0, 1e-3, 0), (61e-6, 1000.0, 0.5e-3, 100), (20.7e-6, 500.0, 1e-3, 200)],
-        lambda quantum, rate, delay, first: first == 0,
-    ),
-)
-def test_handle(quantum, rate, delay, first):
+def test_handle():
     errors, halves = [], []
-    for seed in range(first, first + 60):
-        part = shaken(seed, values={"stiffness": 150.0}, quantum=quantum, rate=rate, delay=delay).handle
+    for seed in range(60):
+        part = shaken(seed, values={"stiffness": 150.0}, delay=1e-3).handle
         if not part.estimates:
             continue
         values = [part[key] for key in ("mass", "viscous", "coulomb")]
@@ -86,9 +78,8 @@ def test_what_is_told_is_true():
         assert len(found[hand]) >= 12
 
 
-@pytest.mark.parametrize("hand", wide(["stroke", "pet"], lambda hand: hand == "pet"))
-def test_a_constant_speed_is_never_told_as_a_negative_mass(hand):
-    run = hs.simulate("damping", {"damping": 3.0}, hand=hand, estimator="iir", seconds=8.0)
+def test_a_constant_speed_is_never_told_as_a_negative_mass():
+    run = hs.simulate("damping", {"damping": 3.0}, hand="pet", estimator="iir", seconds=8.0)
     part = identify(from_run(run)).handle
     assert not any(e.told for e in part.estimates)
     assert "Cannot tell" in part.advice

@@ -13,7 +13,7 @@ TRUTH = {"mass": 0.094, "viscous": 0.5, "coulomb": 0.10}
 
 @pytest.mark.parametrize(
     ("quantum", "rate", "delay"),
-    [(20.7e-6, 1000.0, 1e-3), (61e-6, 1000.0, 0.5e-3), (20.7e-6, 500.0, 1e-3), (20.7e-6, 4000.0, 0.4e-3)],
+    [(61e-6, 1000.0, 0.5e-3), (20.7e-6, 500.0, 1e-3), (20.7e-6, 4000.0, 0.4e-3)],
 )
 def test_a_shaken_handle_is_found_with_the_hands_mass(quantum, rate, delay):
     part = shaken(11, values={"stiffness": 150.0}, quantum=quantum, rate=rate, delay=delay).handle
@@ -24,20 +24,15 @@ def test_a_shaken_handle_is_found_with_the_hands_mass(quantum, rate, delay):
     assert not part.released
 
 
-def test_a_handle_let_go_is_found_alone():
+def test_a_handle_let_go_is_found_alone_and_an_unknown_hand_only_once_it_is_said():
     device = hs.SimulatedHapkit(damping=0.3, coulomb_force=0.02, initial_position=0.015)
     run = hs.simulate("spring", {"stiffness": 150.0}, device=device, seconds=1.5, rate=2000.0)
-    part = identify(from_run(run)).handle
+    record = from_run(run)
+    part = identify(record).handle
     assert part.released
     for key, truth in {"mass": 0.044, "viscous": 0.3, "coulomb": 0.02}.items():
         assert part[key].holds(truth)
     assert part["mass"].half < 0.001
-
-
-def test_an_unknown_hand_is_said_and_a_released_one_can_be_told():
-    device = hs.SimulatedHapkit(damping=0.3, coulomb_force=0.02, initial_position=0.015)
-    run = hs.simulate("spring", {"stiffness": 150.0}, device=device, seconds=1.5, rate=2000.0)
-    record = from_run(run)
     unknown = Recording(**{**vars(record), "hand_force": np.full(len(record), math.nan)})
     refused = identify(unknown).handle
     assert not refused.estimates

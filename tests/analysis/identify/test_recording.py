@@ -52,12 +52,6 @@ def test_a_piece_that_is_not_there_is_refused(run, begin, end):
         identify(from_run(run), begin=begin, end=end)
 
 
-@pytest.mark.parametrize("terms", [("mass",), (), ("stiffness", "")])
-def test_unknown_terms_are_refused(run, terms):
-    with pytest.raises(ParameterError, match="The terms are some of stiffness, damping, friction"):
-        identify(from_run(run), terms=terms)
-
-
 def damaged(saved, change):
     lines = saved.read_text(encoding="utf-8").splitlines()
     saved.write_text("\n".join(change(lines)), encoding="utf-8")

@@ -9,7 +9,6 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio.analysis.identify import from_csv, from_run, identify
 from hapkit_studio.dynamics.hand import Hand
-from hapkit_studio.errors import ParameterError
 from tests.analysis.identify.motions import HAND, impedance, several_sines, shaken, sine_run
 
 
@@ -17,9 +16,7 @@ from tests.analysis.identify.motions import HAND, impedance, several_sines, shak
     ("quantum", "rate", "delay", "damping"),
     [
         (20.7e-6, 1000.0, 0.0, 0.0),
-        (20.7e-6, 1000.0, 1e-3, 5.0),
-        (61e-6, 1000.0, 2.5e-3, 2.0),
-        (20.7e-6, 500.0, 1e-3, 1.0),
+        (61e-6, 1000.0, 2.5e-3, 5.0),
         (61e-6, 4000.0, 0.4e-3, 3.0),
     ],
 )
@@ -98,36 +95,25 @@ def test_slow_pieces_do_not_tell_the_damping():
     assert math.isfinite(part["stiffness"].half)
 
 
-@pytest.mark.parametrize("centre", [0.010, -0.004])
-def test_a_filter_does_not_move_the_centre(centre):
+def test_a_filter_does_not_move_the_centre():
+    centre = 0.010
     values = {"stiffness": 120.0, "damping": 3.0, "center": centre}
     run = hs.simulate("spring", values, hand="shake", estimator="iir", seconds=6.0)
     found = identify(from_run(run)).rendered
     assert found["stiffness"].value > 125.0  # the late velocity stiffens the motion
     assert found["centre"].holds(centre)
-    assert found["centre"].half < 0.5e-3
-    assert found["centre"].half >= 0.5e-6
+    assert 0.5e-6 <= found["centre"].half < 0.5e-3
 
 
-@pytest.fixture
-def saved(tmp_path):
-    hand = Hand(*HAND, several_sines(3), vectorised=True)
+def test_a_file_keeps_how_an_own_hand_held_and_tells_nothing_of_the_handle_without(tmp_path):
+    hand, path = Hand(*HAND, several_sines(3), vectorised=True), tmp_path / "own.csv"
     run = hs.simulate("spring", {"stiffness": 150.0}, hand=hand, seconds=3.0)
-    run.save(tmp_path / "own.csv")
-    return run, hand, tmp_path / "own.csv"
-
-
-def test_a_file_keeps_how_an_own_hand_held(saved):
-    run, hand, path = saved
+    run.save(path)
     assert run.settings["hand_grip"] == {"mass": 0.05, "damping": 4.0, "stiffness": 200.0}
     assert np.allclose(run.hand_target, hand.target(run.time), atol=1e-12)
     for part in (identify(from_csv(path)).handle, identify(from_run(run)).handle):
         assert abs(part["mass"].value - 0.094) < 2.0 * part["mass"].half
         assert part["mass"].half < 0.005
-
-
-def test_a_file_that_does_not_say_how_the_hand_held_tells_nothing_of_the_handle(saved):
-    *_, path = saved
     lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
     settings = json.loads(lines[0][1:])
     del settings["hand_grip"]
@@ -135,10 +121,3 @@ def test_a_file_that_does_not_say_how_the_hand_held_tells_nothing_of_the_handle(
     part = identify(from_csv(path)).handle
     assert not part.estimates
     assert "does not say how the hand held" in part.advice
-
-
-@pytest.mark.parametrize("path", ["nosuch.csv", 5, None, "."])
-def test_what_is_no_file_is_refused_in_one_line(path):
-    with pytest.raises(ParameterError) as raised:
-        from_csv(path)
-    assert "\n" not in str(raised.value)

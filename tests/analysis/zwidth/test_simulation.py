@@ -12,7 +12,6 @@ from hapkit_studio.analysis.zwidth import simulation
 from hapkit_studio.analysis.zwidth.result import (
     BUZZES,
     HIGHEST,
-    LEAVES,
     Point,
     Protocol,
     TrialOutcome,
@@ -21,7 +20,6 @@ from hapkit_studio.analysis.zwidth.result import (
     text,
     with_band,
 )
-from hapkit_studio.errors import ParameterError
 from tests.wide import wide
 
 M, VISCOUS, COULOMB, QUANTUM, T = 0.05, 0.5, 0.1, 15e-6, 1e-3
@@ -130,16 +128,6 @@ def test_a_plain_program_agrees(damping):
     assert not plain_holds(1.01 * limit, damping)
 
 
-# where walls that hold and walls that fail do not alternate just below the limit
-@pytest.mark.parametrize("name", ["f_c 0.1", "iir", "td = T"])
-def test_one_percent_inside_holds_and_outside_fails(name):
-    setting = REFERENCE[name][0]
-    for damping in (0.0, 1.0):
-        limit = measured(name).stiffness[DAMPING.index(damping)]
-        assert simulation.trial(setting, 0.99 * limit, damping).why == ""
-        assert simulation.trial(setting, 1.01 * limit, damping).why in (BUZZES, LEAVES)
-
-
 def test_a_constant_push_settles_where_push_and_spring_balance():
     setting, protocol = device(0.0, 0.0), Protocol(push=0.5)
     out = simulation.hit(setting, 400.0, 1.0, 0.5, protocol)
@@ -178,18 +166,9 @@ def test_points_arrive_in_order_and_any_executor_finds_the_same():
     assert np.array_equal(measured("f_c 0.1").stiffness[[0, 2, 4]], mine.stiffness)
 
 
-def test_what_cannot_be_is_refused():
-    for work, words in (
-        (lambda: simulation.compute(device(), (-1.0,)), "0 to 1,000 N·s/m, not -1"),
-        (lambda: simulation.compute(device(), ()), "one damping or more"),
-        (lambda: Protocol(max_force=0.9), "push of 1 N needs a force limit above it, not 0.9 N"),
-        (lambda: Protocol(speed=0.0), "0.001 to 3 m/s, not 0"),
-    ):
-        with pytest.raises(ParameterError, match=words):
-            work()
+def up_to(limit, tried=None, clamped_from=math.inf):
+    tried = [] if tried is None else tried
 
-
-def up_to(limit, tried, clamped_from=float("inf")):
     def held(stiffness):
         tried.append(stiffness)
         return TrialOutcome(BUZZES if stiffness > limit else "", stiffness >= clamped_from)
@@ -199,17 +178,9 @@ def up_to(limit, tried, clamped_from=float("inf")):
 
 def test_it_comes_within_what_the_halvings_leave():
     for limit in (200.0, 201.0, 700.0, 999.0):
-        found = stiffest(up_to(limit, []), 200.0, 1.3, 1e6, 14)
+        found = stiffest(up_to(limit), 200.0, 1.3, 1e6, 14)
         assert 0.0 <= limit - found.stiffness <= 0.3 * limit / 2**14
         assert found.ended == BUZZES
-
-
-def test_it_never_tries_beyond_the_first_that_fails():
-    tried = []
-    stiffest(up_to(500.0, tried), 200.0, 1.3, 1e6, 8)
-    first = next(i for i, k in enumerate(tried) if k > 500.0)
-    assert all(k < tried[first] for k in tried[first + 1 :])
-    assert len(tried) == first + 9
 
 
 def test_it_ends_at_the_highest():
@@ -255,9 +226,7 @@ def test_a_sharp_limit_has_no_band_and_takes_ten_walls_on_either_side():
 
 
 def test_the_band_keeps_within_what_may_be_tried():
-    tried, point = [], Point(1000.0, BUZZES, False, 1010.0, 1000.0)
-    with_band(up_to(1000.0, tried), point, 0.05, 980.0, 1049.0)
-    assert tried == []
-    unlimited = Point(1000.0, HIGHEST, False, last_held=1000.0)
+    tried, unlimited = [], Point(1000.0, HIGHEST, False, last_held=1000.0)
+    with_band(up_to(1000.0, tried), Point(1000.0, BUZZES, False, 1010.0, 1000.0), 0.05, 980.0, 1049.0)
     assert with_band(up_to(1000.0, tried), unlimited, 0.05, 200.0, 1e6) == unlimited
     assert tried == []
