@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.environments.base import Environment
@@ -41,8 +42,6 @@ USUAL_OUTCOMES = ("peak_force", "final_position", "energy")
 # The shortest of some runs is what rendering takes: never fewer than these, and short ones more often.
 REPEATS = 4
 REPEAT_NS = 3_000_000
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -129,7 +128,7 @@ def _effect(environment: Environment, label: str, removed: Iterable[str], hands:
     return Effect(environment.key, label, *max(changes), *np.mean(costs, axis=0).tolist())
 
 
-def compute(environment: Environment, progress: Progress = lambda done, of: None) -> Fidelity:
+def compute(environment: Environment, progress: Progress = no_progress) -> Fidelity:
     """Return what each term changes in a scene with its defaults; raise ParameterError.
 
     progress is told how many of how many steps are done.

@@ -105,27 +105,31 @@ def _fur(t, speed: float):
     return _there_and_back(t + 2.0 * 0.030 / speed, 0.030, speed)
 
 
-def _script(
-    target: Callable[[float], float], summary: str, grip: str = "medium", release: float = math.inf
+def gripping(
+    target: Callable[[float], float] = lambda t: 0.0 * t,
+    summary: str = "",
+    grip: str = "medium",
+    release: float = math.inf,
 ) -> Hand:
+    """Return a hand of a grip's name that follows target(t) in m, t one time in s or an array of times."""
     g = grip_named(grip) or Grip(0.0, 0.0, 0.0)
     return Hand(g.mass, g.damping, g.stiffness, target, release, summary, vectorised=True)
 
 
 SCRIPTS: dict[str, Hand] = {
-    "press": _script(lambda t: 0.020 * _ramp(t, 0.1, 0.9), "Pushes slowly to 20 mm on the right and holds"),
-    "tap": _script(_tap, "Taps 15 mm to the right and off again at 0.1 m/s, every 0.8 s"),
-    "stroke": _script(lambda t: _there_and_back(t, 0.030, 0.05), "Strokes 30 mm to both sides at 5 cm/s"),
-    "sweep": _script(_sweep, "Goes to the left end, then across at 7 cm/s"),
-    "hold": _script(
+    "press": gripping(lambda t: 0.020 * _ramp(t, 0.1, 0.9), "Pushes slowly to 20 mm on the right and holds"),
+    "tap": gripping(_tap, "Taps 15 mm to the right and off again at 0.1 m/s, every 0.8 s"),
+    "stroke": gripping(lambda t: _there_and_back(t, 0.030, 0.05), "Strokes 30 mm to both sides at 5 cm/s"),
+    "sweep": gripping(_sweep, "Goes to the left end, then across at 7 cm/s"),
+    "hold": gripping(
         lambda t: 0.010 * _ramp(t, 0.0, 0.3), "Goes to 10 mm on the right and keeps still", "firm"
     ),
-    "pluck": _script(
+    "pluck": gripping(
         lambda t: 0.020 * _ramp(t, 0.1, 0.6), "Pulls to 20 mm on the right and lets go after 1 s", release=1.0
     ),
-    "shake": _script(_shake, "Shakes by 12 mm, from 0.5 Hz up to 6 Hz", "firm"),
-    "pet": _script(lambda t: _fur(t, 0.05), "Pets 60 mm there and back at 5 cm/s"),
-    "rub": _script(lambda t: _fur(t, 0.20), "Rubs 60 mm there and back at 20 cm/s", "firm"),
+    "shake": gripping(_shake, "Shakes by 12 mm, from 0.5 Hz up to 6 Hz", "firm"),
+    "pet": gripping(lambda t: _fur(t, 0.05), "Pets 60 mm there and back at 5 cm/s"),
+    "rub": gripping(lambda t: _fur(t, 0.20), "Rubs 60 mm there and back at 20 cm/s", "firm"),
     "released": Hand(release=0.0, summary="No hand: the handle is free"),
 }
 

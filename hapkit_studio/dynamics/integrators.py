@@ -5,6 +5,7 @@ The last eleven arguments of every step are those of ``moving_mass``; now is the
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import astuple, dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -170,13 +171,45 @@ def glide(h, m, b, k, force, x, v):
         x[n + 1], v[n + 1] = q, u
 
 
+@dataclass(frozen=True)
+class Body:
+    """The parameters of an object in the order of ``moving_mass``, without force and handle; SI units."""
+
+    mass: float
+    damping: float = 0.0
+    stiffness: float = 0.0
+    contact: float = 0.0
+    reach: float = FAR
+    wall: float = 0.0
+    static: float = 0.0
+    kinetic: float = 0.0
+
+    def numbers(self) -> np.ndarray:
+        """Return these numbers as one row."""
+        return np.array(astuple(self))
+
+
 @compiled
-def _integrate(method, h, m, b, k, f, x, v):
-    before = acceleration(x[0], v[0], m, b, k, f, -FAR, 1.0, 0.0, 0.0, 0.0, FAR, 0.0)
-    for n in range(x.shape[0] - 1):
-        x[n + 1], v[n + 1], before = step(
-            method, x[n], v[n], before, h, 0.0, m, b, k, f, -FAR, 1.0, 0.0, 0.0, 0.0, FAR, 0.0
-        )
+def drive(method, times, h, body, force, touch, x, v):
+    """Fill x, v (n,) from their first values, `times` over; force and touch (n,) are held for a step.
+
+    body are the numbers of Body. What rests stays up to the static friction and slides against the kinetic.
+    """
+    m, b, k, contact = body[0], body[1], body[2], body[3]
+    reach, wall, static, kinetic = body[4], body[5], body[6], body[7]
+    for _ in range(times):
+        if method == _EXACT and contact == 0.0 and wall == 0.0 and max(static, kinetic) == 0.0:
+            glide(h, m, b, k, force, x, v)
+            continue
+        before = acceleration(x[0], v[0], m, b, k, force[0], touch[0], 1.0, 0.0, contact, 0.0, reach, wall)
+        for n in range(x.size - 1):
+            f = force[n]
+            held = v[n] == 0.0 and abs(f - k * x[n]) <= static
+            friction = static if held else kinetic
+            x[n + 1], v[n + 1], before = step(
+                method, x[n], v[n], before, h, friction,
+                m, b, k, f, touch[n], 1.0, 0.0, contact, 0.0, reach, wall,
+            )  # fmt: skip
 
 
 HUGE, TINY = 1e12, 1e-12
@@ -208,12 +241,12 @@ def checked(given: Mapping[str, object]) -> dict[str, float]:
     return {key: _QUANTITIES[key].check(value) for key, value in given.items()}
 
 
-def count_rows(seconds: float, dt: float) -> int:
-    """Return how many rows a motion has, both ends included; raise ParameterError for too many."""
+def instants(seconds: float, dt: float) -> np.ndarray:
+    """Return a motion's times (n,) in s, both ends included; raise ParameterError for too many."""
     count = round(seconds / dt) + 1
     if count > _MOST_STEPS:
         raise ParameterError(f"A motion has up to {_MOST_STEPS:g} steps, not {seconds:g} s by {dt:g} s.")
-    return count
+    return dt * np.arange(count)
 
 
 def integrate(
@@ -235,15 +268,12 @@ def integrate(
     """
     number = _METHOD.check(method)
     given = {"mass": mass, "damping": damping, "stiffness": stiffness, "force": force}
-    value = checked(given | {"x0": x0, "v0": v0, "dt": dt, "seconds": seconds})
-    count = count_rows(value["seconds"], value["dt"])
-    x, v = np.full(count, value["x0"]), np.full(count, value["v0"])
-    *body, force = (value[key] for key in given)
-    if number == _EXACT:
-        glide(value["dt"], *body, np.full(count, force), x, v)
-    else:
-        _integrate(number, value["dt"], *body, force, x, v)
-    return np.arange(count) * value["dt"], x, v
+    value = checked({**given, "x0": x0, "v0": v0, "dt": dt, "seconds": seconds})
+    t = instants(value["seconds"], value["dt"])
+    x, v, pull, touch = (np.full_like(t, start) for start in (value["x0"], value["v0"], value["force"], -FAR))
+    body = Body(value["mass"], value["damping"], value["stiffness"])
+    drive(number, 1, value["dt"], body.numbers(), pull, touch, x, v)
+    return t, x, v
 
 
 @lru_cache(maxsize=64)

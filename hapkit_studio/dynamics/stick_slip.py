@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from hapkit_studio.dynamics.friction import bristle, projected, sticking_tether, stribeck
-from hapkit_studio.dynamics.integrators import HUGE, TINY, checked, count_rows
+from hapkit_studio.dynamics.integrators import HUGE, TINY, checked, instants
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Parameter, resolve
@@ -85,16 +85,17 @@ def _next(model, x, v, pull, memory, mass, static, kinetic, options, dt):
 
 
 @compiled
-def run(model, applied, mass, spring, viscous, static, kinetic, options, dt, memory, x, v):
-    """Fill x, v (n,) from their first values: m x'' = applied - spring x - viscous v - friction.
+def run(model, times, applied, mass, spring, viscous, static, kinetic, options, dt, memory, x, v):
+    """Fill x, v (n,) from their first values, `times` over, by the semi-implicit rule.
 
-    The semi-implicit rule: the new velocity moves the mass.
+    m x'' = applied - spring x - viscous v - friction; the new velocity moves the mass.
     """
-    memory[_ANCHOR], memory[_BEND], memory[_BEFORE], memory[_STUCK] = x[0], 0.0, x[0], 1.0
-    for n in range(x.size - 1):
-        pull = applied[n] - spring * x[n] - viscous * v[n]
-        v[n + 1] = _next(model, x[n], v[n], pull, memory, mass, static, kinetic, options, dt)
-        x[n + 1] = x[n] + dt * v[n + 1]
+    for _ in range(times):
+        memory[_ANCHOR], memory[_BEND], memory[_BEFORE], memory[_STUCK] = x[0], 0.0, x[0], 1.0
+        for n in range(x.size - 1):
+            pull = applied[n] - spring * x[n] - viscous * v[n]
+            v[n + 1] = _next(model, x[n], v[n], pull, memory, mass, static, kinetic, options, dt)
+            x[n + 1] = x[n] + dt * v[n + 1]
 
 
 _UNITS = {"stiffness": "N/m", "damping": "N·s/m"}
@@ -162,7 +163,7 @@ def slide(
         raise ParameterError("The applied forces must be one row of finite numbers of N.")
     x, v = np.full(forces.size, number["x0"]), np.full(forces.size, number["v0"])
     if forces.size:
-        run(code, forces, *(number[key] for key in levels), chosen, number["dt"], np.zeros(MEMORY), x, v)
+        run(code, 1, forces, *(number[key] for key in levels), chosen, number["dt"], np.zeros(MEMORY), x, v)
     return np.arange(forces.size) * number["dt"], x, v
 
 
@@ -186,8 +187,35 @@ def stick_slip(
     in MODELS. Raise ParameterError.
     """
     number = checked({"spring": spring, "speed": speed, "dt": dt, "seconds": seconds})
-    count = count_rows(number["seconds"], number["dt"])
-    drawn = number["spring"] * number["speed"] * number["dt"] * np.arange(count)
+    drawn = number["spring"] * number["speed"] * instants(number["seconds"], number["dt"])
     levels = {"mass": mass, "spring": spring, "static": static, "kinetic": kinetic, "viscous": viscous}
     t, x, v = slide(model, drawn, **levels, dt=dt, **options)
     return t, x, v, drawn - number["spring"] * x
+
+
+# What hardly pulls the spring tight is no stick-slip, in N; the first cycles are left out.
+_HARDLY, _FIRST = 0.05, 2
+
+
+def exact_period(mass: float, spring: float, static: float, kinetic: float, speed: float) -> float:
+    """Return the period in s without viscous friction: 2 dF / (k V) + 2 (pi - atan lambda) / omega."""
+    drop, omega = static - kinetic, math.sqrt(spring / mass)
+    slope = drop / (speed * math.sqrt(spring * mass))
+    return 2.0 * drop / (spring * speed) + 2.0 * (math.pi - math.atan(slope)) / omega
+
+
+def period_error(t: np.ndarray, force: np.ndarray, period: float) -> float:
+    """Return by what share of it the mean time between falls of the force (n,) through its middle is off.
+
+    inf where there are none.
+    """
+    late = force[len(force) // 4 :]
+    if not np.isfinite(force).all() or np.ptp(late) < _HARDLY:
+        return math.inf
+    middle = 0.5 * (late.max() + late.min())
+    falls = np.flatnonzero((force[:-1] >= middle) & (force[1:] < middle))[_FIRST:]
+    if len(falls) < 2:
+        return math.inf
+    share = (force[falls] - middle) / (force[falls] - force[falls + 1])
+    times = t[falls] + share * (t[falls + 1] - t[falls])
+    return abs(float(times[-1] - times[0]) / (len(times) - 1) / period - 1.0)

@@ -82,27 +82,6 @@ def counts_ticks(p, s, x, v, dt):
     return 0.0
 
 
-@law(state={"whole": 0.0})
-def feels_steps(p, s, x, v, dt):
-    """Say whether the position is a whole number of sensor steps."""
-    steps = x / 20.7e-6
-    s.whole = 1.0 if abs(steps - math.floor(steps + 0.5)) < 1e-6 else 0.0
-    return 0.0
-
-
-@law(state={"before": 0.0, "own": 0.0, "started": 0.0, "filtered": 0.0})
-def feels_filter(p, s, x, v, dt):
-    """Say whether the velocity is the low-passed difference of the positions."""
-    if s.started == 0.0:
-        s.started = 1.0
-        s.before = x
-    alpha = 1.0 - math.exp(-2.0 * math.pi * 35.5 * dt)
-    s.own += alpha * ((x - s.before) / dt - s.own)
-    s.before = x
-    s.filtered = 1.0 if abs(s.own - v) < 1e-9 else 0.0
-    return 0.0
-
-
 LEVEL = Parameter("level", "Level", "N", 4.0, -5.0, 5.0)
 
 
@@ -111,8 +90,6 @@ LEVEL = Parameter("level", "Level", "N", 4.0, -5.0, 5.0)
     [
         (scene(constant, "peak_force", parameters=(LEVEL,)), "saturation"),
         (scene(counts_ticks, "count:ticks"), "sampling"),
-        (scene(feels_steps, "count:whole", hands=("stroke", "sweep")), "quantization"),
-        (scene(feels_filter, "count:filtered", hands=("stroke", "rub")), "filter"),
     ],
 )
 def test_a_scene_in_which_one_term_matters_needs_that_one(made, term):

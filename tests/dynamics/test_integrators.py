@@ -63,40 +63,6 @@ def test_rows_are_multiples_of_the_step_with_both_ends():
     assert len(hs.integrate("exact", mass=1, damping=0, stiffness=1, x0=0, v0=0, dt=0.1, seconds=0)[0]) == 1
 
 
-def one_second(method):
-    _, x, v = hs.integrate(method, damping=0.0, dt=1e-3, seconds=1.0, **SLIDER)
-    return x, 0.5 * 0.05 * v * v + 150.0 * x * x
-
-
-@pytest.mark.parametrize(("method", "share"), [("semi_implicit", 0.5 * 0.07746), ("verlet", 0.07746**2 / 8)])
-def test_symplectic_energy_wobbles_and_does_not_drift(method, share):
-    """By +-h / 2 and +-h^2 / 8 of its mean."""
-    energy = one_second(method)[1]
-    mean = 0.5 * (energy.max() + energy.min())
-    assert np.ptp(energy) / (2.0 * mean) == pytest.approx(share, rel=0.05)
-    assert energy[:500].max() == pytest.approx(energy[500:].max(), rel=0.02 * share)
-
-
-@pytest.mark.parametrize(
-    ("method", "error"),
-    [
-        ("explicit_euler", -2.0e-3),
-        ("semi_implicit", 0.25e-3),
-        ("verlet", 0.25e-3),
-        ("implicit_euler", -2.0e-3),
-        ("trapezoid", -0.5e-3),
-        ("rk4", -(0.07746**4) / 120),
-        ("exact", 0.0),
-    ],
-)
-def test_frequency_error_without_damping(method, error):
-    """x_n+1 - 2 |lambda| cos(w dt) x_n + |lambda|^2 x_n-1 = 0: -h^2/3, h^2/24, -h^2/12 and -h^4/120."""
-    x = one_second(method)[0]
-    twice, squared = np.linalg.lstsq(np.column_stack([x[1:-1], -x[:-2]]), x[2:], rcond=None)[0]
-    angle = math.acos(twice / (2.0 * math.sqrt(squared)))
-    assert angle / (math.sqrt(6000.0) * 1e-3) - 1.0 == pytest.approx(error, rel=0.03, abs=2e-9)
-
-
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [

@@ -45,8 +45,8 @@ def test_limits_are_those_of_the_table(method):
     assert got == pytest.approx(TABLE[method], abs=1.5e-3)
 
 
-@pytest.mark.parametrize("ratio", [0.0, *RATIOS])
-@pytest.mark.parametrize("step", [0.1, 1.0, 10.0, 1000.0])
+@pytest.mark.parametrize("ratio", [0.0, 0.05, 2.0])
+@pytest.mark.parametrize("step", [0.1, 1000.0])
 @pytest.mark.parametrize("method", ["implicit_euler", "trapezoid", "exact"])
 def test_the_implicit_ones_and_exact_never_grow(method, step, ratio):
     """Their energy never rises, at any step."""

@@ -12,12 +12,11 @@ from functools import partial
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy import driving, plan
-from hapkit_studio.analysis.accuracy.driving import samples
+from hapkit_studio.analysis.accuracy import plan
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import stick_slip
 from hapkit_studio.dynamics.hand import Hand
-from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.dynamics.integrators import instants
 from hapkit_studio.dynamics.stick_slip import MODELS
 from hapkit_studio.environments.friction import MODELS as RENDERED
 from hapkit_studio.haptics import headless, rows
@@ -30,15 +29,6 @@ PULL, TREMBLING, TREMOR = 0.3, 0.15, 20.0
 HELD_SECONDS, HELD_FROM = 3.0, 1.0
 # It comes to rest by sliding, or a model without rest would start in it.
 SLIDES_IN = 0.02
-
-
-@compiled
-def slides(times, model, applied, spring, levels, options, dt, memory, x, v):
-    """Fill x, v (n,) from their first values, `times` over; levels are mass, static, kinetic."""
-    for _ in range(times):
-        stick_slip.run(
-            model, applied, levels[0], spring, 0.0, levels[1], levels[2], options, dt, memory, x, v
-        )
 
 
 def trembling(t: np.ndarray) -> np.ndarray:
@@ -62,13 +52,12 @@ def computed(
     """
     code, declared = MODELS[model]
     options = np.array([*(p.default for p in declared), 0.0])
-    t = samples(HELD_SECONDS if held else DRAWN_SECONDS, dt)
+    t = instants(HELD_SECONDS if held else DRAWN_SECONDS, dt)
     applied = trembling(t) if held else SPRING * DRAWN * t
     x, v = np.zeros_like(t), np.zeros_like(t)
     v[0] = SLIDES_IN if held else 0.0
-    levels, memory = np.array([MASS, STATIC, KINETIC]), np.zeros(stick_slip.MEMORY)
-    spring = 0.0 if held else SPRING
-    work = partial(slides, times, code, applied, spring, levels, options, dt, memory, x, v)
+    levels, memory = (MASS, 0.0 if held else SPRING, 0.0, STATIC, KINETIC), np.zeros(stick_slip.MEMORY)
+    work = partial(stick_slip.run, code, times, applied, *levels, options, dt, memory, x, v)
     return work, t, applied, x
 
 
@@ -78,8 +67,8 @@ def trial_error(model: str, dt: float, held: bool) -> float:
     work()
     if held:
         return drift(t, x)
-    period = driving.exact_period(MASS, SPRING, STATIC, KINETIC, DRAWN)
-    return driving.period_error(t, applied - SPRING * x, period)
+    period = stick_slip.exact_period(MASS, SPRING, STATIC, KINETIC, DRAWN)
+    return stick_slip.period_error(t, applied - SPRING * x, period)
 
 
 # So soft a spring pulls with the same force wherever the handle is: it goes to 1 m for a newton.

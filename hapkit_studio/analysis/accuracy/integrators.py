@@ -12,8 +12,6 @@ from functools import partial
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy import driving
-from hapkit_studio.analysis.accuracy.driving import Body, drive, samples
 from hapkit_studio.analysis.accuracy.plan import (
     FELT,
     Method,
@@ -26,8 +24,9 @@ from hapkit_studio.analysis.accuracy.plan import (
     default_of,
     repeats,
 )
-from hapkit_studio.dynamics.integrators import INTEGRATORS, glide
+from hapkit_studio.dynamics.integrators import INTEGRATORS, Body, drive, glide, instants
 from hapkit_studio.dynamics.moving_mass import FAR
+from hapkit_studio.dynamics.stick_slip import exact_period, period_error
 from hapkit_studio.environments.puck import REACH
 from hapkit_studio.environments.pushed import LABELS
 
@@ -61,7 +60,7 @@ class Motion:
 
     def computed(self, method: int, h: float, times: int = 1) -> tuple[Callable[[], None], np.ndarray]:
         """Return what computes the motion by steps of h s, and the positions (n,) that it fills."""
-        t = samples(self.seconds, h)
+        t = instants(self.seconds, h)
         x, v = np.full_like(t, self.x), np.full_like(t, self.v)
         given = self.body.numbers(), self.force(t), self.touch(t)
         return (lambda: drive(float(method), times, h, *given, x, v)), x
@@ -80,7 +79,7 @@ class Motion:
         """Return the motion by a method at steps of h s beside the true one."""
         work, x = self.computed(method, h)
         work()
-        t = samples(self.seconds, h)
+        t = instants(self.seconds, h)
         return Trace(t, x, self.true(t), self.scale)
 
 
@@ -136,7 +135,7 @@ def driven() -> Motion:
         glide(t[1] - t[0], m, b, k + contact, contact * touch(t), x, v)
         return x
 
-    scale = float(np.abs(true(samples(1.0, 1e-4)) - start).max())
+    scale = float(np.abs(true(instants(1.0, 1e-4)) - start).max())
     return Motion(Body(m, b, k, contact), start, 0.0, 1.0, true, scale, touch=touch)
 
 
@@ -150,10 +149,10 @@ def contact() -> Motion:
 def stick_slip() -> Motion:
     """Return a slider drawn over a rubbing ground by a spring, its end at 2 cm/s."""
     body = Body(0.05, stiffness=300.0, static=1.0, kinetic=0.5)
-    true = driving.exact_period(body.mass, body.stiffness, body.static, body.kinetic, DRAWN)
+    true = exact_period(body.mass, body.stiffness, body.static, body.kinetic, DRAWN)
 
     def judge(t: np.ndarray, x: np.ndarray) -> float:
-        return driving.period_error(t, body.stiffness * (DRAWN * t - x), true)
+        return period_error(t, body.stiffness * (DRAWN * t - x), true)
 
     def path(t: np.ndarray) -> np.ndarray:
         exact, fine = INTEGRATORS.index("exact"), STEPS[-1] / _FINER
@@ -227,7 +226,7 @@ def runs(scene: Scene) -> list[Run]:
     found = []
     for number, (key, label) in enumerate(zip(INTEGRATORS, LABELS, strict=True)):
         for h in STEPS:
-            times = repeats(samples(motion.seconds, h).size)
+            times = repeats(instants(motion.seconds, h).size)
             work, _ = motion.computed(number, h, times)
             error = motion.error(number, h)
             found.append(Run(key, label, h, error, always(work), times * motion.seconds))

@@ -7,15 +7,16 @@ differ by less than they were measured to spread are equal: the error decides.
 What compiled work costs: the time that several of its shortest turns kept within, all candidates in the same
 turns. It spreads by how far the shortest quarter of the turns lie apart.
 
-What counts is the thread's own time on its core, where its clock is fine enough: another program that takes
-the core costs nothing. One that shares caches or the core's other half makes work longer, by up to half,
-never shorter, so the shortest turns are the nearest to the work itself, and they go on until every candidate
-was as short several times: a clock that slips may make one turn shorter than its work. A turn goes once round
-all candidates, each time from the next one on, so that a slow moment meets them all alike. Work should last a
-tenth of a millisecond: calling it takes up to 5 µs.
+What counts is the thread's own time on its core: another program that takes the core costs nothing. One that
+shares caches or the core's other half makes work longer, by up to half, never shorter, so the shortest turns
+are the nearest to the work itself, and they go on until every candidate was as short several times: a clock
+that slips may make one turn shorter than its work. A turn goes once round all candidates, each time from the
+next one on, so that a slow moment meets them all alike. Work should last a tenth of a millisecond: calling it
+takes up to 5 µs.
 """
 
 import math
+import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -100,7 +101,7 @@ class Default:
     def names(self, point: Point) -> bool:
         """Return whether a point is the default's."""
         same = point.method == self.method and point.options == self.options
-        return same and abs(point.step_s - self.step_s) <= 1e-9 * self.step_s
+        return same and math.isclose(point.step_s, self.step_s)
 
 
 def default_of(environment: str, parameter: str) -> Default:
@@ -131,7 +132,7 @@ class Scene:
 
     def competes(self, point: Point) -> bool:
         """Return whether a point may be the answer."""
-        return self.step_s is None or abs(point.step_s - self.step_s) <= 1e-9 * self.step_s
+        return self.step_s is None or math.isclose(point.step_s, self.step_s)
 
 
 @dataclass(frozen=True)
@@ -353,29 +354,15 @@ LEAST_TURNS, MOST_TURNS = 40, 400
 # The shortest turns are believed once so many turns came as near to it as this, or after so many ns of work.
 HITS, NEAR = 8, 1.03
 ENOUGH_NS = 500_000_000
-# A clock is fine enough that moves on within so many ns, and by less.
-_FINE_NS, _LOOKS = 10_000, 5
+# The thread's own time; the wall's on Windows, where a thread's moves on in steps of 16 ms.
+CLOCK: Clock = time.perf_counter_ns if sys.platform == "win32" else time.thread_time_ns
 
 
-def clock() -> Clock:
-    """Return the thread's own time in ns, the wall's where that moves on in long steps, as on Windows."""
-    return time.thread_time_ns if any(_fine() for _ in range(_LOOKS)) else time.perf_counter_ns
-
-
-def _fine() -> bool:
-    begin, until = time.thread_time_ns(), time.perf_counter_ns() + _FINE_NS
-    while time.perf_counter_ns() < until:
-        if time.thread_time_ns() != begin:
-            return time.thread_time_ns() - begin < _FINE_NS
-    return False
-
-
-def shortest(prepares: Sequence[Prepare], now: Clock | None = None) -> list[tuple[float, float]]:
+def shortest(prepares: Sequence[Prepare], now: Clock = CLOCK) -> list[tuple[float, float]]:
     """Return the ns of each candidate's work, within which HITS turns were, and their spread.
 
     A candidate makes its work ready outside of the time.
     """
-    now = now or clock()
     for prepare in prepares:
         prepare()()
     turns: list[list[float]] = [[] for _ in prepares]
@@ -390,14 +377,9 @@ def shortest(prepares: Sequence[Prepare], now: Clock | None = None) -> list[tupl
             spent += turns[candidate][-1]
         if turn + 1 >= LEAST_TURNS and (spent > ENOUGH_NS or all(map(_believed, turns))):
             break
-    return [_cost(found) for found in turns]
-
-
-def _cost(found: list[float]) -> tuple[float, float]:
-    ranked = sorted(found)
-    return ranked[HITS - 1], ranked[len(ranked) // 4] - ranked[0]
+    ranked = map(sorted, turns)
+    return [(found[HITS - 1], found[len(found) // 4] - found[0]) for found in ranked]
 
 
 def _believed(found: list[float]) -> bool:
-    limit = NEAR * min(found)
-    return sum(lasted <= limit for lasted in found) >= HITS
+    return sorted(found)[HITS - 1] <= NEAR * min(found)

@@ -10,12 +10,11 @@ from functools import cache, partial
 import numpy as np
 
 from hapkit_studio import environments
-from hapkit_studio.analysis.accuracy.driving import Body, drive
 from hapkit_studio.analysis.accuracy.plan import FELT, Default, Method, Plan, Run, Scene, repeats
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import SCRIPTS
-from hapkit_studio.dynamics.integrators import INTEGRATORS
+from hapkit_studio.dynamics.integrators import INTEGRATORS, Body, drive
 from hapkit_studio.dynamics.moving_mass import FAR
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings import RATE, LoopSettings

@@ -114,18 +114,12 @@ def reason(choice: Choice) -> str:
     said = f"One default serves {count} scenes: {name} is {where}"
     if most > passed:
         said += f", {best} in {most}"
+    elif not answer.tied:
+        said += f"; {best} is in as many, and the default {_dearer(answer.default, answer.cheapest, best)}"
+    elif not answer.right:
+        said += f"; {best} is in as many, costs the same and has a smaller largest error"
     else:
-        said += ", and no other is in more" if passed < count else ""
-        if not answer.tied:
-            dearer = _dearer(answer.default, answer.cheapest, best)
-            said += f"; {best} is in as many, and the default {dearer}"
-        elif not answer.right:
-            said += f"; {best} is in as many, costs the same and has a smaller largest error"
-        elif answer.as_cheap:
-            also = _names(scene, answer.as_cheap)
-            said += f"; of those that cost the least (also {also}) its largest error is the smallest"
-        else:
-            said += "; none in as many costs less on average"
+        said += "; none is in more, and none in as many costs less on average"
     lost = [_given_up(s, p) for s, p in choice.serving(answer.default) if not s.passes(p)]
     return f"{said}." + (f" Not in {'; '.join(lost)}." if lost else "")
 

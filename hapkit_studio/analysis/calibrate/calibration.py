@@ -1,9 +1,8 @@
 """One calibration from beginning to end: what each step found, what it changed, and how to undo it."""
 
-import contextlib
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 from hapkit_studio.analysis.calibrate import motions, motor, paddle, scale, sensor
@@ -61,7 +60,7 @@ class Calibration:
         """Take a kit's numbers instead of what the board has; its zero, sense and direction stay."""
         now = self.board
         keep = {"zero": now.zero, "sense": now.sense, "direction": now.direction, "label": now.label}
-        self._change(**{f.name: getattr(kit.board, f.name) for f in Board.layout()} | keep)
+        self._change(**asdict(kit.board) | keep)
         self._constant = self.board.motor_constant
 
     def change_geometry(self, **changes: Any) -> None:
@@ -170,16 +169,15 @@ class Calibration:
         self.pulled = [*(p for p in self.pulled if p[0] != stiffness), (stiffness, track)]
         return felt
 
-    def _pull_in_time(self, stiffness: float) -> Track:
+    def _pull_in_time(self, stiffness: float, tries: int = _TRIES) -> Track:
         """Pull; nobody holds anything, so that a computer that was late just tries again."""
-        for _ in range(_TRIES - 1):
-            with contextlib.suppress(LateError):
-                return self._pull_once(stiffness)
-        return self._pull_once(stiffness)
-
-    def _pull_once(self, stiffness: float) -> Track:
         self.runner.record(HOOK_SECONDS)
-        return motions.pull(self.runner, stiffness)
+        try:
+            return motions.pull(self.runner, stiffness)
+        except LateError:
+            if tries == 1:
+                raise
+            return self._pull_in_time(stiffness, tries - 1)
 
     def use_springs(self, known: float = motor.SPRINGS_SURE) -> Strength:
         """Put the motor constant from the springs in force, each known to a share; raise ParameterError."""
@@ -275,7 +273,7 @@ class Calibration:
 
         Raise StudioError.
         """
-        self._change(**{f.name: getattr(self.original, f.name) for f in Board.layout()})
+        self._change(**asdict(of_settings(self.original)))
         if self._stored:
             self.runner.save()
             self._stored = False

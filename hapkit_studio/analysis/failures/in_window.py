@@ -10,7 +10,7 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.failures.base import Live
 from hapkit_studio.analysis.stability.behaviour import behaviour
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.hand import Hand, grip_named
+from hapkit_studio.dynamics.hand import gripping
 from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings import LoopSettings
@@ -55,19 +55,15 @@ def _scene(live: Live) -> headless.Scene:
 
 def _released(live: Live, target: Callable, release: float) -> tuple[np.ndarray, float]:
     """Return the rows (n, …) under a medium grip that follows target(t) and lets go, and their rate in Hz."""
-    grip, scene = grip_named(live.grip), _scene(live)
-    assert grip is not None
-    hand = Hand(grip.mass, grip.damping, grip.stiffness, target, release, vectorised=True)
+    scene, hand = _scene(live), gripping(target, grip=live.grip, release=release)
     rate = scene.loop.rate
     return headless.render(scene, hand, round((HELD + WATCHED) * rate))[0], rate
 
 
 def behind(place: float, stiffness: float) -> float:
     """Return where in m the pointer of a medium grip is while a spring in N/m has the handle at ``place``."""
-    grip = grip_named("medium")
-    assert grip is not None
     force = min(stiffness * place, SimulatedHapkit.max_force)
-    return min(place + force / grip.stiffness, FARTHEST)
+    return min(place + force / gripping().stiffness, FARTHEST)
 
 
 def pulled(

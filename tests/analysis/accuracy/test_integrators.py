@@ -7,9 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import StateSpace, lsim
 
-from hapkit_studio.analysis.accuracy import driving, integrators
+from hapkit_studio.analysis.accuracy import integrators
 from hapkit_studio.analysis.accuracy.plan import Point
-from hapkit_studio.dynamics.integrators import INTEGRATORS
+from hapkit_studio.dynamics.integrators import INTEGRATORS, instants
+from hapkit_studio.dynamics.stick_slip import period_error
 from tests.dynamics.test_integrators import ERRORS as WORK_PRECISION
 
 NUMBER = {key: n for n, key in enumerate(INTEGRATORS)}
@@ -44,7 +45,7 @@ def test_the_stirred_object_is_where_scipy_moves_it_under_the_held_handle():
         [[0.0, 1.0], [-(k + contact) / m, -b / m]], [[0.0], [contact / m]], [[1.0, 0.0]], [[0.0]]
     )
     for h in integrators.STEPS:
-        t = driving.samples(1.0, h)
+        t = instants(1.0, h)
         handle = 0.010 + 0.005 * np.sin(4.0 * math.pi * t)
         start = [contact * 0.010 / (k + contact), 0.0]
         held, between = (lsim(system, handle, t, start, interp=interp)[1] for interp in (False, True))
@@ -78,5 +79,5 @@ def test_a_trace_is_as_far_off_as_its_point(scene):
 def test_the_true_path_of_stick_slip_has_the_period_of_the_literature():
     found = integrators.stick_slip().trace(NUMBER["exact"], 1e-3)
     force = 300.0 * (0.02 * found.t - found.true)
-    assert driving.period_error(found.t, force, 0.211193) < 1e-3
+    assert period_error(found.t, force, 0.211193) < 1e-3
     assert math.isnan(found.scale)

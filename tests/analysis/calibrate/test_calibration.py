@@ -104,7 +104,6 @@ def test_a_kitchen_scale_tells_the_strength_too():
 
 HARD_KITS = {
     "small dead band": {"dead": 25, "noise": 0.7, "coulomb": 0.10, "mass": 0.057, "torque": 0.0176},
-    "great dead band": {"dead": 79, "noise": 1.1, "coulomb": 0.17, "mass": 0.090, "torque": 0.0218},
     "sticks": {"noise": 0.4, "coulomb": 0.23, "viscous": 0.77, "mass": 0.037, "torque": 0.0174},
 }
 

@@ -87,6 +87,7 @@ class StickingKit(PaddleKit):
         self.coulomb = sliding
 
 
+@pytest.mark.slow
 def test_a_handle_that_sticks_is_shaken_loose():
     kit = StickingKit(coulomb=0.15, **WEAK)
     work = student.session(kit)

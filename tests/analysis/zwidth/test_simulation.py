@@ -88,11 +88,9 @@ def device(coulomb=0.1, quantum=15e-6, rate=1000.0, **more):
 REFERENCE = {
     "f_c 0": (device(0.0), (709, 1655, 2452, 3927, 6951, 11002, 17176)),
     "f_c 0.1": (device(), (3834, 5162, 6411, 8681, 14580, 22461, 34284)),
-    "f_c 0.3": (device(0.3), (16043, 17541, 18964, 21593, 28192, 37050, 48650)),
     "60 µm": (device(quantum=60e-6), (3824, 5105, 6256, 8404, 13601, 19918, 23420)),
     "iir": (device(estimator=ALPHA_02), (3834, 4365, 4802, 5523, 6964, 8373, 9647)),
     "td = T": (device(delay=1e-3), (827, 1243, 1627, 2340, 4192, 6630, 9222)),
-    "T 2 ms": (device(rate=500.0), (1423, 2056, 2620, 3643, 6224, 9350, 12541)),
     "T 0.5 ms": (device(rate=2000.0), (10884, 13745, 16240, 21111, 33784, 50795, CAPPED)),
 }
 
@@ -104,7 +102,7 @@ def measured(name):
         return simulation.compute(REFERENCE[name][0], DAMPING, executor=threads)
 
 
-@pytest.mark.parametrize("name", wide(REFERENCE, lambda name: name in ("f_c 0.1", "iir", "td = T")))
+@pytest.mark.parametrize("name", wide(REFERENCE, lambda name: name in ("f_c 0.1", "iir")))
 def test_the_reference_table(name):
     (setting, expected), found = REFERENCE[name], measured(name)
     # its search ends somewhere in the band
