@@ -90,7 +90,6 @@ def prepared(spec: tuple[str, dict[str, float]], signal: str) -> Callable[[], np
     law = environments.named("damping")
     loop, body = headless.Scene(law, law.values(), device, LoopSettings(RATE, 0.0, spec)).prepare()
     out = headless.new_rows(T.size)
-    out.fill(0.0)  # so that the time is the loop's, not the memory's
 
     def work() -> np.ndarray:
         headless.run_prescribed(loop, body, position, velocity, out)

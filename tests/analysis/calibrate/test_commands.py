@@ -8,8 +8,6 @@ from types import SimpleNamespace
 import pytest
 
 from hapkit_studio import cli
-from hapkit_studio.analysis.calibrate.checks import CHECKS
-from hapkit_studio.analysis.calibrate.result import PASS
 from hapkit_studio.commands import calibrate, check_hapkit
 from hapkit_studio.devices import calibration_file
 from hapkit_studio.devices.profiles import named
@@ -133,13 +131,3 @@ def test_check_says_a_result_for_each(monkeypatch):
     assert "Direction          FAIL" in result.text
     assert "Do not use this Hapkit yet. Repair first: direction. " in result.text
     assert "Not tested until then: mass and friction, spring." in result.text
-
-
-def test_check_of_a_good_kit_goes_through_the_command_line(capsys, monkeypatch):
-    kit = PaddleKit()
-    kit.origin = Origin.STORED
-    monkeypatch.setattr(check_hapkit, "board_named", lambda key: kit)
-    code, found = run(capsys, "check", "port")
-    assert code == 0
-    assert (found["device"], found["pass"]) == ("port", True)
-    assert {key: check["level"] for key, check in found["checks"].items()} == {c.key: PASS for c in CHECKS}
