@@ -1,7 +1,7 @@
 """What a stability question is asked about: the device, its loop and the hand, in plain numbers."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from hapkit_studio.analysis import checks
 from hapkit_studio.devices.simulated import SimulatedHapkit
@@ -44,7 +44,7 @@ class Setting:
     quantum: float = QUANTUM.default
     rate: float = RATE.default
     delay: float = DELAY.default
-    estimator: Spec = "difference"
+    estimator: Spec = field(default="difference", hash=False)  # its options are a dictionary
     hand: str = "released"
     controller: bool = False
 
@@ -56,10 +56,6 @@ class Setting:
         if not isinstance(self.hand, str):
             raise ParameterError(f"The hand takes a grip's name, not {self.hand!r}.")
         grip_named(self.hand)
-
-    def __hash__(self) -> int:
-        """Return the hash of the numbers; the estimator's options are a dictionary, which has none."""
-        return hash((self.mass, self.viscous, self.quantum, self.rate, self.delay, self.hand))
 
     @property
     def period(self) -> float:

@@ -11,7 +11,7 @@ may turn the damping's force against a spring that swings slowly, and not agains
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
 
@@ -46,12 +46,8 @@ class Loop:
     damping: float
     rate: float
     delay: float
-    estimator: Spec
+    estimator: Spec = field(hash=False)  # its options are a dictionary
     quantum: float = USUAL_QUANTUM
-
-    def __hash__(self) -> int:
-        """Return the hash of the numbers; the estimator's options are a dictionary, which has none."""
-        return hash((self.mass, self.viscous, self.damping, self.rate, self.delay, self.quantum))
 
     @property
     def mass(self) -> float:

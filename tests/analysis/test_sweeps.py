@@ -9,10 +9,18 @@ from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
+from hapkit_studio.analysis import sweeps
 from hapkit_studio.analysis.sweeps import Cancelled, sweep
 from hapkit_studio.errors import ParameterError
 from tests.analysis import sweep_tasks
 from tests.analysis.sweep_tasks import Forgetful, Held, Lost, Serial
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch):
+    """Look often: what is held here finishes when it is told."""
+    monkeypatch.setattr(sweeps, "LOOK_SECONDS", 0.01)
+
 
 CELLS = [0.5 * i for i in range(997)]
 WANTED = [math.sqrt(x) for x in CELLS]

@@ -78,9 +78,8 @@ class Recording:
                 f"The piece from {low:g} s to {high:g} s is not in the recording, {first:g} s to {last:g} s."
             )
         chosen = (self.time >= low) & (self.time <= high)
-        piece: dict[str, Any] = vars(self).copy()
-        piece.update((name, x[chosen]) for name, x in piece.items() if isinstance(x, np.ndarray))
-        return Recording(**piece)
+        pieces: dict[str, Any] = {k: x[chosen] for k, x in vars(self).items() if isinstance(x, np.ndarray)}
+        return replace(self, **pieces)
 
     def check(self) -> "Recording":
         """Return this; raise ParameterError where it is too short for anything."""

@@ -69,11 +69,7 @@ class Interrupted(StudioError):
 
 
 class Unsafe(Exception):
-    """A trial went beyond what is safe; carries why, one of ENDED."""
-
-    def __init__(self, why: str):
-        super().__init__(why)
-        self.why = why
+    """A trial went beyond what is safe; its text is why, one of ENDED."""
 
 
 class GuardedDevice:

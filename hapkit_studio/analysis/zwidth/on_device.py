@@ -225,7 +225,7 @@ def _stiffest_at(
             hand.press(stiffness)
             why = _watched(guarded, hand, stiffness)
         except Unsafe as unsafe:
-            why = unsafe.why
+            why = str(unsafe)
         held = held if why else stiffness
         if held:
             guarded.wall(held, damping)

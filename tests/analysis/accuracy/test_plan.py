@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
@@ -52,6 +52,7 @@ COSTS = st.sampled_from([1.0, 2.0, 2.5, 40.0])
 SPREADS = st.sampled_from([0.0, 0.4, 0.5])
 
 
+@settings(max_examples=50)
 @given(st.lists(st.tuples(NUMBERS, COSTS, SPREADS), max_size=12))
 def test_the_front_is_what_nothing_beats(found):
     points = [point(error=error, ns=ns, ns_spread=spread) for error, ns, spread in found]

@@ -105,6 +105,7 @@ def test_a_computer_that_was_late_pulls_again_twice(monkeypatch):
         work.pull(100.0)
 
 
+@pytest.mark.slow
 def test_marks_that_are_taken_later_change_what_the_springs_said():
     """Springs measure by lengths: a pulley taken for 4 % thicker makes force and length wrong."""
     pulley = 1.04 * BOARD.pulley_radius
