@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hapkit_studio as hs
-from hapkit_studio.dynamics.stick_slip import MODELS, slide
+from hapkit_studio.dynamics.stick_slip import MODELS, period_error, slide
 from hapkit_studio.errors import ParameterError
 
 # mass, spring, static, kinetic, speed; slip s, period s, greatest speed m/s, peak N
@@ -94,6 +94,12 @@ def test_what_each_model_makes_of_the_period(model, options, coarse, fine):
             assert math.isnan(error) or error < -55.0
         else:
             assert error == pytest.approx(wanted, abs=0.7)
+
+
+def test_where_the_force_never_falls_there_is_no_period():
+    t = np.linspace(0.0, 6.0, 6001)
+    assert period_error(t, 0.01 * np.sin(30.0 * t), 0.21) == period_error(t, t, 0.21) == math.inf
+    assert period_error(t, np.sin(30.0 * t), 2.0 * math.pi / 30.0) < 1e-5
 
 
 @pytest.mark.parametrize("dt", [1e-4, 0.25e-3, 1e-3])

@@ -76,6 +76,12 @@ def test_a_trace_is_as_far_off_as_its_point(scene):
     assert len(found.t) == len(found.x) == 1 + round(1000 * motion.seconds)
 
 
+def test_the_period_comes_nearer_with_the_step():
+    slip = integrators.stick_slip()
+    for key in ("lecture", "exact"):
+        assert slip.error(NUMBER[key], 0.125e-3) < min(0.01, slip.error(NUMBER[key], 4e-3))
+
+
 def test_the_true_path_of_stick_slip_has_the_period_of_the_literature():
     found = integrators.stick_slip().trace(NUMBER["exact"], 1e-3)
     force = 300.0 * (0.02 * found.t - found.true)

@@ -4,6 +4,7 @@ import pytest
 
 from hapkit_studio.analysis.failures import failures
 from hapkit_studio.analysis.failures.course import rate_of, swing
+from hapkit_studio.analysis.failures.integrators import growth_per_radian
 from tests.dynamics.growth import COURSE_RATES
 
 # in s, of the course's mass in contact
@@ -20,6 +21,12 @@ def test_the_course_s_mass_in_contact_grows_as_its_table_says(method):
     for column, step in ((1, 1e-3), (2, 1.0 / 230.0)):
         rate = rate_of(swing(method, step), step)
         assert rate == pytest.approx(COURSE_RATES[method][column], rel=0.02, abs=2e-3), step
+
+
+def test_the_growth_without_error_is_the_damping_ratio():
+    for ratio in (0.01, 0.3, 0.9):
+        assert growth_per_radian("exact", ratio, 0.7) == pytest.approx(-ratio, rel=1e-12)
+        assert growth_per_radian("verlet", ratio, 1e-3) == pytest.approx(-ratio, abs=1e-3)
 
 
 def test_the_course_s_longest_steps_in_contact():

@@ -84,6 +84,12 @@ def test_a_file_that_is_no_recording_is_refused_in_one_line(saved, change, words
     assert "run.csv" in str(raised.value)
 
 
+@pytest.mark.parametrize("path", ["nosuch.csv", 5])
+def test_what_is_no_file_is_refused_in_one_line(path):
+    with pytest.raises(ParameterError, match=r"Cannot read nosuch|the path of a file, not 5"):
+        from_csv(path)
+
+
 @pytest.mark.parametrize(
     "settings",
     [

@@ -20,6 +20,7 @@ from hapkit_studio.analysis.zwidth.result import (
     text,
     with_band,
 )
+from hapkit_studio.errors import ParameterError
 from tests.wide import wide
 
 M, VISCOUS, COULOMB, QUANTUM, T = 0.05, 0.5, 0.1, 15e-6, 1e-3
@@ -162,6 +163,11 @@ def test_points_arrive_in_order_and_any_executor_finds_the_same():
     assert done == sorted(done)
     assert done[-1] == (3, 3)
     assert np.array_equal(measured("f_c 0.1").stiffness[[0, 2, 4]], mine.stiffness)
+
+
+def test_it_takes_a_damping():
+    with pytest.raises(ParameterError, match="one damping or more"):
+        simulation.compute(device(), ())
 
 
 def up_to(limit, tried=None, clamped_from=math.inf):
