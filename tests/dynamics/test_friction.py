@@ -112,6 +112,17 @@ def test_a_slide_seen_in_counts_is_no_flicker_of_sticking(damping):
     assert (force[off:] == -0.4).all()
 
 
+@pytest.mark.parametrize("damping", [0.0, 20.0])
+def test_what_sticks_never_gives_energy(rng, damping):
+    """Work on the handle, by the force held over each step, is no more than the spring's sampling adds."""
+    path = 0.02 + np.cumsum(rng.normal(0.0, 1e-4, 20_000))
+    force, anchor, _ = follow(path, 500.0, damping, 0.6, 0.4)
+    moved = np.diff(path)
+    assert np.abs(force).max() <= 0.6
+    assert np.isfinite(anchor).all()
+    assert np.sum(0.5 * (force[1:] + force[:-1]) * moved) < 0.0
+
+
 def test_karnopps_band_holds_inside_and_slides_outside():
     assert banded(1e-3, 0.02, 0.0, 500.0, 0.6, 0.4, 0.03) == (-0.5, 0.0, 1.0)
     force, anchor, stuck = banded(2e-3, -0.0297, 0.0, 500.0, 0.6, 0.4, 0.03)

@@ -45,6 +45,18 @@ def test_limits_are_those_of_the_table(method):
     assert got == pytest.approx(TABLE[method], abs=1.5e-3)
 
 
+@pytest.mark.parametrize(
+    ("method", "limit"),
+    [("semi_implicit", 2.0), ("verlet", 2.0), ("rk4", 8**0.5), ("explicit_euler", 0.0), ("lecture", 0.0)],
+)
+def test_without_damping_they_stay_bounded_up_to_their_limit(method, limit):
+    if limit:
+        before, after = amplitudes(method, 0.0, 0.99 * limit)
+        assert after < 1.001 * before
+    before, after = amplitudes(method, 0.0, 1.01 * limit or 0.01)
+    assert not after < 1e3 * before
+
+
 @pytest.mark.parametrize("ratio", [0.0, 0.05, 2.0])
 @pytest.mark.parametrize("step", [0.1, 1000.0])
 @pytest.mark.parametrize("method", ["implicit_euler", "trapezoid", "exact"])
