@@ -56,7 +56,7 @@ BESIDE = (
 )
 # one law of them all, as each takes a while to compile: its damping chooses
 TEXT = law_text(
-    "\n".join(f"if p.damping == {n}.0:\n{textwrap.indent(body, '    ')}" for n, (body, *_) in enumerate(CASES))
+    "\n".join(f"if p.damping == {n}.0:\n" + textwrap.indent(one[0], "    ") for n, one in enumerate(CASES))
     + "\nreturn 1.0 / (1.0 + math.exp(1e5 * x))",
     "{'ring': (0.0, 0.0, 0.0), 'last': 0.0}",
     BESIDE,
