@@ -173,17 +173,6 @@ def test_the_friction_that_a_slow_slide_lacks_is_what_is_said(model, rate, estim
     assert lack > 6.8 or not found
 
 
-def test_a_difference_lacks_a_third_from_two_to_eight_millimetres_a_second():
-    """At 4 kHz a count is 83 mm/s, and all of the 0.2 N that static friction is more is gone."""
-    for speed in (0.002, 0.004, 0.008):
-        run = slide(speed, model="stribeck", rate=4000.0)
-        want = 0.4 + 0.2 * math.exp(-((speed / 0.02) ** 2))
-        assert np.mean(run.force[-len(run.force) // 4 :]) == pytest.approx(-0.4, abs=0.003)
-        assert 0.29 < 1.0 - 0.4 / want < 0.34
-        (line,) = run.warnings
-        assert "up to 33 %" in line
-
-
 def test_a_finer_estimate_lets_karnopp_hold_in_a_narrower_band():
     """A count of the Kalman filter's is 6.8 mm/s, of the difference's 20.7: 10 mm/s are enough for one."""
     found = {}
