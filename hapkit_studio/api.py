@@ -148,11 +148,8 @@ def simulate(
     scene = headless.Scene(chosen, values, device, loop, max_speed)
     out, left = headless.render(scene, moving, count)
     fault = health.describe_fault(int(left.control[arrays.FAULT]), left)
-    pairs = [(p, values[p.key]) for p in chosen.parameters]
     settings = {
-        "environment": chosen.key,
-        "parameters": {p.key: p.text(n) if p.discrete else n for p, n in pairs},
-        "units": {p.key: p.unit for p in chosen.parameters if p.unit},
+        **settings_of.of_scene(chosen, values),
         "hand": hand if isinstance(hand, str) else type(hand).__name__ if hand else "released",
         "rate_Hz": loop.rate,
         "delay_s": loop.delay,

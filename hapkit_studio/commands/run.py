@@ -15,6 +15,7 @@ from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.sessions.file import SUFFIX
+from hapkit_studio.sessions.settings import of_scene
 from hapkit_studio.workshop.own import switched_off
 
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.1, 3600.0)
@@ -56,12 +57,8 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
 
 def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, found: dict) -> api.Run:
     """Return the rows as ``simulate`` would; times are the device's own."""
-    chosen, values = engine.environment, engine.values
     settings = {
-        "environment": chosen.key,
-        "parameters": {
-            p.key: p.text(values[p.key]) if p.discrete else values[p.key] for p in chosen.parameters
-        },
+        **of_scene(engine.environment, engine.values),
         "hand": options.hand or "own",
         "device": options.device,
         "render": options.render,
@@ -69,11 +66,12 @@ def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, foun
         "delay_s": engine.loop.delay,
         "estimator": engine.loop.estimator,
     }
+    names = engine.environment.state_names
     return api.Run(
         time=table[:, rows.BOARD_TIME] - table[0, rows.BOARD_TIME],
         **api.columns_of(table),
-        state=table[:, rows.STATE : rows.STATE + len(chosen.state_names)].copy(),
-        state_names=chosen.state_names,
+        state=table[:, rows.STATE : rows.STATE + len(names)].copy(),
+        state_names=names,
         faults=(),
         warnings=(),
         settings=settings,

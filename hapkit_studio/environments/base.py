@@ -42,7 +42,6 @@ class Conditions:
         linear = parse(self.estimator)[0].response is not None
         estimator = self.estimator if linear else "difference"
         held, rate = Grip(0.0, 0.0, 0.0), 1.0 / self.period
-        held, rate = Grip(0.0, 0.0, 0.0), 1.0 / self.period
         return sampled_loop.Loop(
             self.mass, self.viscous, held, 0.0, rate, self.delay, estimator, self.quantum
         )

@@ -31,7 +31,6 @@ def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]
         inlined |= more
     _drop_unread_state(made.body)
     t.drop_unused(made)
-    _join_copies(made.body, ("x", "v"))
     needed = _called(made.body)
     for function in reversed(walk.functions.values()):
         if function.name in needed:
@@ -162,7 +161,6 @@ class _Readable(Specialiser):
             leave.moves += [t.Assign(r, v) for r, v in zip(results, values, strict=True)]
         function = t.Function(key, name, (), results, block)
         t.drop_unused(t.Specialised([], [function]))
-        _join_copies(block.body, moving)
         read = {n.name for n in t.walk(block) if isinstance(n, t.Var)}
         function.parameters = tuple(n for n in moving if n in read)
         fails = any(isinstance(n, t.Op) and n.name == "divisor()" for n in t.walk(block))
@@ -200,8 +198,6 @@ class _Readable(Specialiser):
         found: t.Expr | None = t.folded(name, numbers) if len(numbers) == len(args) else None
         if args[0] == _ZERO and (name == "copysign" or (name == "/" and self.never_zero(args[1]))):
             return _ZERO
-        if found is None and len(args) == 2 and any(abs(n.value) > t.MOST_FLOAT for n in numbers):
-            found = _beside_huge(name, *args)
         if found is None and any(abs(n.value) in (0.0, 1.0) for n in numbers):
             found = t.simplified(name, args)
         return found or t.Op(name, args)
@@ -226,17 +222,6 @@ class _Readable(Specialiser):
             if made.left == _PERIOD and made.right.value == 0.0:
                 return made.op in (">", ">=", "!=")
         return made
-
-
-def _beside_huge(name: str, *args: t.Expr) -> t.Expr | None:
-    """Return a sum, or the least or most, of a number beyond single precision and another value."""
-    huge, other = args if isinstance(args[0], t.Num) else args[::-1]
-    assert isinstance(huge, t.Num)
-    if name in ("min", "max"):
-        return other if (huge.value > 0.0) == (name == "min") else huge
-    if name not in ("+", "-"):
-        return None
-    return t.folded("neg", [huge]) if name == "-" and huge is args[1] else huge
 
 
 def _is_constant(value: t.Expr) -> bool:
@@ -269,35 +254,6 @@ def _drop_unread_state(statements: list[t.Statement]) -> None:
     for one in sets:
         if not read[one.to]:
             one.to = "unread"
-
-
-def _join_copies(statements: list[t.Statement], given: Sequence[str]) -> None:
-    """Let two names that are set once, one to the other, be one; what is given is set once by that."""
-    sets = [n for n in t.walk(statements) if isinstance(n, t.Assign)]
-    times = Counter([*given, *(s.to for s in sets)])
-    for s in sets:
-        if not isinstance(s.value, t.Var) or s.to in given or s.to.startswith(("s[", "@")):
-            continue
-        old, new = (s.to, s.value.name) if s.value.name in given else (s.value.name, s.to)
-        if times[old] == times[new] == 1 and not old.startswith("s["):
-            _rename(statements, old, new)
-            _drop(statements, s)
-
-
-def _drop(statements: list[t.Statement], which: t.Statement) -> None:
-    statements[:] = [s for s in statements if s is not which]
-    for inner in (inner for s in statements for inner in t.inner_lists(s)):
-        _drop(inner, which)
-
-
-def _rename(statements: list[t.Statement], old: str, new: str) -> None:
-    """Give a variable another name."""
-    for s in [n for n in t.walk(statements) if isinstance(n, t.Stated)]:
-        for key, value in vars(s).items():
-            if key == "to" and value == old:
-                setattr(s, key, new)
-            elif isinstance(value, t.Expr | t.Test):
-                setattr(s, key, t.rebuilt(value, lambda part: t.Var(new) if part == t.Var(old) else part))
 
 
 def _is_straight(block: t.Block) -> bool:

@@ -4,6 +4,7 @@ Loops burn fuel; each function that a law calls is translated once.
 """
 
 import ast
+import hashlib
 import inspect
 import math
 import textwrap
@@ -14,8 +15,7 @@ from types import FunctionType
 
 from hapkit_studio.dynamics import jit
 from hapkit_studio.errors import LawError
-from hapkit_studio.laws import subset
-from hapkit_studio.laws.native import LAW_DIVISION, LAW_FUEL, LAW_INDEX, NOT_A_NUMBER
+from hapkit_studio.laws import subset, watch
 from hapkit_studio.laws.subset import MATH, fail
 from hapkit_studio.parameters import AnyParameter, Choice
 
@@ -439,140 +439,35 @@ def _leaves(statements: list[ast.stmt], *ends: type[ast.stmt]) -> bool:
     return isinstance(last, (ast.Return, *ends))
 
 
-# Functions of the generated file that give a float whatever they are given.
-_MADE_FLOATS = frozenset(("_float", "_divisor", "_noted", "_force"))
-# These give what they are given: floats for floats.
-_KEEP_FLOATS = frozenset(("abs", "min", "max"))
-_ARRAYS = ("p", "s", "_fault")
-
-
-class _Floats(ast.NodeTransformer):
-    """Takes conversions of what is surely a float out of a generated function; its types stay what they were.
-
-    They are half of the calls that numba would compile. ``names`` hold nothing but floats.
-    """
-
-    def __init__(self, function: ast.FunctionDef):
-        self.names = {a.arg for a in function.args.args} | _stored(function)
-        loops = [n.target for n in ast.walk(function) if isinstance(n, ast.For)]
-        self.names -= {*_ARRAYS, *(n.id for n in loops if isinstance(n, ast.Name))}
-        before = -1
-        while before != len(self.names):
-            before = len(self.names)
-            for node in ast.walk(function):
-                if isinstance(node, ast.Assign):
-                    self._assign(node.targets[0], node.value)
-
-    def _assign(self, target: ast.expr, value: ast.expr) -> None:
-        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
-            for one, its in zip(target.elts, value.elts, strict=True):
-                self._assign(one, its)
-        elif isinstance(target, ast.Name) and not self.is_float(value):
-            self.names.discard(target.id)
-
-    def is_float(self, node: ast.expr) -> bool:
-        """Return whether an expression is surely a float, neither a whole number nor a truth value."""
-        match node:
-            case ast.Constant():
-                return isinstance(node.value, float)
-            case ast.Name():
-                return node.id in self.names
-            case ast.Subscript(value=ast.Name(id="p" | "s")):
-                return True
-            case ast.UnaryOp(op=ast.UAdd() | ast.USub()):
-                return self.is_float(node.operand)
-            case ast.BinOp():
-                return self.is_float(node.left) or self.is_float(node.right)
-            case ast.IfExp():
-                return self.is_float(node.body) and self.is_float(node.orelse)
-            case ast.Call(func=ast.Name(id=name)):
-                return name in _MADE_FLOATS or (name in _KEEP_FLOATS and all(map(self.is_float, node.args)))
-            case ast.Call(func=ast.Attribute(value=ast.Name(id="_math"))):
-                return True
-        return False
-
-    def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
-        """Leave constants alone: Python itself would reckon them out, (-1.0) ** 0.5 as a complex number."""
-        names = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
-        return self.generic_visit(node) if names > {"_float"} or "_float" not in names else node  # type: ignore
-
-    def visit_Call(self, node: ast.Call) -> ast.expr:
-        self.generic_visit(node)
-        is_conversion = isinstance(node.func, ast.Name) and node.func.id == "_float"
-        return node.args[0] if is_conversion and self.is_float(node.args[0]) else node
-
-
 def _stored(function: ast.FunctionDef) -> set[str]:
     return {n.id for n in ast.walk(function) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
 
 
 FUEL = 20_000
 
+# A law that is watched otherwise is another file, as one that says something else is.
+_WATCHED = hashlib.sha256(inspect.getsource(watch).encode()).hexdigest()[:20]
 HEADER = f'''\
-"""Generated from a force law; edit the law, not this file."""
+"""Generated from a force law, watched by {_WATCHED}; edit the law, not this file."""
 
 import math as _math
 
 import numpy as _np
 from numba import cfunc, njit, types
 
+from hapkit_studio.dynamics.jit import internal as _helper
+from hapkit_studio.laws.watch import divisor as _divisor
+from hapkit_studio.laws.watch import force as _force
+from hapkit_studio.laws.watch import index as _index
+from hapkit_studio.laws.watch import noted as _noted
+from hapkit_studio.laws.watch import spent as _spent
+from hapkit_studio.laws.watch import to_float as _float
+
 _VALUES = types.CPointer(types.float64)
 _FAULT = types.CPointer(types.int64)
 _SIGNATURE = types.float64(
     _VALUES, _VALUES, types.float64, types.float64, types.float64, _FAULT
 )
-# Only the law is called from outside, and nothing allocates: ways in and reference counts cost compiling.
-_helper = njit(
-    cache=True, error_model="numpy", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True
-)
-
-
-@_helper
-def _float(a):
-    return a * 1.0
-
-
-@_helper
-def _index(i, size, line, fault):
-    if 0 <= i < size:
-        return int(i)
-    if fault[0] == 0:
-        fault[0] = {LAW_INDEX}
-        fault[1] = line
-    return 0
-
-
-@_helper
-def _spent(line, fault):
-    if fault[0] == 0:
-        fault[1] -= 1
-        if fault[1] < 0:
-            fault[0] = {LAW_FUEL}
-            fault[1] = line
-    return fault[0] != 0
-
-
-@_helper
-def _divisor(a, line, fault):
-    if a == 0.0 and fault[0] == 0:
-        fault[0] = {LAW_DIVISION}
-        fault[1] = line
-    return a * 1.0
-
-
-@_helper
-def _noted(a, line, fault):
-    if fault[2] == 0 and not _math.isfinite(a):
-        fault[2] = line
-    return a * 1.0
-
-
-@_helper
-def _force(a, line, fault):
-    if fault[0] == 0 and not _math.isfinite(a):
-        fault[0] = {NOT_A_NUMBER}
-        fault[1] = fault[2] if fault[2] else line
-    return a * 1.0
 '''
 LAW_START = f"""\
 if _fault[0] != 0:
@@ -645,12 +540,10 @@ def checked(
 
 def translate(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> str:
     """Return the bare source of a law and its helpers; raise LawError with the line of what is wrong."""
-
-    def source(tree: ast.FunctionDef) -> str:
-        return ast.unparse(ast.fix_missing_locations(_Floats(tree).visit(tree)))
-
     law = checked(function, parameters, state)
     law.tree.body[:0] = parse(LAW_START).body
-    parts = [HEADER, *(f"@_helper\n{source(helper)}" for helper in law.helpers.values())]
-    parts.append(f'@cfunc(_SIGNATURE, cache=True, error_model="numpy", _nrt=False)\n{source(law.tree)}')
+    for tree in (law.tree, *law.helpers.values()):
+        ast.fix_missing_locations(tree)
+    parts = [HEADER, *(f"@_helper\n{ast.unparse(helper)}" for helper in law.helpers.values())]
+    parts.append(f'@cfunc(_SIGNATURE, cache=True, error_model="numpy", _nrt=False)\n{ast.unparse(law.tree)}')
     return "\n\n".join(parts) + "\n"

@@ -367,10 +367,6 @@ def simplified(name: str, args: tuple[Expr, ...]) -> Expr:
             return inner
         case "neg", (Op("-", (a, b)),):
             return Op("-", (b, a))
-        case "neg", (Op("*", (Num() as factor, inner)),):
-            return _product(folded("neg", [factor]) or factor, inner)
-        case "neg", (Op("+", (Op("*", (Num() as factor, inner)), other)),):
-            return Op("-", (_product(folded("neg", [factor]) or factor, inner), other))
         case "+", (Num(value=0.0), other) | (other, Num(value=0.0)) if _zero(args):
             return other
         case "-", (other, Num(value=0.0)) if _zero(args):

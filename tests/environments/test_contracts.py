@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -57,8 +58,8 @@ def test_force_is_finite_at_every_corner(key):
 @every
 def test_curve_is_the_compiled_law(key):
     e = LIBRARY[key]
-    position = np.linspace(-REACH, REACH, 121)
-    for values in corners(e)[::17]:
+    position = np.linspace(-REACH, REACH, 61)
+    for values in corners(e)[::37]:
         for velocity in (0.0, 0.1, -0.1):
             want = [call(e, values, x, velocity)[0] for x in position]
             got = e.curve(values, position, velocity)
@@ -114,14 +115,11 @@ def test_warns_in_whole_sentences_only_when_pushed(key, rng):
 def test_values_that_do_not_go_together_are_refused_in_one_line(key, rng):
     """Whatever check complains about, simulate and the window refuse with its words."""
     e = LIBRARY[key]
-    for _ in range(200):
-        values = drawn(e, rng)
-        complaint = e.check(values)
-        if complaint:
+    for values in (drawn(e, rng) for _ in range(200)):
+        if complaint := e.check(values):
             assert "\n" not in complaint
-            with pytest.raises(ParameterError) as error:
+            with pytest.raises(ParameterError, match=f"^{re.escape(complaint)}$"):
                 e.values(values)
-            assert str(error.value) == complaint
         else:
             assert e.values(values) == values
 
@@ -140,11 +138,17 @@ def felt(e, values, rng):
     return np.array(forces)
 
 
-def another(e, values, parameter, rng):
+def feels_another(e, values, changed, rng):
+    """Return whether the force along some way, the same for both, differs."""
+    seed = int(rng.integers(2**32))
+    before, after = (felt(e, v, np.random.default_rng(seed)) for v in (values, changed))
+    return bool((before != after).any())
+
+
+def another(e, values, name, rng):
     """Return the values with another number for one parameter, such as goes together with the rest."""
     while True:
-        others = anywhere(e, rng)
-        changed = values | {parameter.key: others[parameter.key]}
+        changed = values | {name: anywhere(e, rng)[name]}
         if changed != values and not e.check(changed):
             return changed
 
@@ -157,10 +161,8 @@ def test_what_is_unused_changes_no_force(key, rng):
         for name, reason in e.unused(values).items():
             assert reason
             assert not reason.endswith(".")
-            changed = another(e, values, e.parameters[list(values).index(name)], rng)
-            seed = int(rng.integers(2**32))
-            before, after = (felt(e, v, np.random.default_rng(seed)) for v in (values, changed))
-            assert (before == after).all(), (name, values, changed)
+            changed = another(e, values, name, rng)
+            assert not feels_another(e, values, changed, rng), (name, values, changed)
 
 
 @every
@@ -171,23 +173,21 @@ def test_what_is_used_changes_the_force_or_the_drawing(key, rng):
     for options in itertools.product(*(range(len(c.options)) for c in choices)):
         chosen = {c.key: float(option) for c, option in zip(choices, options, strict=True)}
         for parameter in e.parameters:
-            assert any(has_effect(e, parameter, chosen, rng) for _ in range(60)), (parameter.key, chosen)
+            assert any(has_effect(e, parameter.key, chosen, rng) for _ in range(60)), (parameter.key, chosen)
 
 
-def has_effect(e, parameter, chosen, rng):
+def has_effect(e, name, chosen, rng):
     """Say whether one more number for a parameter is felt or seen, or may have no effect by its own word."""
     values = anywhere(e, rng) | chosen
     if e.check(values):
         return False
-    if parameter.key in e.unused(values):
+    if name in e.unused(values):
         return True
-    changed = another(e, values, parameter, rng)
-    if e.key == "bump_valley" and parameter.key == "picture":
+    changed = another(e, values, name, rng)
+    if e.key == "bump_valley" and name == "picture":
         x = np.linspace(-0.04, 0.04, 81)
         return bool((height(values, x) != height(changed, x)).any())
-    seed = int(rng.integers(2**32))
-    before, after = (felt(e, v, np.random.default_rng(seed)) for v in (values, changed))
-    return bool((before != after).any())
+    return feels_another(e, values, changed, rng)
 
 
 END = 0.05
@@ -223,34 +223,33 @@ def assert_settles(run, environment):
 
 @every
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3])
-@pytest.mark.parametrize("grip", GRIPS)
-def test_defaults_come_to_rest_in_every_grip(key, delay, grip):
+def test_defaults_come_to_rest_in_every_grip(key, delay):
     """At 1 kHz, held still after a push, and let go at 6 mm, inside what stands around the centre."""
-    hand, start, held = Hand(release=0.0), hs.SimulatedHapkit(initial_position=0.006), GRIPS[grip]
-    if held is not None:
-        hand = Hand(held.mass, held.damping, held.stiffness, lambda t: min(0.03 * t, 0.009))
-        start = None
-    assert_settles(hs.simulate(key, hand=hand, device=start, delay=delay, seconds=3.0), LIBRARY[key])
+    for held in GRIPS.values():
+        hand, start = Hand(release=0.0), hs.SimulatedHapkit(initial_position=0.006)
+        if held is not None:
+            hand = Hand(held.mass, held.damping, held.stiffness, lambda t: min(0.03 * t, 0.009))
+            start = None
+        assert_settles(hs.simulate(key, hand=hand, device=start, delay=delay, seconds=3.0), LIBRARY[key])
 
 
 @every
-@pytest.mark.parametrize("hand", SCRIPTS)
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3])
-def test_defaults_stay_quiet_under_every_named_hand(key, hand, delay):
-    run = hs.simulate(key, hand=hand, delay=delay, seconds=3.0)
-    assert run.faults == ()
-    assert run.warnings == ()
-    assert not (run.flags & ~rows.CLAMPED).any()
-    assert np.abs(run.position).max() < END
-    if hand in STILL_AT_THE_END:
-        assert_settles(run, LIBRARY[key])
+def test_defaults_stay_quiet_under_every_named_hand(key, delay):
+    for hand in SCRIPTS:
+        run = hs.simulate(key, hand=hand, delay=delay, seconds=3.0)
+        assert (run.faults, run.warnings) == ((), ()), hand
+        assert not (run.flags & ~rows.CLAMPED).any(), hand
+        assert np.abs(run.position).max() < END, hand
+        if hand in STILL_AT_THE_END:
+            assert_settles(run, LIBRARY[key])
 
 
 @every
 def test_no_setting_a_person_can_choose_breaks_a_run(key, rng):
     """Any parameters, loop, hand and start: finite, clamped, quantised, without a fault."""
     e = LIBRARY[key]
-    for _ in range(40):
+    for _ in range(12):
         start, speed = rng.uniform(-0.04, 0.04), rng.uniform(-1, 1)
         run = hs.simulate(
             e,

@@ -30,16 +30,7 @@ def chatter(ratio, late, mass=0.02):
 
 @pytest.mark.parametrize(
     ("ratio", "late", "low", "high"),
-    [
-        *[
-            (0.2, 0, 0.1, 0.4),
-            (0.5, 0, 0.3, 0.7),
-            (0.9, 0, 0.8, 1.2),
-            (2.0, 0, 2.9, 4.7),
-            (3.0, 0, 2.9, 13.0),
-        ],
-        *[(0.2, 1, 0.2, 0.5), (0.5, 1, 0.5, 1.3), (1.0, 1, 3.0, 20.0), (2.0, 1, 8.0, 20.0)],
-    ],
+    [(0.2, 0, 0.1, 0.4), (0.9, 0, 0.8, 1.2), (2.0, 0, 2.9, 4.7), (0.5, 1, 0.5, 1.3), (1.0, 1, 3.0, 20.0)],
 )
 def test_the_sign_of_a_counted_velocity_chatters_above_a_ratio(ratio, late, low, high):
     """F_c T^2 / (m Δ) of 1.5, or 0.7 with a period of delay; below, no more than about a count's flicker."""
@@ -83,9 +74,8 @@ def test_models_by_speed_alone_let_go(model):
     assert loose > 5e-3
 
 
-@pytest.mark.parametrize("late", [0.0, 0.5e-3])
+@pytest.mark.parametrize(("hand", "late"), [("stroke", 0.0), ("pluck", 0.5e-3), ("shake", 0.5e-3)])
 @pytest.mark.parametrize("model", HOLDING)
-@pytest.mark.parametrize("hand", ["stroke", "pluck", "shake"])
 def test_it_takes_more_than_its_sampling_gives(model, hand, late):
     """What the motor gives to the handle, at any time, is less than the paddle's own damping has taken."""
     device = hs.SimulatedHapkit(coulomb_force=0.0)
@@ -170,9 +160,8 @@ def slide(speed, **given):
     return hs.simulate("friction", {"viscous": 0.0, **given}, hand=hand, seconds=0.009 / speed, **loop)
 
 
-@pytest.mark.parametrize("stribeck_velocity", [0.02, 0.01])
+@pytest.mark.parametrize(("rate", "stribeck_velocity"), [(1000.0, 0.01), (4000.0, 0.02)])
 @pytest.mark.parametrize("estimator", ["difference", "kalman", "iir", "butterworth", "foaw"])
-@pytest.mark.parametrize("rate", [1000.0, 4000.0])
 @pytest.mark.parametrize("model", ["stribeck", "lugre"])
 def test_the_friction_that_a_slow_slide_lacks_is_what_is_said(model, rate, estimator, stribeck_velocity):
     """A tenth of a count a period: what is measured of 0.6 N, to 1 %; nothing is said up to 7 %."""
@@ -182,17 +171,6 @@ def test_the_friction_that_a_slow_slide_lacks_is_what_is_said(model, rate, estim
     found = [float(line.split("up to ")[1].split()[0]) for line in run.warnings]
     assert found == ([pytest.approx(lack, abs=1.0)] if found or lack > 7.2 else [])
     assert lack > 6.8 or not found
-
-
-def test_a_difference_lacks_a_third_from_two_to_eight_millimetres_a_second():
-    """At 4 kHz a count is 83 mm/s, and all of the 0.2 N that static friction is more is gone."""
-    for speed in (0.002, 0.004, 0.008):
-        run = slide(speed, model="stribeck", rate=4000.0)
-        want = 0.4 + 0.2 * math.exp(-((speed / 0.02) ** 2))
-        assert np.mean(run.force[-len(run.force) // 4 :]) == pytest.approx(-0.4, abs=0.003)
-        assert 0.29 < 1.0 - 0.4 / want < 0.34
-        (line,) = run.warnings
-        assert "up to 33 %" in line
 
 
 def test_a_finer_estimate_lets_karnopp_hold_in_a_narrower_band():

@@ -88,16 +88,12 @@ warned = partial(calling.warned, "texture")
 
 
 @pytest.mark.parametrize("kind", ["bands", "grating", "sandpaper"])
-def test_warns_of_fewer_than_10_samples_a_ridge(kind):
-    """v > λ / (10 T): 5 mm at 1 kHz go with 0.5 m/s."""
+def test_warns_of_fewer_than_10_samples_or_counts_a_ridge(kind):
+    """v > λ / (10 T): 5 mm at 1 kHz go with 0.5 m/s; λ < 10 counts."""
     assert not warned(Conditions(speed=0.99 * 0.5), kind=kind)
     (line,) = warned(Conditions(speed=1.01 * 0.5), kind=kind)
     assert "10 samples" in line
     assert "0.505 m/s" in line
-
-
-@pytest.mark.parametrize("kind", ["bands", "grating", "sandpaper"])
-def test_warns_of_ridges_finer_than_10_counts(kind):
     calm = {"kind": kind, "amplitude": 0.01}
     assert not warned(Conditions(quantum=100e-6), **calm, wavelength=1.01e-3)
     (line,) = warned(Conditions(quantum=100e-6), **calm, wavelength=0.99e-3)

@@ -52,6 +52,6 @@ def line_of(text, words):
     return next(n for n, line in enumerate(whole.splitlines(), 1) if words in line)
 
 
-def held(environment, seconds=0.05):
-    """Return a run at a position of 10 mm."""
-    return simulate(environment, hand=Prescribed(lambda t: 0.010), seconds=seconds)
+def held(environment, **given):
+    """Return a run of 50 ms at a position of 10 mm, with the values given."""
+    return simulate(environment, given, hand=Prescribed(lambda t: 0.010), seconds=0.05)

@@ -43,7 +43,7 @@ def machine(request):
         yield made
 
 
-def motion(count=300):
+def motion(count=200):
     """Return rows of position and velocity, shape (n, 2), as the board has them: to and fro, held."""
     t = np.arange(count) * PERIOD
     x = 0.03 * np.sin(2 * np.pi * 1.9 * t) + 0.008 * np.sin(2 * np.pi * 7.3 * t + 1.0)

@@ -58,46 +58,30 @@ def test_a_folder_that_is_not_there_or_that_nobody_may_write_is_one_line(tmp_pat
         SessionWriter(tmp_path / "none" / "a.hapkit")
 
 
-@pytest.mark.parametrize(
-    ("content", "line"),
-    [
-        (b"", "is no session"),
-        (b"SQLite format 3\0" + bytes(84), "is no session"),
-        (b"x,y\n1,2\n", "is no session"),
-    ],
-)
-def test_a_foreign_file_is_one_line(tmp_path, content, line):
+@pytest.mark.parametrize("content", [b"", b"SQLite format 3\0" + bytes(84), b"x,y\n1,2\n"])
+def test_a_foreign_file_is_one_line(tmp_path, content):
     path = tmp_path / "a.hapkit"
     path.write_bytes(content)
-    with pytest.raises(SessionError, match=line):
-        Session(path)
-
-
-@pytest.mark.parametrize(
-    "statement",
-    [
-        "CREATE TABLE more (x)",
-        "CREATE TRIGGER t AFTER INSERT ON event BEGIN DELETE FROM chunk; END",
-        "CREATE VIEW v AS SELECT 1",
-        "DROP TABLE event",
-        "ALTER TABLE chunk ADD COLUMN more",
-    ],
-)
-def test_other_tables_than_the_studios_are_refused(tmp_path, statement):
-    path = tmp_path / "a.hapkit"
-    written(path, 1)
-    with sqlite3.connect(path) as database:
-        database.execute(statement)
     with pytest.raises(SessionError, match="is no session"):
         Session(path)
 
 
-def test_a_newer_version_says_so(tmp_path):
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("CREATE TRIGGER t AFTER INSERT ON event BEGIN DELETE FROM chunk; END", "is no session"),
+        ("CREATE VIEW v AS SELECT 1", "is no session"),
+        ("DROP TABLE event", "is no session"),
+        ("ALTER TABLE chunk ADD COLUMN more", "is no session"),
+        ("PRAGMA user_version=2", "version 2, this one reads 1"),
+    ],
+)
+def test_other_tables_than_the_studios_and_newer_ones_are_refused(tmp_path, statement, said):
     path = tmp_path / "a.hapkit"
     written(path, 1)
     with sqlite3.connect(path) as database:
-        database.execute("PRAGMA user_version=2")
-    with pytest.raises(SessionError, match="version 2, this one reads 1"):
+        database.execute(statement)
+    with pytest.raises(SessionError, match=said):
         Session(path)
 
 
@@ -126,12 +110,12 @@ def test_a_damaged_chunk_alone_is_left_out(tmp_path, change):
 
 
 def test_what_is_damaged_at_random_ends_in_one_line_or_in_what_was_written(tmp_path):
-    """300 files with changed bits, cut off, or with other values in their tables."""
+    """120 files with changed bits, cut off, or with other values in their tables."""
     made = written(tmp_path / "whole.hapkit")
     whole, chance = (tmp_path / "whole.hapkit").read_bytes(), random.Random(3)
     known = set(map(tuple, made[:, [rows.TICK, rows.POSITION]].tolist()))
     readable, lines = 0, []
-    for number in range(300):
+    for number in range(120):
         path = tmp_path / "damaged.hapkit"
         data = bytearray(whole)
         for _ in range(chance.choice([1, 3, 30])):
@@ -148,7 +132,7 @@ def test_what_is_damaged_at_random_ends_in_one_line_or_in_what_was_written(tmp_p
         assert got <= known
         assert got == known or session.damage, number
         readable += 1
-    assert readable > 100  # many of them give back what is whole
+    assert readable > 40  # many of them give back what is whole
     assert all("damaged.hapkit" in line and "\n" not in line for line in lines)
 
 
@@ -214,7 +198,7 @@ def test_a_recording_that_is_killed_loses_half_a_second_at_most(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="no SIGKILL")
-def test_fifty_recordings_killed_at_random_moments_lose_half_a_second_at_most(tmp_path):
+def test_recordings_killed_at_random_moments_lose_half_a_second_at_most(tmp_path):
     chance = random.Random(5)
-    lost = [killed(tmp_path / f"{n}.hapkit", chance.uniform(0.8, 2.5)) for n in range(50)]
+    lost = [killed(tmp_path / f"{n}.hapkit", chance.uniform(0.8, 2.5)) for n in range(15)]
     assert max(lost) < 0.5

@@ -127,7 +127,8 @@ def test_what_failed_is_known_until_it_passes():
     assert not trial.has_passed(first)
 
 
-def test_records_of_long_ago_go(tmp_path):
+def test_records_of_long_ago_go(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     fresh = typed(FILE, "a = 1")
     trial.remember(typed(Path("old.py"), "a = 1"), True)
     (old,) = (tmp_path / "cache").rglob("*.txt")

@@ -26,15 +26,6 @@ PACKAGE = {
 }
 
 
-@pytest.fixture(autouse=True)
-def own_home(tmp_path, monkeypatch):
-    """Keep this test away from what a person has, in a folder of its own."""
-    for variable, name in (("XDG_DATA_HOME", "data"), ("XDG_CACHE_HOME", "cache")):
-        monkeypatch.setenv(variable, str(tmp_path / name))
-    monkeypatch.setenv("HAPKIT_STUDIO_FOLDER", str(tmp_path / "studio"))
-    monkeypatch.chdir(tmp_path)
-
-
 def run(capsys, *words):
     """Return (exit code, stdout, stderr) of `hapkit-studio run` with these words."""
     code = main(("run", *words))
