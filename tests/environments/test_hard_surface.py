@@ -48,6 +48,18 @@ def test_materials_ring_with_their_own_numbers_whatever_the_custom_ones(material
     assert run.force[first:] == pytest.approx(sounds(run, first, amplitude, decay, frequency, 0.1), abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("material", "t_peak", "peak"),
+    [("rubber", 9.576e-3, 58.03), ("wood", 2.298e-3, 123.81), ("aluminium", 0.808e-3, 278.64)],
+)
+def test_peaks_when_theory_says(material, t_peak, peak):
+    """Theory §6: time of the peak and its height per speed of entry."""
+    run, first = entered(0.1, rate=100_000.0, seconds=0.05, material=material, stiffness=0.0, limit=3.0)
+    highest = np.argmin(run.force)
+    assert run.time[highest] - run.time[first] == pytest.approx(t_peak, abs=1.1e-5)
+    assert -run.force[highest] == pytest.approx(0.1 * 0.044 * peak, rel=0.01)
+
+
 def test_the_limit_is_on_the_ringing_alone():
     run, first = entered(0.5, seconds=0.06, amplitude=100.0, limit=0.8)
     ringing = run.force[first:] + 250.0 * (run.position[first:] - 0.005)
