@@ -43,7 +43,7 @@ def wall_page(window, qtbot):
     page.job._needs = ""
     page.hands.show_index(0)
     page.real.setChecked(False)
-    page.lines, page.results.all, page._before = None, [], ("", {})
+    page.lines, page.results.all = None, []
     page._worker.forget()  # the same question may be asked again
     page.bar.say("")
     page.chart.show_drawing(lambda _figure, _colors: ())
@@ -105,7 +105,7 @@ def test_it_judges_the_loop_in_force_and_the_dot_follows_the_sliders(page, windo
     assert column.answers.text.endswith("Let go: calm, only pushed out."), "it leaves the wall"
 
 
-def test_a_click_brings_both_sliders_there_and_undo_brings_them_back_once(page, window, qtbot):
+def test_a_click_brings_both_sliders_there_and_undo_brings_both_back(page, window, qtbot):
     studio, (width, top) = window.studio, axes_of(page)
     click(page.chart, 0.5 * width, 0.25 * top)
     assert studio.values["damping"] == pytest.approx(0.5 * width, abs=0.06 + 0.005 * width)
@@ -114,16 +114,8 @@ def test_a_click_brings_both_sliders_there_and_undo_brings_them_back_once(page, 
     assert (margin.stiffness, margin.damping) == (studio.values["stiffness"], studio.values["damping"])
     click(page.chart, 0.2 * width, 0.2 * top, Qt.MouseButton.RightButton)
     assert studio.values["damping"] == margin.damping
-    page.undo.activated.emit()
+    QTest.keyClick(page, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)
     assert (studio.values["stiffness"], studio.values["damping"]) == (620.0, 2.0)
-    studio.set_value("stiffness", 700.0)
-    page.undo.activated.emit()
-    assert studio.values["stiffness"] == 700.0
-    click(page.chart, 1.0, 300.0)
-    studio.choose("spring")
-    now = studio.values["stiffness"]
-    page.undo.activated.emit()
-    assert studio.values["stiffness"] == now
 
 
 def test_the_pointer_reads_the_limit_and_dragging_takes_the_sliders_along_up_to_the_frame(page, window):

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from hapkit_studio.analysis.stability.kb_plane import as_json, conditions
@@ -81,8 +81,6 @@ class StabilityPage(MeasuringPage):
         super().__init__(studio, live)
         self.facts = LoopFacts(studio, self)
         self.trial = Trial(studio, live, self)
-        self._before: tuple[str, dict[str, float]] = ("", {})  # the last click: environment and its values
-        self.undo = QShortcut(QKeySequence(QKeySequence.StandardKey.Undo), self)
         self._worker = LatestAnswer(solve, self)
         self.lines: Lines | None = None
         self.results = Results()
@@ -114,16 +112,6 @@ class StabilityPage(MeasuringPage):
             self._studio.set_values(parameters.values(stiffness, damping))
         except ParameterError as error:
             self.bar.say(str(error), danger=True)
-
-    def _click(self, damping: float, stiffness: float) -> None:
-        self._before = (self._studio.environment.key, dict(self._studio.values))
-        self.go(damping, stiffness)
-
-    def _undo_click(self) -> None:
-        """Restore the values before the last click, once, in the same environment."""
-        (key, values), self._before = self._before, ("", {})
-        if key == self._studio.environment.key:
-            self._studio.set_values(values)
 
     def run(self) -> None:
         """Measure the map and the boundary for what is shown."""
@@ -188,7 +176,7 @@ class StabilityPage(MeasuringPage):
     def show_lines(self, lines: Lines) -> None:
         """Show the newest lines."""
         self.lines = lines
-        self.verdict_column.show_limits(lines.plane)
+        self.verdict_column.show_limits(lines)
         self.bar.export.setEnabled(True)
         self._show_all()
         if self._wanted:
@@ -313,10 +301,9 @@ class StabilityPage(MeasuringPage):
             signal.connect(self._show_studio)
         side.release.clicked.connect(lambda: self.trial.begin(self.trial_conditions))
         side.controller.clicked.connect(lambda on: studio.set_loop(controller=on))
-        self.chart.clicked.connect(self._click)
+        self.chart.clicked.connect(self.go)
         self.chart.dragged.connect(self.go)
         self.chart.pointed.connect(self.show_near)
-        self.undo.activated.connect(self._undo_click)
 
 
 def _same(one: Map, other: Map) -> bool:
