@@ -74,10 +74,7 @@ def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
     if plane.setting.coulomb > 0.0 and not lines.dampings:
         name = f"{hand_words(plane.setting.hand).capitalize()}, friction"
         found[name] = float(np.interp(across, plane.damping, plane.friction))
-    shown = {
-        name: f"{number(limit, digits)} {unit}" if limit > 0.0 else "none" for name, limit in found.items()
-    }
-    return title, list(shown.items())
+    return title, [(name, f"{number(k, digits)} {unit}" if k > 0.0 else "none") for name, k in found.items()]
 
 
 class VerdictColumn(SidePanel):
