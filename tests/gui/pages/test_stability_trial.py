@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.behaviour import Centre
 from hapkit_studio.analysis.stability.kb_plane import plane
 from hapkit_studio.analysis.stability.verdict import of_spring
-from hapkit_studio.environments import discover
 from hapkit_studio.gui.pages.stability.map_data import Lines, LinesQuestion
 from hapkit_studio.gui.pages.stability.page import reading
 from hapkit_studio.gui.pages.stability.trial import (
@@ -17,8 +17,6 @@ from hapkit_studio.gui.pages.stability.trial import (
     USUAL,
     Released,
     TrialConditions,
-    contact,
-    one_sided,
     outcome_words,
     starting_distance,
 )
@@ -57,11 +55,11 @@ def test_the_trial_begins_beyond_what_friction_holds():
     )
 
 
-def released(begin, end, force=0.0, one=False):
+def released(begin, end, force=0.0):
     """Return a swing of 10 Hz whose amplitude goes from begin to end in m over 1.5 s."""
     time = np.arange(1500) * 1e-3
     size = begin * (end / begin) ** (time / 1.5)
-    return Released(time, size * np.sin(20.0 * np.pi * time), np.full(1500, force), one)
+    return Released(time, size * np.sin(20.0 * np.pi * time), np.full(1500, force))
 
 
 @pytest.mark.parametrize(
@@ -88,6 +86,12 @@ def released(begin, end, force=0.0, one=False):
             "Came to rest, with the passivity controller.",
         ),
         (released(0.003, 0.02), TrialConditions(Setting(), 500.0, math.nan), "Grew."),
+        (
+            released(0.003, 0.02),
+            replace(ABOVE, centre=Centre(0.0, 0.0, returns=False)),
+            "A wall pushes the handle out, and nothing brings it back. Choose Spring to see it grow, or come "
+            "to rest.",
+        ),
         (Released(np.empty(0), np.empty(0), np.empty(0)), ABOVE, ""),
     ],
 )
@@ -101,23 +105,6 @@ def test_the_force_limit_is_named_where_it_holds_the_handle():
     assert said == "Did not come to rest: the force limit of 3.0 N holds it at ±2.0 mm."
     assert outcome_words(released(0.002, 0.002, 2.9), held) == "Did not come to rest: still ±2.0 mm."
     assert "Now the force limit of 3.0 N holds it" in outcome_words(released(0.002, 0.008, 3.4), held)
-
-
-def test_where_the_force_is_met_first():
-    wall, spring, free = (discover()[key] for key in ("wall", "spring", "free"))
-    for side, way in (("right", 1.0), ("left", -1.0)):
-        found = contact(wall, wall.values({"position": 0.012, "side": side}))
-        assert found == (pytest.approx(0.012, abs=0.0006), way)
-    assert contact(spring, spring.values({}))[0] == pytest.approx(0.0, abs=1e-9)
-    assert contact(free, free.values({})) == (0.0, 1.0)
-
-
-def test_a_wall_throws_the_handle_out():
-    wall, spring, free = (discover()[key] for key in ("wall", "spring", "free"))
-    assert one_sided(wall, wall.values({}))
-    assert not one_sided(spring, spring.values({}))
-    assert not one_sided(free, free.values({}))
-    assert outcome_words(released(0.003, 0.02, one=True), ABOVE).startswith("A wall pushes the handle out")
 
 
 def test_where_springs_are_stable_again_the_verdict_and_the_map_s_reading_say_so():

@@ -142,11 +142,12 @@ class StabilityPage(MeasuringPage):
     def trial_conditions(self) -> TrialConditions | None:
         """Return what the map says of the handle when it is let go; None before there are lines."""
         engine, parameters = self._studio.engine, self.map_parameters
-        if self.lines is None or engine is None or parameters is None:
+        asked = self.lines.question.asked if self.lines else None
+        if self.lines is None or asked is None or engine is None or parameters is None:
             return None
         plane = self.lines.plane
         limit = plane.hands["released"] if parameters.stiffness else math.nan
-        return TrialConditions(plane.setting, plane.margin.stiffness, limit, engine.max_force)
+        return TrialConditions(plane.setting, plane.margin.stiffness, limit, engine.max_force, asked.centre)
 
     def question(self) -> LinesQuestion | None:
         """Return what to compute for what is in force; None without a device or its delay."""

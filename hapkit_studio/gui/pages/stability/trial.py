@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.behaviour import Centre
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.dynamics.sampled_loop import growing_amplitude
 from hapkit_studio.environments.base import Environment, Values
@@ -22,18 +23,23 @@ if TYPE_CHECKING:
 
 # How far a trial goes in m: at least, at most, and where nothing says how far.
 LEAST, MOST, USUAL = 0.001, 0.020, 0.005
+MIDDLE = Centre(0.0, 0.0)
 # Beyond the farthest place that friction holds: by this factor and so many m more.
 _TIMES, _MORE = 2.0, 0.0005
 
 
 @dataclass(frozen=True)
 class TrialConditions:
-    """A rendered stiffness and the released handle's limit in N/m, in a loop whose force ends at force N."""
+    """A rendered stiffness and the released handle's limit in N/m, in a loop whose force ends at force N.
+
+    centre: where the scene brings the handle back to, or where its surface is.
+    """
 
     setting: Setting
     stiffness: float
     limit: float
     force: float = math.inf
+    centre: Centre = MIDDLE
 
     @property
     def grows_from(self) -> float:
@@ -52,11 +58,6 @@ def starting_distance(held: TrialConditions) -> float:
 _UNITS = ("N/m", "N·s/m")
 # Two shares of a parameter's range: where the impedance is the parameter at both, it is that parameter.
 _PROBES = (0.3, 0.6)
-_REACH, _POINTS = 0.04, 161
-# Where the force rises nearly as steeply as anywhere.
-_STEEP = 0.9
-# This far in m on both sides of the stiffest place tells a wall; less than this share of force is none.
-_NEAR, _SLIGHT = 0.003, 0.1
 
 
 @dataclass(frozen=True)
@@ -104,30 +105,6 @@ def map_parameters(environment: Environment, values: Values) -> MapParameters:
     return MapParameters(*found)
 
 
-def contact(environment: Environment, values: Values) -> tuple[float, float]:
-    """Return (place in m, direction) where the force rises most steeply, with the least force to begin with.
-
-    Going that direction stays in it. The middle, to the right, where no place has any stiffness.
-    """
-    x = np.linspace(-_REACH, _REACH, _POINTS)
-    force = environment.curve(values, x)
-    slope = -np.gradient(force, x)
-    if not np.isfinite(slope).all() or slope.max() <= 0.0:
-        return 0.0, 1.0
-    steep = slope >= _STEEP * slope.max()
-    places = np.flatnonzero(steep)
-    best = int(min(places, key=lambda i: (round(abs(float(force[i])), 6), abs(float(x[i])))))
-    onwards = best + 4 < _POINTS and bool(steep[best : best + 4].all())
-    return float(x[best]), 1.0 if onwards else -1.0
-
-
-def one_sided(environment: Environment, values: Values) -> bool:
-    """Return whether the scene pushes on one side only of its stiffest place, as a wall does."""
-    place, way = contact(environment, values)
-    inside, outside = environment.curve(values, np.array([place + way * _NEAR, place - way * _NEAR]))
-    return abs(float(outside)) < _SLIGHT * abs(float(inside))
-
-
 # The stretches that are compared, in s: after the release, and at the end.
 _BEGIN, _END = 0.2, 0.4
 # Up to so many sensor steps is rest; more than this factor is growth.
@@ -140,15 +117,11 @@ _THROWN = (
 
 @dataclass(frozen=True)
 class Released:
-    """The handle after its release: time (n,) s, position (n,) m about its place of rest, asked force (n,) N.
-
-    one_sided: the scene pushes on one side only.
-    """
+    """The handle after its release: time (n,) s, position (n,) m about its rest, asked force (n,) N."""
 
     time: np.ndarray
     position: np.ndarray
     asked: np.ndarray
-    one_sided: bool = False
 
     @property
     def begin(self) -> float:
@@ -165,7 +138,7 @@ def outcome_words(seen: Released, held: TrialConditions) -> str:
     """Describe the outcome, and whether it agrees with the map."""
     if len(seen.time) < 2:
         return ""
-    if seen.one_sided:
+    if held.centre.pushes:
         return _THROWN
     if seen.end <= _STEPS * max(held.setting.quantum, _LEAST_STEP):
         return f"Came to rest{_why_rest(held)}"
@@ -272,12 +245,13 @@ class Trial(QObject):
 
     def judge(self) -> None:
         """Report what the handle did since its release."""
+        if self._held is None:
+            return
         window = self._live.history.between(self._since, math.inf)
-        scene = self._studio.environment, self._studio.values
         known = np.isfinite(window.y["position"])
-        position = window.y["position"][known] - contact(*scene)[0]
-        seen = Released(window.x[known], position, window.y["asked"][known], one_sided(*scene))
-        self.said = outcome_words(seen, self._held) if self._held is not None else ""
+        position = window.y["position"][known] - self._held.centre.position
+        seen = Released(window.x[known], position, window.y["asked"][known])
+        self.said = outcome_words(seen, self._held)
         self.changed.emit()
 
     def _release(self) -> None:
@@ -288,10 +262,9 @@ class Trial(QObject):
 
     def _target(self, held: TrialConditions | None) -> float:
         """Return where the hand pulls to in m, so that against the scene's force the handle gets there."""
-        environment, values = self._studio.environment, self._studio.values
-        place, way = contact(environment, values)
+        centre = held.centre if held is not None else MIDDLE
         far = starting_distance(held) if held is not None else USUAL
         grip = grip_named(self._studio.grip)
         force = min(held.stiffness * far, held.force) if held is not None else 0.0
-        target = place + way * (far + (force / grip.stiffness if grip else 0.0))
+        target = centre.position + centre.side * (far + (force / grip.stiffness if grip else 0.0))
         return min(max(target, -_FARTHEST), _FARTHEST)
