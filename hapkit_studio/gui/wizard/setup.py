@@ -14,7 +14,7 @@ from hapkit_studio.devices.padding import measure_padding
 from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.parts import across, rule
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent
 from hapkit_studio.gui.wizard.step_connect import ConnectStep
@@ -58,8 +58,11 @@ class SetupDialog(BoardDialog):
         ways = (QPushButton(words, autoDefault=False) for words in ("Skip", "Back", "Next", "Try again"))
         self.skip, self.back, self.next, self.again = self.ways = tuple(ways)
         self.close_button.setAutoDefault(False)
+        for button in (self.close_button, *self.ways):
+            button.setObjectName("way")
         self.column.addLayout(across(self.list, (self.pages, 1), gap=0), 1)
-        self.column.addLayout(across(self.close_button, None, *self.ways, margins=(12, 10, 12, 12)))
+        self.column.addWidget(rule())
+        self.column.addLayout(across(self.close_button, None, *self.ways, margins=(9, 9, 9, 9), gap=6))
         self._connect()
         self._entered(0)
         self._show_opening()

@@ -37,6 +37,7 @@ class StepPage(QWidget):
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__()
+        self.setObjectName("step")
         self.board = board
         self.result: CheckResult | None = None
         self._buttons: list[tuple[QPushButton, Callable[[], bool]]] = []

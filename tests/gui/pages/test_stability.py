@@ -163,6 +163,7 @@ def damper_grows(setting, damping):
 
 def test_without_stiffness_the_limits_are_those_of_the_damping(wall_page, window, qtbot):
     column = wall_page.verdict_column
+    window.studio.set_loop(estimator="difference", options=())
     window.studio.choose("damping")
     follow(wall_page, qtbot)
     setting, told = wall_page.lines.plane.setting, dict(column.limits.pairs)
