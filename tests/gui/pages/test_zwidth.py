@@ -15,7 +15,7 @@ from hapkit_studio.gui.pages.measuring import write
 from hapkit_studio.gui.pages.zwidth import DEVICE, SIMULATION
 from hapkit_studio.haptics import rows
 from tests.gui.pages.drawing_support import leave, outside, point, words
-from tests.gui.test_layout import cut_off
+from tests.gui.test_layout import cut_off, resize
 
 
 def made_up(capped=False, clamped=True):
@@ -163,8 +163,9 @@ def test_a_result_of_another_loop_is_out_of_date(page, window):
         assert not page.chart.pale
 
 
-def test_where_nothing_was_measured_nothing_is_shown_and_what_was_is_not_cut_off(page, window):
+def test_where_nothing_was_measured_nothing_is_shown_and_what_was_is_not_cut_off(page, window, qapp):
     page.show_result(made_up())
+    resize(qapp, window, (1280, 720))
     assert outside(page.chart) == cut_off(window) == []
     page.where.button(DEVICE).click()
     assert page.answer.words.text().startswith("Measure how stiff a wall")
