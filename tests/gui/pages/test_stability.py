@@ -22,7 +22,6 @@ from hapkit_studio.gui.pages.stability.map_data import measuring
 from hapkit_studio.gui.pages.stability.page import reading
 from hapkit_studio.gui.pages.stability.trial import map_parameters
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.widgets.theme import theme
 from tests.gui.pages.drawing_support import click, drawn, outside, point, spot, words
 from tests.gui.pages.stability_support import follow, made_up
 from tests.gui.test_layout import cut_off, resize
@@ -339,21 +338,6 @@ def test_before_and_after_the_controller_stand_side_by_side(wall_page, window, q
     assert [m.setting.rate for m in page.results.all] == [500.0]
     window.studio.set_loop(controller=False)
     assert not page.side.controller.isChecked()
-
-
-@pytest.mark.slow
-def test_beyond_what_was_measured_with_friction_there_is_no_colour(page):
-    width, top = page.lines.plane.width, page.lines.plane.top
-    page.real.setChecked(True)
-    page.show_result(made_up(page.lines.plane.setting, True, (0.5 * width, 0.5 * top)))
-    assert page.bar.status.text().startswith("Measured to")
-    drawn(page.chart)
-    picture = page.chart.canvas.grab().toImage()
-    for x, y, token in ((0.97, 0.03, "plot"), (0.04, 0.97, "plot"), (0.4, 0.03, "stable")):
-        at = spot(page.chart, x * width, y * top) * picture.devicePixelRatio()
-        seen = {picture.pixelColor(at.x() + i, at.y() - j).name() for i in range(3) for j in range(3)}
-        assert theme.color(token).name() in seen, (x, y)
-        assert len({theme.color(other).name() for other in ("plot", "stable", "unstable")} & seen) == 1
 
 
 def test_measuring_before_the_lines_are_there_begins_with_them(alone, qtbot, monkeypatch):
