@@ -45,7 +45,7 @@ def identify_figure(found: "Identified", path: str | Path, device: str = "") -> 
             draw(row, c, part, 0.0)
 
     pairs = [("Device", device)] if device else []
-    pairs += conditions(found.setup)
+    pairs += conditions(found.setup, found.handle.released)
     caption = f"{found.force_known}\n" + unbroken([f"{name} {value}".rstrip() for name, value in pairs])
     save(paint, path, (_SIZE[0], _SIZE[1] * len(parts)), caption=caption)
 

@@ -197,14 +197,3 @@ def stable(loop: Loop, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray
 def stiffness_limit(loop: Loop) -> float:
     """Return the largest stable stiffness in N/m at the loop's own damping; raise ParameterError."""
     return float(stiffness_limits(loop, np.array([loop.damping]))[0])
-
-
-def growing_amplitude(stiffness: float, limit: float, mass: float, coulomb: float, late: float) -> float:
-    """Return the smallest amplitude in m that grows on a spring of N/m, given its limit; inf where none does.
-
-    Energy balance of one cycle, the exact limit standing for all that is linear: friction of so many N takes
-    4 f A, a force that is late s late on the mean gives π ω A² (K - K_limit) late.
-    """
-    if not stiffness > limit:
-        return math.inf
-    return 4.0 * coulomb / (math.pi * math.sqrt(stiffness / mass) * (stiffness - limit) * late)

@@ -1,4 +1,4 @@
-"""Dialogs beside the work: keys, real-time priority, about, and forms. None of them blocks the window."""
+"""Dialogs beside the work: keys, priority, about, markers, forms. None of them blocks the window."""
 
 from collections.abc import Iterable, Sequence
 from importlib.metadata import version
@@ -16,6 +16,8 @@ from hapkit_studio.gui.widgets.parts import AnswerLine, across, down, label, pri
 from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
+    from hapkit_studio.gui.live.live import Live
+    from hapkit_studio.gui.recording import Recording
     from hapkit_studio.haptics.priority import Priority
 
 HAND_KEYS = (
@@ -28,6 +30,7 @@ HAND_KEYS = (
 )
 _LINE = 20
 _SHEET_WIDE, _SHEET_HIGH = 520, 440
+_LONGEST = 40  # letters of a marker: what finds room beside its divider
 
 
 class TextDialog(QDialog):
@@ -130,6 +133,28 @@ def about_dialog(parent: QWidget) -> TextDialog:
     """Return the dialog on the studio itself."""
     text = "Feel, tune and measure virtual environments on a Hapkit, real or simulated."
     return text_dialog("Hapkit Studio", [text, f"Version {version('hapkit-studio')}, BSD-3-Clause."], parent)
+
+
+class MarkerDialog(TextDialog):
+    """Notes the moment in which it was opened, however long the words take."""
+
+    def __init__(self, recording: "Recording", live: "Live", parent: QWidget | None = None):
+        super().__init__("Marker", parent)
+        self._recording, self._live, self._time = recording, live, live.history.now
+        self.text = QLineEdit(maxLength=_LONGEST, placeholderText="A few words, or none")
+        self.text.setAccessibleName("Text of the marker")
+        self.text.setMinimumWidth(320)
+        self.add = primary(QPushButton("Add"))
+        self.add.setDefault(True)
+        self.add.clicked.connect(self._add)
+        self.column.addWidget(self.text)
+        self.column.addLayout(across(None, self.add, self.leave))
+
+    def _add(self) -> None:
+        words = self.text.text().strip() or "Marker"
+        self._live.history.divide(words, self._time)
+        self._recording.mark(words, self._time)
+        self.close()
 
 
 class FormDialog(TextDialog):

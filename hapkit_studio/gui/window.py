@@ -11,7 +11,7 @@ from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.actions import ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack, Notice
 from hapkit_studio.gui.command_palette import CommandPalette, FindButton
-from hapkit_studio.gui.dialogs import KeysDialog, about_dialog, priority_dialog
+from hapkit_studio.gui.dialogs import KeysDialog, MarkerDialog, about_dialog, priority_dialog
 from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
 from hapkit_studio.gui.energy import EnergyWatch
 from hapkit_studio.gui.flash_dialog import FlashDialog
@@ -21,7 +21,6 @@ from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.live import Live
-from hapkit_studio.gui.marker_dialog import MarkerDialog
 from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel

@@ -52,7 +52,7 @@ class Identified:
     def as_json(self) -> dict[str, Any]:
         """Return both answers with their intervals, without the points; SI units but where a key says so."""
         parts = {part.key: self._part_json(part) for part in (self.rendered, self.handle)}
-        setup = dict(words.conditions(self.setup))
+        setup = dict(words.conditions(self.setup, self.handle.released))
         found = {"from_s": self.begin, "to_s": self.end, "parts": parts, "setup": setup}
         return plain(found | {"force": self.force_known})
 

@@ -127,8 +127,11 @@ def force_known(setup: Setup) -> str:
     )
 
 
-def conditions(setup: Setup) -> list[tuple[str, str]]:
-    """Return what had been set while a piece was recorded, as pairs of a name and its value."""
+def conditions(setup: Setup, released: bool) -> list[tuple[str, str]]:
+    """Return what had been set while a piece was recorded, as pairs of a name and its value.
+
+    released: the handle was identified where no hand held it.
+    """
     known = setup.environment
     scene = [("Environment", known.title)] if known else []
     values = []
@@ -136,14 +139,17 @@ def conditions(setup: Setup) -> list[tuple[str, str]]:
         value = setup.values[p.key]
         values.append((p.label, p.text(value) if p.discrete else on_screen(value, p.unit)))
     grip = setup.grip
-    hand = f"{1e3 * grip.mass:g} g, {grip.damping:g} N·s/m, {grip.stiffness:,g} N/m" if grip else "not known"
+    hand = "none" if released or (setup.handle and setup.hold_known) else "not known"
+    if grip:
+        let_go = ", and let go" if released else ""
+        hand = f"{1e3 * grip.mass:g} g, {grip.damping:g} N·s/m, {grip.stiffness:,g} N/m{let_go}"
     return [
         *scene,
         *values,
         ("Rate", f"{setup.rate:,.4g} Hz"),
         ("Delay", f"{1e3 * setup.delay:.2f} ms"),
         ("Sensor step", f"{1e6 * setup.quantum:.3g} µm"),
-        ("Hand", hand if grip or not setup.hold_known else "released"),
+        ("Hand", hand),
     ]
 
 

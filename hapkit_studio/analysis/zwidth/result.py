@@ -247,7 +247,7 @@ def conditions(setting: Setting, protocol: Protocol) -> tuple[Condition, ...]:
     limit = protocol.max_force
     return (
         *loop_conditions(setting),
-        Condition("hand", setting.hand, "Hand", setting.hand),
+        Condition("hand", setting.hand, "Hand", setting.hand if setting.grip else "none: a constant push"),
         Condition("speed", protocol.speed, "Hit at", f"{protocol.speed:g} m/s", "v₀"),
         Condition("push", protocol.push, "Push", f"{protocol.push:g} N"),
         Condition("max_force", limit, "Force limit", f"{limit:g} N" if limit < math.inf else "none"),

@@ -2,10 +2,11 @@
 
 import keyword
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from PySide6 import QtGui
-from PySide6.QtCore import QPointF, QRect, QRectF, Qt, Signal
+from PySide6.QtCore import QPointF, QRect, QRectF, Qt
 from PySide6.QtGui import QFont, QFontDatabase, QFontMetrics, QPainter, QTextCharFormat, QTextCursor
 from PySide6.QtWidgets import QPlainTextEdit, QTextEdit, QWidget
 
@@ -214,15 +215,26 @@ def code_font() -> QFont:
     return font
 
 
+_Note = tuple[QTextCursor, str, Any]
+"""What is said of a line: a cursor in it, how it read, and words or a figure."""
+
+
+def _note(block: QtGui.QTextBlock, said: Any) -> _Note:
+    return QTextCursor(block), block.text(), said
+
+
+def _standing(notes: Iterable[_Note]) -> Iterator[tuple[QtGui.QTextBlock, Any]]:
+    """Give the lines that still read as they did, and what is said of them."""
+    return ((cursor.block(), said) for cursor, text, said in notes if cursor.block().text() == text)
+
+
 class CodeEdit(QPlainTextEdit):
     """A plain text with marks; ``mark`` takes (line from 1, words), kept until the line changes."""
 
-    marked = Signal()
-
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
-        self._marks: list[tuple[QTextCursor, str, str]] = []
-        self._counts: list[tuple[QTextCursor, str, float]] | None = None
+        self._marks: list[_Note] = []
+        self._counts: list[_Note] | None = None
         self.setObjectName("code")
         self.setFrameShape(QPlainTextEdit.Shape.NoFrame)
         self.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
@@ -232,7 +244,7 @@ class CodeEdit(QPlainTextEdit):
         self.gutter = Gutter(self)
         self.blockCountChanged.connect(self._place_gutter)
         self.updateRequest.connect(self.gutter.follow)
-        self.textChanged.connect(self._forget_old_marks)
+        self.textChanged.connect(self._show_lines)
         self.cursorPositionChanged.connect(self._show_lines)
         theme.changed.connect(self._show_lines)
         self._place_gutter()
@@ -243,40 +255,28 @@ class CodeEdit(QPlainTextEdit):
     @property
     def marks(self) -> dict[int, str]:
         """Return what is wrong by line, lines counted from 1 as they now stand."""
-        return {cursor.blockNumber() + 1: words for cursor, _, words in self._marks}
+        return {block.blockNumber() + 1: words for block, words in _standing(self._marks)}
 
     def mark(self, problems: Iterable[tuple[int, str]]) -> None:
         """Mark lines anew; a line beyond the text is its last one, line 0 marks nothing."""
-        blocks = ((self.block(line), words) for line, words in problems if line > 0)
-        self._show_marks([(QTextCursor(block), block.text(), words) for block, words in blocks])
-
-    def _forget_old_marks(self) -> None:
-        """Forget what was wrong with lines that read otherwise now."""
-        left = [mark for mark in self._marks if mark[0].block().text() == mark[1]]
-        if len(left) < len(self._marks):
-            self._show_marks(left)
-
-    def _show_marks(self, marks: list[tuple[QTextCursor, str, str]]) -> None:
-        self._marks = marks
+        self._marks = [_note(self.block(line), words) for line, words in problems if line > 0]
         self._show_lines()
         self.viewport().update()  # the words may change where the coloured lines do not
         self.gutter.update()
-        self.marked.emit()
 
     @property
     def counts(self) -> dict[int, float] | None:
         """Return figures by line as lines now stand, without lines that have changed; None: no column."""
         if self._counts is None:
             return None
-        same = ((c.block(), value) for c, text, value in self._counts if c.block().text() == text)
-        return {block.blockNumber() + 1: value for block, value in same}
+        return {block.blockNumber() + 1: value for block, value in _standing(self._counts)}
 
     def count(self, by_line: Mapping[int, float] | None) -> None:
         """Show a figure beside each of these lines for as long as it is that line; None: no column."""
         self._counts = None
         if by_line is not None:
             blocks = ((self.document().findBlockByNumber(line - 1), value) for line, value in by_line.items())
-            self._counts = [(QTextCursor(b), b.text(), value) for b, value in blocks if b.isValid()]
+            self._counts = [_note(block, value) for block, value in blocks if block.isValid()]
         self._place_gutter()
         self.gutter.update()
 
@@ -305,7 +305,8 @@ class CodeEdit(QPlainTextEdit):
     def _show_lines(self) -> None:
         """Colour the ground of the current line and of the marked ones."""
         grounds = [] if self.isReadOnly() else [self._ground(self.textCursor(), "contact")]
-        self.setExtraSelections(grounds + [self._ground(cursor, "dangersoft") for cursor, *_ in self._marks])
+        marked = [self._ground(QTextCursor(block), "dangersoft") for block, _ in _standing(self._marks)]
+        self.setExtraSelections(grounds + marked)
 
     @staticmethod
     def _ground(cursor: QTextCursor, token: str) -> QTextEdit.ExtraSelection:
@@ -323,9 +324,9 @@ class CodeEdit(QPlainTextEdit):
         painter.setPen(theme.color("danger"))
         painter.setFont(theme.font("label"))
         metrics = painter.fontMetrics()
-        for cursor, _, words in self._marks:
-            box = self.box(cursor.block())
-            left = box.left() + cursor.block().layout().lineAt(0).naturalTextWidth() + _GAP
+        for block, words in _standing(self._marks):
+            box = self.box(block)
+            left = box.left() + block.layout().lineAt(0).naturalTextWidth() + _GAP
             room = self.viewport().width() - left - 8
             if room >= _LEAST_WORDS:
                 text = metrics.elidedText("✕ " + words, Qt.TextElideMode.ElideRight, int(room))

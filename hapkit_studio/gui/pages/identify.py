@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+import numpy as np
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
@@ -59,7 +60,7 @@ def newest_piece(studio: "Studio", live: "Live", seconds: float) -> "Callable[[]
         engine.health().delay,
         float((device or engine.device).quantum),
         Handle(device.mass, device.viscous, device.coulomb_force) if device else None,
-        GRIPS[studio.grip] if device else None,
+        GRIPS[studio.grip] if device and np.isfinite(table[:, rows.HAND_TARGET]).any() else None,
     )
     return lambda: of_rows(table, setup)
 
@@ -180,7 +181,7 @@ class IdentifyPage(MeasuringPage):
         self.found = found
         self._fresh.keep()
         self.show_part()
-        self.conditions.show_pairs(conditions(found.setup))
+        self.conditions.show_pairs(conditions(found.setup, found.handle.released))
         self.bar.export.setEnabled(bool(found.rendered.estimates or found.handle.estimates))
         self.bar.say(f"{found.end - found.begin:.1f} s, {found.samples:,} samples")
 

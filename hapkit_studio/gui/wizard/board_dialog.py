@@ -13,7 +13,7 @@ from hapkit_studio.analysis.calibrate.result import FAIL, PASS, SKIP, WARN, Chec
 from hapkit_studio.devices.board_runner import motor_force
 from hapkit_studio.devices.profiles import readings
 from hapkit_studio.gui.header import StopButton
-from hapkit_studio.gui.widgets.parts import Sign, across, down, label
+from hapkit_studio.gui.widgets.parts import Sign, across, down, keep_size_when_hidden, label
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 
@@ -180,9 +180,7 @@ class ResultBox(QFrame):
         self.bar = QProgressBar()
         self.bar.setFixedHeight(5)
         self.bar.setAccessibleName("Progress")
-        kept = self.bar.sizePolicy()
-        kept.setRetainSizeWhenHidden(True)  # its coming moves nothing
-        self.bar.setSizePolicy(kept)
+        keep_size_when_hidden(self.bar)
         self.bar.hide()
         text = down(None, self.words, self.remedy, None, gap=4)
         down((across(self.sign, (text, 1), gap=12), 1), self.bar, into=self, margins=(14, 7, 14, 4), gap=2)

@@ -156,32 +156,18 @@ def test_esc_stops_from_inside_the_editor(window, home):
     assert window.studio.stopped
 
 
-def test_closing_asks_for_what_is_not_saved(opened, no_trials):
+def full(_path, _text):
+    """Write nothing, as on a full disk."""
+    raise OSError(28, "No space left on device")
+
+
+def test_closing_asks_for_what_is_not_saved_and_nothing_is_lost(opened, no_trials, monkeypatch):
     window = opened()
-    QTest.keyClicks(window.editor.page.code, "#01c m?")
-    assert window.studio.environment.key == "wall", "letters of a law choose no environment"
-    text = window.editor.page.text
-    window.actions_by_key.run("environment.close")
-    assert window.editor.page.isVisible()
-    assert [b.text() for b in window.editor.message.buttons] == ["Save", "Discard", "Go on"]
-    window.editor.message.buttons[2].click()
-    assert window.editor.page.code.hasFocus()
-    window.actions_by_key.run("environment.close")
+    # what is discarded leaves the file alone, and no draft
     path = window.editor.path
-    window.editor.message.buttons[0].click()
-    assert path.read_text(encoding="utf-8") == text
-    assert is_trusted(read(path))
-    assert window.editor.path is None
-    assert window.centre.time.isVisible()
-    assert law_tab(window) is None
-
-
-def test_discarding_leaves_the_file_alone(opened):
-    window = opened()
     QTest.keyClicks(window.editor.page.code, "#")
     window.editor.page.keep_draft()
     window.editor.close()
-    path = window.editor.path
     window.editor.message.buttons[1].click()
     assert path.read_text(encoding="utf-8") == spring()
     window.editor.edit(path)
@@ -190,6 +176,28 @@ def test_discarding_leaves_the_file_alone(opened):
     assert window.editor.page.code.textCursor().blockNumber() == LAW_LINE - 1
     assert window.editor.message.words.text() == ""
     assert not code_page.draft_path(path).exists()
+    # what cannot be written is still there
+    QTest.keyClicks(window.editor.page.code, "#01c m?")
+    with monkeypatch.context() as disk:
+        disk.setattr("hapkit_studio.workshop.folder.save", full)
+        window.editor.save()
+    assert window.editor.page.unsaved
+    assert "No space left" in window.editor.message.words.text()
+    assert window.own.checking is None
+    assert window.studio.environment.key == "wall", "letters of a law choose no environment"
+    text = window.editor.page.text
+    window.actions_by_key.run("environment.close")
+    assert window.editor.page.isVisible()
+    assert [b.text() for b in window.editor.message.buttons] == ["Save", "Discard", "Go on"]
+    window.editor.message.buttons[2].click()
+    assert window.editor.page.code.hasFocus()
+    window.actions_by_key.run("environment.close")
+    window.editor.message.buttons[0].click()
+    assert path.read_text(encoding="utf-8") == text
+    assert is_trusted(read(path))
+    assert window.editor.path is None
+    assert window.centre.time.isVisible()
+    assert law_tab(window) is None
 
 
 def test_what_was_not_saved_comes_back_after_the_window_was_closed(opened, make_window, home):
@@ -224,20 +232,6 @@ def test_quitting_asks_once_for_what_is_not_saved(opened, no_trials):
     QTest.keyClick(window.editor.message.buttons[0], Qt.Key.Key_Return)
     assert not window.isVisible()
     assert path.read_text(encoding="utf-8") == text
-
-
-def test_a_file_that_cannot_be_written_loses_nothing(opened, monkeypatch):
-    window = opened()
-    QTest.keyClicks(window.editor.page.code, "#")
-
-    def full(_path, _text):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("hapkit_studio.workshop.folder.save", full)
-    window.editor.save()
-    assert window.editor.page.unsaved
-    assert "No space left" in window.editor.message.words.text()
-    assert window.own.checking is None
 
 
 def test_ctrl_e_goes_to_the_law_and_back_and_every_control_has_a_name(opened):

@@ -29,30 +29,13 @@ def counting(home, make_window, qtbot):
     return window
 
 
-def test_cycles_stand_beside_their_lines_and_in_one_line_above(counting):
+def test_cycles_stand_beside_their_lines_as_long_as_these_read_so_and_in_one_line_above(counting, qtbot):
     page = counting.editor.page
     assert list(page.code.counts) == [LAW_LINE]
     assert 100 < page.code.counts[LAW_LINE] < 1000
     words = page.cycles.text()
     assert re.match(r"A call takes about \d+ cycles on the board, \d+ at most: 4,000 Hz with \d\d %", words)
     assert page.cycles.isVisible()
-
-
-def test_a_law_with_an_error_keeps_what_the_law_in_force_takes(counting, qtbot):
-    page, words = counting.editor.page, counting.editor.page.cycles.text()
-    broken = spring(force="-p.stifness * x")
-    verdict = wait_for_verdict(counting, qtbot, lambda: saved(counting, broken))
-    assert not verdict.ok
-    assert LAW_LINE in page.code.marks
-    qtbot.waitUntil(lambda: page.cycles.text().startswith("As run last: a call"))
-    assert page.cycles.text().endswith(words[1:])
-    wait_for_verdict(counting, qtbot, lambda: saved(counting, spring()))
-    qtbot.waitUntil(lambda: page.cycles.text() == words)
-    assert LAW_LINE in page.code.counts
-
-
-def test_what_is_typed_leaves_figures_at_their_lines(counting, qtbot):
-    page = counting.editor.page
     figure = page.code.counts[LAW_LINE]
     page.code.moveCursor(page.code.textCursor().MoveOperation.Start)
     page.code.insertPlainText("#\n")
@@ -68,6 +51,19 @@ def test_what_is_typed_leaves_figures_at_their_lines(counting, qtbot):
     assert page.code.counts is None
     assert page.code.gutter.wanted_width == page.code.gutter.width() < wide
     assert not page.cycles.isVisible()
+
+
+def test_a_law_with_an_error_keeps_what_the_law_in_force_takes(counting, qtbot):
+    page, words = counting.editor.page, counting.editor.page.cycles.text()
+    broken = spring(force="-p.stifness * x")
+    verdict = wait_for_verdict(counting, qtbot, lambda: saved(counting, broken))
+    assert not verdict.ok
+    assert LAW_LINE in page.code.marks
+    qtbot.waitUntil(lambda: page.cycles.text().startswith("As run last: a call"))
+    assert page.cycles.text().endswith(words[1:])
+    wait_for_verdict(counting, qtbot, lambda: saved(counting, spring()))
+    qtbot.waitUntil(lambda: page.cycles.text() == words)
+    assert LAW_LINE in page.code.counts
 
 
 def test_a_law_too_slow_for_the_board_is_counted_all_the_same(counting, qtbot):

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 from hapkit_studio.analysis.failures import failures
 from hapkit_studio.charts.failures import scaled
 from hapkit_studio.gui.pages.break_it.lists import known_words
-from hapkit_studio.gui.pages.break_it.record import Part, Record
+from hapkit_studio.gui.pages.break_it.record import Record
 from tests.gui.pages.break_it_support import measured, settled
 from tests.gui.pages.drawing_support import click, drawn, outside
 from tests.gui.test_layout import cut_off, settle
@@ -129,13 +129,6 @@ def test_a_limit_without_a_unit_names_its_quantity():
         record = Record(failures()[key])
         record.limit = value
         assert known_words(record, busy=False) == words
-
-
-def test_a_limit_that_arrives_ends_what_was_said_of_older_conditions():
-    record = Record(failures()["bounce"])
-    record.wrong = "Damping of 2 N·s/m cannot be tried."
-    record.take(Part("bounce", record.case, "limit", 0.4))
-    assert record.wrong == ""
 
 
 def test_tiny_traces_have_ticks_that_can_be_read():

@@ -16,14 +16,22 @@ def state(studio):
 
 
 @pytest.fixture
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
+
+
+@pytest.fixture
 def felt(gate, window, qtbot):
-    """Return the page on a running simulated Hapkit, its first failure measured."""
+    """Return the page on a running simulated Hapkit, its first failure in sight and measured."""
     window.views.show("break_it")
     page = window.views.page("break_it")
+    page.list.choose("grows")
+    page.turn(0.99)
     measured(page, qtbot)
+    settled(page, qtbot)
     yield page
-    gate.go_on.set()
-    page.end()
+    page.feel.take_back()
 
 
 def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_everything(

@@ -6,15 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from PySide6.QtWidgets import QLabel
 
 import hapkit_studio as hs
-from hapkit_studio.analysis.identify import Part, from_run, identify
+from hapkit_studio.analysis.identify import Handle, Part, Setup, from_run, identify
+from hapkit_studio.analysis.identify.words import conditions
+from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui import prepare
 from hapkit_studio.gui.pages.identify import newest_piece
 from hapkit_studio.gui.pages.measuring import write
 from tests.gui.pages.drawing_support import drawn, outside
+from tests.gui.test_layout import cut_off
 
 LEFT_OVER = "time, s (residual: the force that no term explains)"
 
@@ -121,15 +123,8 @@ def test_words_fit_and_a_result_of_other_settings_is_out_of_date(page, found, id
         back()
         assert page.answer.sign.name == "check"
         assert not page.chart.pale
-    # words fit at the smallest size
     idle_window.grab()
-    assert page.answer.words.sizeHint().width() <= page.answer.words.width()
-    for widget in (page.bar.run, page.shaking, *page.pieces.buttons, *page.parts.buttons):
-        assert widget.sizeHint().width() <= widget.width()
-    for label in page.side.findChildren(QLabel):
-        assert label.wordWrap() or label.sizeHint().width() <= label.width() + 1
-    for row in range(len(page.part.estimates)):
-        assert page.table.rowHeight(row) >= page.table.sizeHintForRow(row)
+    assert cut_off(page) == cut_off(page.side) == []
 
 
 @pytest.mark.slow
@@ -178,6 +173,29 @@ def test_shaking_ends_in_what_was_rendered(window, qtbot):
     window.studio.set_values({"stiffness": 100.0})
     with pytest.raises(StudioError, match=r"Only 0\.\d s since the settings changed"):
         newest_piece(window.studio, window.live, math.inf)()
+    # nobody has held the handle since
+    window.live.tick()
+    qtbot.waitUntil(lambda: window.live.history.now > window.live.changed_at + 0.5)
+    assert (first.setup.grip, newest_piece(window.studio, window.live, 0.3)().setup.grip) == (MEDIUM, None)
+
+
+MEDIUM = GRIPS["medium"]
+PADDLE = Handle(0.044, 0.5, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("setup", "released", "hand"),
+    [
+        (Setup(), False, "not known"),
+        (Setup(), True, "none"),
+        (Setup(handle=PADDLE), False, "none"),
+        (Setup(handle=PADDLE, grip=MEDIUM), False, f"{1e3 * MEDIUM.mass:g} g"),
+        (Setup(handle=PADDLE, grip=MEDIUM), True, "N/m, and let go"),
+    ],
+)
+def test_the_hand_is_named_as_it_was(setup, released, hand):
+    """A real Hapkit's is not known, unless a person says that there is none."""
+    assert hand in dict(conditions(setup, released))["Hand"]
 
 
 def test_the_hand_shakes_about_the_surface_until_a_stop_or_another_view_lets_go(window, qtbot):

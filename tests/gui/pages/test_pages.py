@@ -12,7 +12,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import pages
 from hapkit_studio.gui.background import Job
 from hapkit_studio.gui.pages import measuring
-from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
+from hapkit_studio.gui.pages.base import Page, View
 from hapkit_studio.gui.pages.measuring import RunBar
 
 
@@ -198,15 +198,3 @@ def test_a_file_is_written_in_a_thread_and_what_went_wrong_is_said(
         save(str(tmp_path / path))
         qtbot.waitUntil(lambda said=said: page.bar.status.text().startswith(said))
     assert json.loads((tmp_path / "a.json").read_text()) == {"found": 1.5}
-
-
-def test_a_section_is_named_while_there_is_something_in_it(qtbot):
-    side = SidePanel("Title")
-    qtbot.addWidget(side)
-    rule, heading = side.section("Conditions")
-    pairs = Pairs((rule, heading))
-    side.add(pairs)
-    side.show()
-    for shown in ([], [("Rate", "1 kHz")], []):
-        pairs.show_pairs(shown)
-        assert heading.isVisible() == rule.isVisible() == bool(shown)

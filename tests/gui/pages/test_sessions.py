@@ -62,60 +62,54 @@ def test_the_folder_is_listed_and_what_cannot_be_read_says_why(page):
     assert page.chart.isVisible()
 
 
-@pytest.mark.parametrize(
-    ("words", "found"),
-    [
+def test_a_search_finds_what_has_every_word_and_only_what_is_new_is_read_again(page, qtbot, monkeypatch):
+    whole = {"friction in the lab", "Wall to its limit"}
+    for words, found in (
         ("LIMIT wall", {"Wall to its limit"}),
-        ("quarter", {"friction in the lab", "Wall to its limit"}),
-        ("spring simulated", {"friction in the lab", "Wall to its limit"}),
+        ("quarter", whole),
+        ("spring simulated", whole),
         ("quarter broken", set()),
-    ],
-)
-def test_a_search_finds_what_has_every_word(page, words, found):
-    QTest.keyClicks(page.search, words)
-    assert listed(page) == found
-    assert (page.chosen is not None) == bool(found)
-
-
-def test_only_what_is_new_is_read_again(page, qtbot, monkeypatch):
-    read = []
-    monkeypatch.setattr(sessions, "overview", lambda path: read.append(path.name) or page.chosen)
+    ):
+        page.search.clear()
+        QTest.keyClicks(page.search, words)
+        assert listed(page) == found
+        assert (page.chosen is not None) == bool(found)
+    page.search.clear()
+    read, any_one = [], page.chosen
+    monkeypatch.setattr(sessions, "overview", lambda path: read.append(path.name) or any_one)
     write(folder() / "new.hapkit", motion(1.0))
     page.load()
     qtbot.waitUntil(lambda: not page._reading.running)
     assert read == ["new.hapkit"]
 
 
-@pytest.mark.parametrize(
-    ("kind", "name", "separator", "decimal"),
-    [("Table (*.csv)", "a.csv", ",", "."), ("Table, decimal comma (*.csv)", "b.csv", ";", ",")],
-)
-def test_an_export_holds_the_samples_with_the_decimal_mark_that_was_chosen(
-    page, qtbot, tmp_path, kind, name, separator, decimal
-):
-    choose(page, "Wall to its limit")
+def exported(page, qtbot, kind, output):
+    """Export the chosen session to a file of a kind; return what is said then."""
+    page.status.setText("")
     page.export.click()
     dialog = page.findChildren(QFileDialog)[-1]
     assert not dialog.isModal()
     dialog.selectNameFilter(kind)
-    dialog.fileSelected.emit(str(tmp_path / name))
+    dialog.fileSelected.emit(str(output))
     dialog.close()
-    qtbot.waitUntil(lambda: page.status.text().startswith("Saved"))
-    assert page.status.text() == f"Saved {name}: 1,000 samples"
-    _comment, head, *lines = (tmp_path / name).read_text().splitlines()
-    place = head.split(separator).index("position_m")
-    values = [float(line.split(separator)[place].replace(decimal, ".")) for line in lines]
-    assert np.abs(np.array(values) - motion(1.0)[:, rows.POSITION]).max() <= 0.5 * QUANTUM
+    qtbot.waitUntil(lambda: page.status.text() and not page.status.text().startswith("Exporting"))
+    return page.status.text()
 
 
-def test_an_export_that_cannot_be_written_is_one_line(page, qtbot, tmp_path):
+def test_an_export_holds_the_samples_with_the_decimal_mark_that_was_chosen(page, qtbot, tmp_path):
     choose(page, "Wall to its limit")
-    page.export.click()
-    dialog = page.findChildren(QFileDialog)[-1]
-    dialog.fileSelected.emit(str(tmp_path / "none" / "a.csv"))
-    dialog.close()
-    qtbot.waitUntil(lambda: page.status.property("role") == "error")
-    assert page.status.text() == "a.csv cannot be written: No such file or directory."
+    for kind, name, separator, decimal in (
+        ("Table (*.csv)", "a.csv", ",", "."),
+        ("Table, decimal comma (*.csv)", "b.csv", ";", ","),
+    ):
+        assert exported(page, qtbot, kind, tmp_path / name) == f"Saved {name}: 1,000 samples"
+        _comment, head, *lines = (tmp_path / name).read_text().splitlines()
+        place = head.split(separator).index("position_m")
+        values = [float(line.split(separator)[place].replace(decimal, ".")) for line in lines]
+        assert np.abs(np.array(values) - motion(1.0)[:, rows.POSITION]).max() <= 0.5 * QUANTUM
+    said = exported(page, qtbot, "Table (*.csv)", tmp_path / "none" / "a.csv")
+    assert said == "a.csv cannot be written: No such file or directory."
+    assert page.status.property("role") == "error"
 
 
 def test_a_session_from_anywhere_joins_the_list_and_is_chosen(page, qtbot, tmp_path):
@@ -123,6 +117,14 @@ def test_a_session_from_anywhere_joins_the_list_and_is_chosen(page, qtbot, tmp_p
     page.open_other(str(tmp_path / "from a friend.hapkit"))
     qtbot.waitUntil(lambda: page.chosen is not None and page.chosen.path.stem == "from a friend")
     assert len(listed(page)) == 4
+
+
+@pytest.mark.parametrize("size", [(1920, 1080), (800, 560)])
+def test_nothing_is_cut_off(page, shared_window, qapp, size):
+    resize(qapp, shared_window, size)
+    assert cut_off(shared_window) == []
+    assert all(button.isVisible() for button in page.findChildren(QPushButton) if button.text())
+    resize(qapp, shared_window, (1440, 900))
 
 
 def test_what_is_deleted_goes_to_the_bin_and_from_the_list(page, shared_window, qtbot, monkeypatch):
@@ -145,11 +147,3 @@ def test_without_sessions_it_says_how_to_get_one(shared_window, qtbot, home):
     qtbot.waitUntil(lambda: listed(page) == set())
     assert page.empty.isVisible()
     assert "(R)" in page.empty.text()
-
-
-@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (800, 560)])
-def test_nothing_is_cut_off(page, shared_window, qapp, size):
-    resize(qapp, shared_window, size)
-    assert cut_off(shared_window) == []
-    assert all(button.isVisible() for button in page.findChildren(QPushButton) if button.text())
-    resize(qapp, shared_window, (1440, 900))

@@ -1,24 +1,22 @@
 """The verdict in words, and letting go: how far the trial goes, and what is said of what it showed."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.behaviour import Behaviour, Centre, Lasting
 from hapkit_studio.analysis.stability.kb_plane import plane
 from hapkit_studio.analysis.stability.verdict import of_spring
-from hapkit_studio.environments import discover
 from hapkit_studio.gui.pages.stability.map_data import Lines, LinesQuestion
 from hapkit_studio.gui.pages.stability.page import reading
 from hapkit_studio.gui.pages.stability.trial import (
+    LEAST,
     MOST,
     USUAL,
     Released,
     TrialConditions,
-    contact,
-    one_sided,
     outcome_words,
     starting_distance,
 )
@@ -26,98 +24,46 @@ from hapkit_studio.gui.pages.stability.verdict import kind_at, verdict
 from hapkit_studio.haptics import rows
 from tests.gui.pages.stability_support import follow, made_up
 
-# Without virtual damping the linear limit is 2 b / T but for a thousandth.
-ABOVE = TrialConditions(Setting(), 1800.0, 1000.0)
-
-
-@pytest.mark.parametrize(
-    ("stiffness", "viscous", "coulomb", "amplitude"),
-    [(2000, 0.5, 0.2, 2.546), (4000, 1.0, 0.5, 2.251), (1000, 0.2, 0.1, 3.001)],
+SWING = Lasting(0.002, 30.0)
+CALM, LIVELY, FLUID = (
+    Behaviour(),
+    Behaviour(0.0016, SWING, SWING),
+    Behaviour(0.0016, SWING, SWING, flick=20.0),
 )
-def test_friction_holds_what_starts_smaller(stiffness, viscous, coulomb, amplitude):
-    """The amplitudes in mm are those of the energy balance, and within 2 % those of simulation."""
-    setting = Setting(mass=0.05, viscous=viscous, coulomb=coulomb)
-    held = TrialConditions(setting, stiffness, 2.0 * viscous / 1e-3)
-    assert 1e3 * held.grows_from == pytest.approx(amplitude, rel=0.01)
+MIDDLE, SURFACE = Centre(0.0, 0.0), Centre(0.0, 0.0, returns=False)
 
 
-def test_without_friction_everything_grows_beyond_the_limit_and_nothing_below():
-    assert TrialConditions(Setting(coulomb=0.0), 1010.0, 1000.0).grows_from == 0.0
-    assert TrialConditions(Setting(coulomb=0.0), 990.0, 1000.0).grows_from == math.inf
-    assert TrialConditions(Setting(), 990.0, math.nan).grows_from == math.inf
-
-
-def test_the_trial_begins_beyond_what_friction_holds():
-    assert starting_distance(ABOVE) > 1.5 * ABOVE.grows_from
-    assert starting_distance(TrialConditions(Setting(coulomb=5.0), 1100.0, 1000.0)) == MOST
-    assert (
-        starting_distance(TrialConditions(Setting(), 500.0, 1000.0))
-        == starting_distance(TrialConditions(Setting(), 500.0, math.nan))
-        == USUAL
-    )
-
-
-def released(begin, end, force=0.0, one=False):
-    """Return a swing of 10 Hz whose amplitude goes from begin to end in m over 1.5 s."""
-    time = np.arange(1500) * 1e-3
-    size = begin * (end / begin) ** (time / 1.5)
-    return Released(time, size * np.sin(20.0 * np.pi * time), np.full(1500, force), one)
+def test_a_trial_begins_beyond_what_settles_and_within_its_reach():
+    assert starting_distance(LIVELY) > 1.5 * LIVELY.push
+    assert starting_distance(Behaviour(0.015, SWING, SWING)) == MOST
+    assert starting_distance(Behaviour(0.0, SWING, SWING)) == LEAST
+    assert starting_distance(CALM) == starting_distance(FLUID) == USUAL
 
 
 @pytest.mark.parametrize(
-    ("seen", "held", "said"),
+    ("begin", "end", "does", "centre", "said"),
     [
-        (released(0.003, 0.02), ABOVE, "Grew, as the map says."),
-        (released(0.003, 1e-6), ABOVE, "Came to rest: friction held it; it grows from 1.6 mm on."),
-        (
-            released(0.01, 1e-6),
-            TrialConditions(Setting(), 1300.0, 1000.0, 3.0),
-            "Came to rest: friction and the force limit of 3.0 N held it.",
-        ),
-        (
-            released(0.01, 1e-6),
-            TrialConditions(Setting(coulomb=3.0), 1300.0, 1000.0),
-            "Came to rest: friction held it; more than 20 mm would grow.",
-        ),
-        (released(0.01, 1e-6), TrialConditions(Setting(), 500.0, 1000.0), "Came to rest, as the map says."),
-        (released(0.01, 0.002), TrialConditions(Setting(), 500.0, 1000.0), "Dies away, as the map says."),
-        (released(0.003, 0.02), TrialConditions(Setting(), 500.0, 1000.0), "Grew, the map says otherwise."),
-        (
-            released(0.01, 1e-6),
-            TrialConditions(Setting(controller=True), 1800.0, 1000.0),
-            "Came to rest, with the passivity controller.",
-        ),
-        (released(0.003, 0.02), TrialConditions(Setting(), 500.0, math.nan), "Grew."),
-        (Released(np.empty(0), np.empty(0), np.empty(0)), ABOVE, ""),
+        (0.01, 1e-6, CALM, MIDDLE, "Came to rest, as the verdict says."),
+        (0.0015, 1e-6, LIVELY, MIDDLE, "Came to rest, as the verdict says."),
+        (0.002, 1e-6, LIVELY, MIDDLE, "Came to rest, the verdict says otherwise."),
+        (0.002, 1e-6, FLUID, MIDDLE, "Came to rest, as the verdict says."),
+        (0.003, 0.02, LIVELY, MIDDLE, "Grew to ±18.8 mm, as the verdict says."),
+        (0.003, 0.02, CALM, MIDDLE, "Grew to ±18.8 mm, the verdict says otherwise."),
+        (0.002, 0.002, LIVELY, MIDDLE, "Goes on at ±2.0 mm, as the verdict says."),
+        (0.01, 0.002, CALM, MIDDLE, "Dies away, still ±2.9 mm."),
+        (0.003, 0.02, LIVELY, SURFACE, "A wall pushes the handle out, and nothing brings it back."),
     ],
 )
-def test_what_happened_in_words(seen, held, said):
-    assert outcome_words(seen, held) == said
+def test_what_happened_in_words(begin, end, does, centre, said):
+    """A swing of 10 Hz from begin to end in m over 1.5 s: its last peaks are at 1.425 s and 1.475 s.
 
-
-def test_the_force_limit_is_named_where_it_holds_the_handle():
-    held = TrialConditions(Setting(), 1800.0, 1000.0, 3.0)
-    said = outcome_words(released(0.002, 0.002, 3.4), held)
-    assert said == "Did not come to rest: the force limit of 3.0 N holds it at ±2.0 mm."
-    assert outcome_words(released(0.002, 0.002, 2.9), held) == "Did not come to rest: still ±2.0 mm."
-    assert "Now the force limit of 3.0 N holds it" in outcome_words(released(0.002, 0.008, 3.4), held)
-
-
-def test_where_the_force_is_met_first():
-    wall, spring, free = (discover()[key] for key in ("wall", "spring", "free"))
-    for side, way in (("right", 1.0), ("left", -1.0)):
-        found = contact(wall, wall.values({"position": 0.012, "side": side}))
-        assert found == (pytest.approx(0.012, abs=0.0006), way)
-    assert contact(spring, spring.values({}))[0] == pytest.approx(0.0, abs=1e-9)
-    assert contact(free, free.values({})) == (0.0, 1.0)
-
-
-def test_a_wall_throws_the_handle_out():
-    wall, spring, free = (discover()[key] for key in ("wall", "spring", "free"))
-    assert one_sided(wall, wall.values({}))
-    assert not one_sided(spring, spring.values({}))
-    assert not one_sided(free, free.values({}))
-    assert outcome_words(released(0.003, 0.02, one=True), ABOVE).startswith("A wall pushes the handle out")
+    Of 3 to 20 mm these are 18.2 and 19.4 mm; of 10 to 2 mm, the largest of the last 0.4 s, 3.0 and 2.8 mm.
+    """
+    time = np.arange(1500) * 1e-3
+    size = begin * (end / begin) ** (time / 1.5)
+    held = TrialConditions(does, centre, 1800.0, 3.0, 20e-6)
+    assert outcome_words(Released(time, size * np.sin(20.0 * np.pi * time)), held).startswith(said)
+    assert outcome_words(Released(np.empty(0), np.empty(0)), held) == ""
 
 
 def test_where_springs_are_stable_again_the_verdict_and_the_map_s_reading_say_so():
@@ -168,8 +114,9 @@ def test_it_is_said_below_the_button_and_forgotten_when_something_changes(window
     window.studio.set_values({"stiffness": 1800.0, "damping": 0.0})
     window.views.show("stability")
     page = window.views.page("stability")
-    limit = follow(page, qtbot).hands["released"]
-    assert (page.trial_conditions.stiffness, page.trial_conditions.limit) == (1800.0, limit)
+    does = follow(page, qtbot).said.does["released"]
+    assert (page.trial_conditions.stiffness, page.trial_conditions.does) == (1800.0, does)
+    assert not does.calm
     page.trial._held = page.trial_conditions
     seen = np.zeros((1500, rows.ROW_WIDTH))
     seen[:, rows.HOST_TIME] = 1e6 + np.arange(1500) * 1e-3
@@ -179,7 +126,7 @@ def test_it_is_said_below_the_button_and_forgotten_when_something_changes(window
     window.live.history.clear()
     window.live.history.append(seen)
     page.trial.judge()
-    assert page.side.outcome.text().startswith("Came to rest: friction")
+    assert page.side.outcome.text() == "Came to rest, the verdict says otherwise."
     assert not page.side.outcome.isHidden()
     window.studio.set_value("stiffness", 900.0)
     assert page.side.outcome.isHidden()

@@ -72,11 +72,17 @@ def assert_over(page, window, environment="spring"):
     assert page.force.isEnabled()
 
 
-def test_the_simulation_of_the_device_that_runs(page, window, qtbot):
+def test_the_simulation_begins_by_itself_once_and_a_device_waits_for_a_person(page, window, qtbot):
     window.studio.set_grip("released")
+    window.views.show("live")
+    page.begun.clear()
+    page.where.show_index(DEVICE)
+    window.views.show("zwidth")
+    assert not page.job.running
     with qtbot.waitSignal(page.job.finished):
-        page.bar.run.click()
+        page.where.button(SIMULATION).click()
     result = page.result
+    assert result.place == "Simulation"
     assert list(result.damping) == [0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
     assert (result.stiffness > result.linear).all()  # friction helps
     assert page.answer.words.text() == result.sentence
@@ -84,8 +90,14 @@ def test_the_simulation_of_the_device_that_runs(page, window, qtbot):
     device = window.studio.engine.device
     assert (conditions["mass"], conditions["max_force"]) == (device.mass, device.max_force)
     assert conditions["hand"] == "released"
+    told = dict(page.conditions.pairs)
+    assert (told["Hand"], told["Push"]) == ("none: a constant push", "1 N")
     assert page.bar.export.isEnabled()
     assert window.studio.engine.values["stiffness"] == 321.0
+    page._results.clear()
+    window.views.show("live")
+    window.views.show("zwidth")
+    assert not page.job.running
 
 
 def test_points_appear_as_they_come(page):
@@ -151,8 +163,10 @@ def test_a_result_of_another_loop_is_out_of_date(page, window):
         assert not page.chart.pale
 
 
-def test_where_nothing_was_measured_nothing_is_shown(page):
+def test_where_nothing_was_measured_nothing_is_shown_and_what_was_is_not_cut_off(page, window, qapp):
     page.show_result(made_up())
+    resize(qapp, window, (1280, 720))
+    assert outside(page.chart) == cut_off(window) == []
     page.where.button(DEVICE).click()
     assert page.answer.words.text().startswith("Measure how stiff a wall")
     assert not page.bar.export.isEnabled()
@@ -201,21 +215,6 @@ def test_another_loop_view_or_scene_ends_it(begun, window, qtbot):
     assert_over(begun, window, "damping")  # what was chosen meanwhile is kept
 
 
-def test_the_simulation_begins_by_itself_once_and_a_device_waits_for_a_person(page, window, qtbot):
-    window.views.show("live")
-    page.begun.clear()
-    page.where.show_index(DEVICE)
-    window.views.show("zwidth")
-    assert not page.job.running
-    with qtbot.waitSignal(page.job.finished):
-        page.where.button(SIMULATION).click()
-    assert page.result.place == "Simulation"
-    page._results.clear()
-    window.views.show("live")
-    window.views.show("zwidth")
-    assert not page.job.running
-
-
 def test_a_person_is_told_what_to_do(page, window):
     page.job._wanted = object()
     page.said.emit("Press gently into the wall and hold.")
@@ -237,12 +236,3 @@ def test_without_a_device_it_says_so(shared_window):
         page.bar.run.click()
         assert "device" in page.bar.status.text()
         assert not page.job.running
-
-
-@pytest.mark.slow
-def test_nothing_is_cut_off(page, window, qapp):
-    page.show_result(made_up())
-    for size in ((1280, 720), (1920, 1080)):
-        resize(qapp, window, size)
-        assert cut_off(window) == []
-        assert outside(page.chart) == []

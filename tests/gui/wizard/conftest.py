@@ -5,7 +5,6 @@ import threading
 import pytest
 import shiboken6
 
-from hapkit_studio.gui.wizard.check import CheckDialog
 from hapkit_studio.gui.wizard.setup import SetupDialog
 from tests.gui.wizard.support import Bench, Played
 
@@ -24,13 +23,7 @@ def bench(qtbot):
 @pytest.fixture
 def played(bench, qtbot):
     """Return a maker of open set-ups, each on a kit with its own truth; over the bench or a window."""
-    return lambda window=bench, **truth: Played(SetupDialog, window, qtbot, **truth)
-
-
-@pytest.fixture
-def checked(idle_window, qtbot):
-    """Return a maker of open tests of a kit."""
-    return lambda **truth: Played(CheckDialog, idle_window, qtbot, **truth)
+    return lambda window=bench, kind=SetupDialog, **truth: Played(kind, window, qtbot, **truth)
 
 
 @pytest.fixture(autouse=True)

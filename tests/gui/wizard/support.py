@@ -4,13 +4,19 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.devices import DeviceEntry
+from hapkit_studio.errors import NoDataError
 from hapkit_studio.gui.studio import Studio
 from tests.analysis.calibrate import student
 from tests.devices.paddle_kit import PaddleKit
-from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
+from tests.gui.window_support import PATIENCE_MS, SIMULATED
 
 PACE = 2e-5
 """s that a period of the kit takes, so that its thread leaves the window some time."""
+
+
+def no_engine(_entry):
+    """Build no loop on a kit that was handed back."""
+    raise NoDataError("Nobody renders on the bench.")
 
 
 class Bench(QWidget):
@@ -20,7 +26,7 @@ class Bench(QWidget):
 
     def __init__(self):
         super().__init__()
-        self.studio = Studio(lambda: [SIMULATED], build_engine)
+        self.studio = Studio(lambda: [SIMULATED], no_engine)
 
 
 class Played:

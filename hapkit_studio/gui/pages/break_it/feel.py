@@ -1,12 +1,12 @@
 """Put a failure into the live scene and restore all afterwards: environment, values, loop, grip."""
 
-from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.studio import LoopChoice, Studio
+from hapkit_studio.gui.undo import ENVIRONMENT, Settings, put, settings_of
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.failures.base import Live
@@ -29,8 +29,7 @@ class Feel(QObject):
         self._studio = studio
         self.live: Live | None = None
         self.key = ""
-        self._before: tuple[str, LoopChoice, str] | None = None
-        self._values: dict[str, dict[str, float]] = {}
+        self._before: Settings = {}
         self._waiting = self._busy = False
         self._put: tuple[dict[str, float], LoopChoice] | None = None
         studio.environment_changed.connect(self._arrive)
@@ -40,7 +39,7 @@ class Feel(QObject):
     @property
     def on(self) -> bool:
         """Say whether a failure is in the window."""
-        return self._before is not None
+        return bool(self._before)
 
     @property
     def felt(self) -> str:
@@ -53,9 +52,9 @@ class Feel(QObject):
     def put(self, key: str, live: "Live") -> None:
         """Put a failure of this key into the window; raise ParameterError with everything as it was."""
         studio = self._studio
-        if self._before is None:
-            self._before = (studio.environment.key, studio.loop, studio.grip)
-        self._values.setdefault(live.environment, studio.values_of(live.environment))
+        now = settings_of(studio).items()
+        ours = {at: what for at, what in now if at[0] != "value" or at[1] == live.environment}
+        self._before = ours | self._before
         self.live, self.key, self._busy, self._put = live, key, True, None
         try:
             studio.set_values_of(live.environment, live.values)
@@ -71,18 +70,13 @@ class Feel(QObject):
 
     def take_back(self) -> None:
         """Restore all settings from before the first failure."""
-        if self._before is None:
+        before, self._before = self._before, {}
+        if not before:
             return
-        (environment, loop, grip), self._before = self._before, None
         self._waiting, self.live, self.key, self._put = False, None, "", None
-        studio = self._studio
-        if environment in studio.environments:
-            studio.choose(environment)
-        for key, values in self._values.items():
-            studio.set_values_of(key, values)
-        self._values = {}
-        studio.set_loop(**asdict(loop))
-        studio.set_grip(grip)
+        if before[ENVIRONMENT] not in self._studio.environments:
+            del before[ENVIRONMENT]  # a person's own, deleted meanwhile
+        put(self._studio, before)
         self.changed.emit()
 
     def _arrive(self) -> None:
@@ -107,8 +101,8 @@ class Feel(QObject):
 
     def _look(self) -> None:
         """Notice a person's changes: an environment chosen since then is not restored."""
-        if self._before is None or self._busy or self._waiting or self.live is None:
+        if not self._before or self._busy or self._waiting or self.live is None:
             return
         if self._studio.environment.key != self.live.environment:
-            self._before = (self._studio.environment.key, *self._before[1:])
+            self._before[ENVIRONMENT] = self._studio.environment.key
         self.changed.emit()

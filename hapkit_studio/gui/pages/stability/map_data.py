@@ -38,11 +38,15 @@ class LinesQuestion:
 
 @dataclass(frozen=True)
 class Lines:
-    """The answer: a plane, and with every hand asked for each one's exact boundary (n,) in N/m."""
+    """The answer: a plane, and with every hand asked for each one's exact boundary (n,) in N/m.
+
+    dampings: where no stiffness is rendered, each hand's limit in N·s/m.
+    """
 
     question: LinesQuestion
     plane: Plane
     hands: dict[str, np.ndarray] = field(default_factory=dict)
+    dampings: dict[str, float] = field(default_factory=dict)
 
 
 def solve(ask: LinesQuestion) -> Lines:
@@ -55,7 +59,8 @@ def solve(ask: LinesQuestion) -> Lines:
     margin = kb_plane.margin_of(replace(ask.setting, hand=hand), ask.stiffness, ask.damping)
     said = verdict(ask.asked) if ask.asked else None
     plane = replace(_plane(ask.setting, *axes), margin=margin, hands=limits, said=said)
-    return Lines(ask, plane, _every(ask.setting, axes[0]) if ask.every_hand else {})
+    every = _every(ask.setting, axes[0]) if ask.every_hand else {}
+    return Lines(ask, plane, every, {} if ask.stiffness else damping_limits(ask.setting))
 
 
 def _axes(ask: LinesQuestion) -> tuple[float, float]:
@@ -76,6 +81,21 @@ def _every(setting: Setting, width: float) -> dict[str, np.ndarray]:
         return {}
     across = np.linspace(0.0, width, kb_plane.COLUMNS)
     return {hand: kb_plane.exact_boundary(replace(setting, hand=hand), across) for hand in GRIPS}
+
+
+@lru_cache(maxsize=8)
+def damping_limits(setting: Setting) -> dict[str, float]:
+    """Return the damping in N·s/m up to which each hand is stable without stiffness, to 0.2 %."""
+    found: dict[str, float] = {}
+    for hand in GRIPS if setting.linear else ():
+        held, low, high = replace(setting, hand=hand), 0.0, 1.0
+        while kb_plane.limit(held, high) > 0.0:
+            low, high = high, 2.0 * high
+        while high - low > 2e-3 * high:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if kb_plane.limit(held, middle) > 0.0 else (low, middle)
+        found[hand] = low
+    return found
 
 
 SIDE = 100

@@ -6,11 +6,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PySide6.QtGui import QKeySequence, QResizeEvent, QShortcut
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from hapkit_studio.analysis.stability.kb_plane import as_json, conditions
-from hapkit_studio.analysis.stability.margin import Margin, short
+from hapkit_studio.analysis.stability.margin import RELEASED, Margin, short
 from hapkit_studio.analysis.stability.verdict import Asked
 from hapkit_studio.charts.stability import Dot, Map, draw, stability_figure
 from hapkit_studio.charts.style import Colors
@@ -81,8 +81,6 @@ class StabilityPage(MeasuringPage):
         super().__init__(studio, live)
         self.facts = LoopFacts(studio, self)
         self.trial = Trial(studio, live, self)
-        self._before: tuple[str, dict[str, float]] = ("", {})  # the last click: environment and its values
-        self.undo = QShortcut(QKeySequence(QKeySequence.StandardKey.Undo), self)
         self._worker = LatestAnswer(solve, self)
         self.lines: Lines | None = None
         self.results = Results()
@@ -115,15 +113,10 @@ class StabilityPage(MeasuringPage):
         except ParameterError as error:
             self.bar.say(str(error), danger=True)
 
-    def _click(self, damping: float, stiffness: float) -> None:
-        self._before = (self._studio.environment.key, dict(self._studio.values))
-        self.go(damping, stiffness)
-
-    def _undo_click(self) -> None:
-        """Restore the values before the last click, once, in the same environment."""
-        (key, values), self._before = self._before, ("", {})
-        if key == self._studio.environment.key:
-            self._studio.set_values(values)
+    def try_it(self) -> None:
+        """Pull the handle away and let it go."""
+        if (conditions := self.trial_conditions) is not None:
+            self.trial.begin(conditions)
 
     def run(self) -> None:
         """Measure the map and the boundary for what is shown."""
@@ -152,13 +145,13 @@ class StabilityPage(MeasuringPage):
 
     @property
     def trial_conditions(self) -> TrialConditions | None:
-        """Return what the map says of the handle when it is let go; None before there are lines."""
-        engine, parameters = self._studio.engine, self.map_parameters
-        if self.lines is None or engine is None or parameters is None:
+        """Return what is said of the handle when it is let go; None before there are lines."""
+        asked = self.lines.question.asked if self.lines else None
+        if self.lines is None or asked is None or self.lines.plane.said is None:
             return None
-        plane = self.lines.plane
-        limit = plane.hands["released"] if parameters.stiffness else math.nan
-        return TrialConditions(plane.setting, plane.margin.stiffness, limit, engine.max_force)
+        plane, does = self.lines.plane, self.lines.plane.said.does[RELEASED]
+        stiffness, quantum = plane.margin.stiffness, plane.setting.quantum
+        return TrialConditions(does, asked.centre, stiffness, asked.max_force, quantum)
 
     def question(self) -> LinesQuestion | None:
         """Return what to compute for what is in force; None without a device or its delay."""
@@ -188,7 +181,8 @@ class StabilityPage(MeasuringPage):
     def show_lines(self, lines: Lines) -> None:
         """Show the newest lines."""
         self.lines = lines
-        self.verdict_column.show_limits(lines.plane)
+        self._show_studio()
+        self.verdict_column.show_limits(lines)
         self.bar.export.setEnabled(True)
         self._show_all()
         if self._wanted:
@@ -284,6 +278,7 @@ class StabilityPage(MeasuringPage):
         self.bar.export.setEnabled(False)
         missing = self.facts.why_unknown() if self.facts.setting() is None else _COMPUTING
         self.verdict_column.show_verdict(Verdict(*missing))
+        self._show_studio()
 
     def _show_studio(self) -> None:
         """Show what a click and the button do now, and whether the controller is on."""
@@ -293,7 +288,7 @@ class StabilityPage(MeasuringPage):
             words += " On a real Hapkit you are the hand: let go of it yourself."
         side.try_words.setText(words)
         side.release.setText("Holding…" if trial.holding else "Release the handle here")
-        side.release.setEnabled(trial.possible and not trial.holding)
+        side.release.setEnabled(trial.possible and not trial.holding and self.lines is not None)
         side.outcome.setText(trial.said)
         side.outcome.setVisible(bool(trial.said))
         side.controller.setChecked(self._studio.loop.controller)
@@ -311,12 +306,11 @@ class StabilityPage(MeasuringPage):
         for signal in (studio.environment_changed, studio.values_changed, studio.engine_changed,
                        studio.loop_changed, self.trial.changed):  # fmt: skip
             signal.connect(self._show_studio)
-        side.release.clicked.connect(lambda: self.trial.begin(self.trial_conditions))
+        side.release.clicked.connect(self.try_it)
         side.controller.clicked.connect(lambda on: studio.set_loop(controller=on))
-        self.chart.clicked.connect(self._click)
+        self.chart.clicked.connect(self.go)
         self.chart.dragged.connect(self.go)
         self.chart.pointed.connect(self.show_near)
-        self.undo.activated.connect(self._undo_click)
 
 
 def _same(one: Map, other: Map) -> bool:

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.behaviour import Behaviour, Centre
 from hapkit_studio.dynamics.hand import grip_named
-from hapkit_studio.dynamics.sampled_loop import growing_amplitude
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.numbers import Quantity
@@ -20,43 +19,36 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
 
 
-# How far a trial goes in m: at least, at most, and where nothing says how far.
+# How far a trial goes in m: at least, at most, and where every push settles.
 LEAST, MOST, USUAL = 0.001, 0.020, 0.005
-# Beyond the farthest place that friction holds: by this factor and so many m more.
+# Beyond the farthest place that settles: by this factor and so many m more.
 _TIMES, _MORE = 2.0, 0.0005
 
 
 @dataclass(frozen=True)
 class TrialConditions:
-    """A rendered stiffness and the released handle's limit in N/m, in a loop whose force ends at force N."""
+    """What the verdict says of a released handle, and where it is let go.
 
-    setting: Setting
+    Rendered stiffness N/m, the motor's limit in N and the sensor's step in m.
+    """
+
+    does: Behaviour
+    centre: Centre
     stiffness: float
-    limit: float
-    force: float = math.inf
-
-    @property
-    def grows_from(self) -> float:
-        """Return the smallest amplitude in m that grows; inf where none does."""
-        late = 0.5 * self.setting.period + self.setting.delay
-        return growing_amplitude(self.stiffness, self.limit, self.setting.mass, self.setting.coulomb, late)
+    force: float
+    quantum: float
 
 
-def starting_distance(held: TrialConditions) -> float:
-    """Return how far a trial pulls the handle, in m: beyond what friction holds, where possible."""
-    if not held.stiffness > held.limit:
+def starting_distance(does: Behaviour) -> float:
+    """Return how far a trial pulls the handle, in m: beyond what settles, where anything does not."""
+    if does.calm or does.flick:
         return USUAL
-    return min(max(_TIMES * held.grows_from + _MORE, LEAST), MOST)
+    return min(max(_TIMES * does.push + _MORE, LEAST), MOST)
 
 
 _UNITS = ("N/m", "N·s/m")
 # Two shares of a parameter's range: where the impedance is the parameter at both, it is that parameter.
 _PROBES = (0.3, 0.6)
-_REACH, _POINTS = 0.04, 161
-# Where the force rises nearly as steeply as anywhere.
-_STEEP = 0.9
-# This far in m on both sides of the stiffest place tells a wall; less than this share of force is none.
-_NEAR, _SLIGHT = 0.003, 0.1
 
 
 @dataclass(frozen=True)
@@ -104,30 +96,6 @@ def map_parameters(environment: Environment, values: Values) -> MapParameters:
     return MapParameters(*found)
 
 
-def contact(environment: Environment, values: Values) -> tuple[float, float]:
-    """Return (place in m, direction) where the force rises most steeply, with the least force to begin with.
-
-    Going that direction stays in it. The middle, to the right, where no place has any stiffness.
-    """
-    x = np.linspace(-_REACH, _REACH, _POINTS)
-    force = environment.curve(values, x)
-    slope = -np.gradient(force, x)
-    if not np.isfinite(slope).all() or slope.max() <= 0.0:
-        return 0.0, 1.0
-    steep = slope >= _STEEP * slope.max()
-    places = np.flatnonzero(steep)
-    best = int(min(places, key=lambda i: (round(abs(float(force[i])), 6), abs(float(x[i])))))
-    onwards = best + 4 < _POINTS and bool(steep[best : best + 4].all())
-    return float(x[best]), 1.0 if onwards else -1.0
-
-
-def one_sided(environment: Environment, values: Values) -> bool:
-    """Return whether the scene pushes on one side only of its stiffest place, as a wall does."""
-    place, way = contact(environment, values)
-    inside, outside = environment.curve(values, np.array([place + way * _NEAR, place - way * _NEAR]))
-    return abs(float(outside)) < _SLIGHT * abs(float(inside))
-
-
 # The stretches that are compared, in s: after the release, and at the end.
 _BEGIN, _END = 0.2, 0.4
 # Up to so many sensor steps is rest; more than this factor is growth.
@@ -140,15 +108,10 @@ _THROWN = (
 
 @dataclass(frozen=True)
 class Released:
-    """The handle after its release: time (n,) s, position (n,) m about its place of rest, asked force (n,) N.
-
-    one_sided: the scene pushes on one side only.
-    """
+    """The handle after its release: time (n,) s, position (n,) m about its place of rest."""
 
     time: np.ndarray
     position: np.ndarray
-    asked: np.ndarray
-    one_sided: bool = False
 
     @property
     def begin(self) -> float:
@@ -162,42 +125,19 @@ class Released:
 
 
 def outcome_words(seen: Released, held: TrialConditions) -> str:
-    """Describe the outcome, and whether it agrees with the map."""
+    """Describe the outcome, and whether it agrees with the verdict."""
     if len(seen.time) < 2:
         return ""
-    if seen.one_sided:
+    if held.centre.pushes:
         return _THROWN
-    if seen.end <= _STEPS * max(held.setting.quantum, _LEAST_STEP):
-        return f"Came to rest{_why_rest(held)}"
-    clamped = bool(np.abs(seen.asked).max() > held.force)
+    rests = seen.end <= _STEPS * max(held.quantum, _LEAST_STEP)
     size = f"±{number(1e3 * seen.end, 1)} mm"
-    holds = f"the force limit of {number(held.force, 1)} N holds it at {size}" if clamped else ""
-    if seen.end > _GREW * seen.begin:
-        return f"Grew{_as_said(held, True)}" + (f" Now {holds}." if holds else "")
-    if held.stiffness > held.limit:
-        return f"Did not come to rest: {holds}." if holds else f"Did not come to rest: still {size}."
-    dies = seen.end < seen.begin / _GREW
-    return f"Dies away{_as_said(held, False)}" if dies else f"Goes on moving, {size}."
-
-
-def _as_said(held: TrialConditions, grows: bool) -> str:
-    """Say whether the outcome agrees with the exact limit."""
-    if math.isnan(held.limit) or held.setting.controller:
-        return "."
-    return ", as the map says." if (held.stiffness > held.limit) == grows else ", the map says otherwise."
-
-
-def _why_rest(held: TrialConditions) -> str:
-    if held.setting.controller:
-        return ", with the passivity controller."
-    if not held.stiffness > held.limit:
-        return _as_said(held, False)
-    least = held.grows_from
-    if least > held.force / held.stiffness:
-        return f": friction and the force limit of {number(held.force, 1)} N held it."
-    if least > MOST:
-        return f": friction held it; more than {number(1e3 * MOST, 0)} mm would grow."
-    return f": friction held it; it grows from {number(1e3 * least, 1)} mm on."
+    if not rests and seen.end < seen.begin / _GREW:
+        return f"Dies away, still {size}."
+    settles = seen.begin <= held.does.push or held.does.flick > 0.0
+    agrees = "as the verdict says" if rests == settles else "the verdict says otherwise"
+    grew = "Grew to" if seen.end > _GREW * seen.begin else "Goes on at"
+    return f"Came to rest, {agrees}." if rests else f"{grew} {size}, {agrees}."
 
 
 # For how long the hand holds, and for how long the handle is watched after that.
@@ -236,8 +176,8 @@ class Trial(QObject):
         """Return whether there is a handle that the simulated hand holds."""
         return self._studio.engine is not None and self._studio.hand_is_ours
 
-    def begin(self, held: TrialConditions | None) -> None:
-        """Pull the handle away from its rest position; held: the conditions of the trial, None if unknown."""
+    def begin(self, held: TrialConditions) -> None:
+        """Pull the handle away from its rest position."""
         if not self.possible or self.holding:
             return
         self.forget()
@@ -272,12 +212,12 @@ class Trial(QObject):
 
     def judge(self) -> None:
         """Report what the handle did since its release."""
+        if self._held is None:
+            return
         window = self._live.history.between(self._since, math.inf)
-        scene = self._studio.environment, self._studio.values
         known = np.isfinite(window.y["position"])
-        position = window.y["position"][known] - contact(*scene)[0]
-        seen = Released(window.x[known], position, window.y["asked"][known], one_sided(*scene))
-        self.said = outcome_words(seen, self._held) if self._held is not None else ""
+        position = window.y["position"][known] - self._held.centre.position
+        self.said = outcome_words(Released(window.x[known], position), self._held)
         self.changed.emit()
 
     def _release(self) -> None:
@@ -286,12 +226,9 @@ class Trial(QObject):
         self.let_go()
         self._watch.start()
 
-    def _target(self, held: TrialConditions | None) -> float:
+    def _target(self, held: TrialConditions) -> float:
         """Return where the hand pulls to in m, so that against the scene's force the handle gets there."""
-        environment, values = self._studio.environment, self._studio.values
-        place, way = contact(environment, values)
-        far = starting_distance(held) if held is not None else USUAL
-        grip = grip_named(self._studio.grip)
-        force = min(held.stiffness * far, held.force) if held is not None else 0.0
-        target = place + way * (far + (force / grip.stiffness if grip else 0.0))
+        far, grip = starting_distance(held.does), grip_named(self._studio.grip)
+        force = min(held.stiffness * far, held.force)
+        target = held.centre.position + held.centre.side * (far + (force / grip.stiffness if grip else 0.0))
         return min(max(target, -_FARTHEST), _FARTHEST)

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QSizePolicy
 from hapkit_studio.analysis.stability.kb_plane import Plane, class_words
 from hapkit_studio.analysis.stability.margin import hand_words, stable_again
 from hapkit_studio.gui.pages.base import Pairs, SidePanel
-from hapkit_studio.gui.pages.stability.map_data import Measured
+from hapkit_studio.gui.pages.stability.map_data import Lines, Measured
 from hapkit_studio.gui.widgets.parts import AnswerLines, Sign, across, hint, label
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import number
@@ -52,17 +52,29 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     return Verdict(said.headline, "\n".join(filter(None, more)), said.sign, said.signed)
 
 
-def limits(plane: Plane) -> list[tuple[str, str]]:
-    """Return every limit at the rendered damping, as pairs of a name and a stiffness: the drawing's lines."""
-    across, hands = plane.margin.damping, plane.hands
+def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
+    """Return what is limited, and every limit as a pair of a name and a value: the drawing's lines.
+
+    That is the stiffness at the rendered damping, or the damping where no stiffness is rendered.
+    """
+    plane, asked = lines.plane, lines.question.asked
+    across = plane.margin.damping
+    title = f"Limits at b = {number(across, 1)} N·s/m"
+    if asked is not None and asked.impedance is None:
+        return "", []
     if not plane.setting.linear:
-        return [("Velocity filter", "not linear")]
-    passive = float(np.interp(across, plane.edge_damping, plane.edge, right=0.0))
-    found = {"Passive": passive, **{hand_words(hand).capitalize(): k for hand, k in hands.items()}}
-    if plane.setting.coulomb > 0.0:
+        return title, [("Velocity filter", "not linear")]
+    if lines.dampings:
+        title, unit, digits, own = "Limits of the damping", "N·s/m", 1, lines.dampings
+        passive = float(plane.edge_damping[-1])
+    else:
+        unit, digits, own = "N/m", 0, plane.hands
+        passive = float(np.interp(across, plane.edge_damping, plane.edge, right=0.0))
+    found = {"Passive": passive, **{hand_words(hand).capitalize(): limit for hand, limit in own.items()}}
+    if plane.setting.coulomb > 0.0 and not lines.dampings:
         name = f"{hand_words(plane.setting.hand).capitalize()}, friction"
         found[name] = float(np.interp(across, plane.damping, plane.friction))
-    return [(name, f"{limit:,.0f} N/m" if limit > 0.0 else "none") for name, limit in found.items()]
+    return title, [(name, f"{number(k, digits)} {unit}" if k > 0.0 else "none") for name, k in found.items()]
 
 
 class VerdictColumn(SidePanel):
@@ -94,12 +106,12 @@ class VerdictColumn(SidePanel):
         self.answers.say(*verdict.lines)
         mark(self.heading, "ink", "danger" if verdict.sign[1] == "danger" else "ink")
 
-    def show_limits(self, plane: Plane | None) -> None:
-        """Show every hand's limit at the rendered damping."""
-        self.limits.show_pairs(limits(plane) if plane else [])
-        self.why.setVisible(plane is not None)
-        if plane:
-            self.limits_heading.setText(f"Limits at b = {number(plane.margin.damping, 1)} N·s/m")
+    def show_limits(self, lines: Lines | None) -> None:
+        """Show every hand's limit."""
+        title, pairs = limits(lines) if lines else ("", [])
+        self.limits_heading.setText(title)
+        self.limits.show_pairs(pairs)
+        self.why.setVisible(bool(pairs))
 
     def show_lines(self, words: dict[str, tuple[str, str]]) -> None:
         """Say what each line of the map means."""
