@@ -4,8 +4,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtGui import QCloseEvent
-from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QStackedWidget, QWidget
+from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QWidget, QWizard
 
 from hapkit_studio.analysis.calibrate.calibration import Calibration
 from hapkit_studio.analysis.calibrate.result import PASS, SKIP, CheckResult
@@ -14,7 +14,6 @@ from hapkit_studio.devices.padding import measure_padding
 from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.gui.widgets import icons
-from hapkit_studio.gui.widgets.parts import across, rule
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent
 from hapkit_studio.gui.wizard.step_connect import ConnectStep
@@ -33,6 +32,17 @@ if TYPE_CHECKING:
 _SIZE, _SMALLEST = (1060, 700), (860, 560)
 _ROW_HEIGHT, _LIST_WIDTH, _ICON = 44, 200, 18
 _AFTER_STOP = "Press Release E-stop above, hands off, then begin this step again."
+_BUTTONS = QWizard.WizardButton
+_SKIP, _AGAIN, _CLOSE = _BUTTONS.CustomButton1, _BUTTONS.CustomButton2, _BUTTONS.CustomButton3
+_BACK, _NEXT, _SPACE = _BUTTONS.BackButton, _BUTTONS.NextButton, _BUTTONS.Stretch
+_WORDS = {_BACK: "Back", _NEXT: "Next", _SKIP: "Skip", _AGAIN: "Try again"}
+
+
+class _Pages(QWizard):
+    """Leaves keys to the dialog that it stands in: Esc stops the motor, Enter presses what has the focus."""
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        event.ignore()
 
 
 class SetupDialog(BoardDialog):
@@ -52,19 +62,14 @@ class SetupDialog(BoardDialog):
             StrengthStep(board), FrictionStep(board), self.save_step,
         ]  # fmt: skip
         self._skipped: dict[int, CheckResult] = {}
-        self.list, self.pages = self._make_list(), QStackedWidget()
-        for step in self.steps:
-            self.pages.addWidget(step)
-        ways = (QPushButton(words, autoDefault=False) for words in ("Skip", "Back", "Next", "Try again"))
-        self.skip, self.back, self.next, self.again = self.ways = tuple(ways)
-        self.close_button.setAutoDefault(False)
-        for button in (self.close_button, *self.ways):
-            button.setObjectName("way")
-        self.column.addLayout(across(self.list, (self.pages, 1), gap=0), 1)
-        self.column.addWidget(rule())
-        self.column.addLayout(across(self.close_button, None, *self.ways, margins=(9, 9, 9, 9), gap=6))
+        self.list = self._make_list()
+        self.pages = self._make_pages()
+        self.back, self.next, self.skip, self.again = (self.pages.button(which) for which in _WORDS)
+        self.column.addWidget(self.pages, 1)
         self._connect()
-        self._entered(0)
+        self.pages.restart()
+        around = self.list.parentWidget()  # made by QWizard, with a margin
+        around.layout().setContentsMargins(0, 0, 0, 0)  # type: ignore[union-attr]
         self._show_opening()
 
     @staticmethod
@@ -80,7 +85,7 @@ class SetupDialog(BoardDialog):
     @property
     def index(self) -> int:
         """Return the number of the step in sight, from 0."""
-        return self.pages.currentIndex()
+        return self.pages.currentId()
 
     @property
     def step(self) -> StepPage:
@@ -88,13 +93,16 @@ class SetupDialog(BoardDialog):
         return self.steps[self.index]
 
     def go(self, index: int) -> None:
-        """Show a step."""
-        self.pages.setCurrentIndex(index)
+        """Show a step; its neighbours stay those of Back and Next."""
+        while self.index < index:
+            self.pages.next()
+        while self.index > index:
+            self.pages.back()
 
     def skip_step(self) -> None:
         """Leave a step out, and say what is assumed then."""
         self._skipped[self.index] = CheckResult(SKIP, f"Left out. Assumed: {self.step.if_skipped}.")
-        self.go(self.index + 1)
+        self.pages.next()
 
     def try_again(self) -> None:
         """Open the board anew and begin with the first step: what was found before is not in force."""
@@ -108,8 +116,7 @@ class SetupDialog(BoardDialog):
         self._skipped.clear()
         for step in self.steps:
             step.reset()
-        self.go(0)
-        self._entered(0)
+        self.pages.restart()
 
     def notes(self) -> Notes:
         """Return for every step but the last whether it is done, and what was found or is assumed."""
@@ -136,20 +143,18 @@ class SetupDialog(BoardDialog):
     # what happens
 
     def _entered(self, index: int) -> None:
-        """Begin the step that has come into sight."""
+        """Begin the step that has come into sight; index: -1 while the wizard begins again."""
+        if index < 0:
+            return
         for step in self.steps:
             if step.handle is not None:
                 step.handle.let_go.click()
         self.list.setCurrentRow(index)
-        self._offer(self.back, *(() if self.step is self.save_step else (self.skip, self.next)))
+        ways_on = [_BACK] if self.step is self.save_step else [_SKIP, _BACK, _NEXT]
+        self.pages.setButtonLayout([_CLOSE, _SPACE, *ways_on])
         self.step.enter()
         self._show_state()
         self._focus()
-
-    def _offer(self, *ways: QPushButton) -> None:
-        """Show these ways on, and no others."""
-        for way in self.ways:
-            way.setVisible(way in ways)
 
     def _focus(self) -> None:
         """Give the keyboard to Next where the step is done, or to the step's own button.
@@ -186,7 +191,7 @@ class SetupDialog(BoardDialog):
         for step in self.steps:
             step.box.show_text(words, "Motor off. Check the cable, then try again.", ("unplugged", "warn"))
         self._show_state()
-        self._offer(self.again)
+        self.pages.setButtonLayout([_CLOSE, _SPACE, _AGAIN])
         self.again.setFocus()
 
     def _undone(self) -> None:
@@ -220,10 +225,25 @@ class SetupDialog(BoardDialog):
         self.list.setEnabled(free)
         self.skip.setEnabled(free)
         self.back.setEnabled(free and self.index > 0)
-        self.next.setEnabled(free and step.result is not None)
         self.close_button.setText("Cancel" if self.board.job_running else "Close")
 
     # putting together
+
+    def _make_pages(self) -> QWizard:
+        pages = _Pages(self)
+        pages.setWindowFlags(Qt.WindowType.Widget)  # part of this dialog, no window of its own
+        pages.setWizardStyle(QWizard.WizardStyle.ModernStyle)
+        pages.setOption(QWizard.WizardOption.IndependentPages)
+        pages.setOption(QWizard.WizardOption.NoDefaultButton)
+        pages.setSideWidget(self.list)
+        for step in self.steps:
+            pages.addPage(step)
+        pages.setButton(_CLOSE, self.close_button)
+        for which, words in _WORDS.items():
+            pages.setButtonText(which, words)
+        for button in pages.findChildren(QPushButton):
+            button.setAutoDefault(False)
+        return pages
 
     def _make_list(self) -> QListWidget:
         rows = QListWidget()
@@ -238,9 +258,7 @@ class SetupDialog(BoardDialog):
 
     def _connect(self) -> None:
         self.list.currentRowChanged.connect(self.go)
-        self.pages.currentChanged.connect(self._entered)
-        self.back.clicked.connect(lambda: self.go(self.index - 1))
-        self.next.clicked.connect(lambda: self.go(self.index + 1))
+        self.pages.currentIdChanged.connect(self._entered)
         self.skip.clicked.connect(self.skip_step)
         self.again.clicked.connect(self.try_again)
         self.board.opened.connect(self._opened)

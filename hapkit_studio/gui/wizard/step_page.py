@@ -5,7 +5,7 @@ from typing import Any
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QValidator
-from PySide6.QtWidgets import QDoubleSpinBox, QFrame, QLabel, QPushButton, QScrollArea, QWidget
+from PySide6.QtWidgets import QDoubleSpinBox, QFrame, QLabel, QPushButton, QScrollArea, QWidget, QWizardPage
 
 from hapkit_studio.analysis.calibrate.calibration import NO_DIRECTION, Calibration
 from hapkit_studio.analysis.calibrate.result import CheckResult
@@ -20,8 +20,8 @@ Job = Callable[[Calibration], Any]
 _SIDE, _SPACE = 24, 12
 
 
-class StepPage(QWidget):
-    """One step. It is done once it has a result; until then it may only be skipped.
+class StepPage(QWizardPage):
+    """One step. It is complete once it has a result; until then it may only be skipped.
 
     name: in the list of steps; heading, words: on the page; begin: what the box says at first; if_skipped:
     what is assumed then; pushes: the motor does; needs_direction: not before that is known; first: the button
@@ -37,7 +37,6 @@ class StepPage(QWidget):
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__()
-        self.setObjectName("step")
         self.board = board
         self.result: CheckResult | None = None
         self._buttons: list[tuple[QPushButton, Callable[[], bool]]] = []
@@ -63,6 +62,9 @@ class StepPage(QWidget):
     def calibration(self) -> Calibration:
         """Return the calibration under way; there is none before the board is open."""
         return self.board.subject
+
+    def isComplete(self) -> bool:
+        return self.result is not None and not self.board.busy
 
     # what a step declares
 
@@ -151,10 +153,11 @@ class StepPage(QWidget):
         self.box.show_warning(words, remedy)
 
     def offer_buttons(self) -> None:
-        """Enable the buttons that are ready; none while a job runs or there is no board."""
+        """Enable the buttons that are ready, and Next; none while a job runs or there is no board."""
         free = not self.board.busy and self.calibration is not None
         for button, ready in self._buttons:
             button.setEnabled(free and ready())
+        self.completeChanged.emit()
 
 
 class ThousandthsBox(QDoubleSpinBox):
