@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from pytestqt.qtbot import QtBot
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, truth
@@ -35,15 +36,15 @@ DEEP = 500
 ALL = 10**6
 
 
-@pytest.fixture
-def session(tmp_path, qtbot, qapp):
+@pytest.fixture(scope="module")
+def session(tmp_path_factory, request, qapp):
     """Return (telemetry rows, truth, history) of pushes into the wall until enough was rendered steadily."""
-    log, script = tmp_path / "truth.f64", tmp_path / "push.txt"
+    folder = tmp_path_factory.mktemp("pushes")
+    log, script = folder / "truth.f64", folder / "push.txt"
     script.write_text("\n".join(PUSHES) + "\n")
     board = VirtualBoard("lockstep", log=log, script=script)
     entry = DeviceEntry("virtual-board", "Virtual board", lambda: board)
     window = MainWindow(Studio(lambda: [entry], build_engine))
-    qtbot.addWidget(window)
     window.show()
     window.studio.choose("wall")
     window.studio.set_value("stiffness", STIFFNESS)
@@ -59,7 +60,7 @@ def session(tmp_path, qtbot, qapp):
         seen.append(readers[0].read())
         return sum(map(len, seen)) >= SAMPLES and sum(map(deep, seen)) > 1.2 * DEEP
 
-    qtbot.waitUntil(enough, timeout=PATIENCE_MS)
+    QtBot(request).waitUntil(enough, timeout=PATIENCE_MS)
     window.live.stop()
     window.live.tick()
     seen.append(readers[0].read())

@@ -5,16 +5,18 @@ from contextlib import contextmanager
 from functools import partial
 
 import pytest
-from PySide6.QtCore import QCoreApplication, QDeadlineTimer, QEvent
+from PySide6.QtCore import QCoreApplication, QDeadlineTimer
 from PySide6.QtTest import QTest
 
+from hapkit_studio.arguments import window_parser
+from hapkit_studio.gui import app
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.window import MainWindow
 from tests.gui.board_fixtures import board_window, held_board_window, scripted  # noqa: F401
 from tests.gui.live.plot_fixtures import history, phase, plots  # noqa: F401
-from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine, put_back
+from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine, delete_the_given_up, put_back
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -25,7 +27,8 @@ def dressed(qapp):
 
 @pytest.fixture(autouse=True)
 def look(dressed):
-    """Begin in the light theme, of the usual size."""
+    """Begin in the light theme, of the usual size, with nothing to dress that earlier tests have left."""
+    delete_the_given_up()
     theme.set_mode("light")
     theme.set_scale(1.0)
 
@@ -61,11 +64,16 @@ def open_windows():
         return window
 
     yield make
+    put_away(windows)
+
+
+def put_away(windows: list[MainWindow]) -> None:
+    """Close windows, and delete them: one that is left is styled and laid out again in every later test."""
     for window in windows:
         window.close()
         QCoreApplication.instance().removeEventFilter(window.stop_filter)
         window.deleteLater()
-    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+    delete_the_given_up()
     gc.enable()  # the window has put it off
 
 
@@ -74,6 +82,19 @@ def make_window(qapp):
     """Return a maker of shown windows."""
     with open_windows() as make:
         yield make
+
+
+@pytest.fixture
+def build_window(qapp):
+    """Return a maker of windows as the command line with such options has them, not yet shown."""
+    windows = []
+
+    def make(*options: str) -> MainWindow:
+        windows.append(app.build(window_parser().parse_args(options)))
+        return windows[-1]
+
+    yield make
+    put_away(windows)
 
 
 @pytest.fixture

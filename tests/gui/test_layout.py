@@ -17,6 +17,7 @@ from hapkit_studio.gui.banners import Notice
 from hapkit_studio.gui.gallery import GalleryRow
 from hapkit_studio.gui.panel.limits import Question, answer
 from hapkit_studio.gui.panel.rows import ParameterRow
+from tests.gui.window_support import delete_the_given_up
 from tests.wide import wide
 
 SIZES = [
@@ -99,6 +100,7 @@ def settle(qapp, window, size):
 
 def resize(qapp, window, size):
     """Resize and let every layout follow."""
+    delete_the_given_up()
     window.resize(*size)
     for _ in range(3):
         qapp.processEvents()

@@ -1,6 +1,6 @@
 """What the window's tests share: the simulated device, an engine that leaves the machine alone."""
 
-from PySide6.QtCore import QCoreApplication
+from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtWidgets import QDialog
 
 from hapkit_studio.devices import DeviceEntry
@@ -17,6 +17,11 @@ SIMULATED = DeviceEntry("simulated", "Simulated Hapkit", SimulatedHapkit)
 def build_engine(entry: DeviceEntry) -> Engine:
     """Make an engine at normal priority."""
     return Engine(entry.make(), realtime=False)
+
+
+def delete_the_given_up() -> None:
+    """Delete the widgets that nobody wants any more: no event loop runs that would; all are styled anew."""
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
 
 
 def put_back(window) -> None:
