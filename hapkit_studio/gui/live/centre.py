@@ -118,14 +118,15 @@ class Centre(QWidget):
         self.scene, self.time = SceneView(), TimePlots()
         self.phase = ForcePosition(self.time.cursors)
         self.toolbar = Toolbar()
-        self.rows, self.columns = QSplitter(Qt.Orientation.Vertical, self), QSplitter()
+        self.rows = QSplitter(Qt.Orientation.Vertical, self)
         self.stack, line = QStackedWidget(), QFrame()
         self.stack.addWidget(self.time)
         line.setProperty("rule", True)
         line.setFixedHeight(1)
-        self.scene_card, self.phase_card = card(self, self.scene), card(self, self.phase)
+        self.scene_card, self.columns = card(self.rows, self.scene), QSplitter(self.rows)
+        self.phase_card = card(self.columns, self.phase)
         self.held = HeldTraces(self)
-        self.time_card = card(self, self.toolbar, line, HeldList(self.held), self.stack, edge=_EDGE)
+        self.time_card = card(self.columns, self.toolbar, line, HeldList(self.held), self.stack, edge=_EDGE)
         self._narrow, self._settings = False, settings
         self._page: QWidget | None = None
         self._shows_scene, self._is_law = True, False
