@@ -8,6 +8,8 @@ import pytest
 from PySide6.QtCore import QCoreApplication, QDeadlineTimer, QEvent
 from PySide6.QtTest import QTest
 
+from hapkit_studio.arguments import window_parser
+from hapkit_studio.gui import app
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import theme
@@ -25,7 +27,11 @@ def dressed(qapp):
 
 @pytest.fixture(autouse=True)
 def look(dressed):
-    """Begin in the light theme, of the usual size."""
+    """Begin in the light theme, of the usual size, without what the last test gave away.
+
+    Qt deletes that in an event loop of its own; until then every change of the look would style it as well.
+    """
+    QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     theme.set_mode("light")
     theme.set_scale(1.0)
 
@@ -49,24 +55,43 @@ def home(tmp_path, monkeypatch):
 @contextmanager
 def open_windows():
     """Give a maker of shown windows; each is closed, its loop ended, afterwards."""
-    windows = []
+    with deleted_in_the_end() as windows:
 
-    def make(entries=(SIMULATED,), build=build_engine, size=(1440, 900)) -> MainWindow:
-        window = MainWindow(Studio(lambda: list(entries), build))
-        windows.append(window)
-        window.resize(*size)
-        window.show()
-        window.activateWindow()
-        assert QTest.qWaitForWindowActive(window, PATIENCE_MS)
-        return window
+        def make(entries=(SIMULATED,), build=build_engine, size=(1440, 900)) -> MainWindow:
+            window = MainWindow(Studio(lambda: list(entries), build))
+            windows.append(window)
+            window.resize(*size)
+            window.show()
+            window.activateWindow()
+            assert QTest.qWaitForWindowActive(window, PATIENCE_MS)
+            return window
 
-    yield make
+        yield make
+
+
+@contextmanager
+def deleted_in_the_end():
+    """Give a list for windows, which are closed and deleted afterwards."""
+    windows: list[MainWindow] = []
+    yield windows
     for window in windows:
         window.close()
         QCoreApplication.instance().removeEventFilter(window.stop_filter)
         window.deleteLater()
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
     gc.enable()  # the window has put it off
+
+
+@pytest.fixture
+def start_window(qapp):
+    """Return a maker of windows as the program begins with options, not shown yet."""
+
+    def start(*options: str) -> MainWindow:
+        windows.append(app.build(window_parser().parse_args(options)))
+        return windows[-1]
+
+    with deleted_in_the_end() as windows:
+        yield start
 
 
 @pytest.fixture

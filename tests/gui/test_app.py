@@ -8,7 +8,6 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QImage
 
-from hapkit_studio.arguments import window_parser
 from hapkit_studio.gui import app, prepare
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -117,14 +116,13 @@ def test_every_theme_paints_the_whole_window(shared_window, qapp):
         assert image.pixelColor(3, 35).name() == theme.color("side").name()
 
 
-def test_a_window_without_a_frame_comes_back_as_large_as_it_was(qapp):
+def test_a_window_without_a_frame_comes_back_as_large_as_it_was(qapp, start_window):
     """As large as the screen: Qt alone would leave room for a frame."""
     room = qapp.primaryScreen().availableGeometry()
-    first = app.build(window_parser().parse_args([]))
+    first = start_window()
     first.setWindowFlag(Qt.WindowType.FramelessWindowHint)
     first.setGeometry(room)
     first.show()
     first.close()
-    again = app.build(window_parser().parse_args([]))
+    again = start_window()
     assert again.geometry() == room
-    again.close()

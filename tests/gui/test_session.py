@@ -7,10 +7,9 @@ import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from hapkit_studio.arguments import window_parser
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
-from hapkit_studio.gui import app, session
+from hapkit_studio.gui import session
 from hapkit_studio.gui.environment_library import usable
 from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.haptics import rows
@@ -142,14 +141,14 @@ def test_values_that_do_not_agree_are_the_defaults():
     assert usable(LIBRARY["button"], {"travel": 0.003, "snap_start": 0.0035}) == LIBRARY["button"].values()
 
 
-def test_an_environment_that_is_named_begins_with_its_defaults_and_a_picture_leaves_no_trace():
+def test_an_environment_that_is_named_begins_with_its_defaults_and_a_picture_leaves_no_trace(start_window):
     for options, before, left in (
         ([], 250.0, STIFFNESS),
         (["--environment", "wall"], 250.0, STIFFNESS),
         (["--screenshot", "x.png"], STIFFNESS, 400.0),
         ([], STIFFNESS, STIFFNESS),
     ):
-        window = app.build(window_parser().parse_args(options))
+        window = start_window(*options)
         assert window.studio.values["stiffness"] == before
         assert window.studio.restored == (before == STIFFNESS)
         window.studio.set_value("stiffness", left)

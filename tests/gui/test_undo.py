@@ -4,9 +4,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
-from hapkit_studio.arguments import window_parser
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui import app
 from hapkit_studio.gui.undo import settings_of
 from tests.gui.window_support import put_back
 
@@ -203,14 +201,13 @@ def test_what_cannot_be_put_back_is_said_in_one_line_and_nothing_changes(window)
         studio.set_values_of("spring", values)
 
 
-def test_what_a_start_restores_is_no_step(qapp):
-    first = app.build(window_parser().parse_args([]))
+def test_what_a_start_restores_is_no_step(start_window):
+    first = start_window()
     first.studio.set_value("stiffness", 640.0)
     first.close()
-    again = app.build(window_parser().parse_args([]))
+    again = start_window()
     assert again.studio.values["stiffness"] == 640.0
     assert not again.history.stack.canUndo()
     again.studio.set_value("stiffness", 700.0)
     again.history.undo()
     assert again.studio.values["stiffness"] == 640.0
-    again.close()
