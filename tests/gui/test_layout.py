@@ -7,7 +7,7 @@ import sys
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QFontInfo
-from PySide6.QtWidgets import QAbstractButton, QLabel, QPushButton, QTabBar, QToolButton, QWidget
+from PySide6.QtWidgets import QAbstractButton, QLabel, QLineEdit, QPushButton, QTabBar, QToolButton, QWidget
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
@@ -57,8 +57,8 @@ def cut_off(window: QWidget) -> list[str]:
                     found.append(f"label {widget.text()!r}: {widget.size()}")
             elif needed.width() > widget.width() or needed.height() > widget.height():
                 found.append(f"label {widget.text()!r}: {needed} in {widget.size()}")
-        elif isinstance(widget.parent(), QTabBar):
-            continue  # arrows without words
+        elif isinstance(widget.parent(), QTabBar | QLineEdit):
+            continue  # arrows, and the button that clears a field: Qt gives these pictures their room
         elif isinstance(widget, QPushButton | QToolButton | GalleryRow):
             needed = widget.sizeHint()
             if needed.width() > widget.width() or needed.height() > widget.height():

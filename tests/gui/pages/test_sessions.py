@@ -27,6 +27,7 @@ def page(shared_window, qtbot, home):
     shown.search.clear()
     shown._others.clear()
     shared_window.views.show("sessions")
+    shown.load()  # what the folder holds now, also where the page was in sight already
     qtbot.waitUntil(lambda: not shown._reading.running)
     yield shown
     shared_window.views.show("live")
@@ -149,6 +150,7 @@ def test_without_sessions_it_says_how_to_get_one(shared_window, qtbot, home):
 
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (800, 560)])
 def test_nothing_is_cut_off(page, shared_window, qapp, size):
+    QTest.keyClicks(page.search, "wall")  # also of the field's clear button, which fades away late
     resize(qapp, shared_window, size)
     assert cut_off(shared_window) == []
     assert all(button.isVisible() for button in page.findChildren(QPushButton) if button.text())
