@@ -115,6 +115,8 @@ class Centre(QWidget):
 
     def __init__(self, settings: QSettings, parent: QWidget | None = None):
         super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setObjectName("centre")  # first: the parts are styled by it as they are made
         self.scene, self.time = SceneView(), TimePlots()
         self.phase = ForcePosition(self.time.cursors)
         self.toolbar = Toolbar()
@@ -135,8 +137,6 @@ class Centre(QWidget):
         fill(self.columns, GAP, 0, self.time_card, self.phase_card)
         fill(self.rows, GAP, 1, self.scene_card, self.columns)
         down(self.rows, into=self, margins=(GAP,) * 4)
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setObjectName("centre")
         self.scene.set_hint(not settings.value("dragged", False, bool))
         self.scene.taken.connect(lambda: settings.setValue("dragged", True))
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
