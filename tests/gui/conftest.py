@@ -116,6 +116,13 @@ def shared_window(dressed):
 
 
 @pytest.fixture
+def kept_idle_window(shared_window) -> MainWindow:
+    """Return a file's one window without a device as it began."""
+    put_back(shared_window)
+    return shared_window
+
+
+@pytest.fixture
 def window(make_window, qtbot) -> MainWindow:
     """Return a window whose simulated Hapkit runs; frames are taken when a test calls live.tick()."""
     shown = make_window()

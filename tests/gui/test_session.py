@@ -99,8 +99,8 @@ def test_the_same_question_is_asked_of_stability_after_a_restart(start, qtbot):
         (["wall"], ["x"], ["live"], {}),
     ],
 )
-def test_what_is_unknown_or_out_of_range_is_left_out(make_window, environment, values, view, found):
-    window = make_window()
+def test_what_is_unknown_or_out_of_range_is_left_out(kept_idle_window, environment, values, view, found):
+    window = kept_idle_window
     for name, value in (("environment", environment), ("values", values), ("view", view)):
         window.settings.setValue(name, value)
     session.restore(window)
@@ -118,8 +118,8 @@ def test_what_is_unknown_or_out_of_range_is_left_out(make_window, environment, v
         ({"model": [], "where": "moon", "board_rate": 3.0, "controller": 1, "options": 5}, {}, "medium"),
     ],
 )
-def test_a_loop_that_cannot_be_is_left_out_one_by_one(make_window, loop, found, grip):
-    window = make_window()
+def test_a_loop_that_cannot_be_is_left_out_one_by_one(kept_idle_window, loop, found, grip):
+    window = kept_idle_window
     window.settings.setValue("environment", "wall")
     window.settings.setValue("loop", json.dumps(loop))
     session.restore(window)

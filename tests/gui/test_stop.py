@@ -47,7 +47,13 @@ FRONTS = {
 }
 
 
-@pytest.mark.parametrize("device", ["kept_window", "board_window"])
+@pytest.fixture
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
+
+
+@pytest.mark.parametrize("device", ["window", "board_window"])
 def test_esc_stops_from_anywhere_but_closes_what_is_in_front_first_where_no_motor_runs(
     request, qtbot, device
 ):
@@ -67,15 +73,15 @@ def test_esc_stops_from_anywhere_but_closes_what_is_in_front_first_where_no_moto
         assert not engine.stopped
 
 
-def test_esc_stops_where_the_dialog_in_front_stays(kept_window, qtbot, monkeypatch):
+def test_esc_stops_where_the_dialog_in_front_stays(window, qtbot, monkeypatch):
     """As the one that flashes does while it writes."""
-    dialog = QDialog(kept_window)
+    dialog = QDialog(window)
     monkeypatch.setattr(dialog, "reject", lambda: None)
     dialog.show()
     dialog.activateWindow()
     qtbot.waitUntil(dialog.isActiveWindow)
     press_esc()
-    qtbot.waitUntil(lambda: kept_window.studio.engine.stopped)
+    qtbot.waitUntil(lambda: window.studio.engine.stopped)
     dialog.deleteLater()
 
 

@@ -1,10 +1,12 @@
 """What the window's tests share: the simulated device, an engine that leaves the machine alone."""
 
 from PySide6.QtCore import QCoreApplication
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.gui.dialogs import TextDialog
 from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.haptics.engine import Engine
 from tests.lateness import clear_lateness
@@ -19,6 +21,11 @@ def build_engine(entry: DeviceEntry) -> Engine:
     return Engine(entry.make(), realtime=False)
 
 
+def sheets(window) -> list[TextDialog]:
+    """Return the dialogs in sight."""
+    return [sheet for sheet in window.findChildren(TextDialog) if sheet.isVisible()]
+
+
 def put_back(window) -> None:
     """Bring a window back to how it began, so that the next test can have it."""
     studio = window.studio
@@ -29,6 +36,8 @@ def put_back(window) -> None:
     for banner in list(window.banners.banners):
         window.banners.set(banner.notice.key, None)
     window.live.set_paused(False)
+    if not window.single_keys:
+        window.toggle_single_keys()
     if studio.stopped:
         studio.release_stop()
     for key, environment in studio.environments.items():
@@ -46,3 +55,5 @@ def put_back(window) -> None:
     window.body.open_drawer(None)
     window.resize(1440, 900)
     QCoreApplication.processEvents()
+    window.activateWindow()
+    assert QTest.qWaitForWindowActive(window, PATIENCE_MS)
