@@ -4,8 +4,8 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QAbstractTableModel, QEvent, QModelIndex, QObject, QSize, QSortFilterProxyModel, Qt
-from PySide6.QtGui import QKeyEvent, QShowEvent
+from PySide6.QtCore import QEvent, QModelIndex, QObject, QSize, Qt
+from PySide6.QtGui import QKeyEvent, QShowEvent, QStandardItem, QStandardItemModel
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QDialog,
@@ -18,7 +18,6 @@ from PySide6.QtWidgets import (
 
 from hapkit_studio.gui import header
 from hapkit_studio.gui.actions import ActionSet, native
-from hapkit_studio.gui.pages.table import Index
 from hapkit_studio.gui.widgets.parts import across, down, label
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import theme
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
 _WIDE, _HIGH, _ROW = 560, 420, 28
 _COLUMNS = {1: 120, 2: 150}  # px: menu path, keys
 _LIST_KEYS = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown)
+_KEY = Qt.ItemDataRole.UserRole + 1  # Qt's own for an item's data
 _MAY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
 
 
@@ -40,45 +40,20 @@ def matches(sought: str, words: str) -> bool:
     )
 
 
-class Commands(QAbstractTableModel):
-    """The actions as rows of words, menu path and keys; what may not be done now cannot be selected."""
-
-    def __init__(self, actions: ActionSet, parent: QObject):
-        super().__init__(parent)
-        self._actions = actions
-
-    def rowCount(self, _parent: Index | None = None) -> int:
-        return len(self._actions.entries)
-
-    def columnCount(self, _parent: Index | None = None) -> int:
-        return 3
-
-    def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> object:
-        entry = self._actions.entries[index.row()]
-        if role == Qt.ItemDataRole.UserRole:
-            return entry.key
-        if role == Qt.ItemDataRole.ForegroundRole and (index.column() or not self.flags(index)):
-            return theme.color("ink3")
-        if role != Qt.ItemDataRole.DisplayRole:
-            return None
-        text = self._actions.qt[entry.key].text().partition("\t")[0]
-        path, keys = entry.menu.replace("/", " › "), ", ".join(native(key) for key in entry.keys)
-        return (text, path, keys)[index.column()]
-
-    def flags(self, index: Index) -> Qt.ItemFlag:
-        action = self._actions.qt[self._actions.entries[index.row()].key]
-        return _MAY if action.isEnabled() else Qt.ItemFlag.NoItemFlags
-
-
-class Found(QSortFilterProxyModel):
-    """The commands that have all the words sought, in the order of the menus."""
-
-    sought = ""
-
-    def filterAcceptsRow(self, row: int, parent: Index) -> bool:
-        model = self.sourceModel()
-        texts = (model.data(model.index(row, column, parent)) for column in range(2))
-        return matches(self.sought, " ".join(texts))
+def _listed(actions: ActionSet, parent: QObject) -> QStandardItemModel:
+    """Return rows of words, menu path and keys; what may not be done now cannot be selected."""
+    model = QStandardItemModel(parent)
+    for entry in actions.entries:
+        action = actions.qt[entry.key]
+        text, keys = action.text().partition("\t")[0], ", ".join(map(native, entry.keys))
+        row = [QStandardItem(words) for words in (text, entry.menu.replace("/", " › "), keys)]
+        for item in row:
+            item.setData(entry.key)
+            item.setFlags(_MAY if action.isEnabled() else Qt.ItemFlag.NoItemFlags)
+        for item in row[action.isEnabled() :]:
+            item.setForeground(theme.color("ink3"))
+        model.appendRow(row)
+    return model
 
 
 class FindButton(QPushButton):
@@ -108,12 +83,12 @@ class CommandPalette(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self._window, self._actions = window, window.actions_by_key
         self._actions.refresh()
-        self.field, self.list, self.found = QLineEdit(), QTableView(), Found(self)
+        self.field, self.list = QLineEdit(), QTableView()
         self.field.setPlaceholderText("Find a command")
         self.field.setAccessibleName("Find a command")
         self.list.setAccessibleName("Commands")
-        self.found.setSourceModel(Commands(self._actions, self))
-        self.list.setModel(self.found)
+        self.rows = _listed(self._actions, self)
+        self.list.setModel(self.rows)
         self._arrange()
         self.field.textChanged.connect(self._seek)
         self.field.installEventFilter(self)
@@ -160,15 +135,17 @@ class CommandPalette(QDialog):
 
     def _seek(self, words: str) -> None:
         """Show what is sought and mark the first that may be done."""
-        self.found.sought = words
-        self.found.invalidate()
-        rows = (self.found.index(row, 0) for row in range(self.found.rowCount()))
-        first = next((index for index in rows if index.flags()), QModelIndex())
+        first = QModelIndex()
+        for row in reversed(range(self.rows.rowCount())):
+            index, path = self.rows.index(row, 0), self.rows.item(row, 1).text()
+            found = matches(words, f"{index.data()} {path}")
+            self.list.setRowHidden(row, not found)
+            first = index if found and index.flags() else first
         self.list.setCurrentIndex(first)
 
-    def _run(self, index: Index) -> None:
+    def _run(self, index: QModelIndex) -> None:
         """Close, then do what was chosen."""
         if index.isValid() and index.flags():
-            key = self.found.index(index.row(), 0).data(Qt.ItemDataRole.UserRole)
+            key = index.data(_KEY)
             self.close()
             self._actions.run(key)

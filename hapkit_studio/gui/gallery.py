@@ -1,6 +1,6 @@
 """The gallery: the library, below it a person's own environments, last the row for a new one."""
 
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
@@ -12,7 +12,6 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
     QPen,
-    QPixmap,
     QResizeEvent,
 )
 from PySide6.QtWidgets import (
@@ -48,11 +47,6 @@ _PENCIL, _RING, _LEAST = 30, 28, 120
 def icon_name(scene: str) -> str:
     """Return the icon of a scene; environments from elsewhere may have none."""
     return scene if scene in icons.names() else "circle"
-
-
-@lru_cache(maxsize=64)
-def _picture(icon: str, _shade: str, color: str, size: int, ratio: float) -> QPixmap:
-    return icons.pixmap(icon, size, color, ratio)
 
 
 class GalleryRow(QAbstractButton):
@@ -129,7 +123,7 @@ class GalleryRow(QAbstractButton):
 
     def _paint_icon(self, painter: QPainter, color: str) -> None:
         size = theme.px(24)
-        picture = _picture(self.picture, theme.color(color).name(), color, size, self.devicePixelRatioF())
+        picture = icons.pixmap(self.picture, size, color, self.devicePixelRatioF())
         painter.drawPixmap(theme.px(12 if self.rail else _ICON), (self.height() - size) // 2, picture)
 
     def _paint_words(self, painter: QPainter, color: str) -> None:

@@ -69,12 +69,10 @@ def read(path: str | Path, environments: Mapping[str, Environment]) -> Settings:
         with path.open("rb") as file:
             text = file.read(MOST_BYTES + 1)
         if len(text) > MOST_BYTES:
-            raise PresetError([f"{path.name} is no preset: it has more than {MOST_BYTES // 1024} KiB."])
+            raise ValueError(f"it has more than {MOST_BYTES // 1024} KiB")
         table = tomllib.loads(text.decode())
     except OSError as error:
         raise PresetError([f"Cannot read {path.name}: {error.strerror}."]) from None
-    except PresetError:
-        raise
     except (ValueError, RecursionError) as error:
         raise PresetError([f"{path.name} is no preset: {error}."]) from None
     key = table.pop("environment", None)
@@ -146,11 +144,9 @@ def _loop_value(name: str, loop: dict[str, Any]) -> Any:
     if name == "model" and value in MODELS:
         return value
     wanted = {"controller": "true or false", "model": " or ".join(MODELS)}
-    raise ParameterError(f"{name} takes {wanted[name]}, not {value!r}." if name in wanted else _unknown(name))
-
-
-def _unknown(name: str) -> str:
-    return f"The loop has no {name!r}; it has: {', '.join((*LOOP, 'grip'))}."
+    if name in wanted:
+        raise ParameterError(f"{name} takes {wanted[name]}, not {value!r}.")
+    raise ParameterError(f"The loop has no {name!r}; it has: {', '.join((*LOOP, 'grip'))}.")
 
 
 def _lines(environment: Environment, settings: Settings) -> Iterator[str]:

@@ -61,22 +61,16 @@ def put(studio: Studio, settings: Settings) -> None:
 
 
 def words(studio: Studio, before: Settings, after: Settings) -> str:
-    """Name a change for a menu: "stiffness 300 → 500 N/m"."""
+    """Name a change for a menu: "stiffness 300 → 500 N/m"; another velocity filter brings its options."""
     if ENVIRONMENT in after:
-        titles = [studio.environments[s[ENVIRONMENT]].title for s in (before, after)]
-        return " → ".join(titles)
-    if len(after) == 1:
-        ((where, new),) = after.items()
+        known = studio.environments
+        keys = (settings[ENVIRONMENT] for settings in (before, after))
+        return " → ".join(known[key].title if key in known else key for key in keys)  # its file may be gone
+    named = {where: new for where, new in after.items() if where != ("loop", "options")} or after
+    if len(named) == 1:
+        ((where, new),) = named.items()
         return _one(studio, where, before[where], new)
-    if all(kind == "value" for kind, *_ in after):
-        (key, *others) = {where[1] for where in after}
-        usual = studio.environments[key].values()
-        if not others and all(usual[where[2]] == new for where, new in after.items()):
-            return "default values"
-        return f"{len(after)} values"
-    if {*after} == {("loop", "estimator"), ("loop", "options")}:
-        return "velocity filter"
-    return f"{len(after)} settings"
+    return f"{len(named)} settings"
 
 
 def each_word(studio: Studio, settings: Settings) -> list[str]:

@@ -5,6 +5,7 @@ import gc
 from PySide6.QtCore import QEvent, QObject, QSettings, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QAbstractButton, QApplication, QMainWindow, QSplitter, QStackedWidget, QWidget
+from shiboken6 import isValid
 
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import breakpoints
@@ -74,15 +75,15 @@ class MainWindow(QMainWindow):
         self.history = UndoHistory(studio, self)
         self.live = Live(studio, self)
         self.own = OwnEnvironments(studio, self)
-        self.header, self.gallery = Header(studio, self.body), Gallery(studio, self.own, self.body)
-        self.centre = Centre(self.settings, self.body)
+        self.header, self.gallery = Header(studio, self.body), Gallery(studio, self.own, self.body.inner)
+        self.centre = Centre(self.settings, self.body.inner)
         self.editor = EditorController(studio, self.own, self)
         self.file_actions, self.file_watcher = (
             FileActions(self.editor, self),
             FileWatcher(studio, self.editor, self),
         )
         self.presets = Presets(studio, self.history, self)
-        self.panel = ParameterPanel(studio, self.presets, self.settings, self.body)
+        self.panel = ParameterPanel(studio, self.presets, self.settings, self.body.side)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
         self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)
@@ -264,19 +265,21 @@ class WindowLayout(QWidget):
         settings = window.settings
         self._gallery_width = remembered(settings, "gallery_width", breakpoints.GALLERY)
         self._panel_width = remembered(settings, "panel_width", breakpoints.PANEL)
-        self.side, self._left = QStackedWidget(self), QWidget(self)
-        self.borders, self._inner = QSplitter(self), QSplitter(self._left)
+        # each part is made inside its place: moved there later, all of it would be styled once more
+        self.borders = QSplitter(self)
+        self._left, self.side = QWidget(self.borders), QStackedWidget(self.borders)
+        self.inner = QSplitter(self._left)
 
     def arrange(self) -> None:
         """Put the window's parts, each made inside this widget, in their places."""
         window = self._window
         self.side.addWidget(window.panel)
-        fill(self._inner, 1, 1, window.gallery, window.centre)
+        fill(self.inner, 1, 1, window.gallery, window.centre)
         fill(self.borders, 1, 0, self._left, self.side)
-        self._beside = down((self._inner, 1), into=self._left)
+        self._beside = down((self.inner, 1), into=self._left)
         self._column = down(window.header, (self.borders, 1), window.status, into=self)
         self._place_banners(False)
-        self._inner.splitterMoved.connect(self._gallery_dragged)
+        self.inner.splitterMoved.connect(self._gallery_dragged)
         self.borders.splitterMoved.connect(self._panel_dragged)
 
     def open_drawer(self, on: bool) -> None:
@@ -312,14 +315,14 @@ class WindowLayout(QWidget):
         gallery, panel = px(usual), px(breakpoints.PANEL_NARROW if narrow else self._panel_width)
         self.borders.setSizes([wide - panel - 1, panel])
         self._beside.activate()
-        self._inner.setSizes([gallery, self._left.width() - gallery - 1])
+        self.inner.setSizes([gallery, self._left.width() - gallery - 1])
 
     def _gallery_dragged(self, place: int, _handle: int) -> None:
         """Take a width that shows all words, or a rail."""
         half, usual = (breakpoints.RAIL + breakpoints.GALLERY) / 2, place / theme.scale
         self._gallery_width = breakpoints.RAIL if usual < half else max(usual, breakpoints.GALLERY)
         gallery = theme.px(self._gallery_width)
-        self._inner.setSizes([gallery, self._left.width() - gallery - 1])
+        self.inner.setSizes([gallery, self._left.width() - gallery - 1])
         self._window.settings.setValue("gallery_width", self._gallery_width)
 
     def _panel_dragged(self) -> None:
@@ -339,9 +342,9 @@ class StopFilter(QObject):
     """Application-wide event filter; it sees every event, so all others leave it after one comparison.
 
     Every Esc stops first and then does what it always does; only where no motor is to be stopped, with the
-    simulated device, one that closes a popup does no more. Space on a button of the window is swallowed: it
-    is the pause key, and must not press what happens to have the focus while the motor pushes. With every
-    press and release another gesture begins, whose changes are another step of undo.
+    simulated device, one that closes what is in front of the window does no more. Space on a button of the
+    window is swallowed: it is the pause key, and must not press what happens to have the focus while the
+    motor pushes. With every press and release another gesture begins, whose changes are another step of undo.
     """
 
     def __init__(self, studio: Studio, history: UndoHistory, window: QWidget):
@@ -356,11 +359,18 @@ class StopFilter(QObject):
             return False
         self._history.gesture += kind != _RELEASE
         if event.key() == Qt.Key.Key_Escape and kind != _RELEASE:
-            if not (self._studio.simulated and QApplication.activePopupWidget()):
+            front = QApplication.activePopupWidget() or QApplication.activeWindow() or self._window
+            if self._studio.simulated and front is not self._window and front.isVisible():
+                QTimer.singleShot(0, self, lambda: self._stop_unless_closed(front))
+            else:
                 self._studio.stop()
         elif event.key() == Qt.Key.Key_Space and kind != _OVERRIDE and isinstance(watched, QAbstractButton):
             return watched.window() is self._window
         return False
+
+    def _stop_unless_closed(self, front: QWidget) -> None:
+        if isValid(front) and front.isVisible():  # a dialog may refuse, as one that writes to a board does
+            self._studio.stop()
 
 
 class Collector(QObject):

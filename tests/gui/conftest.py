@@ -27,7 +27,7 @@ def dressed(qapp):
 
 @pytest.fixture(autouse=True)
 def look(dressed):
-    """Begin in the light theme, of the usual size, with nothing to dress that earlier tests have left."""
+    """Begin in the light theme, of the usual size, without what the last test has given up."""
     delete_the_given_up()
     theme.set_mode("light")
     theme.set_scale(1.0)
@@ -52,23 +52,25 @@ def home(tmp_path, monkeypatch):
 @contextmanager
 def open_windows():
     """Give a maker of shown windows; each is closed, its loop ended, afterwards."""
-    windows = []
+    with deleted_in_the_end() as windows:
 
-    def make(entries=(SIMULATED,), build=build_engine, size=(1440, 900)) -> MainWindow:
-        window = MainWindow(Studio(lambda: list(entries), build))
-        windows.append(window)
-        window.resize(*size)
-        window.show()
-        window.activateWindow()
-        assert QTest.qWaitForWindowActive(window, PATIENCE_MS)
-        return window
+        def make(entries=(SIMULATED,), build=build_engine, size=(1440, 900)) -> MainWindow:
+            window = MainWindow(Studio(lambda: list(entries), build))
+            windows.append(window)
+            window.resize(*size)
+            window.show()
+            window.activateWindow()
+            assert QTest.qWaitForWindowActive(window, PATIENCE_MS)
+            return window
 
-    yield make
-    put_away(windows)
+        yield make
 
 
-def put_away(windows: list[MainWindow]) -> None:
-    """Close windows, and delete them: one that is left is styled and laid out again in every later test."""
+@contextmanager
+def deleted_in_the_end():
+    """Give a list for windows, which are closed and deleted afterwards."""
+    windows: list[MainWindow] = []
+    yield windows
     for window in windows:
         window.close()
         QCoreApplication.instance().removeEventFilter(window.stop_filter)
@@ -78,23 +80,22 @@ def put_away(windows: list[MainWindow]) -> None:
 
 
 @pytest.fixture
+def start_window(qapp):
+    """Return a maker of windows as the program begins with options, not shown yet."""
+
+    def start(*options: str) -> MainWindow:
+        windows.append(app.build(window_parser().parse_args(options)))
+        return windows[-1]
+
+    with deleted_in_the_end() as windows:
+        yield start
+
+
+@pytest.fixture
 def make_window(qapp):
     """Return a maker of shown windows."""
     with open_windows() as make:
         yield make
-
-
-@pytest.fixture
-def build_window(qapp):
-    """Return a maker of windows as the command line with such options has them, not yet shown."""
-    windows = []
-
-    def make(*options: str) -> MainWindow:
-        windows.append(app.build(window_parser().parse_args(options)))
-        return windows[-1]
-
-    yield make
-    put_away(windows)
 
 
 @pytest.fixture
@@ -109,6 +110,13 @@ def shared_window(dressed):
     theme.set_mode("light")
     with open_windows() as make:
         yield make()
+
+
+@pytest.fixture
+def kept_idle_window(shared_window) -> MainWindow:
+    """Return a file's one window without a device as it began."""
+    put_back(shared_window)
+    return shared_window
 
 
 @pytest.fixture

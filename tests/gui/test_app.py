@@ -116,13 +116,13 @@ def test_every_theme_paints_the_whole_window(shared_window, qapp):
         assert image.pixelColor(3, 35).name() == theme.color("side").name()
 
 
-def test_a_window_without_a_frame_comes_back_as_large_as_it_was(qapp, build_window):
+def test_a_window_without_a_frame_comes_back_as_large_as_it_was(qapp, start_window):
     """As large as the screen: Qt alone would leave room for a frame."""
     room = qapp.primaryScreen().availableGeometry()
-    first = build_window()
+    first = start_window()
     first.setWindowFlag(Qt.WindowType.FramelessWindowHint)
     first.setGeometry(room)
     first.show()
     first.close()
-    again = build_window()
+    again = start_window()
     assert again.geometry() == room

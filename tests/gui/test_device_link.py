@@ -1,6 +1,5 @@
 """Devices from the window: slow, busy, gone, wrong; the window stays alive and says what is the matter."""
 
-import dataclasses
 import threading
 
 import numpy as np
@@ -15,7 +14,6 @@ from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.gui import device_link
 from hapkit_studio.gui.device_link import DeviceLink
-from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.protocol.messages import HelloRequest
 from tests.devices.fake_board import FakeKit
 from tests.gui.window_support import PATIENCE_MS, SIMULATED, build_engine
@@ -121,30 +119,6 @@ def test_of_two_wishes_the_newest_wins(make_window, qtbot):
     assert [engine.device.mass for engine in engines] == [0.1, 0.044]
     qtbot.waitUntil(lambda: not engines[0].health().running)
     assert engines[1].health().running
-
-
-def test_a_device_that_went_away_is_looked_for_until_it_is_back(make_window, qtbot, monkeypatch, until):
-    monkeypatch.setattr(device_link, "LOOK_AGAIN_MS", 10)
-    device = Plugged()
-
-    class Pluggable(Engine):
-        def health(self):
-            message = GONE if device.error else ""
-            return dataclasses.replace(super().health(), running=not message, message=message)
-
-    window = make_window(build=lambda e: Pluggable(e.make(), realtime=False))
-    window.studio.device.open(entry_that(device))
-    qtbot.waitUntil(lambda: window.studio.engine is not None)
-    device.error = errors.PortGoneError("ttyUSB0 is gone.")
-    window.live.look()
-    (banner,) = window.banners.banners
-    assert banner.title.text() == "Hapkit on ttyUSB0 is gone."
-    assert banner.text.text() == "Force is zero. Looking again every second."
-    qtbot.waitUntil(lambda: device.tries >= 3)
-    assert window.studio.link.state == "gone"
-    device.error = None
-    until(window, "running")
-    assert window.banners.banners == []
 
 
 def test_a_port_that_was_never_there_or_comes_back_without_rights_is_tried_on(

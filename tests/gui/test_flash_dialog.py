@@ -20,6 +20,12 @@ SOON = 1_000_000
 """bit/s of a boot loader that takes a whole firmware in little time."""
 
 
+@pytest.fixture
+def window(kept_window):
+    """Return the window whose simulated device runs."""
+    return kept_window
+
+
 def sheet_of(window):
     window.actions_by_key.run("device.flash")
     return window.findChildren(FlashDialog)[-1]
@@ -107,12 +113,9 @@ def test_a_board_in_use_is_let_go_flashed_and_taken_back_with_its_settings(
 
 
 @boot.needs_avrdude
-def test_a_flash_that_failed_says_why_and_can_be_repeated(make_window, qtbot, tmp_path, monkeypatch):
+def test_a_flash_that_failed_says_why_and_can_be_repeated(window, qtbot, tmp_path, monkeypatch):
     board = boot.Board(tmp_path, boot.of_another_chip(tmp_path))
     monkeypatch.setattr(serial_ports, "ports", lambda: [Port(board.port, "board", Role.KIT)])
-    window = make_window()
-    window.studio.device.open(SIMULATED)
-    qtbot.waitUntil(lambda: window.studio.engine is not None)
     sheet = sheet_of(window)
     sheet.write.click()
     assert window.studio.link.state == "running"  # another device than the one that is flashed goes on

@@ -9,6 +9,7 @@ from hapkit_studio.gui.gallery import GalleryRow
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.palette import luminance
 from tests.gui.own_support import put, spring
+from tests.gui.test_layout import resize
 
 SEEN_AT_LEAST = 13
 """Rows of the library that have room in the smallest window; beyond them the gallery scrolls."""
@@ -24,12 +25,6 @@ def next_stop(widget):
     while not widget.focusPolicy() & Qt.FocusPolicy.TabFocus:
         widget = widget.nextInFocusChain()
     return widget
-
-
-def settle(qapp, window, size) -> None:
-    window.resize(*size)
-    for _ in range(3):
-        qapp.processEvents()
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -71,7 +66,7 @@ def test_the_whole_library_and_the_way_to_a_new_one_are_seen(home, monkeypatch, 
     gallery = window.gallery
     assert not gallery.own_heading.isVisible()
     for size in ((1440, 900), (1280, 720), (960, 600)):
-        settle(qapp, window, size)
+        resize(qapp, window, size)
         assert gallery.rail == (size[0] < 1440)
         seen = [shown_whole(gallery, row) for row in gallery.rows.values()]
         assert all(seen) or (sum(seen) >= SEEN_AT_LEAST and gallery.verticalScrollBar().maximum() > 0), size
@@ -80,7 +75,7 @@ def test_the_whole_library_and_the_way_to_a_new_one_are_seen(home, monkeypatch, 
     for number in range(20):
         put(tmp_path, f"law_{number:02}.py", spring(f"law_{number}", f"A law with a long title, {number}"))
     window.own.refresh()
-    settle(qapp, window, (1440, 900))
+    resize(qapp, window, (1440, 900))
     assert len(gallery.own_rows) == 20
     assert gallery.verticalScrollBar().maximum() > 0
     assert gallery.horizontalScrollBar().maximum() == 0
@@ -90,13 +85,13 @@ def test_the_whole_library_and_the_way_to_a_new_one_are_seen(home, monkeypatch, 
 
 def test_own_environments_have_room_beside_the_library(shared_window, rows, qapp):
     gallery = shared_window.gallery
-    settle(qapp, shared_window, (1440, 900))
+    resize(qapp, shared_window, (1440, 900))
     assert gallery.own_heading.isVisible()
     assert all(shown_whole(gallery, rows[name]) for name in "ab")
-    settle(qapp, shared_window, (1280, 720))
+    resize(qapp, shared_window, (1280, 720))
     assert not gallery.own_heading.isVisible()
     assert rows["a"].toolTip() == "My a: For a test"
-    settle(qapp, shared_window, (1440, 900))
+    resize(qapp, shared_window, (1440, 900))
 
 
 def test_keys_reach_own_environments_and_the_new_one(shared_window, rows, monkeypatch, home):

@@ -27,6 +27,16 @@ def passed(window, path):
     return lambda: window.own.runner.finished.emit((tried, TrialResult()))
 
 
+@pytest.fixture
+def window(home, kept_idle_window):
+    """Return the file's window, which looks into this test's folder."""
+    kept_idle_window.own.close()
+    kept_idle_window.own.refresh()
+    kept_idle_window.own.choose_built_in("wall")
+    kept_idle_window.editor.close()
+    return kept_idle_window
+
+
 def test_a_file_from_someone_else_runs_only_after_its_source_was_shown(home, make_window, qtbot):
     marker = home / "it ran"
     path = put(home, "ada.py", leaving(marker, spring("ada", "Ada's spring")), trusted=False)
@@ -54,10 +64,10 @@ def test_a_file_from_someone_else_runs_only_after_its_source_was_shown(home, mak
     assert again.studio.environment.key == "ada"
 
 
-def test_agreeing_to_one_text_lets_no_other_run(home, make_window):
+def test_agreeing_to_one_text_lets_no_other_run(home, window):
     marker = home / "it ran"
     path = put(home, "ada.py", spring("ada"), trusted=False)
-    window = make_window()
+    window.own.refresh()
     window.own.choose(path)
     put(home, "ada.py", leaving(marker, spring("ada")), trusted=False)
     window.editor.editor.source.run.click()
@@ -86,9 +96,9 @@ def test_a_file_opened_from_elsewhere_is_taken_into_the_folder_after_asking(
     assert not marker.exists()
 
 
-def test_a_file_changed_outside_is_asked_about_again(home, make_window, qtbot):
+def test_a_file_changed_outside_is_asked_about_again(home, window, qtbot):
     path = put(home, "mine.py", spring("mine"))
-    window = make_window()
+    window.own.refresh()
     wait_for_verdict(window, qtbot, passed(window, path))
     assert window.studio.environment.key == "mine"
     window.studio.choose("wall")
@@ -102,9 +112,9 @@ def test_a_file_changed_outside_is_asked_about_again(home, make_window, qtbot):
     assert not marker.exists()
 
 
-def test_what_is_loaded_is_the_very_text_that_was_tried(home, make_window, qtbot):
+def test_what_is_loaded_is_the_very_text_that_was_tried(home, window, qtbot):
     path = put(home, "mine.py", spring("mine"))
-    window = make_window()
+    window.own.refresh()
     tried_out = passed(window, path)
     put(home, "mine.py", leaving(home / "it ran", spring("mine")), trusted=False)
     assert wait_for_verdict(window, qtbot, tried_out).ok
@@ -113,11 +123,11 @@ def test_what_is_loaded_is_the_very_text_that_was_tried(home, make_window, qtbot
     assert window.gallery.own_rows[path].picture == "lock"
 
 
-def test_a_function_without_end_is_switched_off_and_named_below_the_parameters(home, make_window, qtbot):
+def test_a_function_without_end_is_switched_off_and_named_below_the_parameters(home, window, qtbot):
     check = "def check(p):\n    while 123 < p['stiffness'] < 124:\n        pass\n    return ''\n\n\n"
     text = spring("mine").replace("ENVIRONMENT = ", f"{check}ENVIRONMENT = ")
     path = put(home, "mine.py", text.replace("    force=force,", "    force=force,\n    check=check,"))
-    window = make_window()
+    window.own.refresh()
     assert wait_for_verdict(window, qtbot, passed(window, path)).ok
     assert window.studio.environment.functions.ready
     assert window.panel.warnings.texts == []
@@ -127,13 +137,13 @@ def test_a_function_without_end_is_switched_off_and_named_below_the_parameters(h
     assert window.studio.values["stiffness"] == 123.5
 
 
-def test_of_two_texts_of_a_file_the_later_is_in_force(home, make_window, qtbot, monkeypatch):
+def test_of_two_texts_of_a_file_the_later_is_in_force(home, window, qtbot, monkeypatch):
     started = []
     monkeypatch.setattr(Functions, "begin", lambda self: None)
     monkeypatch.setattr(Functions, "ready", property(lambda self: bool(started)))
     check = "    force=force,\n    check=lambda p: '',"
     path = put(home, "mine.py", spring("mine", "First").replace("    force=force,", check))
-    window = make_window()
+    window.own.refresh()
     passed(window, path)()
     put(home, "mine.py", spring("mine", "Second"))
     assert wait_for_verdict(window, qtbot, passed(window, path)).ok
@@ -157,18 +167,18 @@ def test_a_law_open_in_the_editor_follows_its_file(home, make_window):
     assert window.editor.page.text == text
 
 
-def test_two_files_of_one_key_are_told_apart(home, make_window, qtbot):
+def test_two_files_of_one_key_are_told_apart(home, window, qtbot):
     first, second = put(home, "a.py", spring("same")), put(home, "b.py", spring("same", "Other"))
-    window = make_window()
+    window.own.refresh()
     assert wait_for_verdict(window, qtbot, passed(window, first)).ok
     verdict = wait_for_verdict(window, qtbot, passed(window, second))
     assert str(verdict.problems[0]) == 'The key "same" is that of a.py too: choose another one.'
     assert window.own.in_force == first
 
 
-def test_a_file_that_is_gone_leaves_the_gallery_and_the_loop(home, make_window, qtbot):
+def test_a_file_that_is_gone_leaves_the_gallery_and_the_loop(home, window, qtbot):
     path = put(home, "mine.py", spring("mine"))
-    window = make_window()
+    window.own.refresh()
     wait_for_verdict(window, qtbot, passed(window, path))
     assert window.gallery.own_rows[path].isChecked()
     path.unlink()
@@ -179,11 +189,11 @@ def test_a_file_that_is_gone_leaves_the_gallery_and_the_loop(home, make_window, 
     assert "mine" not in window.studio.environments
 
 
-def test_files_that_never_end_or_are_no_text_harm_nothing(home, make_window):
+def test_files_that_never_end_or_are_no_text_harm_nothing(home, window):
     other = put(home, "bytes.py", spring())
     other.write_bytes(b"\xff\xfe\x00")
     path = put(home, "endless.py", "while True:\n    pass\n")
-    window = make_window()
+    window.own.refresh()
     assert window.gallery.own_rows[other].summary == "Does not run yet"
     window.gallery.own_rows[other].click()
     assert window.studio.environment.key == "wall"
@@ -288,9 +298,9 @@ def test_a_file_that_failed_is_known_to_after_the_next_start(home, make_window):
     assert again.gallery.own_rows[path].summary == "For a test"
 
 
-def test_a_built_in_environment_closes_a_strangers_source(home, make_window):
+def test_a_built_in_environment_closes_a_strangers_source(home, window):
     path = put(home, "ada.py", spring("ada"), trusted=False)
-    window = make_window()
+    window.own.refresh()
     source = window.editor.editor.source
     for leave in (
         lambda: QTest.mouseClick(window.gallery.rows["wall"], Qt.MouseButton.LeftButton),  # in force already
@@ -304,7 +314,8 @@ def test_a_built_in_environment_closes_a_strangers_source(home, make_window):
         assert law_tab(window) is None
 
 
-def test_a_law_that_is_saved_is_not_compiled_in_the_window(home, window, qtbot):
+def test_a_law_that_is_saved_is_not_compiled_in_the_window(home, kept_window, qtbot):
+    window = kept_window
     path = put(home, "mine.py", spring("mine"))
     window.editor.edit(path)
     wait_for_verdict(window, qtbot, window.editor.save)

@@ -8,32 +8,21 @@ from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import presets
-from hapkit_studio.gui.dialogs import TextDialog
 from hapkit_studio.gui.panel.preset_row import SavePresetDialog
 from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.gui.undo import settings_of
 from tests.environments.calling import LIBRARY
+from tests.gui.window_support import sheets
 
 STIFF = {"stiffness": 900.0, "damping": 2.5, "position": -0.0125, "side": 1.0, "damping_mode": 1.0}
 
 
 @pytest.fixture
-def window(shared_window):
-    """Return the file's window with the wall's defaults, nothing chosen and nothing to undo."""
-    shared_window.presets._chosen.clear()
-    shared_window.history.forget()
-    yield shared_window
-    for sheet in sheets(shared_window):
-        sheet.close()
-    studio = shared_window.studio
-    studio.choose("wall")
-    studio.reset_values()
-    studio.set_loop(**vars(LoopChoice()))
-    studio.set_grip("medium")
-
-
-def sheets(window):
-    return [sheet for sheet in window.findChildren(TextDialog) if sheet.isVisible()]
+def window(kept_idle_window):
+    """Return the file's window as it began, no preset chosen and nothing to undo."""
+    kept_idle_window.presets._chosen.clear()
+    kept_idle_window.history.forget()
+    return kept_idle_window
 
 
 def preset(folder, text):

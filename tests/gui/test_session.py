@@ -99,8 +99,8 @@ def test_the_same_question_is_asked_of_stability_after_a_restart(start, qtbot):
         (["wall"], ["x"], ["live"], {}),
     ],
 )
-def test_what_is_unknown_or_out_of_range_is_left_out(make_window, environment, values, view, found):
-    window = make_window()
+def test_what_is_unknown_or_out_of_range_is_left_out(kept_idle_window, environment, values, view, found):
+    window = kept_idle_window
     for name, value in (("environment", environment), ("values", values), ("view", view)):
         window.settings.setValue(name, value)
     session.restore(window)
@@ -118,8 +118,8 @@ def test_what_is_unknown_or_out_of_range_is_left_out(make_window, environment, v
         ({"model": [], "where": "moon", "board_rate": 3.0, "controller": 1, "options": 5}, {}, "medium"),
     ],
 )
-def test_a_loop_that_cannot_be_is_left_out_one_by_one(make_window, loop, found, grip):
-    window = make_window()
+def test_a_loop_that_cannot_be_is_left_out_one_by_one(kept_idle_window, loop, found, grip):
+    window = kept_idle_window
     window.settings.setValue("environment", "wall")
     window.settings.setValue("loop", json.dumps(loop))
     session.restore(window)
@@ -141,14 +141,14 @@ def test_values_that_do_not_agree_are_the_defaults():
     assert usable(LIBRARY["button"], {"travel": 0.003, "snap_start": 0.0035}) == LIBRARY["button"].values()
 
 
-def test_an_environment_that_is_named_begins_with_its_defaults_and_a_picture_leaves_no_trace(build_window):
+def test_an_environment_that_is_named_begins_with_its_defaults_and_a_picture_leaves_no_trace(start_window):
     for options, before, left in (
         ([], 250.0, STIFFNESS),
         (["--environment", "wall"], 250.0, STIFFNESS),
         (["--screenshot", "x.png"], STIFFNESS, 400.0),
         ([], STIFFNESS, STIFFNESS),
     ):
-        window = build_window(*options)
+        window = start_window(*options)
         assert window.studio.values["stiffness"] == before
         assert window.studio.restored == (before == STIFFNESS)
         window.studio.set_value("stiffness", left)

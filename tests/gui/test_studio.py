@@ -24,7 +24,8 @@ def test_the_bar_grows_while_the_loop_is_prepared_and_is_gone_afterwards(idle_wi
     assert not idle_window.display._bar.isActive()
 
 
-def test_a_fault_shows_its_reason_and_is_cleared_by_hand(window, qtbot):
+def test_a_fault_shows_its_reason_and_is_cleared_by_hand(kept_window, qtbot):
+    window = kept_window
     window.studio.engine.arrays.control[arrays.FAULT] = arrays.OVER_SPEED
     window.studio.engine.arrays.real[arrays.FAULT_VALUE] = 3.4
     window.live.look()
@@ -37,9 +38,9 @@ def test_a_fault_shows_its_reason_and_is_cleared_by_hand(window, qtbot):
     assert window.banners.banners == []
 
 
-def test_at_most_two_banners_the_worse_first_and_new_words_change_one_in_its_place(window):
+def test_at_most_two_banners_the_worse_first_and_new_words_change_one_in_its_place(kept_idle_window):
     """A measured number changes twice a second: banner and button must not be built anew each time."""
-    banners, done = window.banners, []
+    banners, done = kept_idle_window.banners, []
 
     def notice(words, result, *more):
         ways = (("Do", lambda: done.append(result)), *more)
@@ -56,18 +57,18 @@ def test_at_most_two_banners_the_worse_first_and_new_words_change_one_in_its_pla
     banners.set("device", notice("182 N/m", 2, ("Else", done.clear)))
     assert [button.text() for button in banners.banners[0].buttons] == ["Do", "Else"]
     banners.set("limit", Notice("limit", 3, "danger", "cross", "Third", "…"))
-    window.studio.stop()
+    kept_idle_window.studio.stop()
     assert [b.title.text() for b in banners.banners] == ["Stopped. Force is zero.", "182 N/m"]
-    window.studio.release_stop()
+    kept_idle_window.studio.release_stop()
     assert [b.title.text() for b in banners.banners] == ["182 N/m", "Third"]
     for key in ("device", "limit"):
         banners.set(key, None)
     assert banners.banners == []
 
 
-def test_values_that_do_not_go_together_are_refused_with_and_without_an_engine(idle_window, window, qtbot):
+def test_values_that_do_not_go_together_are_refused_with_and_without_an_engine(kept_idle_window, kept_window):
     """A button's snap starts within its travel; a reset from there changes both at once."""
-    for shown in (idle_window, window):
+    for shown in (kept_idle_window, kept_window):
         studio = shown.studio
         studio.choose("button")
         studio.set_value("snap_start", 0.002)
@@ -77,7 +78,7 @@ def test_values_that_do_not_go_together_are_refused_with_and_without_an_engine(i
         assert studio.values["snap_start"] == 0.002
         studio.reset_values()
         assert studio.values == studio.environment.values()
-    assert window.studio.engine.values == studio.values
+    assert kept_window.studio.engine.values == studio.values
 
 
 def test_a_gap_is_hatched_and_named_in_the_picture(window, qtbot):

@@ -70,8 +70,9 @@ def test_every_setting_is_undone_and_redone_by_key_in_window_and_engine(window, 
         (lambda s: s.set_value("stiffness", 1500.0), "stiffness 250 → 1,500 N/m"),
         (lambda s: s.set_value("position", -0.0125), "position 5.0 → −12.5 mm"),
         (lambda s: s.set_value("damping_mode", 1.0), "damping acts Into → Both"),
-        (lambda s: s.set_values({"stiffness": 1.0, "damping": 1.0}), "2 values"),
+        (lambda s: s.set_values({"stiffness": 1.0, "damping": 1.0}), "2 settings"),
         (lambda s: s.choose("spring"), "Wall → Spring"),
+        (lambda s: s.set_loop(estimator="iir", options=(("cutoff", 50.0),)), "velocity Kalman → IIR"),
         (lambda s: s.set_loop(delay=0.002), "added delay 0.0 → 2.0 ms"),
         (lambda s: s.set_loop(controller=True), "passivity controller"),
         (lambda s: s.set_grip("firm"), "grip Medium → Firm"),
@@ -153,7 +154,7 @@ def test_default_values_are_one_step(window):
     left = dict(studio.values)
     window.history.gesture += 1
     window.actions_by_key.run("environment.reset")
-    assert window.history.stack.undoText() == "default values"
+    assert window.history.stack.undoText() == "2 settings"
     window.history.stack.undo()
     assert studio.values == left
 
@@ -191,8 +192,10 @@ def test_what_cannot_be_put_back_is_said_in_one_line_and_nothing_changes(window)
     values = studio.values_of("spring")
     studio.drop("spring")
     try:
+        studio.choose("damping")
+        assert stack.undoText() == f"spring → {studio.environment.title}"
         window.history.undo()
-        assert studio.environment.key == "wall"
+        assert studio.environment.key == "damping"
         (banner,) = window.banners.banners
         assert banner.text.text().endswith("The environment spring is no longer there.")
         assert stack.count() == 1
@@ -201,11 +204,11 @@ def test_what_cannot_be_put_back_is_said_in_one_line_and_nothing_changes(window)
         studio.set_values_of("spring", values)
 
 
-def test_what_a_start_restores_is_no_step(build_window):
-    first = build_window()
+def test_what_a_start_restores_is_no_step(start_window):
+    first = start_window()
     first.studio.set_value("stiffness", 640.0)
     first.close()
-    again = build_window()
+    again = start_window()
     assert again.studio.values["stiffness"] == 640.0
     assert not again.history.stack.canUndo()
     again.studio.set_value("stiffness", 700.0)

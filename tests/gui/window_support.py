@@ -1,10 +1,12 @@
 """What the window's tests share: the simulated device, an engine that leaves the machine alone."""
 
 from PySide6.QtCore import QCoreApplication, QEvent
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.gui.dialogs import TextDialog
 from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.haptics.engine import Engine
 from tests.lateness import clear_lateness
@@ -20,8 +22,13 @@ def build_engine(entry: DeviceEntry) -> Engine:
 
 
 def delete_the_given_up() -> None:
-    """Delete the widgets that nobody wants any more: no event loop runs that would; all are styled anew."""
+    """Delete what was given up, as no event loop runs that would: it would be styled anew each time."""
     QCoreApplication.sendPostedEvents(None, QEvent.Type.DeferredDelete)
+
+
+def sheets(window) -> list[TextDialog]:
+    """Return the dialogs in sight."""
+    return [sheet for sheet in window.findChildren(TextDialog) if sheet.isVisible()]
 
 
 def put_back(window) -> None:
@@ -34,6 +41,8 @@ def put_back(window) -> None:
     for banner in list(window.banners.banners):
         window.banners.set(banner.notice.key, None)
     window.live.set_paused(False)
+    if not window.single_keys:
+        window.toggle_single_keys()
     if studio.stopped:
         studio.release_stop()
     for key, environment in studio.environments.items():
@@ -51,3 +60,5 @@ def put_back(window) -> None:
     window.body.open_drawer(None)
     window.resize(1440, 900)
     QCoreApplication.processEvents()
+    window.activateWindow()
+    assert QTest.qWaitForWindowActive(window, PATIENCE_MS)

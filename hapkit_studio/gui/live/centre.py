@@ -115,17 +115,20 @@ class Centre(QWidget):
 
     def __init__(self, settings: QSettings, parent: QWidget | None = None):
         super().__init__(parent)
+        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
+        self.setObjectName("centre")  # first: the parts are styled by it as they are made
         self.scene, self.time = SceneView(), TimePlots()
         self.phase = ForcePosition(self.time.cursors)
         self.toolbar = Toolbar()
-        self.rows, self.columns = QSplitter(Qt.Orientation.Vertical, self), QSplitter()
+        self.rows = QSplitter(Qt.Orientation.Vertical, self)
         self.stack, line = QStackedWidget(), QFrame()
         self.stack.addWidget(self.time)
         line.setProperty("rule", True)
         line.setFixedHeight(1)
-        self.scene_card, self.phase_card = card(self, self.scene), card(self, self.phase)
+        self.scene_card, self.columns = card(self.rows, self.scene), QSplitter(self.rows)
+        self.phase_card = card(self.columns, self.phase)
         self.held = HeldTraces(self)
-        self.time_card = card(self, self.toolbar, line, HeldList(self.held), self.stack, edge=_EDGE)
+        self.time_card = card(self.columns, self.toolbar, line, HeldList(self.held), self.stack, edge=_EDGE)
         self._narrow, self._settings = False, settings
         self._page: QWidget | None = None
         self._shows_scene, self._is_law = True, False
@@ -134,8 +137,6 @@ class Centre(QWidget):
         fill(self.columns, GAP, 0, self.time_card, self.phase_card)
         fill(self.rows, GAP, 1, self.scene_card, self.columns)
         down(self.rows, into=self, margins=(GAP,) * 4)
-        self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setObjectName("centre")
         self.scene.set_hint(not settings.value("dragged", False, bool))
         self.scene.taken.connect(lambda: settings.setValue("dragged", True))
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)

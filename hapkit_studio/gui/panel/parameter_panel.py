@@ -158,6 +158,7 @@ class ParameterPanel(QWidget):
         self.setObjectName("panelBody")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.upper, self._foot = ScrollColumn(top=10, gap=6), QWidget(self)
+        down((self.upper, 1), self._foot, into=self)
         self.title = PanelTitle(studio)
         self.parameters = ParameterRows(studio, self.title.help)
         self.preset = PresetRow(studio, presets)
@@ -166,7 +167,6 @@ class ParameterPanel(QWidget):
         self.upper.add(self.title, rule(), self.parameters, self.preset, rule(), self.loop)
         foot = rule(), self.warnings, self.stability
         down(*foot, into=self._foot, margins=(SIDE, 0, SIDE, 10), gap=6)
-        down((self.upper, 1), self._foot, into=self)
         self.stability.judged.connect(lambda *_: self._lay_out_now())
         self.warnings.changed.connect(self._lay_out_now)
         self.loop.opened.connect(self.upper.reveal)

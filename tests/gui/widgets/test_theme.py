@@ -87,13 +87,10 @@ def test_applied_and_asked_stay_apart_for_every_eye(vision, mode):
     assert distance >= APART
 
 
-def test_every_token_has_three_colours():
+def test_every_token_has_three_colours_and_the_style_sheet_no_gaps(qapp):
     for name, colors in TOKENS.items():
         assert len(colors) == len(MODES), name
         assert all(QColor(color).isValid() and len(color) == 7 for color in colors), name
-
-
-def test_the_style_sheet_has_no_gaps(qapp):
     for mode in MODES:
         theme.set_mode(mode)
         sheet = style.stylesheet()
