@@ -13,10 +13,8 @@ from hapkit_studio.protocol.framing import Decoder
 from hapkit_studio.protocol.messages import BoardFlag, Force, Stop, Stream
 from tests.devices.ftdi_kit import PERIOD, FtdiKit
 from tests.devices.test_padding import loop_with
-from tests.haptics.board_support import undisturbed as with_board
-from tests.haptics.serial_support import read, sample, undisturbed
+from tests.haptics.serial_support import sample
 from tests.haptics.support import BROKEN, CONSTANT, LoopHarness
-from tests.waiting import wait_until
 
 
 def mean(samples):
@@ -109,75 +107,57 @@ def late(seq, by, **fields):
     return sample(seq, 1000, answered=seq - 1 - by, delay_us=min(1000 * by + 600, 65_535), **fields)
 
 
-def say_in_time(board, reader, frames):
-    """Send frames one by one, each as soon as the one before is shown."""
-    found = []
-    for frame in frames:
-        board.say(frame)
-        found.append(read(reader, 1))
-    return np.concatenate(found)
-
-
-def told_late(board, reader, by, engine, most=300):
+def told_late(board, engine, by, most=300):
     """Send samples in which forces come too late by so many, until a fault; return how many it took."""
-    for k in range(100, 100 + most):
-        say_in_time(board, reader, [late(k, by)])
+    for k in range(most):
+        board.say(late(100 + k, by))
         if engine.fault is not None:
-            return k - 100
+            return k
     return most
 
 
-@undisturbed(environment=CONSTANT)
-def test_a_link_slower_than_the_watchdog_stops_the_force_in_words(board, engine, reader):
-    count = told_late(board, reader, 33, engine, 10_000)
+def test_a_link_slower_than_the_watchdog_stops_the_force_in_words(stepped):
+    board, engine = stepped(environment=CONSTANT)
+    assert 4 <= told_late(board, engine, 33, 10**6) < 10**6
     assert engine.fault.code == arrays.SLOW_LINK
     assert engine.fault.text == "Fault: 34 ms from a sample to its force; the board obeys none after 25 ms."
     assert "Let the board render" in engine.fault.detail
-    assert count >= 4
-    reader.read()
-    board.say(sample(20_000, 1000))
-    assert read(reader, 1)[-1, rows.APPLIED] == 0.0
+    assert board.say(sample(20_000))[-1, rows.APPLIED] == 0.0
 
 
-@undisturbed(environment=CONSTANT)
-def test_a_link_within_the_watchdog_is_none(board, engine, reader):
-    assert told_late(board, reader, 23, engine) == 300
+@pytest.mark.parametrize(("by", "added"), [(23, 0.0), (40, 0.02)])
+def test_a_link_within_the_watchdog_is_none_nor_is_an_added_delay_the_links(stepped, by, added):
+    assert told_late(*stepped(environment=CONSTANT, delay=added), by) == 300
 
 
-@undisturbed(environment=CONSTANT, delay=0.02)
-def test_an_added_delay_is_not_the_link_s(board, engine, reader):
-    assert told_late(board, reader, 40, engine) == 300
-
-
-@undisturbed(environment=CONSTANT)
-def test_some_late_answers_are_no_slow_link(board, engine, reader):
+def test_some_late_answers_are_no_slow_link(stepped):
     """Bytes held back and let go of: the delay falls within milliseconds."""
-    frames = [late(100 + k, by) for k, by in enumerate(range(300, 0, -10))]
-    say_in_time(board, reader, frames)
+    board, engine = stepped(environment=CONSTANT)
+    board.say(b"".join(late(100 + k, by) for k, by in enumerate(range(300, 0, -10))))
     assert engine.fault is None
 
 
-@undisturbed(environment=CONSTANT)
-def test_a_board_that_cuts_its_motor_off_is_told_from_a_silent_one(board, engine, reader):
-    say_in_time(board, reader, [sample(k, 1000) for k in range(40)])
-    found = say_in_time(board, reader, [sample(40 + k, 1000, flags=OFF) for k in range(3)])
+def test_a_board_that_cuts_its_motor_off_is_told_from_a_silent_one(stepped):
+    board, engine = stepped(environment=CONSTANT)
+    board.say_one_by_one(sample(k) for k in range(40))
+    found = board.say_one_by_one(sample(40 + k, flags=OFF) for k in range(3))
     assert np.all(found[:, rows.FLAGS].astype(int) & rows.STALE)
     health = engine.health()
     assert (health.link.cut, health.link.no_sample, health.link.away) == (1, 0, 0)
 
 
-@undisturbed(environment=CONSTANT)
-def test_a_board_whose_motor_never_comes_on_is_not_taken_for_one_that_renders(board, engine, reader):
-    found = say_in_time(board, reader, [sample(k, 1000, flags=OFF) for k in range(320)])
+def test_a_board_whose_motor_never_comes_on_is_not_taken_for_one_that_renders(stepped):
+    board, engine = stepped(environment=CONSTANT)
+    found = board.say_one_by_one(sample(k, flags=OFF) for k in range(320))
     assert not int(found[100, rows.FLAGS]) & rows.STALE
     assert int(found[-1, rows.FLAGS]) & rows.STALE
     assert engine.health().link.cut == 1
 
 
-@undisturbed(environment=CONSTANT)
-def test_silence_is_the_line_s_and_a_long_pass_the_computer_s(board, engine, reader):
-    say_in_time(board, reader, [sample(k, 1000) for k in range(10)])
-    wait_until(lambda: engine.health().stale)
+def test_silence_is_the_lines(stepped):
+    board, engine = stepped(environment=CONSTANT)
+    board.say_one_by_one(sample(k) for k in range(10))
+    board.fall_silent()
     found = engine.health().link
     assert (found.no_sample, found.away, found.held_up, found.cut) == (1, 0, 0, 0)
 
@@ -212,9 +192,9 @@ def test_a_law_too_slow_for_its_rate_latches_and_a_busy_moment_does_not():
     assert harness.r.control[arrays.FAULT] == arrays.SLOW_LAW
 
 
-@with_board()
-def test_what_the_board_counts_is_added_up(setup):
+def test_what_the_board_counts_is_added_up(rendering):
     """Forces refused, frames not read, and a motor that goes off while the board renders."""
+    setup = rendering()
     setup.sample = {"stale": 250, "rx_errors": 9}
     setup.run(2)
     setup.sample = {"stale": 4, "rx_errors": 12}
@@ -228,8 +208,8 @@ def test_what_the_board_counts_is_added_up(setup):
     assert setup.engine.health().link.cut == 1
 
 
-@with_board(values={"stiffness": 100.0})
-def test_a_slow_link_is_none_for_the_board(setup):
+def test_a_slow_link_is_none_for_the_board(rendering):
+    setup = rendering(values={"stiffness": 100.0})
     setup.run(5)
     setup.engine.arrays.control[arrays.FAULT] = arrays.SLOW_LINK
     assert setup.engine.board_refusal(wait=True) == ""
@@ -239,8 +219,8 @@ def test_a_slow_link_is_none_for_the_board(setup):
     assert not setup.told(Stop)
 
 
-@with_board(values={"stiffness": 100.0})
-def test_what_a_link_allows_is_said_where_it_is_too_little(setup):
+def test_what_a_link_allows_is_said_where_it_is_too_little(rendering):
+    setup = rendering(values={"stiffness": 100.0})
     assert on_board.link_warning(setup.engine) == on_board.UNKNOWN
     setup.run(40)
     assert on_board.link_warning(setup.engine) == ""
