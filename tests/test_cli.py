@@ -16,12 +16,12 @@ from hapkit_studio import __version__, commands, environments
 from hapkit_studio.cli import main
 from hapkit_studio.commands import live_run
 from hapkit_studio.devices import DeviceEntry, flash
+from hapkit_studio.devices.delays import MeasuredDelay
 from hapkit_studio.devices.hapkit import HapkitBoard, probe
 from hapkit_studio.devices.virtual_board import built
 from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.health import Fault, LinkCounts
-from hapkit_studio.haptics.link import MeasuredDelay
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Origin
 from tests.devices.fake_board import KIT, FakeKit

@@ -159,7 +159,8 @@ def compare(r: LoopArrays, position: float, taken: float, proven: float) -> None
         i = WORK + CELLS + int(below)
         level += w[MOST] - (w[i] + (cell - below) * (w[i + 1] - w[i]))
     settle(w, LIMIT, level, taken, follows)
-    settle(w, STRICT, level, proven, follows)
+    if r.values[block.DAMPER] != 0.0:  # nobody else goes by it, and it costs 0.5 ns
+        settle(w, STRICT, level, proven, follows)
 
 
 @inlined
