@@ -83,11 +83,12 @@ def watch(r: LoopArrays, position: float, effect: float, period: float) -> None:
     if controlled:
         proven = viscous * straighten(w, position, edge, elapsed)
     if abs(moved) <= 1.5 * quantum:
-        edge *= period / elapsed  # half a sample past it
+        if w[SINCE] > 0.0:
+            edge *= period / elapsed  # half a sample past it
+            effect = (w[IMPULSE] + effect * period) / elapsed
+            period = elapsed
         if moved < 0.0:
             edge = quantum - edge
-        effect = (w[IMPULSE] + effect * period) / elapsed
-        period = elapsed
     w[SINCE] = w[IMPULSE] = 0.0
     travelled = moved + edge - w[EDGE]
     w[EDGE] = edge
