@@ -1,6 +1,7 @@
 """A board in the test's own hands, and the serial loop a chunk at a time: no thread, port or clock in it."""
 
 import math
+import time
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from hapkit_studio.haptics.tick import adopt
 from hapkit_studio.protocol.framing import Decoder, encode
 from hapkit_studio.protocol.messages import Force, Hello, HelloRequest, Sample
 from tests.devices.fake_board import KIT, FakeKit
-from tests.waiting import wait_until
 
 QUANTUM = float(np.float32(KIT.quantum))
 
@@ -101,9 +101,11 @@ class SteppedDriver(drivers.SerialDriver):
     """Leaves the rendering to its board; the loop's own thread waits for the end."""
 
     def _loop(self, r, out, late):
-        if not r.control[arrays.QUIT]:
-            wait_until(lambda: r.control[arrays.QUIT])
-            self.device.hear(self.conn, serial_loop.encode_zero(self.conn))
+        if r.control[arrays.QUIT]:
+            return
+        while not r.control[arrays.QUIT]:
+            time.sleep(1e-3)
+        self.device.hear(self.conn, serial_loop.encode_zero(self.conn))
 
 
 def stepped_engine(monkeypatch, finally_, board, hold=0.0, environment="spring", values=None, **loop):
