@@ -13,7 +13,7 @@ from hapkit_studio.protocol.messages import Force, Sample
 
 MEASURED_SECONDS = 1.0
 _SETTLING = 50
-_LEFT_OVER_SECONDS = 1.0
+_LEFT_OVER_SECONDS, _QUIET_SECONDS = 1.0, 1.0
 _SLOWEST = 10.0
 """A measurement of s of the board's clock may take so many times as long."""
 
@@ -55,14 +55,15 @@ def _delay(board: HapkitBoard, padded: int, seconds: float) -> float:
 def _answered(board: HapkitBoard, seconds: float) -> list[Sample]:
     """Answer the newest sample of every chunk, as the loop does, for so many s of the board's clock."""
     decoder, taken = Decoder(), deque[Sample]()
-    silent, end = time.monotonic() + 1.0, time.monotonic() + _SLOWEST * seconds + 1.0
+    quiet = max(_QUIET_SECONDS, board.patience)
+    silent, end = time.monotonic() + quiet, time.monotonic() + _SLOWEST * seconds + quiet
     while time.monotonic() < min(silent, end):
         new = [m for m in decoder.feed(_read(board)) if isinstance(m, Sample)]
         if not new:
             continue
         board.send_messages(Force(new[-1].seq, 0, 0.0))
         taken += new
-        silent = time.monotonic() + 1.0
+        silent = time.monotonic() + quiet
         if len(taken) >= seconds * board.rate:
             break
     return list(taken)
