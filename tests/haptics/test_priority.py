@@ -44,7 +44,9 @@ def in_thread(function):
 def in_process(code, *prefix, **environment):
     """Run code in a process of its own, since limits once lowered stay so; return what it prints."""
     command = [*prefix, sys.executable, "-c", code]
-    done = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, timeout=PATIENCE)
+    done = subprocess.run(
+        command, env=os.environ | environment, capture_output=True, text=True, timeout=PATIENCE
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 
