@@ -225,6 +225,7 @@ def test_the_law_in_force_is_told_and_changes_are_one_constant_more(rendering):
     setup.engine.set_parameter("stiffness", 130.0)
     setup.compiled()
     setup.run(20)
+    assert len(setup.told(Tune)) == 1
     numbers[link.TUNED_AT] = 0.0
     setup.until(lambda: setup.kit.tuned)
     setup.engine.move_hand(0.01)
