@@ -1,7 +1,6 @@
 """The live loop on a serial port, compiled and in plain Python: rows, answers, and every way to end."""
 
 import contextlib
-import itertools
 import os
 import socket
 import threading
@@ -273,63 +272,49 @@ class Direct:
         self.late = health.new_histogram()
         self.out = rows.new_ring(self.r.control, 1024)
         self.conn = link.new_link(QUANTUM)
-        self.sent, self.decoder = [], Decoder()
         self.thread = threading.Thread(target=self.run, args=(self.near.fileno(),))
 
     def run(self, fd):
         self.tid = threading.get_native_id()
         serial_loop.run(self.r, self.conn, self.out, self.late, fd)
 
-    def finish(self):
+    def close(self):
         self.r.control[arrays.QUIT] = 1
         if self.thread.ident:
             self.thread.join(PATIENCE)
-
-    def forces(self):
-        """Return all that was sent so far; a line that nobody reads becomes full."""
-        with contextlib.suppress(BlockingIOError):
-            while chunk := self.far.recv(65536, socket.MSG_DONTWAIT):
-                self.sent += self.decoder.feed(chunk)
-        return self.sent
+        self.near.close()
+        self.far.close()
 
 
 @pytest.fixture
 def direct():
-    made = Direct()
-    yield made
-    made.finish()
-    made.near.close()
-    made.far.close()
+    with contextlib.closing(Direct()) as made:
+        yield made
 
 
-def push(direct):
-    """Start the loop and feed it samples until it pushes."""
-    reader = rows.RingReader(direct.out)
-    direct.thread.start()
-    seq = itertools.count()
+def ended(line_ends):
+    """Return the forces sent and the fault of a loop that pushed until its line ended, or it was told to."""
+    with contextlib.closing(Direct()) as direct:
+        direct.far.send(samples(*range(60)))
+        if line_ends:
+            direct.far.shutdown(socket.SHUT_WR)
+        direct.thread.start()
+        wait_until(lambda: direct.r.control[arrays.HEAD] == 60)
+        direct.r.control[arrays.QUIT] = not line_ends
+        direct.thread.join(PATIENCE)
+        assert not direct.thread.is_alive()
+        return Decoder().feed(direct.far.recv(65536)), direct.r.control[arrays.FAULT]
 
-    def pushes():
-        direct.far.send(sample(next(seq)))
-        direct.forces()
-        out = reader.read()
-        return len(out) and out[-1, rows.APPLIED] > 0.5
 
-    wait_until(pushes)
-
-
-@pytest.mark.parametrize("line_ends", [True, False])
-def test_the_last_act_is_a_zero_command(direct, line_ends):
-    push(direct)
-    if line_ends:
-        direct.far.shutdown(socket.SHUT_WR)
-    else:
-        direct.r.control[arrays.QUIT] = 1
-    direct.thread.join(PATIENCE)
-    assert not direct.thread.is_alive()
-    sent = direct.forces()
-    assert sent[-1] == Force(0, 0, 0.0)
-    assert any(f.force > 0.5 for f in sent)
-    assert direct.r.control[arrays.FAULT] == (arrays.DEVICE_GONE if line_ends else arrays.NO_FAULT)
+@pytest.mark.parametrize(("line_ends", "fault"), [(True, arrays.DEVICE_GONE), (False, arrays.NO_FAULT)])
+def test_the_last_act_is_a_zero_command(line_ends, fault):
+    """Where the loop was held up before its samples, or the test for a second after, both do it again."""
+    for _ in range(ATTEMPTS):
+        sent, found = ended(line_ends)
+        assert sent[-1] == Force(0, 0, 0.0)
+        if sent[0].force == 1.0 and found == fault:
+            break
+    assert (sent[0], found) == (Force(59, 0, 1.0), fault)
 
 
 def test_a_closed_descriptor_ends_the_loop(direct):
@@ -388,7 +373,7 @@ def test_a_flood_without_end_is_demoted_and_latched(direct):
     wait_until(lambda: direct.r.control[arrays.FAULT] == arrays.RUNAWAY)
     wait_until(lambda: os.sched_getscheduler(direct.tid) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER)
     assert share_of_processor(direct.thread) < 0.5
-    direct.finish()
+    direct.close()
     os.close(flood)
 
 
