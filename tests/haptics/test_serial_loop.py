@@ -236,8 +236,11 @@ def test_both_loops_give_the_same():
     np.testing.assert_array_equal(one[:, same], other[:, same])
 
 
-@pytest.mark.parametrize("kind", [drivers.SerialDriver, drivers.PortableDriver])
-def test_a_board_that_is_pulled_ends_the_loop_in_words(kind, monkeypatch, fake_board):
+@pytest.mark.parametrize(
+    ("kind", "pulled"),
+    [(drivers.SerialDriver, True), (drivers.PortableDriver, True), (drivers.SerialDriver, False)],
+)
+def test_a_board_that_is_pulled_or_falls_silent_ends_the_loop_in_words(kind, pulled, monkeypatch, fake_board):
     monkeypatch.setattr(engine_module, "driver_for", kind)
     peer = fake_board(FakeKit(burst=40))
     engine = Engine(HapkitBoard(peer.path), CONSTANT, realtime=False)
@@ -245,8 +248,10 @@ def test_a_board_that_is_pulled_ends_the_loop_in_words(kind, monkeypatch, fake_b
     engine.start()
     try:
         read(reader, lambda found: len(found) == 40)
-        peer.unplug()
+        if pulled:
+            peer.unplug()
         wait_until(lambda: not engine.health().running)
+        assert pulled or "has sent nothing for 1 s" in engine.health().message
         assert engine.fault.code == arrays.DEVICE_GONE
         assert engine.arrays.control[arrays.DONE] == 1
     finally:
