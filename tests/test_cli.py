@@ -16,12 +16,12 @@ from hapkit_studio import __version__, commands, environments
 from hapkit_studio.cli import main
 from hapkit_studio.commands import live_run
 from hapkit_studio.devices import DeviceEntry, flash
+from hapkit_studio.devices.delays import MeasuredDelay
 from hapkit_studio.devices.hapkit import HapkitBoard, probe
 from hapkit_studio.devices.virtual_board import built
 from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.health import Fault, LinkCounts
-from hapkit_studio.haptics.link import MeasuredDelay
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Origin
 from tests.devices.fake_board import KIT, FakeKit
@@ -136,17 +136,14 @@ def test_devices(capsys):
 
 
 def test_loop_test_measures_the_loop(capsys):
-    for _ in range(ATTEMPTS):  # a busy machine may wake the command late
-        found = as_json(capsys, "loop-test", "--seconds", "0.4", "--rate", "500")
-        if found["samples"] <= 300 and not found["missed"]:
-            break
+    found = as_json(capsys, "loop-test", "--seconds", "0.4", "--rate", "500")
     assert set(found["lateness_us"]) == {"p50", "p99", "p99.9", "max"}
     late = [found["lateness_us"][name] for name in ("p50", "p99", "p99.9", "max")]
     assert late == sorted(late)
     assert set(found["period_us"]) == {"mean", "min", "max"}
-    assert found["period_us"]["mean"] == pytest.approx(2000.0, rel=0.2)
-    assert 0 < found["samples"] <= 300
-    assert found["missed"] >= 0
+    # a busy machine makes it miss ticks, whose time the others have
+    ticks = found["samples"] + found["missed"]
+    assert 1600.0 < found["period_us"]["mean"] < 1.2 * 2000.0 * ticks / found["samples"]
     assert found["priority"]
     assert (found["rate_Hz"], found["device"], found["fault"]) == (500.0, "simulated", "")
     assert found["lost_rows"] == 0

@@ -145,7 +145,11 @@ class HapkitBoard:
                 self.port, self.title = found.path, found.title
         try:
             self._serial = serial.Serial(
-                self.port, BAUD, timeout=READ_TIME, write_timeout=WRITE_TIME, exclusive=True
+                self.port,
+                BAUD,
+                timeout=READ_TIME,
+                write_timeout=max(WRITE_TIME, self.patience),
+                exclusive=True,
             )
         except (serial.SerialException, OSError) as error:
             raise unopened(self.port, error) from error
@@ -315,7 +319,7 @@ class HapkitBoard:
         try:
             yield self._serial
         except serial.SerialTimeoutException as error:
-            raise no_answer(self.port, "what was sent", WRITE_TIME) from error
+            raise no_answer(self.port, "what was sent", self._serial.write_timeout) from error
         except (serial.SerialException, OSError) as error:
             raise gone(self.port) from error
 

@@ -5,6 +5,7 @@ from collections import deque
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from hapkit_studio.devices import delays
 from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
 from hapkit_studio.errors import DeviceError, NoDataError
 from hapkit_studio.protocol.framing import Decoder
@@ -12,11 +13,9 @@ from hapkit_studio.protocol.messages import Force, Sample
 
 MEASURED_SECONDS = 1.0
 _SETTLING = 50
-_LEFT_OVER_SECONDS = 1.0
+_LEFT_OVER_SECONDS, _QUIET_SECONDS = 1.0, 1.0
 _SLOWEST = 10.0
 """A measurement of s of the board's clock may take so many times as long."""
-_LONGER = 0xFFFF
-_HALF = 0x8000
 
 
 class Padding(NamedTuple):
@@ -56,14 +55,15 @@ def _delay(board: HapkitBoard, padded: int, seconds: float) -> float:
 def _answered(board: HapkitBoard, seconds: float) -> list[Sample]:
     """Answer the newest sample of every chunk, as the loop does, for so many s of the board's clock."""
     decoder, taken = Decoder(), deque[Sample]()
-    silent, end = time.monotonic() + 1.0, time.monotonic() + _SLOWEST * seconds + 1.0
+    quiet = max(_QUIET_SECONDS, board.patience)
+    silent, end = time.monotonic() + quiet, time.monotonic() + _SLOWEST * seconds + quiet
     while time.monotonic() < min(silent, end):
         new = [m for m in decoder.feed(_read(board)) if isinstance(m, Sample)]
         if not new:
             continue
         board.send_messages(Force(new[-1].seq, 0, 0.0))
         taken += new
-        silent = time.monotonic() + 1.0
+        silent = time.monotonic() + quiet
         if len(taken) >= seconds * board.rate:
             break
     return list(taken)
@@ -77,22 +77,12 @@ def _read(board: HapkitBoard) -> bytes:
 
 
 def effective_delay(samples: Iterable[Sample], period: float) -> float | None:
-    """Return the delay in s of the force in effect, period in s; None where no force arrived.
-
-    Its age, meant over time, is half a period more than the delay of a loop that answers every sample; a
-    force that stays longer because answers are rare counts with the age it reaches.
-    """
-    ages, before = [], None
+    """Return the delay in s of the force in effect, period in s; None where no force arrived."""
+    found, before = delays.new_delays(), None
     for sample in samples:
-        if sample.delay_us in (0, _LONGER):
-            before = None
-            continue
-        behind = (sample.seq - 1 - sample.answered) & 0xFFFF
-        if behind >= _HALF:
-            continue
-        if before is not None and (sample.seq - before[0]) & 0xFFFF == 1:
-            new = (sample.answered - before[1]) & 0xFFFF
-            share = min(max(1e-6 * sample.delay_us / period - behind, 0.0), 1.0)
-            ages.append(behind + share * new)
-        before = sample.seq, sample.answered
-    return period * sum(ages) / len(ages) if ages else None
+        follows = before is not None and (sample.seq - before) & 0xFFFF == 1
+        late = 1e-6 * sample.delay_us
+        delays.note_force_age(found, sample.seq, sample.answered, late, period, follows)
+        before = sample.seq
+    measured = delays.measured_delay(found, delays.OF_COMPUTER)
+    return measured.mean if measured else None

@@ -8,6 +8,7 @@ import math
 
 import numpy as np
 
+from hapkit_studio.devices import delays
 from hapkit_studio.dynamics.jit import internal
 from hapkit_studio.haptics import arrays, block, link, rows
 from hapkit_studio.haptics.arrays import LoopArrays
@@ -40,7 +41,7 @@ def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
     if r.word[arrays.STALE]:
         recover(r, period)
     link.write_times(conn, sample[codec.BOARD_TIME], row, now)
-    link.note_delay(conn.delays, link.OF_BOARD, sample[codec.DELAY])
+    delays.note_delay(conn.delays, delays.OF_BOARD, sample[codec.DELAY])
     n[link.SEEN_SPEED] = (position - r.real[arrays.LAST_POSITION]) / period
     fill_row(r, conn, sample, row, position, period)
     rate = conn.law[link.RATE]

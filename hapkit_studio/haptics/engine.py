@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio import environments
+from hapkit_studio.devices import delays
+from hapkit_studio.devices.delays import MeasuredDelay
 from hapkit_studio.devices.simulated import MODELS, SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import grip_named
@@ -18,7 +20,6 @@ from hapkit_studio.haptics.board_plan import BackgroundPlanner, BoardPlan, Board
 from hapkit_studio.haptics.clib import load_acquire, store_release
 from hapkit_studio.haptics.drivers import Driver, SimulatedDriver, driver_for
 from hapkit_studio.haptics.health import Fault, Health, Watch
-from hapkit_studio.haptics.link import MeasuredDelay
 from hapkit_studio.haptics.priority import Priority
 from hapkit_studio.haptics.rows import RingReader, new_ring
 from hapkit_studio.haptics.settings import LoopSettings, Wanted
@@ -341,8 +342,8 @@ class Engine:
         """Return the delay in s as measured lately where one of them renders, None where it was not yet."""
         if self.driver is None:
             return None
-        which = link.OF_BOARD if where == BOARD else link.OF_COMPUTER
-        return link.measured_delay(self.driver.conn.delays, which, LATELY)
+        which = delays.OF_BOARD if where == BOARD else delays.OF_COMPUTER
+        return delays.measured_delay(self.driver.conn.delays, which, LATELY)
 
     def missed_of(self, where: str) -> int:
         """Return how many ticks one of them has missed: answers too late, or ticks that the board skipped."""

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from hapkit_studio.devices.delays import LONGEST_DELAY
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.formatting import number
 from hapkit_studio.haptics import arrays, block
 from hapkit_studio.haptics.arrays import LoopArrays
-from hapkit_studio.haptics.link import LONGEST_DELAY
 from hapkit_studio.haptics.priority import Priority
 
 _FINE = np.arange(1, 1001)

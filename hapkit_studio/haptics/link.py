@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hapkit_studio.devices.delays import FAR_BEHIND, Delays, new_delays, note_force_age
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import arrays, block, rows
@@ -58,65 +59,6 @@ WORDS = 27
 ON_COMPUTER, FADING_OUT, SENDING_SETTINGS, SENDING_LAW, ON_BOARD, RETURNING = range(6)
 """The handover: the computer renders; its force fades out; the board takes over zero and direction; it is
 sent its law; it renders; it was told to stop rendering."""
-
-OF_COMPUTER, OF_BOARD = 0, 1
-DELAYS_KEPT = 4096
-LONGEST_DELAY = 65.5e-3  # s: a delay from here on is only known to be longer
-FAR_BEHIND = 1024  # samples behind which an answer is no answer
-
-
-class Delays(NamedTuple):
-    """The last delays in s of computer and board, (2, DELAYS_KEPT), and how many there ever were, (2,).
-
-    last: number of the sample that the force in effect answered, and 1 where the next one follows on it.
-    """
-
-    values: np.ndarray
-    counts: np.ndarray
-    last: np.ndarray
-
-
-@compiled
-def note_force_age(
-    delays: Delays, seq: int, answered: int, delay: float, period: float, follows: bool
-) -> None:
-    """Take what a sample of the board says about the force in effect over the period before it, in s.
-
-    The force's age, meant over time, is half a period more than the delay of a loop that answers them all:
-    that delay is kept. So a force that stays because answers are rare counts with the age it reaches.
-    """
-    behind, step = (seq - 1 - answered) & 0xFFFF, (answered - delays.last[0]) & 0xFFFF
-    known = 0.0 < delay < LONGEST_DELAY and behind < FAR_BEHIND
-    if known and follows and delays.last[1] and step < FAR_BEHIND:
-        share = min(max(delay / period - behind, 0.0), 1.0)
-        note_delay(delays, OF_COMPUTER, (behind + share * step) * period)
-    delays.last[0], delays.last[1] = answered, known
-
-
-@internal
-def note_delay(delays: Delays, which: int, delay: float) -> None:
-    """Take one measured delay in s; 0 stands for none."""
-    if delay > 0.0:
-        delays.values[which, delays.counts[which] % DELAYS_KEPT] = delay
-        delays.counts[which] += 1
-
-
-class MeasuredDelay(NamedTuple):
-    """Mean and standard deviation in s of so many delays."""
-
-    mean: float
-    spread: float
-    total: int
-
-
-def measured_delay(delays: Delays, which: int, last: int = DELAYS_KEPT) -> MeasuredDelay | None:
-    """Return what the last delays of the computer or the board were, None where there are none."""
-    count = int(delays.counts[which])
-    if count == 0:
-        return None
-    found = delays.values[which, (count - 1 - np.arange(min(count, last, DELAYS_KEPT))) % DELAYS_KEPT]
-    return MeasuredDelay(float(found.mean()), float(found.std()), count)
-
 
 CHUNK, HISTORY = 4096, 2048
 MOST_ADDED = 255  # periods of added delay: what a force can say of the sample that it answers
@@ -173,7 +115,7 @@ def new_link(quantum: float, watchdog: float = 0.025) -> Link:
         forces=np.zeros(HISTORY),
         numbers=numbers,
         words=np.zeros(WORDS, dtype=np.int64),
-        delays=Delays(np.zeros((2, DELAYS_KEPT)), *np.zeros((2, 2), dtype=np.int64)),
+        delays=new_delays(),
         law=np.zeros(CHECK + 1, dtype=np.int64),
         program=np.zeros(block.PROGRAM_WORDS, dtype=np.int64),
         unsure=np.zeros(2 * block.PROGRAM_WORDS, dtype=np.int64),

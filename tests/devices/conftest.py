@@ -2,19 +2,35 @@
 
 import pytest
 
+from hapkit_studio.devices import hapkit, padding
 from hapkit_studio.devices.hapkit import HapkitBoard
+from tests.devices.fake_board import FakeLine
 
 
 @pytest.fixture
-def opened(fake_board):
-    """Return a maker of open boards, each with the scripted one behind it."""
+def lined(monkeypatch):
+    """Return a maker of lines: the next boards are opened on what it made last."""
+
+    def make(answer):
+        line = FakeLine(answer)
+        monkeypatch.setattr(hapkit.serial, "Serial", line)
+        for module in (hapkit, padding):
+            monkeypatch.setattr(module, "time", line)
+        return line
+
+    return make
+
+
+@pytest.fixture
+def opened(lined):
+    """Return a maker of open boards, each with the line to the scripted one behind it."""
     boards = []
 
     def make(answer):
-        peer = fake_board(answer)
-        boards.append(HapkitBoard(peer.path))
+        line = lined(answer)
+        boards.append(HapkitBoard("/dev/ttyTEST"))
         boards[-1].open()
-        return boards[-1], peer
+        return boards[-1], line
 
     yield make
     for board in boards:

@@ -89,6 +89,47 @@ class FakeBoard:
         return True
 
 
+class FakeLine:
+    """A serial line in this process, as serial.Serial, and the clock beside it, as the module time.
+
+    The board behind it answers at once; nothing else takes time but a read that finds nothing.
+    """
+
+    def __init__(self, answer):
+        self._answer, self._decoder, self._data = answer, Decoder(), b""
+        self.received, self.now = [], 0.0
+
+    def __call__(self, _port, _baud, timeout, **_options):
+        self.timeout = timeout
+        return self
+
+    def monotonic(self):
+        return self.now
+
+    def write(self, data):
+        for message in self._decoder.feed(data):
+            self.received.append(message)
+            self._data += self._answer(message) or b""
+
+    @property
+    def in_waiting(self):
+        return len(self._data)
+
+    def read(self, size):
+        found, self._data = self._data[:size], self._data[size:]
+        self.now += 0.0 if found else self.timeout
+        return found
+
+    def reset_input_buffer(self):
+        self._data = b""
+
+    def fileno(self):
+        return -1
+
+    def close(self):
+        pass
+
+
 KIT = replace(profiles.default().board, quantum=2e-5, max_force=2.5, label="fake kit")
 ARENA = 760
 MOST_FORCE = 20.0

@@ -6,13 +6,12 @@ import math
 import os
 import struct
 import sys
-import time
 from dataclasses import replace
 
 import pytest
 
 from hapkit_studio import errors
-from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
+from hapkit_studio.devices.hapkit import HANDSHAKE_TIME, PACKET, READ_TIME, HapkitBoard
 from hapkit_studio.protocol.framing import encode, frame
 from hapkit_studio.protocol.messages import (
     Board,
@@ -27,7 +26,6 @@ from hapkit_studio.protocol.messages import (
     Stream,
 )
 from tests.devices.fake_board import HELLO_FIELDS, KIT, UNPLUG, FakeKit, sample
-from tests.waiting import PATIENCE
 
 HELLO = Hello(**HELLO_FIELDS)
 
@@ -44,10 +42,10 @@ def near(got, want):
     return True
 
 
-def refused(kind, path, words, seconds=0.3):
+def refused(kind, words, path="/dev/ttyTEST"):
     board = HapkitBoard(path)
     with pytest.raises(kind) as caught:
-        board.open(seconds)
+        board.open()
     with pytest.raises(errors.DeviceError):
         board.fileno()
     name = str(path).removeprefix("/dev/")
@@ -77,9 +75,9 @@ def test_every_constant_comes_from_the_board(opened):
         ("sample_rate", 0, "samples per second"),
     ],
 )
-def test_numbers_that_no_hapkit_has_are_refused(fake_board, name, value, said):
-    path = fake_board(lambda m: says_hello(m, replace(HELLO, **{name: value}))).path
-    error = refused(errors.NotAHapkitError, path, f"{value:g}")
+def test_numbers_that_no_hapkit_has_are_refused(lined, name, value, said):
+    lined(lambda m: says_hello(m, replace(HELLO, **{name: value})))
+    error = refused(errors.NotAHapkitError, f"{value:g}")
     assert said in str(error)
     assert "Flash the firmware." in str(error)
 
@@ -94,14 +92,14 @@ def test_numbers_at_the_limit_are_taken(opened, name, value):
 
 def test_open_and_close_leave_the_motor_free_and_the_samples_off(opened):
     board, peer = opened(says_hello)
-    assert peer.wait_for(3) == [HelloRequest(), Stream(0, 0), Release()]
+    assert peer.received == [HelloRequest(), Stream(0, 0), Release()]
     board.start_stream()
     board.start_stream(padded=PACKET)
     board.padding = PACKET
     board.start_stream()
-    assert peer.wait_for(6)[3:] == [Stream(1, 0), Stream(1, 62), Stream(1, 62)]
+    assert peer.received[3:] == [Stream(1, 0), Stream(1, 62), Stream(1, 62)]
     board.close()
-    assert peer.wait_for(8)[6:] == [Force(0, 0, 0.0), Stream(0, 0)]
+    assert peer.received[6:] == [Force(0, 0, 0.0), Stream(0, 0)]
     board.close()
     with pytest.raises(errors.DeviceError):
         _ = board.hello
@@ -123,45 +121,54 @@ def test_asks_again_while_the_board_starts_past_half_a_frame_and_noise(opened):
 @pytest.mark.parametrize(
     "noise", [None, b"x=0.0123,F=0.5\r\n", b"\x00\x00", frame(b"\x81"), frame(b"\x81\x03\x00abc")]
 )
-def test_something_else_answers_or_nothing(fake_board, noise):
+def test_something_else_answers_or_nothing(lined, noise):
     what = "answers, but not as a Hapkit" if noise else "does not answer"
-    words = f"{{}} {what}. Flash the firmware, or choose another port."
-    refused(errors.NotAHapkitError, fake_board(lambda m: noise).path, words)
+    line = lined(lambda m: noise)
+    refused(errors.NotAHapkitError, f"{{}} {what}. Flash the firmware, or choose another port.")
+    assert line.now <= HANDSHAKE_TIME + READ_TIME
 
 
 @pytest.mark.parametrize(
     ("version", "remedy", "step"), [(2, "Update firmware.", "update"), (4, "Update the studio.", "")]
 )
 @pytest.mark.parametrize("rest", [b"", b"another layout altogether"])
-def test_another_version_of_the_protocol(fake_board, version, remedy, step, rest):
+def test_another_version_of_the_protocol(lined, version, remedy, step, rest):
     other = frame(bytes([Hello.ID]) + version.to_bytes(2, "little") + rest)
+    lined(lambda m: other)
     words = f"Firmware speaks version {version}; this studio needs 3. {remedy}"
-    assert refused(errors.WrongProtocolError, fake_board(lambda m: other).path, words).step == step
+    assert refused(errors.WrongProtocolError, words).step == step
 
 
-def test_a_port_in_use_missing_or_none_at_all(opened, tmp_path):
-    first, _ = opened(says_hello)
-    refused(errors.PortBusyError, first.port, "{} is used by another program. Close it, then try again.")
+def test_a_port_in_use_missing_or_none_at_all(fake_board, tmp_path):
+    first = HapkitBoard(fake_board(says_hello).path)
+    first.open()
+    refused(errors.PortBusyError, "{} is used by another program. Close it, then try again.", first.port)
     first.start_stream()  # the first one is none the worse for it
+    first.close()
     words = "ttyNONE7 is not there. Plug the board in, or see `hapkit-studio devices`."
-    error = refused(errors.PortGoneError, "/dev/ttyNONE7", words)
+    error = refused(errors.PortGoneError, words, "/dev/ttyNONE7")
     assert "Looking again every second" in error.brief  # what a window does, and a command does not
     file = tmp_path / "notes.txt"
     file.touch()
-    refused(errors.NotAHapkitError, file, "{} is not a serial port. Choose another port.")
+    refused(errors.NotAHapkitError, "{} is not a serial port. Choose another port.", file)
 
 
-def test_unplugged_during_the_handshake_a_question_or_while_open(fake_board, opened):
+def test_unplugged_during_the_handshake_a_question_or_while_open(fake_board):
     words = "Hapkit on {} is gone. Force is zero. Plug it in, then try again."
-    refused(errors.PortGoneError, fake_board(lambda m: UNPLUG).path, words, seconds=5.0)
+    refused(errors.PortGoneError, words, fake_board(lambda m: UNPLUG).path)
     kit = FakeKit()
-    board, _ = opened(lambda m: UNPLUG if isinstance(m, SettingsRequest) else kit(m))
+    board = HapkitBoard(fake_board(lambda m: UNPLUG if isinstance(m, SettingsRequest) else kit(m)).path)
+    board.open()
     with pytest.raises(errors.PortGoneError):
         board.settings()
-    board, peer = opened(says_hello)
+    board.close()
+    peer = fake_board(says_hello)
+    board = HapkitBoard(peer.path)
+    board.open()
     peer.unplug()
     with pytest.raises(errors.PortGoneError):
         board.start_stream()
+    board.close()
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux tells who may open a port")
@@ -226,32 +233,23 @@ def test_a_lost_question_is_asked_again_and_the_late_answer_is_nobody_elses(open
     assert near(board.configure(changed), changed)
 
 
-class Streaming:
-    """A line that never falls silent; it answers the second question."""
+def test_a_stream_that_is_on_does_not_keep_an_answer_back(opened):
+    """A line that never falls silent: what a read takes then is the time of a sample."""
+    asked, kit = [], FakeKit()
 
-    in_waiting = 1
+    def answer(message):
+        asked.append(message)
+        return kit(message) if len(asked) == 2 or isinstance(message, HelloRequest) else None
 
-    def __init__(self):
-        self.asked, self.end = 0, time.monotonic() + PATIENCE
+    board, line = opened(answer)
+    asked.clear()
 
-    def fileno(self):
-        return -1
+    def stream(size):
+        line.now += 1e-3
+        data, line._data = line._data, b""
+        return encode(sample(1)) + data
 
-    def reset_input_buffer(self):
-        pass
-
-    def write(self, data):
-        self.asked += 1
-
-    def read(self, _size):
-        assert time.monotonic() < self.end, "it waits for the stream's end"
-        answer = FakeKit()(SettingsRequest()) if self.asked == 2 else b""
-        return encode(sample(1)) + answer
-
-
-def test_a_stream_that_is_on_does_not_keep_an_answer_back():
-    board = HapkitBoard("port")
-    board._serial = Streaming()
+    line.read = stream
     assert near(board.request(SettingsRequest(), Settings, 0.2), KIT)
 
 

@@ -1,5 +1,6 @@
 """The delay that a USB chip makes, measured and compared with what really happened, plain and padded."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from hapkit_studio import errors
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.devices.padding import Padding, effective_delay, measure_padding
-from hapkit_studio.protocol.framing import encode
+from hapkit_studio.protocol.framing import Decoder, encode
 from hapkit_studio.protocol.messages import Force, Stream
 from tests.devices.fake_board import FakeKit, sample
 from tests.devices.ftdi_kit import PERIOD, FtdiKit
@@ -27,7 +28,7 @@ def loop_with(delay, every=1, samples=400):
     return out
 
 
-@pytest.mark.parametrize("delay", [0.2, 0.999, 1.0, 16.4, 60.0])
+@pytest.mark.parametrize("delay", [0.2, 0.999, 1.0, 3.25, 60.0])
 def test_a_loop_that_answers_every_sample_has_the_delay_it_has(delay):
     assert effective_delay(loop_with(delay), PERIOD) == pytest.approx(delay * PERIOD, abs=1e-6)
 
@@ -45,6 +46,25 @@ def test_sample_numbers_may_wrap_and_be_missing():
     assert effective_delay([], PERIOD) is None
     assert effective_delay([sample(k) for k in range(9)], PERIOD) is None
     assert effective_delay([sample(k, delay_us=65535) for k in range(9)], PERIOD) is None
+
+
+@pytest.mark.parametrize("padded", [0, PACKET])
+@pytest.mark.parametrize("latency", [0.001, 0.016])
+def test_a_usb_chip_that_collects_samples(latency, padded):
+    kit, decoder, taken = FtdiKit(latency), Decoder(), []
+    data = kit(Stream(1, padded))
+    while len(taken) < 400:
+        new = decoder.feed(data)
+        taken += new
+        data = kit(Force(new[-1].seq, 0, 0.0))
+    truth = np.mean(kit.ages[60:-20]) - PERIOD / 2
+    assert effective_delay(taken[60:], PERIOD) == pytest.approx(truth, rel=0.02)
+
+
+def test_a_zero_force_that_answers_no_sample_is_no_delay_of_a_minute():
+    samples = loop_with(1.5, samples=50)
+    samples[30] = replace(samples[30], answered=0, delay_us=29_500)
+    assert effective_delay(samples, PERIOD) < 3.0 * PERIOD
 
 
 @pytest.mark.parametrize("latency", [0.001, 0.016])

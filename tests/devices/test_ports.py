@@ -22,15 +22,17 @@ linux = pytest.mark.skipif(sys.platform != "linux", reason="Linux says who holds
 MODEM = (0x12D1, 0x1506)
 
 
+PATH = "/dev/ttyTEST"
+
+
 @pytest.fixture
-def plugged(monkeypatch, fake_board):
-    """Return a function that plugs a board in and returns its line of the list, and the board."""
+def plugged(monkeypatch, lined):
+    """Return a function that plugs a board in and returns its line of the list, and the line to it."""
 
     def plug(answer, numbers=FT232):
-        peer = fake_board(answer)
-        list_ports(monkeypatch, info(peer.path, numbers, "AAA"))
+        list_ports(monkeypatch, info(PATH, numbers, "AAA"))
         (entry,) = hapkit.entries()
-        return entry, peer
+        return entry, lined(answer)
 
     return plug
 
@@ -96,7 +98,7 @@ def test_the_same_board_is_found_again(wanted, there, path):
 def test_another_kit_under_its_name_is_left_alone(plugged, monkeypatch):
     entry, peer = plugged(FakeKit())
     board = entry.make()
-    list_ports(monkeypatch, info(peer.path, FT232, "BBB"))
+    list_ports(monkeypatch, info(PATH, FT232, "BBB"))
     with pytest.raises(errors.PortGoneError, match="is gone"):
         board.open()
     assert peer.received == []
@@ -135,7 +137,7 @@ def test_what_is_not_a_hapkit_is_not_even_opened_by_probe_and_never_flashed(plug
     assert probe(entry) == {"ok": False, "text": "Not asked: not a Hapkit."}
     assert peer.received == []
     with pytest.raises(errors.NotAHapkitError, match=r"of another kind: mobile modem\.") as caught:
-        HapkitBoard(peer.path).open(0.3)
+        HapkitBoard(PATH).open()
     assert caught.value.step == ""
 
 
@@ -151,10 +153,10 @@ def test_what_is_not_a_hapkit_is_not_even_opened_by_probe_and_never_flashed(plug
     ],
 )
 def test_a_kit_without_firmware_is_offered_to_be_flashed(plugged, heard, text):
-    entry, peer = plugged(lambda m: heard, UNO)
+    entry, _ = plugged(lambda m: heard, UNO)
     with pytest.raises(errors.NoFirmwareError) as caught:
-        entry.make().open(0.3)
-    assert str(caught.value) == text.format(port_name(peer.path))
+        entry.make().open()
+    assert str(caught.value) == text.format(port_name(PATH))
     assert caught.value.step == "flash"
 
 
@@ -173,7 +175,7 @@ def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it(fake_board):
         name = f"{os.path.basename(sys.executable)} (process {child.pid})"
         assert serial_ports.holder(peer.path) == name
         with pytest.raises(errors.PortBusyError) as caught:
-            HapkitBoard(peer.path).open(0.3)  # it reads what is meant for us
+            HapkitBoard(peer.path).open()  # it reads what is meant for us
         assert str(caught.value) == f"{port_name(peer.path)} is used by {name}. Close it, then try again."
         refused = unopened(peer.path, serial.SerialException(errno.EBUSY, "busy"))
         assert str(refused) == str(caught.value)

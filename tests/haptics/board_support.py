@@ -5,17 +5,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hapkit_studio.haptics import arrays, clock, link
+from hapkit_studio.haptics import link
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.framing import crc16, encode
 from hapkit_studio.protocol.messages import Law, Leave, Piece, Sample, Stream, Telemetry, Tune
-from tests.devices.fake_board import ARENA, KIT, FakeBoard, FakeKit
-from tests.haptics.serial_support import repeated
-from tests.waiting import PATIENCE
+from tests.devices.fake_board import ARENA, KIT, FakeKit
+from tests.waiting import PATIENCE, wait_until
 
 ZERO = 1000
-SILENCE = PATIENCE
-"""s after which a loop that has not taken a frame has given the board up."""
 
 
 @dataclass
@@ -91,16 +88,11 @@ class RendersItself(FakeKit):
 
 
 class BoardSetup:
-    """One such board with the engine on it: frames go out one by one, each is waited for."""
+    """One such board with the engine on it: frames go out one by one, each is rendered at once."""
 
-    def __init__(self, connect, kit, environment, **options):
-        self.kit = kit
-        self.board = FakeBoard(kit)
-        self.engine = connect(self.board, environment=environment, **options)
-        self.reader = self.engine.reader()
-        self.engine.start()
-        while not any(isinstance(m, Stream) and m.on for m in self.board.received):
-            time.sleep(0.001)
+    def __init__(self, kit, board, engine):
+        self.kit, self.board, self.engine = kit, board, engine
+        self.told = board.told
         self.seq = 0
         self.count, self.telemetry, self.sample = ZERO, {}, {}
 
@@ -123,42 +115,26 @@ class BoardSetup:
 
     def run(self, frames):
         """Send so many frames; return their rows, those shown."""
-        found = []
-        for _ in range(frames):
-            conn, said = self.engine.driver.conn, clock.now()
-            self.board.say(self.frame())
-            over = time.monotonic() + SILENCE
-            while conn.samples[0, 0] != self.seq or conn.numbers[link.LAST_ANSWER] < said:
-                assert time.monotonic() < over, "the loop takes no frame"
-                time.sleep(0.0002)
-            found.append(self.reader.read())
-            time.sleep(0.0003)
-        late = self.reader.read()
-        found.append(late)
-        return [row for part in found for row in part]
+        return [row for _ in range(frames) for row in self.board.say(self.frame())]
 
     def until(self, true):
-        """Send frames until something is so."""
-        found, over = [], time.monotonic() + SILENCE
+        """Send frames until something is so; return their rows."""
+        found, over = [], time.monotonic() + PATIENCE
         while not true():
             assert time.monotonic() < over, "it never came about"
             found += self.run(1)
         return found
 
     def excuse_over(self):
-        """Send frames until what the board latched before it was told to forget is no longer excused."""
+        """Let the time pass in which what the board latched before it was told to forget is excused."""
         self.run(1)
-        self.until(lambda: clock.now() > self.engine.driver.conn.numbers[link.EXCUSED])
+        self.engine.driver.conn.numbers[link.EXCUSED] = 0.0
 
     def go(self, rate=None):
         """Let the board render; return the rows until it does."""
         assert self.engine.board_refusal(wait=True) == ""
         self.engine.set_where("board", rate)
         return self.until(lambda: self.engine.rendering == "board")
-
-    def told(self, *kinds):
-        """Return what the board was told of some kinds of message."""
-        return [m for m in list(self.board.received) if isinstance(m, kinds)]
 
     def change_all_numbers(self):
         """Change every number of the environment in force; wait until that is compiled for the board."""
@@ -170,19 +146,4 @@ class BoardSetup:
     def compiled(self):
         """Wait until what is wanted is compiled for the board."""
         self.engine.board_refusal(wait=True)
-        over = time.monotonic() + SILENCE
-        while self.engine.board_plan != self.engine.possible_plan:
-            assert time.monotonic() < over
-            time.sleep(0.001)
-
-
-def undisturbed(environment="spring", values=None, stale=False, **options):
-    """Run a scenario with such a board; stale: it may be repeated though nothing came late."""
-
-    def begin(connect):
-        return (BoardSetup(connect, RendersItself(**options), environment, values=values),)
-
-    def came_late(setup):
-        return stale or setup.engine.arrays.control[arrays.STALE_COUNT] > 0
-
-    return lambda scenario: repeated(scenario, begin, came_late)
+        wait_until(lambda: self.engine.board_plan == self.engine.possible_plan)

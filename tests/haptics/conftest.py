@@ -1,19 +1,33 @@
-"""Engines: running ones on the simulated device, and those on either serial loop."""
+"""Engines: running ones on the simulated device, and those on a board that a test has in its hands."""
 
 import pytest
 
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.haptics import drivers
 from hapkit_studio.haptics.engine import Engine
-from tests.haptics.serial_support import connector
+from tests.haptics.board_support import BoardSetup, RendersItself
+from tests.haptics.serial_support import SteppedBoard, stepped_engine
 
-PORTABLE = pytest.param(drivers.PortableDriver, marks=pytest.mark.slow)
+
+@pytest.fixture
+def stepped(monkeypatch, request):
+    """Return a maker of (board, engine): what the board says is rendered at once."""
+
+    def make(answer=None, **options):
+        board = SteppedBoard(answer)
+        return board, stepped_engine(monkeypatch, request.addfinalizer, board, **options)
+
+    return make
 
 
-@pytest.fixture(params=[drivers.SerialDriver, PORTABLE], ids=["compiled", "portable"])
-def connect(request, monkeypatch):
-    """Return a maker of engines on a board, not started, of either kind of loop; what answers is the same."""
-    return connector(request.param, monkeypatch, request.addfinalizer)
+@pytest.fixture
+def rendering(stepped):
+    """Return a maker of boards that render by themselves, the engine on each."""
+
+    def make(environment="spring", values=None, **options):
+        kit = RendersItself(**options)
+        return BoardSetup(kit, *stepped(kit, environment=environment, values=values))
+
+    return make
 
 
 @pytest.fixture

@@ -1,161 +1,122 @@
-"""Boards that a test scripts, and the engine on either serial loop."""
+"""A board in the test's own hands, and the serial loop a chunk at a time: no thread, port or clock in it."""
 
-import threading
+import math
+import time
 
 import numpy as np
 
 from hapkit_studio.devices.hapkit import HapkitBoard
+from hapkit_studio.devices.port_errors import no_answer
+from hapkit_studio.haptics import arrays, clock, drivers, link, serial_loop
 from hapkit_studio.haptics import engine as engine_module
-from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.protocol.framing import encode
-from hapkit_studio.protocol.messages import Force, Hello, HelloRequest, Sample, Stream
-from tests.devices.fake_board import HELLO_FIELDS, FakeBoard
-from tests.haptics import support
-from tests.lateness import ATTEMPTS, LATENESS
-from tests.waiting import PATIENCE, wait_until
+from hapkit_studio.haptics.tick import adopt
+from hapkit_studio.protocol.framing import Decoder, encode
+from hapkit_studio.protocol.messages import Force, Hello, HelloRequest, Sample
+from tests.devices.fake_board import KIT, FakeKit
 
-QUANTUM = float(np.float32(HELLO_FIELDS["quantum"]))
+QUANTUM = float(np.float32(KIT.quantum))
 
 
-def sample(seq, count, answered=0, delay_us=0, flags=0, period_us=1000):
+def sample(seq, count=1000, answered=0, delay_us=0, flags=0):
     """Return the frame of a sample as a board would send it."""
-    time_us = seq * period_us & 0xFFFFFFFF
+    time_us = 1000 * seq & 0xFFFFFFFF
     return encode(Sample(seq & 0xFFFF, time_us, count, 0, answered & 0xFFFF, delay_us, flags, *6 * (0,)))
 
 
-class SteppedBoard(FakeBoard):
-    """A board without a clock: sends a sample, waits for the force that answers it, sends the next.
+def samples(*seqs):
+    """Return frames with these numbers, the handle at rest."""
+    return b"".join(map(sample, seqs))
 
-    counts: sensor counts, one a sample; delay_us: what it says of each answer, None for nothing; first:
-    number of the first sample. At the end it falls silent; ``finished`` says that all was answered.
+
+class SteppedBoard(HapkitBoard):
+    """Hears at once what it is told; what it says is rendered and answered before ``say`` returns.
+
+    answer(message) returns bytes that it sends before its next words, or nothing.
     """
 
-    def __init__(self, counts, delay_us=None, first=0):
-        self.counts, self.delay_us, self.first = list(counts), delay_us, first
-        self.sent = 0
-        self.answers = []
-        super().__init__(self._say_next)
+    def __init__(self, answer=None):
+        super().__init__("/dev/ttyTEST")
+        self.answer = answer or FakeKit(arena=0)
+        self.received, self._reply = [], b""
 
-    def _say_next(self, message):
-        if isinstance(message, HelloRequest):
-            return encode(Hello(**HELLO_FIELDS))
-        if isinstance(message, Stream) and message.on:
-            return self._next()
-        if isinstance(message, Force) and self.sent and not self.finished:
-            self.answers.append(message)
-            return self._next()
-        return None
+    def open(self, handshake_time=0.0):
+        self._hello = self.request(HelloRequest(), Hello)
 
-    def _next(self):
-        self.sent += 1
-        if self.finished:
-            return None
-        answered, delay = 0, 0
-        if self.answers and self.delay_us is not None:
-            answered = self.answers[-1].seq - self.answers[-1].behind
-            delay = self.delay_us
-        return sample(self.first + self.sent - 1, self.counts[self.sent - 1], answered, delay)
+    def close(self):
+        self._hello = None
 
-    @property
-    def finished(self):
-        return self.sent > len(self.counts)
+    def send_messages(self, *messages):
+        for message in messages:
+            self.received.append(message)
+            self._reply += self.answer(message) or b""
 
+    def request(self, message, reply, seconds=0.0):
+        self.send_messages(message)
+        answers, self._reply = Decoder().feed(self._reply), b""
+        for found in answers:
+            if isinstance(found, reply):
+                return found
+        raise no_answer(self.port, "a question", seconds)
 
-class Told(FakeBoard):
-    """Says what the test tells it to, and knows hello."""
+    def begin(self, engine, r, conn, out, late):
+        """Take the loop's arrays, and what reads its rows."""
+        self._loop, self._reader = (r, conn, out, late), engine.reader()
 
-    def __init__(self):
-        self.streaming = threading.Event()
-        super().__init__(self._answer)
+    def say(self, data, late=0.0):
+        """Have a chunk rendered and answered; return its rows.
 
-    def _answer(self, message):
-        if isinstance(message, Stream) and message.on:
-            self.streaming.set()
-        return encode(Hello(**HELLO_FIELDS)) if isinstance(message, HelloRequest) else None
+        It comes in time, however long the test took, or so many s after the last answer.
+        """
+        _, conn, _, _ = self._loop
+        data, self._reply = self._reply + data, b""
+        conn.data[: len(data)] = np.frombuffer(data, dtype=np.uint8)
+        conn.numbers[link.LAST_ANSWER] = clock.now() - late if late else math.inf
+        self.hear(conn, serial_loop.take(*self._loop, len(data)))
+        return self._reader.read()
 
-    def forces(self):
-        return [m for m in list(self.received) if isinstance(m, Force)]
+    def say_one_by_one(self, frames):
+        """Return the rows of frames that come as chunks of their own."""
+        return np.concatenate([self.say(frame) for frame in frames])
 
+    def fall_silent(self):
+        """Let the loop look, in time, and find that nothing has come for too long."""
+        r, conn, _, _ = self._loop
+        conn.numbers[link.LAST_ANSWER], conn.numbers[link.LOOKED_AT] = 0.0, math.inf
+        self.hear(conn, serial_loop.answer_silence(r, conn))
 
-def connector(kind, monkeypatch, finally_):
-    def connect(board, hold=0.0, environment="spring", values=None, **loop):
-        def driver_for(device):
-            driver = kind(device)
-            driver.hold_seconds = hold
-            return driver
+    def hear(self, conn, size):
+        self.send_messages(*Decoder().feed(conn.frame[:size].tobytes()))
 
-        monkeypatch.setattr(engine_module, "driver_for", driver_for)
-        engine = Engine(HapkitBoard(board.path), environment, realtime=False)
-        engine.set_environment(environment, values or {})
-        engine.set_loop(**loop)
-        finally_(board.unplug)
-        finally_(engine.close)
-        return engine
+    def told(self, *kinds):
+        """Return what it was told of some kinds of message."""
+        return [m for m in self.received if isinstance(m, kinds)]
 
-    return connect
+    def answer_to(self, seq):
+        """Return the force that answers a sample."""
+        return next(f for f in self.told(Force) if f.seq == seq)
 
 
-def stream_once(engine, board):
-    """Run a stepped board to its end; return (rows, answers, the engine's health and fault then)."""
-    reader = engine.reader()
+class SteppedDriver(drivers.SerialDriver):
+    """Leaves the rendering to its board; the loop's own thread waits for the end."""
+
+    def _loop(self, r, out, late):
+        if r.control[arrays.QUIT]:
+            return
+        while not r.control[arrays.QUIT]:
+            time.sleep(1e-3)
+        self.device.hear(self.conn, serial_loop.encode_zero(self.conn))
+
+
+def stepped_engine(monkeypatch, finally_, board, hold=0.0, environment="spring", values=None, **loop):
+    """Return an engine that runs, and renders what the board says when it says so."""
+    monkeypatch.setattr(engine_module, "driver_for", SteppedDriver)
+    monkeypatch.setattr(SteppedDriver, "hold_seconds", hold)
+    engine = Engine(board, environment, realtime=False)
+    engine.set_environment(environment, values or {})
+    engine.set_loop(**loop)
+    finally_(engine.close)
     engine.start()
-    wait_until(lambda: board.finished)
-    health, fault = engine.health(), engine.fault
-    engine.close()
-    return reader.read(), board.answers, health, fault
-
-
-def played(connect, make_board, **options):
-    """Run a stepped board to its end undisturbed; return (rows, answers, the engine's health then).
-
-    On a busy machine the loop may be away for too long (stale), or always find the next sample there already,
-    as this board answers without a pause (the latched fault of a machine that cannot keep up).
-    """
-    for _ in range(ATTEMPTS):
-        out, answers, health, fault = stream_once(connect(board := make_board(), **options), board)
-        late = fault is not None and fault.code in LATENESS
-        if not late and not np.any(out[:, rows.FLAGS].astype(int) & rows.STALE):
-            return out, answers, health
-    raise AssertionError("the machine was too busy")
-
-
-def stream(connect, make_board, **options):
-    """Run a stepped board to its end undisturbed; return (rows, answers)."""
-    return played(connect, make_board, **options)[:2]
-
-
-def told(connect, **options):
-    board = Told()
-    engine = connect(board, **options)
-    reader = engine.reader()
-    engine.start()
-    assert board.streaming.wait(PATIENCE)
-    return board, engine, reader
-
-
-def repeated(scenario, begin, excusable=lambda *begun: True):
-    """Return a test: the scenario on what begin(connect) returns, again where the machine got in its way."""
-
-    def test(connect):
-        for left in reversed(range(ATTEMPTS)):
-            begun = begin(connect)
-            try:
-                return scenario(*begun)
-            except AssertionError:
-                if not left or not excusable(*begun):
-                    raise
-        return None
-
-    test.__doc__ = scenario.__doc__
-    return test
-
-
-def undisturbed(**options):
-    """Run a scenario with a board that does what it is told."""
-    return lambda scenario: repeated(scenario, lambda connect: told(connect, **options))
-
-
-def read(reader, count):
-    """Return the next rows, at least count of them."""
-    return support.read(reader, lambda found: len(found) >= count)
+    adopt(engine.arrays, 0.0)
+    board.begin(engine, engine.arrays, engine.driver.conn, engine._ring, engine.lateness_bins)
+    return engine

@@ -133,13 +133,16 @@ class LoopHarness:
 
 
 def read(reader, enough):
-    """Return rows once enough(rows) holds."""
+    """Return rows once enough(rows) holds; fail at once where the loop has ended without."""
     parts = []
 
     def came():
+        ended = reader._ring.control[arrays.DONE]
         parts.append(reader.read())
         found = np.concatenate(parts)
-        return len(found) and enough(found)
+        came = len(found) and enough(found)
+        assert came or not ended, "the loop has ended"
+        return came
 
     wait_until(came)
     return np.concatenate(parts)

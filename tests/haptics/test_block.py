@@ -150,7 +150,7 @@ def test_what_was_written_before_is_seen_first():
     words = np.zeros(24, dtype=np.int64)
     send_pairs(words, 0)
     take_pairs(words, 0)
-    writer = threading.Thread(target=send_pairs, args=(words, 500))
+    writer = threading.Thread(target=send_pairs, args=(words, 100))
     writer.start()
-    assert take_pairs(words, 500) == 0
+    assert take_pairs(words, 100) == 0
     writer.join()

@@ -13,7 +13,7 @@ from hapkit_studio.laws import law
 from hapkit_studio.laws.machine import FRAME, REST, REST_AT_MOST
 from hapkit_studio.protocol.framing import crc16
 from hapkit_studio.protocol.messages import SettingsRequest
-from tests.devices.fake_board import ARENA, KIT, FakeBoard, FakeKit
+from tests.devices.fake_board import ARENA, KIT, FakeKit
 from tests.haptics.support import CONSTANT
 from tests.waiting import PATIENCE, wait_until
 from tests.wide import wide
@@ -117,14 +117,10 @@ def test_the_block_holds_what_is_sent():
         (FakeKit(deaf={SettingsRequest: 99}), "did not answer"),
     ],
 )
-def test_a_board_that_offers_nothing_says_why(connect, kit, words):
-    engine = connect(FakeBoard(kit))
-    engine.start()
-    try:
-        assert words in engine.board_refusal()
-        assert engine.where == "computer"
-    finally:
-        engine.close()
+def test_a_board_that_offers_nothing_says_why(stepped, kit, words):
+    engine = stepped(kit)[1]
+    assert words in engine.board_refusal()
+    assert engine.where == "computer"
 
 
 def test_a_defect_of_the_compiler_is_an_answer_and_the_thread_ends(monkeypatch):

@@ -1,5 +1,6 @@
 """Who renders: handing over to a board and back, what it is told meanwhile, and what its rows hold."""
 
+import math
 import re
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from hapkit_studio import environments
 from hapkit_studio.dynamics.estimators import design
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import arrays, rows
+from hapkit_studio.haptics import arrays, link, rows
 from hapkit_studio.laws import board
 from hapkit_studio.laws.machine import Refusal
 from hapkit_studio.protocol.messages import (
@@ -25,9 +26,8 @@ from hapkit_studio.protocol.messages import (
     Tune,
 )
 from tests.devices.fake_board import ARENA, KIT
-from tests.haptics.board_support import ZERO, undisturbed
+from tests.haptics.board_support import ZERO
 from tests.haptics.support import CONSTANT
-from tests.waiting import wait_until
 
 SPRING = {"stiffness": 100.0}
 QUANTUM = KIT.quantum
@@ -38,8 +38,8 @@ def flags(found):
     return [int(row[rows.FLAGS]) for row in found]
 
 
-@undisturbed(values=SPRING)
-def test_the_force_fades_out_before_the_board_is_told(setup):
+def test_the_force_fades_out_before_the_board_is_told(rendering):
+    setup = rendering(values=SPRING)
     setup.run(40)
     setup.count = ZERO + 100
     before = setup.run(2)[-1]
@@ -55,9 +55,9 @@ def test_the_force_fades_out_before_the_board_is_told(setup):
     assert setup.told(Force)[-1].force == 0.0
 
 
-@undisturbed(environment="mass_spring_damper")
-def test_a_long_law_comes_whole_though_pieces_get_lost_and_a_board_without_one_is_sent_it_anew(setup):
+def test_a_long_law_comes_whole_though_pieces_get_lost_and_a_board_without_one_is_sent_it_anew(rendering):
     """So after a reset in the middle, and where a piece was damaged and the whole does not fit its check."""
+    setup = rendering(environment="mass_spring_damper")
     setup.run(10)
     setup.kit.deaf = {Law: 1, Piece: 3}
     setup.go()
@@ -73,8 +73,8 @@ def test_a_long_law_comes_whole_though_pieces_get_lost_and_a_board_without_one_i
     assert setup.kit.loaded.data == setup.engine.board_plan.program.data
 
 
-@undisturbed(environment="hard_surface")
-def test_more_constants_than_one_message_holds_are_sent_one_after_the_other(setup):
+def test_more_constants_than_one_message_holds_are_sent_one_after_the_other(rendering):
+    setup = rendering(environment="hard_surface")
     setup.go()
     setup.change_all_numbers()
     wanted = np.array(setup.engine.board_plan.program.given, np.float32)
@@ -83,8 +83,8 @@ def test_more_constants_than_one_message_holds_are_sent_one_after_the_other(setu
     assert len(setup.told(Law)) == 1
 
 
-@undisturbed(environment="button", arena=345)
-def test_more_moving_constants_than_there_is_room_for_are_a_law(setup):
+def test_more_moving_constants_than_there_is_room_for_are_a_law(rendering):
+    setup = rendering(environment="button", arena=345)
     setup.go()
     way = setup.engine.board_plan
     setup.change_all_numbers()
@@ -95,8 +95,8 @@ def test_more_moving_constants_than_there_is_room_for_are_a_law(setup):
     assert setup.kit.loaded.data == setup.engine.board_plan.program.data
 
 
-@undisturbed(values=SPRING)
-def test_another_law_or_rate_or_filter_is_sent_whole(setup):
+def test_another_law_or_rate_or_filter_is_sent_whole(rendering):
+    setup = rendering(values=SPRING)
     setup.go()
     for change in (
         lambda: setup.engine.set_environment("wall"),
@@ -115,8 +115,8 @@ def test_another_law_or_rate_or_filter_is_sent_whole(setup):
     assert len(set(generations)) == len(generations)
 
 
-@undisturbed(refuses=Refusal.JUMP)
-def test_what_the_board_refuses_the_computer_renders_and_says_so(setup):
+def test_what_the_board_refuses_the_computer_renders_and_says_so(rendering):
+    setup = rendering(refuses=Refusal.JUMP)
     setup.engine.board_refusal(wait=True)
     setup.engine.set_where("board")
     setup.until(lambda: setup.engine.board_refusal() != "")
@@ -133,14 +133,14 @@ def test_what_the_board_refuses_the_computer_renders_and_says_so(setup):
     setup.until(lambda: setup.engine.rendering == "board")
 
 
-@undisturbed(values=SPRING)
-def test_the_computer_comes_back_with_a_fade(setup):
+def test_the_computer_comes_back_with_a_fade(rendering):
+    setup = rendering(values=SPRING)
     setup.run(5)
     setup.count = ZERO + 100
     setup.go()
     setup.engine.set_where("computer")
     found = setup.until(lambda: setup.engine.rendering == "computer" and not setup.kit.renders)
-    wait_until(lambda: setup.told(Leave))
+    assert setup.told(Leave)
     back = setup.run(36)
     found = [row[rows.APPLIED] for row in back]
     assert found[-1] == pytest.approx(-100.0 * 100 * QUANTUM)
@@ -149,8 +149,8 @@ def test_the_computer_comes_back_with_a_fade(setup):
     assert abs(found[0]) < 0.1
 
 
-@undisturbed(values=SPRING)
-def test_the_stop_goes_out_first(setup):
+def test_the_stop_goes_out_first(rendering):
+    setup = rendering(values=SPRING)
     setup.go()
     setup.run(5)
     setup.engine.stop()
@@ -158,34 +158,35 @@ def test_the_stop_goes_out_first(setup):
     setup.telemetry = {"flags": int(BoardFlag.STOPPED)}
     row = setup.run(2)[-1]
     assert int(row[rows.FLAGS]) & rows.STOPPED
-    wait_until(lambda: setup.told(Stop))
+    assert setup.told(Stop)
     laws = len(setup.told(Law))
     setup.engine.release_stop()
     setup.telemetry = {}
     setup.run(2)
-    wait_until(lambda: setup.told(Stop, Release)[-1] == Release())
+    assert setup.told(Stop, Release)[-1] == Release()
     setup.until(lambda: len(setup.told(Law)) == laws + 1)
     setup.until(lambda: setup.engine.rendering == "board")
     setup.run(40)
     assert not flags(setup.run(1))[-1]
 
 
-@undisturbed(stale=True)
-def test_a_silent_board_is_no_more_told_that_someone_is_there(setup):
+def test_a_silent_board_is_no_more_told_that_someone_is_there(rendering):
+    setup = rendering()
     setup.go()
     setup.run(5)
     alive, forces = len(setup.told(Alive)), len(setup.told(Force))
-    wait_until(lambda: setup.engine.health().stale and len(setup.told(HelloRequest)) >= 2)
-    assert len(setup.told(Alive)) == alive
-    assert len(setup.told(Force)) == forces
+    setup.board.fall_silent()
+    setup.board.fall_silent()
+    assert setup.engine.health().stale
+    assert len(setup.told(HelloRequest)) == 3  # one opened it
     setup.run(80)
-    assert len(setup.told(Alive)) == alive
+    assert (len(setup.told(Alive)), len(setup.told(Force))) == (alive, forces)
     setup.run(60)
     assert len(setup.told(Alive)) > alive
 
 
-@undisturbed(arena=150)
-def test_what_the_board_cannot_render_stays_here(setup):
+def test_what_the_board_cannot_render_stays_here(rendering):
+    setup = rendering(arena=150)
     setup.go()
     setup.engine.set_environment("cat")
     words = r"Cat needs \d+ bytes, the board has 150"
@@ -198,9 +199,9 @@ def test_what_the_board_cannot_render_stays_here(setup):
     setup.until(lambda: setup.engine.rendering == "board")
 
 
-@undisturbed(values=SPRING)
-def test_the_law_in_force_is_told_and_changes_are_one_constant_more(setup):
+def test_the_law_in_force_is_told_and_changes_are_one_constant_more(rendering):
     """The newest value counts where a change got lost; a board that renders hears no force."""
+    setup = rendering(values=SPRING)
     setup.engine.set_loop(estimator="kalman")
     setup.go(rate=500)
     (law,) = setup.told(Law)
@@ -219,8 +220,13 @@ def test_the_law_in_force_is_told_and_changes_are_one_constant_more(setup):
     setup.engine.set_parameter("stiffness", 120.0)
     setup.compiled()
     setup.until(lambda: len(setup.told(Tune)) == 1)
+    numbers = setup.engine.driver.conn.numbers
+    numbers[link.TUNED_AT] = math.inf  # just now, for as long as the test takes
     setup.engine.set_parameter("stiffness", 130.0)
     setup.compiled()
+    setup.run(20)
+    assert len(setup.told(Tune)) == 1
+    numbers[link.TUNED_AT] = 0.0
     setup.until(lambda: setup.kit.tuned)
     setup.engine.move_hand(0.01)
     setup.run(80)
@@ -231,16 +237,16 @@ def test_the_law_in_force_is_told_and_changes_are_one_constant_more(setup):
     assert setup.kit.loaded.numbers.tolist() == list(setup.engine.board_plan.program.given)
     assert (len(setup.told(Law)), len(setup.told(Force))) == (1, forces)
     setup.engine.close()
-    wait_until(lambda: setup.told(Leave, Force)[-1] == Force(0, 0, 0.0))
+    assert setup.told(Leave, Force)[-1] == Force(0, 0, 0.0)
     told = setup.told(Leave, Force)
     left = told.index(Leave())
     assert told[left : left + 2] == [Leave(), Leave()]
     assert set(told[left + 2 :]) == {Force(0, 0, 0.0)}
 
 
-@undisturbed(values=SPRING)
-def test_who_takes_over_far_from_where_it_began_makes_no_speed(setup):
+def test_who_takes_over_far_from_where_it_began_makes_no_speed(rendering):
     """First another law, then a board that has lost it."""
+    setup = rendering(values=SPRING)
     setup.engine.set_loop(estimator="kalman")
     setup.go()
     setup.count = ZERO + 700  # 14 mm
@@ -256,8 +262,8 @@ def test_who_takes_over_far_from_where_it_began_makes_no_speed(setup):
     assert max(abs(row[rows.VELOCITY]) for row in found) < 1e-9
 
 
-@undisturbed(values=SPRING)
-def test_the_board_takes_over_zero_and_direction(setup):
+def test_the_board_takes_over_zero_and_direction(rendering):
+    setup = rendering(values=SPRING)
     setup.run(10)
     setup.engine.flip_direction()
     setup.count = ZERO + 50
@@ -271,8 +277,8 @@ def test_the_board_takes_over_zero_and_direction(setup):
     assert setup.engine.fault is None
 
 
-@undisturbed(values=SPRING)
-def test_a_new_zero_is_the_boards_too(setup):
+def test_a_new_zero_is_the_boards_too(rendering):
+    setup = rendering(values=SPRING)
     setup.go()
     setup.count = ZERO + 120
     assert setup.run(2)[-1][rows.POSITION] == pytest.approx(120 * QUANTUM)
@@ -284,8 +290,8 @@ def test_a_new_zero_is_the_boards_too(setup):
     assert setup.engine.fault is None
 
 
-@undisturbed(environment="hard_surface")
-def test_rows_and_counts_show_what_the_board_did(setup):
+def test_rows_and_counts_show_what_the_board_did(rendering):
+    setup = rendering(environment="hard_surface")
     setup.run(60)
     setup.telemetry = {"delay_us": 150}
     setup.go()
@@ -315,19 +321,19 @@ def test_rows_and_counts_show_what_the_board_did(setup):
     assert setup.run(1)[-1][rows.STATE] == first
 
 
-@undisturbed()
-def test_what_the_board_latches_is_latched_here_stops_it_and_can_be_cleared(setup):
+def test_what_the_board_latches_is_latched_here_stops_it_and_can_be_cleared(rendering):
     """Over-speed; a leap, at which the board gives up its estimate; a force that is no number."""
+    setup = rendering()
     setup.go()
     setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED), "velocity": 3.5}
     setup.run(2)
     assert setup.engine.fault.code == arrays.OVER_SPEED
     assert "3.5 m/s" in setup.engine.fault.text
-    wait_until(lambda: setup.told(Stop))
+    assert setup.told(Stop)
     setup.telemetry = {"flags": int(BoardFlag.OVER_SPEED)}
     setup.engine.clear_fault()
-    setup.run(3)
-    wait_until(lambda: setup.told(Stop, Release)[-1] == Release())
+    setup.run(1)
+    assert setup.told(Stop, Release)[-1] == Release()
     setup.telemetry = {}
     setup.excuse_over()
     setup.until(lambda: setup.engine.rendering == "board")
@@ -354,8 +360,8 @@ def test_what_the_board_latches_is_latched_here_stops_it_and_can_be_cleared(setu
     assert setup.engine.fault is None
 
 
-@undisturbed()
-def test_a_law_of_ones_own_needs_nothing_on_the_board_which_has_its_own_estimators_and_rates(setup):
+def test_a_law_of_ones_own_needs_nothing_on_the_board_which_has_its_own_estimators_and_rates(rendering):
+    setup = rendering()
     setup.engine.set_loop(estimator="butterworth")
     setup.go()
     assert setup.engine.board_plan.estimator == 2

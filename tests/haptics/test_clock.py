@@ -8,12 +8,14 @@ import sys
 import threading
 import time
 
+import numpy as np
 import pytest
 from numba import njit
 
 from hapkit_studio.haptics import clock
+from hapkit_studio.haptics.clib import load_acquire, store_release
 from tests.haptics.support import FakeLibrary
-from tests.waiting import shortest
+from tests.waiting import shortest, wait_until
 
 linux_only = pytest.mark.skipif(sys.platform != "linux", reason="would replace the system's own functions")
 
@@ -40,25 +42,24 @@ def test_never_wakes_early_and_past_deadlines_return_at_once():
 
 
 def test_sleep_holds_no_gil():
-    ready, ended = threading.Event(), []
+    """A thread that sleeps on and on until told to stop: held, the lock would let nobody tell it."""
 
     @njit(nogil=True)
-    def wait(seconds):
-        clock.until(clock.now() + seconds)
+    def sleep_on(words, most):
+        for k in range(most):
+            clock.until(clock.now() + 1e-3)
+            words[1] = k + 1
+            if load_acquire(words, 0):
+                return
 
-    wait(0.0)
-
-    def run():
-        ready.set()
-        wait(0.5)
-        ended.append(clock.now())
-
-    thread = threading.Thread(target=run)
+    words, most = np.zeros(2, dtype=np.int64), 20_000
+    sleep_on(words, 0)
+    thread = threading.Thread(target=sleep_on, args=(words, most))
     thread.start()
-    ready.wait()
-    counted_while_asleep = sum(1 for _ in range(1000) if not ended)
+    wait_until(lambda: words[1] > 0)
+    store_release(words, 0, 1)
     thread.join()
-    assert counted_while_asleep == 1000
+    assert words[1] < most
 
 
 @pytest.mark.slow

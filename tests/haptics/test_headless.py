@@ -24,19 +24,6 @@ def scene(key="spring", rate=1000.0, delay=0.0, device=None, max_speed=math.inf,
     )
 
 
-def test_rows_hold_what_the_tick_promises():
-    hand = Hand(0.05, 4.0, 200.0, lambda t: 0.01 * t)
-    out, _ = headless.render(scene(rate=500.0), hand, 200)
-    k = np.arange(200)
-    assert out.shape == (200, rows.ROW_WIDTH)
-    assert np.array_equal(out[:, rows.TICK], k)
-    assert out[:, rows.BOARD_TIME] == pytest.approx(k / 500.0, abs=1e-12)
-    assert np.all(out[:, rows.PERIOD] == 1.0 / 500.0)
-    assert out[:, rows.HAND_TARGET] == pytest.approx(0.01 * k / 500.0, abs=1e-15)
-    assert not out[:, rows.FLAGS].any()
-    assert np.isfinite(out).all()
-
-
 def test_hand_lets_go_at_the_first_sample_from_its_release_on():
     for release, last in ((0.010, 9), (0.0105, 10), (0.0, -1), (9.0, 49)):
         out, _ = headless.render(scene(), Hand(0.0, 1.0, 50.0, lambda t: 0.01, release), 50)
@@ -70,14 +57,6 @@ def test_a_run_told_to_quit_ends_there():
     assert not out.any()
     r.control[arrays.QUIT] = 0
     assert headless.run_batch(r, body, np.zeros(3), zeros, np.zeros(10, dtype=np.int64), out) == 10
-
-
-@pytest.mark.parametrize("delay", [0.0, 0.5e-3, 1e-3, 0.25])
-def test_delays_longer_than_the_run_never_arrive(delay):
-    device = SimulatedHapkit(initial_position=0.01, coulomb_force=0.0)
-    out, _ = headless.render(scene(delay=delay, device=device), None, 100)
-    moved = np.flatnonzero(out[:, rows.TRUE_POSITION] != 0.01)
-    assert (moved[0] if len(moved) else 100) == min(math.floor(delay * 1e3) + 1, 100)
 
 
 def test_imposed_motion_of_one_sample():

@@ -1,65 +1,15 @@
 """A serial link: its delays; what is too slow, lost or silent is noticed at once, said, and counted."""
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hapkit_studio.analysis.stability import on_board
-from hapkit_studio.devices.padding import effective_delay
 from hapkit_studio.haptics import arrays, link, rows, tick
-from hapkit_studio.protocol.framing import Decoder
-from hapkit_studio.protocol.messages import BoardFlag, Force, Stop, Stream
-from tests.devices.ftdi_kit import PERIOD, FtdiKit
-from tests.devices.test_padding import loop_with
-from tests.haptics.board_support import undisturbed as with_board
-from tests.haptics.serial_support import read, sample, undisturbed
+from hapkit_studio.protocol.messages import BoardFlag, Stop
+from tests.haptics.serial_support import sample
 from tests.haptics.support import BROKEN, CONSTANT, LoopHarness
-from tests.waiting import wait_until
-
-
-def mean(samples):
-    """Return what the loop's own measurement makes of samples."""
-    kept, before = link.new_link(1.0).delays, None
-    for s in samples:
-        follows = before is not None and (s.seq - before) & 0xFFFF == 1
-        link.note_force_age(kept, s.seq, s.answered, 1e-6 * s.delay_us, PERIOD, follows)
-        before = s.seq
-    found = link.measured_delay(kept, link.OF_COMPUTER)
-    return found.mean if found else None
-
-
-@pytest.mark.parametrize("delay", [0.2, 1.0, 1.5, 3.25, 16.4, 60.0])
-def test_a_loop_that_answers_every_sample(delay):
-    assert mean(loop_with(delay)) == pytest.approx(delay * PERIOD, abs=1e-6)
-
-
-@pytest.mark.parametrize("padded", [0, 62])
-@pytest.mark.parametrize("latency", [0.001, 0.016])
-def test_a_usb_chip_that_collects_samples(latency, padded):
-    kit, decoder, taken = FtdiKit(latency), Decoder(), []
-    data = kit(Stream(1, padded))
-    while len(taken) < 400:
-        new = decoder.feed(data)
-        taken += new
-        data = kit(Force(new[-1].seq, 0, 0.0))
-    truth = np.mean(kit.ages[60:-20]) - PERIOD / 2
-    assert mean(taken[60:]) == pytest.approx(truth, rel=0.02)
-    assert mean(taken[60:]) == pytest.approx(effective_delay(taken[60:], PERIOD), rel=1e-9)
-
-
-def test_what_is_only_known_to_be_long_is_not_measured():
-    samples = loop_with(0.4, samples=50)
-    gone = [replace(s, delay_us=65535) for s in samples]
-    assert mean(gone) is None
-    assert mean(gone + samples) == pytest.approx(0.4 * PERIOD, abs=1e-6)
-
-
-def test_a_zero_force_that_answers_no_sample_is_no_delay_of_a_minute():
-    samples = loop_with(1.5, samples=50)
-    samples[30] = replace(samples[30], answered=0, delay_us=29_500)
-    assert mean(samples) < 3.0 * PERIOD
 
 
 def lateness(conn, now, board_time):
@@ -109,75 +59,57 @@ def late(seq, by, **fields):
     return sample(seq, 1000, answered=seq - 1 - by, delay_us=min(1000 * by + 600, 65_535), **fields)
 
 
-def say_in_time(board, reader, frames):
-    """Send frames one by one, each as soon as the one before is shown."""
-    found = []
-    for frame in frames:
-        board.say(frame)
-        found.append(read(reader, 1))
-    return np.concatenate(found)
-
-
-def told_late(board, reader, by, engine, most=300):
+def told_late(board, engine, by, most=300):
     """Send samples in which forces come too late by so many, until a fault; return how many it took."""
-    for k in range(100, 100 + most):
-        say_in_time(board, reader, [late(k, by)])
+    for k in range(most):
+        board.say(late(100 + k, by))
         if engine.fault is not None:
-            return k - 100
+            return k
     return most
 
 
-@undisturbed(environment=CONSTANT)
-def test_a_link_slower_than_the_watchdog_stops_the_force_in_words(board, engine, reader):
-    count = told_late(board, reader, 33, engine, 10_000)
+def test_a_link_slower_than_the_watchdog_stops_the_force_in_words(stepped):
+    board, engine = stepped(environment=CONSTANT)
+    assert 4 <= told_late(board, engine, 33, 20_000) < 20_000
     assert engine.fault.code == arrays.SLOW_LINK
     assert engine.fault.text == "Fault: 34 ms from a sample to its force; the board obeys none after 25 ms."
     assert "Let the board render" in engine.fault.detail
-    assert count >= 4
-    reader.read()
-    board.say(sample(20_000, 1000))
-    assert read(reader, 1)[-1, rows.APPLIED] == 0.0
+    assert board.say(sample(20_000))[-1, rows.APPLIED] == 0.0
 
 
-@undisturbed(environment=CONSTANT)
-def test_a_link_within_the_watchdog_is_none(board, engine, reader):
-    assert told_late(board, reader, 23, engine) == 300
+@pytest.mark.parametrize(("by", "added"), [(23, 0.0), (40, 0.02)])
+def test_a_link_within_the_watchdog_is_none_nor_is_an_added_delay_the_links(stepped, by, added):
+    assert told_late(*stepped(environment=CONSTANT, delay=added), by) == 300
 
 
-@undisturbed(environment=CONSTANT, delay=0.02)
-def test_an_added_delay_is_not_the_link_s(board, engine, reader):
-    assert told_late(board, reader, 40, engine) == 300
-
-
-@undisturbed(environment=CONSTANT)
-def test_some_late_answers_are_no_slow_link(board, engine, reader):
+def test_some_late_answers_are_no_slow_link(stepped):
     """Bytes held back and let go of: the delay falls within milliseconds."""
-    frames = [late(100 + k, by) for k, by in enumerate(range(300, 0, -10))]
-    say_in_time(board, reader, frames)
+    board, engine = stepped(environment=CONSTANT)
+    board.say(b"".join(late(100 + k, by) for k, by in enumerate(range(300, 0, -10))))
     assert engine.fault is None
 
 
-@undisturbed(environment=CONSTANT)
-def test_a_board_that_cuts_its_motor_off_is_told_from_a_silent_one(board, engine, reader):
-    say_in_time(board, reader, [sample(k, 1000) for k in range(40)])
-    found = say_in_time(board, reader, [sample(40 + k, 1000, flags=OFF) for k in range(3)])
+def test_a_board_that_cuts_its_motor_off_is_told_from_a_silent_one(stepped):
+    board, engine = stepped(environment=CONSTANT)
+    board.say_one_by_one(sample(k) for k in range(40))
+    found = board.say_one_by_one(sample(40 + k, flags=OFF) for k in range(3))
     assert np.all(found[:, rows.FLAGS].astype(int) & rows.STALE)
     health = engine.health()
     assert (health.link.cut, health.link.no_sample, health.link.away) == (1, 0, 0)
 
 
-@undisturbed(environment=CONSTANT)
-def test_a_board_whose_motor_never_comes_on_is_not_taken_for_one_that_renders(board, engine, reader):
-    found = say_in_time(board, reader, [sample(k, 1000, flags=OFF) for k in range(320)])
+def test_a_board_whose_motor_never_comes_on_is_not_taken_for_one_that_renders(stepped):
+    board, engine = stepped(environment=CONSTANT)
+    found = board.say_one_by_one(sample(k, flags=OFF) for k in range(320))
     assert not int(found[100, rows.FLAGS]) & rows.STALE
     assert int(found[-1, rows.FLAGS]) & rows.STALE
     assert engine.health().link.cut == 1
 
 
-@undisturbed(environment=CONSTANT)
-def test_silence_is_the_line_s_and_a_long_pass_the_computer_s(board, engine, reader):
-    say_in_time(board, reader, [sample(k, 1000) for k in range(10)])
-    wait_until(lambda: engine.health().stale)
+def test_silence_is_the_lines(stepped):
+    board, engine = stepped(environment=CONSTANT)
+    board.say_one_by_one(sample(k) for k in range(10))
+    board.fall_silent()
     found = engine.health().link
     assert (found.no_sample, found.away, found.held_up, found.cut) == (1, 0, 0, 0)
 
@@ -212,9 +144,9 @@ def test_a_law_too_slow_for_its_rate_latches_and_a_busy_moment_does_not():
     assert harness.r.control[arrays.FAULT] == arrays.SLOW_LAW
 
 
-@with_board()
-def test_what_the_board_counts_is_added_up(setup):
+def test_what_the_board_counts_is_added_up(rendering):
     """Forces refused, frames not read, and a motor that goes off while the board renders."""
+    setup = rendering()
     setup.sample = {"stale": 250, "rx_errors": 9}
     setup.run(2)
     setup.sample = {"stale": 4, "rx_errors": 12}
@@ -228,8 +160,8 @@ def test_what_the_board_counts_is_added_up(setup):
     assert setup.engine.health().link.cut == 1
 
 
-@with_board(values={"stiffness": 100.0})
-def test_a_slow_link_is_none_for_the_board(setup):
+def test_a_slow_link_is_none_for_the_board(rendering):
+    setup = rendering(values={"stiffness": 100.0})
     setup.run(5)
     setup.engine.arrays.control[arrays.FAULT] = arrays.SLOW_LINK
     assert setup.engine.board_refusal(wait=True) == ""
@@ -239,8 +171,8 @@ def test_a_slow_link_is_none_for_the_board(setup):
     assert not setup.told(Stop)
 
 
-@with_board(values={"stiffness": 100.0})
-def test_what_a_link_allows_is_said_where_it_is_too_little(setup):
+def test_what_a_link_allows_is_said_where_it_is_too_little(rendering):
+    setup = rendering(values={"stiffness": 100.0})
     assert on_board.link_warning(setup.engine) == on_board.UNKNOWN
     setup.run(40)
     assert on_board.link_warning(setup.engine) == ""

@@ -14,6 +14,7 @@ from numba import njit
 
 from hapkit_studio.haptics import clock, priority
 from tests.haptics.support import FakeLibrary
+from tests.waiting import PATIENCE
 
 linux_only = pytest.mark.skipif(sys.platform != "linux", reason="the Linux side")
 if sys.platform == "linux":
@@ -43,7 +44,9 @@ def in_thread(function):
 def in_process(code, *prefix, **environment):
     """Run code in a process of its own, since limits once lowered stay so; return what it prints."""
     command = [*prefix, sys.executable, "-c", code]
-    done = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        command, env=os.environ | environment, capture_output=True, text=True, timeout=PATIENCE
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 

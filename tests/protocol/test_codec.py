@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hapkit_studio.protocol import codec, law_frames
-from hapkit_studio.protocol.framing import Decoder, crc16, encode, frame
+from hapkit_studio.protocol.framing import Decoder, encode, frame
 from hapkit_studio.protocol.messages import (
     PIECE,
     TUNED,
@@ -127,13 +127,6 @@ def test_agrees_with_the_plain_codec_on_anything(parts, cut):
     assert reader.state[codec.OTHER_FRAMES] == len(found) - len(expected)
 
 
-@given(st.binary(max_size=80), samples)
-def test_in_step_again_within_one_frame(garbage, message):
-    rows = Reader()(garbage + encode(message) + encode(message))
-    assert len(rows) >= 1
-    assert rows[-1][codec.COUNT] == message.count
-
-
 def test_what_is_missing_is_counted_across_the_overflow_but_no_ticks_and_no_change_of_who_renders():
     reader = Reader()
     rows = reader(stream(sample(65533), sample(65534), sample(1), sample(2), sample(12)))
@@ -159,14 +152,6 @@ def test_rows_beyond_the_room_are_skipped_and_counted():
     assert codec.feed(state, buffer, data, len(data), out) == 2
     assert state[codec.SKIPPED] == 3
     assert out[:, codec.SEQ].tolist() == [0, 1]
-
-
-@given(st.binary(max_size=50))
-def test_crc_is_the_plain_one(data):
-    crc = 0xFFFF
-    for byte in data:
-        crc = codec.crc_update(crc, byte)
-    assert crc == crc16(data)
 
 
 # --- frames to the board

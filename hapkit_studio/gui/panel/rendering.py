@@ -20,10 +20,10 @@ from hapkit_studio.parameters import Choice
 if TYPE_CHECKING:
     from hapkit_studio.analysis.board_alternative import Alternative, Answer, RefusedRequest
     from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.devices.delays import MeasuredDelay
     from hapkit_studio.haptics.board_plan import PlanRequest
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
-    from hapkit_studio.haptics.link import MeasuredDelay
 
 RENDERERS = COMPUTER, BOARD = "computer", "board"
 ROWS = {
