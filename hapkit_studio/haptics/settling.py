@@ -29,7 +29,7 @@ _STEADY_SHARE, _GROWING_SHARE = 0.002, 0.04
 _LONG_LOOK, _IRREGULAR_SHARE = 64, 0.05
 _HALF = 0.5
 # The motion has turned where it came back by so much of what a window reaches besides its drift.
-_TURNED = 0.5
+_TURNED = 0.25
 
 
 class Quiet(NamedTuple):
