@@ -30,9 +30,9 @@ _FAR, _ENDLESS = 0.060, 1e3
 _TURNS = 2.2
 _FEWEST_SAMPLES = 8
 _LONGER = 4
-# samples: after so many no further push is tried for another swing, so that what is said is not late
-_SAMPLES = 280_000
-_SEARCHED = 40_000
+# samples: after so many none between the pushes of the ladder is tried for the edge, after so many no further
+# one for another swing, so that what is said is not late
+_SEARCHED, _SAMPLES = 32_000, 270_000
 # Swings that differ by less are one.
 _SAME = 0.05
 # s: how long a window is at least where there are objects
@@ -193,7 +193,7 @@ class Trials:
         args = self._r, self._body, self._flat, self._made, self._hand, away
         window = max(math.ceil(max(self._turns, self._objects) * longer * self._rate), _FEWEST_SAMPLES)
         found = int(
-            settling.let_go(*args, window, known and self._ideal, known, self._quiet, self._row, self._swing)
+            settling.let_go(*args, window, self._ideal, known, self._quiet, self._row, self._swing)
         )
         self.samples += int(self._swing.samples[0])
         return found
@@ -286,7 +286,7 @@ def _searched(trials: Trials) -> tuple[float, list[Lasting | None]]:
     """Return up to which push in m it settles, inf where from all, and the swings from larger ones."""
     edge, rests, found = math.inf, [0.0], []
     for push in (*PUSHES, *_BETWEEN, *_FINER):
-        if push < edge and trials.samples < _SEARCHED:
+        if push < edge and (push in PUSHES or trials.samples < _SEARCHED):
             lasting = [] if trials.settles(push) else trials.swings(push, _LONGER)
             edge, found = (push, found + lasting) if lasting else (edge, found)
             rests += [] if lasting else [push]
