@@ -27,6 +27,9 @@ _STEADY_SHARE, _GROWING_SHARE = 0.002, 0.04
 # After so many windows a swing that neither grows nor shrinks from quarter to quarter stays irregular, or is
 # steady where its last two differ by less than a share.
 _LONG_LOOK, _IRREGULAR_SHARE = 64, 0.05
+# What comes down to a swing that lasts does so ever more slowly: the last quarter's share is not so much of
+# the one before in the logarithm.
+_AS_FAST = 0.9
 # The motion has turned where it came back by so much of what a window reaches besides its drift.
 _TURNED = 0.25
 
@@ -76,7 +79,7 @@ def _looked(low: np.ndarray, high: np.ndarray, count: int) -> int:
     if count >= _LONG_LOOK:
         first, second = _reach(low, high, 0, quarter), _reach(low, high, quarter, 2 * quarter)
         falls, rises = first > second > before > after, first < second < before < after
-        if falls and after < before * (1.0 - _STEADY_SHARE):
+        if falls and before > after * max(1.0 + _STEADY_SHARE, (second / before) ** _AS_FAST):
             return SHRINKS
         if not falls and not rises:
             return IRREGULAR if abs(after - before) > _IRREGULAR_SHARE * max(before, after) else STEADY

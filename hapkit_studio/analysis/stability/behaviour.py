@@ -176,8 +176,8 @@ class Trials:
         self.centre, self.step = centre, scene.device.quantum
         # to both sides but where the scene pushes the handle out of itself: sensor steps round down
         self.sides = (1.0,) if centre.pushes else (1.0, -1.0)
-        # nothing brings an ideal handle to rest for good: the smallest motion, too, only shrinks
-        self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0
+        # nothing brings an ideal handle to rest for good, the smallest motion only shrinks; a drift does, too
+        self._ideal = not (scene.device.coulomb_force or scene.device.quantum or centre.kick)
         self._row, self._swing = np.zeros(rows.ROW_WIDTH), settling.new_swing()
         self.samples = 0
 
@@ -192,9 +192,7 @@ class Trials:
         away = np.array([begin, c.side * push * c.kick, c.target])
         args = self._r, self._body, self._flat, self._made, self._hand, away
         window = max(math.ceil(max(self._turns, self._objects) * longer * self._rate), _FEWEST_SAMPLES)
-        found = int(
-            settling.let_go(*args, window, self._ideal, known, self._quiet, self._row, self._swing)
-        )
+        found = int(settling.let_go(*args, window, self._ideal, known, self._quiet, self._row, self._swing))
         self.samples += int(self._swing.samples[0])
         return found
 
@@ -274,7 +272,7 @@ def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
     """Return what the handle does in a scene, let go (None) or in a hand's grip, wherever that presses."""
     tried = [Trials(scene, grip, centre) for centre in centres_of(scene, grip)]
     edges, found = zip(*(_searched(trials) for trials in tried), strict=True)
-    return _summary(tried[0], min(edges), sum(found, []))
+    return summary(tried[0], min(edges), [one for some in found for one in some])
 
 
 def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
@@ -305,7 +303,7 @@ def _searched(trials: Trials) -> tuple[float, list[Lasting | None]]:
     return calm, found
 
 
-def _summary(trials: Trials, calm: float, found: list[Lasting | None]) -> Behaviour:
+def summary(trials: Trials, calm: float, found: list[Lasting | None]) -> Behaviour:
     """Return what is said of the swings from all pushes: the smallest and the largest, or that it leaves."""
     swings = sorted((one for one in found if one), key=lambda one: one.amplitude)
     behaviour = Behaviour(calm, leaves=None in found, flick=trials.centre.kick if found else 0.0)
