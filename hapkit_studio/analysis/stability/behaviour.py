@@ -272,7 +272,7 @@ def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
     """Return what the handle does in a scene, let go (None) or in a hand's grip, wherever that presses."""
     tried = [Trials(scene, grip, centre) for centre in centres_of(scene, grip)]
     edges, found = zip(*(_searched(trials) for trials in tried), strict=True)
-    return summary(tried[0], min(edges), [one for some in found for one in some])
+    return _summary(tried[0], min(edges), [one for some in found for one in some])
 
 
 def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
@@ -282,12 +282,15 @@ def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
 
 def _searched(trials: Trials) -> tuple[float, list[Lasting | None]]:
     """Return up to which push in m it settles, inf where from all, and the swings from larger ones."""
-    edge, rests, found = math.inf, [0.0], []
+    edge, rests = math.inf, [0.0]
+    found: list[Lasting | None] = []
     for push in (*PUSHES, *_BETWEEN, *_FINER):
-        if push < edge and (push in PUSHES or trials.samples < _SEARCHED):
-            lasting = [] if trials.settles(push) else trials.swings(push, _LONGER)
-            edge, found = (push, found + lasting) if lasting else (edge, found)
-            rests += [] if lasting else [push]
+        if push > edge or (push not in PUSHES and trials.samples > _SEARCHED):
+            continue
+        if trials.settles(push) or not (lasting := trials.swings(push, _LONGER)):
+            rests.append(push)
+        else:
+            edge, found = push, found + lasting
     if not found:
         return math.inf, []
     calm = max(push for push in rests if push < edge)
@@ -303,7 +306,7 @@ def _searched(trials: Trials) -> tuple[float, list[Lasting | None]]:
     return calm, found
 
 
-def summary(trials: Trials, calm: float, found: list[Lasting | None]) -> Behaviour:
+def _summary(trials: Trials, calm: float, found: list[Lasting | None]) -> Behaviour:
     """Return what is said of the swings from all pushes: the smallest and the largest, or that it leaves."""
     swings = sorted((one for one in found if one), key=lambda one: one.amplitude)
     behaviour = Behaviour(calm, leaves=None in found, flick=trials.centre.kick if found else 0.0)

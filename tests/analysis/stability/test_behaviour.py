@@ -8,16 +8,7 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio import environments
-from hapkit_studio.analysis.stability.behaviour import (
-    NUDGE,
-    PUSHES,
-    Behaviour,
-    Centre,
-    Lasting,
-    Trials,
-    behaviour,
-    summary,
-)
+from hapkit_studio.analysis.stability.behaviour import NUDGE, PUSHES, Behaviour, Lasting, behaviour
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.hand import GRIPS
@@ -356,12 +347,3 @@ def test_an_ideal_handle_that_comes_down_at_first_is_not_calm_for_that():
     )
     assert np.abs(run.true_position).max() > 10.0 * NUDGE
     assert not behaviour(scene, None).calm
-
-
-def test_swings_that_differ_by_5_percent_are_one():
-    """Just inside 5 % of the smaller one, and just outside; steps do not matter here."""
-    scene = headless.Scene(SPRING, SPRING.values({}), SimulatedHapkit(quantum=0.0), LoopSettings(1000.0))
-    trials = Trials(scene, None, Centre(0.0, 0.0))
-    for share, one in ((1.049, True), (1.051, False)):
-        said = summary(trials, 0.0, [Lasting(1e-3, 20.0), Lasting(share * 1e-3, 20.0)])
-        assert (said.least == said.most) == one
