@@ -176,8 +176,8 @@ class Trials:
         self.centre, self.step = centre, scene.device.quantum
         # to both sides but where the scene pushes the handle out of itself: sensor steps round down
         self.sides = (1.0,) if centre.pushes else (1.0, -1.0)
-        # nothing brings an ideal handle to rest for good, the smallest motion only shrinks; a drift does, too
-        self._ideal = not (scene.device.coulomb_force or scene.device.quantum or centre.kick)
+        # nothing brings an ideal handle to rest for good: the smallest motion, too, only shrinks
+        self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0
         self._row, self._swing = np.zeros(rows.ROW_WIDTH), settling.new_swing()
         self.samples = 0
 
