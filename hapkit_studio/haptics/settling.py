@@ -17,8 +17,8 @@ from hapkit_studio.haptics.simulated_loop import Plant
 from hapkit_studio.haptics.survey import Flat, restart
 from hapkit_studio.laws.native import call
 
-# How a run ends: it rests, is beyond what is near, has come down to half its first swing, swings steadily,
-# ever farther, now more now less, or is not known after the most windows.
+# How a run ends: it rests, is beyond what is near, comes down from quarter to quarter for long, swings
+# steadily, ever farther, now more now less, or is not known after the most windows.
 RESTS, LEAVES, SHRINKS, STEADY, GROWS, IRREGULAR, OPEN = range(7)
 FIRST_LOOK, MOST_WINDOWS, CALM_WINDOWS = 16, 256, 4
 # From one quarter of the run to the next, a steady swing changes by no more than this share of itself, one
@@ -27,9 +27,11 @@ _STEADY_SHARE, _GROWING_SHARE = 0.002, 0.04
 # After so many windows a swing that neither grows nor shrinks from quarter to quarter stays irregular, or is
 # steady where its last two differ by less than a share.
 _LONG_LOOK, _IRREGULAR_SHARE = 64, 0.05
-_HALF = 0.5
+# What comes down to a swing that lasts does so ever more slowly: the last quarter's share is not so much of
+# the one before in the logarithm.
+_AS_FAST = 0.9
 # The motion has turned where it came back by so much of what a window reaches besides its drift.
-_TURNED = 0.5
+_TURNED = 0.25
 
 
 class Quiet(NamedTuple):
@@ -77,6 +79,8 @@ def _looked(low: np.ndarray, high: np.ndarray, count: int) -> int:
     if count >= _LONG_LOOK:
         first, second = _reach(low, high, 0, quarter), _reach(low, high, quarter, 2 * quarter)
         falls, rises = first > second > before > after, first < second < before < after
+        if falls and before > after * max(1.0 + _STEADY_SHARE, (second / before) ** _AS_FAST):
+            return SHRINKS
         if not falls and not rises:
             return IRREGULAR if abs(after - before) > _IRREGULAR_SHARE * max(before, after) else STEADY
     if after > before * (1.0 + _GROWING_SHARE):
@@ -142,14 +146,14 @@ def let_go(
         calm = calm + 1 if steady or reach <= quiet.least else 0
         if calm == CALM_WINDOWS:
             return RESTS
-        if shrinks and n > 0 and reach < _HALF * (high[0] - low[0]):
-            return SHRINKS
         drifted, middle = middle, 0.5 * (low[n] + high[n])
         swung = max(reach - abs(middle - drifted), 0.0)
         beside, band = max(beside, swung), _TURNED * swung
         if n + 1 == look:
             end = _looked(low, high, n + 1)
-            if end in (STEADY, IRREGULAR) or (end == GROWS and grows) or n + 1 == MOST_WINDOWS:
+            if end == SHRINKS and not shrinks:
+                end = OPEN
+            if end in (SHRINKS, STEADY, IRREGULAR) or (end == GROWS and grows) or n + 1 == MOST_WINDOWS:
                 swing.reach[0] = _reach(low, high, (n + 1) // 2, n + 1)
                 swing.beside[0] = beside
                 swing.clamped[0] = clamped / counted

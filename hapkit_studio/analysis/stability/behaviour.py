@@ -21,6 +21,7 @@ from hapkit_studio.haptics.survey import Flat, packed
 PUSHES = tuple(31.25e-6 * 2.0**n for n in range(10))
 """m, from which the handle is let go: up to 16 mm."""
 _BETWEEN = tuple(math.sqrt(2.0) * push for push in PUSHES[:-1])
+_FINER = tuple(2.0**share * push for share in (0.25, 0.75) for push in PUSHES[:-1])
 NUDGE = 1e-3
 """m: a hand does that much without meaning to."""
 _HALVINGS = 7
@@ -29,8 +30,9 @@ _FAR, _ENDLESS = 0.060, 1e3
 _TURNS = 2.2
 _FEWEST_SAMPLES = 8
 _LONGER = 4
-# samples: after so many no further push is tried for another swing, so that what is said is not late
-_SAMPLES = 300_000
+# samples: after so many none between the pushes of the ladder is tried for the edge, after so many no further
+# one for another swing, so that what is said is not late
+_SEARCHED, _SAMPLES = 32_000, 270_000
 # Swings that differ by less are one.
 _SAME = 0.05
 # s: how long a window is at least where there are objects
@@ -189,10 +191,8 @@ class Trials:
         begin = c.position + (0.0 if c.kick else c.side * push)
         away = np.array([begin, c.side * push * c.kick, c.target])
         args = self._r, self._body, self._flat, self._made, self._hand, away
-        window = max(math.ceil(max(self._turns * longer, self._objects) * self._rate), _FEWEST_SAMPLES)
-        found = int(
-            settling.let_go(*args, window, known and self._ideal, known, self._quiet, self._row, self._swing)
-        )
+        window = max(math.ceil(max(self._turns, self._objects) * longer * self._rate), _FEWEST_SAMPLES)
+        found = int(settling.let_go(*args, window, self._ideal, known, self._quiet, self._row, self._swing))
         self.samples += int(self._swing.samples[0])
         return found
 
@@ -270,8 +270,9 @@ def _natural(scene: headless.Scene, grip: Grip | None) -> float:
 
 def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
     """Return what the handle does in a scene, let go (None) or in a hand's grip, wherever that presses."""
-    found = [_behaviour(Trials(scene, grip, centre)) for centre in centres_of(scene, grip)]
-    return min(found, key=lambda one: one.push)
+    tried = [Trials(scene, grip, centre) for centre in centres_of(scene, grip)]
+    edges, found = zip(*(_searched(trials) for trials in tried), strict=True)
+    return _summary(tried[0], min(edges), [one for some in found for one in some])
 
 
 def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
@@ -279,17 +280,21 @@ def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
     return all(Trials(scene, grip, centre).settles(push) for centre in centres_of(scene, grip))
 
 
-def _behaviour(trials: Trials) -> Behaviour:
-    """Find the edge between what settles and what does not, and the swings beyond it."""
-    calm, found = 0.0, []
-    for push in PUSHES:
-        found = [] if trials.settles(push) else trials.swings(push, _LONGER)
-        if found:
-            break
-        calm = push
+def _searched(trials: Trials) -> tuple[float, list[Lasting | None]]:
+    """Return up to which push in m it settles, inf where from all, and the swings from larger ones."""
+    edge, rests = math.inf, [0.0]
+    found: list[Lasting | None] = []
+    for push in (*PUSHES, *_BETWEEN, *_FINER):
+        if push > edge or (push not in PUSHES and trials.samples > _SEARCHED):
+            continue
+        if trials.settles(push) or not (lasting := trials.swings(push, _LONGER)):
+            rests.append(push)
+        else:
+            edge, found = push, found + lasting
     if not found:
-        return Behaviour()
-    larger, edge = [other for other in (PUSHES[-1], *PUSHES[:-1], *_BETWEEN) if other > push], push
+        return math.inf, []
+    calm = max(push for push in rests if push < edge)
+    larger = [other for other in (PUSHES[-1], *PUSHES[:-1], *_BETWEEN) if other > edge]
     for _ in range(_HALVINGS if calm else 0):
         middle = math.sqrt(calm * edge)
         calm, edge = (middle, edge) if trials.settles(middle) else (calm, middle)
@@ -298,16 +303,16 @@ def _behaviour(trials: Trials) -> Behaviour:
     for other in larger:
         if trials.samples < _SAMPLES:
             found += trials.swings(other)
-    return _summary(trials, calm, found)
+    return calm, found
 
 
 def _summary(trials: Trials, calm: float, found: list[Lasting | None]) -> Behaviour:
     """Return what is said of the swings from all pushes: the smallest and the largest, or that it leaves."""
     swings = sorted((one for one in found if one), key=lambda one: one.amplitude)
-    behaviour = Behaviour(calm, leaves=None in found, flick=trials.centre.kick)
+    behaviour = Behaviour(calm, leaves=None in found, flick=trials.centre.kick if found else 0.0)
     if not swings:
         return behaviour
     least, most = swings[0], swings[-1]
-    if most.amplitude - least.amplitude <= max(_SAME * most.amplitude, trials.step):
+    if most.amplitude - least.amplitude <= max(_SAME * least.amplitude, trials.step):
         least = most
     return replace(behaviour, least=least, most=most)

@@ -8,7 +8,7 @@ import pytest
 
 import hapkit_studio as hs
 from hapkit_studio import environments
-from hapkit_studio.analysis.stability.behaviour import PUSHES, Behaviour, Lasting, behaviour
+from hapkit_studio.analysis.stability.behaviour import NUDGE, PUSHES, Behaviour, Lasting, behaviour
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.hand import GRIPS
@@ -296,3 +296,54 @@ def test_an_object_that_comes_back_to_a_resting_handle_is_waited_for():
     }  # fmt: skip
     said = said_of("mass_spring_damper", values, LoopSettings(1000.0, 2.5e-3, "foaw"), grip="light")
     assert not said.calm
+
+
+def test_a_passive_object_that_comes_back_ever_more_slowly_comes_to_rest():
+    """No delay, and the object loses energy: it knocks the handle equally far for seconds, then it rests."""
+    values = {
+        "mass": 2.0, "damping": 0.17, "stiffness": 64.0, "contact_stiffness": 1970.0,
+        "contact_damping": 0.8, "rest_position": 0.01,
+    }  # fmt: skip
+    device = SimulatedHapkit(coulomb_force=0.35, max_force=1.0)
+    environment = environments.named("mass_spring_damper")
+    scene = headless.Scene(environment, environment.values(values), device, LoopSettings(1000.0, 0.0))
+    assert behaviour(scene, GRIPS["firm"]).calm
+
+
+def test_a_wall_that_swings_farther_the_harder_it_is_pressed_is_said_with_both():
+    handle, scene, grip = scene_of(768)
+    said = behaviour(scene, grip)
+    places = [press / handle.stiffness for press in (1.0, 2.0)]
+    targets = [place * (1.0 + handle.stiffness / grip.stiffness) for place in places]
+    runs = [handle.let_go(place + NUDGE, target, 5.0) for place, target in zip(places, targets, strict=True)]
+    softer, harder = (swing(run, handle.rate)[0] for run in runs)
+    assert harder > 1.9 * softer
+    assert said.least.amplitude == pytest.approx(softer, rel=0.05)
+    assert said.most.amplitude == pytest.approx(harder, rel=0.05)
+
+
+def test_a_swing_that_hardly_any_push_of_the_ladder_starts_is_found():
+    """A wall without dry friction: some pushes swing by more than a step of 60 um, let go by a hand."""
+    handle, scene, grip = scene_of(466)
+    place, target = 0.6 / handle.stiffness, 0.6 / handle.stiffness + 0.6 / grip.stiffness
+    runs = [handle.let_go(place + push, target, 8.0) for push in np.linspace(0.09e-3, 0.4e-3, 15)]
+    widest = max(runs, key=lambda run: np.ptp(run[-1000:]))
+    assert np.ptp(widest[-1000:]) > 1.5 * handle.quantum
+    said = behaviour(scene, grip)
+    assert said.push < 0.4e-3
+    assert holds(said, swing(widest, handle.rate)[0], handle.quantum)
+
+
+def test_an_ideal_handle_that_comes_down_at_first_is_not_calm_for_that():
+    """A detent without friction and sensor steps, its slope beyond what is stable, let go 1 mm beside it."""
+    values = {"stiffness": 1522.7, "damping": 0.374, "half_width": 3e-3}
+    device = SimulatedHapkit(coulomb_force=0.0, quantum=0.0)
+    loop = LoopSettings(500.0, 2e-3, ("iir", {"cutoff": 156.6}))
+    environment = environments.named("detents")
+    scene = headless.Scene(environment, environment.values(values), device, loop)
+    device = replace(device, initial_position=NUDGE)
+    run = hs.simulate(
+        "detents", values, device=device, rate=500.0, delay=2e-3, seconds=6.0, estimator=loop.estimator
+    )
+    assert np.abs(run.true_position).max() > 10.0 * NUDGE
+    assert not behaviour(scene, None).calm
