@@ -212,8 +212,11 @@ class ScrollColumn(QScrollArea):
         self._cover.setObjectName("panelBody")
         self._cover.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setWidget(self.body)
-        bar.rangeChanged.connect(lambda _low, high: bar.setEnabled(high > 0))  # disabled it is not seen
+        bar.rangeChanged.connect(self._show_bar_if_needed)
         bar.valueChanged.connect(self._cover_cut_row)
+
+    def _show_bar_if_needed(self, _low: int, high: int) -> None:
+        self.verticalScrollBar().setEnabled(high > 0)  # disabled it is not seen
 
     def add(self, *parts: QWidget) -> None:
         """Add parts at the bottom."""
