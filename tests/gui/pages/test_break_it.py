@@ -196,9 +196,7 @@ def test_in_the_window_nothing_is_cut_off_and_space_presses_no_button(gate, idle
             settle(qapp, idle_window, size)
             assert outside(page.detail.chart) == [], (size, key)
             qtbot.waitUntil(lambda: not page.job.running)
-            for _ in range(2):
-                qapp.processEvents()  # what came meanwhile is laid out, too
-            assert cut_off(idle_window) == [], (size, key)
+            qtbot.waitUntil(lambda: cut_off(idle_window) == [])  # also of what came meanwhile
         assert idle_window.rect().contains(page.mapTo(idle_window, page.rect().bottomRight()))
         bars = page.detail.verticalScrollBar(), page.detail.horizontalScrollBar()
         assert [bar.maximum() for bar in bars] == [0, 0]

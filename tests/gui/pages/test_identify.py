@@ -175,7 +175,7 @@ def test_shaking_ends_in_what_was_rendered(window, qtbot):
         newest_piece(window.studio, window.live, math.inf)()
     # nobody has held the handle since
     window.live.tick()
-    qtbot.waitUntil(lambda: window.live.history.now > window.live.changed_at + 0.5)
+    qtbot.waitUntil(lambda: window.live.history.now > window.live.history.changes[-1] + 0.5)
     assert (first.setup.grip, newest_piece(window.studio, window.live, 0.3)().setup.grip) == (MEDIUM, None)
 
 
