@@ -161,6 +161,7 @@ def test_a_kit_without_firmware_is_offered_to_be_flashed(plugged, heard, text):
 
 
 # --- who holds one
+@pytest.mark.slow
 @linux
 def test_who_holds_a_port_is_named_whether_it_locks_it_or_shares_it(fake_board):
     peer = fake_board(lambda message: None)

@@ -112,8 +112,11 @@ def resize(qapp, window, size):
         qapp.processEvents()
 
 
-def test_nothing_is_cut_off_or_overlaps(window, qapp):
+@pytest.mark.parametrize("quick", wide([True, False], lambda quick: quick))
+def test_nothing_is_cut_off_or_overlaps(window, qapp, quick):
     for number, key in enumerate(window.studio.environments):
+        if quick != (key in ("wall", "texture", "cat")):
+            continue
         window.studio.choose(key)
         settle(qapp, window, SIZES[0])
         for size in SIZES if key == "wall" else (SIZES[0], SIZES[number % len(SIZES)]):
@@ -275,6 +278,7 @@ def test_from_1600_by_900_on_everything_grows_with_the_window(size, grown):
     assert breakpoints.scale(*size) == grown
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["wall", "cat"])
 def test_scene_type_and_plots_grow_together_in_a_large_window(window, qapp, key):
     window.studio.choose(key)
@@ -306,6 +310,7 @@ def drag(qtbot, splitter, by):
     qtbot.mouseRelease(handle, Qt.MouseButton.LeftButton, pos=at + by)
 
 
+@pytest.mark.slow
 def test_borders_that_were_dragged_stay_there_and_are_remembered(make_window, qapp, qtbot):
     def sizes(window):
         centre = window.centre
@@ -410,6 +415,7 @@ def asked(key, setting, stiffness):
     return Question(Asked(environment, environment.values({"stiffness": stiffness}), setting), 8.0)
 
 
+@pytest.mark.slow
 def test_a_longer_verdict_squeezes_no_row_and_the_map_is_in_sight_for_every_environment(window, qapp):
     settle(qapp, window, (1440, 900))
     card, body = window.stability, window.panel.upper.widget()

@@ -104,6 +104,7 @@ def test_a_long_recording_leaves_room_for_device_and_tabs(window, qapp, size):
         assert all(part.width() >= part.sizeHint().width() for part in (header.record, header.devices))
 
 
+@pytest.mark.slow
 def test_the_size_said_is_that_of_the_file(window, qtbot):
     path = begin(window, qtbot)
     recorder = window.studio.recording._recorder

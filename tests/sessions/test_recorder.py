@@ -91,6 +91,7 @@ def test_nothing_to_save_is_said(tmp_path):
     assert not (tmp_path / "a.hapkit").exists()
 
 
+@pytest.mark.slow
 def test_a_recording_that_cannot_go_on_ends_with_the_reason_and_can_be_read(engine, recorder, tmp_path):
     recorder.record(tmp_path / "a.hapkit")
     recorder._writer._database.execute("PRAGMA max_page_count=8")

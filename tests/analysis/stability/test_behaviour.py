@@ -15,6 +15,7 @@ from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.haptics import headless
 from hapkit_studio.haptics.settings import LoopSettings
 from tests.analysis.stability.independent import Handle
+from tests.wide import wide
 
 SPRING = environments.named("spring")
 
@@ -222,7 +223,7 @@ def scene_of(seed):
     return handle, scene, grip
 
 
-@pytest.mark.parametrize("seed", range(200))
+@pytest.mark.parametrize("seed", wide(range(200), lambda seed: seed < 100))
 def test_the_verdict_is_right_in_any_loop_and_hand(seed):
     handle, scene, grip = scene_of(seed)
     said = behaviour(scene, grip)

@@ -36,6 +36,7 @@ def test_the_margin_is_the_first_line(capsys):
     assert "measured" not in out
 
 
+@pytest.mark.slow
 def test_one_object_of_columns_in_si(capsys, monkeypatch):
     monkeypatch.setattr("hapkit_studio.commands.stability.COLUMNS", 4)
     code, out, err = run(capsys, *LATE, "--measure", "--to", "4", "--json")

@@ -20,6 +20,7 @@ def run(capsys, *words):
     return code, out, err
 
 
+@pytest.mark.slow
 def test_words_name_the_stiffest_wall_and_the_conditions(capsys):
     code, out, err = run(capsys, "--damping", "0,2", "--mass", "0.05", "--quantum", "15e-6")
     assert (code, err) == (0, "")

@@ -295,6 +295,7 @@ def test_what_is_measured_is_the_exact_boundary_and_progress_reaches_the_end():
     assert told[-1][0] == told[-1][1]
 
 
+@pytest.mark.slow
 def test_a_measurement_pales_where_other_conditions_hold(wall_page, window, qtbot):
     page = wall_page
     page.show_result(made_up(page.lines.plane.setting, axes=(12.0, 3000.0)))
@@ -318,6 +319,7 @@ def test_a_measurement_pales_where_other_conditions_hold(wall_page, window, qtbo
     assert page._map.outdated
 
 
+@pytest.mark.slow
 def test_before_and_after_the_controller_stand_side_by_side(wall_page, window, qtbot):
     page = wall_page
     plain = page.lines.plane.setting

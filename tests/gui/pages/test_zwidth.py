@@ -72,6 +72,7 @@ def assert_over(page, window, environment="spring"):
     assert page.force.isEnabled()
 
 
+@pytest.mark.slow
 def test_the_simulation_begins_by_itself_once_and_a_device_waits_for_a_person(page, window, qtbot):
     window.studio.set_grip("released")
     window.views.show("live")
