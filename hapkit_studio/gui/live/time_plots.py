@@ -481,9 +481,9 @@ class TimePlots(QWidget):
             canvas.follow()
 
     def _contact(self) -> list[tuple[float, float]]:
-        """Return the stretches (start, stop) in s, relative to zero, in which a force was asked for."""
+        """Return the stretches (start, stop) in s, relative to zero, in which the environment in force asked for a force."""
         window = self.shown.window
-        touching = np.nan_to_num(window.y["asked"]) != 0.0
+        touching = (np.nan_to_num(window.y["asked"]) != 0.0) & (window.x >= self._seen.begin)
         if window.dense and not np.isnan(window.x).any():
             touching = np.repeat(touching.reshape(-1, 2).any(axis=1), 2)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], touching, [False]]).astype(np.int8)))

@@ -205,6 +205,9 @@ def test_contact_is_shaded_where_a_force_was_asked_for(plots, history):
     assert inside[window.y["asked"] != 0.0].all()
     true = np.mean(history.between(plots.shown.zero - 10.0, np.inf).y["asked"] < 0.0) * 10.0
     assert np.ptp(touching, axis=1).sum() == pytest.approx(true, abs=0.2)
+    history.begin_anew()  # what another environment asked for was no contact with this one
+    plots.refresh()
+    assert plots.shown.contact == []
 
 
 def test_a_surface_is_called_what_it_is_and_shaded_only_where_there_is_one(plots):
