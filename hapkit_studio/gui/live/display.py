@@ -101,9 +101,10 @@ class LiveDisplay(QObject):
         self._acting = float(last[rows.APPLIED]) if self._live.paused and last is not None else None
 
     def hold(self) -> None:
-        """Hold what the plots show, named by what is set."""
+        """Hold what the plots show of the environment in force, named by what is set."""
         history, words = self._centre.time.seen, held.name(self._studio.environment, self._studio.values)
-        self._centre.held.hold(history, (history.now - self._centre.time.span, history.now), words)
+        first = max(history.now - self._centre.time.span, history.begin)
+        self._centre.held.hold(history, (first, history.now), words)
 
     def release_here(self) -> None:
         """Let the simulated handle go at rest from where it is, whatever holds or moves it."""

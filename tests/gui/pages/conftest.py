@@ -14,7 +14,7 @@ def gate(monkeypatch):
     """Return the gate of the slow failure; the page knows the made-up failures alone, nothing is compiled."""
     made = Gate()
     monkeypatch.setattr(failures, "failures", lambda: library(made))
-    monkeypatch.setattr(prepare, "begin", lambda *_: None)
+    monkeypatch.setattr(prepare, "begin", lambda *_, **__: None)
     yield made
     made.go_on.set()
 

@@ -46,7 +46,9 @@ def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_eve
     studio.set_grip("light")
     before = state(studio)
     assert not felt.verdict.back.isVisible()
+    felt.verdict.feel.setFocus()
     felt.verdict.feel.click()
+    assert window.focusWidget() is felt.verdict.back  # no number box, which would take the next digit
     assert studio.environment.key == "spring"
     assert studio.values["stiffness"] == pytest.approx(198.0)
     assert studio.values["damping"] == 2.0
@@ -63,6 +65,7 @@ def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_eve
     qtbot.waitUntil(lambda: studio.values["stiffness"] == pytest.approx(480.0))
     assert studio.values["damping"] == 4.0
     felt.verdict.back.click()
+    assert window.focusWidget() is felt.verdict.feel
     assert felt.felt == ""
     assert state(studio) == before
     assert studio.engine.loop.rate == 2000.0

@@ -93,10 +93,13 @@ class VerdictRow(QWidget):
         felt_words = f"In the scene now. {advice}".strip()
         self.more.setText(felt_words if felt else _GONE if gone else self._where(record, said[1:]))
         mark(self.more, "on", felt)
+        pressed = next((button for button in (self.feel, self.back) if button.hasFocus()), None)
         self.feel.setVisible(record.failure.live is not None and not felt)
         self.feel.setEnabled(simulated and fresh and live is not None)
         self.feel.setToolTip(_FEEL if simulated else _BOARD)
         self.back.setVisible(taken)
+        if pressed is not None and pressed.isHidden():  # else a box takes the focus, and the next digit
+            (self.back if taken else self.feel).setFocus()
 
     @staticmethod
     def _where(record: Record, rest: list[str]) -> str:
