@@ -481,7 +481,7 @@ class TimePlots(QWidget):
             canvas.follow()
 
     def _contact(self) -> list[tuple[float, float]]:
-        """Return the stretches (start, stop) in s, relative to zero, in which this environment asked for a force."""
+        """Return the stretches (start, stop) in s, from zero, in which this environment asked for a force."""
         window = self.shown.window
         touching = (np.nan_to_num(window.y["asked"]) != 0.0) & (window.x >= self._seen.begin)
         if window.dense and not np.isnan(window.x).any():
