@@ -71,10 +71,11 @@ class LoopFacts(QObject):
         if engine is None or self.delay is None:
             return None
         device, board = engine.device, engine.board_plan
+        modelled = engine.modelled or device  # a scene may be simulated without damping or friction
         return Setting(
             device.mass,
-            device.viscous,
-            getattr(device, "coulomb_force", Setting.coulomb),
+            modelled.viscous,
+            getattr(modelled, "coulomb_force", Setting.coulomb),
             device.quantum,
             engine.loop.rate if board is None else float(board.rate),
             self.delay,

@@ -110,6 +110,14 @@ def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window
     assert window.stability.facts.setting().quantum == 61e-6
 
 
+def test_a_scene_simulated_without_friction_is_judged_without_it(window, monkeypatch):
+    facts, bare = window.panel.stability.facts, replace(SPRING, needs=("mass", "viscous", "quantization"))
+    window.studio.choose("spring")
+    for environment, friction in ((SPRING, 0.10), (bare, 0.0)):  # N, the usual Hapkit's
+        monkeypatch.setattr(type(window.studio.engine), "environment", environment)
+        assert facts.setting().coulomb == friction
+
+
 @pytest.mark.parametrize(("stiffness", "ring"), [(250.0, False), (2000.0, True)])
 def test_the_dot_stands_at_its_values_ringed_beyond_the_limit(window, stiffness, ring):
     shown = window.stability.map
