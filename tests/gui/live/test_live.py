@@ -187,7 +187,7 @@ def test_the_divider_parts_what_two_environments_asked_for(window, qtbot):
     studio.choose("spring")
     ((time, words),) = live.history.dividers
     assert words == "Spring"
-    qtbot.waitUntil(lambda: len(kept(live.history.begin).x) > 100)
+    qtbot.waitUntil(lambda: len(kept().x) and live.history.now > live.history.begin + 0.1)  # it is in force
     before, after = live.history.between(-np.inf, time + 1e-6), kept(live.history.begin)
     assert live.history.begin - time < 0.5
     depth = np.maximum(before.y["position"] - 0.005, 0.0)
