@@ -189,7 +189,7 @@ def test_the_divider_parts_what_two_environments_asked_for(window, qtbot):
     assert words == "Spring"
     qtbot.waitUntil(lambda: len(kept().x) and live.history.now > live.history.begin + 0.1)  # it is in force
     before, after = live.history.between(-np.inf, time + 1e-6), kept(live.history.begin)
-    assert live.history.begin - time < 0.5
+    assert live.history.begin > time
     depth = np.maximum(before.y["position"] - 0.005, 0.0)
     assert before.y["asked"] == pytest.approx(-250.0 * depth, abs=1e-9)
     stiffness, centre = (studio.values[key] for key in ("stiffness", "center"))
