@@ -3,8 +3,9 @@
 import os
 import select
 import threading
-import tty
 from dataclasses import replace
+
+import pytest
 
 from hapkit_studio.devices import profiles
 from hapkit_studio.protocol.framing import Decoder, encode
@@ -36,6 +37,7 @@ class FakeBoard:
     """
 
     def __init__(self, answer):
+        tty = pytest.importorskip("tty", reason="pseudo-terminals")
         self._answer = answer
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)

@@ -1,6 +1,5 @@
 """The serial Hapkit against a scripted board on a pseudo-terminal: opening, questions, samples, closing."""
 
-import fcntl
 import itertools
 import math
 import os
@@ -27,6 +26,7 @@ from hapkit_studio.protocol.messages import (
 )
 from tests.devices.fake_board import HELLO_FIELDS, KIT, UNPLUG, FakeKit, sample
 
+fcntl = pytest.importorskip("fcntl")
 HELLO = Hello(**HELLO_FIELDS)
 
 

@@ -2,7 +2,6 @@
 
 import ctypes
 import os
-import resource
 import shutil
 import subprocess
 import sys
@@ -18,6 +17,8 @@ from tests.waiting import PATIENCE
 
 linux_only = pytest.mark.skipif(sys.platform != "linux", reason="the Linux side")
 if sys.platform == "linux":
+    import resource
+
     from hapkit_studio.haptics import realtime_linux
 
 UNPRIVILEGED = ["setpriv", "--bounding-set=-sys_nice,-ipc_lock,-sys_resource"]
