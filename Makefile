@@ -15,7 +15,7 @@ LAST := command -v avr-g++ >/dev/null || echo "No avr-g++: what needs the firmwa
 # what most tests need compiled: each part once, before two programs at a time would each do all of it
 WARM := warm-verdict warm-boards warm-analysis
 
-.PHONY: help run test test-all lint warm-loop $(WARM) bench pictures firmware board fuzz realtime clean
+.PHONY: help run test test-all lint warm-loop $(WARM) bench pictures firmware board fuzz soak realtime clean
 .DEFAULT_GOAL := help
 
 help:
@@ -25,6 +25,7 @@ help:
 	@echo "make bench     measure, beside a reference each; draw the charts of the README anew"
 	@echo "make pictures  take the pictures of README and docs anew"
 	@echo "make fuzz      ten million inputs for firmware and decoders, some minutes"
+	@echo "make soak      record for 40 minutes at 4 kHz with the window open: memory, missing rows"
 	@echo "make firmware  build the board's program and the virtual board"
 	@echo "make realtime  say what priority the loop obtains, and how to get more"
 	@echo "make clean     remove everything built"
@@ -78,6 +79,10 @@ board:
 fuzz: $(VENV)/.test
 	@.ci/system-packages.sh fuzz
 	$(BIN)/python -m tests.protocol.fuzz
+
+soak: $(VENV)/.test
+	@.ci/system-packages.sh run
+	QT_QPA_PLATFORM=offscreen $(BIN)/python -m tests.soak
 
 realtime: $(VENV)/.run
 	@$(BIN)/python -c "from hapkit_studio.haptics.priority import report; print(report())"

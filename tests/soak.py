@@ -1,0 +1,71 @@
+"""Record at 4 kHz with the window open, 40 minutes by default: memory is flat once the kept minutes are full.
+
+``python -m tests.soak [MINUTES]`` prints the memory each minute; exit code 1 where it grew by 2 % or
+more after minute 11, or where a row is missing in the session.
+"""
+
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from hapkit_studio.sessions.session import Session
+from tests.bench.window import keep_busy, open_window, process_until
+
+MINUTES = 40
+FULL = 11  # minutes: by then the last ten are kept
+GROWTH = 0.02
+RATE = 4000.0
+
+
+def resident() -> float:
+    """Return the program's resident memory in MB (Linux)."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return 1e-6 * pages * os.sysconf("SC_PAGE_SIZE")
+
+
+def record(minutes: int) -> tuple[list[float], int, Path]:
+    """Return the memory in MB at each minute's end, how many rows the window lost, and the session."""
+    application, window = open_window("--environment", "spring")
+    window.studio.set_loop(rate=RATE)
+    timer, recording = keep_busy(window), window.studio.recording
+    recording.toggle()
+    memory = []
+    for minute in range(1, minutes + 1):
+        end = time.perf_counter() + 60.0
+        process_until(application, lambda end=end: time.perf_counter() > end, 90.0)
+        memory.append(resident())
+        print(f"minute {minute}: {memory[-1]:.1f} MB", flush=True)
+    recording.toggle()
+    process_until(application, lambda: recording.newest is not None, 30.0)
+    timer.stop()
+    path, lost = recording.newest[0], window.live.lost
+    window.close()
+    return memory, lost, path
+
+
+def main() -> int:
+    """Record, then read all of it back."""
+    minutes = int(sys.argv[1]) if len(sys.argv) > 1 else MINUTES
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["HAPKIT_STUDIO_FOLDER"] = folder
+        memory, lost, path = record(minutes)
+        session = Session(path)
+        damage = session.check()
+        missing = int((np.diff(session.read(("tick",))["tick"]) != 1.0).sum())
+        rows, size = int(session.counts.sum()), 1e-6 * path.stat().st_size
+        session.close()
+    flat = memory[FULL - 1 :] or memory[-1:]
+    growth = max(flat) / flat[0] - 1.0
+    print(
+        f"{rows:,} rows, {size:.0f} MB; missing: {missing}, not shown: {lost}; {' '.join(damage) or 'whole'}"
+    )
+    print(f"memory from minute {FULL} on: at most {100.0 * growth:+.2f} % (limit {100.0 * GROWTH:.0f} %)")
+    return int(growth >= GROWTH or missing > 0 or bool(damage))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
