@@ -101,9 +101,11 @@ class SessionWriter:
 
     def close(self) -> None:
         """Leave one file that is complete; raise SessionError."""
-        with self._in_words():
-            self._database.execute("PRAGMA journal_mode=DELETE")
-        self._database.close()
+        try:
+            with self._in_words():
+                self._database.execute("PRAGMA journal_mode=DELETE")
+        finally:
+            self._database.close()
 
     @contextmanager
     def _in_words(self) -> Iterator[None]:

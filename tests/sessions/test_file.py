@@ -2,6 +2,7 @@
 
 import os
 import random
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -156,6 +157,41 @@ def test_a_full_disk_ends_in_one_line_and_keeps_what_was_written(tmp_path):
     with pytest.raises(SessionError, match=r"The disk is full\. Everything up to there is saved\."):
         list(adding)
     assert Session(tmp_path / "a.hapkit").counts[0] == 300
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """Return a file system of 1 MB in memory; skip where nobody may mount one."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    mount = shutil.which("mount")
+    if (
+        mount is None
+        or subprocess.run([mount, "-t", "tmpfs", "-o", "size=1m", "tmpfs", place], check=False).returncode
+    ):
+        pytest.skip("no right to mount")
+    yield place
+    subprocess.run(["umount", "--lazy", place], check=True)
+
+
+def test_a_disk_that_fills_up_keeps_what_was_written(small_disk):
+    made, path = table(300 * 200), small_disk / "a.hapkit"
+    writer, added = SessionWriter(path), 0
+    with pytest.raises(SessionError, match=r"^The disk is full\. Everything up to there is saved\.$"):
+        for first in range(0, len(made), 300):
+            writer.add(pack(made[first : first + 300], QUANTUM, 0))
+            added += 1
+    with pytest.raises(SessionError, match="The disk is full"):  # the log cannot be put into the file
+        writer.close()
+    session = Session(path)
+    assert session.check() == ()
+    assert added > 20
+    assert np.array_equal(session.read(("tick",))["tick"], made[: 300 * added, rows.TICK])
+    session.close()
+    subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
+    with pytest.raises(SessionError, match=r"b\.hapkit cannot be written: Read-only file system\.$"):
+        SessionWriter(small_disk / "b.hapkit")
+    assert np.array_equal(Session(path).read(("tick",))["tick"], made[: 300 * added, rows.TICK])
 
 
 _RECORD = """
