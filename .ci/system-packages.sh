@@ -11,7 +11,7 @@ FIRMWARE="gcc-avr avr-libc arduino-core-avr"
 # libFuzzer and its sanitizers; releases with another version do without, by a fuzzer built with g++
 FUZZ=
 grep -qs '^VERSION_CODENAME=bookworm' /etc/os-release && FUZZ="clang-14 libclang-rt-14-dev"
-TEST="$RUN $FIRMWARE $FUZZ avrdude gcc g++ libc6-dev simavr libsimavr-dev libelf-dev xvfb xauth"
+TEST="$RUN $FIRMWARE $FUZZ avrdude gcc g++ libc6-dev simavr libsimavr-dev libelf-dev xvfb xdotool"
 
 case "$1" in
 venv) wanted=python3-venv; "${2:-python3}" -c "import ensurepip" 2>/dev/null && wanted= ;;

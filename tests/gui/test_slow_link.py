@@ -94,7 +94,6 @@ def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_ar
 ):
     window, seq = board_window, [0]
     monkeypatch.setattr(notices, "NO_DATA_MS", 50)
-    window.studio.engine.device.latency = Latency(0.016, True, "/dev/ttyUSB0")
     qtbot.waitUntil(lambda: window.live.look() or window.banners.get("silence") is not None)
     notice = window.banners.get("silence")
     assert notice.title.endswith("says hello, but sends no samples.")
@@ -104,6 +103,8 @@ def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_ar
         for _ in range(5):
             scripted.say(encode(sample(seq[0], answered=(seq[0] - 4) & 0xFFFF, delay_us=3500)))
             seq[0] += 1
+        # each time: a busy machine may have let go of the board meanwhile, and opened it again
+        window.studio.engine.device.latency = Latency(0.016, True, "/dev/ttyUSB0")
         window.live.tick()
         window.live.look()
         return "3.5" in window.stability.words.text()

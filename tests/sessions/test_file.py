@@ -176,22 +176,22 @@ def small_disk(tmp_path):
 
 def test_a_disk_that_fills_up_keeps_what_was_written(small_disk):
     made, path = table(300 * 200), small_disk / "a.hapkit"
-    writer, added = SessionWriter(path), 0
+    writer, added = SessionWriter(path), []
+    chunks = (pack(made[first : first + 300], QUANTUM, 0) for first in range(0, len(made), 300))
+    adding = (added.append(writer.add(chunk)) for chunk in chunks)
     with pytest.raises(SessionError, match=r"^The disk is full\. Everything up to there is saved\.$"):
-        for first in range(0, len(made), 300):
-            writer.add(pack(made[first : first + 300], QUANTUM, 0))
-            added += 1
+        list(adding)
     with pytest.raises(SessionError, match="The disk is full"):  # the log cannot be put into the file
         writer.close()
     session = Session(path)
     assert session.check() == ()
-    assert added > 20
-    assert np.array_equal(session.read(("tick",))["tick"], made[: 300 * added, rows.TICK])
+    assert len(added) > 20
+    assert np.array_equal(session.read(("tick",))["tick"], made[: 300 * len(added), rows.TICK])
     session.close()
     subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
     with pytest.raises(SessionError, match=r"b\.hapkit cannot be written: Read-only file system\.$"):
         SessionWriter(small_disk / "b.hapkit")
-    assert np.array_equal(Session(path).read(("tick",))["tick"], made[: 300 * added, rows.TICK])
+    assert np.array_equal(Session(path).read(("tick",))["tick"], made[: 300 * len(added), rows.TICK])
 
 
 _RECORD = """

@@ -1,0 +1,70 @@
+"""The studio used by real mouse and keys: two walls felt, held, compared, recorded, found again, exported."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not (shutil.which("Xvfb") and shutil.which("xdotool")), reason="needs Xvfb and xdotool"
+    ),
+]
+QUANTUM = 2.07e-5  # m
+
+
+@pytest.fixture
+def display():
+    """Return an X server's display of its own."""
+    ours, theirs = os.pipe()
+    command = ["Xvfb", "-displayfd", str(theirs), "-screen", "0", "1280x720x24", "-nolisten", "tcp"]
+    with subprocess.Popen(command, pass_fds=[theirs], stderr=subprocess.DEVNULL) as server:
+        os.close(theirs)
+        with os.fdopen(ours) as answer:
+            yield f":{answer.readline().strip()}"
+        server.terminate()
+
+
+def test_two_pushes_are_felt_compared_recorded_and_exported(display, tmp_path):
+    environment = {
+        **os.environ,
+        "DISPLAY": display,
+        "QT_QPA_PLATFORM": "xcb",
+        "XDG_CONFIG_HOME": str(tmp_path / "settings"),
+        "HAPKIT_STUDIO_FOLDER": str(tmp_path),
+    }
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.by_hand", str(tmp_path)],
+        env=environment, capture_output=True, text=True, timeout=900, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    seen = json.loads(done.stdout.splitlines()[-1])
+    assert not any(words.startswith("none") for words in seen["slopes"]), seen
+    slopes = [float(re.match(r"−([\d,.]+) ± ", words)[1]) for words in seen["slopes"]]
+    assert slopes == pytest.approx([250.0, 300.0], rel=0.01)
+    assert seen["held"] == 1
+    ring, table = np.load(tmp_path / "ring.npy"), read_csv(tmp_path / "felt.csv")
+    kept = table["position_m"]
+    first = next(
+        k for k in range(len(ring) - len(kept) + 1)
+        if np.allclose(ring[k : k + len(kept), 1], kept, rtol=0.0, atol=1e-3 * QUANTUM)
+    )  # fmt: skip
+    assert len(kept) > 2000
+    assert (np.diff(ring[first : first + len(kept), 0]) == 1.0).all()
+    np.testing.assert_allclose(
+        table["force_applied_N"], ring[first : first + len(kept), 2], rtol=0.0, atol=1e-6
+    )
+
+
+def read_csv(path):
+    """Return a table's columns by the names in its header."""
+    with path.open(encoding="utf-8") as file:
+        assert file.readline().startswith("# {")
+        names = file.readline().strip().split(",")
+        return dict(zip(names, np.loadtxt(file, delimiter=",").T, strict=True))
