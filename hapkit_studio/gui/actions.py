@@ -230,6 +230,10 @@ _ENVIRONMENT = (
         enabled=lambda w: bool(w.studio.environment.parameters),
     ),
     Action(
+        "environment.compare_presets", "Compare presets…", "Environment",
+        lambda w: w.presets.ask_to_compare(), enabled=lambda w: bool(w.studio.environment.parameters),
+    ),
+    Action(
         "environment.restore_preset", "Restore preset", "Environment", lambda w: w.presets.restore(),
         enabled=lambda w: bool(w.presets.different),
     ),

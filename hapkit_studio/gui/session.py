@@ -1,4 +1,4 @@
-"""What the next start finds as it was left: environment, all values, loop, hand and view."""
+"""What the next start finds as it was left: environment, all values and presets, loop, hand and view."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.studio import Studio
     from hapkit_studio.gui.window import MainWindow
 
-_ENVIRONMENT, _VALUES, _LOOP, _VIEW = "environment", "values", "loop", "view"
+_ENVIRONMENT, _VALUES, _LOOP, _VIEW, _PRESETS = "environment", "values", "loop", "view", "presets"
 _OF_LOOP = (
     RATE, DELAY, ESTIMATOR, GRIP, Choice("model", "Model", MODELS), Choice("where", "Rendered by", RENDERERS)
 )  # fmt: skip
@@ -38,6 +38,7 @@ def save(window: "MainWindow") -> None:
     settings.setValue(_VALUES, json.dumps(values))
     settings.setValue(_LOOP, json.dumps(loop))
     settings.setValue(_VIEW, window.views.key)
+    settings.setValue(_PRESETS, json.dumps(window.presets.names))
 
 
 def restore(window: "MainWindow") -> None:
@@ -50,6 +51,7 @@ def restore(window: "MainWindow") -> None:
     for known in values.keys() & studio.environments.keys():
         studio.set_values_of(known, usable(studio.environments[known], _mapping(values[known])))
     _restore_loop(studio, _remembered(settings, _LOOP))
+    window.presets.remember(_remembered(settings, _PRESETS))
     if key in studio.environments:
         studio.choose(key)
     studio.restored = bool(key)

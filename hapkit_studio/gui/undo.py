@@ -3,7 +3,7 @@
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
@@ -20,11 +20,11 @@ MOST = 200
 """Steps that are kept."""
 ENVIRONMENT, HAND = ("environment",), ("grip",)
 _WORDS = {
-    "options": "velocity filter",
-    "model": "model",
-    "controller": CONTROLLER_LABEL.lower(),
-    "where": "rendered by",
-    "board_rate": "board's rate",
+    "options": "Velocity filter",
+    "model": "Model",
+    "controller": CONTROLLER_LABEL,
+    "where": "Rendered by",
+    "board_rate": "Board's rate",
 }
 _LOOP = {"rate": RATE, "delay": DELAY}
 
@@ -69,17 +69,33 @@ def words(studio: Studio, before: Settings, after: Settings) -> str:
     named = {where: new for where, new in after.items() if where != ("loop", "options")} or after
     if len(named) == 1:
         ((where, new),) = named.items()
-        return _one(studio, where, before[where], new)
+        return str(_difference(studio, where, before[where], new))
     return f"{len(named)} settings"
 
 
-def each_word(studio: Studio, settings: Settings) -> list[str]:
-    """Name what each of some settings would change."""
-    now = settings_of(studio)
-    return [_one(studio, place, now[place], value) for place, value in settings.items() if len(place) > 1]
+class Difference(NamedTuple):
+    """One setting in words: its name, its values before and after, their unit."""
+
+    name: str
+    old: str
+    new: str
+    unit: str
+
+    def __str__(self) -> str:
+        name = f"{self.name[:1].lower()}{self.name[1:]}"
+        return f"{name} {self.old} → {self.new} {self.unit}".rstrip()
 
 
-def _one(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> str:
+def differences(studio: Studio, before: Settings, after: Settings) -> list[Difference]:
+    """Name what differs between two settings, as far as both have it; not which environment it is."""
+    return [
+        _difference(studio, place, before[place], value)
+        for place, value in after.items()
+        if place != ENVIRONMENT and place in before and before[place] != value
+    ]
+
+
+def _difference(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> Difference:
     kind, *names = where
     parameter: AnyParameter | None = None
     if kind == "value":
@@ -90,16 +106,21 @@ def _one(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> str:
     elif names[0] in _LOOP:
         parameter = _LOOP[names[0]]
     if parameter is None:
-        return _WORDS[names[0]]
-    return f"{parameter.label[:1].lower()}{parameter.label[1:]} {_both(parameter, old, new)}"
-
-
-def _both(parameter: AnyParameter, old: float, new: float) -> str:
+        return Difference(_WORDS[names[0]], _plain(old), _plain(new), "")
     if isinstance(parameter, Choice):
-        return f"{parameter.word(old)} → {parameter.word(new)}"
+        return Difference(parameter.label, parameter.word(old), parameter.word(new), "")
     shown = Quantity(parameter)
     texts = [shown.text(value * shown.factor) for value in (old, new)]
-    return f"{' → '.join(texts)} {shown.unit}".strip()
+    return Difference(parameter.label, *texts, shown.unit)
+
+
+def _plain(value: Any) -> str:
+    """Write what is set by no parameter: on or off, a name, a filter's options, a rate in Hz."""
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, tuple):
+        return ", ".join(f"{key} {number:g}" for key, number in value) or "as usual"
+    return value if isinstance(value, str) else "fastest" if value is None else f"{value:,g} Hz"
 
 
 class Step(QUndoCommand):
