@@ -82,6 +82,10 @@ def _has_simulated(window: "MainWindow") -> bool:
     return window.studio.simulated
 
 
+def _open(window: "MainWindow") -> bool:
+    return not window.studio.hidden
+
+
 def _has_law(window: "MainWindow") -> bool:
     return window.editor.path is not None
 
@@ -102,6 +106,7 @@ def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
             lambda w: w.studio.environment.key,
         ),
         *_ENVIRONMENT,
+        *_CLASSROOM,
         *_HELP,
     )  # fmt: skip
 
@@ -157,12 +162,12 @@ _SESSION = (
 _EDIT = (
     Action(
         "edit.undo", "Undo", "Edit", lambda w: w.history.undo(), "Ctrl+Z",
-        enabled=lambda w: w.history.stack.canUndo(),
+        enabled=lambda w: _open(w) and w.history.stack.canUndo(),
         said=lambda w: f"Undo {w.history.stack.undoText()}".rstrip(),
     ),
     Action(
         "edit.redo", "Redo", "Edit", lambda w: w.history.redo(), "Ctrl+Shift+Z",
-        enabled=lambda w: w.history.stack.canRedo(), extra=("Ctrl+Y",),
+        enabled=lambda w: _open(w) and w.history.stack.canRedo(), extra=("Ctrl+Y",),
         said=lambda w: f"Redo {w.history.stack.redoText()}".rstrip(),
     ),
 )  # fmt: skip
@@ -183,7 +188,7 @@ _VIEW = (
     ),
     Action("view.cursor_a", "Cursor A here", "View", lambda w: w.centre.time.put_cursor(0), "A"),
     Action("view.cursor_b", "Cursor B here", "View", lambda w: w.centre.time.put_cursor(1), "B"),
-    Action("view.hold", "Hold traces", "View", lambda w: w.display.hold(), "H"),
+    Action("view.hold", "Hold traces", "View", lambda w: w.display.hold(), "H", enabled=_open),
     Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
     Action("view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
     Action(
@@ -256,6 +261,20 @@ _ENVIRONMENT = (
     Action(
         "environment.close", "Close law", "Environment", lambda w: w.editor.close(), "Ctrl+W",
         enabled=_has_law,
+    ),
+)  # fmt: skip
+
+
+_CLASSROOM = (
+    Action(
+        "teach.switch", "A and B: keep, then switch", "Teach", lambda w: w.blind.step(), "X",
+        enabled=lambda w: bool(w.studio.environment.parameters),
+        said=lambda w: "Switch" if w.studio.hidden else w.two.next_words,
+    ),
+    Action("teach.two_settings", "A and B…", "Teach", lambda w: w.blind.show_settings(), enabled=_open),
+    Action(
+        "teach.blind", "Compare A and B blind", "Teach", lambda w: w.blind.begin(),
+        enabled=lambda w: _open(w) and w.two.comparable,
     ),
 )  # fmt: skip
 

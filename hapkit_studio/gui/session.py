@@ -42,7 +42,15 @@ def save(window: "MainWindow") -> None:
 
 
 def restore(window: "MainWindow") -> None:
-    """Put what was remembered in force, as far as it still is there and valid; a motor waits for "Render"."""
+    """Put what was remembered in force, as far as it still is there and valid; a motor waits for "Render".
+
+    Also what is locked: it was left so.
+    """
+    with window.studio.temporarily():
+        _restore(window)
+
+
+def _restore(window: "MainWindow") -> None:
     studio, settings = window.studio, window.settings
     key, view = (str(settings.value(name, "")) for name in (_ENVIRONMENT, _VIEW))
     if view in pages.discover():

@@ -19,6 +19,8 @@ Settings = dict[tuple[str, ...], Any]
 MOST = 200
 """Steps that are kept."""
 ENVIRONMENT, HAND = ("environment",), ("grip",)
+LOOP = ("rate", "delay", "estimator", "options", "controller", "model")
+"""What of the loop goes with a scene; who renders is a matter of the device."""
 _WORDS = {
     "options": "Velocity filter",
     "model": "Model",
@@ -38,6 +40,14 @@ def settings_of(studio: Studio) -> Settings:
     return found
 
 
+def settings_of_scene(studio: Studio, with_loop: bool) -> Settings:
+    """Return what is set of the environment in force, and of the loop what is no matter of the device."""
+    key, now = studio.environment.key, settings_of(studio)
+    kept = {place: value for place, value in now.items() if place[:2] == ("value", key)}
+    loop = {place: now[place] for place in (*(("loop", part) for part in LOOP), HAND)} if with_loop else {}
+    return {ENVIRONMENT: key, **kept, **loop}
+
+
 def put(studio: Studio, settings: Settings) -> None:
     """Put settings in force, all of them or none; raise ParameterError."""
     loop = {names[0]: value for (kind, *names), value in settings.items() if kind == "loop"}
@@ -45,7 +55,9 @@ def put(studio: Studio, settings: Settings) -> None:
     for (kind, *names), value in settings.items():
         if kind == "value":
             values[names[0]][names[1]] = value
-    chosen = settings.get(ENVIRONMENT, studio.environment.key)
+    chosen, now = settings.get(ENVIRONMENT, studio.environment.key), settings_of(studio)
+    changed = (place for place, value in settings.items() if now.get(place) != value)
+    studio.check_free((*place, chosen) if place == ENVIRONMENT else place for place in changed)
     for key in (*values, chosen):
         if key not in studio.environments:
             raise ParameterError(f"The environment {key} is no longer there.")

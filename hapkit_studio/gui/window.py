@@ -11,6 +11,7 @@ from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.actions import ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack, Notice
+from hapkit_studio.gui.blind import BlindComparison
 from hapkit_studio.gui.command_palette import CommandPalette, FindButton
 from hapkit_studio.gui.dialogs import KeysDialog, MarkerDialog, about_dialog, priority_dialog
 from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
@@ -26,6 +27,7 @@ from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.panel.preset_row import Presets
+from hapkit_studio.gui.panel.two_settings import TwoSettings
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
@@ -83,7 +85,8 @@ class MainWindow(QMainWindow):
             FileWatcher(studio, self.editor, self),
         )
         self.presets = Presets(studio, self.history, self)
-        self.panel = ParameterPanel(studio, self.presets, self.settings, self.body.side)
+        self.two = TwoSettings(studio, self.history, self)
+        self.panel = ParameterPanel(studio, self.presets, self.two, self.settings, self.body.side)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
         self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)
@@ -100,6 +103,7 @@ class MainWindow(QMainWindow):
             studio.recording, self.live, self.header, self.status, self.banners,
             lambda: self.views.show("sessions"),
         )  # fmt: skip
+        self.blind = BlindComparison(studio, self.two, self.views, self)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))
@@ -240,11 +244,18 @@ class MainWindow(QMainWindow):
         self.stability.ask()
         self.live.health.connect(self.stability.note_health)
         self.status.how_to_fix.connect(self.show_priority)
-        for signal in (self.studio.environment_changed, self.studio.stop_changed, self.studio.link_changed):
+        for signal in (
+            self.studio.environment_changed,
+            self.studio.stop_changed,
+            self.studio.link_changed,
+            self.studio.hidden_changed,
+            self.two.changed,
+        ):
             signal.connect(self.actions_by_key.refresh)
         self.history.changed.connect(self.actions_by_key.refresh)
         self.history.changed.connect(lambda: self.banners.set("undo", None))
-        self.history.refused.connect(self._say_refused)
+        for signal in (self.history.refused, self.studio.refused):
+            signal.connect(self._say_refused)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
         assert application is not None

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable
 
+from PySide6.QtCore import Qt
+
 from hapkit_studio.gui.pages.table import Column, Table
 from hapkit_studio.gui.undo import Difference
 
@@ -11,6 +13,7 @@ class DifferenceTable(Table):
 
     def __init__(self, old: str, new: str):
         super().__init__("What differs")
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)  # Ctrl+C copies it; Enter is for the buttons
         self._columns = (
             Column("Setting", lambda row: ", ".join(filter(None, (row.name, row.unit))), right=False),
             Column(old, lambda row: row.old),

@@ -15,8 +15,15 @@ from hapkit_studio.gui.dialogs import FormDialog, text_dialog
 from hapkit_studio.gui.panel.differences import DifferenceTable
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.undo import (
-    ENVIRONMENT, HAND, Difference, Settings, UndoHistory, differences, put, settings_of,
-)  # fmt: skip
+    ENVIRONMENT,
+    Difference,
+    Settings,
+    UndoHistory,
+    differences,
+    put,
+    settings_of,
+    settings_of_scene,
+)
 from hapkit_studio.gui.widgets.parts import across, choose_file, label
 from hapkit_studio.gui.widgets.text import plain_tip
 
@@ -102,11 +109,7 @@ class Presets(QObject):
 
     def keep(self, name: str, with_loop: bool) -> None:
         """Write what is in force under a name; raise ParameterError, OSError."""
-        environment, now = self._studio.environment, settings_of(self._studio)
-        kept: Settings = {ENVIRONMENT: environment.key}
-        kept |= {place: value for place, value in now.items() if place[:2] == ("value", environment.key)}
-        if with_loop:
-            kept |= {("loop", part): now["loop", part] for part in presets.LOOP} | {HAND: now[HAND]}
+        environment, kept = self._studio.environment, settings_of_scene(self._studio, with_loop)
         presets.write(environment, name, kept)
         self._chosen[environment.key] = name, kept
         self.changed.emit()
