@@ -14,6 +14,7 @@ from hapkit_studio.gui import pages
 from hapkit_studio.gui.editor.code_page import CYCLES, CYCLES_KEY
 from hapkit_studio.gui.header import fill_frames_menu, fill_menu
 from hapkit_studio.gui.live.time_plots import SPANS
+from hapkit_studio.gui.lock import DEVICE
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import theme
@@ -76,6 +77,10 @@ def _has_engine(window: "MainWindow") -> bool:
 
 def _has_board(window: "MainWindow") -> bool:
     return _has_engine(window) and not window.studio.simulated
+
+
+def _may_set_up(window: "MainWindow") -> bool:
+    return _has_board(window) and not window.studio.why_fixed(*DEVICE)
 
 
 def _has_simulated(window: "MainWindow") -> bool:
@@ -211,11 +216,11 @@ def _test(window: "MainWindow") -> object:
 
 
 _DEVICE = (
-    Action("device.setup", "Set up my Hapkit…", "Device", _set_up, enabled=_has_board),
+    Action("device.setup", "Set up my Hapkit…", "Device", _set_up, enabled=_may_set_up),
     Action("device.check", "Test my Hapkit…", "Device", _test, enabled=_has_board),
-    Action("device.zero", "Zero here", "Device", lambda w: w.studio.zero_here(), enabled=_has_board),
+    Action("device.zero", "Zero here", "Device", lambda w: w.studio.zero_here(), enabled=_may_set_up),
     Action(
-        "device.flip", "Flip direction", "Device", lambda w: w.studio.flip_direction(), enabled=_has_board
+        "device.flip", "Flip direction", "Device", lambda w: w.studio.flip_direction(), enabled=_may_set_up
     ),
     Action(
         "device.reconnect", "Reconnect", "Device", lambda w: w.studio.device.reconnect(), "Ctrl+R",
@@ -272,6 +277,10 @@ _CLASSROOM = (
         said=lambda w: "Switch" if w.studio.hidden else w.two.next_words,
     ),
     Action("teach.two_settings", "A and B…", "Teach", lambda w: w.blind.show_settings(), enabled=_open),
+    Action(
+        "teach.lock", "Lock…", "Teach", lambda w: w.show_lock(), enabled=_open,
+        said=lambda w: "Unlock…" if w.studio.lock.places else "Lock…",
+    ),
     Action(
         "teach.blind", "Compare A and B blind", "Teach", lambda w: w.blind.begin(),
         enabled=lambda w: _open(w) and w.two.comparable,

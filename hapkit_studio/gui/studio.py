@@ -143,7 +143,13 @@ class Studio(QObject):
         """Raise ParameterError if one of some settings cannot be changed now."""
         for place in places:
             if why := self.why_fixed(*place):
-                raise ParameterError(f"{why}.")
+                raise ParameterError(f"{self._title(place)}: {why[:1].lower()}{why[1:]}.")
+
+    def _title(self, place: Place) -> str:
+        kind, *names = place
+        if kind == "value":
+            return next(p.label for p in self.environments[names[0]].parameters if p.key == names[1])
+        return self.environments[names[0]].title if kind == "environment" else "Loop and grip"
 
     # environment and values
 
@@ -154,10 +160,13 @@ class Studio(QObject):
 
     def choose(self, key: str) -> None:
         """Switch the environment, or as soon as it is ready; its values are those it was left with."""
-        why = self.why_fixed("environment", key) if key != self.environment.key else ""
-        if why:
-            self.refused.emit(f"{self.environments[key].title}: {why}.")
-        elif self.readiness.request(key) and key != self.environment.key:
+        try:
+            if key != self.environment.key:
+                self.check_free([("environment", key)])
+        except ParameterError as error:
+            self.refused.emit(str(error))
+            return
+        if self.readiness.request(key) and key != self.environment.key:
             self._put_in_force(self.environments[key])
 
     def adopt(self, environment: "Environment") -> None:

@@ -23,6 +23,8 @@ from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.lock import ENTRY, Lock
+from hapkit_studio.gui.lock_dialog import LockDialog
 from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
@@ -73,6 +75,7 @@ class MainWindow(QMainWindow):
         Collector(self)
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
         studio.device.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
+        studio.set_lock(Lock.read(str(self.settings.value(ENTRY, ""))))
         self.body = WindowLayout(self)
         self.history = UndoHistory(studio, self)
         self.live = Live(studio, self)
@@ -157,6 +160,10 @@ class MainWindow(QMainWindow):
     def show_marker(self) -> None:
         """Open the dialog that notes a marker at this moment."""
         MarkerDialog(self.studio.recording, self.live, self).show()
+
+    def show_lock(self) -> None:
+        """Open the dialog that locks settings with a code, or unlocks them."""
+        LockDialog(self.studio, self.settings, self).show()
 
     def show_flash(self) -> None:
         """Open the dialog that writes the firmware to a board."""
@@ -249,6 +256,7 @@ class MainWindow(QMainWindow):
             self.studio.stop_changed,
             self.studio.link_changed,
             self.studio.hidden_changed,
+            self.studio.lock_changed,
             self.two.changed,
         ):
             signal.connect(self.actions_by_key.refresh)

@@ -127,7 +127,7 @@ def test_while_hidden_no_path_changes_a_setting(compared):
         lambda: studio.set_loop(rate=500.0),
         lambda: studio.set_grip("firm"),
     ):
-        with pytest.raises(ParameterError, match="Hidden"):
+        with pytest.raises(ParameterError, match="hidden during the blind comparison"):
             change()
     studio.set_loop(rate=studio.loop.rate)  # what changes nothing is no change
     press(window, "1")

@@ -102,7 +102,8 @@ class ParameterRows(QWidget):
         self.rows: dict[str, Row] = {}
         self._column = down(into=self)
         studio.environment_changed.connect(self.rebuild)
-        studio.values_changed.connect(self.show_values)
+        for signal in (studio.values_changed, studio.lock_changed):
+            signal.connect(self.show_values)
         studio.ranges_changed.connect(self.show_ranges)
         self.rebuild()
 
@@ -122,7 +123,8 @@ class ParameterRows(QWidget):
         unused = self._studio.environment.unused(self._studio.values)
         for key, row in self.rows.items():
             row.show_value(self._studio.values[key])
-            row.set_locked(unused.get(key, ""))
+            fixed = self._studio.why_fixed("value", self._studio.environment.key, key)
+            row.set_locked(fixed or unused.get(key, ""), padlock=bool(fixed))
 
     def show_ranges(self) -> None:
         """Hatch the sliders where they are more than the loop can take."""
