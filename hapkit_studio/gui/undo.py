@@ -122,8 +122,8 @@ def _difference(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> D
     if isinstance(parameter, Choice):
         return Difference(parameter.label, parameter.word(old), parameter.word(new), "")
     shown = Quantity(parameter)
-    texts = [shown.text(value * shown.factor) for value in (old, new)]
-    return Difference(parameter.label, *texts, shown.unit)
+    before, after = (shown.text(value * shown.factor) for value in (old, new))
+    return Difference(parameter.label, before, after, shown.unit)
 
 
 def _plain(value: Any) -> str:

@@ -60,6 +60,8 @@ class MainWindow(QMainWindow):
     centre: Centre
     own: OwnEnvironments
     presets: Presets
+    two: TwoSettings
+    blind: BlindComparison
     display: LiveDisplay
     file_actions: FileActions
     editor: EditorController
