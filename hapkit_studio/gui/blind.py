@@ -47,6 +47,8 @@ class BlindPage(Page):
         self.sign, self.count = label(role="verdict"), hint()
         self.switch, self.end_button = QPushButton("Switch"), QPushButton("Show the score")
         self.choices = [QPushButton(f"{place}") for place in (1, 2)]
+        for button in self.choices:
+            button.setAccessibleName(f"Answer: {button.text()}")
         self._arrange()
         self.switch.clicked.connect(self.turn)
         for place, button in enumerate(self.choices):

@@ -11,7 +11,7 @@ from hapkit_studio.gui.blind import score
 from hapkit_studio.gui.panel.two_settings import TwoSettingsDialog
 from hapkit_studio.gui.undo import settings_of
 from tests.gui.test_actions import press
-from tests.gui.window_support import sheets
+from tests.gui.window_support import SIMULATED, sheets
 
 SOFT, STIFF = {"stiffness": 300.0}, {"stiffness": 900.0}
 
@@ -115,6 +115,27 @@ def test_blind_the_answers_are_counted_and_nothing_shows_which_it_is(compared):
     assert window.panel.isVisible()
     (sheet,) = [sheet for sheet in sheets(window) if sheet.windowTitle() == "Blind comparison"]
     assert "7 of 8 right; guessing gives 4." in [part.text() for part in sheet.findChildren(QLabel)]
+
+
+def test_blind_a_device_renders_what_is_hidden_also_after_a_reconnect(make_window, qtbot):
+    window = make_window()
+    studio = window.studio
+    for values in (SOFT, STIFF):
+        studio.set_values(values)
+        window.two.step()
+    studio.set_value("stiffness", 500.0)
+    window.blind.begin(random.Random(2))
+    for turn in (False, True):
+        if turn:
+            press(window, Qt.Key.Key_X)
+        studio.device.open(SIMULATED)
+        qtbot.waitUntil(lambda: studio.link.state == "running")
+        hidden = studio.engine.values["stiffness"]
+        assert hidden == (SOFT, STIFF)[window.blind.page._order[turn]]["stiffness"]
+        assert window.centre.scene.accessibleName() == "Scene: Free"
+    window.blind.page.finish()
+    assert studio.engine.values["stiffness"] == 500.0
+    assert window.centre.scene.accessibleName() == "Scene: Wall"
 
 
 def test_while_hidden_no_path_changes_a_setting(compared):
