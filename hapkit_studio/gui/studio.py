@@ -227,7 +227,8 @@ class Studio(QObject):
     def hide_values(self, values: Mapping[str, float] | None) -> None:
         """Render other values than the window shows and keeps; None renders those again.
 
-        Nothing can be changed meanwhile; another environment ends it. Raise ParameterError.
+        Nothing can be changed meanwhile by a person; a measurement's values or another environment end it.
+        Raise ParameterError.
         """
         numbers = None if values is None else self.environment.values(values)
         if numbers is not None and not self.hidden:
@@ -251,8 +252,10 @@ class Studio(QObject):
     def _set_values(self, values: dict[str, float]) -> None:
         numbers = self.environment.values(values)
         self._check_values(self.environment.key, numbers)
+        if self.trying:
+            self.hide_values(None)
         if self.engine is not None:
-            self.engine.set_environment(self.environment, numbers)
+            self.engine.set_environment(self.environment, self._hidden or numbers)
         self.values.update(numbers)
         self.values_changed.emit()
 

@@ -160,8 +160,11 @@ def test_while_hidden_no_path_changes_a_setting(compared):
     run("session.stop")
     assert studio.stopped  # stopping is never locked
     run("session.release")
-    window.blind.page.finish()
-    assert studio.values["stiffness"] == 500.0
+    with studio.temporarily():  # a measurement ends it
+        studio.set_value("stiffness", 400.0)
+    assert not studio.hidden
+    assert window.blind.page is None
+    assert studio.values["stiffness"] == 400.0
 
 
 @pytest.mark.parametrize(
