@@ -14,6 +14,7 @@ from hapkit_studio.gui import pages
 from hapkit_studio.gui.editor.code_page import CYCLES, CYCLES_KEY
 from hapkit_studio.gui.header import fill_frames_menu, fill_menu
 from hapkit_studio.gui.live.time_plots import SPANS
+from hapkit_studio.gui.lock import DEVICE
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import theme
@@ -78,8 +79,16 @@ def _has_board(window: "MainWindow") -> bool:
     return _has_engine(window) and not window.studio.simulated
 
 
+def _may_set_up(window: "MainWindow") -> bool:
+    return _has_board(window) and not window.studio.why_fixed(*DEVICE)
+
+
 def _has_simulated(window: "MainWindow") -> bool:
     return window.studio.simulated
+
+
+def _open(window: "MainWindow") -> bool:
+    return not window.studio.hidden
 
 
 def _has_law(window: "MainWindow") -> bool:
@@ -102,6 +111,7 @@ def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
             lambda w: w.studio.environment.key,
         ),
         *_ENVIRONMENT,
+        *_CLASSROOM,
         *_HELP,
     )  # fmt: skip
 
@@ -157,12 +167,12 @@ _SESSION = (
 _EDIT = (
     Action(
         "edit.undo", "Undo", "Edit", lambda w: w.history.undo(), "Ctrl+Z",
-        enabled=lambda w: w.history.stack.canUndo(),
+        enabled=lambda w: _open(w) and w.history.stack.canUndo(),
         said=lambda w: f"Undo {w.history.stack.undoText()}".rstrip(),
     ),
     Action(
         "edit.redo", "Redo", "Edit", lambda w: w.history.redo(), "Ctrl+Shift+Z",
-        enabled=lambda w: w.history.stack.canRedo(), extra=("Ctrl+Y",),
+        enabled=lambda w: _open(w) and w.history.stack.canRedo(), extra=("Ctrl+Y",),
         said=lambda w: f"Redo {w.history.stack.redoText()}".rstrip(),
     ),
 )  # fmt: skip
@@ -183,7 +193,7 @@ _VIEW = (
     ),
     Action("view.cursor_a", "Cursor A here", "View", lambda w: w.centre.time.put_cursor(0), "A"),
     Action("view.cursor_b", "Cursor B here", "View", lambda w: w.centre.time.put_cursor(1), "B"),
-    Action("view.hold", "Hold traces", "View", lambda w: w.display.hold(), "H"),
+    Action("view.hold", "Hold traces", "View", lambda w: w.display.hold(), "H", enabled=_open),
     Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
     Action("view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
     Action(
@@ -206,11 +216,11 @@ def _test(window: "MainWindow") -> object:
 
 
 _DEVICE = (
-    Action("device.setup", "Set up my Hapkit…", "Device", _set_up, enabled=_has_board),
+    Action("device.setup", "Set up my Hapkit…", "Device", _set_up, enabled=_may_set_up),
     Action("device.check", "Test my Hapkit…", "Device", _test, enabled=_has_board),
-    Action("device.zero", "Zero here", "Device", lambda w: w.studio.zero_here(), enabled=_has_board),
+    Action("device.zero", "Zero here", "Device", lambda w: w.studio.zero_here(), enabled=_may_set_up),
     Action(
-        "device.flip", "Flip direction", "Device", lambda w: w.studio.flip_direction(), enabled=_has_board
+        "device.flip", "Flip direction", "Device", lambda w: w.studio.flip_direction(), enabled=_may_set_up
     ),
     Action(
         "device.reconnect", "Reconnect", "Device", lambda w: w.studio.device.reconnect(), "Ctrl+R",
@@ -228,6 +238,10 @@ _ENVIRONMENT = (
     Action(
         "environment.save_preset", "Save preset as…", "Environment", lambda w: w.presets.ask_to_keep(),
         enabled=lambda w: bool(w.studio.environment.parameters),
+    ),
+    Action(
+        "environment.compare_presets", "Compare presets…", "Environment",
+        lambda w: w.presets.ask_to_compare(), enabled=lambda w: bool(w.studio.environment.parameters),
     ),
     Action(
         "environment.restore_preset", "Restore preset", "Environment", lambda w: w.presets.restore(),
@@ -252,6 +266,24 @@ _ENVIRONMENT = (
     Action(
         "environment.close", "Close law", "Environment", lambda w: w.editor.close(), "Ctrl+W",
         enabled=_has_law,
+    ),
+)  # fmt: skip
+
+
+_CLASSROOM = (
+    Action(
+        "teach.switch", "A and B: keep, then switch", "Teach", lambda w: w.blind.step(), "X",
+        enabled=lambda w: bool(w.studio.environment.parameters),
+        said=lambda w: "Switch" if w.studio.hidden else w.two.next_words,
+    ),
+    Action("teach.two_settings", "A and B…", "Teach", lambda w: w.blind.show_settings(), enabled=_open),
+    Action(
+        "teach.lock", "Lock…", "Teach", lambda w: w.show_lock(), enabled=_open,
+        said=lambda w: "Unlock…" if w.studio.lock.places else "Lock…",
+    ),
+    Action(
+        "teach.blind", "Compare A and B blind", "Teach", lambda w: w.blind.begin(),
+        enabled=lambda w: _open(w) and w.two.comparable,
     ),
 )  # fmt: skip
 

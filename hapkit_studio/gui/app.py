@@ -67,11 +67,12 @@ def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
 def build(options: argparse.Namespace) -> MainWindow:
     """Return the window, no device opened yet; leave with a line if an option names what is not there."""
     studio = Studio(devices.available)
-    if options.environment is not None:
-        studio.choose(named(options.environment).key)
+    key = named(options.environment).key if options.environment is not None else None
     window = MainWindow(studio)
-    if options.environment is None:
+    if key is None or studio.why_fixed("environment", key):
         session.restore(window)
+    if key is not None:
+        studio.choose(key)
     window.history.forget()
     if not options.screenshot:
         window.closed.connect(partial(session.save, window))

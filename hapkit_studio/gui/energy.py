@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtCore import QObject
 
 from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.lock import LOOP
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
@@ -79,7 +80,7 @@ class EnergyWatch(QObject):
         elif self._calm():
             self._status.show_energy(words, _TAKEN_UP, "ink2")
         else:
-            self._status.show_energy(words, _LOWER, "warn", remedy=True)
+            self._status.show_energy(words, _LOWER, "warn", remedy=not self._studio.why_fixed(*LOOP))
 
 
 def energy_words(joules: float) -> str:

@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
 
 from hapkit_studio.gui import breakpoints, environment_library
 from hapkit_studio.gui.own_environments import OwnEnvironments, OwnFile
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.studio import LOCKED, Studio
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import down, label
 from hapkit_studio.gui.widgets.text import plain_tip
@@ -265,7 +265,8 @@ class Gallery(QScrollArea):
         self._arrange()
         own.changed.connect(self.show_own)
         studio.environment_changed.connect(self.show_state)
-        studio.readiness.changed.connect(self.show_readiness)
+        for signal in (studio.readiness.changed, studio.lock_changed):
+            signal.connect(self.show_readiness)
         self.show_own()
 
     def set_rail(self, rail: bool) -> None:
@@ -289,9 +290,11 @@ class Gallery(QScrollArea):
         return self.rows.get(key) or self.own_rows.get(self._own.path_of(key))
 
     def show_readiness(self) -> None:
-        """Say which environments are still being prepared; a click on one does not put it in force."""
+        """Say which environments are being prepared or locked; a click on one does not put it in force."""
         for key, row in self.rows.items():
             waiting = environment_library.WORDS.get(self._studio.readiness.state(key), "")
+            if self._studio.lock.holds(("environment", key)):
+                waiting = LOCKED
             if waiting != row.waiting:
                 row.set_words(row.picture, row.title, row.summary, waiting)
         in_force = self._row_in_force()

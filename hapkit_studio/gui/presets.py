@@ -14,13 +14,11 @@ from hapkit_studio.dynamics import estimators
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.panel.loop import DELAY, GRIP, RATE
-from hapkit_studio.gui.undo import ENVIRONMENT, HAND, Settings
+from hapkit_studio.gui.undo import ENVIRONMENT, HAND, LOOP, Settings
 from hapkit_studio.parameters import AnyParameter, Choice
 
 FOLDER = "presets"
 MOST_BYTES = 65_536
-LOOP = ("rate", "delay", "estimator", "options", "controller", "model")
-"""What of the loop a preset may set; who renders is a matter of the device."""
 _LONGEST = 160  # letters of a line that says what is wrong
 _NAME = re.compile(r"\w[\w ,.()+-]{0,23}")
 _BARE = re.compile(r"[A-Za-z0-9_-]+")

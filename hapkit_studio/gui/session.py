@@ -1,4 +1,4 @@
-"""What the next start finds as it was left: environment, all values, loop, hand and view."""
+"""What the next start finds as it was left: environment, all values and presets, loop, hand and view."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.studio import Studio
     from hapkit_studio.gui.window import MainWindow
 
-_ENVIRONMENT, _VALUES, _LOOP, _VIEW = "environment", "values", "loop", "view"
+_ENVIRONMENT, _VALUES, _LOOP, _VIEW, _PRESETS = "environment", "values", "loop", "view", "presets"
 _OF_LOOP = (
     RATE, DELAY, ESTIMATOR, GRIP, Choice("model", "Model", MODELS), Choice("where", "Rendered by", RENDERERS)
 )  # fmt: skip
@@ -38,10 +38,19 @@ def save(window: "MainWindow") -> None:
     settings.setValue(_VALUES, json.dumps(values))
     settings.setValue(_LOOP, json.dumps(loop))
     settings.setValue(_VIEW, window.views.key)
+    settings.setValue(_PRESETS, json.dumps(window.presets.names))
 
 
 def restore(window: "MainWindow") -> None:
-    """Put what was remembered in force, as far as it still is there and valid; a motor waits for "Render"."""
+    """Put what was remembered in force, as far as it still is there and valid; a motor waits for "Render".
+
+    Also what is locked: it was left so.
+    """
+    with window.studio.temporarily():
+        _restore(window)
+
+
+def _restore(window: "MainWindow") -> None:
     studio, settings = window.studio, window.settings
     key, view = (str(settings.value(name, "")) for name in (_ENVIRONMENT, _VIEW))
     if view in pages.discover():
@@ -50,6 +59,7 @@ def restore(window: "MainWindow") -> None:
     for known in values.keys() & studio.environments.keys():
         studio.set_values_of(known, usable(studio.environments[known], _mapping(values[known])))
     _restore_loop(studio, _remembered(settings, _LOOP))
+    window.presets.remember(_remembered(settings, _PRESETS))
     if key in studio.environments:
         studio.choose(key)
     studio.restored = bool(key)

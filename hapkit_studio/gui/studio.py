@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -12,8 +12,10 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from hapkit_studio.devices.simulated import MODELS
 from hapkit_studio.dynamics.estimators import USUAL
 from hapkit_studio.environments import discover
+from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.device_link import Build, DeviceLink, LinkStatus, build_engine
 from hapkit_studio.gui.environment_library import EnvironmentLibrary, Readiness
+from hapkit_studio.gui.lock import DEVICE, GRIP, LOOP, Lock, Place
 from hapkit_studio.gui.recording import Recording
 
 if TYPE_CHECKING:
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 ANSWER_MS = 30
 """How often it is looked for what the board says to a law that is being translated for it."""
 _FIRST = "wall"
+LOCKED, HIDDEN = "Locked by the instructor", "Hidden during the blind comparison"
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,7 @@ class Studio(QObject):
     """Keeps every choice over a change of device; values are SI and checked before they are kept.
 
     ``library`` holds the environments and their values, ``device`` the link to the device in use,
-    ``recording`` what comes from it.
+    ``recording`` what comes from it. ``refused``: why an environment or its defaults are not put in force.
     """
 
     environment_changed = Signal()
@@ -63,6 +66,9 @@ class Studio(QObject):
     engine_changed = Signal()
     link_changed = Signal()
     ranges_changed = Signal()
+    hidden_changed = Signal()
+    lock_changed = Signal()
+    refused = Signal(str)
 
     def __init__(
         self,
@@ -92,6 +98,8 @@ class Studio(QObject):
         """The ranges of each parameter, SI, that are more than the loop can take, as far as is known."""
         self.trying = False
         """Whether what changes now is put back by what changes it, and no person's choice."""
+        self._lock = Lock()
+        self._hidden: dict[str, float] | None = None
         self._board_answer: tuple = ()
         self._answer = QTimer(self, interval=ANSWER_MS, singleShot=True)
         self._answer.timeout.connect(self._check_board_answer)
@@ -113,6 +121,36 @@ class Studio(QObject):
         finally:
             self.trying = False
 
+    # what may be changed
+
+    @property
+    def lock(self) -> Lock:
+        """Return what an instructor has locked."""
+        return self._lock
+
+    def set_lock(self, lock: Lock) -> None:
+        """Lock other settings, or none."""
+        self._lock = lock
+        self.lock_changed.emit()
+
+    def why_fixed(self, *place: str) -> str:
+        """Say why a setting, named by its place, cannot be changed now; "" where it can."""
+        if self.trying:
+            return ""
+        return HIDDEN if self.hidden else LOCKED if self._lock.holds(place) else ""
+
+    def check_free(self, places: Iterable[Place]) -> None:
+        """Raise ParameterError if one of some settings cannot be changed now."""
+        for place in places:
+            if why := self.why_fixed(*place):
+                raise ParameterError(f"{self._title(place)}: {why[:1].lower()}{why[1:]}.")
+
+    def _title(self, place: Place) -> str:
+        kind, *names = place
+        if kind == "value":
+            return next(p.label for p in self.environments[names[0]].parameters if p.key == names[1])
+        return self.environments[names[0]].title if kind == "environment" else "Loop and grip"
+
     # environment and values
 
     @property
@@ -122,6 +160,12 @@ class Studio(QObject):
 
     def choose(self, key: str) -> None:
         """Switch the environment, or as soon as it is ready; its values are those it was left with."""
+        try:
+            if key != self.environment.key:
+                self.check_free([("environment", key)])
+        except ParameterError as error:
+            self.refused.emit(str(error))
+            return
         if self.readiness.request(key) and key != self.environment.key:
             self._put_in_force(self.environments[key])
 
@@ -140,6 +184,7 @@ class Studio(QObject):
     def _put_in_force(self, environment: "Environment") -> None:
         self.environment, self.environment_since = environment, time.perf_counter()
         self.too_much = {}
+        self.hide_values(None)
         if self.engine is not None:
             self.engine.set_environment(environment, self.values)
         self.environment_changed.emit()
@@ -163,6 +208,7 @@ class Studio(QObject):
             self.set_values(changes)
         else:
             numbers = self.environments[key].values({**self.library.values[key], **changes})
+            self._check_values(key, numbers)
             self.library.values[key].update(numbers)
 
     def note_ranges(self, too_much: Mapping[str, Sequence[tuple[float, float]]]) -> None:
@@ -171,13 +217,45 @@ class Studio(QObject):
         self.ranges_changed.emit()
 
     def reset_values(self) -> None:
-        """Put every parameter of the environment back to its default, all at once."""
-        self._set_values({})
+        """Put every parameter of the environment that is free back to its default, all at once."""
+        key = self.environment.key
+        try:
+            self._set_values({p: v for p, v in self.values.items() if self.why_fixed("value", key, p)})
+        except ParameterError as error:  # they do not go with those that are locked
+            self.refused.emit(str(error))
+
+    def hide_values(self, values: Mapping[str, float] | None) -> None:
+        """Render other values than the window shows and keeps; None renders those again.
+
+        Nothing can be changed meanwhile by a person; a measurement's values or another environment end it.
+        Raise ParameterError.
+        """
+        numbers = None if values is None else self.environment.values(values)
+        if numbers is not None and not self.hidden:
+            self._check_values(self.environment.key, numbers)
+        before, self._hidden = self._hidden, numbers
+        if before == self._hidden:
+            return
+        if self.engine is not None:
+            self.engine.set_environment(self.environment, self._hidden or self.values)
+        self.hidden_changed.emit()
+
+    @property
+    def hidden(self) -> bool:
+        """Say whether other values are rendered than the window shows."""
+        return self._hidden is not None
+
+    def _check_values(self, key: str, numbers: Mapping[str, float]) -> None:
+        old = self.library.values[key]
+        self.check_free(("value", key, name) for name, number in numbers.items() if old[name] != number)
 
     def _set_values(self, values: dict[str, float]) -> None:
         numbers = self.environment.values(values)
+        self._check_values(self.environment.key, numbers)
+        if self.trying:
+            self.hide_values(None)
         if self.engine is not None:
-            self.engine.set_environment(self.environment, numbers)
+            self.engine.set_environment(self.environment, self._hidden or numbers)
         self.values.update(numbers)
         self.values_changed.emit()
 
@@ -186,6 +264,8 @@ class Studio(QObject):
     def set_loop(self, **changes: Any) -> None:
         """Change rate, delay, estimator, options, model or controller; raise ParameterError if refused."""
         loop = replace(self.loop, **changes)
+        if loop != self.loop:
+            self.check_free([LOOP])
         if self.engine is not None:
             plain = ("rate", "delay", "controller")
             changed: dict[str, Any] = {k: getattr(loop, k) for k in plain if k in changes}
@@ -199,7 +279,9 @@ class Studio(QObject):
         self.loop_changed.emit()
 
     def set_grip(self, grip: str) -> None:
-        """Choose how firmly the simulated hand holds."""
+        """Choose how firmly the simulated hand holds; raise ParameterError where that is locked."""
+        if grip != self.grip:
+            self.check_free([GRIP])
         self.grip = grip
         if self.engine is not None:
             self.engine.set_grip(grip)
@@ -308,12 +390,12 @@ class Studio(QObject):
 
     def zero_here(self) -> None:
         """Make the present position of a real board its zero."""
-        if self.engine is not None:
+        if self.engine is not None and not self.why_fixed(*DEVICE):
             self.engine.zero_here()
 
     def flip_direction(self) -> None:
         """Turn a real board's positive direction around."""
-        if self.engine is not None:
+        if self.engine is not None and not self.why_fixed(*DEVICE):
             self.engine.flip_direction()
 
     # what the device in use is told
@@ -328,7 +410,7 @@ class Studio(QObject):
         self._hold(engine)
         if self._waits(engine):
             self.stop()
-        engine.set_environment(self.environment, self.values)
+        engine.set_environment(self.environment, self._hidden or self.values)
         loop = self.loop
         engine.set_loop(delay=loop.delay, estimator=loop.spec, controller=loop.controller)
         if engine.device.simulated:

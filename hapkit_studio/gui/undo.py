@@ -3,7 +3,7 @@
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QUndoCommand, QUndoStack
@@ -19,12 +19,14 @@ Settings = dict[tuple[str, ...], Any]
 MOST = 200
 """Steps that are kept."""
 ENVIRONMENT, HAND = ("environment",), ("grip",)
+LOOP = ("rate", "delay", "estimator", "options", "controller", "model")
+"""What of the loop goes with a scene; who renders is a matter of the device."""
 _WORDS = {
-    "options": "velocity filter",
-    "model": "model",
-    "controller": CONTROLLER_LABEL.lower(),
-    "where": "rendered by",
-    "board_rate": "board's rate",
+    "options": "Velocity filter",
+    "model": "Model",
+    "controller": CONTROLLER_LABEL,
+    "where": "Rendered by",
+    "board_rate": "Board's rate",
 }
 _LOOP = {"rate": RATE, "delay": DELAY}
 
@@ -38,6 +40,14 @@ def settings_of(studio: Studio) -> Settings:
     return found
 
 
+def settings_of_scene(studio: Studio, with_loop: bool) -> Settings:
+    """Return what is set of the environment in force, and of the loop what is no matter of the device."""
+    key, now = studio.environment.key, settings_of(studio)
+    kept = {place: value for place, value in now.items() if place[:2] == ("value", key)}
+    loop = {place: now[place] for place in (*(("loop", part) for part in LOOP), HAND)} if with_loop else {}
+    return {ENVIRONMENT: key, **kept, **loop}
+
+
 def put(studio: Studio, settings: Settings) -> None:
     """Put settings in force, all of them or none; raise ParameterError."""
     loop = {names[0]: value for (kind, *names), value in settings.items() if kind == "loop"}
@@ -45,7 +55,9 @@ def put(studio: Studio, settings: Settings) -> None:
     for (kind, *names), value in settings.items():
         if kind == "value":
             values[names[0]][names[1]] = value
-    chosen = settings.get(ENVIRONMENT, studio.environment.key)
+    chosen, now = settings.get(ENVIRONMENT, studio.environment.key), settings_of(studio)
+    changed = (place for place, value in settings.items() if now.get(place) != value)
+    studio.check_free((*place, chosen) if place == ENVIRONMENT else place for place in changed)
     for key in (*values, chosen):
         if key not in studio.environments:
             raise ParameterError(f"The environment {key} is no longer there.")
@@ -69,17 +81,33 @@ def words(studio: Studio, before: Settings, after: Settings) -> str:
     named = {where: new for where, new in after.items() if where != ("loop", "options")} or after
     if len(named) == 1:
         ((where, new),) = named.items()
-        return _one(studio, where, before[where], new)
+        return str(_difference(studio, where, before[where], new))
     return f"{len(named)} settings"
 
 
-def each_word(studio: Studio, settings: Settings) -> list[str]:
-    """Name what each of some settings would change."""
-    now = settings_of(studio)
-    return [_one(studio, place, now[place], value) for place, value in settings.items() if len(place) > 1]
+class Difference(NamedTuple):
+    """One setting in words: its name, its values before and after, their unit."""
+
+    name: str
+    old: str
+    new: str
+    unit: str
+
+    def __str__(self) -> str:
+        name = f"{self.name[:1].lower()}{self.name[1:]}"
+        return f"{name} {self.old} → {self.new} {self.unit}".rstrip()
 
 
-def _one(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> str:
+def differences(studio: Studio, before: Settings, after: Settings) -> list[Difference]:
+    """Name what differs between two settings, as far as both have it; not which environment it is."""
+    return [
+        _difference(studio, place, before[place], value)
+        for place, value in after.items()
+        if place != ENVIRONMENT and place in before and before[place] != value
+    ]
+
+
+def _difference(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> Difference:
     kind, *names = where
     parameter: AnyParameter | None = None
     if kind == "value":
@@ -90,16 +118,21 @@ def _one(studio: Studio, where: tuple[str, ...], old: Any, new: Any) -> str:
     elif names[0] in _LOOP:
         parameter = _LOOP[names[0]]
     if parameter is None:
-        return _WORDS[names[0]]
-    return f"{parameter.label[:1].lower()}{parameter.label[1:]} {_both(parameter, old, new)}"
-
-
-def _both(parameter: AnyParameter, old: float, new: float) -> str:
+        return Difference(_WORDS[names[0]], _plain(old), _plain(new), "")
     if isinstance(parameter, Choice):
-        return f"{parameter.word(old)} → {parameter.word(new)}"
+        return Difference(parameter.label, parameter.word(old), parameter.word(new), "")
     shown = Quantity(parameter)
-    texts = [shown.text(value * shown.factor) for value in (old, new)]
-    return f"{' → '.join(texts)} {shown.unit}".strip()
+    before, after = (shown.text(value * shown.factor) for value in (old, new))
+    return Difference(parameter.label, before, after, shown.unit)
+
+
+def _plain(value: Any) -> str:
+    """Write what is set by no parameter: on or off, a name, a filter's options, a rate in Hz."""
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, tuple):
+        return ", ".join(f"{key} {number:g}" for key, number in value) or "as usual"
+    return value if isinstance(value, str) else "fastest" if value is None else f"{value:,g} Hz"
 
 
 class Step(QUndoCommand):

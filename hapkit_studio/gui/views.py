@@ -36,6 +36,7 @@ class Views(QObject):
         self._library = pages.discover()
         self._pages: dict[str, Page] = {}
         self._shown: Page | None = None
+        self._cover: Page | None = None
         self._bar.setTabData(0, LIVE)
         for key, tab in self._library.items():
             self._bar.setTabData(self._bar.addTab(tab.title), key)
@@ -59,7 +60,22 @@ class Views(QObject):
 
     def show(self, key: str) -> None:
         """Bring a view into sight, and give it the keyboard."""
-        self._bar.setCurrentIndex(self._index(key))
+        if self._cover is None:
+            self._bar.setCurrentIndex(self._index(key))
+        self.take_keys()
+
+    def cover(self, page: Page | None) -> None:
+        """Put a page in the place of every view, None brings Live back.
+
+        The scene stays above it only where the hand moves in it.
+        """
+        self._bar.setCurrentIndex(self._index(LIVE))
+        self._cover = page
+        if page is not None:
+            self._centre.add_page(page)
+        self._bar.setEnabled(page is None)
+        self._centre.show_page(page, scene=page is None or self._studio.hand_is_ours)
+        self._show_side(page.side if page else None)
         self.take_keys()
 
     def take_keys(self) -> None:
@@ -104,6 +120,8 @@ class Views(QObject):
         return keys.index(key) if key in keys else -1
 
     def _follow(self) -> None:
+        if self._cover is not None:
+            return
         key = self.key
         page = self.page(key) if key in self._library else None
         if self._shown is not None:

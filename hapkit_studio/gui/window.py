@@ -11,6 +11,7 @@ from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.actions import ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack, Notice
+from hapkit_studio.gui.blind import BlindComparison
 from hapkit_studio.gui.command_palette import CommandPalette, FindButton
 from hapkit_studio.gui.dialogs import KeysDialog, MarkerDialog, about_dialog, priority_dialog
 from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
@@ -22,10 +23,13 @@ from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.lock import ENTRY, Lock
+from hapkit_studio.gui.lock_dialog import LockDialog
 from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.panel.preset_row import Presets
+from hapkit_studio.gui.panel.two_settings import TwoSettings
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
@@ -56,6 +60,8 @@ class MainWindow(QMainWindow):
     centre: Centre
     own: OwnEnvironments
     presets: Presets
+    two: TwoSettings
+    blind: BlindComparison
     display: LiveDisplay
     file_actions: FileActions
     editor: EditorController
@@ -71,6 +77,7 @@ class MainWindow(QMainWindow):
         Collector(self)
         self.settings = QSettings("hapkit-studio", "hapkit-studio")
         studio.device.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
+        studio.set_lock(Lock.read(str(self.settings.value(ENTRY, ""))))
         self.body = WindowLayout(self)
         self.history = UndoHistory(studio, self)
         self.live = Live(studio, self)
@@ -83,7 +90,8 @@ class MainWindow(QMainWindow):
             FileWatcher(studio, self.editor, self),
         )
         self.presets = Presets(studio, self.history, self)
-        self.panel = ParameterPanel(studio, self.presets, self.settings, self.body.side)
+        self.two = TwoSettings(studio, self.history, self)
+        self.panel = ParameterPanel(studio, self.presets, self.two, self.settings, self.body.side)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
         self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)
@@ -100,6 +108,7 @@ class MainWindow(QMainWindow):
             studio.recording, self.live, self.header, self.status, self.banners,
             lambda: self.views.show("sessions"),
         )  # fmt: skip
+        self.blind = BlindComparison(studio, self.two, self.views, self)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))
@@ -153,6 +162,10 @@ class MainWindow(QMainWindow):
     def show_marker(self) -> None:
         """Open the dialog that notes a marker at this moment."""
         MarkerDialog(self.studio.recording, self.live, self).show()
+
+    def show_lock(self) -> None:
+        """Open the dialog that locks settings with a code, or unlocks them."""
+        LockDialog(self.studio, self.settings, self).show()
 
     def show_flash(self) -> None:
         """Open the dialog that writes the firmware to a board."""
@@ -240,11 +253,19 @@ class MainWindow(QMainWindow):
         self.stability.ask()
         self.live.health.connect(self.stability.note_health)
         self.status.how_to_fix.connect(self.show_priority)
-        for signal in (self.studio.environment_changed, self.studio.stop_changed, self.studio.link_changed):
+        for signal in (
+            self.studio.environment_changed,
+            self.studio.stop_changed,
+            self.studio.link_changed,
+            self.studio.hidden_changed,
+            self.studio.lock_changed,
+            self.two.changed,
+        ):
             signal.connect(self.actions_by_key.refresh)
         self.history.changed.connect(self.actions_by_key.refresh)
         self.history.changed.connect(lambda: self.banners.set("undo", None))
-        self.history.refused.connect(self._say_refused)
+        for signal in (self.history.refused, self.studio.refused):
+            signal.connect(self._say_refused)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
         assert application is not None

@@ -7,8 +7,8 @@ import pytest
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui import presets
-from hapkit_studio.gui.panel.preset_row import SavePresetDialog
+from hapkit_studio.gui import presets, session
+from hapkit_studio.gui.panel.preset_row import CompareDialog, SavePresetDialog
 from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.gui.undo import settings_of
 from tests.environments.calling import LIBRARY
@@ -74,6 +74,55 @@ def test_a_preset_is_saved_chosen_restored_and_one_step_of_undo(window, home):
     assert settings_of(studio) == before
     window.actions_by_key.run("environment.restore_preset")
     assert studio.values == STIFF
+
+
+def test_what_differs_stands_in_a_table_until_it_is_applied(window, home):
+    """Both values in the unit of the screen; it follows what is set meanwhile."""
+    studio = window.studio
+    studio.set_values(STIFF)
+    studio.set_loop(delay=0.002, controller=True)
+    window.presets.keep("stiff", with_loop=True)
+    studio.reset_values()
+    studio.set_loop(**vars(LoopChoice()))
+    window.actions_by_key.run("environment.compare_presets")
+    (dialog,) = [sheet for sheet in sheets(window) if isinstance(sheet, CompareDialog)]
+    lines = [
+        ("Setting", "Set now", "Preset"),
+        ("Stiffness, N/m", "250", "900"),
+        ("Damping, N·s/m", "0.0", "2.5"),
+        ("Position, mm", "5.0", "−12.5"),
+        ("Side", "Right", "Left"),
+        ("Damping acts", "Into", "Both"),
+        ("Added delay, ms", "0.0", "2.0"),
+        ("Passivity controller", "off", "on"),
+    ]
+    assert dialog.table.texts() == lines
+    studio.set_value("stiffness", 900.0)
+    assert dialog.table.texts() == [lines[0], *lines[2:]]
+    dialog.use.click()
+    assert (studio.values, studio.loop.delay) == (STIFF, 0.002)
+    assert dialog.table.texts() == lines[:1]
+    assert dialog.verdict.words.text() == "All that the preset has is in force."
+    studio.choose("spring")
+    assert not dialog.isVisible()
+
+
+def test_the_next_start_knows_the_preset_s_name_and_what_differs(window, home):
+    window.studio.set_values(STIFF)
+    window.presets.keep("stiff", with_loop=False)
+    window.studio.set_value("stiffness", 300.0)
+    session.save(window)
+    window.presets._chosen.clear()
+    session.restore(window)
+    row = window.panel.preset
+    assert (row.name.text(), row.button.text()) == ("Preset, changed", "stiff")
+    assert window.studio.values["stiffness"] == 300.0
+    for damage in ("nothing", None):
+        path = presets.found("wall")["stiff"]
+        path.write_text(damage) if damage else path.unlink()
+        window.presets._chosen.clear()
+        session.restore(window)
+        assert row.button.text() == "Own values"
 
 
 def test_the_loop_is_in_a_preset_only_if_asked_for(window, home):
@@ -168,20 +217,22 @@ def damaged(rng, good):
     return good.replace(b"stiffness", rng.choice([b"__import__('os')", b"_", b'"\\u0000"', b"values.x"]))
 
 
-def test_200_damaged_files_give_lines_and_nothing_else(window, tmp_path, home):
+def test_200_damaged_files_give_lines_and_nothing_else(window, tmp_path, home, monkeypatch):
     window.studio.set_values(STIFF)
     window.presets.keep("good", with_loop=True)
     good = presets.found("wall")["good"].read_bytes()
     rng, before = random.Random(15), settings_of(window.studio)
+    said = []
+    monkeypatch.setattr(window.presets, "_say", lambda _title, lines: said.append(lines))
+    window.history.forget()
     for at in range(200):
-        path = preset(tmp_path, damaged(rng, good))
-        with pytest.raises(presets.PresetError) as caught:
-            presets.read(path, LIBRARY)
-        assert 1 <= len(caught.value.lines) < 4, at
-        for line in caught.value.lines:
-            assert 10 < len(line) < 170
-            assert "\n" not in line
+        window.presets.take(preset(tmp_path, damaged(rng, good)))
+        assert len(said) == at + 1
+        assert 1 <= len(said[at]) < 4, at
+        assert all(10 < len(line) < 170 and "\n" not in line for line in said[at])
     assert settings_of(window.studio) == before
+    assert window.history.stack.count() == 0
+    assert presets.found("wall").keys() == {"good"}
 
 
 def test_a_missing_file_is_said(window, tmp_path):

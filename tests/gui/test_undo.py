@@ -74,7 +74,7 @@ def test_every_setting_is_undone_and_redone_by_key_in_window_and_engine(window, 
         (lambda s: s.choose("spring"), "Wall → Spring"),
         (lambda s: s.set_loop(estimator="iir", options=(("cutoff", 50.0),)), "velocity Kalman → IIR"),
         (lambda s: s.set_loop(delay=0.002), "added delay 0.0 → 2.0 ms"),
-        (lambda s: s.set_loop(controller=True), "passivity controller"),
+        (lambda s: s.set_loop(controller=True), "passivity controller off → on"),
         (lambda s: s.set_grip("firm"), "grip Medium → Firm"),
     ],
 )

@@ -57,7 +57,8 @@ class LiveDisplay(QObject):
         studio.environment_changed.connect(self.show_environment)
         studio.values_changed.connect(self.show_values)
         studio.loop_changed.connect(lambda: centre.scene.set_grip(studio.grip))
-        studio.engine_changed.connect(self.show_environment)
+        for signal in (studio.engine_changed, studio.hidden_changed):
+            signal.connect(self.show_environment)
         studio.engine_changed.connect(self.show_link)
         studio.link_changed.connect(self.show_link)
         self.show_environment()
@@ -140,8 +141,10 @@ class LiveDisplay(QObject):
         self._centre.time.show_oscillation(oscillation.sustained(window.x, window.y["position"]))
 
     def show_environment(self) -> None:
-        """Show another environment."""
+        """Show another environment; while its values are hidden the handle alone: the rest shows them."""
         environment, values = self._studio.environment, self._studio.values
+        if self._studio.hidden:
+            environment, values = self._studio.environments["free"], {}
         self._centre.scene.set_environment(environment, values)
         self._centre.lay_out()
         self.show_values()
@@ -151,6 +154,8 @@ class LiveDisplay(QObject):
         if self._live.paused:
             return
         environment, values = self._studio.environment, self._studio.values
+        if self._studio.hidden:
+            return
         self._centre.scene.set_values(values)
         self._centre.time.set_environment(environment, values, self.max_force)
         self._centre.phase.set_environment(environment, values, self.max_force)

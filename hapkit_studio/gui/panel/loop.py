@@ -12,10 +12,11 @@ from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.lock import LOOP
 from hapkit_studio.gui.panel.rendering import RenderingSwitch
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.widgets.parts import across, down, hint, label
+from hapkit_studio.gui.widgets.parts import Sign, across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.text import rich
 from hapkit_studio.parameters import Choice, Parameter
@@ -127,7 +128,8 @@ class LoopPanel(QWidget):
         down(*(row for rows in self.options.values() for row in rows), self.model, into=self._rare)
         usual = (self.rate, self.delay, self.estimator, self.grip, self.controller, self.controller_words)
         down(*usual, across(None, self.more, gap=0), self._rare, into=self._body)
-        head = across(label("Loop", "section"), None, self.fold, gap=0)
+        self.padlock = Sign(16, "lock")
+        head = across(label("Loop", "section"), 6, self.padlock, None, self.fold, gap=0)
         down(head, self.where, self._body, into=self)
         self._connect()
         self.set_folded(bool(settings.value("loop_folded", True, bool)))
@@ -151,6 +153,11 @@ class LoopPanel(QWidget):
     def show_state(self) -> None:
         """Show the loop as the studio has it; a real board's rate is its own."""
         studio, loop, engine = self._studio, self._studio.loop, self._studio.engine
+        fixed = studio.why_fixed(*LOOP)
+        self.padlock.setVisible(bool(fixed))
+        for part in (self._body, self.where):
+            part.setEnabled(not fixed)
+            part.setToolTip(fixed)
         self.rate.show_value(self._rate())
         self.delay.show_value(loop.delay)
         self.estimator.show_value(ESTIMATOR.options.index(loop.estimator))
@@ -198,7 +205,9 @@ class LoopPanel(QWidget):
 
     def _connect(self) -> None:
         studio = self._studio
-        for signal in (studio.loop_changed, studio.engine_changed, studio.environment_changed):
+        for signal in (
+            studio.loop_changed, studio.engine_changed, studio.environment_changed, studio.lock_changed
+        ):  # fmt: skip
             signal.connect(self.show_state)
         studio.values_changed.connect(self._note_rate)
         self.fold.clicked.connect(self._toggle_folded)

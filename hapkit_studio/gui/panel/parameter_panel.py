@@ -12,6 +12,7 @@ from hapkit_studio.gui.panel.loop import LoopPanel
 from hapkit_studio.gui.panel.preset_row import PresetRow, Presets
 from hapkit_studio.gui.panel.rows import ParameterRow, Row, row_of
 from hapkit_studio.gui.panel.stability_card import StabilityCard
+from hapkit_studio.gui.panel.two_settings import TwoSettings, TwoSettingsRow
 from hapkit_studio.gui.panel.warnings import WarningLines
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
@@ -101,7 +102,8 @@ class ParameterRows(QWidget):
         self.rows: dict[str, Row] = {}
         self._column = down(into=self)
         studio.environment_changed.connect(self.rebuild)
-        studio.values_changed.connect(self.show_values)
+        for signal in (studio.values_changed, studio.lock_changed):
+            signal.connect(self.show_values)
         studio.ranges_changed.connect(self.show_ranges)
         self.rebuild()
 
@@ -121,7 +123,8 @@ class ParameterRows(QWidget):
         unused = self._studio.environment.unused(self._studio.values)
         for key, row in self.rows.items():
             row.show_value(self._studio.values[key])
-            row.set_locked(unused.get(key, ""))
+            fixed = self._studio.why_fixed("value", self._studio.environment.key, key)
+            row.set_locked(fixed or unused.get(key, ""), padlock=bool(fixed))
 
     def show_ranges(self) -> None:
         """Hatch the sliders where they are more than the loop can take."""
@@ -153,7 +156,9 @@ class ParameterPanel(QWidget):
     The map below the verdict gives way where it would leave too little.
     """
 
-    def __init__(self, studio: Studio, presets: Presets, settings: QSettings, parent: QWidget):
+    def __init__(
+        self, studio: Studio, presets: Presets, two: TwoSettings, settings: QSettings, parent: QWidget
+    ):
         super().__init__(parent)
         self.setObjectName("panelBody")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
@@ -161,10 +166,10 @@ class ParameterPanel(QWidget):
         down((self.upper, 1), self._foot, into=self)
         self.title = PanelTitle(studio)
         self.parameters = ParameterRows(studio, self.title.help)
-        self.preset = PresetRow(studio, presets)
+        self.preset, self.two = PresetRow(studio, presets), TwoSettingsRow(two)
         self.loop, self.stability = LoopPanel(studio, settings), StabilityCard(studio)
         self.warnings = WarningLines(studio, self.stability.facts)
-        self.upper.add(self.title, rule(), self.parameters, self.preset, rule(), self.loop)
+        self.upper.add(self.title, rule(), self.parameters, self.preset, self.two, rule(), self.loop)
         foot = rule(), self.warnings, self.stability
         down(*foot, into=self._foot, margins=(SIDE, 0, SIDE, 10), gap=6)
         self.stability.judged.connect(lambda *_: self._lay_out_now())

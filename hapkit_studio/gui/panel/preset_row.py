@@ -1,18 +1,29 @@
 """The panel's preset row: what is in force by its name, what differs, save, restore, import."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QCheckBox, QLineEdit, QMenu, QPushButton, QWidget
+from PySide6.QtWidgets import QCheckBox, QComboBox, QLineEdit, QMenu, QPushButton, QWidget
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import presets
 from hapkit_studio.gui.dialogs import FormDialog, text_dialog
+from hapkit_studio.gui.panel.differences import DifferenceTable
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.undo import ENVIRONMENT, HAND, Settings, UndoHistory, each_word, put, settings_of
+from hapkit_studio.gui.undo import (
+    ENVIRONMENT,
+    Difference,
+    Settings,
+    UndoHistory,
+    differences,
+    put,
+    settings_of,
+    settings_of_scene,
+)
 from hapkit_studio.gui.widgets.parts import across, choose_file, label
 from hapkit_studio.gui.widgets.text import plain_tip
 
@@ -46,13 +57,24 @@ class Presets(QObject):
         now = settings_of(self._studio)
         return {place: value for place, value in settings.items() if now.get(place) != value}
 
-    def compared(self, path: Path) -> str:
-        """Say what a preset would change, a line each, or why it is none."""
-        try:
-            settings = self.not_in_force(presets.read(path, self._studio.environments))
-        except ParameterError as error:
-            return str(error)
-        return "\n".join(each_word(self._studio, settings)) or "In force"
+    @property
+    def names(self) -> dict[str, str]:
+        """Return the name of the preset chosen last for each environment."""
+        return {key: name for key, (name, _) in self._chosen.items()}
+
+    def remember(self, names: Mapping[str, object]) -> None:
+        """Take presets for those chosen last, by their names; they are not applied."""
+        for key in names.keys() & self._studio.environments.keys():
+            path = presets.found(key).get(str(names[key]))
+            with suppress(ParameterError):  # it was damaged meanwhile
+                if path is not None:
+                    self._chosen[key] = path.stem, presets.read(path, self._studio.environments)
+        self.changed.emit()
+
+    def compared(self, path: Path) -> list[Difference]:
+        """Return what a preset would change; raise PresetError."""
+        settings = presets.read(path, self._studio.environments)
+        return differences(self._studio, settings_of(self._studio), settings)
 
     def apply(self, path: Path) -> Settings:
         """Put a preset in force; where it cannot be, say so line by line, change nothing, return {}."""
@@ -87,14 +109,14 @@ class Presets(QObject):
 
     def keep(self, name: str, with_loop: bool) -> None:
         """Write what is in force under a name; raise ParameterError, OSError."""
-        environment, now = self._studio.environment, settings_of(self._studio)
-        kept: Settings = {ENVIRONMENT: environment.key}
-        kept |= {place: value for place, value in now.items() if place[:2] == ("value", environment.key)}
-        if with_loop:
-            kept |= {("loop", part): now["loop", part] for part in presets.LOOP} | {HAND: now[HAND]}
+        environment, kept = self._studio.environment, settings_of_scene(self._studio, with_loop)
         presets.write(environment, name, kept)
         self._chosen[environment.key] = name, kept
         self.changed.emit()
+
+    def ask_to_compare(self) -> None:
+        """Show what differs between a preset and what is set."""
+        CompareDialog(self._studio, self, self._window).show()
 
     def ask_to_keep(self) -> None:
         """Ask for a name to save under."""
@@ -149,6 +171,44 @@ class SavePresetDialog(FormDialog):
             self.close()
 
 
+class CompareDialog(FormDialog):
+    """Shows what a preset would change, as long as the environment is in force; it follows what is set."""
+
+    def __init__(self, studio: Studio, presets_: Presets, parent: QWidget):
+        title = studio.environment.title
+        super().__init__("Compare presets", f"What a preset of {title} would change.", parent)
+        self._presets, self._found = presets_, presets.found(studio.environment.key)
+        self.picker, self.table = QComboBox(), DifferenceTable("Set now", "Preset")
+        self.picker.addItems([*self._found])
+        self.picker.setCurrentText(presets_.chosen)
+        self.use = QPushButton("Apply")
+        self.add_fields([("Preset", self.picker, None)])
+        self.column.addWidget(self.table)
+        self.add_verdict(1)
+        self.add_buttons(self.use)
+        self.use.clicked.connect(lambda: presets_.apply(self._found[self.picker.currentText()]))
+        self.picker.currentTextChanged.connect(self.compare)
+        for signal in (studio.values_changed, studio.loop_changed, presets_.changed):
+            signal.connect(self.compare)
+        studio.environment_changed.connect(self.close)
+        self.compare()
+
+    def compare(self) -> None:
+        """Show the differences as they are now, or why there are none."""
+        found: list[Difference] = []
+        words = "No preset is saved yet."
+        if self._found:
+            try:
+                found = self._presets.compared(self._found[self.picker.currentText()])
+                words = "" if found else "All that the preset has is in force."
+            except ParameterError as error:
+                words = str(error)
+        self.table.show_differences(found)
+        self.use.setEnabled(bool(found))
+        self.verdict.say(words)
+        self.verdict.setVisible(bool(words))
+
+
 class PresetRow(QWidget):
     """Says which preset is in force; its menu applies, compares, saves and imports."""
 
@@ -182,7 +242,8 @@ class PresetRow(QWidget):
         self.name.setText(kind)
         self.button.setText(chosen or words)
         self.button.setAccessibleName(f"{kind}: {chosen or words}")
-        self.button.setToolTip(plain_tip("\n".join(["Differs:", *self._changes(changed)]) if changed else ""))
+        lines = ["Differs:", *map(str, differences(studio, settings_of(studio), changed))] if changed else []
+        self.button.setToolTip(plain_tip("\n".join(lines)))
 
     def fill(self) -> None:
         """Fill the menu with what there is now; a tip says what each preset would change."""
@@ -190,17 +251,22 @@ class PresetRow(QWidget):
         menu.clear()
         self._add(DEFAULTS, studio.reset_values)
         for name, path in presets.found(studio.environment.key).items():
-            action = self._add(name, partial(presets_.apply, path), presets_.compared(path))
+            action = self._add(name, partial(presets_.apply, path), self._would_change(path))
             action.setCheckable(True)
             action.setChecked(name == presets_.chosen and not presets_.different)
         menu.addSeparator()
+        self._add("Compare…", presets_.ask_to_compare)
         if presets_.chosen and presets_.different:
             self._add(f"Restore {presets_.chosen}", presets_.restore)
         self._add("Save as…", presets_.ask_to_keep)
         self._add("Import…", presets_.bring)
 
-    def _changes(self, settings: Settings) -> list[str]:
-        return each_word(self._studio, settings)
+    def _would_change(self, path: Path) -> str:
+        """Say what a preset would change, a line each, or why it is none."""
+        try:
+            return "\n".join(map(str, self._presets.compared(path))) or "In force"
+        except ParameterError as error:
+            return str(error)
 
     def _add(self, words: str, do: Callable[[], object], tip: str = "") -> QAction:
         action = self.menu.addAction(words)

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QComboBox, QGridLayout, QToolButton, QWidget
 
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.numbers import NumberBox, Quantity, ValueSlider
-from hapkit_studio.gui.widgets.parts import across, keep_size_when_hidden, label
+from hapkit_studio.gui.widgets.parts import Sign, across, keep_size_when_hidden, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import plain_tip, rich, tip
@@ -43,7 +43,8 @@ class ChoiceRow(QWidget):
             self.picker.addItems(words)
             self.picker.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
             self.picker.activated.connect(self._take)
-        across((self.label, 1), self.picker, into=self, margins=(0, 3, 0, 3), gap=6)
+        self.padlock = Sign(16, "lock")
+        across((self.label, 1), self.padlock, self.picker, into=self, margins=(0, 3, 0, 3), gap=6)
         self.set_locked("")
         self.show_value(choice.default)
 
@@ -58,9 +59,10 @@ class ChoiceRow(QWidget):
         show(int(value))
         self.picker.setAccessibleName(f"{self.parameter.label}, {self.parameter.word(value)}")
 
-    def set_locked(self, reason: str) -> None:
-        """Leave the option readable but fixed, and say why; no reason unlocks it."""
+    def set_locked(self, reason: str, padlock: bool = False) -> None:
+        """Leave the option readable but fixed, and say why; no reason unlocks it. padlock: a person did."""
         self.setEnabled(not reason)
+        self.padlock.setVisible(padlock)
         self.setToolTip(tip((reason, self.parameter.help), self._formula))
 
     def _take(self, index: int) -> None:
@@ -90,7 +92,7 @@ class ParameterRow(QWidget):
         self.box, self.slider = NumberBox(self.quantity), ValueSlider(self.quantity)
         self.label.setBuddy(self.box)
         self.unit, self.error = label(self.quantity.unit, "hint", wrap=False), label(role="error")
-        self.reset = QToolButton()
+        self.reset, self.padlock = QToolButton(), Sign(16, "lock")
         icons.bind(self.reset, "reset", "ink2", 16)
         keep_size_when_hidden(self.reset)
         default = self._spoken(self.quantity.default)
@@ -124,9 +126,14 @@ class ParameterRow(QWidget):
         factor = self.quantity.factor
         self.slider.show_ranges([(low * factor, high * factor) for low, high in ranges])
 
-    def set_locked(self, reason: str) -> None:
-        """Leave the value readable but fixed, and say why; no reason unlocks it."""
+    def set_locked(self, reason: str, padlock: bool = False) -> None:
+        """Leave the value readable but fixed, and say why; no reason unlocks it.
+
+        padlock: a person did, and it stands in the place of reset.
+        """
         self.setEnabled(not reason)
+        self.padlock.setVisible(padlock)
+        self._show_reset()
         words = tip((reason, self.parameter.help, self.quantity.limits()), self._formula)
         for widget in (self, self.label, self.box, self.slider):
             widget.setToolTip(words)
@@ -159,6 +166,10 @@ class ParameterRow(QWidget):
         for widget in (self.box, self.slider):
             widget.setAccessibleName(f"{self.parameter.label}, {self._spoken(value)}")
 
+    def _show_reset(self) -> None:
+        changed = abs(self._value - self.quantity.default) > 1e-9 * self.quantity.step
+        self.reset.setVisible(changed and self.padlock.isHidden())
+
     def _spoken(self, value: float) -> str:
         return f"{self.quantity.text(value)} {self.quantity.unit}".rstrip()
 
@@ -171,6 +182,7 @@ class ParameterRow(QWidget):
         grid.addWidget(self.box, 0, 1)
         grid.addWidget(self.unit, 0, 2)
         grid.addWidget(self.reset, 0, 3, Qt.AlignmentFlag.AlignRight)
+        grid.addWidget(self.padlock, 0, 3, Qt.AlignmentFlag.AlignCenter)
         grid.addWidget(self.slider, 1, 0, 1, 4)
         grid.addWidget(self.error, 2, 0, 1, 4)
         grid.setColumnStretch(0, 1)

@@ -12,7 +12,7 @@ from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas
 from hapkit_studio.gui.panel.limits import Answer, LoopFacts, Question, answer
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.studio import HIDDEN, Studio
 from hapkit_studio.gui.widgets.parts import AnswerLines, down, hint, label
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -151,6 +151,7 @@ class StabilityCard(QWidget):
             studio.environment_changed,
             studio.engine_changed,
             studio.loop_changed,
+            studio.hidden_changed,
             studio.stop_changed,
             studio.link_changed,
             self.facts.changed,
@@ -177,7 +178,7 @@ class StabilityCard(QWidget):
 
         studio = self._studio
         setting = self.facts.setting(studio.grip)
-        if setting is None or studio.engine is None:
+        if setting is None or studio.engine is None or studio.hidden:
             return None
         asked = Asked(studio.environment, dict(studio.values), setting, studio.engine.max_force)
         damping = asked.impedance[1] if asked.impedance else 0.0
@@ -192,7 +193,7 @@ class StabilityCard(QWidget):
         self._worker.forget()
         self._judged = None
         self.map.hide()
-        headline, words = self.facts.why_unknown()
+        headline, words = (HIDDEN, "") if self._studio.hidden else self.facts.why_unknown()
         self.words.setText(words)
         self.verdict.say((headline, "circle", "ink2"))
         self.judged.emit(headline, "", "ink2")

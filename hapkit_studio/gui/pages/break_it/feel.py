@@ -76,7 +76,8 @@ class Feel(QObject):
         self._waiting, self.live, self.key, self._put = False, None, "", None
         if before[ENVIRONMENT] not in self._studio.environments:
             del before[ENVIRONMENT]  # a person's own, deleted meanwhile
-        put(self._studio, before)
+        with self._studio.temporarily():  # what is locked by now as well
+            put(self._studio, before)
         self.changed.emit()
 
     def _arrive(self) -> None:

@@ -16,6 +16,7 @@ from hapkit_studio.charts.stability import Dot, Map, draw, stability_figure
 from hapkit_studio.charts.style import Colors
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import LatestAnswer
+from hapkit_studio.gui.lock import LOOP
 from hapkit_studio.gui.pages.base import SidePanel
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.pages.stability.map_data import (
@@ -291,6 +292,7 @@ class StabilityPage(MeasuringPage):
         side.release.setEnabled(trial.possible and not trial.holding and self.lines is not None)
         side.outcome.setText(trial.said)
         side.outcome.setVisible(bool(trial.said))
+        side.controller.setEnabled(not self._studio.why_fixed(*LOOP))
         side.controller.setChecked(self._studio.loop.controller)
 
     def _join(self, live: "Live") -> None:
@@ -304,7 +306,7 @@ class StabilityPage(MeasuringPage):
         for signal in (studio.environment_changed, studio.values_changed):
             signal.connect(self.ask)
         for signal in (studio.environment_changed, studio.values_changed, studio.engine_changed,
-                       studio.loop_changed, self.trial.changed):  # fmt: skip
+                       studio.loop_changed, studio.lock_changed, self.trial.changed):  # fmt: skip
             signal.connect(self._show_studio)
         side.release.clicked.connect(self.try_it)
         side.controller.clicked.connect(lambda on: studio.set_loop(controller=on))
