@@ -1,6 +1,7 @@
 """Command-line options: a parser that says what is wrong in one line, and the window's options."""
 
 import argparse
+from pathlib import Path
 
 
 class LineParser(argparse.ArgumentParser):
@@ -18,6 +19,7 @@ def window_parser() -> LineParser:
     parser = LineParser(prog="hapkit-studio", description="The studio's window.")
     parser.add_argument("--environment", help="environment to begin with; without it all is as it was left")
     parser.add_argument("--device", default="simulated", help="device to begin with")
+    parser.add_argument("--replay", type=Path, metavar="FILE", help="recorded session to begin with")
     parser.add_argument("--theme", choices=("system", "light", "dark", "contrast"), help="light or dark")
     parser.add_argument("--size", type=size, metavar="WxH", help="window size in pixels, e.g. 1280x720")
     parser.add_argument("--screenshot", metavar="PATH", help="save a picture of the window, then leave")

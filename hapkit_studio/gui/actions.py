@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
 _RULE_BEFORE = {
     "session.record",
+    "session.step_back",
     "session.quit",
     "view.fit",
     "view.panel",
@@ -91,6 +92,10 @@ def _open(window: "MainWindow") -> bool:
     return not window.studio.hidden
 
 
+def _replays(window: "MainWindow") -> bool:
+    return window.replay.history is not None
+
+
 def _has_law(window: "MainWindow") -> bool:
     return window.editor.path is not None
 
@@ -129,6 +134,10 @@ def _one_of(
     return [option(*given) for given in options]
 
 
+def _step(window: "MainWindow", direction: int, sample: bool) -> None:
+    window.replay.step(direction, sample)
+
+
 _SESSION = (
     Action("session.stop", "E-stop", "Session", lambda w: w.studio.stop(), "Esc", filtered=True),
     Action(
@@ -145,7 +154,7 @@ _SESSION = (
     ),
     Action(
         "session.release_here", "Release here", "Session", lambda w: w.display.release_here(), "L",
-        enabled=_has_simulated,
+        enabled=lambda w: w.studio.simulated and not _replays(w),
     ),
     Action(
         "session.record", "Record", "Session", lambda w: w.studio.recording.toggle(), "R",
@@ -160,6 +169,21 @@ _SESSION = (
         "session.marker", "Add a marker…", "Session", lambda w: w.show_marker(), "Ctrl+M",
         enabled=_has_engine,
     ),
+    *(
+        Action(
+            f"session.{key}", words, "Session", partial(_step, direction=direction, sample=sample), shortcut,
+            enabled=_replays,
+        )
+        for key, words, direction, sample, shortcut in (
+            ("step_back", "Replay: back by a frame", -1, False, "Left"),
+            ("step_on", "Replay: on by a frame", 1, False, "Right"),
+            ("sample_back", "Replay: back by a sample", -1, True, "Shift+Left"),
+            ("sample_on", "Replay: on by a sample", 1, True, "Shift+Right"),
+        )
+    ),
+    Action(
+        "session.close_replay", "Close the replay", "Session", lambda w: w.replay.close(), enabled=_replays
+    ),
     Action("session.quit", "Quit", "Session", lambda w: w.quit(), "Ctrl+Q"),
 )  # fmt: skip
 
@@ -167,12 +191,12 @@ _SESSION = (
 _EDIT = (
     Action(
         "edit.undo", "Undo", "Edit", lambda w: w.history.undo(), "Ctrl+Z",
-        enabled=lambda w: _open(w) and w.history.stack.canUndo(),
+        enabled=lambda w: _open(w) and not _replays(w) and w.history.stack.canUndo(),
         said=lambda w: f"Undo {w.history.stack.undoText()}".rstrip(),
     ),
     Action(
         "edit.redo", "Redo", "Edit", lambda w: w.history.redo(), "Ctrl+Shift+Z",
-        enabled=lambda w: _open(w) and w.history.stack.canRedo(), extra=("Ctrl+Y",),
+        enabled=lambda w: _open(w) and not _replays(w) and w.history.stack.canRedo(), extra=("Ctrl+Y",),
         said=lambda w: f"Redo {w.history.stack.redoText()}".rstrip(),
     ),
 )  # fmt: skip

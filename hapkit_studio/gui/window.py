@@ -23,6 +23,8 @@ from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.live.replay import Replay
+from hapkit_studio.gui.live.replay_bar import ReplayBar
 from hapkit_studio.gui.lock import ENTRY, Lock
 from hapkit_studio.gui.lock_dialog import LockDialog
 from hapkit_studio.gui.notices import Notices
@@ -57,6 +59,7 @@ class MainWindow(QMainWindow):
     studio: Studio
     history: UndoHistory
     live: Live
+    replay: Replay
     centre: Centre
     own: OwnEnvironments
     presets: Presets
@@ -81,6 +84,7 @@ class MainWindow(QMainWindow):
         self.body = WindowLayout(self)
         self.history = UndoHistory(studio, self)
         self.live = Live(studio, self)
+        self.replay = Replay(studio, self.live)
         self.own = OwnEnvironments(studio, self)
         self.header, self.gallery = Header(studio, self.body), Gallery(studio, self.own, self.body.inner)
         self.centre = Centre(self.settings, self.body.inner)
@@ -94,7 +98,10 @@ class MainWindow(QMainWindow):
         self.panel = ParameterPanel(studio, self.presets, self.two, self.settings, self.body.side)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
-        self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)
+        self.replay_bar = ReplayBar(self.replay, self.live, self.body)
+        self.display = LiveDisplay(
+            studio, self.live, self.replay, self.centre, self.status, self.panel.warnings
+        )
         self.notices = Notices(studio, self.live, self.banners)
         self.energy = EnergyWatch(studio, self.live, self.status, lambda: self.stability.calm)
         self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
@@ -181,6 +188,18 @@ class MainWindow(QMainWindow):
         """Open the dialog on the studio itself."""
         about_dialog(self).show()
 
+    def _show_replay(self) -> None:
+        """Go where a session is replayed."""
+        self.banners.set("replay", None)
+        if self.replay.history is not None:
+            self.views.show("live")
+        self.actions_by_key.refresh()
+
+    def _say_unread(self, why: str) -> None:
+        close = ("Close", lambda: self.banners.set("replay", None))
+        notice = Notice("replay", 9, "warn", "triangle", "The session cannot be replayed.", why, (close,))
+        self.banners.set("replay", notice)
+
     def _say_refused(self, words: str) -> None:
         """Say what cannot be put back, until something else is undone or changed."""
         close = ("Close", lambda: self.banners.set("undo", None))
@@ -222,6 +241,7 @@ class MainWindow(QMainWindow):
         if event.spontaneous() and not self.editor.ask_to_quit(self.close):
             event.ignore()
             return
+        self.replay.shut()
         self.closed.emit()
         fills_screen = self.isMaximized() or self.isFullScreen()
         frameless = self.geometry() == self.frameGeometry() and not fills_screen
@@ -266,6 +286,8 @@ class MainWindow(QMainWindow):
         self.history.changed.connect(lambda: self.banners.set("undo", None))
         for signal in (self.history.refused, self.studio.refused):
             signal.connect(self._say_refused)
+        self.replay.changed.connect(self._show_replay)
+        self.replay.failed.connect(self._say_unread)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
         assert application is not None
@@ -297,7 +319,7 @@ class WindowLayout(QWidget):
         self.side.addWidget(window.panel)
         fill(self.inner, 1, 1, window.gallery, window.centre)
         fill(self.borders, 1, 0, self._left, self.side)
-        self._beside = down((self.inner, 1), into=self._left)
+        self._beside = down((self.inner, 1), window.replay_bar, into=self._left)
         self._column = down(window.header, (self.borders, 1), window.status, into=self)
         self._place_banners(False)
         self.inner.splitterMoved.connect(self._gallery_dragged)

@@ -20,7 +20,7 @@ CHANNELS = {
 }
 ENERGIES = ("energy", "energy_limit")  # not in the rows: the engine keeps them, nan where it has none
 _COLUMNS = np.array(list(CHANNELS.values()))
-_NAMES = (*CHANNELS, *ENERGIES)
+NAMES = (*CHANNELS, *ENERGIES)
 
 
 @dataclass(frozen=True)
@@ -50,20 +50,30 @@ class History:
         self.capacity = math.ceil(seconds * rate) + 1
         size = 2 * self.capacity + _AT_ONCE
         self._time = np.empty(size)
-        self._data = np.empty((len(_NAMES), size))
+        self._data = np.empty((len(NAMES), size))
         self.clear()
+
+    @classmethod
+    def of(cls, time: np.ndarray, data: np.ndarray, breaks: list[int]) -> "History":
+        """Return one that holds samples: times (n,) in s, the values of NAMES (6, n), where lines break."""
+        made = cls(0.0, 0.0)
+        made._time, made._data, made._breaks, made._end = time, data, breaks, len(time)
+        return made
 
     def clear(self) -> None:
         """Forget everything."""
-        self._begin = self._end = 0
-        self._tick = np.nan
-        self._breaks: list[int] = []
+        self._drop_samples()
         self.dividers: list[tuple[float, str]] = []
         """What was changed while these samples came: when, in s, and in words, the oldest first."""
         self.changes: list[float] = [-math.inf]
         """When settings changed, in s, the oldest first; what is older than the samples is one."""
         self.begin = -math.inf
         """Time in s from which on all samples are of the environment in force."""
+
+    def _drop_samples(self) -> None:
+        self._begin = self._end = 0
+        self._tick = np.nan
+        self._breaks: list[int] = []
 
     def __len__(self) -> int:
         return self._end - self._begin
@@ -91,8 +101,8 @@ class History:
 
     def latest(self) -> dict[str, float]:
         """Return every channel's newest value; NaN when empty."""
-        newest = self._data[:, self._end - 1].tolist() if len(self) else [np.nan] * len(_NAMES)
-        return dict(zip(_NAMES, newest, strict=True))
+        newest = self._data[:, self._end - 1].tolist() if len(self) else [np.nan] * len(NAMES)
+        return dict(zip(NAMES, newest, strict=True))
 
     def append(self, new: np.ndarray, energies: np.ndarray | None = None) -> None:
         """Take (n, ROW_WIDTH) telemetry rows, oldest first, and their (n, 2) energies and limits in J.
@@ -101,7 +111,7 @@ class History:
         """
         if not len(new):
             return
-        if len(self) and new[0, rows.HOST_TIME] < self.now:
+        if len(self) and new[0, rows.HOST_TIME] < self._time[self._end - 1]:
             self.clear()
         for part in range(0, len(new), _AT_ONCE):
             beside = 0.0 if energies is None else energies[part : part + _AT_ONCE].T
@@ -130,7 +140,8 @@ class History:
 
     def _forget(self) -> None:
         oldest = max(self._end - self.capacity, self._begin)
-        oldest += int(np.searchsorted(self._time[oldest : self._end], self.now - self.seconds))
+        earliest = self._time[self._end - 1] - self.seconds
+        oldest += int(np.searchsorted(self._time[oldest : self._end], earliest))
         self._begin = oldest
         while self._breaks and self._breaks[0] <= oldest:
             self._breaks.pop(0)
@@ -166,7 +177,7 @@ class History:
     def at(self, time: float) -> dict[str, float] | None:
         """Return every channel's value at the last sample up to a time in s; None before the first."""
         i = self._begin + int(np.searchsorted(self._time[self._begin : self._end], time, side="right")) - 1
-        return dict(zip(_NAMES, self._data[:, i].tolist(), strict=True)) if i >= self._begin else None
+        return dict(zip(NAMES, self._data[:, i].tolist(), strict=True)) if i >= self._begin else None
 
     def before(self, time: float) -> float:
         """Return the time of the last sample before a time, both in s; NaN before the first."""
@@ -187,9 +198,9 @@ class History:
     def _columns(self, edges: np.ndarray, places: np.ndarray) -> Window:
         filled = np.flatnonzero(places[1:] > places[:-1])
         if not len(filled):
-            return Window(np.empty(0), {name: np.empty(0) for name in _NAMES}, True)
+            return Window(np.empty(0), {name: np.empty(0) for name in NAMES}, True)
         first, stop = places[filled], places[filled + 1]
-        y = np.empty((len(_NAMES), 2 * len(filled)))
+        y = np.empty((len(NAMES), 2 * len(filled)))
         samples = self._data[:, first[0] : stop[-1]]
         least, greatest = (pick.reduceat(samples, first - first[0], axis=1) for pick in (np.fmin, np.fmax))
         rising = self._data[:, stop - 1] >= self._data[:, first]
@@ -197,9 +208,8 @@ class History:
         y[:, 1::2] = np.where(rising, greatest, least)
         left, width = edges[filled], edges[filled + 1] - edges[filled]
         x = np.stack([left + 0.25 * width, left + 0.75 * width], axis=1).ravel()
-        begun = np.flatnonzero(np.isnan(self._data[-1, first[0] : stop[-1]])) + first[0]
-        anew = 2 * (np.searchsorted(first, begun, side="right") - 1)
-        y[len(CHANNELS) :, anew] = y[len(CHANNELS) :, anew + 1] = np.nan
+        begun = np.logical_or.reduceat(np.isnan(samples[-1]), first - first[0])
+        y[len(CHANNELS) :, np.repeat(begun, 2)] = np.nan
         lost = self._breaks_in(int(first[0]), int(stop[-1]))
         return self._broken(x, y, np.unique(2 * (np.searchsorted(first, lost, side="right") - 1)), True)
 
@@ -217,4 +227,4 @@ class History:
     def _broken(self, x: np.ndarray, y: np.ndarray, cuts: np.ndarray, dense: bool) -> Window:
         if len(cuts):
             x, y = np.insert(x, cuts, np.nan), np.insert(y, cuts, np.nan, axis=1)
-        return Window(x, {name: y[row] for row, name in enumerate(_NAMES)}, dense)
+        return Window(x, {name: y[row] for row, name in enumerate(NAMES)}, dense)
