@@ -100,7 +100,8 @@ class LiveDisplay(QObject):
 
     def show_source(self) -> None:
         """Show what comes from the device, or a session in its place."""
-        history = self._replay.history or self._live.history
+        replayed = self._replay.history
+        history = self._live.history if replayed is None else replayed
         for plots in (self._centre.time, self._centre.phase):
             plots.set_history(history)
         self._centre.time.cursors.show(False)

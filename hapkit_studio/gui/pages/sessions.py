@@ -259,7 +259,8 @@ class SessionsPage(Page):
         self.side.add(self.facts)
         self.happened = Pairs(self.side.section("What happened"))
         self.side.add(self.happened)
-        self.side.column.insertLayout(2, across(self.replay, self.export, self.delete, None))
+        self.side.column.insertLayout(2, across(self.replay, self.export, None))
+        self.side.column.insertLayout(3, across(self.delete, None))
 
     def _reveal(self) -> None:
         """Open the folder of the chosen session, without one that of all."""
