@@ -76,7 +76,7 @@ def unpack(chunk: Chunk, names: Collection[str] = EVERY) -> np.ndarray:
     Raise DamagedError.
     """
     table = np.full((chunk.count, rows.ROW_WIDTH), math.nan)
-    for name in BY_NAME.keys() & chunk.columns.keys() & names:
+    for name in BY_NAME.keys() & chunk.columns.keys() & set(names):
         table[:, BY_NAME[name].place] = chunk.values(name)
     if STATE in names:
         states = chunk.values(STATE)[:, : rows.ROW_WIDTH - rows.STATE]
