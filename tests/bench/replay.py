@@ -76,6 +76,7 @@ def main() -> None:
             ours.phase.refresh()
 
         found["play_ms"] = frames(window, lambda n: show(600.0 + n / 60.0))
+        history.complete = False
         found["scroll_ms"] = frames(window, lambda n: show(100.0 + n * 29.0))
         edges = np.linspace(history.start, history.stop, 1500)
         found["hour_ms"] = frames(QWidget(), lambda _n: history.window(edges))

@@ -44,6 +44,9 @@ class Window:
 class History:
     """Ring of the channels the plots show; ``append`` takes telemetry rows as the reader gives them."""
 
+    complete = True
+    """Whether all that is kept is given to those who ask."""
+
     def __init__(self, seconds: float = 60.0, rate: float = 10000.0):
         """Make room for this many seconds at this rate in Hz."""
         self.seconds = seconds

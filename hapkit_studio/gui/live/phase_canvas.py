@@ -219,7 +219,7 @@ class PhaseCanvas(Canvas):
         now, (x, y) = self._history.now, self.view.viewRange()
         second = None if math.isnan(now) else math.floor(now)
         look = self.measure().getRect(), theme.name, self.devicePixelRatioF()
-        return *x, *y, *look, self._first(), second
+        return *x, *y, *look, self._first(), second, self._history.complete
 
     def refresh(self) -> None:
         """Widen the axes for the last seconds, and paint."""

@@ -23,6 +23,7 @@ from hapkit_studio.sessions.settings import timed_changes
 PICTURED = 1 << 16
 READ_AT_ONCE = 1 << 19
 """The most samples that are given one by one: two minutes at 4 kHz."""
+_HASTY = 1.0  # s
 _GAP = 0.25  # s without a sample: lines break, as the recorder begins another chunk
 _PLOTTED = ("tick", "time", "flags", *CHANNELS)
 _NONE = np.empty((0, rows.ROW_WIDTH))
@@ -32,7 +33,8 @@ _CHUNKS = 32  # that are kept unpacked to read single samples from
 class Recorded(History):
     """A session's samples by the recording computer's clock; ``now`` is where a replay stands.
 
-    What came after now is not hidden: a cursor may stay there.
+    What came after now is not hidden: a cursor may stay there. While it is not ``complete``, as where it is
+    dragged along, it reads no more than the newest second.
     """
 
     def __init__(self, session: Session):
@@ -88,10 +90,11 @@ class Recorded(History):
         return self._row(self._now, "right")
 
     def clamped_since(self, time: float) -> bool:
-        """Say whether a force was clamped after a time in s, up to now; the newest chunk is looked at."""
+        """Say whether a force was clamped after a time in s, or is so now; the newest chunk is looked at."""
         table = self._table(self._chunk(self._now, "right"))
-        recent = table[slice(*np.searchsorted(table[:, rows.HOST_TIME], [time, self._now], side="right"))]
-        return bool(np.any(recent[:, rows.FLAGS].astype(np.int64) & rows.CLAMPED))
+        first, stop = np.searchsorted(table[:, rows.HOST_TIME], [time, self._now], side="right")
+        flags = table[min(first, stop - 1) : stop, rows.FLAGS].astype(np.int64)
+        return bool(np.any(flags & rows.CLAMPED))
 
     # what the plots ask for
 
@@ -106,11 +109,14 @@ class Recorded(History):
     def between(self, t0: float, t1: float) -> Window:
         """Return every sample with t0 <= time < t1, up to now where t1 is endless; none of too many."""
         end = math.nextafter(self._now, math.inf) if math.isinf(t1) else t1
+        if not self.complete and not self._holds(*self._chunks(t0, end)):
+            t0 = max(t0, end - _HASTY)
         return super().between(t0, end) if self._hold(t0, end, READ_AT_ONCE) else super().between(0.0, 0.0)
 
     def window(self, edges: np.ndarray) -> Window:
         """Return what ``History`` does, of a long stretch by the extremes of blocks."""
-        ours = self._hold(edges[0], edges[-1], PICTURED)
+        ends = edges[0], edges[-1]
+        ours = (self.complete or self._holds(*self._chunks(*ends))) and self._hold(*ends, PICTURED)
         return super().window(edges) if ours else self._blocks.window(edges)
 
     def at(self, time: float) -> dict[str, float] | None:
@@ -151,15 +157,23 @@ class Recorded(History):
         except DamagedError:
             return _NONE
 
-    def _hold(self, t0: float, t1: float, most: int) -> bool:
-        """Have all samples from t0 to t1, and one more at each side; return False where they are too many."""
+    def _chunks(self, t0: float, t1: float) -> tuple[int, int]:
+        """Return the first and the one after the last chunk of a stretch, with one more at each side."""
         starts, stops = self.session.starts, self.session.stops
         first = max(int(np.searchsorted(stops, t0)) - 1, 0)
-        last = min(int(np.searchsorted(starts, t1)) + 1, len(starts))
+        return first, min(int(np.searchsorted(starts, t1)) + 1, len(starts))
+
+    def _holds(self, first: int, last: int) -> bool:
+        begun, ended = self._held
+        return begun <= first and last <= ended
+
+    def _hold(self, t0: float, t1: float, most: int) -> bool:
+        """Have all samples from t0 to t1, and one more at each side; return False where they are too many."""
+        first, last = self._chunks(t0, t1)
         if self.session.counts[first:last].sum() > most:
             return False
         begun, ended = self._held
-        if not (begun <= first and last <= ended):
+        if not self._holds(first, last):
             follows = begun <= first <= ended
             if not follows or self.session.counts[begun:last].sum() > READ_AT_ONCE:
                 self._drop_samples()

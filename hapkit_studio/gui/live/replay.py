@@ -24,6 +24,7 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.undo import ENVIRONMENT, HAND, Settings, put, settings_of
 from hapkit_studio.sessions.session import Session
 
+_SETTLE_MS = 80  # after it was dragged to another place
 SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 FRAME = 1.0 / 60.0
 """s of the recording that a step of a frame goes on."""
@@ -60,6 +61,8 @@ class Replay(QObject):
         self._reading.failed.connect(self.failed)
         self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
         self._frames.timeout.connect(self.tick)
+        self._settled = QTimer(self, interval=_SETTLE_MS, singleShot=True)
+        self._settled.timeout.connect(self.settle)
         self._end = QTimer(self, interval=0, singleShot=True)
         self._end.timeout.connect(self.close)
         live.paused_changed.connect(self._go_on)
@@ -118,9 +121,18 @@ class Replay(QObject):
         return float(limit) if isinstance(limit, int | float) else None
 
     def seek(self, seconds: float) -> None:
-        """Stand at, or go on from, a time in s after the beginning."""
+        """Go to a time in s after the beginning; the samples of before it are read once it stays there."""
         if self.history is not None:
+            self.history.complete = False
             self._move_to(self.history.start + seconds)
+            self._settled.start()
+
+    def settle(self) -> None:
+        """Show all of where it stands."""
+        self._settled.stop()
+        if self.history is not None:
+            self.history.complete = True
+            self._show()
 
     def step(self, direction: int, sample: bool = False) -> None:
         """Stand a frame, or a sample, farther: direction 1, or back: -1."""
@@ -145,7 +157,7 @@ class Replay(QObject):
         """Go on by what has passed by the clock; stand at the end."""
         now = self._clock()
         passed, self._last = now - self._last, now
-        if self.history is None or self._live.paused:
+        if self.history is None or self._live.paused or self._settled.isActive():
             return
         self._move_to(self.history.now + self.speed * passed)
         if self.history.now >= self.history.stop:
@@ -188,10 +200,13 @@ class Replay(QObject):
         before = history.now
         history.move_to(min(max(time, history.start), history.stop))
         self._put_in_force(history.settings())
-        row = history.row()
-        if row is not None:
-            self.frame.emit(row, history.clamped_since(before))
+        self._show(before)
         self.moved.emit()
+
+    def _show(self, since: float = math.inf) -> None:
+        row = self.history.row() if self.history is not None else None
+        if row is not None and self.history is not None:
+            self.frame.emit(row, self.history.clamped_since(since))
 
     # settings
 

@@ -64,7 +64,9 @@ def replay(kept_idle_window, qtbot, home):
     """Return the replay of a session in the file's window, which stands at the beginning."""
     window = kept_idle_window
     window.replay._clock = Clock()
-    yield opened(window, qtbot, write(home / "a.hapkit", WALL, SPRING))
+    shown = opened(window, qtbot, write(home / "a.hapkit", WALL, SPRING))
+    shown.settle()
+    yield shown
     window.replay.close()
     window.history.forget()
 
@@ -91,12 +93,31 @@ def test_it_plays_at_its_speed_stands_at_the_end_and_begins_anew(replay, kept_id
     replay.set_speed(1.0)
 
 
+def test_while_it_is_dragged_the_plots_are_drawn_from_blocks_and_then_from_samples(replay, kept_idle_window):
+    """Nothing but the newest second is read meanwhile; it does not play on under the hand."""
+    time, phase = kept_idle_window.centre.time, kept_idle_window.centre.phase.canvas
+    replay.history._drop_samples()
+    replay.history._held = 0, 0
+    replay.seek(2.5)
+    pass_time(replay, 0.3)
+    assert replay.time == pytest.approx(2.5)
+    apart = np.nanmedian(np.diff(time.shown.window.x))
+    assert apart == pytest.approx(0.032)  # two values a block of 64 samples
+    assert len(phase._recent().x) == 1000
+    replay.settle()
+    assert len(phase._recent().x) == 2001  # since the spring is in force, from 0.5 s on
+    assert np.nanmedian(np.diff(time.shown.window.x)) < 0.032
+    pass_time(replay, 0.3)
+    assert replay.time == pytest.approx(2.8)
+
+
 def test_scene_plots_and_bar_show_the_sample_where_it_stands(replay, kept_idle_window):
     window = kept_idle_window
     assert window.views.key == "live"
     assert window.replay_bar.isVisible()
     for seconds in (0.5004, 2.9996, 0.0304):  # forth and back, paused or not
         replay.seek(seconds)
+        replay.settle()
         position = QUANTUM * round(SPEED * np.floor(1e3 * seconds) * 1e-3 / QUANTUM)
         assert window.centre.scene._motion.position == pytest.approx(1e3 * position, abs=0.011)
         assert window.centre.time.shown.now["position"] == pytest.approx(position, abs=1.1e-5)
