@@ -20,7 +20,7 @@ CHANNELS = {
 }
 ENERGIES = ("energy", "energy_limit")  # not in the rows: the engine keeps them, nan where it has none
 _COLUMNS = np.array(list(CHANNELS.values()))
-NAMES = (*CHANNELS, *ENERGIES)
+_NAMES = (*CHANNELS, *ENERGIES)
 
 
 @dataclass(frozen=True)
@@ -53,14 +53,16 @@ class History:
         self.capacity = math.ceil(seconds * rate) + 1
         size = 2 * self.capacity + _AT_ONCE
         self._time = np.empty(size)
-        self._data = np.empty((len(NAMES), size))
+        self._data = np.empty((len(_NAMES), size))
         self.clear()
 
     @classmethod
-    def of(cls, time: np.ndarray, data: np.ndarray, breaks: list[int]) -> "History":
-        """Return one that holds samples: times (n,) in s, the values of NAMES (6, n), where lines break."""
+    def of(cls, time: np.ndarray, channels: np.ndarray, breaks: list[int]) -> "History":
+        """Return one that holds samples: times (n,) in s, CHANNELS (4, n), and where lines break."""
         made = cls(0.0, 0.0)
-        made._time, made._data, made._breaks, made._end = time, data, breaks, len(time)
+        made._time, made._breaks, made._end = time, breaks, len(time)
+        made._data = np.full((len(_NAMES), len(time)), np.nan)
+        made._data[: len(CHANNELS)] = channels
         return made
 
     def clear(self) -> None:
@@ -104,8 +106,8 @@ class History:
 
     def latest(self) -> dict[str, float]:
         """Return every channel's newest value; NaN when empty."""
-        newest = self._data[:, self._end - 1].tolist() if len(self) else [np.nan] * len(NAMES)
-        return dict(zip(NAMES, newest, strict=True))
+        newest = self._data[:, self._end - 1].tolist() if len(self) else [np.nan] * len(_NAMES)
+        return dict(zip(_NAMES, newest, strict=True))
 
     def append(self, new: np.ndarray, energies: np.ndarray | None = None) -> None:
         """Take (n, ROW_WIDTH) telemetry rows, oldest first, and their (n, 2) energies and limits in J.
@@ -180,7 +182,7 @@ class History:
     def at(self, time: float) -> dict[str, float] | None:
         """Return every channel's value at the last sample up to a time in s; None before the first."""
         i = self._begin + int(np.searchsorted(self._time[self._begin : self._end], time, side="right")) - 1
-        return dict(zip(NAMES, self._data[:, i].tolist(), strict=True)) if i >= self._begin else None
+        return dict(zip(_NAMES, self._data[:, i].tolist(), strict=True)) if i >= self._begin else None
 
     def before(self, time: float) -> float:
         """Return the time of the last sample before a time, both in s; NaN before the first."""
@@ -201,9 +203,9 @@ class History:
     def _columns(self, edges: np.ndarray, places: np.ndarray) -> Window:
         filled = np.flatnonzero(places[1:] > places[:-1])
         if not len(filled):
-            return Window(np.empty(0), {name: np.empty(0) for name in NAMES}, True)
+            return Window(np.empty(0), {name: np.empty(0) for name in _NAMES}, True)
         first, stop = places[filled], places[filled + 1]
-        y = np.empty((len(NAMES), 2 * len(filled)))
+        y = np.empty((len(_NAMES), 2 * len(filled)))
         samples = self._data[:, first[0] : stop[-1]]
         least, greatest = (pick.reduceat(samples, first - first[0], axis=1) for pick in (np.fmin, np.fmax))
         rising = self._data[:, stop - 1] >= self._data[:, first]
@@ -230,4 +232,4 @@ class History:
     def _broken(self, x: np.ndarray, y: np.ndarray, cuts: np.ndarray, dense: bool) -> Window:
         if len(cuts):
             x, y = np.insert(x, cuts, np.nan), np.insert(y, cuts, np.nan, axis=1)
-        return Window(x, {name: y[row] for row, name in enumerate(NAMES)}, dense)
+        return Window(x, {name: y[row] for row, name in enumerate(_NAMES)}, dense)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio.gui.live.history import CHANNELS, ENERGIES, NAMES, History, Window
+from hapkit_studio.gui.live.history import CHANNELS, ENERGIES, History, Window
 from hapkit_studio.haptics import rows
 from hapkit_studio.sessions.chunk import BLOCK, DRAWN, EVERY, unpack
 from hapkit_studio.sessions.columns import DamagedError
@@ -26,6 +26,7 @@ READ_AT_ONCE = 1 << 19
 _HASTY = 1.0  # s
 _GAP = 0.25  # s without a sample: lines break, as the recorder begins another chunk
 _PLOTTED = ("tick", "time", "flags", *CHANNELS)
+_UNKNOWN = History(0.0, 0.0).latest()
 _NONE = np.empty((0, rows.ROW_WIDTH))
 _CHUNKS = 32  # that are kept unpacked to read single samples from
 
@@ -104,7 +105,7 @@ class Recorded(History):
 
     def latest(self) -> dict[str, float]:
         """Return every channel's value where the replay stands."""
-        return self.at(self._now) or dict.fromkeys(NAMES, math.nan)
+        return self.at(self._now) or _UNKNOWN
 
     def between(self, t0: float, t1: float) -> Window:
         """Return every sample with t0 <= time < t1, up to now where t1 is endless; none of too many."""
@@ -122,8 +123,9 @@ class Recorded(History):
     def at(self, time: float) -> dict[str, float] | None:
         """Return every channel's value at the last sample up to a time in s; None before the first."""
         row = self._row(time, "right")
-        known = None if row is None else {name: float(row[place]) for name, place in CHANNELS.items()}
-        return None if known is None else {**known, **dict.fromkeys(ENERGIES, math.nan)}
+        if row is None:
+            return None
+        return {**_UNKNOWN, **{name: float(row[place]) for name, place in CHANNELS.items()}}
 
     def before(self, time: float) -> float:
         """Return the time of the last sample before a time, both in s; NaN before the first."""
@@ -196,8 +198,6 @@ def _blocks(session: Session) -> History:
     found = np.concatenate(session.blocks, axis=2)[[DRAWN.index(name) for name in CHANNELS]]
     middle = found.sum(axis=1)
     rising = np.diff(middle, append=middle[:, -1:]) >= 0.0
-    data = np.full((len(NAMES), 2 * len(left)), math.nan)
-    data[: len(CHANNELS), 0::2] = np.where(rising, found[:, 0], found[:, 1])
-    data[: len(CHANNELS), 1::2] = np.where(rising, found[:, 1], found[:, 0])
+    pairs = np.where(rising[..., None], found.transpose(0, 2, 1), found[:, ::-1].transpose(0, 2, 1))
     broken = np.flatnonzero(session.starts[1:] - session.stops[:-1] > _GAP) + 1
-    return History.of(time.ravel(), data, (2 * firsts[broken]).tolist())
+    return History.of(time.ravel(), pairs.reshape(len(CHANNELS), -1), (2 * firsts[broken]).tolist())

@@ -91,7 +91,7 @@ class Replay(QObject):
         self._live.set_paused(False)
         self.changed.emit()
         session.close()
-        if chosen:
+        with suppress(ParameterError):  # it may not be set, or not with what was set before
             put(self._studio, chosen)
 
     def shut(self) -> None:
@@ -172,9 +172,7 @@ class Replay(QObject):
     def _begin(self, history: Recorded) -> None:
         self.close()
         studio = self._studio
-        studio.restored = True
-        if studio.engine is not None and not studio.simulated:
-            studio.stop()
+        studio.wait_for_render()
         self._before = self._set = settings_of(studio)
         self._now_set, self._wanted, self.words = {}, {}, ""
         history.dividers = sorted([*history.markers, *self._environments(history)])
