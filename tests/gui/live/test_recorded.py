@@ -66,6 +66,17 @@ def test_of_a_long_stretch_the_extremes_are_those_of_the_blocks(recorded, writte
     assert min(low) == pytest.approx(written[:, rows.POSITION].min(), rel=1e-6)
 
 
+@pytest.mark.parametrize("slope", [1.0, -1.0])
+def test_blocks_follow_the_trend(tmp_path, monkeypatch, slope):
+    monkeypatch.setattr(module, "PICTURED", 0)
+    made = motion(SECONDS)
+    made[:, rows.POSITION] = slope * QUANTUM * np.arange(len(made))
+    write(tmp_path / "a.hapkit", made)
+    window = Recorded(Session(tmp_path / "a.hapkit")).window(np.linspace(100.0, 103.9, 400))
+    assert not window.dense
+    assert np.all(slope * np.diff(window.y["position"]) > 0.0)
+
+
 def test_the_sample_at_a_time_is_the_last_that_had_come(recorded, written):
     times = written[:, rows.HOST_TIME]
     for number in (0, 1, 299, 300, 301, 2500, 3998):
