@@ -167,7 +167,7 @@ _SESSION = (
     ),
     Action(
         "session.marker", "Add a marker…", "Session", lambda w: w.show_marker(), "Ctrl+M",
-        enabled=_has_engine,
+        enabled=lambda w: _has_engine(w) and not _replays(w),
     ),
     *(
         Action(
