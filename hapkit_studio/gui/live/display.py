@@ -44,8 +44,7 @@ class LiveDisplay(QObject):
         self._since, self._bar = QElapsedTimer(), QTimer(centre, interval=_BAR_MS)
         self._since.start()
         self._bar.timeout.connect(self._show_preparing)
-        centre.time.set_history(live.history)
-        centre.phase.set_history(live.history)
+        centre.view.set_history(live.history)
         live.frame.connect(self.show_frame)
         live.health.connect(self.show_health)
         live.paused_changed.connect(self.show_paused)
@@ -54,6 +53,8 @@ class LiveDisplay(QObject):
         centre.scene.hand_released.connect(lambda: studio.move_hand(None))
         centre.toolbar.release.clicked.connect(self.release_here)
         centre.toolbar.hold.clicked.connect(self.hold)
+        for plots in (centre.time, *centre.phase.beside):
+            plots.back_pressed.connect(self.go_live)
         studio.environment_changed.connect(self.show_environment)
         studio.values_changed.connect(self.show_values)
         studio.loop_changed.connect(lambda: centre.scene.set_grip(studio.grip))
@@ -73,7 +74,7 @@ class LiveDisplay(QObject):
     def show_paused(self, paused: bool) -> None:
         """Let scene, plots and their numbers stand at one sample, or go on; the status bar stays live."""
         self._show_oscillation()
-        for part in (self._centre.scene, self._centre.time, self._centre.phase):
+        for part in (self._centre.scene, self._centre.view):
             part.set_paused(paused)
         self._take_acting()
         self.show_values()
@@ -103,9 +104,15 @@ class LiveDisplay(QObject):
 
     def hold(self) -> None:
         """Hold what the plots show of the environment in force, named by what is set."""
-        history, words = self._centre.time.seen, held.name(self._studio.environment, self._studio.values)
-        first = max(history.now - self._centre.time.span, history.begin)
-        self._centre.held.hold(history, (first, history.now), words)
+        view, words = self._centre.view, held.name(self._studio.environment, self._studio.values)
+        start, stop = view.stretch
+        self._centre.held.hold(view.history, (max(start, view.history.begin), stop), words, zero=view.zero)
+
+    def go_live(self) -> None:
+        """Show what comes; wait for no event any more."""
+        self._centre.trigger.disarm()
+        self._live.set_paused(False)
+        self._centre.view.follow()
 
     def release_here(self) -> None:
         """Let the simulated handle go at rest from where it is, whatever holds or moves it."""
@@ -123,6 +130,7 @@ class LiveDisplay(QObject):
 
     def show_health(self, health: "Health") -> None:
         """Show the loop's health in the status bar; without frames the pictures follow it as well."""
+        self._centre.view.keep()
         if self._live.last is None or self._live.last is self._seen:
             self._centre.refresh()
         self._seen = self._live.last
@@ -157,6 +165,7 @@ class LiveDisplay(QObject):
         if self._studio.hidden:
             return
         self._centre.scene.set_values(values)
+        self._centre.trigger.set_environment(environment)
         self._centre.time.set_environment(environment, values, self.max_force)
         self._centre.phase.set_environment(environment, values, self.max_force)
 
