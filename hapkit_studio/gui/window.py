@@ -24,7 +24,6 @@ from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.live import Live
-from hapkit_studio.gui.live.trigger import TriggerDialog
 from hapkit_studio.gui.lock import ENTRY, Lock
 from hapkit_studio.gui.lock_dialog import LockDialog
 from hapkit_studio.gui.notices import Notices
@@ -35,6 +34,7 @@ from hapkit_studio.gui.panel.two_settings import TwoSettings
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.trigger_dialog import TriggerDialog
 from hapkit_studio.gui.undo import UndoHistory
 from hapkit_studio.gui.views import Views
 from hapkit_studio.gui.widgets.numbers import NumberBox

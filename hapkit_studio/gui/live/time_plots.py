@@ -163,6 +163,8 @@ class TraceCanvas(Canvas):
             levels += [(s * self.shown.max_force, "danger", [1.2, 2.6]) for s in (1, -1)]
         if self.plot_of.surface and self.shown.surface is not None:
             levels.append((self.shown.surface * self.plot_of.scale, "matline", [3.5, 2.5]))
+        if self.shown.view.level is not None and self.shown.view.level[0] == self.plot_of.traces[-1].channel:
+            levels.append((self.shown.view.level[1] * self.plot_of.scale, "accent", [6.0, 2.0]))
         for level, token, dash in levels:
             strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
         painter.setPen(strokes.pen(theme.color("ink3"), 1.0, [3.0, 3.0]))
@@ -456,7 +458,7 @@ class TimePlots(QWidget):
         shown.contact = self._contact() if self._shades else []
         lost = gaps(shown.window.x, seen.before(edges[0]))
         shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in lost]
-        event = [(view.zero, view.event)] if view.event else []
+        event = [(view.zero, view.happened)] if view.happened else []
         shown.dividers = [(time - shown.zero, words) for time, words in sorted([*seen.dividers, *event])]
         shown.cursors = [time - shown.zero for time in self.cursors.times or ()]
         shown.pointed = None if shown.pointer is None else seen.at(shown.zero + shown.pointer)
@@ -476,6 +478,11 @@ class TimePlots(QWidget):
     # view ---------------------------------------------------------------------------------------
 
     def _follow_view(self) -> None:
+        """Show the view's ends in all plots; the pointer stays at its place in the frame."""
+        left, right = self.canvases[-1].view.viewRange()[0]
+        if self.shown.pointer is not None:
+            place = (self.shown.pointer - left) / (right - left)
+            self.shown.pointer = self.view.left + place * self.view.span
         for canvas in self.canvases:
             if canvas.view.viewRange()[0] != [self.view.left, self.view.right]:
                 canvas.view.setXRange(self.view.left, self.view.right, padding=0)

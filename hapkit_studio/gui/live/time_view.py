@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject, Signal
 from hapkit_studio.gui.live.history import History
 
 SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)  # s
-_AT_END = 0.05  # of the span: zoomed so near to the newest sample, it goes on following
+_SOME = 0.05  # of the span: of data that stay in sight; zoomed so near to their end, it goes on following
 _KEPT_AHEAD = 1.0  # s before it would be forgotten, a standing stretch is kept
 
 
@@ -24,10 +24,12 @@ class TimeView(QObject):
         self.live = self.history = History(seconds=1.0, rate=1.0)
         self.left, self.right = -10.0, 0.0
         self.paused = self.locked = False
-        self.event = ""
+        self.happened = ""
         """What happened at zero, in words, where it stands at an event."""
         self.waiting = ""
         """What a trigger waits for, in words."""
+        self.level: tuple[str, float] | None = None
+        """The level it waits for: of which channel, SI."""
         self._zero: float | None = None
         self._paused_at: dict[str, float] = {}
 
@@ -64,8 +66,8 @@ class TimeView(QObject):
             return "Paused"
         if self.follows or math.isnan(past):
             return self.waiting
-        if self.event:
-            return f"{self.event} {past:.0f} s ago" + (", waiting" if self.waiting else "")
+        if self.happened:
+            return f"{self.happened} {past:.0f} s ago" + (", waiting" if self.waiting else "")
         return f"{max(past - self.right, 0.0):.0f} s back"
 
     def set_history(self, history: History) -> None:
@@ -92,9 +94,9 @@ class TimeView(QObject):
         self.locked = locked
         self.changed.emit()
 
-    def set_waiting(self, words: str) -> None:
-        """Say what a trigger waits for."""
-        self.waiting = words
+    def set_waiting(self, words: str, level: tuple[str, float] | None) -> None:
+        """Say what a trigger waits for, and show its level."""
+        self.waiting, self.level = words, level
         self.changed.emit()
 
     def set_span(self, seconds: float) -> None:
@@ -106,12 +108,12 @@ class TimeView(QObject):
     def follow(self, span: float | None = None) -> None:
         """Go back to the newest sample; nothing while paused."""
         if not self.paused:
-            self.history, self._zero, self.event = self.live, None, ""
+            self.history, self._zero, self.happened = self.live, None, ""
             self._show(-(span or self.span), 0.0)
 
-    def stand(self, time: float, before: float, event: str) -> None:
+    def stand(self, time: float, before: float, happened: str) -> None:
         """Stand at an event at a time in s, such a part of the span before it; what follows still comes."""
-        self.history, self._zero, self.event = self.live, time, event
+        self.history, self._zero, self.happened = self.live, time, happened
         self._show(-before * self.span, (1.0 - before) * self.span)
 
     def move(self, left: float, right: float) -> None:
@@ -121,15 +123,15 @@ class TimeView(QObject):
         """
         if (left, right) == (self.left, self.right):
             return
-        newest, span = self.history.now - self.zero, right - left
-        zoomed = not math.isclose(span, self.span, rel_tol=1e-6)
-        behind = right < newest - zoomed * _AT_END * span
-        if not (behind or self.event or self.paused):
+        oldest, newest = self.history.start - self.zero, self.history.now - self.zero
+        span = right - left
+        zoomed, some = not math.isclose(span, self.span, rel_tol=1e-6), _SOME * span
+        behind = right < newest - zoomed * some
+        if not (behind or self.happened or self.paused):
             self.follow(span)
             return
-        self._zero = self.zero
-        last = max(newest, self.right)
-        right = min(right, last)
+        self._zero, last = self.zero, max(newest, self.right)
+        right = min(max(right, oldest + some), last)
         self._show(max(right - span, last - SPANS[-1]), right)
 
     def keep(self) -> None:

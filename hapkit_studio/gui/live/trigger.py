@@ -5,15 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
-from PySide6.QtWidgets import QPushButton, QWidget
 
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui.dialogs import FormDialog
 from hapkit_studio.gui.live.history import Window
 from hapkit_studio.gui.live.time_view import TimeView
-from hapkit_studio.gui.panel.rows import row_of
 from hapkit_studio.gui.widgets.numbers import Quantity
-from hapkit_studio.parameters import Choice, Parameter
+from hapkit_studio.parameters import AnyParameter, Choice, Parameter
 
 
 class Level(NamedTuple):
@@ -29,14 +26,11 @@ LEVELS = (
     Level("velocity", Parameter("velocity", "Velocity", "mm/s", 100.0, -2000.0, 2000.0), 1e-3),
     Level("applied", Parameter("force", "Force", "N", -1.0, -5.0, 5.0), 1.0),
 )
-EVENT = Choice("event", "Stand when", ("contact", *(level.parameter.key for level in LEVELS)))
-EDGE = Choice("edge", "Crosses it", ("rising", "falling"))
-AGAIN = Choice("again", "Then", ("single", "repeated"))
-BEFORE = Parameter("before", "Of the time shown, before it", "%", 20.0, 0.0, 95.0)
-PARAMETERS = (EVENT, *(level.parameter for level in LEVELS), EDGE, AGAIN, BEFORE)
-_ABOUT = (
-    "The time plots stand with the event in sight; scene, loop and recording go on. Backspace: back to live."
-)
+EVENT = Choice("event", "Stand at", ("contact", *(level.parameter.key for level in LEVELS)))
+EDGE = Choice("edge", "Crossed", ("rising", "falling"))
+AGAIN = Choice("again", "How often", ("single", "repeated"))
+BEFORE = Parameter("before", "Time shown before it", "%", 20.0, 0.0, 95.0)
+PARAMETERS: tuple[AnyParameter, ...] = (EVENT, *(level.parameter for level in LEVELS), EDGE, AGAIN, BEFORE)
 
 
 def crossings(values: np.ndarray, level: float, rising: bool) -> np.ndarray:
@@ -72,15 +66,18 @@ class Trigger(QObject):
         index = int(self.values[EVENT.key])
         return LEVELS[index - 1] if index else None
 
+    def _crossed(self, level: Level) -> float:
+        return self.values[level.parameter.key] * level.si
+
     @property
-    def name(self) -> str:
-        """Name the event."""
+    def _name(self) -> str:
+        """Name the event, in the middle of a line."""
         level = self.level
         if level is None:
-            return "Contact"
+            return "contact"
         shown = Quantity(level.parameter)
         value = shown.text(self.values[level.parameter.key] * shown.factor)
-        return f"{level.parameter.label} {value} {shown.unit}"
+        return f"{level.parameter.key} {value} {shown.unit}"
 
     def set_environment(self, environment: Environment) -> None:
         """Take over whether there is anything to be touched."""
@@ -130,42 +127,21 @@ class Trigger(QObject):
         level = self.level
         if level is None:
             return crossings((window.y["asked"] != 0.0).astype(float), 1.0, rising=True)
-        reached = self.values[level.parameter.key] * level.si
-        return crossings(window.y[level.channel], reached, EDGE.text(self.values[EDGE.key]) == "rising")
+        rising = EDGE.text(self.values[EDGE.key]) == "rising"
+        return crossings(window.y[level.channel], self._crossed(level), rising)
 
     def _take(self, time: float) -> None:
         before, again = 0.01 * self.values[BEFORE.key], AGAIN.text(self.values[AGAIN.key]) == "repeated"
         self._from = time + (1.0 - before) * self._view.span if again else None
-        self._view.stand(time, before, self.name)
+        name = self._name
+        self._view.stand(time, before, name[0].upper() + name[1:])
         self._tell()
 
     def _tell(self) -> None:
-        missing = self.level is None and not self._has_contact
-        waits = f"No contact in {self._where}" if missing else f"Waiting for {self.name.lower()}"
-        self._view.set_waiting(waits if self.armed else "")
+        level, words, crossed = self.level, "", None
+        if self.armed:
+            missing = level is None and not self._has_contact
+            words = f"No contact in {self._where}" if missing else f"Waiting for {self._name}"
+            crossed = level and (level.channel, self._crossed(level))
+        self._view.set_waiting(words, crossed)
         self.changed.emit()
-
-
-class TriggerDialog(FormDialog):
-    """Sets the trigger; what is set holds at once."""
-
-    def __init__(self, trigger: Trigger, parent: QWidget | None = None):
-        super().__init__("Trigger", _ABOUT, parent)
-        self._trigger = trigger
-        self.rows = {parameter.key: row_of(parameter) for parameter in PARAMETERS}
-        for key, row in self.rows.items():
-            row.show_value(trigger.values[key])
-            row.changed.connect(trigger.set_value)
-            self.column.addWidget(row)
-        self.arm = QPushButton()
-        self.arm.clicked.connect(trigger.toggle)
-        self.add_buttons(self.arm)
-        trigger.changed.connect(self._follow)
-        self._follow()
-
-    def _follow(self) -> None:
-        level = self._trigger.level
-        for each in LEVELS:
-            self.rows[each.parameter.key].setVisible(each is level)
-        self.rows[EDGE.key].setVisible(level is not None)
-        self.arm.setText("Wait no longer" if self._trigger.armed else "Arm")
