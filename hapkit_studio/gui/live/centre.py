@@ -63,7 +63,7 @@ class Toolbar(QWidget):
         super().__init__()
         self.span = QComboBox()
         self.span.addItems([f"{seconds:g} s" for seconds in SPANS])
-        self.span.setMinimumContentsLength(len("999 ms"))
+        self.span.setMinimumContentsLength(5)
         self.span.setAccessibleName("Time window")
         self.span.setToolTip("How much of the past is shown")
         self.views = Segmented("Plot", _VIEWS)
@@ -109,7 +109,7 @@ class Toolbar(QWidget):
 
     def show_span(self, seconds: float) -> None:
         """Show how many s the plots show, one of the list or not."""
-        self.span.setPlaceholderText(f"{seconds:.2g} s" if seconds >= 1.0 else f"{1e3 * seconds:.0f} ms")
+        self.span.setPlaceholderText(f"{seconds:.2g} s")
         self.span.setCurrentIndex(SPANS.index(seconds) if seconds in SPANS else -1)
 
     def show_release(self, on: bool) -> None:

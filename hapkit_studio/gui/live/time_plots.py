@@ -461,7 +461,8 @@ class TimePlots(QWidget):
         event = [(view.zero, view.happened)] if view.happened else []
         shown.dividers = [(time - shown.zero, words) for time, words in sorted([*seen.dividers, *event])]
         shown.cursors = [time - shown.zero for time in self.cursors.times or ()]
-        shown.pointed = None if shown.pointer is None else seen.at(shown.zero + shown.pointer)
+        pointer = math.inf if shown.pointer is None else shown.zero + shown.pointer
+        shown.pointed = seen.at(pointer) if pointer <= seen.now + width else None
         for canvas in self.canvases:
             canvas.follow()
 
