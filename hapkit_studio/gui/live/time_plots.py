@@ -424,8 +424,8 @@ class TimePlots(QWidget):
     def refresh(self) -> None:
         """Draw the newest data; call once per frame."""
         self.take()
-        if self.shown.pointed is not None:
-            self.pointed.emit(self.shown.zero + (self.shown.pointer or 0.0))
+        pointed = self.shown.pointed is not None
+        self.pointed.emit(self.shown.zero + (self.shown.pointer or 0.0) if pointed else None)
         for canvas in self.canvases:
             if canvas.isVisible():
                 canvas.viewport().update()
@@ -493,8 +493,6 @@ class TimePlots(QWidget):
     def _point(self, time: float | None) -> None:
         self.shown.pointer = time
         self.refresh()
-        if time is None:
-            self.pointed.emit(None)
 
     def resizeEvent(self, event) -> None:
         """Share out the height; fold what may be folded when there is little."""

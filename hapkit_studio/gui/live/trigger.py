@@ -52,7 +52,7 @@ class Trigger(QObject):
         super().__init__(parent)
         self._view = view
         self._from: float | None = None  # s: where to look next
-        self._has_contact, self._where = True, ""
+        self._environment: Environment | None = None
         self.values = {parameter.key: parameter.default for parameter in PARAMETERS}
 
     @property
@@ -81,8 +81,9 @@ class Trigger(QObject):
 
     def set_environment(self, environment: Environment) -> None:
         """Take over whether there is anything to be touched."""
-        self._has_contact, self._where = environment.shades, environment.title
-        self._tell()
+        if environment is not self._environment:
+            self._environment = environment
+            self._tell()
 
     def set_value(self, key: str, value: float) -> None:
         """Set one of its parameters, for what comes."""
@@ -138,10 +139,10 @@ class Trigger(QObject):
         self._tell()
 
     def _tell(self) -> None:
-        level, words, crossed = self.level, "", None
+        level, scene, words, crossed = self.level, self._environment, "", None
         if self.armed:
-            missing = level is None and not self._has_contact
-            words = f"No contact in {self._where}" if missing else f"Waiting for {self._name}"
+            missing = scene is not None and level is None and not scene.shades
+            words = f"No contact in {scene.title}" if scene and missing else f"Waiting for {self._name}"
             crossed = level and (level.channel, self._crossed(level))
         self._view.set_waiting(words, crossed)
         self.changed.emit()

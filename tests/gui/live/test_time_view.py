@@ -1,6 +1,7 @@
 """The view of the history: zoomed and moved with the mouse while data come, kept, locked, back to live."""
 
 import numpy as np
+import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
@@ -11,6 +12,12 @@ from tests.gui.live.plot_support import RATE, canvas_of, colored, telemetry, tur
 
 LEFT = Qt.MouseButton.LeftButton
 CTRL = Qt.KeyboardModifier.ControlModifier
+
+
+@pytest.fixture(autouse=True)
+def every_move_counts(monkeypatch):
+    """Let the plots take moves of the mouse that come faster than a hand's."""
+    monkeypatch.setitem(pg.CONFIG_OPTIONS, "mouseRateLimit", 0)
 
 
 def ends(plots):
