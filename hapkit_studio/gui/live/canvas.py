@@ -7,7 +7,7 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QFontMetricsF, QPainter, QPen
-from PySide6.QtWidgets import QGraphicsGridLayout, QSizePolicy
+from PySide6.QtWidgets import QGraphicsGridLayout, QMenu, QSizePolicy
 
 from hapkit_studio.gui.widgets.text import paint_words
 from hapkit_studio.gui.widgets.theme import number, theme
@@ -158,7 +158,6 @@ class Canvas(pg.GraphicsView):
         self.viewport().setAttribute(Qt.WidgetAttribute.WA_OpaquePaintEvent)
         self.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)
         theme.changed.connect(self.recolor)
         self.recolor()
 
@@ -267,3 +266,10 @@ class Canvas(pg.GraphicsView):
     def mouseDoubleClickEvent(self, event) -> None:
         """Ask for the axes to be fitted."""
         self.fit_wanted.emit()
+
+    def contextMenuEvent(self, event) -> None:
+        """Offer the actions that were added."""
+        menu = QMenu(self)
+        menu.addActions(self.actions())
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        menu.popup(event.globalPos())

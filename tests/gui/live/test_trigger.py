@@ -4,8 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
 
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.time_view import TimeView
@@ -46,6 +48,16 @@ def come(view, trigger, stop, start=0.0, frame=16):
         if not view.follows and view.zero not in stood:
             stood.append(view.zero)
     return stood
+
+
+def choose_over(canvas, words):
+    """Choose an entry of the menu over a plot."""
+    place = canvas.viewport().rect().center()
+    event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, canvas.mapToGlobal(place))
+    QCoreApplication.sendEvent(canvas.viewport(), event)
+    menu = QApplication.activePopupWidget()
+    next(action for action in menu.actions() if action.text() == words).trigger()
+    menu.close()
 
 
 def first_sample(time):
@@ -170,7 +182,7 @@ def test_by_keys_it_is_armed_and_brought_back_to_live_and_the_dialog_sets_it(win
     assert not window.live.paused
     QTest.keyClick(scene, Qt.Key.Key_Y)
     assert view.locked
-    window.actions_by_key.run("view.trigger_settings")
+    choose_over(window.centre.time.canvases[0], "Trigger settings…")
     (dialog,) = sheets(window)
     rows = dialog.rows
     assert not rows["position"].isVisible()
