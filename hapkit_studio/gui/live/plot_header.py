@@ -100,10 +100,8 @@ class Header(QWidget):
             lines += _line(("danger", 1.6, [1.2, 2.6]), "limit", limit)
         surface = _line(("matline", 1.6, [3.5, 2.5]), "", "Where the surface is")
         self.surface = surface if plot.surface else []
-        self.back, self.unlock = (
-            _button("Back to live, and wait for nothing (Backspace)"),
-            _button("Let the axes go (Y)"),
-        )
+        self.back = _button("Back to live, and wait for nothing (Backspace)")
+        self.unlock = _button("Unlock the axes (Y)")
         icons.bind(self.back, "play", "accent", 12)
         icons.bind(self.unlock, "lock", "accent", 14)
         self.unlock.setAccessibleName("Axes are locked")

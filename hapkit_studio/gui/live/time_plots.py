@@ -430,6 +430,7 @@ class TimePlots(QWidget):
             if canvas.isVisible():
                 canvas.viewport().update()
         if self._watch.elapsed() >= _READOUT_MS:
+            self._watch.restart()
             self._show_words()
 
     def _show_words(self) -> None:

@@ -141,8 +141,8 @@ class Trigger(QObject):
     def _tell(self) -> None:
         level, scene, words, crossed = self.level, self._environment, "", None
         if self.armed:
-            missing = scene is not None and level is None and not scene.shades
-            words = f"No contact in {scene.title}" if scene and missing else f"Waiting for {self._name}"
+            bare = scene is not None and level is None and not scene.shades
+            words = f"No contact in {scene.title}" if scene and bare else f"Waiting for {self._name}"
             crossed = level and (level.channel, self._crossed(level))
         self._view.set_waiting(words, crossed)
         self.changed.emit()

@@ -196,5 +196,10 @@ def test_by_keys_it_is_armed_and_brought_back_to_live_and_the_dialog_sets_it(win
     qtbot.mouseClick(dialog.arm, Qt.MouseButton.LeftButton)
     assert view.words == "Waiting for velocity 100 mm/s"
     assert (trigger.values["event"], trigger.values["before"]) == (2.0, 20.0)
+    box = window.panel.parameters.rows["stiffness"].box
+    box.setFocus()
+    QTest.keyClick(box, Qt.Key.Key_Backspace)  # in a number it deletes
+    assert trigger.armed
+    scene.setFocus()
     QTest.keyClick(scene, Qt.Key.Key_Backspace)
     assert not trigger.armed
