@@ -43,7 +43,7 @@ _COLUMNS = 2000  # that a held stretch is reduced to
 class PastTrace:
     """A past stretch: its samples at the times in s at which they are shown, in SI units; words name it.
 
-    pinned: its times count from the zero of the plots, where it stays while time goes on.
+    pinned: its times count from the zero of the plots; where those follow, it ends at the newest sample.
     """
 
     words: str

@@ -262,7 +262,8 @@ class TraceCanvas(Canvas):
         channel = self.plot_of.traces[-1].channel
         for past in self.shown.held:
             if channel in past.values:
-                time = past.time if past.pinned else past.time - self.shown.zero
+                ends = past.time[-1] if self.shown.view.follows else 0.0  # there it lies at the newest sample
+                time = past.time - (ends if past.pinned else self.shown.zero)
                 line = self.to_pixels(time, past.values[channel] * self.plot_of.scale)
                 paint_past(painter, *line, past.look)
 
