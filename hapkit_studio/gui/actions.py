@@ -13,7 +13,7 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui import pages
 from hapkit_studio.gui.editor.code_page import CYCLES, CYCLES_KEY
 from hapkit_studio.gui.header import fill_frames_menu, fill_menu
-from hapkit_studio.gui.live.time_plots import SPANS
+from hapkit_studio.gui.live.time_view import SPANS
 from hapkit_studio.gui.lock import DEVICE
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
@@ -23,11 +23,14 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
 
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
+PLOT_ACTIONS = "view.fit", "view.lock", "view.live", "view.trigger", "view.trigger_settings"
+"""What is offered over a plot."""
 _RULE_BEFORE = {
     "session.record",
     "session.step_back",
     "session.quit",
-    "view.fit",
+    "view.live",
+    "view.lock",
     "view.panel",
     "device.zero",
     "environment.reset",
@@ -209,7 +212,7 @@ _VIEW = (
     ),
     *_one_of(
         "view.span", "View/Time window", [(f"{s:g}", f"{s:g} s", "") for s in SPANS],
-        lambda w, seconds: w.centre.time.set_span(float(seconds)), lambda w: f"{w.centre.time.span:g}",
+        lambda w, seconds: w.centre.view.set_span(float(seconds)), lambda w: f"{w.centre.view.span:g}",
     ),
     Action(
         "view.cursors", "Cursors", "View", lambda w: w.centre.toolbar.cursors.toggle(),
@@ -218,6 +221,16 @@ _VIEW = (
     Action("view.cursor_a", "Cursor A here", "View", lambda w: w.centre.time.put_cursor(0), "A"),
     Action("view.cursor_b", "Cursor B here", "View", lambda w: w.centre.time.put_cursor(1), "B"),
     Action("view.hold", "Hold traces", "View", lambda w: w.display.hold(), "H", enabled=_open),
+    Action("view.live", "Back to live", "View", lambda w: w.display.go_live(), "Backspace"),
+    Action(
+        "view.trigger", "Trigger", "View", lambda w: w.centre.trigger.toggle(), "T",
+        enabled=lambda w: not _replays(w), checked=lambda w: w.centre.trigger.armed,
+    ),
+    Action("view.trigger_settings", "Trigger settings…", "View", lambda w: w.show_trigger()),
+    Action(
+        "view.lock", "Lock axes", "View", lambda w: w.centre.view.set_locked(not w.centre.view.locked), "Y",
+        checked=lambda w: w.centre.view.locked,
+    ),
     Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
     Action("view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
     Action(

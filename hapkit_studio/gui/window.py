@@ -9,7 +9,7 @@ from shiboken6 import isValid
 
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import breakpoints
-from hapkit_studio.gui.actions import ActionSet, build_menus, table
+from hapkit_studio.gui.actions import PLOT_ACTIONS, ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack, Notice
 from hapkit_studio.gui.blind import BlindComparison
 from hapkit_studio.gui.command_palette import CommandPalette, FindButton
@@ -19,6 +19,7 @@ from hapkit_studio.gui.energy import EnergyWatch
 from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
+from hapkit_studio.gui.live.canvas import Canvas
 from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
@@ -35,6 +36,7 @@ from hapkit_studio.gui.panel.two_settings import TwoSettings
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.trigger_dialog import TriggerDialog
 from hapkit_studio.gui.undo import UndoHistory
 from hapkit_studio.gui.views import Views
 from hapkit_studio.gui.widgets.numbers import NumberBox
@@ -174,6 +176,10 @@ class MainWindow(QMainWindow):
         """Open the dialog that locks settings with a code, or unlocks them."""
         LockDialog(self.studio, self.settings, self).show()
 
+    def show_trigger(self) -> None:
+        """Open the dialog on when the time plots stand by themselves."""
+        TriggerDialog(self.centre.trigger, self).show()
+
     def show_flash(self) -> None:
         """Open the dialog that writes the firmware to a board."""
         FlashDialog(self.studio, self).show()
@@ -269,6 +275,9 @@ class MainWindow(QMainWindow):
         self.live.frame.connect(self.file_watcher.on_row)
         self.editor.shown.connect(lambda _on: self.actions_by_key.refresh())
         self.centre.toolbar.fit.clicked.connect(self.fit_axes)
+        self.centre.trigger.changed.connect(self.actions_by_key.refresh)
+        for canvas in self.findChildren(Canvas):
+            canvas.addActions([self.actions_by_key.qt[key] for key in PLOT_ACTIONS])
         self.stability.judged.connect(self.status.show_margin)
         self.stability.ask()
         self.live.health.connect(self.stability.note_health)

@@ -68,7 +68,7 @@ def main() -> None:
         live = frames(window, lambda n: ours.frame(telemetry(int(SPAN * RATE) + n * count, count)))
         found |= {"live_ms": live, "file_MB": 1e-6 * path.stat().st_size}
         for plots in (ours.times, ours.phase):
-            plots.set_history(history)
+            plots.view.set_history(history)
 
         def show(seconds: float) -> None:
             history.move_to(history.start + seconds)

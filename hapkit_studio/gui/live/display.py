@@ -63,6 +63,8 @@ class LiveDisplay(QObject):
         centre.scene.hand_released.connect(lambda: studio.move_hand(None))
         centre.toolbar.release.clicked.connect(self.release_here)
         centre.toolbar.hold.clicked.connect(self.hold)
+        for plots in (centre.time, *centre.phase.beside):
+            plots.back_pressed.connect(self.go_live)
         studio.environment_changed.connect(self.show_environment)
         studio.values_changed.connect(self.show_values)
         studio.loop_changed.connect(lambda: centre.scene.set_grip(studio.grip))
@@ -88,8 +90,7 @@ class LiveDisplay(QObject):
         """
         self._show_oscillation()
         self._centre.scene.set_paused(paused)
-        for plots in (self._centre.time, self._centre.phase):
-            plots.set_paused(paused and not self._live.replaying)
+        self._centre.view.set_paused(paused and not self._live.replaying)
         self._take_acting()
         self.show_values()
 
@@ -102,8 +103,8 @@ class LiveDisplay(QObject):
         """Show what comes from the device, or a session in its place."""
         replayed = self._replay.history
         history = self._live.history if replayed is None else replayed
-        for plots in (self._centre.time, self._centre.phase):
-            plots.set_history(history)
+        self._centre.trigger.disarm()
+        self._centre.view.set_history(history)
         self._centre.time.cursors.show(False)
         self.show_link()
         self.show_values()
@@ -142,9 +143,16 @@ class LiveDisplay(QObject):
 
     def hold(self) -> None:
         """Hold what the plots show of the environment in force, named by what is set."""
-        history, words = self._centre.time.seen, held.name(self._studio.environment, self._studio.values)
-        first = max(history.now - self._centre.time.span, history.begin)
-        self._centre.held.hold(history, (first, history.now), words)
+        view, words = self._centre.view, held.name(self._studio.environment, self._studio.values)
+        start, stop = view.stretch
+        self._centre.held.hold(view.history, (max(start, view.history.begin), stop), words, zero=view.zero)
+
+    def go_live(self) -> None:
+        """Show what comes from the device; wait for no event any more."""
+        self._replay.close()
+        self._centre.trigger.disarm()
+        self._live.set_paused(False)
+        self._centre.view.follow()
 
     def release_here(self) -> None:
         """Let the simulated handle go at rest from where it is, whatever holds or moves it."""
@@ -162,6 +170,7 @@ class LiveDisplay(QObject):
 
     def show_health(self, health: "Health") -> None:
         """Show the loop's health in the status bar; without frames the pictures follow it as well."""
+        self._centre.view.keep()
         if self._live.last is None or self._live.last is self._seen:
             self._centre.refresh()
         self._seen = self._live.last
@@ -175,7 +184,7 @@ class LiveDisplay(QObject):
                 self._show_oscillation()
 
     def _show_oscillation(self) -> None:
-        history = self._centre.time.seen
+        history = self._centre.view.history
         window = history.between(history.now - oscillation.SECONDS, math.inf).known()
         self._centre.time.show_oscillation(oscillation.sustained(window.x, window.y["position"]))
 
@@ -196,6 +205,7 @@ class LiveDisplay(QObject):
         if self._studio.hidden:
             return
         self._centre.scene.set_values(values)
+        self._centre.trigger.set_environment(environment)
         self._centre.time.set_environment(environment, values, self.max_force)
         self._centre.phase.set_environment(environment, values, self.max_force)
 
