@@ -22,6 +22,9 @@ PUSHES = tuple(31.25e-6 * 2.0**n for n in range(10))
 """m, from which the handle is let go: up to 16 mm."""
 _BETWEEN = tuple(math.sqrt(2.0) * push for push in PUSHES[:-1])
 _FINER = tuple(2.0**share * push for share in (0.25, 0.75) for push in PUSHES[:-1])
+# Evenly spread, and none twice as near to another: by the golden ratio.
+_MORE = tuple(PUSHES[0] * (PUSHES[-1] / PUSHES[0]) ** (0.618034 * n % 1.0) for n in range(1, 61))
+_LADDER = len(PUSHES) + len(_BETWEEN) + len(_FINER)
 NUDGE = 1e-3
 """m: a hand does that much without meaning to."""
 _HALVINGS = 7
@@ -33,6 +36,11 @@ _LONGER = 4
 # samples: after so many none between the pushes of the ladder is tried for the edge, after so many no further
 # one for another swing, so that what is said is not late
 _SEARCHED, _SAMPLES = 32_000, 270_000
+# Dry friction that takes so many windows to stop a motion all but lets it swing on: a few pushes may meet a
+# swing that lasts, so more are tried, up to so many samples.
+_SLOW, _THOROUGH = 9, 120_000
+# Peak to peak, in sensor steps: no wider is rest. Two are what is said, a half more than is tried for.
+_REST_STEPS = 1.5
 # Swings that differ by less are one.
 _SAME = 0.05
 # s: how long a window is at least where there are objects
@@ -88,6 +96,7 @@ class Behaviour:
     most: Lasting | None = None
     leaves: bool = False
     flick: float = 0.0
+    trembles: bool = False
 
     @property
     def calm(self) -> bool:
@@ -105,7 +114,7 @@ class Behaviour:
     def words(self) -> str:
         """Return it in a few words: "settles below 0.9 mm, buzzes above"."""
         if self.calm:
-            return "calm"
+            return "calm to a sensor step" if self.trembles else "calm"
         does = " or ".join(["buzzes"] * bool(self.most) + ["is thrown out"] * self.leaves)
         if not self.push and not self.leaves and self.least and self.least.at_limit:
             return "grows to the motor's limit"
@@ -178,8 +187,9 @@ class Trials:
         self.sides = (1.0,) if centre.pushes else (1.0, -1.0)
         # nothing brings an ideal handle to rest for good: the smallest motion, too, only shrinks
         self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0
+        self._dry = scene.device.coulomb_force > 0.0
         self._row, self._swing = np.zeros(rows.ROW_WIDTH), settling.new_swing()
-        self.samples = 0
+        self.samples, self.slow, self.trembles = 0, False, False
 
     def end(self, push: float, longer: int = 1, known: bool = False) -> int:
         """Let go at a push in m, on the other side where it is negative; return one of settling's ends.
@@ -194,6 +204,7 @@ class Trials:
         window = max(math.ceil(max(self._turns, self._objects) * longer * self._rate), _FEWEST_SAMPLES)
         found = int(settling.let_go(*args, window, self._ideal, known, self._quiet, self._row, self._swing))
         self.samples += int(self._swing.samples[0])
+        self.slow |= self._dry and int(self._swing.samples[0]) >= _SLOW * window
         return found
 
     def settles(self, push: float) -> bool:
@@ -206,8 +217,11 @@ class Trials:
             return True
         if end == LEAVES:
             return self.centre.pushes
-        drifts = self.centre.kick > 0.0 and math.isnan(self._swing.frequency[0])
-        return drifts or (end != GROWS and self._reach < self.step)
+        if self.centre.kick and math.isnan(self._swing.frequency[0]):
+            return True
+        small = end != GROWS and self._reach < _REST_STEPS * self.step
+        self.trembles |= small
+        return small
 
     @property
     def _reach(self) -> float:
@@ -272,7 +286,8 @@ def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
     """Return what the handle does in a scene, let go (None) or in a hand's grip, wherever that presses."""
     tried = [Trials(scene, grip, centre) for centre in centres_of(scene, grip)]
     edges, found = zip(*(_searched(trials) for trials in tried), strict=True)
-    return _summary(tried[0], min(edges), [one for some in found for one in some])
+    said = _summary(tried[0], min(edges), [one for some in found for one in some])
+    return replace(said, trembles=any(trials.trembles for trials in tried))
 
 
 def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
@@ -284,8 +299,9 @@ def _searched(trials: Trials) -> tuple[float, list[Lasting | None]]:
     """Return up to which push in m it settles, inf where from all, and the swings from larger ones."""
     edge, rests = math.inf, [0.0]
     found: list[Lasting | None] = []
-    for push in (*PUSHES, *_BETWEEN, *_FINER):
-        if push > edge or (push not in PUSHES and trials.samples > _SEARCHED):
+    for i, push in enumerate((*PUSHES, *_BETWEEN, *_FINER, *_MORE)):
+        enough = _THOROUGH if trials.slow else _SEARCHED * (i < _LADDER)
+        if push > edge or (i >= len(PUSHES) and trials.samples > enough):
             continue
         if trials.settles(push) or not (lasting := trials.swings(push, _LONGER)):
             rests.append(push)

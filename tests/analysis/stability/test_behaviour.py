@@ -237,7 +237,7 @@ def test_the_verdict_is_right_in_any_loop_and_hand(seed):
         places = handle.let_go(centre + push, target, 200.0 * turn)
         quarter = len(places) // 4
         before, reach = np.ptp(places[-2 * quarter : -quarter]), np.ptp(places[-quarter:])
-        return reach < 0.9 * before or reach <= handle.quantum
+        return reach < 0.9 * before or reach <= 2.0 * handle.quantum
 
     def rests(push):
         sides = (1.0,) if handle.one_sided else (1.0, -1.0)
