@@ -1,4 +1,4 @@
-"""The newest question's answer: which one counts, and when it is said to be late. No clock: the job is held."""
+"""The newest question's answer: which one counts, and when it is said to be late, without a clock."""
 
 import threading
 
@@ -26,7 +26,8 @@ def test_what_takes_long_is_late_once_though_it_is_asked_anew(held, qtbot):
     waiting = worker._waiting
     left = waiting.remainingTime()
     worker.ask(2)
-    assert waiting.isActive() and waiting.remainingTime() <= left, "it waits since the first"
+    assert waiting.isActive()
+    assert waiting.remainingTime() <= left, "it waits since the first"
     waiting.timeout.emit()
     may.set()
     worker.wait()

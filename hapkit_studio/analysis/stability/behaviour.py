@@ -39,8 +39,6 @@ _SEARCHED, _SAMPLES = 32_000, 270_000
 # Dry friction that takes so many windows to stop a motion all but lets it swing on: a few pushes may meet a
 # swing that lasts, so more are tried, up to so many samples.
 _SLOW, _THOROUGH = 9, 120_000
-# Peak to peak, in sensor steps: no wider is rest. Two are what is said, a half more than is tried for.
-_REST_STEPS = 1.5
 # Swings that differ by less are one.
 _SAME = 0.05
 # s: how long a window is at least where there are objects
@@ -219,7 +217,8 @@ class Trials:
             return self.centre.pushes
         if self.centre.kick and math.isnan(self._swing.frequency[0]):
             return True
-        small = end != GROWS and self._reach < _REST_STEPS * self.step
+        # a step to either side is what is said: a rare push does more than those that are tried
+        small = end != GROWS and self._reach < self.step
         self.trembles |= small
         return small
 

@@ -128,10 +128,11 @@ def test_an_old_verdict_is_taken_back_where_the_next_is_late(window, qtbot):
     card._worker.late.emit()
     page._worker.late.emit()
     assert said(window) == ("Judging…", "", "Judging…", ("", "ink2"))
-    assert not card.map.isHidden() and not studio.too_much and not card.calm
+    assert not card.map.isHidden()
+    assert (studio.too_much, card.calm) == ({}, False)
     assert len(colored(card.map.viewport().grab().toImage(), "unstable")) < before
     assert page.verdict_column.heading.text() == "Judging…"
-    assert page.chart.pale and not page.verdict_column.answers.text
+    assert (page.chart.pale, page.verdict_column.answers.text) == (True, "")
     card.show_answer(answer(asked(250.0)))
     assert said(window)[2].startswith("Calm, ")
 
