@@ -22,9 +22,6 @@ PUSHES = tuple(31.25e-6 * 2.0**n for n in range(10))
 """m, from which the handle is let go: up to 16 mm."""
 _BETWEEN = tuple(math.sqrt(2.0) * push for push in PUSHES[:-1])
 _FINER = tuple(2.0**share * push for share in (0.25, 0.75) for push in PUSHES[:-1])
-# Evenly spread, and none twice as near to another: by the golden ratio.
-_MORE = tuple(PUSHES[0] * (PUSHES[-1] / PUSHES[0]) ** (0.618034 * n % 1.0) for n in range(1, 61))
-_LADDER = len(PUSHES) + len(_BETWEEN) + len(_FINER)
 NUDGE = 1e-3
 """m: a hand does that much without meaning to."""
 _HALVINGS = 7
@@ -36,9 +33,6 @@ _LONGER = 4
 # samples: after so many none between the pushes of the ladder is tried for the edge, after so many no further
 # one for another swing, so that what is said is not late
 _SEARCHED, _SAMPLES = 32_000, 270_000
-# Dry friction that takes so many windows to stop a motion all but lets it swing on: a few pushes may meet a
-# swing that lasts, so more are tried, up to so many samples.
-_SLOW, _THOROUGH = 9, 120_000
 # Swings that differ by less are one.
 _SAME = 0.05
 # s: how long a window is at least where there are objects
@@ -185,9 +179,8 @@ class Trials:
         self.sides = (1.0,) if centre.pushes else (1.0, -1.0)
         # nothing brings an ideal handle to rest for good: the smallest motion, too, only shrinks
         self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0
-        self._dry = scene.device.coulomb_force > 0.0
         self._row, self._swing = np.zeros(rows.ROW_WIDTH), settling.new_swing()
-        self.samples, self.slow, self.trembles = 0, False, False
+        self.samples, self.trembles = 0, False
 
     def end(self, push: float, longer: int = 1, known: bool = False) -> int:
         """Let go at a push in m, on the other side where it is negative; return one of settling's ends.
@@ -202,7 +195,6 @@ class Trials:
         window = max(math.ceil(max(self._turns, self._objects) * longer * self._rate), _FEWEST_SAMPLES)
         found = int(settling.let_go(*args, window, self._ideal, known, self._quiet, self._row, self._swing))
         self.samples += int(self._swing.samples[0])
-        self.slow |= self._dry and int(self._swing.samples[0]) >= _SLOW * window
         return found
 
     def settles(self, push: float) -> bool:
@@ -298,9 +290,8 @@ def _searched(trials: Trials) -> tuple[float, list[Lasting | None]]:
     """Return up to which push in m it settles, inf where from all, and the swings from larger ones."""
     edge, rests = math.inf, [0.0]
     found: list[Lasting | None] = []
-    for i, push in enumerate((*PUSHES, *_BETWEEN, *_FINER, *_MORE)):
-        enough = _THOROUGH if trials.slow else _SEARCHED * (i < _LADDER)
-        if push > edge or (i >= len(PUSHES) and trials.samples > enough):
+    for push in (*PUSHES, *_BETWEEN, *_FINER):
+        if push > edge or (push not in PUSHES and trials.samples > _SEARCHED):
             continue
         if trials.settles(push) or not (lasting := trials.swings(push, _LONGER)):
             rests.append(push)
