@@ -80,7 +80,7 @@ class Behaviour:
     nowhere. From farther away it leaves, thrown beyond 60 mm, or swings on: sensor steps let several swings
     last side by side; least and most are the smallest and the largest of all pushes that were tried, the same
     where they are one. flick: where nothing brings it back a push of 1 m is a speed of so many m/s; 0
-    elsewhere.
+    elsewhere. trembles: it settles to a sensor step to either side, and its force goes on changing.
     """
 
     push: float = math.inf
