@@ -18,9 +18,11 @@ CHANNELS = {
     "asked": rows.ASKED,
     "applied": rows.APPLIED,
 }
+OBJECT = "object"  # the place of what moves besides the handle, nan where nothing does
 ENERGIES = ("energy", "energy_limit")  # not in the rows: the engine keeps them, nan where it has none
 _COLUMNS = np.array(list(CHANNELS.values()))
-_NAMES = (*CHANNELS, *ENERGIES)
+_NAMES = (*CHANNELS, OBJECT, *ENERGIES)
+_ENERGY = len(CHANNELS) + 1
 
 
 @dataclass(frozen=True)
@@ -94,26 +96,30 @@ class History:
         newest = self._data[:, self._end - 1].tolist() if len(self) else [np.nan] * len(_NAMES)
         return dict(zip(_NAMES, newest, strict=True))
 
-    def append(self, new: np.ndarray, energies: np.ndarray | None = None) -> None:
+    def append(
+        self, new: np.ndarray, energies: np.ndarray | None = None, places: np.ndarray | None = None
+    ) -> None:
         """Take (n, ROW_WIDTH) telemetry rows, oldest first, and their (n, 2) energies and limits in J.
 
-        A clock that goes back starts afresh.
+        places (n,) in m: of the object that moves besides the handle, None where there is none. A clock that goes back starts afresh.
         """
         if not len(new):
             return
         if len(self) and new[0, rows.HOST_TIME] < self.now:
             self.clear()
         for part in range(0, len(new), _AT_ONCE):
-            beside = 0.0 if energies is None else energies[part : part + _AT_ONCE].T
-            self._take(new[part : part + _AT_ONCE], beside)
+            some = slice(part, part + _AT_ONCE)
+            beside = 0.0 if energies is None else energies[some].T
+            self._take(new[some], beside, np.nan if places is None else places[some])
 
-    def _take(self, new: np.ndarray, energies: np.ndarray | float) -> None:
+    def _take(self, new: np.ndarray, energies: np.ndarray | float, places: np.ndarray | float) -> None:
         if self._end + len(new) > len(self._time):
             self._move_to_front()
         first, self._end = self._end, self._end + len(new)
         self._time[first : self._end] = new[:, rows.HOST_TIME]
         self._data[: len(CHANNELS), first : self._end] = new[:, _COLUMNS].T
-        self._data[len(CHANNELS) :, first : self._end] = energies
+        self._data[len(CHANNELS), first : self._end] = places
+        self._data[_ENERGY:, first : self._end] = energies
         self._note_breaks(new, first)
         self._forget()
 
@@ -199,7 +205,7 @@ class History:
         x = np.stack([left + 0.25 * width, left + 0.75 * width], axis=1).ravel()
         begun = np.flatnonzero(np.isnan(self._data[-1, first[0] : stop[-1]])) + first[0]
         anew = 2 * (np.searchsorted(first, begun, side="right") - 1)
-        y[len(CHANNELS) :, anew] = y[len(CHANNELS) :, anew + 1] = np.nan
+        y[_ENERGY:, anew] = y[_ENERGY:, anew + 1] = np.nan
         lost = self._breaks_in(int(first[0]), int(stop[-1]))
         return self._broken(x, y, np.unique(2 * (np.searchsorted(first, lost, side="right") - 1)), True)
 

@@ -96,12 +96,22 @@ class Live(QObject):
         new = self._reader.read()
         self.lost = int(self._reader.lost)
         if len(new):
-            self.history.append(new, None if engine is None else engine.energies(new[:, rows.TICK]))
+            energies = None if engine is None else engine.energies(new[:, rows.TICK])
+            self.history.append(new, energies, self._places(new))
             self.last = new[-1]
         if self._changing:
             self.history.begin_anew()
             self._changing = not settled
         return new
+
+    def _places(self, new: np.ndarray) -> np.ndarray | None:
+        """Return where the environment's object was in rows (n,) in m, None where they hold no such state."""
+        engine, environment = self._studio.engine, self._studio.environment
+        known = engine is not None and engine.renders(environment) and not self._changing
+        if environment.moves is None or not known:
+            return None
+        state = dict(zip(environment.state_names, new[:, rows.STATE :].T, strict=False))
+        return environment.moves.place(self._studio.values, new[:, rows.POSITION], state)
 
     def _divide(self) -> None:
         """Note in the history that another environment comes into force; it begins once it has done so.

@@ -16,7 +16,7 @@ from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.live.cursors import NAMES, Cursors
 from hapkit_studio.gui.live.held import PastTrace, paint_past
-from hapkit_studio.gui.live.history import History, Window
+from hapkit_studio.gui.live.history import OBJECT, History, Window
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
 from hapkit_studio.gui.live.plots.declared import TimePlot, landmarks, phase_plots, time_plots
 from hapkit_studio.gui.widgets.parts import down
@@ -106,7 +106,7 @@ class TraceCanvas(Canvas):
             return np.nan, np.nan
         values = [window.y[trace.channel] for trace in self.plot_of.traces]
         values += [held.values[t.channel] for held in self.shown.held for t in self.plot_of.traces[-1:]]
-        low, high = min(map(np.fmin.reduce, values)), max(map(np.fmax.reduce, values))
+        low, high = np.fmin.reduce(np.concatenate(values)), np.fmax.reduce(np.concatenate(values))
         most = _MOST_ASKED * self.shown.max_force if self.plot_of.limits else np.inf
         return (
             float(np.clip(low * self.plot_of.scale, -most, most)),
@@ -251,8 +251,9 @@ class TraceCanvas(Canvas):
 
     def _traces(self, painter: QPainter, box: QRectF) -> None:
         x, y = self.shown.window.x - self.shown.zero, self.shown.window.y
-        lines = [self.to_pixels(x, y[trace.channel] * self.plot_of.scale) for trace in self.plot_of.traces]
-        for trace, (across, up) in zip(self.plot_of.traces, lines, strict=True):
+        there = [t for t in self.plot_of.traces if t.label or np.isfinite(y[t.channel]).any()]
+        lines = [self.to_pixels(x, y[trace.channel] * self.plot_of.scale) for trace in there]
+        for trace, (across, up) in zip(there, lines, strict=True):
             color = theme.paler(trace.color, "plot", _PALE if self.shown.stale else 1.0)
             if self.plot_of.limits:
                 strokes.arrows(painter, box, across, up, color, _ARROWS_APART)
@@ -452,8 +453,11 @@ class TimePlots(QWidget):
     def _show_values(self) -> None:
         """Write the newest sample in the headers."""
         newest = self._seen.latest()
+        moves = self._environment.moves if self._environment is not None else None
         for header in self.headers if len(self._seen) else ():
             header.show_value(newest[header.plot.traces[-1].channel])
+            words = f"{moves.name} {header.written(newest[OBJECT])}" if moves is not None else ""
+            header.show_part(header.object, words)
 
     def take(self) -> None:
         """Read the window from the history and let the value axes follow it."""
