@@ -22,6 +22,7 @@ from hapkit_studio.gui.header import Header
 from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
+from hapkit_studio.gui.live.dividers import Dividers
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.lock import ENTRY, Lock
 from hapkit_studio.gui.lock_dialog import LockDialog
@@ -81,6 +82,7 @@ class MainWindow(QMainWindow):
         self.body = WindowLayout(self)
         self.history = UndoHistory(studio, self)
         self.live = Live(studio, self)
+        Dividers(studio, self.live, self.history)
         self.own = OwnEnvironments(studio, self)
         self.header, self.gallery = Header(studio, self.body), Gallery(studio, self.own, self.body.inner)
         self.centre = Centre(self.settings, self.body.inner)

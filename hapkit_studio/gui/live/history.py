@@ -80,12 +80,15 @@ class History:
         """Time of the newest sample in s; NaN when empty."""
         return float(self._time[self._end - 1]) if len(self) else np.nan
 
-    def divide(self, words: str, time: float | None = None) -> None:
-        """Note what happened at a time in s, now if none is given, in place of what was noted for it."""
+    def divide(self, words: str, time: float | None = None, instead: float | None = None) -> None:
+        """Note what happened at a time in s, now if none is given, in place of what was noted for it.
+
+        instead: in place of what was noted for this time, too. Without words nothing new is noted.
+        """
         at = self.now if time is None else time
         if len(self):
-            others = [(when, was) for when, was in self.dividers if when != at]
-            self.dividers = sorted([*others, (at, words)])
+            others = [(when, was) for when, was in self.dividers if when not in (at, instead)]
+            self.dividers = sorted([*others, (at, words)] if words else others)
 
     def begin_anew(self) -> None:
         """Count what came up to now as another environment's."""

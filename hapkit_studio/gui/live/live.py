@@ -113,6 +113,12 @@ class Live(QObject):
         state = dict(zip(environment.state_names, new[:, rows.STATE :].T, strict=False))
         return environment.moves.place(self._studio.values, new[:, rows.POSITION], state)
 
+    def note(self, words: str, instead: float | None = None) -> float:
+        """Note in the history what changes now, in place of what was noted for a time in s; return when."""
+        self._take()
+        self.history.divide(words, instead=instead)
+        return self.history.now
+
     def _divide(self) -> None:
         """Note in the history that another environment comes into force; it begins once it has done so.
 
@@ -132,9 +138,10 @@ class Live(QObject):
     def _follow(self) -> None:
         engine = self._studio.engine
         self._reader = None if engine is None else engine.reader()
-        key = self._studio.entry.key if self._studio.entry else ""
-        if engine is not None and key != self._device:
-            self._device = key
+        entry = self._studio.entry
+        if engine is not None and entry is not None and entry.key != self._device:
+            self._device = entry.key
             self.set_paused(False)
-            self.history.clear()
+            self.history.divide(entry.title)
+            self.history.begin_anew()
             self.last = None

@@ -26,6 +26,7 @@ LEAST = 0.25
 """s without data from which on it is marked."""
 _BESIDE = 6
 _ROW, _LETTERS = 16, 10  # px: base line of words below the frame's top, how high they are
+_GROUND = 0.85  # how opaque the ground of a change's words is
 _PALE = 0.45  # of a trace's colour while the device is gone
 _SAME = 0.3  # px: closer than this, two lines are one
 _ROOMY = 1.5  # times the range that would do: from there on an axis narrows again
@@ -186,8 +187,11 @@ class TraceCanvas(Canvas):
             x = self.pixel(time, 0.0).x()
             fits = x + _BESIDE + _wide(words) <= right
             if box.left() < x <= box.right() and (fits or newest):  # an older one gives way to a newer
-                left = min(x + _BESIDE, right - _wide(words))
-                self.note(painter, left, self._free_row(box, left, left + _wide(words)), words, "ink2")
+                left, wide = min(x + _BESIDE, right - _wide(words)), _wide(words)
+                row = self._free_row(box, left, left + wide)
+                ground = QRectF(left, row - _LETTERS, wide, _LETTERS).adjusted(-3, -3, 3, 4)
+                painter.fillRect(ground & box, theme.color("plot", _GROUND))
+                self.note(painter, left, row, words, "ink2")
             right, newest = min(x - _BESIDE, right), False
 
     def _free_row(self, box: QRectF, left: float, right: float) -> float:
