@@ -51,6 +51,7 @@ class Run:
 
     position and velocity are what the loop saw, true_… the paddle's physics at the same instants; force is
     what the law asked at sample k, applied_force that after fade, clamp and safety; state is (n, values).
+    moves holds the place in m (n,) of what moves besides the handle, by its name.
     hand_target is where a Hand given as an object pulls to, None for other hands.
     warnings say what could not be rendered well at these settings and speeds.
     """
@@ -71,6 +72,7 @@ class Run:
     warnings: tuple[str, ...] = ()
     settings: dict = field(default_factory=dict)
     hand_target: np.ndarray | None = None
+    moves: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return every column by its name with its unit."""
@@ -79,6 +81,7 @@ class Run:
         named = {header: values for header, values in named.items() if not np.isnan(values).all()}
         if self.hand_target is not None:
             named["hand_target_m"] = self.hand_target
+        named |= {f"{name}_m": place for name, place in self.moves.items()}
         return {**named, **{name: self.state[:, i] for i, name in enumerate(self.state_names)}}
 
     def save(self, path: str | Path, decimal: str = ".") -> None:
@@ -166,6 +169,7 @@ def simulate(
         1.0 / loop.rate, device.quantum, device.viscous, speed, loop.delay, device.mass,
         device.coulomb_force, device.max_force, estimator,
     )  # fmt: skip
+    place = chosen.place(values, out[:, rows.POSITION], out[:, rows.STATE :])
     return Run(
         time=np.arange(count) / loop.rate,
         **columns_of(out),
@@ -175,6 +179,7 @@ def simulate(
         warnings=(*chosen.warnings(values, conditions), *_unrest(scene, moving, out)),
         settings=settings,
         hand_target=out[:, rows.HAND_TARGET].copy() if own else None,
+        moves={} if chosen.moves is None or place is None else {chosen.moves.name: place.copy()},
     )
 
 

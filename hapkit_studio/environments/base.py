@@ -159,6 +159,11 @@ class Environment:
             raise ParameterError(complaint)
         return values
 
+    def place(self, values: Values, position: np.ndarray, state: np.ndarray) -> np.ndarray | None:
+        """Return where its object is in m (n,) at positions (n,) and states (n, values), None without one."""
+        named = dict(zip(self.state_names, state.T, strict=False))
+        return None if self.moves is None else self.moves.place(values, position, named)
+
     def force_terms(self, values: Values) -> ForceTerms:
         """Return the spring, damper and friction that the law asks for at these values."""
         if self.terms is not None:

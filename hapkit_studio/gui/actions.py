@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
 _RULE_BEFORE = {
     "session.record",
+    "session.export",
     "session.quit",
     "view.fit",
     "view.panel",
@@ -89,6 +90,10 @@ def _has_simulated(window: "MainWindow") -> bool:
 
 def _open(window: "MainWindow") -> bool:
     return not window.studio.hidden
+
+
+def _has_samples(window: "MainWindow") -> bool:
+    return len(window.centre.time.seen) > 1
 
 
 def _has_law(window: "MainWindow") -> bool:
@@ -159,6 +164,22 @@ _SESSION = (
     Action(
         "session.marker", "Add a marker…", "Session", lambda w: w.show_marker(), "Ctrl+M",
         enabled=_has_engine,
+    ),
+    Action(
+        "session.export", "Export what is visible…", "Session", lambda w: w.export.ask(w.export.visible),
+        "Ctrl+Shift+E", enabled=_has_samples,
+    ),
+    Action(
+        "session.export_selection", "Export between the cursors…", "Session",
+        lambda w: w.export.ask(w.export.selected), enabled=lambda w: w.centre.time.cursors.on,
+    ),
+    Action(
+        "session.export_kept", "Export the last minute…", "Session", lambda w: w.export.ask(),
+        enabled=_has_samples,
+    ),
+    Action(
+        "session.copy_picture", "Copy picture", "Session", lambda w: w.copy_picture(), "Ctrl+Shift+C",
+        enabled=lambda w: w.has_picture,
     ),
     Action("session.quit", "Quit", "Session", lambda w: w.quit(), "Ctrl+Q"),
 )  # fmt: skip

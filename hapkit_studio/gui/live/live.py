@@ -108,10 +108,9 @@ class Live(QObject):
         """Return where the environment's object was in rows (n,) in m, None where they hold no such state."""
         engine, environment = self._studio.engine, self._studio.environment
         known = engine is not None and engine.renders(environment) and not self._changing
-        if environment.moves is None or not known:
+        if not known:
             return None
-        state = dict(zip(environment.state_names, new[:, rows.STATE :].T, strict=False))
-        return environment.moves.place(self._studio.values, new[:, rows.POSITION], state)
+        return environment.place(self._studio.values, new[:, rows.POSITION], new[:, rows.STATE :])
 
     def note(self, words: str, instead: float | None = None) -> float:
         """Note in the history what changes now, in place of what was noted for a time in s; return when."""
