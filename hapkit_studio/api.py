@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -205,9 +206,10 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
     settings = session.latest(ABOUT, time[-1]) | session.latest(SETTINGS, time[-1])
     names = (*settings.get("state_names", ()), *(f"state_{i}" for i in range(found["state"].shape[1])))
     said = [event for event in session.events if time[0] <= event.time <= zero + stop]
+    columns: dict[str, Any] = {name: found[column] for name, column in _KEPT.items()}
     return Run(
         time=own - own[0],
-        **{name: found[column] for name, column in _KEPT.items()} | {"flags": found["flags"].astype(int)},
+        **columns | {"flags": found["flags"].astype(int)},
         state=found["state"],
         state_names=names[: found["state"].shape[1]],
         faults=tuple(event.what["text"] for event in said if event.kind == FAULT and event.what["text"]),
@@ -237,7 +239,7 @@ def _unrest(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.ndarr
     return [f"{name}: {does.sentence}." for name, does in found.items() if not does.calm]
 
 
-def columns_of(table: np.ndarray) -> dict[str, np.ndarray]:
+def columns_of(table: np.ndarray) -> dict[str, Any]:
     """Return what a run holds of rows of the loop (n, width), each (n,)."""
     found = {name: np.ascontiguousarray(table[:, column]) for name, (_, column) in _COLUMNS.items()}
     return found | {"flags": found["flags"].astype(int)}

@@ -101,8 +101,9 @@ class Environment:
     are set to the words that say so. over_position and over_velocity return the theory drawn beneath the
     data, (n,) or one row a branch, nan where there is none; without them it is the law at rest. restless says
     why the scene with its defaults does not come to rest, "" where it does. stored is a law of the energy in
-    J that objects hold and may give back; moves is an object whose place is plotted; drives says in words that a scene gives energy by itself. outcomes
-    and hands are what fidelity is judged by, needs the device terms it found that they depend on.
+    J that objects hold and may give back; moves is an object whose place is plotted; drives says in words
+    that a scene gives energy by itself. outcomes and hands are what fidelity is judged by, needs the device
+    terms it found that they depend on.
     """
 
     key: str
