@@ -18,7 +18,7 @@ Mark = tuple[float, str]
 
 @dataclass(frozen=True)
 class Past:
-    """A stretch to compare with, (n,) each in SI: its words, token of its colour, dash in widths of its line."""
+    """A stretch to compare with, (n,) each in SI: its words, token of its colour, dash in line widths."""
 
     words: str
     time: np.ndarray

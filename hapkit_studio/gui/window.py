@@ -69,6 +69,7 @@ class MainWindow(QMainWindow):
     file_actions: FileActions
     editor: EditorController
     views: Views
+    export: LiveExport
     single_keys: bool
 
     def __init__(self, studio: Studio):
@@ -193,7 +194,7 @@ class MainWindow(QMainWindow):
         return page is None and len(self.centre.time.seen) > 1
 
     def copy_picture(self) -> None:
-        """Put a picture of what is in sight on the clipboard: a measuring page's result, or the live plots."""
+        """Put a picture of what is in sight, a result or the live plots, on the clipboard."""
         page = self.views.shown
         if isinstance(page, MeasuringPage):
             self.export.copy_picture(page.exports()[0])

@@ -4,6 +4,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -34,9 +35,9 @@ Figure = Callable[[str], object]
 
 
 class LiveExport(QObject):
-    """Writes and copies a range of what the plots look at. ``said``: in words what was done; ``failed``: why not.
+    """Writes and copies a range of what the plots look at, with what was set at its end.
 
-    What was set is that at the end of the range.
+    ``said``: in words what was done; ``failed``: why nothing was.
     """
 
     said = Signal(str)
@@ -78,9 +79,8 @@ class LiveExport(QObject):
 
         def save(path: str) -> None:
             decimal = "," if dialog.selectedNameFilter() == COMMA else "."
-            self._saving.start(
-                lambda _progress: write(path, lambda to: _save(to, table, figure, decimal), dict)
-            )
+            made = partial(_save, run=table, figure=figure, decimal=decimal)
+            self._saving.start(lambda _progress: write(path, made, dict))
 
         name = f"{run.settings['environment']}.png"
         dialog = choose_file(self._centre, "Export", _KINDS, save, save_as=name)
@@ -138,6 +138,7 @@ class LiveExport(QObject):
         """Return a window's samples as those of a run, what is not kept of it nan."""
         from hapkit_studio.api import Run
 
+        changes = {"changes": [f"{when:.3f} s: {words}" for when, words in marks]}
         y, unknown = window.y, np.full(len(window.x), np.nan)
         environment = self._studio.environments.get(was["environment"])
         name = environment.moves.name if environment is not None and environment.moves else OBJECT
@@ -155,8 +156,7 @@ class LiveExport(QObject):
             state=np.empty((len(unknown), 0)),
             state_names=(),
             faults=(),
-            settings=was
-            | ({"changes": [f"{when:.3f} s: {words}" for when, words in marks]} if marks else {}),
+            settings=was | (changes if marks else {}),
             moves={name: y[OBJECT]} if np.isfinite(y[OBJECT]).any() else {},
         )
 
@@ -169,7 +169,9 @@ class LiveExport(QObject):
             Past(
                 held.words,
                 held.time - begin + (shown.zero if held.pinned else 0.0),
-                *(held.values[channel] for channel in ("position", "velocity", "applied")),
+                held.values["position"],
+                held.values["velocity"],
+                held.values["applied"],
                 held.look.token,
                 [length / 2.0 for length in held.look.dash],
             )

@@ -104,7 +104,8 @@ class History:
     ) -> None:
         """Take (n, ROW_WIDTH) telemetry rows, oldest first, and their (n, 2) energies and limits in J.
 
-        places (n,) in m: of the object that moves besides the handle, None where there is none. A clock that goes back starts afresh.
+        places (n,) in m: of the object that moves besides the handle, None where there is none. A clock that
+        goes back starts afresh.
         """
         if not len(new):
             return
