@@ -83,11 +83,10 @@ def _write_marks(axes: Any, c: Colors, marks: Sequence[Mark], begin: float, end:
 
 def _caption(settings: dict) -> str:
     units, device = settings.get("units", {}), settings.get("device")
-    parameters = ", ".join(
+    words = [settings.get("environment", "")] + [
         f"{k} {v}" if isinstance(v, str) else f"{k} {v:,g} {units.get(k, '')}".rstrip()
         for k, v in settings.get("parameters", {}).items()
-    )
-    words = [settings.get("environment", ""), parameters]
+    ]
     words += [device if isinstance(device, str) else "Simulated Hapkit", f"hand: {settings.get('hand')}"]
     words += [f"{settings.get('rate_Hz', 0):,g} Hz", f"delay {1e3 * settings.get('delay_s', 0):g} ms"]
     words += [str(settings.get("estimator"))]

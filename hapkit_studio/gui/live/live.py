@@ -124,6 +124,7 @@ class Live(QObject):
         It is seen at once: what stood while paused was the other's.
         """
         self.set_paused(False)
+        self._changing = True  # what came until now is the other's
         self._take()
         last = self.history.before(self._studio.environment_since)
         self.history.divide(self._studio.environment.title, None if math.isnan(last) else last)
