@@ -11,6 +11,7 @@ from hapkit_studio.charts.style import TICK, Colors, legend, save, style_axes, u
 
 _SIZE = (792, 450)
 _LETTER = 0.016  # of the time axis: what a letter of a mark's words takes there
+_ROOM = 0.25  # of the range: what is left free above the lines for words
 
 Mark = tuple[float, str]
 """When something was changed, in s, and in words what."""
@@ -69,7 +70,8 @@ def draw(figure: Any, c: Colors, run: Any, marks: Sequence[Mark] = (), past: Seq
 
 def _write_marks(axes: Any, c: Colors, marks: Sequence[Mark], begin: float, end: float) -> None:
     """Write the marks' words along the top; an older one gives way to a newer."""
-    right = end
+    right, (low, high) = end, axes.get_ylim()
+    axes.set_ylim(low, high + _ROOM * (high - low) * bool(marks))
     for when, words in reversed(marks):
         wide = _LETTER * len(words) * (end - begin)
         if when + wide <= right or right == end:

@@ -178,7 +178,7 @@ _SESSION = (
         enabled=_has_samples,
     ),
     Action(
-        "session.copy_picture", "Copy picture", "Session", lambda w: w.copy_picture(), "Ctrl+Shift+C",
+        "session.copy_picture", "Copy picture", "Session", lambda w: w.copy_picture(), "Ctrl+Alt+C",
         enabled=lambda w: w.has_picture,
     ),
     Action("session.quit", "Quit", "Session", lambda w: w.quit(), "Ctrl+Q"),

@@ -65,10 +65,10 @@ class LiveExport(QObject):
         return plots.shown.zero + left, plots.shown.zero + right
 
     @property
-    def selected(self) -> tuple[float, float] | None:
-        """Return begin and end in s of what lies between the cursors, both included; None without them."""
-        times = self._centre.time.cursors.times
-        return None if times is None else (min(times), math.nextafter(max(times), math.inf))
+    def selected(self) -> tuple[float, float]:
+        """Return begin and end in s of what lies between the cursors, both included; nan without them."""
+        times = self._centre.time.cursors.times or (math.nan, math.nan)
+        return min(times), math.nextafter(max(times), math.inf)
 
     def ask(self, stretch: tuple[float, float] = (-math.inf, math.inf)) -> None:
         """Ask for a file's name beside the window, then write what was kept from begin to end in s."""

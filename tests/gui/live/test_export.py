@@ -94,10 +94,10 @@ def test_the_ranges_are_what_is_seen_what_lies_between_the_cursors_and_all(fed, 
     cursors.show(True)
     cursors.move(0, 4.0005)
     cursors.move(1, 1.5005)
-    ranges = {"visible": window.export.visible, "selection": window.export.selected, "all": None}
-    stretches = {name: found or (-math.inf, math.inf) for name, found in ranges.items()}
+    ranges = {"visible": window.export.visible, "selection": window.export.selected}
+    ranges["all"] = (-math.inf, math.inf)
     count = {}
-    for name, stretch in stretches.items():
+    for name, stretch in ranges.items():
         write(tmp_path / f"{name}.csv", stretch)
         count[name] = len(read(tmp_path / f"{name}.csv")[1]["time_s"])
     time.set_paused(False)
