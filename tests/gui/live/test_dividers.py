@@ -84,3 +84,15 @@ def test_a_divider_may_replace_an_earlier_one_or_take_it_away():
     assert history.dividers == [(0.4, "other"), (0.6, "second")]
     history.divide("", 0.8, instead=0.6)
     assert history.dividers == [(0.4, "other")]
+
+
+def test_another_device_is_noted_by_its_name_and_begins_anew(noted):
+    """What the device before gave stays to be seen, but is not counted as this one's."""
+    _, _, live = noted
+    later(live)
+    live._device = "another"
+    newest = live.history.now
+    live._follow()
+    assert said(live) == ["Simulated Hapkit"]
+    assert len(live.history)
+    assert live.history.begin > newest
