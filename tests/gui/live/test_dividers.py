@@ -13,11 +13,9 @@ from tests.gui.live.plot_support import RATE, telemetry
 def noted(kept_window):
     """Return the window's studio, undo and history, of which only the test feeds the samples."""
     window = kept_window
-    window.live._frames.stop()
     window.live.tick()
     window.live.history.clear()
-    yield window.studio, window.history, window.live
-    window.live._frames.start()
+    return window.studio, window.history, window.live
 
 
 def later(live):

@@ -25,7 +25,6 @@ COLUMNS = {
 def fed(kept_window):
     """Return the window with 5 s of samples that the test knows, and a copy of them."""
     window = kept_window
-    window.live._frames.stop()
     window.live.tick()
     window.live.history.clear()
     table = telemetry(5000, start=7)
@@ -34,7 +33,6 @@ def fed(kept_window):
     yield window, table.copy()
     window.centre.time.cursors.show(False)
     window.live.history.clear()
-    window.live._frames.start()
 
 
 @pytest.fixture
