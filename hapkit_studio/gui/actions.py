@@ -93,7 +93,7 @@ def _open(window: "MainWindow") -> bool:
 
 
 def _has_samples(window: "MainWindow") -> bool:
-    return len(window.centre.time.seen) > 1
+    return len(window.centre.time.seen) > 1 and not window.studio.hidden
 
 
 def _has_law(window: "MainWindow") -> bool:
@@ -171,7 +171,7 @@ _SESSION = (
     ),
     Action(
         "session.export_selection", "Export between the cursors…", "Session",
-        lambda w: w.export.ask(w.export.selected), enabled=lambda w: w.centre.time.cursors.on,
+        lambda w: w.export.ask(w.export.selected), enabled=lambda w: w.centre.time.cursors.on and _has_samples(w),
     ),
     Action(
         "session.export_kept", "Export the last minute…", "Session", lambda w: w.export.ask(),
