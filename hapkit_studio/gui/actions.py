@@ -171,7 +171,8 @@ _SESSION = (
     ),
     Action(
         "session.export_selection", "Export between the cursors…", "Session",
-        lambda w: w.export.ask(w.export.selected), enabled=lambda w: w.centre.time.cursors.on and _has_samples(w),
+        lambda w: w.export.ask(w.export.selected),
+        enabled=lambda w: w.centre.time.cursors.on and _has_samples(w),
     ),
     Action(
         "session.export_kept", "Export the last minute…", "Session", lambda w: w.export.ask(),
