@@ -23,6 +23,8 @@ from hapkit_studio.gui.live.canvas import Canvas
 from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
+from hapkit_studio.gui.live.dividers import Dividers
+from hapkit_studio.gui.live.export import LiveExport
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.live.replay import Replay
 from hapkit_studio.gui.live.replay_bar import ReplayBar
@@ -30,6 +32,7 @@ from hapkit_studio.gui.lock import ENTRY, Lock
 from hapkit_studio.gui.lock_dialog import LockDialog
 from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.own_environments import OwnEnvironments
+from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.panel.two_settings import TwoSettings
@@ -71,6 +74,7 @@ class MainWindow(QMainWindow):
     file_actions: FileActions
     editor: EditorController
     views: Views
+    export: LiveExport
     single_keys: bool
 
     def __init__(self, studio: Studio):
@@ -87,6 +91,7 @@ class MainWindow(QMainWindow):
         self.history = UndoHistory(studio, self)
         self.live = Live(studio, self)
         self.replay = Replay(studio, self.live)
+        Dividers(studio, self.live, self.history)
         self.own = OwnEnvironments(studio, self)
         self.header, self.gallery = Header(studio, self.body), Gallery(studio, self.own, self.body.inner)
         self.centre = Centre(self.settings, self.body.inner)
@@ -118,6 +123,9 @@ class MainWindow(QMainWindow):
             lambda: self.views.show("sessions"),
         )  # fmt: skip
         self.blind = BlindComparison(studio, self.two, self.views, self)
+        self.export = LiveExport(studio, self.centre)
+        self.export.said.connect(self.record_display.say)
+        self.export.failed.connect(lambda why: self.record_display.show_failure("Nothing was written.", why))
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))
@@ -190,6 +198,22 @@ class MainWindow(QMainWindow):
 
         ExportDialog(self.studio, self).show()
 
+    @property
+    def has_picture(self) -> bool:
+        """Say whether what is in sight can be copied as a picture."""
+        page = self.views.shown
+        if isinstance(page, MeasuringPage):
+            return page.bar.export.isEnabled()
+        return page is None and len(self.centre.view.history) > 1 and not self.studio.hidden
+
+    def copy_picture(self) -> None:
+        """Put a picture of what is in sight, a result or the live plots, on the clipboard."""
+        page = self.views.shown
+        if isinstance(page, MeasuringPage):
+            self.export.copy_picture(page.exports()[0])
+        else:
+            self.export.copy()
+
     def show_about(self) -> None:
         """Open the dialog on the studio itself."""
         about_dialog(self).show()
@@ -257,6 +281,7 @@ class MainWindow(QMainWindow):
         self.live.stop()
         self.editor.end()
         self.views.end()
+        self.export.end()
         self.stability.close_worker()
         self.loop.where.close_worker()
         self.studio.close()
