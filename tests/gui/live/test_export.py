@@ -85,7 +85,7 @@ def test_a_table_has_the_very_samples_of_its_range(fed, write, tmp_path, kind, b
 def test_the_ranges_are_what_is_seen_what_lies_between_the_cursors_and_all(fed, write, tmp_path):
     window, table = fed
     time = window.centre.time
-    time.set_paused(True)
+    window.centre.view.set_paused(True)
     time.canvases[-1].view.setXRange(-3.0, -1.0, padding=0)
     time.refresh()
     cursors = time.cursors
@@ -98,7 +98,7 @@ def test_the_ranges_are_what_is_seen_what_lies_between_the_cursors_and_all(fed, 
     for name, stretch in ranges.items():
         write(tmp_path / f"{name}.csv", stretch)
         count[name] = len(read(tmp_path / f"{name}.csv")[1]["time_s"])
-    time.set_paused(False)
+    window.centre.view.set_paused(False)
     assert count == {"visible": pytest.approx(2000, abs=3), "selection": 2501, "all": len(table)}
 
 

@@ -56,9 +56,9 @@ def test_it_is_drawn_where_the_samples_say_and_named_with_its_place(plots):
     assert not len(colored(canvas.viewport().grab().toImage(), "objline"))
     history = History(seconds=60.0, rate=RATE)
     history.append(telemetry(14_000), places=np.full(14_000, -0.0085))
-    plots.set_history(history)
+    plots.view.set_history(history)
     plots.set_environment(LIBRARY["puck"], LIBRARY["puck"].values(), 3.0)
-    plots._show_values()
+    plots._show_words()
     plots.refresh()
     assert header.object[1].text() == "puck −8.50 mm"
     assert all(part.isVisible() for part in header.object)
@@ -67,14 +67,14 @@ def test_it_is_drawn_where_the_samples_say_and_named_with_its_place(plots):
     canvas.measure()
     assert np.median(seen) == pytest.approx(canvas.pixel(0.0, -8.5).y(), abs=1.5)
     plots.set_environment(LIBRARY["wall"], LIBRARY["wall"].values(), 3.0)
-    plots._show_values()
+    plots._show_words()
     assert not any(part.isVisible() for part in header.object)
 
 
 def test_the_axis_shows_it_too(plots):
     history = History(seconds=60.0, rate=RATE)
     history.append(telemetry(14_000), places=np.full(14_000, 0.037))
-    plots.set_history(history)
+    plots.view.set_history(history)
     plots.refresh()
     assert canvas_of(plots, "position").view.viewRange()[1][1] > 37.0
 

@@ -24,7 +24,7 @@ LEFT_OVER = "time, s (residual: the force that no term explains)"
 @pytest.fixture(autouse=True)
 def nothing_compiled(monkeypatch):
     """Compile nothing in another program."""
-    monkeypatch.setattr(prepare, "begin", lambda *_: None)
+    monkeypatch.setattr(prepare, "begin", lambda *_, **__: None)
 
 
 @pytest.fixture
