@@ -10,7 +10,7 @@ from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar
 
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui import pages
+from hapkit_studio.gui import demos, pages
 from hapkit_studio.gui.editor.code_page import CYCLES, CYCLES_KEY
 from hapkit_studio.gui.header import fill_frames_menu, fill_menu
 from hapkit_studio.gui.live.time_plots import SPANS
@@ -31,6 +31,7 @@ _RULE_BEFORE = {
     "device.zero",
     "environment.reset",
     "environment.new",
+    "teach.open_demo",
     "help.about",
 }
 
@@ -95,6 +96,10 @@ def _has_law(window: "MainWindow") -> bool:
     return window.editor.path is not None
 
 
+def _may_play(window: "MainWindow") -> bool:
+    return window.studio.fault is None and (not window.studio.stopped or window.studio.held)
+
+
 def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
     """Return all actions, one per environment among them."""
     views = [("live", "Live"), *((tab.key, tab.title) for tab in pages.discover().values())]
@@ -112,6 +117,14 @@ def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
         ),
         *_ENVIRONMENT,
         *_CLASSROOM,
+        *(
+            Action(
+                f"teach.demo.{name}", f"Demo: {demos.title(path)}", "Teach",
+                lambda w, path=path: w.play_demo(path), enabled=_may_play,
+            )
+            for name, path in demos.shipped().items()
+        ),
+        *_TEACH,
         *_HELP,
     )  # fmt: skip
 
@@ -284,6 +297,15 @@ _CLASSROOM = (
     Action(
         "teach.blind", "Compare A and B blind", "Teach", lambda w: w.blind.begin(),
         enabled=lambda w: _open(w) and w.two.comparable,
+    ),
+)  # fmt: skip
+
+
+_TEACH = (
+    Action("teach.open_demo", "Open demo…", "Teach", lambda w: w.open_demo(), enabled=_may_play),
+    Action(
+        "teach.end_demo", "End demo", "Teach", lambda w: w.demos.end(),
+        enabled=lambda w: w.demos.demo is not None,
     ),
 )  # fmt: skip
 

@@ -320,6 +320,12 @@ class Studio(QObject):
         """Say whether a motor waits until a person lets it render what an earlier start has left."""
         return self.stopped and self.engine is not None and self._waits(self.engine)
 
+    def wait_for_render(self) -> None:
+        """Let a motor wait until a person lets it render what no person has chosen."""
+        self.restored = True
+        if self.engine is not None and self._waits(self.engine):
+            self.stop()
+
     def _waits(self, engine: "Engine") -> bool:
         return self.restored and not engine.device.simulated
 

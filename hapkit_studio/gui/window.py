@@ -1,6 +1,7 @@
 """The main window: its parts, how they share the room, and how they are connected."""
 
 import gc
+from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QSettings, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
@@ -13,7 +14,15 @@ from hapkit_studio.gui.actions import ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack, Notice
 from hapkit_studio.gui.blind import BlindComparison
 from hapkit_studio.gui.command_palette import CommandPalette, FindButton
-from hapkit_studio.gui.dialogs import KeysDialog, MarkerDialog, about_dialog, priority_dialog
+from hapkit_studio.gui.demo_player import CaptionBar, DemoPlayer
+from hapkit_studio.gui.demos import read as read_demo
+from hapkit_studio.gui.dialogs import (
+    KeysDialog,
+    MarkerDialog,
+    about_dialog,
+    priority_dialog,
+    text_dialog,
+)
 from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
 from hapkit_studio.gui.energy import EnergyWatch
 from hapkit_studio.gui.flash_dialog import FlashDialog
@@ -30,13 +39,14 @@ from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.panel.two_settings import TwoSettings
+from hapkit_studio.gui.presets import PresetError
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.undo import UndoHistory
-from hapkit_studio.gui.views import Views
+from hapkit_studio.gui.views import LIVE, Views
 from hapkit_studio.gui.widgets.numbers import NumberBox
-from hapkit_studio.gui.widgets.parts import down
+from hapkit_studio.gui.widgets.parts import choose_file, down
 from hapkit_studio.gui.widgets.theme import theme
 
 _SMALLEST = (800, 560)
@@ -91,6 +101,8 @@ class MainWindow(QMainWindow):
         )
         self.presets = Presets(studio, self.history, self)
         self.two = TwoSettings(studio, self.history, self)
+        self.demos = DemoPlayer(studio, self)
+        self.caption = CaptionBar(self.demos, self.body)
         self.panel = ParameterPanel(studio, self.presets, self.two, self.settings, self.body.side)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
@@ -176,6 +188,21 @@ class MainWindow(QMainWindow):
         from hapkit_studio.gui.export_dialog import ExportDialog  # late: keeps start-up fast
 
         ExportDialog(self.studio, self).show()
+
+    def play_demo(self, path: str | Path) -> None:
+        """Play the demo in a file where it can be seen, or say what is wrong with it."""
+        try:
+            demo = read_demo(path, self.studio.environments)
+        except PresetError as error:
+            text_dialog(f"{Path(path).name}: nothing was played", error.lines, self).show()
+            return
+        self.views.show(LIVE)
+        self.live.set_paused(False)
+        self.demos.play(demo)
+
+    def open_demo(self) -> None:
+        """Ask for a demo's file, and play it."""
+        choose_file(self, "Open demo", "Demos (*.toml)", self.play_demo)
 
     def show_about(self) -> None:
         """Open the dialog on the studio itself."""
@@ -266,6 +293,9 @@ class MainWindow(QMainWindow):
         self.history.changed.connect(lambda: self.banners.set("undo", None))
         for signal in (self.history.refused, self.studio.refused):
             signal.connect(self._say_refused)
+        self.centre.scene.taken.connect(self.demos.end)
+        self.closed.connect(self.demos.end)
+        self.demos.changed.connect(self.actions_by_key.refresh)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
         assert application is not None
@@ -298,7 +328,7 @@ class WindowLayout(QWidget):
         fill(self.inner, 1, 1, window.gallery, window.centre)
         fill(self.borders, 1, 0, self._left, self.side)
         self._beside = down((self.inner, 1), into=self._left)
-        self._column = down(window.header, (self.borders, 1), window.status, into=self)
+        self._column = down(window.header, (self.borders, 1), window.caption, window.status, into=self)
         self._place_banners(False)
         self.inner.splitterMoved.connect(self._gallery_dragged)
         self.borders.splitterMoved.connect(self._panel_dragged)
