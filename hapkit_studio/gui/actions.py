@@ -27,7 +27,7 @@ _RULE_BEFORE = {
     "session.record",
     "session.quit",
     "view.fit",
-    "view.panel",
+    "view.projector",
     "device.zero",
     "environment.reset",
     "environment.new",
@@ -208,6 +208,21 @@ _VIEW = (
     Action("view.cursor_b", "Cursor B here", "View", lambda w: w.centre.time.put_cursor(1), "B"),
     Action("view.hold", "Hold traces", "View", lambda w: w.display.hold(), "H", enabled=_open),
     Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
+    Action(
+        "view.projector", "Projector", "View", lambda w: w.projector.toggle(), "F11",
+        checked=lambda w: w.projector.on,
+    ),
+    *(
+        Action(
+            f"view.value_{place}_{way}", f"{words} value {way}", "View",
+            lambda w, at=place, steps=steps: w.projector.card.step(at, steps), key,
+            enabled=lambda w: w.projector.on, extra=extra,
+        )
+        for place, words, way, steps, key, extra in (
+            (0, "First", "up", 1, "+", ("=",)), (0, "First", "down", -1, "-", ()),
+            (1, "Second", "up", 1, "Ctrl++", ("Ctrl+=",)), (1, "Second", "down", -1, "Ctrl+-", ()),
+        )
+    ),
     Action("view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
     Action(
         "view.single_keys", "Single-letter keys", "View", lambda w: w.toggle_single_keys(),

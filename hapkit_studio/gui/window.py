@@ -40,6 +40,7 @@ from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.panel.two_settings import TwoSettings
 from hapkit_studio.gui.presets import PresetError
+from hapkit_studio.gui.projector import Projector
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
@@ -121,6 +122,7 @@ class MainWindow(QMainWindow):
             lambda: self.views.show("sessions"),
         )  # fmt: skip
         self.blind = BlindComparison(studio, self.two, self.views, self)
+        self.projector = Projector(self)
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))
@@ -277,6 +279,7 @@ class MainWindow(QMainWindow):
         self.editor.shown.connect(lambda _on: self.actions_by_key.refresh())
         self.centre.toolbar.fit.clicked.connect(self.fit_axes)
         self.stability.judged.connect(self.status.show_margin)
+        self.stability.judged.connect(self.projector.card.show_verdict)
         self.stability.ask()
         self.live.health.connect(self.stability.note_health)
         self.status.how_to_fix.connect(self.show_priority)
@@ -295,6 +298,7 @@ class MainWindow(QMainWindow):
             signal.connect(self._say_refused)
         self.centre.scene.taken.connect(self.demos.end)
         self.closed.connect(self.demos.end)
+        self.closed.connect(self.projector.end)
         self.demos.changed.connect(self.actions_by_key.refresh)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
@@ -350,14 +354,19 @@ class WindowLayout(QWidget):
     def share(self) -> None:
         """Decide what gives way at this size."""
         parts, wide, px = self._window, self._window.width(), theme.px
-        theme.set_scale(breakpoints.scale(wide, parts.height()))
+        projected = parts.projector.on
+        if projected:
+            theme.set_scale(breakpoints.projected_scale(wide, parts.height()), breakpoints.FRAME)
+        else:
+            theme.set_scale(breakpoints.scale(wide, parts.height()))
+        parts.gallery.setHidden(projected)
         parts.gallery.setMinimumWidth(px(breakpoints.RAIL))
         parts.gallery.setMaximumWidth(px(breakpoints.GALLERY_MOST))
         self.side.setMinimumWidth(px(breakpoints.PANEL_NARROW))
         self.side.setMaximumWidth(px(breakpoints.PANEL_MOST))
         small = wide < breakpoints.DRAWER_WIDTH or parts.height() < breakpoints.DRAWER_HEIGHT
-        opened = not small if self._drawer_open is None else self._drawer_open
-        parts.header.panel.setVisible(small)
+        opened = not projected and (not small if self._drawer_open is None else self._drawer_open)
+        parts.header.panel.setVisible(small and not projected)
         self.side.setVisible(opened)
         self._place_banners(wide < breakpoints.BANNERS_BESIDE_PANEL and opened)
         self._column.activate()  # at once: else a frame is painted with parts of two sizes

@@ -22,6 +22,8 @@ from hapkit_studio.gui.live.plots.declared import TimePlot, landmarks, phase_plo
 from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.theme import number, theme
 
+FEWEST = 2
+"""Plots that are shown on a projector."""
 LEAST = 0.25
 """s without data from which on it is marked."""
 _BESIDE = 6
@@ -308,6 +310,7 @@ class TimePlots(QWidget):
         super().__init__(parent)
         self.plots = time_plots() if plots is None else plots
         self.span, self.paused = 10.0, False
+        self._fewest = False
         self.shown, self.cursors = PlotState(), Cursors(self)
         self._history = self._seen = History(seconds=1.0, rate=1.0)
         self._shades = False
@@ -505,9 +508,17 @@ class TimePlots(QWidget):
         if time is None:
             self.pointed.emit(None)
 
+    def set_fewest(self, on: bool) -> None:
+        """Fold what folds first however much room there is, or only where there is little."""
+        self._fewest = on
+        self._share_out()
+
     def resizeEvent(self, event) -> None:
         """Share out the height; fold what may be folded when there is little."""
         super().resizeEvent(event)
+        self._share_out()
+
+    def _share_out(self) -> None:
         margins = self._column.contentsMargins()
         room = self.height() - margins.top() - margins.bottom()
         folded = self._folded(room)
@@ -524,6 +535,6 @@ class TimePlots(QWidget):
         """Return which plots fold away in a height in px."""
         shown = list(self.plots)
         for plot in sorted((p for p in self.plots if p.folds), key=lambda p: p.folds):
-            if room < len(shown) * (HEIGHT + _LEAST_HEIGHT) + _AXIS:
+            if (self._fewest and len(shown) > FEWEST) or room < len(shown) * (HEIGHT + _LEAST_HEIGHT) + _AXIS:
                 shown.remove(plot)
         return [plot not in shown for plot in self.plots]
