@@ -376,6 +376,7 @@ class WindowLayout(QWidget):
         self.borders.setSizes([wide - panel - 1, panel])
         self._beside.activate()
         self.inner.setSizes([gallery, self._left.width() - gallery - 1])
+        parts.centre.lay_out()
 
     def _gallery_dragged(self, place: int, _handle: int) -> None:
         """Take a width that shows all words, or a rail."""

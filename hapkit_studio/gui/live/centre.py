@@ -156,7 +156,8 @@ class Centre(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.lay_out()
+        if not theme.refreshing:  # a part that moves takes its border with it; the window lays out afterwards
+            self.lay_out()
 
     def lay_out(self) -> None:
         """Share out the room; another scene may want another height."""

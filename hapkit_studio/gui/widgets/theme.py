@@ -37,6 +37,8 @@ class Theme(QObject):
         self.mode = "system"
         self.name = "light"
         self.scale, self.frame = 1.0, 1
+        self.refreshing = False
+        """Whether Qt styles all widgets anew: until that is done none may be deleted."""
         self.tokens = table("light")
         self._fonts: dict[str, QFont] = {}
         self._app: QApplication | None = None
@@ -101,7 +103,9 @@ class Theme(QObject):
         if self._app is not None:
             self._app.setPalette(self.palette())
             self._app.setFont(self.font("body"))
+        self.refreshing = True
         self.changed.emit()
+        self.refreshing = False
 
     def palette(self) -> QPalette:
         """Return the palette for whatever the style sheet leaves to the style."""
