@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt
@@ -96,6 +97,11 @@ def _has_law(window: "MainWindow") -> bool:
     return window.editor.path is not None
 
 
+def _demo(name: str, path: Path) -> Action:
+    words = f"Demo: {demos.title(path)}"
+    return Action(f"teach.demo.{name}", words, "Teach", lambda w: w.play_demo(path), enabled=_may_play)
+
+
 def _may_play(window: "MainWindow") -> bool:
     return window.studio.fault is None and (not window.studio.stopped or window.studio.held)
 
@@ -124,6 +130,7 @@ def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
             )
             for name, path in demos.shipped().items()
         ),
+        *(_demo(name, path) for name, path in demos.shipped().items()),
         *_TEACH,
         *_HELP,
     )  # fmt: skip
@@ -191,6 +198,14 @@ _EDIT = (
 )  # fmt: skip
 
 
+def _value(place: int, words: str, steps: int, key: str, *extra: str) -> Action:
+    """Return an action that changes one of the projector's values by some steps."""
+    return Action(
+        f"view.{words.lower().replace(' ', '_')}", words, "View",
+        lambda w: w.projector.card.step(place, steps), key, enabled=lambda w: w.projector.on, extra=extra,
+    )  # fmt: skip
+
+
 _VIEW = (
     *_one_of(
         "view.theme", "View/Theme", [(mode, words, "") for mode, words in THEMES.items()],
@@ -212,17 +227,10 @@ _VIEW = (
         "view.projector", "Projector", "View", lambda w: w.projector.toggle(), "F11",
         checked=lambda w: w.projector.on,
     ),
-    *(
-        Action(
-            f"view.value_{place}_{way}", f"{words} value {way}", "View",
-            lambda w, at=place, steps=steps: w.projector.card.step(at, steps), key,
-            enabled=lambda w: w.projector.on, extra=extra,
-        )
-        for place, words, way, steps, key, extra in (
-            (0, "First", "up", 1, "+", ("=",)), (0, "First", "down", -1, "-", ()),
-            (1, "Second", "up", 1, "Ctrl++", ("Ctrl+=",)), (1, "Second", "down", -1, "Ctrl+-", ()),
-        )
-    ),
+    _value(0, "First value up", 1, "+", "="),
+    _value(0, "First value down", -1, "-"),
+    _value(1, "Second value up", 1, "Ctrl++", "Ctrl+="),
+    _value(1, "Second value down", -1, "Ctrl+-"),
     Action("view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
     Action(
         "view.single_keys", "Single-letter keys", "View", lambda w: w.toggle_single_keys(),

@@ -80,7 +80,9 @@ class DemoPlayer(QObject):
             self._studio.move_hand(None)
         now, ours = settings_of(self._studio), self._ours
         mine = {place for place, value in now.items() if ours.get(place) == value}
-        back = {place: value for place, value in self._before.items() if place in mine and now[place] != value}
+        back = {
+            place: value for place, value in self._before.items() if place in mine and now[place] != value
+        }
         with self._studio.temporarily(), suppress(ParameterError):  # a file or a device may be gone
             put(self._studio, back)
         self.changed.emit()

@@ -74,6 +74,8 @@ class MainWindow(QMainWindow):
     two: TwoSettings
     blind: BlindComparison
     display: LiveDisplay
+    demos: DemoPlayer
+    projector: Projector
     file_actions: FileActions
     editor: EditorController
     views: Views

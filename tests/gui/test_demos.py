@@ -247,7 +247,7 @@ def test_the_menu_and_the_command_line_know_the_shipped_ones(shown, start_window
         window = start_window("--demo", *([option] if option else []))
         assert window.demos.demo.title == "A wall to its limit"
         window.close()
-    with pytest.raises(ParameterError, match="no demo 'nowhere'.*buzzing_wall"):
+    with pytest.raises(ParameterError, match=r"no demo 'nowhere'.*buzzing_wall"):
         start_window("--demo", "nowhere")
 
 
