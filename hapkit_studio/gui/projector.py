@@ -188,6 +188,8 @@ class Title(QWidget):
 class Projector(QObject):
     """Switches the window between its usual view and the projector's; what was set before comes back."""
 
+    on: bool
+
     def __init__(self, window: "MainWindow"):
         super().__init__(window)
         self._window = window

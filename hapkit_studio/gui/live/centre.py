@@ -189,7 +189,10 @@ class Centre(QWidget):
         phase, values = self._phase_width or breakpoints.phase_width(width), 0.0
         if self._projected:
             phase, values = breakpoints.PROJECTED_PHASE * width, breakpoints.PROJECTED_VALUES * width
-        widths: dict[QWidget, int] = {self.phase_card: theme.px(phase), self.values_card: theme.px(values)}
+        widths: dict[QWidget | None, int] = {
+            self.phase_card: theme.px(phase),
+            self.values_card: theme.px(values),
+        }
         rest = self.columns.width() - sum(widths.values()) - GAP * (2 if self._projected else 1)
         columns = map(self.columns.widget, range(self.columns.count()))
         self.columns.setSizes([widths.get(part, rest) for part in columns])
