@@ -103,7 +103,11 @@ def _demo(name: str, path: Path) -> Action:
 
 
 def _may_play(window: "MainWindow") -> bool:
-    return window.studio.fault is None and (not window.studio.stopped or window.studio.held)
+    return (
+        window.demos.possible
+        and window.studio.fault is None
+        and (not window.studio.stopped or window.studio.held)
+    )
 
 
 def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
@@ -225,7 +229,7 @@ _VIEW = (
     Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
     Action(
         "view.projector", "Projector", "View", lambda w: w.projector.toggle(), "F11",
-        checked=lambda w: w.projector.on,
+        enabled=_open, checked=lambda w: w.projector.on,
     ),
     _value(0, "First value up", 1, "+", "="),
     _value(0, "First value down", -1, "-"),

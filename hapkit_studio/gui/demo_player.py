@@ -42,6 +42,8 @@ class DemoPlayer(QObject):
         self._frames.timeout.connect(self.tick)
         for signal in (studio.environment_changed, studio.values_changed, studio.loop_changed):
             signal.connect(self._look)
+        for signal in (studio.lock_changed, studio.hidden_changed):
+            signal.connect(self.end)
         studio.stop_changed.connect(self._end_if_stopped)
         studio.engine_changed.connect(self._end_if_begun)
 
@@ -60,8 +62,15 @@ class DemoPlayer(QObject):
             return ""
         return f"{_NO_HAND}; zero force until you press Render." if studio.held else f"{_NO_HAND}."
 
+    @property
+    def possible(self) -> bool:
+        """Say whether a demo may change every setting."""
+        return not (self._studio.hidden or self._studio.lock.places)
+
     def play(self, demo: Demo) -> None:
-        """Begin a demo, in place of another."""
+        """Begin a demo, in place of another; raise ParameterError where settings are locked or hidden."""
+        if not self.possible:
+            raise ParameterError("No demo plays while settings are locked or hidden.")
         self.end()
         self._before = self._ours = settings_of(self._studio)
         self._studio.wait_for_render()
