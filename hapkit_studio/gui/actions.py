@@ -127,13 +127,6 @@ def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
         ),
         *_ENVIRONMENT,
         *_CLASSROOM,
-        *(
-            Action(
-                f"teach.demo.{name}", f"Demo: {demos.title(path)}", "Teach",
-                lambda w, path=path: w.play_demo(path), enabled=_may_play,
-            )
-            for name, path in demos.shipped().items()
-        ),
         *(_demo(name, path) for name, path in demos.shipped().items()),
         *_TEACH,
         *_HELP,
