@@ -1,6 +1,7 @@
 """Command-line options: a parser that says what is wrong in one line, and the window's options."""
 
 import argparse
+from pathlib import Path
 
 
 class LineParser(argparse.ArgumentParser):
@@ -25,6 +26,7 @@ def window_parser() -> LineParser:
         metavar="NAME",
         help="play a demo, or the one in a file; alone, the first",
     )
+    parser.add_argument("--replay", type=Path, metavar="FILE", help="recorded session to begin with")
     parser.add_argument("--theme", choices=("system", "light", "dark", "contrast"), help="light or dark")
     parser.add_argument("--size", type=size, metavar="WxH", help="window size in pixels, e.g. 1280x720")
     parser.add_argument("--screenshot", metavar="PATH", help="save a picture of the window, then leave")

@@ -97,7 +97,7 @@ def slope(person: Person, begin: float, end: float) -> str:
     canvas = time_plots.canvases[0]
     for key, moment in (("a", begin), ("b", end)):
         canvas.measure()
-        person.move_to(canvas, canvas.pixel(moment - time_plots.seen.now, 0.0).x(), canvas.height() / 2)
+        person.move_to(canvas, canvas.pixel(moment - time_plots.view.zero, 0.0).x(), canvas.height() / 2)
         person.key(key)
     person.wait(lambda: np.allclose(time_plots.cursors.times or 0.0, (begin, end), rtol=0.0, atol=PLACED))
     card = person.window.centre.phase.cursors

@@ -14,7 +14,7 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui import demos, pages
 from hapkit_studio.gui.editor.code_page import CYCLES, CYCLES_KEY
 from hapkit_studio.gui.header import fill_frames_menu, fill_menu
-from hapkit_studio.gui.live.time_plots import SPANS
+from hapkit_studio.gui.live.time_view import SPANS
 from hapkit_studio.gui.lock import DEVICE
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
@@ -24,10 +24,14 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
 
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
+PLOT_ACTIONS = "view.fit", "view.lock", "view.live", "view.trigger", "view.trigger_settings"
+"""What is offered over a plot."""
 _RULE_BEFORE = {
     "session.record",
+    "session.step_back",
     "session.quit",
-    "view.fit",
+    "view.live",
+    "view.lock",
     "view.projector",
     "device.zero",
     "environment.reset",
@@ -93,6 +97,10 @@ def _open(window: "MainWindow") -> bool:
     return not window.studio.hidden
 
 
+def _replays(window: "MainWindow") -> bool:
+    return window.replay.history is not None
+
+
 def _has_law(window: "MainWindow") -> bool:
     return window.editor.path is not None
 
@@ -103,11 +111,9 @@ def _demo(name: str, path: Path) -> Action:
 
 
 def _may_play(window: "MainWindow") -> bool:
-    return (
-        window.demos.possible
-        and window.studio.fault is None
-        and (not window.studio.stopped or window.studio.held)
-    )
+    studio = window.studio
+    free = window.demos.possible and studio.fault is None and not _replays(window)
+    return free and (not studio.stopped or studio.held)
 
 
 def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
@@ -146,6 +152,10 @@ def _one_of(
     return [option(*given) for given in options]
 
 
+def _step(window: "MainWindow", direction: int, sample: bool) -> None:
+    window.replay.step(direction, sample)
+
+
 _SESSION = (
     Action("session.stop", "E-stop", "Session", lambda w: w.studio.stop(), "Esc", filtered=True),
     Action(
@@ -162,7 +172,7 @@ _SESSION = (
     ),
     Action(
         "session.release_here", "Release here", "Session", lambda w: w.display.release_here(), "L",
-        enabled=_has_simulated,
+        enabled=lambda w: w.studio.simulated and not _replays(w),
     ),
     Action(
         "session.record", "Record", "Session", lambda w: w.studio.recording.toggle(), "R",
@@ -175,7 +185,22 @@ _SESSION = (
     ),
     Action(
         "session.marker", "Add a marker…", "Session", lambda w: w.show_marker(), "Ctrl+M",
-        enabled=_has_engine,
+        enabled=lambda w: _has_engine(w) and not _replays(w),
+    ),
+    *(
+        Action(
+            f"session.{key}", words, "Session", partial(_step, direction=direction, sample=sample), shortcut,
+            enabled=_replays,
+        )
+        for key, words, direction, sample, shortcut in (
+            ("step_back", "Replay: back by a frame", -1, False, "Left"),
+            ("step_on", "Replay: on by a frame", 1, False, "Right"),
+            ("sample_back", "Replay: back by a sample", -1, True, "Shift+Left"),
+            ("sample_on", "Replay: on by a sample", 1, True, "Shift+Right"),
+        )
+    ),
+    Action(
+        "session.close_replay", "Close the replay", "Session", lambda w: w.replay.close(), enabled=_replays
     ),
     Action("session.quit", "Quit", "Session", lambda w: w.quit(), "Ctrl+Q"),
 )  # fmt: skip
@@ -184,12 +209,12 @@ _SESSION = (
 _EDIT = (
     Action(
         "edit.undo", "Undo", "Edit", lambda w: w.history.undo(), "Ctrl+Z",
-        enabled=lambda w: _open(w) and w.history.stack.canUndo(),
+        enabled=lambda w: _open(w) and not _replays(w) and w.history.stack.canUndo(),
         said=lambda w: f"Undo {w.history.stack.undoText()}".rstrip(),
     ),
     Action(
         "edit.redo", "Redo", "Edit", lambda w: w.history.redo(), "Ctrl+Shift+Z",
-        enabled=lambda w: _open(w) and w.history.stack.canRedo(), extra=("Ctrl+Y",),
+        enabled=lambda w: _open(w) and not _replays(w) and w.history.stack.canRedo(), extra=("Ctrl+Y",),
         said=lambda w: f"Redo {w.history.stack.redoText()}".rstrip(),
     ),
 )  # fmt: skip
@@ -210,7 +235,7 @@ _VIEW = (
     ),
     *_one_of(
         "view.span", "View/Time window", [(f"{s:g}", f"{s:g} s", "") for s in SPANS],
-        lambda w, seconds: w.centre.time.set_span(float(seconds)), lambda w: f"{w.centre.time.span:g}",
+        lambda w, seconds: w.centre.view.set_span(float(seconds)), lambda w: f"{w.centre.view.span:g}",
     ),
     Action(
         "view.cursors", "Cursors", "View", lambda w: w.centre.toolbar.cursors.toggle(),
@@ -219,6 +244,16 @@ _VIEW = (
     Action("view.cursor_a", "Cursor A here", "View", lambda w: w.centre.time.put_cursor(0), "A"),
     Action("view.cursor_b", "Cursor B here", "View", lambda w: w.centre.time.put_cursor(1), "B"),
     Action("view.hold", "Hold traces", "View", lambda w: w.display.hold(), "H", enabled=_open),
+    Action("view.live", "Back to live", "View", lambda w: w.display.go_live(), "Backspace"),
+    Action(
+        "view.trigger", "Trigger", "View", lambda w: w.centre.trigger.toggle(), "T",
+        enabled=lambda w: not _replays(w), checked=lambda w: w.centre.trigger.armed,
+    ),
+    Action("view.trigger_settings", "Trigger settings…", "View", lambda w: w.show_trigger()),
+    Action(
+        "view.lock", "Lock axes", "View", lambda w: w.centre.view.set_locked(not w.centre.view.locked), "Y",
+        checked=lambda w: w.centre.view.locked,
+    ),
     Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
     Action(
         "view.projector", "Projector", "View", lambda w: w.projector.toggle(), "F11",

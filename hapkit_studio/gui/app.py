@@ -88,6 +88,8 @@ def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | No
     The laws of the other environments follow, and last what a board needs.
     """
     window.live.start()
+    if options.replay is not None:
+        window.replay.open(options.replay)
     if options.screenshot:
         window.studio.engine_changed.connect(lambda: _push_then_save(window, options))
     key = window.studio.environment.key

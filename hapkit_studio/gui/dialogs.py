@@ -27,6 +27,8 @@ HAND_KEYS = (
     ("Slider, number: one step", "← → ↑ ↓"),
     ("Slider, number: ten steps", "Page Up, Page Down"),
     ("Slider, number: limits", "Home, End"),
+    ("Time plots: zoom, move", "Wheel, drag"),
+    ("Time plots: zoom into values", "Ctrl+wheel"),
 )
 _LINE = 20
 _SHEET_WIDE, _SHEET_HIGH = 520, 440
@@ -71,7 +73,7 @@ class KeysDialog(TextDialog):
         for menu in dict.fromkeys(action.menu.partition("/")[0] for action in keyed):
             own = (action for action in keyed if action.menu.partition("/")[0] == menu)
             self._add(menu, ((action.text, ", ".join(map(native, action.keys))) for action in own))
-        self._add("Hand, sliders and numbers", HAND_KEYS)
+        self._add("Hand, sliders, numbers and plots", HAND_KEYS)
         self._add("Words", WORDS.items(), explained=True)
         self._arrange()
 

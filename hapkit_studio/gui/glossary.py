@@ -89,6 +89,10 @@ WORDS = {
         "One pass of the loop: read the sensor, compute the force, tell the motor. A missed tick came too "
         "late, and the old force went on."
     ),
+    "Trigger": (
+        "Lets the time plots stand when the handle touches something or crosses a level, with time before "
+        "it in sight. What is rendered and recorded goes on."
+    ),
     "Virtual environment": (
         "A rule that gives a force for each place and speed of the handle. What is felt, a wall or a "
         "spring, is only that rule."

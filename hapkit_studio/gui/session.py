@@ -66,17 +66,21 @@ def _restore(window: "MainWindow") -> None:
 
 
 def _restore_loop(studio: "Studio", given: Mapping[str, Any]) -> None:
-    loop = _by_name(_OF_LOOP, checked(_OF_LOOP, given))
+    loop = loop_from(given, studio.loop.estimator)
     studio.set_grip(loop.pop(GRIP.key, studio.grip))
-    method = ESTIMATORS[loop.get(ESTIMATOR.key, studio.loop.estimator)]
-    options = checked(method.parameters, _mapping(given.get("options")))
     rate = given.get("board_rate")
-    studio.set_loop(
-        **loop,
-        options=tuple(options.items()),
-        controller=given.get("controller") is True,
-        board_rate=rate if rate in _BOARD_RATES else None,
-    )
+    studio.set_loop(**loop, board_rate=rate if rate in _BOARD_RATES else None)
+
+
+def loop_from(given: Mapping[str, Any], estimator: str) -> dict[str, Any]:
+    """Return what is valid of a loop and a hand ("grip") that were written down, by the studio's names.
+
+    estimator: the one whose options they are where none is named.
+    """
+    loop = _by_name(_OF_LOOP, checked(_OF_LOOP, given))
+    method = ESTIMATORS[loop.get(ESTIMATOR.key, estimator)]
+    options = checked(method.parameters, _mapping(given.get("options")))
+    return {**loop, "options": tuple(options.items()), "controller": given.get("controller") is True}
 
 
 def _by_name(parameters: Iterable[AnyParameter], values: Mapping[str, Any]) -> dict[str, Any]:

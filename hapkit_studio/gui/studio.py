@@ -115,11 +115,11 @@ class Studio(QObject):
     @contextmanager
     def temporarily(self) -> Iterator[None]:
         """Let a measurement change settings, or put them back: not a person's choice, so nothing to undo."""
-        self.trying = True
+        before, self.trying = self.trying, True
         try:
             yield
         finally:
-            self.trying = False
+            self.trying = before
 
     # what may be changed
 

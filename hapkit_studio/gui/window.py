@@ -10,7 +10,7 @@ from shiboken6 import isValid
 
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.gui import breakpoints
-from hapkit_studio.gui.actions import ActionSet, build_menus, table
+from hapkit_studio.gui.actions import PLOT_ACTIONS, ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack, Notice
 from hapkit_studio.gui.blind import BlindComparison
 from hapkit_studio.gui.command_palette import CommandPalette, FindButton
@@ -28,10 +28,13 @@ from hapkit_studio.gui.energy import EnergyWatch
 from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
+from hapkit_studio.gui.live.canvas import Canvas
 from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.live.replay import Replay
+from hapkit_studio.gui.live.replay_bar import ReplayBar
 from hapkit_studio.gui.lock import ENTRY, Lock
 from hapkit_studio.gui.lock_dialog import LockDialog
 from hapkit_studio.gui.notices import Notices
@@ -44,6 +47,7 @@ from hapkit_studio.gui.projector import Projector
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.trigger_dialog import TriggerDialog
 from hapkit_studio.gui.undo import UndoHistory
 from hapkit_studio.gui.views import LIVE, Views
 from hapkit_studio.gui.widgets.numbers import NumberBox
@@ -68,6 +72,7 @@ class MainWindow(QMainWindow):
     studio: Studio
     history: UndoHistory
     live: Live
+    replay: Replay
     centre: Centre
     own: OwnEnvironments
     presets: Presets
@@ -94,6 +99,7 @@ class MainWindow(QMainWindow):
         self.body = WindowLayout(self)
         self.history = UndoHistory(studio, self)
         self.live = Live(studio, self)
+        self.replay = Replay(studio, self.live)
         self.own = OwnEnvironments(studio, self)
         self.header, self.gallery = Header(studio, self.body), Gallery(studio, self.own, self.body.inner)
         self.centre = Centre(self.settings, self.body.inner)
@@ -109,7 +115,10 @@ class MainWindow(QMainWindow):
         self.panel = ParameterPanel(studio, self.presets, self.two, self.settings, self.body.side)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
-        self.display = LiveDisplay(studio, self.live, self.centre, self.status, self.panel.warnings)
+        self.replay_bar = ReplayBar(self.replay, self.live, self.body)
+        self.display = LiveDisplay(
+            studio, self.live, self.replay, self.centre, self.status, self.panel.warnings
+        )
         self.notices = Notices(studio, self.live, self.banners)
         self.energy = EnergyWatch(studio, self.live, self.status, lambda: self.stability.calm)
         self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
@@ -183,6 +192,10 @@ class MainWindow(QMainWindow):
         """Open the dialog that locks settings with a code, or unlocks them."""
         LockDialog(self.studio, self.settings, self).show()
 
+    def show_trigger(self) -> None:
+        """Open the dialog on when the time plots stand by themselves."""
+        TriggerDialog(self.centre.trigger, self).show()
+
     def show_flash(self) -> None:
         """Open the dialog that writes the firmware to a board."""
         FlashDialog(self.studio, self).show()
@@ -211,6 +224,18 @@ class MainWindow(QMainWindow):
     def show_about(self) -> None:
         """Open the dialog on the studio itself."""
         about_dialog(self).show()
+
+    def _show_replay(self) -> None:
+        """Go where a session is replayed."""
+        self.banners.set("replay", None)
+        if self.replay.history is not None:
+            self.views.show("live")
+        self.actions_by_key.refresh()
+
+    def _say_unread(self, why: str) -> None:
+        close = ("Close", lambda: self.banners.set("replay", None))
+        notice = Notice("replay", 9, "warn", "triangle", "The session cannot be replayed.", why, (close,))
+        self.banners.set("replay", notice)
 
     def _say_refused(self, words: str) -> None:
         """Say what cannot be put back, until something else is undone or changed."""
@@ -253,6 +278,7 @@ class MainWindow(QMainWindow):
         if event.spontaneous() and not self.editor.ask_to_quit(self.close):
             event.ignore()
             return
+        self.replay.shut()
         self.closed.emit()
         fills_screen = self.isMaximized() or self.isFullScreen()
         frameless = self.geometry() == self.frameGeometry() and not fills_screen
@@ -280,6 +306,9 @@ class MainWindow(QMainWindow):
         self.live.frame.connect(self.file_watcher.on_row)
         self.editor.shown.connect(lambda _on: self.actions_by_key.refresh())
         self.centre.toolbar.fit.clicked.connect(self.fit_axes)
+        self.centre.trigger.changed.connect(self.actions_by_key.refresh)
+        for canvas in self.findChildren(Canvas):
+            canvas.addActions([self.actions_by_key.qt[key] for key in PLOT_ACTIONS])
         self.stability.judged.connect(self.status.show_margin)
         self.stability.judged.connect(self.projector.card.show_verdict)
         self.stability.ask()
@@ -302,6 +331,9 @@ class MainWindow(QMainWindow):
         self.closed.connect(self.demos.end)
         self.closed.connect(self.projector.end)
         self.demos.changed.connect(self.actions_by_key.refresh)
+        self.replay.changed.connect(self._show_replay)
+        self.replay.failed.connect(self._say_unread)
+        self.replay.changed.connect(self.demos.end)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
         assert application is not None
@@ -333,7 +365,7 @@ class WindowLayout(QWidget):
         self.side.addWidget(window.panel)
         fill(self.inner, 1, 1, window.gallery, window.centre)
         fill(self.borders, 1, 0, self._left, self.side)
-        self._beside = down((self.inner, 1), into=self._left)
+        self._beside = down((self.inner, 1), window.replay_bar, into=self._left)
         self._column = down(window.header, (self.borders, 1), window.caption, window.status, into=self)
         self._place_banners(False)
         self.inner.splitterMoved.connect(self._gallery_dragged)

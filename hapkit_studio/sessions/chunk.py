@@ -1,7 +1,7 @@
 """A chunk: some tenths of a second of samples, compressed column by column, with extremes to draw from."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,8 @@ DRAWN = ("position", "velocity", "asked", "applied", "energy")
 MOST = 1 << 16
 """Samples: what claims more is damaged."""
 STATE = "state"
+EVERY = (*BY_NAME, STATE)
+"""The names of all columns."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,22 @@ def pack(table: np.ndarray, quantum: float, states: int, truth: bool = False) ->
     start, stop = step * np.rint(table[[0, -1], rows.HOST_TIME] / step)  # as the samples have it
     extremes = encode(_extremes(table).ravel())
     return Chunk(len(table), float(start), float(stop), states, extremes, columns)
+
+
+def unpack(chunk: Chunk, names: Collection[str] = EVERY) -> np.ndarray:
+    """Return a chunk's telemetry rows (count, ROW_WIDTH) with some columns, NaN in all that was not kept.
+
+    Raise DamagedError.
+    """
+    table = np.full((chunk.count, rows.ROW_WIDTH), math.nan)
+    for name in BY_NAME.keys() & chunk.columns.keys() & set(names):
+        table[:, BY_NAME[name].place] = chunk.values(name)
+    if STATE in names:
+        states = chunk.values(STATE)[:, : rows.ROW_WIDTH - rows.STATE]
+        table[:, rows.STATE : rows.STATE + states.shape[1]] = states
+    whole = [rows.TICK, rows.FLAGS]
+    table[:, whole] = np.nan_to_num(table[:, whole])
+    return table
 
 
 def _encoded(table: np.ndarray, column: Column, quantum: float) -> bytes:

@@ -37,7 +37,7 @@ _MOST_SAMPLES, _MOST_STATES = 1 << 16, 64  # of a chunk
 
 
 class Session:
-    """A session opened for reading; chunks are read when they are asked for.
+    """A session opened for reading; chunks are read when they are asked for, in one thread at a time.
 
     At hand: events; of every chunk its count of samples, when the first and the last came, starts and stops
     (chunks,) in s of the recording computer's clock, and the extremes of its blocks.
@@ -204,7 +204,9 @@ def _open(path: Path) -> sqlite3.Connection:
     if version > VERSION:
         newer = f"{path.name} was made by a newer studio (version {version}, this one reads {VERSION})"
         raise SessionError(f"{newer}: update the studio.")
-    database = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None)
+    database = sqlite3.connect(
+        f"{path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None, check_same_thread=False
+    )
     database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST)
     try:
         for setting in ("trusted_schema=OFF", "cell_size_check=ON"):

@@ -47,9 +47,9 @@ class Ours:
         grid.addWidget(self.times, 1, 0)
         grid.addWidget(self.phase, 1, 1)
         for plots in (self.times, self.phase):
-            plots.set_history(self.history)
+            plots.view.set_history(self.history)
             plots.set_environment(wall, wall.values(), 3.0)
-        self.times.set_span(SPAN)
+        self.times.view.set_span(SPAN)
 
     def frame(self, new: np.ndarray) -> None:
         self.history.append(new)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QLabel, QLineEdit
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.actions import native, table
 from hapkit_studio.gui.dialogs import KeysDialog
-from hapkit_studio.gui.live.time_plots import SPANS
+from hapkit_studio.gui.live.time_view import SPANS
 from tests.gui.window_support import sheets
 
 TABLE = table(discover().values())
@@ -57,7 +57,7 @@ def test_digits_choose_environments_and_space_pauses(shown):
     shown.studio.choose("wall")
     press(shown, Qt.Key.Key_Space)
     assert shown.live.paused
-    assert shown.centre.time.paused
+    assert shown.centre.view.paused
     assert shown.header.pause.word.text() == "Resume"
     press(shown, Qt.Key.Key_Space)
     assert not shown.live.paused
@@ -126,7 +126,7 @@ def test_there_is_one_sheet_of_keys_at_a_time_and_it_names_every_key(shown):
 def test_the_time_window_is_set_from_menu_and_list_alike(shown):
     for seconds in SPANS:
         shown.actions_by_key.run(f"view.span.{seconds:g}")
-        assert shown.centre.time.span == seconds
+        assert shown.centre.view.span == seconds
         assert shown.centre.toolbar.span.currentText() == f"{seconds:g} s"
         assert shown.actions_by_key.qt[f"view.span.{seconds:g}"].isChecked()
 

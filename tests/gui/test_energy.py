@@ -33,7 +33,7 @@ def shown(phase):
     """Return the card with the energy of 14 s in it."""
     history = History(seconds=60.0, rate=RATE)
     history.append(telemetry(14_000), energies(14_000))
-    phase.set_history(history)
+    phase.view.set_history(history)
     phase.choose(ENERGY)
     phase.refresh()
     phase.refresh()

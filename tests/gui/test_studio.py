@@ -92,7 +92,7 @@ def test_a_gap_is_hatched_and_named_in_the_picture(window, qtbot):
     rows[:, HOST_TIME] = history.now + 8.0 + 1e-3 * np.arange(50)
     history.append(rows)
     for span in (10.0, 5.0):
-        plots.set_span(span)
+        plots.view.set_span(span)
         plots.refresh()
         ((start, stop),) = plots.shown.gaps
         assert stop - start == pytest.approx(8.0, abs=0.01)

@@ -40,7 +40,8 @@ def put_back(window) -> None:
         dialog.close()
     for banner in list(window.banners.banners):
         window.banners.set(banner.notice.key, None)
-    window.live.set_paused(False)
+    window.display.go_live()
+    window.centre.view.set_locked(False)
     if not window.single_keys:
         window.toggle_single_keys()
     if studio.stopped:

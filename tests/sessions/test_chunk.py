@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.haptics import rows
-from hapkit_studio.sessions.chunk import BLOCK, DRAWN, pack
+from hapkit_studio.sessions.chunk import BLOCK, DRAWN, pack, unpack
 from hapkit_studio.sessions.columns import BY_NAME, COLUMNS, DamagedError, decode, encode
 
 QUANTUM = 20.7e-6
@@ -36,6 +36,16 @@ def test_every_column_comes_back_within_what_it_is_stored_as(count):
         within = 0.5 * column.step if column.step else 1e-12 if column.counted else most * 2.0**-22
         assert np.abs(chunk.values(column.name) - values).max() <= within * 1.001, column
     assert np.allclose(chunk.values("state"), made[:, rows.STATE : rows.STATE + 3], rtol=2e-7)
+
+
+def test_rows_come_back_as_they_went_in_and_nan_where_nothing_was_kept():
+    made = table()
+    back = unpack(pack(made, QUANTUM, 3))
+    missing = [column.place for column in COLUMNS if column.requested]
+    assert np.isnan(back[:, missing]).all()
+    kept = [rows.TICK, rows.POSITION, rows.VELOCITY, rows.APPLIED, rows.FLAGS, rows.STATE, rows.STATE + 2]
+    assert np.allclose(back[:, kept], made[:, kept], rtol=1e-6, atol=1e-6)
+    assert np.isnan(unpack(pack(made, QUANTUM, 3), ("position",))[:, rows.VELOCITY]).all()
 
 
 def test_the_extremes_of_each_block_are_those_of_its_samples():

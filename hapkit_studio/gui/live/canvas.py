@@ -271,8 +271,8 @@ class Canvas(pg.GraphicsView):
         self.fit_wanted.emit()
 
     def contextMenuEvent(self, event) -> None:
-        """Offer the fit."""
+        """Offer the actions that were added."""
         menu = QMenu(self)
-        menu.addAction("Fit axes", self.fit_wanted.emit)
+        menu.addActions(self.actions())
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         menu.popup(event.globalPos())

@@ -8,7 +8,9 @@ from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.breakpoints import GAP
 from hapkit_studio.gui.live.held import HeldList, HeldTraces
 from hapkit_studio.gui.live.phase_plot import ForcePosition
-from hapkit_studio.gui.live.time_plots import SPANS, TimePlots
+from hapkit_studio.gui.live.time_plots import TimePlots
+from hapkit_studio.gui.live.time_view import SPANS, TimeView
+from hapkit_studio.gui.live.trigger import Trigger
 from hapkit_studio.gui.scenes import SceneView
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import across, down
@@ -62,6 +64,7 @@ class Toolbar(QWidget):
         super().__init__()
         self.span = QComboBox()
         self.span.addItems([f"{seconds:g} s" for seconds in SPANS])
+        self.span.setMinimumContentsLength(5)
         self.span.setAccessibleName("Time window")
         self.span.setToolTip("How much of the past is shown")
         self.views = Segmented("Plot", _VIEWS)
@@ -105,6 +108,11 @@ class Toolbar(QWidget):
             if used is None or used.totalSizeHint().width() <= self.width():
                 return
 
+    def show_span(self, seconds: float) -> None:
+        """Show how many s the plots show, one of the list or not."""
+        self.span.setPlaceholderText(f"{seconds:.2g} s")
+        self.span.setCurrentIndex(SPANS.index(seconds) if seconds in SPANS else -1)
+
     def show_release(self, on: bool) -> None:
         """Offer to let the simulated hand go, or do not."""
         self._hand = on
@@ -118,7 +126,9 @@ class Centre(QWidget):
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setObjectName("centre")  # first: the parts are styled by it as they are made
-        self.scene, self.time = SceneView(), TimePlots()
+        self.view = TimeView(self)
+        self.trigger = Trigger(self.view, self)
+        self.scene, self.time = SceneView(), TimePlots(self.view)
         self.phase = ForcePosition(self.time.cursors)
         self.toolbar = Toolbar()
         self.rows = QSplitter(Qt.Orientation.Vertical, self)
@@ -145,12 +155,11 @@ class Centre(QWidget):
         self.time.pointed.connect(self.phase.point)
         for plots in (self.time, self.phase.canvas):
             self.held.changed.connect(plots.set_held)
-        self.toolbar.cursors.toggled.connect(lambda on: self.time.cursors.show(on, self.time.span))
+        self.toolbar.cursors.toggled.connect(lambda on: self.time.cursors.show(on))
         self.time.cursors.changed.connect(lambda: self.toolbar.cursors.setChecked(self.time.cursors.on))
-        span = self.toolbar.span
-        span.setCurrentIndex(SPANS.index(self.time.span))
-        span.activated.connect(lambda index: self.time.set_span(SPANS[index]))
-        self.time.span_changed.connect(lambda seconds: span.setCurrentIndex(SPANS.index(seconds)))
+        self.toolbar.span.activated.connect(lambda index: self.view.set_span(SPANS[index]))
+        self.view.changed.connect(lambda: self.toolbar.show_span(self.view.span))
+        self.toolbar.show_span(self.view.span)
         self.rows.splitterMoved.connect(self._scene_dragged)
         self.columns.splitterMoved.connect(self._phase_dragged)
 
@@ -228,7 +237,8 @@ class Centre(QWidget):
         self.lay_out()
 
     def refresh(self) -> None:
-        """Draw the newest data into the plots that are seen."""
+        """Look for the trigger's event; draw the newest data into the plots that are seen."""
+        self.trigger.look()
         for plots in (self.time, self.phase):
             if plots.isVisible():
                 plots.refresh()

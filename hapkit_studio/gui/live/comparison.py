@@ -164,6 +164,7 @@ class RenderingComparison(QObject):
     def _show_compared(self, one: Part, other: Part) -> None:
         """Hold the plots with both parts on top of each other, and say by how much the forces differ."""
         self._live.tick()
+        self._centre.view.follow()
         self._hold(one, other.start - one.start)
         self._compared = True
         self._live.set_paused(True)

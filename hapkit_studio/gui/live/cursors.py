@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QWidget
 from hapkit_studio.analysis.statistics import Line, line, statistics
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.time_view import TimeView
 from hapkit_studio.gui.pages.table import Column, Table
 from hapkit_studio.gui.widgets.parts import across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
@@ -51,34 +52,29 @@ class Cursors(QObject):
 
     changed = Signal()
 
-    def __init__(self, parent: QObject | None = None):
+    def __init__(self, view: TimeView, parent: QObject | None = None):
         super().__init__(parent)
-        self._history = History(seconds=1.0, rate=1.0)
+        self.view = view
         self.times: tuple[float, float] | None = None
         self.max_force = math.inf
         """The force limit in N."""
 
-    def set_history(self, history: History) -> None:
-        """Read the samples from another history."""
-        self._history = history
-
     @property
-    def now(self) -> float:
-        """Return the time of the newest sample in s."""
-        return self._history.now
+    def _history(self) -> History:
+        return self.view.history
 
     @property
     def on(self) -> bool:
         """Say whether they are shown."""
         return self.times is not None
 
-    def show(self, on: bool, span: float = 10.0) -> None:
-        """Show both in a time window of so many s, or none any more."""
-        now = self._history.now
-        if not on or math.isnan(now):
+    def show(self, on: bool) -> None:
+        """Show both in the stretch in sight, or none any more."""
+        stop, span = self.view.stretch[1], self.view.span
+        if not on or math.isnan(stop):
             self.times = None
         elif self.times is None:
-            self.times = (self._snapped(now - _FIRST[0] * span), self._snapped(now - _FIRST[1] * span))
+            self.times = (self._snapped(stop - _FIRST[0] * span), self._snapped(stop - _FIRST[1] * span))
         self.changed.emit()
 
     def move(self, index: int, time: float) -> None:
@@ -116,11 +112,11 @@ class Cursors(QObject):
 
 
 def points(cursors: Cursors) -> list[Row]:
-    """Return a row for time, zero now, and each quantity: at A, at B, and B − A."""
+    """Return a row for time, zero as in the plots, and each quantity: at A, at B, and B − A."""
     at_a, at_b = cursors.at()
     if cursors.times is None or at_a is None or at_b is None:
         return []
-    rows = [_row("t, s", 1.0, 3, *(time - cursors.now for time in cursors.times))]
+    rows = [_row("t, s", 1.0, 3, *(time - cursors.view.zero for time in cursors.times))]
     for q in QUANTITIES:
         rows.append(_row(f"{q.symbol}, {q.unit}", q.scale, q.decimals, at_a[q.channel], at_b[q.channel]))
     return rows

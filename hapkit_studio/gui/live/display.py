@@ -10,6 +10,7 @@ from hapkit_studio.analysis import oscillation
 from hapkit_studio.gui.live import held
 from hapkit_studio.gui.live.centre import Centre
 from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.live.replay import Replay
 from hapkit_studio.gui.panel.warnings import WarningLines
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
@@ -35,18 +36,26 @@ _WORDS = {
 class LiveDisplay(QObject):
     """Passes every frame, parameter and state on to the widgets that draw them."""
 
-    def __init__(self, studio: Studio, live: Live, centre: Centre, status: StatusBar, warnings: WarningLines):
+    def __init__(
+        self,
+        studio: Studio,
+        live: Live,
+        replay: Replay,
+        centre: Centre,
+        status: StatusBar,
+        warnings: WarningLines,
+    ):
         super().__init__()
-        self._warnings = warnings
+        self._warnings, self._replay = warnings, replay
         self._studio, self._live, self._centre, self._status = studio, live, centre, status
         self._seen: np.ndarray | None = None
         self._acting: float | None = None
         self._since, self._bar = QElapsedTimer(), QTimer(centre, interval=_BAR_MS)
         self._since.start()
         self._bar.timeout.connect(self._show_preparing)
-        centre.time.set_history(live.history)
-        centre.phase.set_history(live.history)
-        live.frame.connect(self.show_frame)
+        replay.changed.connect(self.show_source)
+        replay.frame.connect(self.show_frame)
+        live.frame.connect(self.show_live_frame)
         live.health.connect(self.show_health)
         live.paused_changed.connect(self.show_paused)
         centre.scene.taken.connect(lambda: live.set_paused(False))
@@ -54,6 +63,8 @@ class LiveDisplay(QObject):
         centre.scene.hand_released.connect(lambda: studio.move_hand(None))
         centre.toolbar.release.clicked.connect(self.release_here)
         centre.toolbar.hold.clicked.connect(self.hold)
+        for plots in (centre.time, *centre.phase.beside):
+            plots.back_pressed.connect(self.go_live)
         studio.environment_changed.connect(self.show_environment)
         studio.values_changed.connect(self.show_values)
         studio.loop_changed.connect(lambda: centre.scene.set_grip(studio.grip))
@@ -62,25 +73,52 @@ class LiveDisplay(QObject):
         studio.engine_changed.connect(self.show_link)
         studio.link_changed.connect(self.show_link)
         self.show_environment()
-        self.show_link()
+        self.show_source()
 
     @property
     def max_force(self) -> float:
-        """Return the force limit in force in N."""
-        engine = self._studio.engine
+        """Return the force limit in force in N, or the one that was."""
+        engine, replayed = self._studio.engine, self._replay.max_force
+        if replayed is not None:
+            return replayed
         return engine.max_force if engine is not None else _MAX_FORCE
 
     def show_paused(self, paused: bool) -> None:
-        """Let scene, plots and their numbers stand at one sample, or go on; the status bar stays live."""
+        """Let scene, plots and their numbers stand at one sample, or go on; the status bar stays live.
+
+        A replay stands by itself, and can still be moved.
+        """
         self._show_oscillation()
-        for part in (self._centre.scene, self._centre.time, self._centre.phase):
-            part.set_paused(paused)
+        self._centre.scene.set_paused(paused)
+        self._centre.view.set_paused(paused and not self._live.replaying)
         self._take_acting()
         self.show_values()
 
+    @property
+    def _moves(self) -> bool:
+        """Say whether what is shown may change: while paused only where a replay is moved by hand."""
+        return self._live.replaying or not self._live.paused
+
+    def show_source(self) -> None:
+        """Show what comes from the device, or a session in its place."""
+        replayed = self._replay.history
+        history = self._live.history if replayed is None else replayed
+        self._centre.trigger.disarm()
+        self._centre.view.set_history(history)
+        self._centre.time.cursors.show(False)
+        self.show_link()
+        self.show_values()
+        if self._live.last is not None and history is self._live.history:
+            self._show_scene(self._live.last)
+
+    def show_live_frame(self, row: np.ndarray, clamped: bool) -> None:
+        """Show what has come from the device, unless a session is shown in its place."""
+        if not self._live.replaying:
+            self.show_frame(row, clamped)
+
     def show_frame(self, row: np.ndarray, clamped: bool) -> None:
         """Show the newest row everywhere; while paused its force only, in the status bar."""
-        if not self._live.paused:
+        if self._moves:
             self._show_scene(row)
         self._centre.refresh()
         self._status.show_clamp(clamped, self.max_force, self._acting)
@@ -88,6 +126,8 @@ class LiveDisplay(QObject):
     def _show_scene(self, row: np.ndarray) -> None:
         environment, engine = self._studio.environment, self._studio.engine
         known = engine is not None and engine.renders(environment)
+        if self._live.replaying:
+            known = self._replay.settings.get("environment") == environment.key
         width = len(environment.state_names) if known else 0
         position, applied, asked, target = (float(row[column]) for column in _DRAWN)
         flags = int(row[rows.FLAGS])
@@ -103,9 +143,16 @@ class LiveDisplay(QObject):
 
     def hold(self) -> None:
         """Hold what the plots show of the environment in force, named by what is set."""
-        history, words = self._centre.time.seen, held.name(self._studio.environment, self._studio.values)
-        first = max(history.now - self._centre.time.span, history.begin)
-        self._centre.held.hold(history, (first, history.now), words)
+        view, words = self._centre.view, held.name(self._studio.environment, self._studio.values)
+        start, stop = view.stretch
+        self._centre.held.hold(view.history, (max(start, view.history.begin), stop), words, zero=view.zero)
+
+    def go_live(self) -> None:
+        """Show what comes from the device; wait for no event any more."""
+        self._replay.close()
+        self._centre.trigger.disarm()
+        self._live.set_paused(False)
+        self._centre.view.follow()
 
     def release_here(self) -> None:
         """Let the simulated handle go at rest from where it is, whatever holds or moves it."""
@@ -123,6 +170,7 @@ class LiveDisplay(QObject):
 
     def show_health(self, health: "Health") -> None:
         """Show the loop's health in the status bar; without frames the pictures follow it as well."""
+        self._centre.view.keep()
         if self._live.last is None or self._live.last is self._seen:
             self._centre.refresh()
         self._seen = self._live.last
@@ -136,7 +184,7 @@ class LiveDisplay(QObject):
                 self._show_oscillation()
 
     def _show_oscillation(self) -> None:
-        history = self._live.history
+        history = self._centre.view.history
         window = history.between(history.now - oscillation.SECONDS, math.inf).known()
         self._centre.time.show_oscillation(oscillation.sustained(window.x, window.y["position"]))
 
@@ -151,12 +199,13 @@ class LiveDisplay(QObject):
 
     def show_values(self) -> None:
         """Show changed parameters, in what stands while paused only afterwards."""
-        if self._live.paused:
+        if not self._moves:
             return
         environment, values = self._studio.environment, self._studio.values
         if self._studio.hidden:
             return
         self._centre.scene.set_values(values)
+        self._centre.trigger.set_environment(environment)
         self._centre.time.set_environment(environment, values, self.max_force)
         self._centre.phase.set_environment(environment, values, self.max_force)
 
@@ -164,9 +213,10 @@ class LiveDisplay(QObject):
         """Show whether there is a device."""
         state = self._studio.link.state
         self._show_preparing()
-        self._centre.scene.set_hand_enabled(self._studio.hand_is_ours)
-        self._centre.toolbar.show_release(self._studio.simulated)
-        self._centre.time.set_stale(state in ("gone", "failed", "idle"))
+        replaying = self._live.replaying
+        self._centre.scene.set_hand_enabled(self._studio.hand_is_ours and not replaying)
+        self._centre.toolbar.show_release(self._studio.simulated and not replaying)
+        self._centre.time.set_stale(state in ("gone", "failed", "idle") and not replaying)
         if state != "running":
             self._centre.time.show_oscillation(None)
             waiting = self._studio.link.text if state in ("connecting", "idle") else ""

@@ -43,7 +43,7 @@ _COLUMNS = 2000  # that a held stretch is reduced to
 class PastTrace:
     """A past stretch: its samples at the times in s at which they are shown, in SI units; words name it.
 
-    pinned: its times count from the right edge of the plots, where it stays while time goes on.
+    pinned: its times count from the zero of the plots; where those follow, it ends at the newest sample.
     """
 
     words: str
@@ -77,11 +77,17 @@ class HeldTraces(QObject):
         self.off: set[int] = set()
 
     def hold(
-        self, history: History, stretch: tuple[float, float], words: str, shift: float | None = None
+        self,
+        history: History,
+        stretch: tuple[float, float],
+        words: str,
+        shift: float | None = None,
+        zero: float | None = None,
     ) -> PastTrace | None:
         """Hold a stretch (start, stop) in s; the oldest goes where there are as many as LOOKS.
 
-        It stays where it is in the plots, or is shown so many s later. None without data.
+        It stays where it is in the plots, whose zero is its end unless one is given in s, or is shown so many
+        s later. None without data.
         """
         edges = np.linspace(stretch[0], np.nextafter(stretch[1], np.inf), _COLUMNS)
         window = history.window(edges).known() if len(history) else None
@@ -92,7 +98,7 @@ class HeldTraces(QObject):
         place = min(set(range(len(LOOKS))) - set(self.traces))
         values = {channel: window.y[channel] for channel in CHANNELS}
         pinned = shift is None
-        time = window.x - stretch[1] if shift is None else window.x + shift
+        time = window.x - (stretch[1] if zero is None else zero) if shift is None else window.x + shift
         self.traces[place] = PastTrace(words, time, values, LOOKS[place], pinned)
         self._tell()
         return self.traces[place]

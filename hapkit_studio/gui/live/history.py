@@ -44,6 +44,9 @@ class Window:
 class History:
     """Ring of the channels the plots show; ``append`` takes telemetry rows as the reader gives them."""
 
+    complete = True
+    """Whether all that is kept is given to those who ask."""
+
     def __init__(self, seconds: float = 60.0, rate: float = 10000.0):
         """Make room for this many seconds at this rate in Hz."""
         self.seconds = seconds
@@ -53,17 +56,29 @@ class History:
         self._data = np.empty((len(_NAMES), size))
         self.clear()
 
+    @classmethod
+    def of(cls, time: np.ndarray, channels: np.ndarray, breaks: list[int]) -> "History":
+        """Return one that holds samples: times (n,) in s, CHANNELS (4, n), and where lines break."""
+        made = cls(0.0, 0.0)
+        made._time, made._breaks, made._end = time, breaks, len(time)
+        made._data = np.full((len(_NAMES), len(time)), np.nan)
+        made._data[: len(CHANNELS)] = channels
+        return made
+
     def clear(self) -> None:
         """Forget everything."""
-        self._begin = self._end = 0
-        self._tick = np.nan
-        self._breaks: list[int] = []
+        self._drop_samples()
         self.dividers: list[tuple[float, str]] = []
         """What was changed while these samples came: when, in s, and in words, the oldest first."""
         self.changes: list[float] = [-math.inf]
         """When settings changed, in s, the oldest first; what is older than the samples is one."""
         self.begin = -math.inf
         """Time in s from which on all samples are of the environment in force."""
+
+    def _drop_samples(self) -> None:
+        self._begin = self._end = 0
+        self._tick = np.nan
+        self._breaks: list[int] = []
 
     def __len__(self) -> int:
         return self._end - self._begin
@@ -101,7 +116,7 @@ class History:
         """
         if not len(new):
             return
-        if len(self) and new[0, rows.HOST_TIME] < self.now:
+        if len(self) and new[0, rows.HOST_TIME] < self._time[self._end - 1]:
             self.clear()
         for part in range(0, len(new), _AT_ONCE):
             beside = 0.0 if energies is None else energies[part : part + _AT_ONCE].T
@@ -130,7 +145,8 @@ class History:
 
     def _forget(self) -> None:
         oldest = max(self._end - self.capacity, self._begin)
-        oldest += int(np.searchsorted(self._time[oldest : self._end], self.now - self.seconds))
+        earliest = self._time[self._end - 1] - self.seconds
+        oldest += int(np.searchsorted(self._time[oldest : self._end], earliest))
         self._begin = oldest
         while self._breaks and self._breaks[0] <= oldest:
             self._breaks.pop(0)
@@ -197,9 +213,8 @@ class History:
         y[:, 1::2] = np.where(rising, greatest, least)
         left, width = edges[filled], edges[filled + 1] - edges[filled]
         x = np.stack([left + 0.25 * width, left + 0.75 * width], axis=1).ravel()
-        begun = np.flatnonzero(np.isnan(self._data[-1, first[0] : stop[-1]])) + first[0]
-        anew = 2 * (np.searchsorted(first, begun, side="right") - 1)
-        y[len(CHANNELS) :, anew] = y[len(CHANNELS) :, anew + 1] = np.nan
+        begun = np.logical_or.reduceat(np.isnan(samples[-1]), first - first[0])
+        y[len(CHANNELS) :, np.repeat(begun, 2)] = np.nan
         lost = self._breaks_in(int(first[0]), int(stop[-1]))
         return self._broken(x, y, np.unique(2 * (np.searchsorted(first, lost, side="right") - 1)), True)
 

@@ -26,6 +26,8 @@ class Live(QObject):
     frame = Signal(object, bool)
     health = Signal(object)
     paused_changed = Signal(bool)
+    replay_wanted = Signal(object)
+    """The path of a session that is to be shown in place of what comes."""
 
     def __init__(self, studio: Studio, parent: QObject | None = None):
         super().__init__(parent)
@@ -34,7 +36,7 @@ class Live(QObject):
         self._device = ""
         self._changing = False
         self.history = History(KEPT_SECONDS)
-        self.paused = False
+        self.paused = self.replaying = False
         self.hidden = False
         self.lost = 0
         self.last: np.ndarray | None = None
@@ -108,7 +110,7 @@ class Live(QObject):
 
         It is seen at once: what stood while paused was the other's.
         """
-        self.set_paused(False)
+        self.set_paused(self.paused and self.replaying)
         self._take()
         last = self.history.before(self._studio.environment_since)
         self.history.divide(self._studio.environment.title, None if math.isnan(last) else last)

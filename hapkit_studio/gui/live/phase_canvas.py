@@ -12,8 +12,9 @@ from hapkit_studio.analysis.statistics import Line
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.live.held import PastTrace, paint_past
-from hapkit_studio.gui.live.history import History, Window
+from hapkit_studio.gui.live.history import Window
 from hapkit_studio.gui.live.plots.declared import PhasePlot, landmarks
+from hapkit_studio.gui.live.time_view import TimeView
 from hapkit_studio.gui.widgets.theme import number, theme
 
 _FAR = 1e4  # px
@@ -118,10 +119,11 @@ class PhaseCanvas(Canvas):
 
     below = 38
 
-    def __init__(self, plot: PhasePlot):
+    def __init__(self, plot: PhasePlot, view: TimeView):
         super().__init__(True)
         self.max_force = math.inf
-        self._live = self._history = History(seconds=1.0, rate=1.0)
+        self._seen = view
+        view.changed.connect(self._repaint)
         self._key: tuple | None = None
         self._under: QPixmap | None = None
         self.band = _NO_BAND
@@ -140,35 +142,29 @@ class PhaseCanvas(Canvas):
         self.recolor()
         self._under = None
 
-    def set_history(self, history: History) -> None:
-        """Plot another history."""
-        self._live = self._history = history
-        self._under = None
-
     def set_held(self, held: tuple[PastTrace, ...]) -> None:
         """Show these held stretches under the curve."""
-        self._held, self._under = held, None
+        self._held = held
         for past in held:
             self._widen(past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied"])
-        self.viewport().update()
+        self._repaint()
 
     def show_line(self, line: Line | None) -> None:
         """Draw the line that was fitted to force over position, SI; None: no line."""
         self._line = line
         self.viewport().update()
 
-    def set_paused(self, paused: bool) -> None:
-        """Freeze what is shown; the live history goes on."""
-        self._history = self._live.copy() if paused else self._live
+    def _repaint(self) -> None:
         self._under = None
+        self.viewport().update()
 
     # axes ---------------------------------------------------------------------------------------
 
     def set_theory(self, x: np.ndarray, force: np.ndarray | None, max_force: float) -> None:
         """Take the law's force in N over x (n,), SI, one row a branch (None: no band), and its limit in N."""
         self.band = _NO_BAND if force is None else Band(x * self.plot_of.scale, np.asarray(force))
-        self.max_force, self._under = max_force, None
-        self.viewport().update()
+        self.max_force = max_force
+        self._repaint()
 
     def fit_theory(self) -> None:
         """Show where the theory has something to show, and of its force what the motor can give."""
@@ -177,7 +173,7 @@ class PhaseCanvas(Canvas):
 
     def widen_theory(self) -> None:
         """Make room for a changed theory at once, unless a person has fitted the axes to the data."""
-        if not self._fitted:
+        if not (self._fitted or self._seen.locked):
             pairs = zip(self.view.viewRange(), self._theory_ranges(), strict=True)
             self._show(*((min(a[0], b[0]), max(a[1], b[1])) for a, b in pairs))
 
@@ -195,6 +191,8 @@ class PhaseCanvas(Canvas):
         self._fitted = True
 
     def _widen(self, *points: np.ndarray) -> None:
+        if self._seen.locked:
+            return
         pairs = zip(self.view.viewRange(), points, strict=True)
         self._show(*(widened(tuple(r), *_ends(v)) for r, v in pairs))
 
@@ -206,20 +204,29 @@ class PhaseCanvas(Canvas):
 
     def _first(self) -> float:
         """Return from when on samples are shown in s: none, though paused, of another environment."""
-        return max(self._history.begin, self._live.begin)
+        return max(self._seen.history.begin, self._seen.live.begin)
+
+    @property
+    def _now(self) -> float:
+        """Return until when samples are shown in s; NaN without one."""
+        return self._seen.stretch[1]
+
+    def _since(self, start: float) -> Window:
+        """Return the samples shown from a time in s on."""
+        return self._seen.history.between(max(start, self._first()), math.nextafter(self._now, math.inf))
 
     def _recent(self) -> Window:
-        return self._history.between(max(self._history.now - SECONDS, self._first()), math.inf)
+        return self._since(self._now - SECONDS)
 
     def _points(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
         return window.y[self.plot_of.channel] * self.plot_of.scale, window.y["applied"]
 
     def _state(self) -> tuple:
         """Return what the picture of the older seconds depends on."""
-        now, (x, y) = self._history.now, self.view.viewRange()
+        now, (x, y) = self._now, self.view.viewRange()
         second = None if math.isnan(now) else math.floor(now)
         look = self.measure().getRect(), theme.name, self.devicePixelRatioF()
-        return *x, *y, *look, self._first(), second
+        return *x, *y, *look, self._first(), second, self._history.complete
 
     def refresh(self) -> None:
         """Widen the axes for the last seconds, and paint."""
@@ -230,7 +237,7 @@ class PhaseCanvas(Canvas):
 
     def point(self, time: float | None) -> None:
         """Mark the sample at a time in s; None: no mark."""
-        self._pointed = None if time is None else self._history.at(time)
+        self._pointed = None if time is None else self._seen.history.at(time)
 
     # painting -----------------------------------------------------------------------------------
 
@@ -243,9 +250,8 @@ class PhaseCanvas(Canvas):
 
     def paint_over(self, painter: QPainter, box: QRectF) -> None:
         """Paint the newest second."""
-        if not math.isnan(self._history.now):
-            start = max(math.floor(self._history.now), self._first())
-            self._paint_curve(painter, self._history.between(start, math.inf))
+        if not math.isnan(self._now):
+            self._paint_curve(painter, self._since(math.floor(self._now)))
         if self._line is not None and self.plot_of.channel == "position":
             x, y = self.to_pixels(self._line.x * self.plot_of.scale, self._line.y)
             painter.setPen(strokes.pen(theme.color("accent"), 2.0, [4.0, 2.0]))
@@ -256,13 +262,14 @@ class PhaseCanvas(Canvas):
         step = max(len(x) // _MOST_A_SECOND, 1)
         if len(x):
             strokes.trace(painter, x[::step], y[::step], theme.color("applied"))
+            strokes.arrows(painter, self.measure(), x, y, theme.color("applied"))
 
     def _paint_older(self, painter: QPainter) -> None:
         """Paint all but the newest second, paler the older; a break has no time: it is of the one before."""
         window = self._recent()
         seconds = np.floor(np.fmax.accumulate(window.x)) if len(window.x) else np.empty(0)
         for age in range(SECONDS, 0, -1):
-            found = np.flatnonzero(seconds == math.floor(self._history.now) - age)
+            found = np.flatnonzero(seconds == math.floor(self._now) - age)
             if len(found):
                 painter.setOpacity(_AGES[age])
                 self._paint_curve(painter, window, slice(found[0], found[-1] + 2))
@@ -283,7 +290,7 @@ class PhaseCanvas(Canvas):
         for past in self._held:
             x = past.values[self.plot_of.channel] * self.plot_of.scale
             paint_past(painter, *self.to_pixels(x, past.values["applied"]), past.look)
-        if not math.isnan(self._history.now):
+        if not math.isnan(self._now):
             self._paint_older(painter)
         painter.end()
         return under
@@ -303,13 +310,14 @@ class PhaseCanvas(Canvas):
 
     def paint_marks(self, painter: QPainter, box: QRectF) -> None:
         """Paint the dots for now and for the pointer's time."""
-        if not math.isnan(self._history.now):
-            self._dot(painter, box, self._history.latest(), 5.0)
+        newest = self._seen.history.at(self._now)
+        if newest is not None:
+            self._dot(painter, box, newest, 5.0)
         if self._pointed is not None:
             self._dot(painter, box, self._pointed, 3.5)
 
     def _dot(self, painter: QPainter, box: QRectF, at: dict[str, float], radius: float) -> None:
-        """Paint a dot, unless it lies outside the axes, which stand still while the view is paused."""
+        """Paint a dot, unless it lies outside the axes, which stand still while locked."""
         place = self.pixel(at[self.plot_of.channel] * self.plot_of.scale, at["applied"])
         if box.contains(place):
             strokes.mark(painter, place, "applied", radius)

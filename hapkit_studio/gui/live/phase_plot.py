@@ -11,7 +11,6 @@ from PySide6.QtWidgets import QLabel, QStackedWidget, QWidget
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.cursors import CursorCard, Cursors
-from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
 from hapkit_studio.gui.live.plot_header import Sample
 from hapkit_studio.gui.live.plots.declared import PhasePlot, phase_plots, time_plots
@@ -39,9 +38,10 @@ class ForcePosition(QWidget):
         self._found: dict[str, np.ndarray | None] = {}
         self._odd = self._by_hand = False
         self._unseen = ""
-        self.canvas = PhaseCanvas(self.plots[0])
+        self.view = cursors.view
+        self.canvas = PhaseCanvas(self.plots[0], self.view)
         self.canvas.fit_wanted.connect(self.fit)
-        self.beside = [TimePlots(plots=[plot]) for plot in time_plots(beside=True)]
+        self.beside = [TimePlots(self.view, [plot]) for plot in time_plots(beside=True)]
         titles = [plot.title for plot in self.plots] + [pane.plots[0].title for pane in self.beside]
         self.switch = Segmented("Plot of force or energy", tuple(titles))
         self.switch.show_index(0)
@@ -69,12 +69,6 @@ class ForcePosition(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self.cursors.set_low(self.height() < theme.px(_LOW))
-
-    def set_history(self, history: History) -> None:
-        """Plot another history."""
-        self.canvas.set_history(history)
-        for pane in self.beside:
-            pane.set_history(history)
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
         """Recompute theory and limits (N) for another environment or other values."""
@@ -114,9 +108,11 @@ class ForcePosition(QWidget):
         for part in self.theory:
             part.hide()
         if self.pane is None:
+            other = self.plots[index] is not self.canvas.plot_of
             self.canvas.set_plot(self.plots[index])
             self._take_theory()
-            self.canvas.fit_theory()
+            if other or not self.view.locked:
+                self.canvas.fit_theory()
 
     @property
     def pane(self) -> TimePlots | None:
@@ -129,12 +125,6 @@ class ForcePosition(QWidget):
         shown = self.pane or self.canvas
         shown.fit()
         shown.refresh()
-
-    def set_paused(self, paused: bool) -> None:
-        """Freeze the view; the history goes on filling."""
-        self.canvas.set_paused(paused)
-        for pane in self.beside:
-            pane.set_paused(paused)
 
     def point(self, time: float | None) -> None:
         """Mark the place at a time in s, for the time plots' pointer; None for none."""

@@ -5,11 +5,12 @@ from collections.abc import Sequence
 
 from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QPainter, QResizeEvent
-from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QLabel, QPushButton, QSizePolicy, QWidget
 
 from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.plots.declared import TimePlot
 from hapkit_studio.gui.live.strokes import pen
+from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import across, label
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
@@ -48,6 +49,15 @@ def _line(stroke: Stroke, text: str, help: str) -> list[QWidget]:
     for part in parts:
         part.setToolTip(help)
     return parts
+
+
+def _button(tip: str) -> QPushButton:
+    """Return a button that stands among the words."""
+    button = QPushButton()
+    button.setProperty("link", True)
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    button.setToolTip(tip)
+    return button
 
 
 class Remark(QLabel):
@@ -90,8 +100,11 @@ class Header(QWidget):
             lines += _line(("danger", 1.6, [1.2, 2.6]), "limit", limit)
         surface = _line(("matline", 1.6, [3.5, 2.5]), "", "Where the surface is")
         self.surface = surface if plot.surface else []
-        self.paused = QLabel()
-        self.paused.setProperty("ink", "accent")
+        self.back = _button("Back to live, and wait for nothing (Backspace)")
+        self.unlock = _button("Unlock the axes (Y)")
+        icons.bind(self.back, "play", "accent", 12)
+        icons.bind(self.unlock, "lock", "accent", 14)
+        self.unlock.setAccessibleName("Axes are locked")
         self.remark, self.value = Remark(), QLabel()
         title = label(plot.title, "strong", wrap=False)
         self.value.setProperty("role", "readout")
@@ -99,10 +112,10 @@ class Header(QWidget):
         self.value.setToolTip(plot.traces[-1].help)
         self.value.setProperty("ink", plot.traces[-1].color)
         name = () if plot.beside else (title, 3)  # beside, the switch names it
-        parts = (*name, *lines, *self.surface, (self.remark, 1), self.paused, self.value)
+        parts = (*name, *lines, *self.surface, (self.remark, 1), self.back, self.unlock, self.value)
         across(*parts, into=self, margins=(0, 0, RIGHT, 0), gap=7)
         self.show_part(self.surface, "")
-        self.show_part([self.paused], "")
+        self.show_view("", False)
         self.show_value(0.0)
 
     def sizeHint(self) -> QSize:
@@ -110,11 +123,17 @@ class Header(QWidget):
         return QSize(super().sizeHint().width(), theme.px(HEIGHT))
 
     def show_part(self, parts: Sequence[QWidget], name: str) -> None:
-        """Show the sample of the surface under a name, or the word for paused; or hide it."""
+        """Show the sample of the surface under a name, or hide it."""
         for part in parts:
             part.setVisible(bool(name))
             if isinstance(part, QLabel):
                 part.setText(name)
+
+    def show_view(self, words: str, locked: bool) -> None:
+        """Say what is seen where it is not what comes, and whether the axes are locked."""
+        self.back.setText(words)
+        self.back.setVisible(bool(words))
+        self.unlock.setVisible(locked)
 
     def show_value(self, value: float) -> None:
         """Show the live value, given in SI."""

@@ -13,6 +13,7 @@ _FINE = 1.4  # device pixel ratio from which square joints show
 _TREMOR, _NOISY = 0.25, 0.2  # px²: a turn that is seen; the share of turns that makes noise
 _LONG = 5.0  # px: noise that rises so far from point to point fills an area
 _DENSE = 2.5  # dashes of several lengths along a line so many times longer than wide are a scribble
+_ARROWS_APART = 12.0  # px
 _HEAD = 8.0  # px: how long an arrow head is
 _HAZE = 40.0  # dashes along a line so many times longer than wide would be a haze
 
@@ -105,14 +106,14 @@ def dashed(
     return np.column_stack([np.interp(s, place, c[points]) for s in (start, stop) for c in (x, y)])
 
 
-def arrows(painter: QPainter, box: QRectF, x: np.ndarray, y: np.ndarray, color: QColor, apart: float) -> None:
-    """Point out of a frame, with arrow heads so many px apart at least, where a line (n,) in px leaves it."""
+def arrows(painter: QPainter, box: QRectF, x: np.ndarray, y: np.ndarray, color: QColor) -> None:
+    """Point out of a frame, with arrow heads not too close together, where a line (n,) in px leaves it."""
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(color)
     for edge, beyond, inwards in ((box.top(), y < box.top(), 1.0), (box.bottom(), y > box.bottom(), -1.0)):
         last = -np.inf
         for column in x[beyond & ~np.concatenate([[False], beyond[:-1]])].tolist():
-            if column - last >= apart:
+            if column - last >= _ARROWS_APART:
                 last = column
                 foot = edge + inwards * _HEAD
                 corners = (column, edge), (column - 0.6 * _HEAD, foot), (column + 0.6 * _HEAD, foot)

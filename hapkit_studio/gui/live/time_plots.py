@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from PySide6.QtCore import QElapsedTimer, QPointF, QRectF, Qt, Signal
-from PySide6.QtGui import QBrush, QFontMetricsF, QMouseEvent, QPainter, QPen
+from PySide6.QtGui import QBrush, QFontMetricsF, QMouseEvent, QPainter, QPen, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.analysis.oscillation import Oscillation
@@ -16,9 +16,10 @@ from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.live.cursors import NAMES, Cursors
 from hapkit_studio.gui.live.held import PastTrace, paint_past
-from hapkit_studio.gui.live.history import History, Window
+from hapkit_studio.gui.live.history import Window
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
 from hapkit_studio.gui.live.plots.declared import TimePlot, landmarks, phase_plots, time_plots
+from hapkit_studio.gui.live.time_view import SPANS, TimeView
 from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.theme import number, theme
 
@@ -32,13 +33,12 @@ _PALE = 0.45  # of a trace's colour while the device is gone
 _SAME = 0.3  # px: closer than this, two lines are one
 _ROOMY = 1.5  # times the range that would do: from there on an axis narrows again
 _MOST_ASKED = 2.0  # times the force limit: what is asked beyond is cut at the frame
-_ARROWS_APART = 12.0  # px
 _WIDTH, _UNIT_WIDTH = 44.0, 60.0  # px of the value axis, without and with a unit
 _EMPTY = Window(np.empty(0), {}, False)
-SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)  # s
 _READOUT_MS = 100
 _AXIS = 22
 _TAG, _REACH = 15, 6  # px: of a cursor's name; so near to its line it is taken
+_ZOOMED = 1.0025  # for each eighth of a degree of the wheel, as pyqtgraph zooms into time
 _LEAST_HEIGHT = 54  # px of a plot's frame: with less for each, one folds
 
 
@@ -62,6 +62,7 @@ class PlotState:
     window is in the history's own time.
     """
 
+    view: TimeView
     window: Window = _EMPTY
     zero: float = 0.0
     contact: list[tuple[float, float]] = field(default_factory=list)
@@ -70,7 +71,6 @@ class PlotState:
     now: dict[str, float] | None = None
     surface: float | None = None
     max_force: float = np.inf
-    paused: bool = False
     stale: bool = False
     held: tuple[PastTrace, ...] = ()
     pointer: float | None = None
@@ -118,14 +118,29 @@ class TraceCanvas(Canvas):
     def follow(self) -> None:
         """Widen the value axis at once where anything in sight needs it; narrow it where far less would do.
 
-        That it does once what needed more has left the window, and not while the view is paused.
+        That it does once what needed more has left the window, while that follows; locked it stays as it is.
         """
+        view = self.shown.view
+        if view.locked:
+            return
         shown, seen = tuple(self.view.viewRange()[1]), self.extent()
         wanted, least = widened(shown, *seen), widened(self._opened, *seen)
-        if not self.shown.paused and wanted[1] - wanted[0] > _ROOMY * (least[1] - least[0]):
+        if view.follows and wanted[1] - wanted[0] > _ROOMY * (least[1] - least[0]):
             wanted = least
         if wanted != shown:
             self.show_range(*wanted)
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Zoom into time; with Ctrl, or over the value axis, into values, which are then locked."""
+        box, place = self.measure(), event.position()
+        if place.x() >= box.left() and not event.modifiers() & Qt.KeyboardModifier.ControlModifier:
+            super().wheelEvent(event)
+            return
+        low, high = self.view.viewRange()[1]
+        about = high - (high - low) * (place.y() - box.top()) / box.height()
+        factor = _ZOOMED ** -event.angleDelta().y()
+        self.show_range(about + (low - about) * factor, about + (high - about) * factor)
+        self.shown.view.set_locked(True)
 
     def fit(self, places: np.ndarray) -> None:
         """Narrow the value axis to the data and the nearest of some places (n,), SI, but not too far."""
@@ -150,6 +165,8 @@ class TraceCanvas(Canvas):
             levels += [(s * self.shown.max_force, "danger", [1.2, 2.6]) for s in (1, -1)]
         if self.plot_of.surface and self.shown.surface is not None:
             levels.append((self.shown.surface * self.plot_of.scale, "matline", [3.5, 2.5]))
+        if self.shown.view.level is not None and self.shown.view.level[0] == self.plot_of.traces[-1].channel:
+            levels.append((self.shown.view.level[1] * self.plot_of.scale, "accent", [6.0, 2.0]))
         for level, token, dash in levels:
             strokes.level(painter, box, self.pixel(0.0, level).y(), token, dash)
         painter.setPen(strokes.pen(theme.color("ink3"), 1.0, [3.0, 3.0]))
@@ -247,7 +264,8 @@ class TraceCanvas(Canvas):
         channel = self.plot_of.traces[-1].channel
         for past in self.shown.held:
             if channel in past.values:
-                time = past.time if past.pinned else past.time - self.shown.zero
+                ends = past.time[-1] if self.shown.view.follows else 0.0  # there it lies at the newest sample
+                time = past.time - (ends if past.pinned else self.shown.zero)
                 line = self.to_pixels(time, past.values[channel] * self.plot_of.scale)
                 paint_past(painter, *line, past.look)
 
@@ -256,8 +274,7 @@ class TraceCanvas(Canvas):
         lines = [self.to_pixels(x, y[trace.channel] * self.plot_of.scale) for trace in self.plot_of.traces]
         for trace, (across, up) in zip(self.plot_of.traces, lines, strict=True):
             color = theme.paler(trace.color, "plot", _PALE if self.shown.stale else 1.0)
-            if self.plot_of.limits:
-                strokes.arrows(painter, box, across, up, color, _ARROWS_APART)
+            strokes.arrows(painter, box, across, up, color)
             painter.setPen(strokes.pen(color, 2.0))
             if trace.dash:
                 strokes.segments(painter, strokes.patterned(across, up, trace.dash))
@@ -301,18 +318,17 @@ def _where_visible(line: np.ndarray, above: np.ndarray) -> np.ndarray:
 
 
 class TimePlots(QWidget):
-    """Linked plots of a history's last seconds; frozen and free to pan and zoom while paused."""
+    """Plots of a stretch of the history, free to pan and zoom; ``back_pressed``: to what comes."""
 
-    span_changed = Signal(float)
     pointed = Signal(object)
+    back_pressed = Signal()
 
-    def __init__(self, parent: QWidget | None = None, plots: list[TimePlot] | None = None):
-        super().__init__(parent)
+    def __init__(self, view: TimeView | None = None, plots: list[TimePlot] | None = None):
+        super().__init__()
         self.plots = time_plots() if plots is None else plots
-        self.span, self.paused = 10.0, False
+        self.view = TimeView(self) if view is None else view
+        self.shown, self.cursors = PlotState(self.view), Cursors(self.view, self)
         self._fewest = False
-        self.shown, self.cursors = PlotState(), Cursors(self)
-        self._history = self._seen = History(seconds=1.0, rate=1.0)
         self._shades = False
         self._environment: Environment | None = None
         self._values: Mapping[str, float] = {}
@@ -330,33 +346,21 @@ class TimePlots(QWidget):
             canvas.fit_wanted.connect(self.fit)
             canvas.pointed.connect(self._point)
             canvas.cursor_dragged.connect(lambda index, x: self.cursors.move(index, self.shown.zero + x))
-            canvas.view.setLimits(xMin=-SPANS[-1], xMax=0.0, minXRange=0.005)
-        for canvas in self.canvases[:-1]:
-            canvas.view.setXLink(self.canvases[-1].view)
-        self.canvases[-1].view.sigXRangeChanged.connect(self._moved)
+            canvas.view.setMouseEnabled(True, False)
+            canvas.view.setLimits(minXRange=0.005, maxXRange=SPANS[-1])
+            canvas.view.sigXRangeChanged.connect(lambda _view, ends: self.view.move(*ends))
+            header.back.clicked.connect(self.back_pressed)
+            header.unlock.clicked.connect(lambda: self.view.set_locked(False))
+        self.view.changed.connect(self._follow_view)
         self.cursors.changed.connect(self._read_cursors)
-        self._show_span()
+        self._follow_view()
 
     # what is shown ------------------------------------------------------------------------------
-
-    def set_history(self, history: History) -> None:
-        """Plot another history."""
-        self._history = history
-        self._look_at(history.copy() if self.paused else history)
-
-    @property
-    def seen(self) -> History:
-        """Return the history in sight: while paused what was kept then."""
-        return self._seen
-
-    def _look_at(self, history: History) -> None:
-        self._seen = history
-        self.cursors.set_history(history)
 
     def set_environment(self, environment, values: Mapping[str, float], max_force: float) -> None:
         """Take over what is drawn besides data: contact shading, the wall's line, the force limit in N.
 
-        For another environment the value axes open anew, once the view is live and older parts have left it.
+        For another environment the value axes open anew, once the view follows and older parts have left it.
         """
         if environment is not self._environment:
             for canvas in self.canvases:
@@ -397,25 +401,6 @@ class TimePlots(QWidget):
             header.remark.say(*ways)
         self.refresh()
 
-    def set_span(self, seconds: float) -> None:
-        """Show the last 1 to 60 seconds."""
-        self.span = float(seconds)
-        self._show_span()
-        self.span_changed.emit(self.span)
-
-    def set_paused(self, paused: bool) -> None:
-        """Freeze the view with the numbers of its newest sample; the history goes on filling."""
-        if paused == self.paused:
-            return
-        self.paused = self.shown.paused = paused
-        self._look_at(self._history.copy() if paused else self._history)
-        for canvas in self.canvases:
-            canvas.view.setMouseEnabled(paused, False)
-        self.headers[0].show_part([self.headers[0].paused], "Paused" if paused else "")
-        self._show_values()
-        if not paused:
-            self._show_span()
-
     def set_stale(self, stale: bool) -> None:
         """Paint paler while the device is gone; no frame comes then that would repaint."""
         self.shown.stale = stale
@@ -436,57 +421,60 @@ class TimePlots(QWidget):
 
     def put_cursor(self, index: int) -> None:
         """Show the cursors; put one, 0 for A, where the pointer is, if it is over a plot."""
-        self.cursors.show(True, self.span)
+        self.cursors.show(True)
         if self.shown.pointer is not None:
             self.cursors.move(index, self.shown.zero + self.shown.pointer)
 
     def refresh(self) -> None:
         """Draw the newest data; call once per frame."""
         self.take()
-        if self.shown.pointed is not None:
-            self.pointed.emit(self.shown.zero + (self.shown.pointer or 0.0))
+        pointed = self.shown.pointed is not None
+        self.pointed.emit(self.shown.zero + (self.shown.pointer or 0.0) if pointed else None)
         for canvas in self.canvases:
             if canvas.isVisible():
                 canvas.viewport().update()
         if self._watch.elapsed() >= _READOUT_MS:
             self._watch.restart()
-            self._show_values()
+            self._show_words()
 
-    def _show_values(self) -> None:
-        """Write the newest sample in the headers."""
-        newest = self._seen.latest()
-        for header in self.headers if len(self._seen) else ():
-            header.show_value(newest[header.plot.traces[-1].channel])
+    def _show_words(self) -> None:
+        """Write the newest sample in the headers, unless it stands while paused, and what is seen."""
+        newest = self.view.latest
+        for header, canvas in zip(self.headers, self.canvases, strict=True):
+            header.show_view(self.view.words if canvas.first else "", self.view.locked and canvas.first)
+            if len(self.view.live):
+                header.show_value(newest[header.plot.traces[-1].channel])
 
     def take(self) -> None:
         """Read the window from the history and let the value axes follow it."""
-        shown, canvas = self.shown, self.canvases[-1]
-        left, right = canvas.view.viewRange()[0]
-        columns = max(round(canvas.measure().width() * self.devicePixelRatioF()), 2)
-        width = (right - left) / columns
-        now = self._seen.now
-        if math.isnan(now):
+        shown, view, seen = self.shown, self.view, self.view.history
+        columns = max(round(self.canvases[-1].measure().width() * self.devicePixelRatioF()), 2)
+        width = view.span / columns
+        if math.isnan(view.zero):
             shown.window, shown.contact, shown.gaps, shown.dividers, shown.now = _EMPTY, [], [], [], None
             return
         # columns at whole multiples of their width: their samples stay the same, so peaks do not dance
-        last = math.ceil(now / width)
-        shown.zero = last * width
-        first = last + math.floor(left / width + 1e-6)
-        shown.window = self._seen.window(np.arange(first, first + columns + 2) * width)
-        shown.now = None if self.paused else self._seen.latest()
+        begin, last = (0.0, math.ceil(view.zero / width)) if view.follows else (view.zero, 0)
+        shown.zero = begin + last * width
+        first = last + math.floor(view.left / width + 1e-6)
+        edges = begin + np.arange(first, first + columns + 2) * width
+        shown.window = seen.window(edges)
+        shown.now = seen.latest() if view.follows else None
         shown.contact = self._contact() if self._shades else []
-        before = self._seen.before(first * width)
-        shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in gaps(shown.window.x, before)]
-        shown.dividers = [(time - shown.zero, words) for time, words in self._seen.dividers]
+        lost = gaps(shown.window.x, seen.before(edges[0]))
+        shown.gaps = [(a - shown.zero, b - shown.zero) for a, b in lost]
+        event = [(view.zero, view.happened)] if view.happened else []
+        shown.dividers = [(time - shown.zero, words) for time, words in sorted([*seen.dividers, *event])]
         shown.cursors = [time - shown.zero for time in self.cursors.times or ()]
-        shown.pointed = None if shown.pointer is None else self._seen.at(shown.zero + shown.pointer)
+        pointer = math.inf if shown.pointer is None else shown.zero + shown.pointer
+        shown.pointed = seen.at(pointer) if pointer <= seen.now + width else None
         for canvas in self.canvases:
             canvas.follow()
 
     def _contact(self) -> list[tuple[float, float]]:
         """Return the stretches (start, stop) in s, from zero, in which this environment asked for a force."""
         window = self.shown.window
-        touching = (np.nan_to_num(window.y["asked"]) != 0.0) & (window.x >= self._seen.begin)
+        touching = (np.nan_to_num(window.y["asked"]) != 0.0) & (window.x >= self.view.history.begin)
         if window.dense and not np.isnan(window.x).any():
             touching = np.repeat(touching.reshape(-1, 2).any(axis=1), 2)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], touching, [False]]).astype(np.int8)))
@@ -495,18 +483,21 @@ class TimePlots(QWidget):
 
     # view ---------------------------------------------------------------------------------------
 
-    def _show_span(self) -> None:
-        self.canvases[-1].view.setXRange(-self.span, 0.0, padding=0)
-
-    def _moved(self) -> None:
-        if self.paused:
-            self.refresh()
+    def _follow_view(self) -> None:
+        """Show the view's ends in all plots; the pointer stays at its place in the frame."""
+        left, right = self.canvases[-1].view.viewRange()[0]
+        if self.shown.pointer is not None:
+            place = (self.shown.pointer - left) / (right - left)
+            self.shown.pointer = self.view.left + place * self.view.span
+        for canvas in self.canvases:
+            if canvas.view.viewRange()[0] != [self.view.left, self.view.right]:
+                canvas.view.setXRange(self.view.left, self.view.right, padding=0)
+        self._show_words()
+        self.refresh()
 
     def _point(self, time: float | None) -> None:
         self.shown.pointer = time
         self.refresh()
-        if time is None:
-            self.pointed.emit(None)
 
     def set_fewest(self, on: bool) -> None:
         """Fold what folds first however much room there is, or only where there is little."""

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QUrl
+from PySide6.QtCore import QSettings, QUrl
 from PySide6.QtGui import QDesktopServices
 from PySide6.QtWidgets import QFrame, QLineEdit, QPushButton
 
@@ -36,6 +36,8 @@ _KINDS = f"Table (*.csv);;{_COMMA};;Parquet (*.parquet);;MATLAB (*.mat)"
 _SEARCH, _NOTES = 260, 30  # px; letters of the notes in the table
 _CHART = 190  # px
 
+_OTHERS, _MOST_OTHERS = "sessions_elsewhere", 10
+
 Known = dict[tuple[Path, float, int], Overview]
 
 
@@ -51,6 +53,13 @@ def look(paths: list[Path], known: Known, progress: Progress) -> Known:
         except OSError:  # it went away meanwhile
             continue
     return found
+
+
+def recent(settings: QSettings) -> list[Path]:
+    """Return the sessions opened last from other folders, as far as they are still there."""
+    kept = settings.value(_OTHERS, [])
+    paths = [Path(path) for path in (kept if isinstance(kept, list) else [kept]) if isinstance(path, str)]
+    return [path for path in paths if path.is_file()]
 
 
 def export(path: Path, output: str, decimal: str) -> str:
@@ -70,11 +79,12 @@ class SessionsPage(Page):
 
     side: SidePanel
 
-    def __init__(self, studio: "Studio", _live: "Live"):
+    def __init__(self, studio: "Studio", live: "Live"):
         super().__init__()
-        self._studio = studio
+        self._studio, self._live = studio, live
         self._known: Known = {}
-        self._others: list[Path] = []
+        self._settings = QSettings("hapkit-studio", "hapkit-studio")
+        self._others = recent(self._settings)
         self._newest: tuple[Path, int] | None = None
         self._wanted: Path | None = None
         self.chosen: Overview | None = None
@@ -86,7 +96,9 @@ class SessionsPage(Page):
         self.chart = Drawing("Position over time", (_CHART, _CHART))
         self.side = SidePanel("Sessions", _CHOOSE)
         self.facts = Pairs()
-        self.export, self.delete = primary(QPushButton("Export…")), QPushButton("Delete…")
+        self.replay, self.export = primary(QPushButton("Replay")), QPushButton("Export…")
+        self.delete = QPushButton("Delete…")
+        self.replay.setToolTip("Show it in the Live view, with the settings of then (Enter)")
         self._arrange()
         self._reading, self._saving = (Job(self, needs="") for _ in range(2))
         self._reading.finished.connect(self._take)
@@ -95,6 +107,8 @@ class SessionsPage(Page):
             job.failed.connect(partial(self.say, danger=True))
         self.search.textChanged.connect(lambda _text: self._list())
         self.table.chosen.connect(self.show_session)
+        self.table.activated.connect(lambda index: self._replay(self.table.content.rows[index.row()]))
+        self.replay.clicked.connect(lambda: self._replay(self.chosen))
         self.export.clicked.connect(self.ask_export)
         self.delete.clicked.connect(self.ask_delete)
         studio.recording.changed.connect(self._notice)
@@ -116,7 +130,8 @@ class SessionsPage(Page):
     def open_other(self, path: str) -> None:
         """List a session from anywhere, and choose it."""
         self._wanted = Path(path)
-        self._others.append(Path(path))
+        self._others = [Path(path), *(other for other in self._others if other != Path(path))][:_MOST_OTHERS]
+        self._settings.setValue(_OTHERS, [str(other) for other in self._others])
         self.search.clear()
         self.load()
 
@@ -128,11 +143,16 @@ class SessionsPage(Page):
         self.facts.show_pairs(_pairs(found, self._titles) if found else [])
         self.happened.show_pairs(_story(found) if found else [])
         whole = found is not None and not found.error
+        self.replay.setEnabled(whole)
         self.export.setEnabled(whole)
         self.delete.setEnabled(found is not None)
         self.chart.setVisible(whole)
         if found is not None and whole:
             self.chart.show_drawing(lambda figure, c: draw(figure, c, found.trace, found.markers))
+
+    def _replay(self, found: Overview | None) -> None:
+        if found is not None and not found.error:
+            self._live.replay_wanted.emit(found.path)
 
     def ask_export(self) -> None:
         """Ask for a file's name beside the window, then write the chosen session as a table."""
@@ -239,7 +259,8 @@ class SessionsPage(Page):
         self.side.add(self.facts)
         self.happened = Pairs(self.side.section("What happened"))
         self.side.add(self.happened)
-        self.side.column.insertLayout(2, across(self.export, self.delete, None))
+        self.side.column.insertLayout(2, across(self.replay, self.export, None))
+        self.side.column.insertLayout(3, across(self.delete, None))
 
     def _reveal(self) -> None:
         """Open the folder of the chosen session, without one that of all."""

@@ -6,6 +6,7 @@ from hapkit_studio.gui.live.cursors import Cursors
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import TimePlots
+from hapkit_studio.gui.live.time_view import TimeView
 from tests.gui.live.plot_support import LIBRARY, RATE, telemetry
 
 
@@ -21,7 +22,7 @@ def shown(qtbot, widget, size, history):
     qtbot.addWidget(widget)
     widget.resize(*size)
     widget.show()
-    widget.set_history(history)
+    widget.view.set_history(history)
     widget.set_environment(LIBRARY["wall"], LIBRARY["wall"].values({"stiffness": 400.0}), 3.0)
     widget.refresh()
     return widget
@@ -34,4 +35,4 @@ def plots(qtbot, history):
 
 @pytest.fixture
 def phase(qtbot, history):
-    return shown(qtbot, ForcePosition(Cursors()), (348, 420), history)
+    return shown(qtbot, ForcePosition(Cursors(TimeView())), (348, 420), history)

@@ -1,7 +1,8 @@
-"""What the tests of the plots share: telemetry of a wall, pixels of a colour."""
+"""What the tests of the plots share: telemetry of a wall, pixels of a colour, a turn of the wheel."""
 
 import numpy as np
-from PySide6.QtGui import QColor, QImage
+from PySide6.QtCore import QCoreApplication, QPoint, QPointF, Qt
+from PySide6.QtGui import QColor, QImage, QWheelEvent
 
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.widgets.theme import theme
@@ -25,6 +26,17 @@ def telemetry(count, start=0, rate=RATE):
 
 def canvas_of(plots, key):
     return next(c for c in plots.canvases if c.plot_of.key == key)
+
+
+def turn_wheel(canvas, across=0.5, eighths=240, key=Qt.KeyboardModifier.NoModifier):
+    """Turn the wheel by so many eighths of a degree at such a part of a plot's width; return where, in px."""
+    box = canvas.measure()
+    place = QPointF(round(box.left() + across * box.width()), round(box.center().y()))
+    there = QPointF(canvas.mapToGlobal(place.toPoint()))
+    button, phase = Qt.MouseButton.NoButton, Qt.ScrollPhase.NoScrollPhase
+    event = QWheelEvent(place, there, QPoint(), QPoint(0, eighths), button, key, phase, False)
+    QCoreApplication.sendEvent(canvas.viewport(), event)
+    return place
 
 
 def colored(image: QImage, token: str) -> np.ndarray:

@@ -29,14 +29,14 @@ def shown(card):
 
 
 def test_the_first_cursors_stand_in_the_time_window_on_samples(plots):
-    plots.cursors.show(True, plots.span)
+    plots.cursors.show(True)
     a, b = plots.cursors.times
-    assert plots.cursors.now - plots.span < a < b < plots.cursors.now
+    assert plots.view.zero - plots.view.span < a < b < plots.view.zero
     assert a * 1000.0 == pytest.approx(round(a * 1000.0), abs=1e-6)  # a sample a millisecond
 
 
 def test_a_cursor_is_dragged_by_its_line_and_lands_on_a_sample(plots, qtbot):
-    plots.cursors.show(True, plots.span)
+    plots.cursors.show(True)
     plots.refresh()
     canvas = plots.canvases[1]
     canvas.measure()
@@ -55,7 +55,7 @@ def test_a_cursor_is_dragged_by_its_line_and_lands_on_a_sample(plots, qtbot):
 
 
 def test_what_is_read_is_the_signal_at_both_and_their_difference(plots, card):
-    plots.cursors.show(True, plots.span)
+    plots.cursors.show(True)
     plots.cursors.move(0, 10.5005)
     plots.cursors.move(1, 11.0005)
     row = shown(card)["x, mm"]
@@ -69,7 +69,7 @@ def test_what_is_read_is_the_signal_at_both_and_their_difference(plots, card):
 
 def test_the_slope_inside_the_wall_is_its_stiffness_and_the_range_its_extremes(plots, card):
     # sin(3 t) > 1/3 in (12.68, 13.49): inside the wall of 400 N/m, which begins at 5 mm; not clamped at first
-    plots.cursors.show(True, plots.span)
+    plots.cursors.show(True)
     plots.cursors.move(0, 12.7005)
     plots.cursors.move(1, 12.8005)
     card.refresh()
@@ -92,7 +92,7 @@ def test_where_room_is_short_the_table_gives_way_to_the_plot_and_stands_in_its_p
     phase = ForcePosition(plots.cursors)
     qtbot.addWidget(phase)
     phase.show()
-    plots.cursors.show(True, plots.span)
+    plots.cursors.show(True)
     plots.cursors.move(0, 10.5005)
     plots.cursors.move(1, 11.0005)
     phase.cursors.refresh()
@@ -119,19 +119,19 @@ def test_where_room_is_short_the_table_gives_way_to_the_plot_and_stands_in_its_p
 
 
 def test_cursors_stay_on_their_samples_while_time_goes_on_and_through_a_pause(plots, history):
-    plots.cursors.show(True, plots.span)
+    plots.cursors.show(True)
     before = plots.cursors.times
-    plots.set_paused(True)
+    plots.view.set_paused(True)
     history.append(telemetry(3000, start=14_000))
     plots.refresh()
-    plots.set_paused(False)
+    plots.view.set_paused(False)
     plots.refresh()
     assert plots.cursors.times == before
     assert plots.shown.cursors[0] + plots.shown.zero == pytest.approx(before[0])
 
 
 def test_cursors_go_with_the_samples_they_stood_on(plots, card, history):
-    plots.cursors.show(True, plots.span)
+    plots.cursors.show(True)
     history.append(telemetry(60_000, start=14_000))
     card.refresh()
     assert not plots.cursors.on
@@ -140,7 +140,7 @@ def test_cursors_go_with_the_samples_they_stood_on(plots, card, history):
 
 def read(plots, card, first, last):
     """Put the cursors to two times in s; return the slope in words."""
-    plots.cursors.show(True, plots.span)
+    plots.cursors.show(True)
     plots.cursors.move(0, first)
     plots.cursors.move(1, last)
     card.refresh()

@@ -16,9 +16,11 @@ def held(plots, phase):
     return held
 
 
-def test_a_held_trace_stays_where_it_was_while_time_goes_on(plots, held, history):
-    trace = held.hold(history, (4.0, history.now), "Wall")
-    assert trace.time[-1] == pytest.approx(0.0, abs=0.005)  # of 10 s a two thousandth
+@pytest.mark.parametrize("zero", [None, 11.0])
+def test_a_held_trace_stays_where_it_was_while_time_goes_on(plots, held, history, zero):
+    """Or comes there, where it was held around an event: else most of it would lie beyond the right edge."""
+    trace = held.hold(history, (4.0, history.now), "Wall", zero=zero)
+    assert trace.time[-1] == pytest.approx(14.0 - (zero or 14.0), abs=0.005)  # of 10 s a two thousandth
     assert trace.values["position"][-1] == pytest.approx(history.latest()["position"], abs=0.005 * 0.045)
     history.append(telemetry(4000, start=14_000))
     plots.refresh()

@@ -183,7 +183,7 @@ def test_another_environment_begins_with_an_empty_plot_though_paused(phase, hist
     """What the handle did in the wall says nothing about damping."""
     assert len(pixels(phase, "applied")) > 500
     for paused in (True, False):
-        phase.set_paused(paused)
+        phase.view.set_paused(paused)
         history.begin_anew()
         use(phase, "spring")
         dot = pixels(phase, "applied")
@@ -207,13 +207,13 @@ def test_older_parts_are_paler_and_the_oldest_are_gone(phase, history):
 
 
 def test_paused_keeps_the_picture(phase, history):
-    phase.set_paused(True)
+    phase.view.set_paused(True)
     more = telemetry(500, 14_000)
     more[:, rows.APPLIED] = 2.9
     history.append(more)
     phase.canvas.refresh()
     assert phase.canvas.view.viewRange()[1][1] < 2.0
-    phase.set_paused(False)
+    phase.view.set_paused(False)
     phase.canvas.refresh()
     assert phase.canvas.view.viewRange()[1][1] > 2.9
 

@@ -120,6 +120,32 @@ def test_a_session_from_anywhere_joins_the_list_and_is_chosen(page, qtbot, tmp_p
     assert len(listed(page)) == 4
 
 
+def test_sessions_from_elsewhere_are_found_again_while_they_are_there(page, tmp_path):
+    kept = [tmp_path / f"{number}.hapkit" for number in range(12)]
+    for path in kept:
+        path.touch()
+        page.open_other(str(path))
+    kept[5].unlink()
+    assert sessions.recent(page._settings) == [*kept[11:5:-1], *kept[4:1:-1]]
+
+
+@pytest.mark.parametrize("way", ["button", "double click", "enter"])
+def test_a_replay_begins_in_the_live_view(page, shared_window, qtbot, way):
+    choose(page, "friction in the lab")
+    if way == "button":
+        QTest.mouseClick(page.replay, Qt.MouseButton.LeftButton)
+    elif way == "enter":
+        QTest.keyClick(page.table, Qt.Key.Key_Return)
+    else:
+        place = page.table.visualRect(page.table.currentIndex()).center()
+        QTest.mouseDClick(page.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    qtbot.waitUntil(lambda: shared_window.replay.history is not None)
+    assert shared_window.replay.history.session.path.stem == "friction in the lab"
+    assert shared_window.views.key == "live"
+    shared_window.replay.close()
+    shared_window.history.forget()
+
+
 @pytest.mark.parametrize("size", [(1920, 1080), (800, 560)])
 def test_nothing_is_cut_off(page, shared_window, qapp, size):
     QTest.keyClicks(page.search, "wall")  # also of the field's clear button, which fades away late

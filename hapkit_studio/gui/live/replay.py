@@ -1,0 +1,269 @@
+"""Replay: a recorded session in place of what comes from the device, with the settings of then in force.
+
+The settings are set as a measurement does it, and put back at the end. A motor gives no force meanwhile, and
+none afterwards before a person says so. What the device sends goes on to be kept and recorded.
+"""
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QObject, Qt, QTimer, Signal
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.background import Job
+from hapkit_studio.gui.environment_library import usable
+from hapkit_studio.gui.live.live import FRAME_MS, Live
+from hapkit_studio.gui.live.recorded import Recorded
+from hapkit_studio.gui.session import loop_from
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.undo import ENVIRONMENT, HAND, Settings, put, settings_of
+from hapkit_studio.sessions.session import Session
+
+_SETTLE_MS = 80  # after it was dragged to another place
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+FRAME = 1.0 / 60.0
+"""s of the recording that a step of a frame goes on."""
+
+
+class Replay(QObject):
+    """Plays a session at a speed, or stands where ``live`` is paused; ``changed``: another one, or none.
+
+    ``frame(row, clamped)`` is what ``Live`` emits for rows that come. Whatever a person sets ends the replay,
+    and is set upon what was set before it.
+    """
+
+    changed = Signal()
+    moved = Signal()
+    frame = Signal(object, bool)
+    failed = Signal(str)
+
+    def __init__(self, studio: Studio, live: Live, clock: Callable[[], float] = time.perf_counter):
+        """clock: returns s by which it plays."""
+        super().__init__(live)
+        self._studio, self._live, self._clock = studio, live, clock
+        self.history: Recorded | None = None
+        """The session that is replayed, None while what comes from the device is shown."""
+        self.speed, self.words = 1.0, ""
+        """words: why what is in force is not what was, "" where it is."""
+        self._last = 0.0
+        self._putting = False
+        self._before: Settings = {}
+        self._set: Settings = {}
+        self._wanted: Settings = {}
+        self._now_set: Mapping[str, Any] = {}
+        self._reading = Job(self, needs="")
+        self._reading.finished.connect(self._begin)
+        self._reading.failed.connect(self.failed)
+        self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
+        self._frames.timeout.connect(self.tick)
+        self._settled = QTimer(self, interval=_SETTLE_MS, singleShot=True)
+        self._settled.timeout.connect(self.settle)
+        self._end = QTimer(self, interval=0, singleShot=True)
+        self._end.timeout.connect(self.close)
+        live.paused_changed.connect(self._go_on)
+        live.replay_wanted.connect(self.open)
+        studio.stop_changed.connect(self._notice_release)
+        for signal in (studio.environment_changed, studio.values_changed, studio.loop_changed):
+            signal.connect(self._notice)
+
+    # what a person does
+
+    def open(self, path: Path) -> None:
+        """Read a session in a thread, then show it from its beginning; ``failed`` says why it cannot be."""
+        self._reading.start(lambda _progress: Recorded(Session(path)))
+
+    def close(self) -> None:
+        """Show the device again, with the settings of before; what a person has set meanwhile stays set."""
+        if self.history is None:
+            return
+        self._end.stop()
+        self._frames.stop()
+        chosen = self._chosen_by_person()
+        with suppress(ParameterError):  # an environment's file has gone meanwhile
+            self._put(self._before)
+        session = self.history.session
+        self.history, self._live.replaying, self._studio.trying = None, False, False
+        self._live.set_paused(False)
+        self.changed.emit()
+        session.close()
+        with suppress(ParameterError):  # it may not be set, or not with what was set before
+            put(self._studio, chosen)
+
+    def shut(self) -> None:
+        """End all of it before the window goes."""
+        self._reading.end()
+        self.close()
+
+    @property
+    def time(self) -> float:
+        """Return where it stands, in s after the beginning."""
+        return self.history.now - self.history.start if self.history is not None else 0.0
+
+    @property
+    def seconds(self) -> float:
+        """Return how long the session is in s."""
+        return self.history.stop - self.history.start if self.history is not None else 0.0
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """Return what was set where it stands, as the session has it; {} where none is replayed."""
+        return self.history.settings() if self.history is not None else {}
+
+    @property
+    def max_force(self) -> float | None:
+        """Return the force limit in N that was in force where it stands, None where none is replayed."""
+        limit = self.settings.get("max_force_N")
+        return float(limit) if isinstance(limit, int | float) else None
+
+    def seek(self, seconds: float) -> None:
+        """Go to a time in s after the beginning; the samples of before it are read once it stays there."""
+        if self.history is not None:
+            self.history.complete = False
+            self._move_to(self.history.start + seconds)
+            self._settled.start()
+
+    def settle(self) -> None:
+        """Show all of where it stands."""
+        self._settled.stop()
+        if self.history is not None:
+            self.history.complete = True
+            self._show()
+
+    def step(self, direction: int, sample: bool = False) -> None:
+        """Stand a frame, or a sample, farther: direction 1, or back: -1."""
+        history = self.history
+        if history is None:
+            return
+        self._live.set_paused(True)
+        to = history.now + direction * FRAME
+        if sample:
+            to = history.after(history.now) if direction > 0 else history.before(history.now)
+        if not math.isnan(to):
+            self._move_to(to)
+
+    def set_speed(self, speed: float) -> None:
+        """Play so many times as fast as it was."""
+        self.speed = speed
+        self.moved.emit()
+
+    # playing
+
+    def tick(self) -> None:
+        """Go on by what has passed by the clock; stand at the end."""
+        now = self._clock()
+        passed, self._last = now - self._last, now
+        if self.history is None or self._live.paused or self._settled.isActive():
+            return
+        self._move_to(self.history.now + self.speed * passed)
+        if self.history.now >= self.history.stop:
+            self._live.set_paused(True)
+
+    def _go_on(self, paused: bool) -> None:
+        """Begin anew where it has come to the end."""
+        self._last = self._clock()
+        if self.history is not None and not paused and self.history.now >= self.history.stop:
+            self.seek(0.0)
+
+    def _begin(self, history: Recorded) -> None:
+        self.close()
+        studio = self._studio
+        studio.wait_for_render()
+        self._before = self._set = settings_of(studio)
+        self._now_set, self._wanted, self.words = {}, {}, ""
+        history.dividers = sorted([*history.markers, *self._environments(history)])
+        studio.trying = self._live.replaying = True
+        self.history = history
+        self._live.set_paused(False)
+        self._last = self._clock()
+        self.changed.emit()
+        self.seek(0.0)
+        self._frames.start()
+
+    def _environments(self, history: Recorded) -> list[tuple[float, str]]:
+        known = self._studio.environments
+        return [
+            (when, known[key].title if key in known else key)
+            for when, key in history.begun
+            if history.start < when <= history.stop
+        ]
+
+    def _move_to(self, time: float) -> None:
+        history = self.history
+        assert history is not None
+        before = history.now
+        history.move_to(min(max(time, history.start), history.stop))
+        self._put_in_force(history.settings())
+        self._show(before)
+        self.moved.emit()
+
+    def _show(self, since: float = math.inf) -> None:
+        row = self.history.row() if self.history is not None else None
+        if row is not None and self.history is not None:
+            self.frame.emit(row, self.history.clamped_since(since))
+
+    # settings
+
+    def _put_in_force(self, what: Mapping[str, Any]) -> None:
+        """Set what was set then, where it is another than the last."""
+        if what is self._now_set or self._end.isActive():
+            return
+        self._now_set = what
+        try:
+            self._wanted, self.words = recorded_settings(self._studio, what), ""
+            self._put(self._wanted)
+        except ParameterError as error:
+            self.words = str(error)
+
+    def _put(self, wanted: Settings) -> None:
+        """Set what differs from what is set."""
+        now = settings_of(self._studio)
+        differing = {where: value for where, value in wanted.items() if now.get(where, value) != value}
+        rate = ("loop", "rate")
+        if self._studio.engine is not None and not self._studio.simulated and rate in differing:
+            self._studio.loop = replace(self._studio.loop, rate=differing.pop(rate))  # a board has its own
+        self._putting = True
+        try:
+            put(self._studio, {ENVIRONMENT: wanted.get(ENVIRONMENT, now[ENVIRONMENT]), **differing})
+        finally:
+            self._putting = False
+            self._set = settings_of(self._studio)
+
+    def _chosen_by_person(self) -> Settings:
+        """Return what is set and was not by the replay; an environment may come late, once it is compiled."""
+        now, late = settings_of(self._studio), self._wanted.get(ENVIRONMENT)
+        changed = {where: value for where, value in now.items() if self._set.get(where, value) != value}
+        return {where: value for where, value in changed.items() if where != ENVIRONMENT or value != late}
+
+    def _notice(self) -> None:
+        if self.history is not None and not self._putting and self._chosen_by_person():
+            self._end.start()  # once all that changes together has changed
+
+    def _notice_release(self) -> None:
+        """End where a person lets the force come back, which fades in with the settings of before."""
+        if not self._studio.stopped and not self._studio.simulated:
+            self.close()
+
+
+def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Settings:
+    """Return what a session says was set, as far as it can be set here; raise ParameterError.
+
+    A board keeps its own rate, and its law where it is.
+    """
+    key = str(what.get("environment", ""))
+    if key not in studio.environments:
+        raise ParameterError(f"{key} is not among the environments: scene and verdict are those of before.")
+    parameters, spec = what.get("parameters"), what.get("estimator")
+    name, options = spec if isinstance(spec, list) and len(spec) == 2 else (spec, {})
+    given = {"delay": what.get("delay_s"), "estimator": name, "options": options, "grip": what.get("grip")}
+    if studio.simulated:
+        given["rate"] = what.get("rate_Hz")
+    loop = loop_from({**given, "controller": what.get("controller")}, studio.loop.estimator)
+    found: Settings = {ENVIRONMENT: key, HAND: loop.pop("grip", studio.grip)}
+    values = usable(studio.environments[key], parameters if isinstance(parameters, dict) else {})
+    found |= {("value", key, one): value for one, value in values.items()}
+    return found | {("loop", one): value for one, value in loop.items()}

@@ -1,0 +1,148 @@
+"""The trigger: the time plots stand at contact, or where a level is crossed, with time before it."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.gui.live.history import Window
+from hapkit_studio.gui.live.time_view import TimeView
+from hapkit_studio.gui.widgets.numbers import Quantity
+from hapkit_studio.parameters import AnyParameter, Choice, Parameter
+
+
+class Level(NamedTuple):
+    """A level that may be crossed: of which channel, declared in the plots' unit, which is so many SI."""
+
+    channel: str
+    parameter: Parameter
+    si: float
+
+
+LEVELS = (
+    Level("position", Parameter("position", "Position", "m", 0.005, -0.05, 0.05), 1.0),
+    Level("velocity", Parameter("velocity", "Velocity", "mm/s", 100.0, -2000.0, 2000.0), 1e-3),
+    Level("applied", Parameter("force", "Force", "N", -1.0, -5.0, 5.0), 1.0),
+)
+EVENT = Choice("event", "Stand at", ("contact", *(level.parameter.key for level in LEVELS)))
+EDGE = Choice("edge", "Crossed", ("rising", "falling"))
+AGAIN = Choice("again", "How often", ("single", "repeated"))
+BEFORE = Parameter("before", "Time shown before it", "%", 20.0, 0.0, 95.0)
+PARAMETERS: tuple[AnyParameter, ...] = (EVENT, *(level.parameter for level in LEVELS), EDGE, AGAIN, BEFORE)
+
+
+def crossings(values: np.ndarray, level: float, rising: bool) -> np.ndarray:
+    """Return the indices of samples (n,) that reach a level from below, or from above if not rising."""
+    before, now = values[:-1], values[1:]
+    crossed = (before < level) & (now >= level) if rising else (before > level) & (now <= level)
+    return np.flatnonzero(crossed) + 1
+
+
+class Trigger(QObject):
+    """Looks for its event in what comes, and lets the view of the history stand there.
+
+    Single: the first event after it was armed. Repeated: each one that comes once the picture is complete.
+    """
+
+    changed = Signal()
+
+    def __init__(self, view: TimeView, parent: QObject | None = None):
+        super().__init__(parent)
+        self._view = view
+        self._from: float | None = None  # s: where to look next
+        self._environment: Environment | None = None
+        self.values = {parameter.key: parameter.default for parameter in PARAMETERS}
+
+    @property
+    def armed(self) -> bool:
+        """Say whether it waits for an event."""
+        return self._from is not None
+
+    @property
+    def level(self) -> Level | None:
+        """Return what is to be crossed; None: contact is waited for."""
+        index = int(self.values[EVENT.key])
+        return LEVELS[index - 1] if index else None
+
+    def _crossed(self, level: Level) -> float:
+        return self.values[level.parameter.key] * level.si
+
+    @property
+    def _name(self) -> str:
+        """Name the event, in the middle of a line."""
+        level = self.level
+        if level is None:
+            return "contact"
+        shown = Quantity(level.parameter)
+        value = shown.text(self.values[level.parameter.key] * shown.factor)
+        return f"{level.parameter.key} {value} {shown.unit}"
+
+    def set_environment(self, environment: Environment) -> None:
+        """Take over whether there is anything to be touched."""
+        if environment is not self._environment:
+            self._environment = environment
+            self._tell()
+
+    def set_value(self, key: str, value: float) -> None:
+        """Set one of its parameters, for what comes."""
+        self.values[key] = value
+        self._tell()
+
+    def arm(self) -> None:
+        """Show what comes, and wait for the event."""
+        self._view.follow()
+        self._from = self._now()
+        self._tell()
+
+    def disarm(self) -> None:
+        """Wait no longer; the picture stays as it is."""
+        self._from = None
+        self._tell()
+
+    def toggle(self) -> None:
+        """Arm, or wait no longer."""
+        self.disarm() if self.armed else self.arm()
+
+    def look(self) -> None:
+        """Look for the event in what came; call once per frame."""
+        live, view = self._view.live, self._view
+        if self._from is None:
+            return
+        if view.paused:
+            self._from = self._now()
+            return
+        window = live.between(max(self._from, live.begin), math.inf).known()
+        found = self._events(window)
+        if len(found):
+            self._take(float(window.x[found[0]]))
+        elif len(window.x):
+            self._from = float(window.x[-1])
+
+    def _now(self) -> float:
+        now = self._view.live.now
+        return -math.inf if math.isnan(now) else now
+
+    def _events(self, window: Window) -> np.ndarray:
+        level = self.level
+        if level is None:
+            return crossings((window.y["asked"] != 0.0).astype(float), 1.0, rising=True)
+        rising = EDGE.text(self.values[EDGE.key]) == "rising"
+        return crossings(window.y[level.channel], self._crossed(level), rising)
+
+    def _take(self, time: float) -> None:
+        before, again = 0.01 * self.values[BEFORE.key], AGAIN.text(self.values[AGAIN.key]) == "repeated"
+        self._from = time + (1.0 - before) * self._view.span if again else None
+        name = self._name
+        self._view.stand(time, before, name[0].upper() + name[1:])
+        self._tell()
+
+    def _tell(self) -> None:
+        level, scene, words, crossed = self.level, self._environment, "", None
+        if self.armed:
+            bare = scene is not None and level is None and not scene.shades
+            words = f"No contact in {scene.title}" if scene and bare else f"Waiting for {self._name}"
+            crossed = level and (level.channel, self._crossed(level))
+        self._view.set_waiting(words, crossed)
+        self.changed.emit()

@@ -1,0 +1,25 @@
+"""Replay of one hour at 4 kHz: opening, memory, and a frame while it is scrolled through."""
+
+from tests.bench.frame import Row, child
+
+NAME, ORDER = "replay", 65
+
+
+def run() -> list[Row]:
+    """Return a row for opening, one for memory, and one for each way to scroll, beside the live plots."""
+    found = child("replay")
+    live, opened = found["live_ms"], found["open_s"]
+    what = f"open one hour at 4 kHz, {found['file_MB']:.0f} MB"
+    rows = [
+        Row(what, opened, "s", target="< 1 s", ok=opened < 1.0),
+        Row("memory of an opened hour", found["open_MB"], "MB"),
+    ]
+    for key, words in (
+        ("play_ms", "a frame while it plays, 60 s shown"),
+        ("scroll_ms", "a frame while it is dragged through"),
+        ("hour_ms", "reduce the whole hour to 1500 columns"),
+    ):
+        value = found[key]
+        reference = "live, last 60 s"
+        rows.append(Row(words, value, "ms", reference, live, value / live, "< 16 ms", value < 16.0))
+    return rows

@@ -1,0 +1,263 @@
+"""Replay in the window: by a clock that the test moves, from files with known signals."""
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QPoint, Qt
+from PySide6.QtTest import QTest
+
+from hapkit_studio.devices import DeviceEntry
+from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
+from hapkit_studio.gui.live.replay import FRAME
+from hapkit_studio.haptics import rows
+from hapkit_studio.sessions.chunk import pack
+from hapkit_studio.sessions.file import MARKER, SETTINGS, Event, SessionWriter
+from tests.gui.window_support import SIMULATED
+from tests.lateness import clear_lateness
+from tests.sessions.test_chunk import QUANTUM
+
+START, SECONDS, SPEED = 1000.0, 3.0, 0.005  # s, s, m/s
+LOOP = {"rate_Hz": 1000.0, "delay_s": 0.004, "estimator": ["iir", {"cutoff": 20.0}], "controller": True}
+WALL = {
+    "environment": "wall",
+    "parameters": {"stiffness": 700.0, "side": "left"},
+    "grip": "firm",
+    "max_force_N": 2.0,
+    **LOOP,
+}
+SPRING = {"environment": "spring", "parameters": {"stiffness": 80.0}, "max_force_N": 2.0}
+GONE = {"environment": "my_lost_law", "parameters": {}}
+
+
+def write(path, *settings):
+    """Write a ramp at 1 kHz in which settings follow each other a second apart."""
+    writer, count = SessionWriter(path), round(1000 * SECONDS)
+    for number, what in enumerate(settings):
+        writer.note(Event(START - 0.5 + number, SETTINGS, what))
+    writer.note(Event(START + 1.0, MARKER, {"text": "here"}))
+    table = np.zeros((count, rows.ROW_WIDTH))
+    table[:, rows.TICK] = np.arange(count)
+    table[:, rows.HOST_TIME] = START + 1e-3 * np.arange(count)
+    table[:, rows.POSITION] = SPEED * 1e-3 * np.arange(count)
+    for part in np.split(table, 10):
+        writer.add(pack(part, QUANTUM, 0))
+    writer.close()
+    return path
+
+
+class Clock:
+    """A clock that stands until it is moved."""
+
+    time = 50.0
+
+    def __call__(self):
+        return self.time
+
+
+def opened(window, qtbot, path):
+    window.replay.open(path)
+    qtbot.waitUntil(lambda: window.replay.history is not None or window.banners.get("replay") is not None)
+    return window.replay
+
+
+@pytest.fixture
+def replay(kept_idle_window, qtbot, home):
+    """Return the replay of a session in the file's window, which stands at the beginning."""
+    window = kept_idle_window
+    window.replay._clock = Clock()
+    shown = opened(window, qtbot, write(home / "a.hapkit", WALL, SPRING))
+    shown.settle()
+    yield shown
+    window.replay.close()
+    window.history.forget()
+
+
+def pass_time(replay, seconds):
+    replay._clock.time += seconds
+    replay.tick()
+
+
+def test_it_plays_at_its_speed_stands_at_the_end_and_begins_anew(replay, kept_idle_window):
+    live = kept_idle_window.live
+    for speed, passed, stands in ((1.0, 0.25, 0.25), (2.0, 0.4, 1.05), (0.1, 1.0, 1.15), (8.0, 0.2, 2.75)):
+        replay.set_speed(speed)
+        pass_time(replay, passed)
+        assert replay.time == pytest.approx(stands, abs=1e-6)
+    live.toggle_paused()
+    pass_time(replay, 0.1)
+    assert replay.time == pytest.approx(2.75, abs=1e-6)
+    live.toggle_paused()
+    pass_time(replay, 5.0)
+    assert (replay.time, live.paused) == (pytest.approx(SECONDS - 1e-3), True)
+    live.toggle_paused()
+    assert replay.time == 0.0
+    replay.set_speed(1.0)
+
+
+def test_while_it_is_dragged_the_plots_are_drawn_from_blocks_and_then_from_samples(replay, kept_idle_window):
+    """Nothing but the newest second is read meanwhile; it does not play on under the hand."""
+    time, phase = kept_idle_window.centre.time, kept_idle_window.centre.phase.canvas
+    replay.history._drop_samples()
+    replay.history._held = 0, 0
+    replay.seek(2.5)
+    pass_time(replay, 0.3)
+    assert replay.time == pytest.approx(2.5)
+    apart = np.nanmedian(np.diff(time.shown.window.x))
+    assert apart == pytest.approx(0.032)  # two values a block of 64 samples
+    assert len(phase._recent().x) == 1000
+    replay.settle()
+    assert len(phase._recent().x) == 2001  # since the spring is in force, from 0.5 s on
+    assert np.nanmedian(np.diff(time.shown.window.x)) < 0.032
+    pass_time(replay, 0.3)
+    assert replay.time == pytest.approx(2.8)
+
+
+def test_scene_plots_and_bar_show_the_sample_where_it_stands(replay, kept_idle_window):
+    window = kept_idle_window
+    assert window.views.key == "live"
+    assert window.replay_bar.isVisible()
+    for seconds in (0.5004, 2.9996, 0.0304):  # forth and back, paused or not
+        replay.seek(seconds)
+        replay.settle()
+        position = QUANTUM * round(SPEED * np.floor(1e3 * seconds) * 1e-3 / QUANTUM)
+        assert window.centre.scene._motion.position == pytest.approx(1e3 * position, abs=0.011)
+        assert window.centre.time.shown.now["position"] == pytest.approx(position, abs=1.1e-5)
+        x = window.centre.time.shown.window.x
+        assert x[np.isfinite(x)].max() == pytest.approx(START + seconds, abs=0.04)
+        window.live.set_paused(True)
+    replay.seek(2.5)
+    assert window.replay_bar.time.text() == "0:02.5 / 0:02.9"
+    assert [words for _, words in window.centre.time.shown.dividers] == ["Spring", "here"]
+    cursors = window.centre.time.cursors
+    cursors.show(True)
+    for index, after in enumerate((1.0005, 2.0005)):
+        cursors.move(index, START + after)
+    assert len(cursors.between()["time"]) == 1001
+    window.display.hold()
+    assert len(window.centre.held.traces) == 1
+    window.centre.held.remove(0)
+
+
+def test_what_was_set_then_is_in_force_and_afterwards_what_was_set_before(replay, kept_idle_window):
+    studio, window = kept_idle_window.studio, kept_idle_window
+    assert (studio.environment.key, studio.values["stiffness"], studio.values["side"]) == ("wall", 700.0, 1.0)
+    assert (studio.loop.delay, studio.loop.estimator, studio.loop.controller) == (0.004, "iir", True)
+    assert (studio.loop.options, studio.grip) == ((("cutoff", 20.0),), "firm")
+    assert window.panel.parameters.rows["stiffness"].box.text() == "700"
+    assert window.display.max_force == 2.0
+    replay.seek(0.499)
+    assert studio.environment.key == "wall"
+    replay.seek(0.501)
+    assert (studio.environment.key, studio.values["stiffness"]) == ("spring", 80.0)
+    window.replay_bar.leave.click()
+    assert not window.replay_bar.isVisible()
+    assert (studio.environment.key, studio.values) == ("wall", studio.environment.values())
+    assert (studio.loop.delay, studio.grip, studio.trying) == (0.0, "medium", False)
+    assert not window.history.stack.count()
+    assert studio.restored
+
+
+def test_what_a_person_sets_ends_it_and_is_one_step_upon_what_was_before(replay, kept_idle_window, qtbot):
+    studio, stack = kept_idle_window.studio, kept_idle_window.history.stack
+    studio.set_value("damping", 3.0)
+    qtbot.waitUntil(lambda: replay.history is None)
+    assert studio.values == studio.environment.values({"damping": 3.0})
+    assert stack.count() == 1
+    kept_idle_window.history.undo()
+    assert studio.values == studio.environment.values()
+
+
+def test_keys_step_and_a_press_on_the_line_seeks(replay, kept_idle_window):
+    window = kept_idle_window
+    window.centre.scene.setFocus()
+    replay.seek(1.0)
+    for key, modifier, moved in (
+        (Qt.Key.Key_Right, Qt.KeyboardModifier.NoModifier, FRAME),
+        (Qt.Key.Key_Left, Qt.KeyboardModifier.NoModifier, -FRAME),
+        (Qt.Key.Key_Right, Qt.KeyboardModifier.ShiftModifier, 1e-3),
+        (Qt.Key.Key_Left, Qt.KeyboardModifier.ShiftModifier, -1e-3),
+    ):
+        before = replay.time
+        QTest.keyClick(window.centre.scene, key, modifier)
+        assert replay.time - before == pytest.approx(moved, abs=1e-6)
+    assert window.live.paused
+    line = window.replay_bar.line
+    QTest.mouseClick(line, Qt.MouseButton.LeftButton, pos=QPoint(round(line.place(2.0)), 5))
+    assert replay.time == pytest.approx(2.0, abs=SECONDS / line.width())
+    assert [words for _, words in line.markers] == ["here"]
+    replay.close()
+    QTest.keyClick(window.centre.scene, Qt.Key.Key_Right)
+    assert replay.time == 0.0
+
+
+def test_a_law_that_is_not_there_is_told_and_the_plots_go_on(kept_idle_window, qtbot, home):
+    window = kept_idle_window
+    replay = opened(window, qtbot, write(home / "b.hapkit", GONE, SPRING))
+    assert window.replay_bar.words.text().startswith("my_lost_law is not among the environments")
+    assert window.studio.environment.key == "wall"
+    assert window.centre.time.shown.now is not None
+    replay.seek(0.6)
+    assert not window.replay_bar.words.isVisible()
+    assert window.studio.environment.key == "spring"
+    replay.close()
+
+
+def test_a_file_that_is_no_session_says_why_and_nothing_is_changed(kept_idle_window, qtbot, home):
+    window = kept_idle_window
+    (home / "c.hapkit").write_text("a letter")
+    opened(window, qtbot, home / "c.hapkit")
+    assert window.replay.history is None
+    assert window.banners.get("replay").text == "c.hapkit is no session of the studio."
+
+
+@pytest.mark.skipif(not built(), reason="the virtual board is not built")
+def test_a_motor_gives_no_force_from_the_replay_on_until_render(make_window, qtbot, home, tmp_path):
+    """By what its paddle felt: the hand is held in a wall before, during and after."""
+    board = VirtualBoard("lockstep", log=tmp_path / "truth.bin")
+    entry = DeviceEntry("virtual-board", "Virtual board", lambda: board)
+    window = make_window((SIMULATED, entry))
+    studio, replay = window.studio, window.replay
+    studio.device.open(entry)
+    qtbot.waitUntil(lambda: studio.engine is not None)
+    studio.move_hand(0.014)
+
+    def newest(column, samples=300):
+        """Return a value once so many samples more have come."""
+        seen = window.live.last[rows.TICK] if window.live.last is not None else 0.0
+
+        def came():
+            clear_lateness(studio)
+            window.live.tick()
+            return window.live.last is not None and window.live.last[rows.TICK] >= seen + samples
+
+        qtbot.waitUntil(came)
+        return window.live.last[column]
+
+    qtbot.waitUntil(lambda: newest(rows.APPLIED, 10) < -0.3)
+    opened(window, qtbot, write(home / "a.hapkit", {**WALL, "parameters": {"stiffness": 5000.0}}))
+    since = newest(rows.BOARD_TIME)
+    assert studio.values["stiffness"] == 5000.0
+    assert newest(rows.APPLIED) == 0.0
+    replay.close()
+    assert newest(rows.APPLIED) == 0.0
+    assert window.banners.get("stop").title == "Stopped until you press Render."
+    until = newest(rows.BOARD_TIME, 1)
+    studio.release_stop()
+    qtbot.waitUntil(lambda: newest(rows.APPLIED, 10) < -0.3)
+    window.live.stop()
+    studio.close()
+    log = truth(tmp_path / "truth.bin")
+    assert not np.any(log.motor_force[(log.time > since) & (log.time < until)])
+    assert np.any(log.motor_force[log.time > until])
+
+
+def test_render_pressed_during_a_replay_ends_it(board_window, qtbot, home):
+    studio, replay = board_window.studio, board_window.replay
+    rate = studio.loop.rate
+    opened(board_window, qtbot, write(home / "a.hapkit", {**WALL, "rate_Hz": 500.0}))
+    assert studio.engine.stopped
+    assert studio.held
+    assert studio.loop.rate == rate
+    studio.release_stop()
+    assert replay.history is None
+    assert not studio.engine.stopped
+    assert studio.values == studio.environment.values()

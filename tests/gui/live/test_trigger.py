@@ -1,0 +1,205 @@
+"""The trigger: where a signal crosses a level by its closed form, however its rows are split into frames."""
+
+import math
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QCoreApplication, Qt
+from PySide6.QtGui import QContextMenuEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.time_view import TimeView
+from hapkit_studio.gui.live.trigger import AGAIN, BEFORE, EDGE, EVENT, Trigger, crossings
+from tests.gui.live.plot_support import LIBRARY, RATE, telemetry
+from tests.gui.window_support import sheets
+
+PEAK = 0.015  # m: of the handle's swing, 15 mm sin(3 t)
+TOUCHES = math.asin(1.0 / 3.0) / 3.0  # s: at 5 mm it meets the wall, each 2π/3 s anew
+PERIOD = 2.0 * math.pi / 3.0
+
+
+@pytest.fixture
+def view():
+    view = TimeView()
+    view.set_history(History(seconds=60.0, rate=RATE))
+    return view
+
+
+def armed(view, **values):
+    """Return an armed trigger; choices are given by their words."""
+    trigger = Trigger(view)
+    trigger.set_environment(LIBRARY["wall"])
+    for key, value in values.items():
+        choice = {"event": EVENT, "edge": EDGE, "again": AGAIN}.get(key)
+        trigger.set_value(key, value if choice is None else choice.check(value))
+    trigger.arm()
+    return trigger
+
+
+def come(view, trigger, stop, start=0.0, frame=16):
+    """Let the rows from start to stop in s come, so many a frame; return when the picture stood at what."""
+    stood = []
+    rows = telemetry(round((stop - start) * RATE), round(start * RATE))
+    for first in range(0, len(rows), frame):
+        view.live.append(rows[first : first + frame])
+        trigger.look()
+        if not view.follows and view.zero not in stood:
+            stood.append(view.zero)
+    return stood
+
+
+def choose_over(canvas, words):
+    """Choose an entry of the menu over a plot."""
+    place = canvas.viewport().rect().center()
+    event = QContextMenuEvent(QContextMenuEvent.Reason.Mouse, place, canvas.mapToGlobal(place))
+    QCoreApplication.sendEvent(canvas.viewport(), event)
+    menu = QApplication.activePopupWidget()
+    next(action for action in menu.actions() if action.text() == words).trigger()
+    menu.close()
+
+
+def first_sample(time):
+    """Return the time of the first sample at or after a time in s."""
+    return math.ceil(time * RATE) / RATE
+
+
+def test_a_crossing_is_no_level_that_is_held_and_a_gap_in_the_numbers_is_none():
+    values = np.array([2.0, 2.0, 1.0, 2.0, 2.0, 3.0, 1.0, np.nan, 3.0, 2.0, 1.9])
+    assert list(crossings(values, 2.0, rising=True)) == [3]
+    assert list(crossings(values, 2.0, rising=False)) == [6, 9]
+    assert list(crossings(values, 1.95, rising=False)) == [2, 6, 10]
+    assert not len(crossings(np.full(5, 2.0), 2.0, rising=True))
+    assert not len(crossings(np.empty(0), 2.0, rising=True))
+
+
+@pytest.mark.parametrize("frame", [1, 16, 333, 4000])
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ({"event": "contact"}, TOUCHES),
+        ({"event": "position", "position": 0.005}, TOUCHES),
+        ({"event": "position", "position": 0.005, "edge": "falling"}, math.pi / 3.0 - TOUCHES),
+        ({"event": "position", "position": 0.99 * PEAK}, math.asin(0.99) / 3.0),
+        ({"event": "velocity", "velocity": -40.0, "edge": "falling"}, math.acos(-40.0 / 45.0) / 3.0),
+        ({"event": "force", "force": -2.0, "edge": "falling"}, math.asin(10.0 / 15.0) / 3.0),
+    ],
+)
+def test_the_picture_stands_at_the_first_sample_beyond(view, frame, values, expected):
+    trigger = armed(view, **values)
+    assert come(view, trigger, 4.0, frame=frame) == pytest.approx([first_sample(expected)], abs=1e-9)
+    assert not trigger.armed
+    assert (view.left, view.right) == (-2.0, 8.0)
+
+
+def test_a_level_1_percent_beyond_the_peak_is_not_crossed(view):
+    trigger = armed(view, event="position", position=1.01 * PEAK)
+    assert come(view, trigger, 8.0) == []
+    assert trigger.armed
+    assert view.words == "Waiting for position 15.15 mm"
+    assert view.level == ("position", pytest.approx(0.01515))
+
+
+def test_repeated_the_next_event_after_a_complete_picture_replaces_it(view):
+    """With 2 s shown and a quarter of it before, 1.5 s follow an event: each swing of 2.09 s is one."""
+    trigger = armed(view, event="contact", again="repeated", before=25.0)
+    view.set_span(2.0)
+    touched = [first_sample(TOUCHES + n * PERIOD) for n in range(4)]
+    assert come(view, trigger, 7.0) == pytest.approx(touched, abs=1e-9)
+    assert (view.left, view.right) == (-0.5, 1.5)
+    assert view.words == "Contact 1 s ago, waiting"
+    view.set_span(4.0)  # 3 s follow: every other swing
+    trigger.arm()
+    later = [first_sample(TOUCHES + n * PERIOD) for n in (4, 6)]
+    assert come(view, trigger, 14.0, start=7.0) == pytest.approx(later, abs=1e-9)
+
+
+def test_what_came_before_it_was_armed_or_while_paused_or_in_another_scene_is_no_event(view):
+    view.live.append(telemetry(1000))
+    trigger = armed(view, event="contact")
+    view.set_paused(True)
+    come(view, trigger, 2.5, start=1.0)  # touches at 2.21 s
+    view.set_paused(False)
+    assert view.follows
+    view.live.append(telemetry(2000, 2500))  # touches at 4.30 s
+    view.live.begin_anew()
+    trigger.look()
+    assert view.follows
+    assert come(view, trigger, 8.0, start=4.5) == [first_sample(TOUCHES + 3.0 * PERIOD)]
+
+
+def test_it_says_where_there_is_nothing_to_be_touched_and_no_more_once_it_does_not_wait(view):
+    trigger = armed(view)
+    assert view.words == "Waiting for contact"
+    trigger.set_environment(LIBRARY["spring"])
+    assert view.words == "No contact in Spring"
+    trigger.disarm()
+    assert view.words == ""
+
+
+def test_a_held_trace_lies_where_it_did_from_the_event_on(window, qtbot):
+    """Two contacts 2.09 s apart lie on top of each other."""
+    view, trigger = window.centre.view, window.centre.trigger
+    window.live._reader = None  # from here on only these rows
+    view.live.clear()
+    view.set_span(1.0)
+    trigger.set_value(AGAIN.key, AGAIN.check("repeated"))
+    trigger.arm()
+    come(view, trigger, 1.5)
+    window.display.hold()
+    come(view, trigger, 3.5, start=1.5)
+    window.centre.time.refresh()
+    (held,) = window.centre.held.traces.values()
+    now = view.history.between(*view.stretch)
+    assert view.zero == pytest.approx(first_sample(TOUCHES + PERIOD))
+    seen = np.abs(held.time - 0.3) < 0.4
+    assert np.count_nonzero(seen) > 700
+    there = np.interp(held.time[seen], now.x - view.zero, now.y["position"])
+    # samples are 1 ms apart, in which the handle moves by 45 µm at most
+    assert held.values["position"][seen] == pytest.approx(there, abs=50e-6)
+
+
+def test_by_keys_it_is_armed_and_brought_back_to_live_and_the_dialog_sets_it(window, qtbot):
+    view, trigger, scene = window.centre.view, window.centre.trigger, window.centre.scene
+    window.live._reader = None
+    view.live.clear()
+    view.live.append(telemetry(100))
+    scene.setFocus()
+    QTest.keyClick(scene, Qt.Key.Key_T)
+    assert trigger.armed
+    assert window.actions_by_key.qt["view.trigger"].isChecked()
+    window.live.frame.disconnect()
+    come(view, trigger, 1.0, start=0.1)
+    window.centre.time.refresh()
+    assert [words for _, words in window.centre.time.shown.dividers] == ["Contact"]
+    assert not window.actions_by_key.qt["view.trigger"].isChecked()
+    QTest.keyClick(scene, Qt.Key.Key_Space)
+    assert view.words == "Paused"
+    assert view.happened == "Contact"
+    QTest.keyClick(scene, Qt.Key.Key_Backspace)
+    assert view.follows
+    assert not window.live.paused
+    QTest.keyClick(scene, Qt.Key.Key_Y)
+    assert view.locked
+    choose_over(window.centre.time.canvases[0], "Trigger settings…")
+    (dialog,) = sheets(window)
+    rows = dialog.rows
+    assert not rows["position"].isVisible()
+    rows[EVENT.key].picker.setCurrentIndex(2)
+    rows[EVENT.key].picker.activated.emit(2)
+    assert (rows["velocity"].isVisible(), rows["position"].isVisible()) == (True, False)
+    rows[BEFORE.key].box.setFocus()
+    rows[BEFORE.key].box.selectAll()
+    QTest.keyClicks(rows[BEFORE.key].box, "96\r")
+    assert rows[BEFORE.key].error.text() == "Time shown before it goes from 0 to 95 %."
+    qtbot.mouseClick(dialog.arm, Qt.MouseButton.LeftButton)
+    assert view.words == "Waiting for velocity 100 mm/s"
+    assert (trigger.values["event"], trigger.values["before"]) == (2.0, 20.0)
+    box = window.panel.parameters.rows["stiffness"].box
+    box.setFocus()
+    QTest.keyClick(box, Qt.Key.Key_Backspace)  # in a number it deletes
+    assert trigger.armed
+    scene.setFocus()
+    QTest.keyClick(scene, Qt.Key.Key_Backspace)
+    assert not trigger.armed
