@@ -49,8 +49,8 @@ TERMS: dict[str, Term] = {
 # What a live loop may leave out: a released handle has no other mass, the force limit is the last line of
 # safety, and sampling, delay and filter are the person's own settings.
 OPTIONAL = ("viscous", "coulomb", "quantization")
-# What a person chooses between: what the scene needs, or all of it.
-MODELS = ("scene", "everything")
+# What a person chooses between: what the scene needs, all of it, or all but dry friction.
+MODELS = ("scene", "everything", "frictionless")
 
 
 def term(key: str) -> Term:

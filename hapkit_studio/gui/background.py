@@ -7,7 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui import prepare
@@ -17,6 +17,8 @@ Work = Callable[[Progress], Any]
 
 _SAY_SECONDS = 0.05
 _LOOK_SECONDS = 0.05
+LATE_MS = 100
+"""An answer that takes longer is late: so long the one before may stand without anybody minding."""
 
 
 class _Over(StudioError):
@@ -122,9 +124,14 @@ class Job(QObject):
 
 
 class LatestAnswer(QObject):
-    """Answers the newest question in a thread and emits ``answered``; asking again replaces the question."""
+    """Answers the newest question in a thread and emits ``answered``; asking again replaces the question.
+
+    ``late``: what was asked first since the last answer waits for too long, and what is shown holds no more.
+    """
 
     answered = Signal(object)
+    late = Signal()
+    _done = Signal(object)
 
     def __init__(self, solve: Callable[[Any], Any], parent: QObject | None = None):
         super().__init__(parent)
@@ -132,18 +139,27 @@ class LatestAnswer(QObject):
         self._newest: Any = None
         self._job: Future[Any] | None = None
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="answers")
+        self._waiting = QTimer(self, interval=LATE_MS, singleShot=True)
+        self._waiting.timeout.connect(self.late)
+        self._done.connect(self._deliver)
 
     def ask(self, question: Any) -> None:
         """Ask, unless this very question was the last one."""
         if question == self._newest:
             return
-        self.forget()
+        self._drop()
         self._newest = question
+        if not self._waiting.isActive():
+            self._waiting.start()
         self._job = self._worker.submit(self._solve, question)
-        self._job.add_done_callback(self._deliver)
+        self._job.add_done_callback(self._done.emit)
 
     def forget(self) -> None:
         """Drop the question that is not answered yet."""
+        self._waiting.stop()
+        self._drop()
+
+    def _drop(self) -> None:
         job, self._newest, self._job = self._job, None, None
         if job is not None:
             job.cancel()
@@ -159,4 +175,6 @@ class LatestAnswer(QObject):
 
     def _deliver(self, job: Future[Any]) -> None:
         if job is self._job:
-            self.answered.emit(job.result())
+            result = job.result()
+            self._waiting.stop()
+            self.answered.emit(result)

@@ -162,7 +162,9 @@ class Engine:
     def _modelled(self, environment: Environment) -> SimulatedHapkit | None:
         if not isinstance(self.device, SimulatedHapkit):
             return None
-        return self.device if self.model == "everything" else self.device.reduced(environment.needs)
+        if self.model == "scene":
+            return self.device.reduced(environment.needs)
+        return self.device.without(("coulomb",) if self.model == "frictionless" else ())
 
     @property
     def max_force(self) -> float:
@@ -205,7 +207,10 @@ class Engine:
             self._watch.forget()
 
     def set_model(self, name: str) -> None:
-        """Model what the scene needs ("scene"), or "everything"; raise ParameterError."""
+        """Model what the scene needs ("scene"), "everything" or all but friction ("frictionless").
+
+        Raise ParameterError.
+        """
         if name not in MODELS:
             raise ParameterError(f"The model is one of {', '.join(MODELS)}, not {name!r}.")
         with self._lock:

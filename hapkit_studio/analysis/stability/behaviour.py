@@ -80,7 +80,7 @@ class Behaviour:
     nowhere. From farther away it leaves, thrown beyond 60 mm, or swings on: sensor steps let several swings
     last side by side; least and most are the smallest and the largest of all pushes that were tried, the same
     where they are one. flick: where nothing brings it back a push of 1 m is a speed of so many m/s; 0
-    elsewhere.
+    elsewhere. trembles: it settles to a sensor step to either side, and its force goes on changing.
     """
 
     push: float = math.inf
@@ -88,6 +88,7 @@ class Behaviour:
     most: Lasting | None = None
     leaves: bool = False
     flick: float = 0.0
+    trembles: bool = False
 
     @property
     def calm(self) -> bool:
@@ -105,7 +106,7 @@ class Behaviour:
     def words(self) -> str:
         """Return it in a few words: "settles below 0.9 mm, buzzes above"."""
         if self.calm:
-            return "calm"
+            return "calm to a sensor step" if self.trembles else "calm"
         does = " or ".join(["buzzes"] * bool(self.most) + ["is thrown out"] * self.leaves)
         if not self.push and not self.leaves and self.least and self.least.at_limit:
             return "grows to the motor's limit"
@@ -179,7 +180,7 @@ class Trials:
         # nothing brings an ideal handle to rest for good: the smallest motion, too, only shrinks
         self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0
         self._row, self._swing = np.zeros(rows.ROW_WIDTH), settling.new_swing()
-        self.samples = 0
+        self.samples, self.trembles = 0, False
 
     def end(self, push: float, longer: int = 1, known: bool = False) -> int:
         """Let go at a push in m, on the other side where it is negative; return one of settling's ends.
@@ -206,8 +207,12 @@ class Trials:
             return True
         if end == LEAVES:
             return self.centre.pushes
-        drifts = self.centre.kick > 0.0 and math.isnan(self._swing.frequency[0])
-        return drifts or (end != GROWS and self._reach < self.step)
+        if self.centre.kick and math.isnan(self._swing.frequency[0]):
+            return True
+        # a step to either side is what is said: a rare push does more than those that are tried
+        small = end != GROWS and self._reach < self.step
+        self.trembles |= small
+        return small
 
     @property
     def _reach(self) -> float:
@@ -272,7 +277,8 @@ def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
     """Return what the handle does in a scene, let go (None) or in a hand's grip, wherever that presses."""
     tried = [Trials(scene, grip, centre) for centre in centres_of(scene, grip)]
     edges, found = zip(*(_searched(trials) for trials in tried), strict=True)
-    return _summary(tried[0], min(edges), [one for some in found for one in some])
+    said = _summary(tried[0], min(edges), [one for some in found for one in some])
+    return replace(said, trembles=any(trials.trembles for trials in tried))
 
 
 def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:

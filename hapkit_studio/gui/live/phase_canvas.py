@@ -226,7 +226,7 @@ class PhaseCanvas(Canvas):
         now, (x, y) = self._now, self.view.viewRange()
         second = None if math.isnan(now) else math.floor(now)
         look = self.measure().getRect(), theme.name, self.devicePixelRatioF()
-        return *x, *y, *look, self._first(), second, self._history.complete
+        return *x, *y, *look, self._first(), second, self._seen.history.complete
 
     def refresh(self) -> None:
         """Widen the axes for the last seconds, and paint."""

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
 
+JUDGING = "Judging…"
+"""Said while what is in force is not judged yet."""
 DELAY_STEP, SHORT = 20e-6, 0.5e-3
 """s; below the second a step is half as long, as fine as what is shown."""
 _STAYS = 0.8
@@ -71,12 +73,12 @@ class LoopFacts(QObject):
         if engine is None or self.delay is None:
             return None
         device, board = engine.device, engine.board_plan
-        modelled = engine.modelled or device  # a scene may be simulated without damping or friction
+        modelled = engine.modelled or device  # a scene may be simulated without some terms
         return Setting(
             device.mass,
             modelled.viscous,
             getattr(modelled, "coulomb_force", Setting.coulomb),
-            device.quantum,
+            modelled.quantum,
             engine.loop.rate if board is None else float(board.rate),
             self.delay,
             loop.spec if board is None else spec_on_board(loop.spec),

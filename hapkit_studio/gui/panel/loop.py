@@ -51,7 +51,7 @@ CONTROLLER_LABEL = "Passivity controller"
 CONTROLLER = "Adds damping only while the scene gives energy."
 UNWATCHED = "Silent while the board renders: it watches and damps in the computer's loop only."
 _LEAST_TARGET = 24
-_MODEL_OPTIONS = ("As needed", "Everything")
+_MODEL_OPTIONS = ("As needed", "Everything", "No friction")
 _SHORT = {"difference": "Diff.", "butterworth": "Butterw."}
 
 
@@ -60,7 +60,7 @@ def _words(keys: Iterable[str]) -> str:
 
 
 class ModelLine(QWidget):
-    """Says what is modelled; emits ``chosen`` with "scene" or "everything" when a person switches."""
+    """Says what is modelled; emits ``chosen`` with one of MODELS when a person switches."""
 
     chosen = Signal(str)
 
@@ -71,15 +71,14 @@ class ModelLine(QWidget):
         down(self.words, self.switch, into=self, gap=4)
 
     def show_model(self, environment: Environment, model: str, simulated: bool) -> None:
-        """Show what is in force; a real device is not modelled, and a scene that needs all has no switch."""
+        """Show what is in force; a real device is not modelled."""
         self.setVisible(simulated)
         needs = environment.needs
         # () was never looked at, and gets everything
         spare = [key for key in OPTIONAL if needs and key not in needs]
-        left_out = spare if model != "everything" else []
+        left_out = {"everything": [], "frictionless": ["coulomb"]}.get(model, spare)
         modelled = [key for key in ("mass", *OPTIONAL) if key not in left_out]
         self.words.setText(f"Modelled: {_words(modelled) if left_out else 'everything'}")
-        self.switch.setVisible(bool(spare))
         self.switch.show_index(MODELS.index(model))
         self.setToolTip(f"<p>{rich(_model_tip(environment.title, spare, judged=bool(needs)))}</p>")
 

@@ -11,7 +11,7 @@ from hapkit_studio.analysis.stability.margin import RELEASED, height, nice_width
 from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas
-from hapkit_studio.gui.panel.limits import Answer, LoopFacts, Question, answer
+from hapkit_studio.gui.panel.limits import JUDGING, Answer, LoopFacts, Question, answer
 from hapkit_studio.gui.studio import HIDDEN, Studio
 from hapkit_studio.gui.widgets.parts import AnswerLines, down, hint, label
 from hapkit_studio.gui.widgets.theme import number, theme
@@ -24,8 +24,9 @@ LONG = 2e-3
 _BOARD = "render on the board"
 _FRAMES = "fill its frames (Device, USB frames)"
 _HEIGHT, _LEFT = 146, 50.0
-ASK_MS = 100
+ASK_MS = 50
 _LEAST_WIDTH = 4.0
+_PALE = 0.35
 
 
 def delay_reason(device: Any, delay: float) -> str:
@@ -53,6 +54,7 @@ class StabilityMap(Canvas):
 
     def __init__(self) -> None:
         self._answer: Answer | None = None
+        self._opacity = 1.0
         super().__init__(bottom=True, left_width=_LEFT)
         self.bottom.setLabel("N·s/m across, N/m upwards")
         self.setAccessibleName("Stability map, damping across, stiffness up")
@@ -66,11 +68,16 @@ class StabilityMap(Canvas):
 
     def show_answer(self, answer: Answer) -> None:
         """Show another answer: with room above dot and limit, the whole boundary if it is low."""
-        self._answer = answer
+        self._answer, self._opacity = answer, 1.0
         margin = answer.verdict.margins[RELEASED]
         highest = max([k for _, k in answer.edge if math.isfinite(k)], default=1.0)
         top = height(margin.stiffness, margin.limit, highest)
         self.view.setRange(xRange=(0.0, answer.question.width), yRange=(0.0, top), padding=0)
+        self.viewport().update()
+
+    def fade(self) -> None:
+        """Paint the answer paler: it holds no more."""
+        self._opacity = _PALE
         self.viewport().update()
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
@@ -84,6 +91,7 @@ class StabilityMap(Canvas):
             [self.pixel(b, min(k, 1e7)) for b, k in points]
             for points in (self._answer.edge, self._answer.friction)
         )
+        painter.setOpacity(self._opacity)
         ground, hatch = ("contact", "ink3") if self._answer.verdict.pushes else ("unstable", "danger")
         painter.fillRect(box, theme.color(ground))
         painter.fillRect(box, QBrush(theme.color(hatch, 0.25), Qt.BrushStyle.BDiagPattern))
@@ -101,6 +109,7 @@ class StabilityMap(Canvas):
         """Paint the dot and the dotted way to the boundary."""
         if self._answer is None:
             return
+        painter.setOpacity(self._opacity)
         verdict, (_, top) = self._answer.verdict, self.view.viewRange()[1]
         margin = verdict.margins[RELEASED]
         across = min(margin.damping, self._answer.question.width)
@@ -140,12 +149,13 @@ class StabilityCard(QWidget):
         self._worker = LatestAnswer(answer, self)
         self.facts = LoopFacts(studio, self)
         self._judged: Answer | None = None
-        self._room = True
+        self._room, self._mapped = True, False
         self.verdict, self.words, self.drives, self.map = AnswerLines(), hint(), hint(), StabilityMap()
         down(label("Stability", "section"), self.verdict, self.words, self.drives, self.map, into=self, gap=4)
         self._soon = QTimer(self, singleShot=True, interval=ASK_MS)
         self._soon.timeout.connect(self.ask)
         self._worker.answered.connect(self.show_answer)
+        self._worker.late.connect(self.show_judging)
         for signal in (
             studio.values_changed,
             studio.environment_changed,
@@ -191,9 +201,17 @@ class StabilityCard(QWidget):
             self._worker.ask(question)
             return
         self._worker.forget()
+        self._mapped = False
+        self._claim_nothing(*((HIDDEN, "") if self._studio.hidden else self.facts.why_unknown()))
+
+    def show_judging(self) -> None:
+        """Take back what was said: the scene is another one, and its verdict takes its time."""
+        self.map.fade()
+        self._claim_nothing(JUDGING)
+
+    def _claim_nothing(self, headline: str, words: str = "") -> None:
         self._judged = None
-        self.map.hide()
-        headline, words = (HIDDEN, "") if self._studio.hidden else self.facts.why_unknown()
+        self.show_map(self._room)
         self.words.setText(words)
         self.verdict.say((headline, "circle", "ink2"))
         self.judged.emit(headline, "", "ink2")
@@ -201,7 +219,7 @@ class StabilityCard(QWidget):
 
     def show_answer(self, answer: Answer) -> None:
         """Show a verdict."""
-        self._judged, verdict = answer, answer.verdict
+        self._judged, self._mapped, verdict = answer, bool(answer.edge), answer.verdict
         self.show_map(self._room)
         if answer.edge:
             self.map.show_answer(answer)
@@ -213,7 +231,7 @@ class StabilityCard(QWidget):
     def show_map(self, room: bool) -> None:
         """Show the map where there is one and room for it."""
         self._room = room
-        self.map.setVisible(room and self._judged is not None and bool(self._judged.edge))
+        self.map.setVisible(room and self._mapped)
 
     def wait(self) -> None:
         """Wait for the worker, for tests; the answer comes with the next events."""

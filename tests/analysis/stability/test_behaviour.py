@@ -173,6 +173,7 @@ def test_an_irregular_swing_is_said_to_be_one():
     said = Behaviour(0.3e-3, Lasting(0.1e-3, 30.0), Lasting(0.5e-3, 25.0, 0.2, irregular=True))
     words = "settles below 0.3 mm, buzzes above: irregularly, up to ±0.5 mm, at the motor's limit"
     assert said.sentence == words
+    assert (Behaviour().words, Behaviour(trembles=True).words) == ("calm", "calm to a sensor step")
 
 
 def test_several_swings_last_side_by_side_and_the_smallest_and_the_largest_are_said():

@@ -36,6 +36,7 @@ def line(qtbot):
         (("mass", "viscous", "coulomb"), "everything", WHOLE, "2 %"),
         (("mass", "viscous", "coulomb", "quantization"), "scene", WHOLE, f"Free needs {TERMS}:"),
         (("quantization", "sampling"), "scene", "Modelled: mass, sensor steps", "2 %"),
+        (("mass", "coulomb"), "frictionless", "Modelled: mass, damping, sensor steps", "2 %"),
         ((), "scene", WHOLE, "not judged yet"),
     ],
 )
@@ -45,13 +46,9 @@ def test_says_what_is_modelled_and_what_is_left_out(line, needs, model, words, t
     assert tip in line.toolTip()
 
 
-def test_the_switch_is_there_where_it_makes_a_difference(line):
+def test_a_real_device_is_not_modelled(line):
     line.show_model(scene("mass"), "everything", simulated=True)
     assert line.switch.index == 1
-    assert not line.switch.isHidden()
-    for needs in ((), ("viscous", "coulomb", "quantization")):
-        line.show_model(scene(*needs), "scene", simulated=True)
-        assert line.switch.isHidden()
     line.show_model(scene("mass"), "scene", simulated=False)
     assert line.isHidden()
 
@@ -64,3 +61,14 @@ def test_a_person_switches_and_showing_does_not(kept_window):
     line.switch.button(0).click()
     line.switch.button(1).click()
     assert studio.loop.model == "everything"
+
+
+def test_a_swing_with_and_without_friction_is_one_click_apart_and_one_undo_back(kept_window):
+    window, studio = kept_window, kept_window.studio
+    studio.choose("spring")
+    facts, button = window.stability.facts, window.loop.model.switch.button(2)
+    button.click()
+    assert studio.loop.model == "frictionless"
+    assert (studio.engine.modelled.coulomb_force, facts.setting().coulomb) == (0.0, 0.0)
+    window.history.undo()
+    assert (studio.loop.model, facts.setting().coulomb) == ("scene", 0.10)  # N, the usual Hapkit's

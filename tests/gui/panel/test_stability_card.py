@@ -110,12 +110,31 @@ def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window
     assert window.stability.facts.setting().quantum == 61e-6
 
 
-def test_a_scene_simulated_without_friction_is_judged_without_it(window, monkeypatch):
-    facts, bare = window.panel.stability.facts, replace(SPRING, needs=("mass", "viscous", "quantization"))
+def test_a_scene_is_judged_as_it_is_modelled(window, monkeypatch):
+    facts, bare = window.panel.stability.facts, replace(SPRING, needs=("mass", "viscous"))
     window.studio.choose("spring")
-    for environment, friction in ((SPRING, 0.10), (bare, 0.0)):  # N, the usual Hapkit's
+    for environment, friction, step in ((SPRING, 0.10, 20.7e-6), (bare, 0.0, 0.0)):  # the usual Hapkit's
         monkeypatch.setattr(type(window.studio.engine), "environment", environment)
-        assert facts.setting().coulomb == friction
+        assert (facts.setting().coulomb, facts.setting().quantum) == (friction, step)
+
+
+def test_an_old_verdict_is_taken_back_where_the_next_is_late(window, qtbot):
+    """As with a student's law that takes seconds: neither words nor hatching stand beside other values."""
+    studio, card, page = window.studio, window.stability, window.views.page("stability")
+    studio.choose("spring")
+    card.show_answer(answer(asked(2000.0)))
+    assert studio.too_much
+    before = len(colored(card.map.viewport().grab().toImage(), "unstable"))
+    card._worker.late.emit()
+    page._worker.late.emit()
+    assert said(window) == ("Judging…", "", "Judging…", ("", "ink2"))
+    assert not card.map.isHidden()
+    assert (studio.too_much, card.calm) == ({}, False)
+    assert len(colored(card.map.viewport().grab().toImage(), "unstable")) < before
+    assert page.verdict_column.heading.text() == "Judging…"
+    assert (page.chart.pale, page.verdict_column.answers.text) == (True, "")
+    card.show_answer(answer(asked(250.0)))
+    assert said(window)[2].startswith("Calm, ")
 
 
 @pytest.mark.parametrize(("stiffness", "ring"), [(250.0, False), (2000.0, True)])

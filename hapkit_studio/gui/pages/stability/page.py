@@ -29,7 +29,7 @@ from hapkit_studio.gui.pages.stability.map_data import (
 )
 from hapkit_studio.gui.pages.stability.trial import MapParameters, Trial, TrialConditions, map_parameters
 from hapkit_studio.gui.pages.stability.verdict import Verdict, VerdictColumn, verdict
-from hapkit_studio.gui.panel.limits import LoopFacts
+from hapkit_studio.gui.panel.limits import JUDGING, LoopFacts
 from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.parts import across, hint, label, rule
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
 
 
-_COMPUTING = "Computing", "The map's lines come in a moment."
+_COMPUTING = JUDGING, "The map's lines come in a moment."
 _CONTROLLER = "Adds damping only while the scene has given out more energy than a passive one could."
 
 
@@ -300,6 +300,7 @@ class StabilityPage(MeasuringPage):
         live.health.connect(self.facts.note_health)
         self.facts.changed.connect(self.ask)
         self._worker.answered.connect(self.show_lines)
+        self._worker.late.connect(self._forget_lines)
         self.hands.chosen.connect(lambda _index: self.ask())
         self.real.toggled.connect(self._show_all)
         self.job.running_changed.connect(self._show_all)
