@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -51,6 +52,7 @@ class Run:
 
     position and velocity are what the loop saw, true_… the paddle's physics at the same instants; force is
     what the law asked at sample k, applied_force that after fade, clamp and safety; state is (n, values).
+    moves holds the place in m (n,) of what moves besides the handle, by its name.
     hand_target is where a Hand given as an object pulls to, None for other hands.
     warnings say what could not be rendered well at these settings and speeds.
     """
@@ -71,6 +73,7 @@ class Run:
     warnings: tuple[str, ...] = ()
     settings: dict = field(default_factory=dict)
     hand_target: np.ndarray | None = None
+    moves: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return every column by its name with its unit."""
@@ -79,6 +82,7 @@ class Run:
         named = {header: values for header, values in named.items() if not np.isnan(values).all()}
         if self.hand_target is not None:
             named["hand_target_m"] = self.hand_target
+        named |= {f"{name}_m": place for name, place in self.moves.items()}
         return {**named, **{name: self.state[:, i] for i, name in enumerate(self.state_names)}}
 
     def save(self, path: str | Path, decimal: str = ".") -> None:
@@ -166,6 +170,7 @@ def simulate(
         1.0 / loop.rate, device.quantum, device.viscous, speed, loop.delay, device.mass,
         device.coulomb_force, device.max_force, estimator,
     )  # fmt: skip
+    place = chosen.place(values, out[:, rows.POSITION], out[:, rows.STATE :])
     return Run(
         time=np.arange(count) / loop.rate,
         **columns_of(out),
@@ -175,6 +180,7 @@ def simulate(
         warnings=(*chosen.warnings(values, conditions), *_unrest(scene, moving, out)),
         settings=settings,
         hand_target=out[:, rows.HAND_TARGET].copy() if own else None,
+        moves={} if chosen.moves is None or place is None else {chosen.moves.name: place.copy()},
     )
 
 
@@ -200,9 +206,10 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
     settings = session.latest(ABOUT, time[-1]) | session.latest(SETTINGS, time[-1])
     names = (*settings.get("state_names", ()), *(f"state_{i}" for i in range(found["state"].shape[1])))
     said = [event for event in session.events if time[0] <= event.time <= zero + stop]
+    columns: dict[str, Any] = {name: found[column] for name, column in _KEPT.items()}
     return Run(
         time=own - own[0],
-        **{name: found[column] for name, column in _KEPT.items()} | {"flags": found["flags"].astype(int)},
+        **columns | {"flags": found["flags"].astype(int)},
         state=found["state"],
         state_names=names[: found["state"].shape[1]],
         faults=tuple(event.what["text"] for event in said if event.kind == FAULT and event.what["text"]),
@@ -232,7 +239,7 @@ def _unrest(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.ndarr
     return [f"{name}: {does.sentence}." for name, does in found.items() if not does.calm]
 
 
-def columns_of(table: np.ndarray) -> dict[str, np.ndarray]:
+def columns_of(table: np.ndarray) -> dict[str, Any]:
     """Return what a run holds of rows of the loop (n, width), each (n,)."""
     found = {name: np.ascontiguousarray(table[:, column]) for name, (_, column) in _COLUMNS.items()}
     return found | {"flags": found["flags"].astype(int)}

@@ -1,6 +1,6 @@
 """A mass on a spring: the handle pulls a mass that swings on, and feels its pull."""
 
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, MovingObject
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
@@ -29,6 +29,8 @@ ENVIRONMENT = Environment(
         Parameter("damping", "Damping", "N·s/m", 0.1, 0.0, 1.0, "Force per metre per second of stretch"),
     ),
     force=force,
+    # the plot of position shows this state besides the handle, under this name
+    moves=MovingObject("mass", state="object"),
     formula="<i>F</i> = −<i>k</i> (<i>x</i> − <i>x</i>ₘ) − <i>b</i> (<i>v</i> − <i>v</i>ₘ)",
     impedance=lambda p: (p["stiffness"], p["damping"]),
 )

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
 from hapkit_studio.analysis.stability.margin import factor, hand_words
 from hapkit_studio.charts import style
+from hapkit_studio.formatting import number
 
 _SIZE = (972, 700)
 # DECAYS, BUZZES, GROWS of the measured classes
@@ -62,11 +64,17 @@ class Map:
         return {key: kb_plane.line_words(plane, key) for key, on in there.items() if on}
 
 
-def stability_figure(plane: Plane, path: str | Path, device: str = "") -> None:
-    """Write the plane, its verdict above and the conditions below it; device: what it holds for."""
+def stability_figure(
+    plane: Plane, path: str | Path, device: str = "", dampings: Mapping[str, float] = MappingProxyType({})
+) -> None:
+    """Write the plane, its verdict above and the conditions below it; device: what it holds for.
+
+    dampings: where no stiffness is rendered, each hand's limit in N·s/m.
+    """
     shown = Map(plane)
     real = any(found is not None and found.real for found in (plane.cells, plane.points))
-    limits = [(f"Limit, {hand_words(hand)}", f"{k:,.0f} N/m") for hand, k in plane.hands.items() if k == k]
+    unit, digits, found = ("N·s/m", 1, dampings) if dampings else ("N/m", 0, plane.hands)
+    limits = [(f"Limit, {hand_words(h)}", f"{number(k, digits)} {unit}") for h, k in found.items() if k == k]
     own = [("Device", device)] if device else []
     pairs = [*own, *kb_plane.conditions(plane.setting, real), *limits]
     title = "Without the controller: " if plane.setting.controller else ""

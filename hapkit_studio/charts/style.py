@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.files import replacing
 from hapkit_studio.palette import paler, table
 
 Colors = SimpleNamespace
@@ -60,7 +61,8 @@ def save(
         )
         figure.supxlabel(words, size=TICK - 1, color=light.ink3, x=0.01, ha="left")
     paint(figure, light)
-    figure.savefig(path, dpi=_DPI, facecolor=light.surface)
+    with replacing(path) as part:
+        figure.savefig(part, dpi=_DPI, facecolor=light.surface)
 
 
 def unbroken(parts: list[str]) -> str:

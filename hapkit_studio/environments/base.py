@@ -8,7 +8,7 @@ import numpy as np
 from hapkit_studio.dynamics import sampled_loop
 from hapkit_studio.dynamics.estimators import Spec, parse
 from hapkit_studio.dynamics.hand import Grip
-from hapkit_studio.errors import ParameterError
+from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.laws import Law
 from hapkit_studio.parameters import AnyParameter, resolve
 
@@ -74,6 +74,22 @@ def no_terms(values: Values) -> ForceTerms:
 
 
 @dataclass(frozen=True)
+class MovingObject:
+    """What moves besides the handle: its name in a few letters, and the law's state that is its place in m.
+
+    One without a state rests where a parameter says, and the handle pushes it to the right.
+    """
+
+    name: str
+    state: str = ""
+    rests: str = ""
+
+    def place(self, values: Values, position: np.ndarray, state: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return where it is in m (n,): the handle's position is in m, each state by name, (n,) all."""
+        return state[self.state] if self.state else np.maximum(position, values[self.rests])
+
+
+@dataclass(frozen=True)
 class Environment:
     """One virtual environment; its file in this folder is found by the name ``ENVIRONMENT``.
 
@@ -85,8 +101,9 @@ class Environment:
     are set to the words that say so. over_position and over_velocity return the theory drawn beneath the
     data, (n,) or one row a branch, nan where there is none; without them it is the law at rest. restless says
     why the scene with its defaults does not come to rest, "" where it does. stored is a law of the energy in
-    J that objects hold and may give back; drives says in words that a scene gives energy by itself. outcomes
-    and hands are what fidelity is judged by, needs the device terms it found that they depend on.
+    J that objects hold and may give back; moves is an object whose place is plotted; drives says in words
+    that a scene gives energy by itself. outcomes and hands are what fidelity is judged by, needs the device
+    terms it found that they depend on.
     """
 
     key: str
@@ -107,6 +124,7 @@ class Environment:
     over_velocity: Curve | None = None
     restless: str = ""
     stored: Law | None = None
+    moves: MovingObject | None = None
     drives: str = ""
     shades: bool = False
     outcomes: tuple[str, ...] = ()
@@ -119,6 +137,12 @@ class Environment:
         object.__setattr__(self, "state_names", self.force.state_names)
         object.__setattr__(self, "scene", self.scene or self.key)
         self.force.bind(self.parameters)
+        if self.moves is not None:
+            known = {"state": self.state_names, "rests": [p.key for p in self.parameters]}
+            kind = "state" if self.moves.state else "rests"
+            if getattr(self.moves, kind) not in known[kind]:
+                among = ", ".join(known[kind]) or "there is none"
+                raise LawError(f"{self.moves.name}: its `{kind}` is one of {among}.")
         if self.stored is not None:
             self.stored.bind(self.parameters)
             self.force.companion = self.stored
@@ -135,6 +159,11 @@ class Environment:
         if complaint := self.check(values):
             raise ParameterError(complaint)
         return values
+
+    def place(self, values: Values, position: np.ndarray, state: np.ndarray) -> np.ndarray | None:
+        """Return where its object is in m (n,) at positions (n,) and states (n, values), None without one."""
+        named = dict(zip(self.state_names, state.T, strict=False))
+        return None if self.moves is None else self.moves.place(values, position, named)
 
     def force_terms(self, values: Values) -> ForceTerms:
         """Return the spring, damper and friction that the law asks for at these values."""

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from hapkit_studio.dynamics.friction import tether
-from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, Values
+from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, MovingObject, Values
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
@@ -109,6 +109,7 @@ ENVIRONMENT = Environment(
     warnings=warnings,
     over_position=over_position,
     shades=True,
+    moves=MovingObject("cap", rests="position"),
     outcomes=("peak_force", "final_position", "count:downs", "count:ups"),
     hands=("press", "pluck", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),

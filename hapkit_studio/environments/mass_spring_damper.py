@@ -6,7 +6,7 @@ import numpy as np
 
 from hapkit_studio.dynamics.integrators import step
 from hapkit_studio.dynamics.moving_mass import FAR, flown_apart, pushed
-from hapkit_studio.environments.base import Conditions, Environment, Values, no_terms
+from hapkit_studio.environments.base import Conditions, Environment, MovingObject, Values, no_terms
 from hapkit_studio.environments.pushed import contact, growth, integrator
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
@@ -91,6 +91,7 @@ ENVIRONMENT = Environment(
     terms=no_terms,
     over_position=pushed_slowly,
     stored=stored,
+    moves=MovingObject("mass", state="object"),
     warnings=warnings,
     outcomes=("peak_force", "final_position", "energy"),
     hands=("press", "tap", "released"),

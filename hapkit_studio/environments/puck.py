@@ -6,7 +6,7 @@ import numpy as np
 
 from hapkit_studio.dynamics.integrators import step
 from hapkit_studio.dynamics.moving_mass import flown_apart, pushed
-from hapkit_studio.environments.base import Conditions, Environment, Values, no_terms
+from hapkit_studio.environments.base import Conditions, Environment, MovingObject, Values, no_terms
 from hapkit_studio.environments.pushed import contact, growth, integrator
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
@@ -101,6 +101,7 @@ ENVIRONMENT = Environment(
     over_position=lambda values, x: np.full_like(x, np.nan),
     warnings=warnings,
     stored=stored,
+    moves=MovingObject("puck", state="object"),
     outcomes=("peak_force", "final_position", "energy"),
     hands=("tap", "shake", "released"),
     restless="Without friction the puck goes to and fro between the walls for ever.",

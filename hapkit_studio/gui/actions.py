@@ -29,6 +29,7 @@ PLOT_ACTIONS = "view.fit", "view.lock", "view.live", "view.trigger", "view.trigg
 _RULE_BEFORE = {
     "session.record",
     "session.step_back",
+    "session.export",
     "session.quit",
     "view.live",
     "view.lock",
@@ -99,6 +100,10 @@ def _open(window: "MainWindow") -> bool:
 
 def _replays(window: "MainWindow") -> bool:
     return window.replay.history is not None
+
+
+def _has_samples(window: "MainWindow") -> bool:
+    return len(window.centre.view.history) > 1 and not window.studio.hidden
 
 
 def _has_law(window: "MainWindow") -> bool:
@@ -201,6 +206,23 @@ _SESSION = (
     ),
     Action(
         "session.close_replay", "Close the replay", "Session", lambda w: w.replay.close(), enabled=_replays
+    ),
+    Action(
+        "session.export", "Export what is visible…", "Session", lambda w: w.export.ask(w.export.visible),
+        "Ctrl+Shift+E", enabled=_has_samples,
+    ),
+    Action(
+        "session.export_selection", "Export between the cursors…", "Session",
+        lambda w: w.export.ask(w.export.selected),
+        enabled=lambda w: w.centre.time.cursors.on and _has_samples(w),
+    ),
+    Action(
+        "session.export_kept", "Export the last minute…", "Session", lambda w: w.export.ask(),
+        enabled=lambda w: _has_samples(w) and not _replays(w),
+    ),
+    Action(
+        "session.copy_picture", "Copy picture", "Session", lambda w: w.copy_picture(), "Ctrl+Alt+C",
+        enabled=lambda w: w.has_picture,
     ),
     Action("session.quit", "Quit", "Session", lambda w: w.quit(), "Ctrl+Q"),
 )  # fmt: skip

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from hapkit_studio.sessions.recorder import Progress, Recorder
 
 LOOK_MS = 250
+SAID_MS = 5000
 _RANK = 5
 _WHOLE_S = 1.0  # what is kept ends with a chunk, not with the second
 
@@ -163,10 +164,12 @@ class RecordingDisplay(QObject):
         super().__init__(recording)
         self._recording, self._live = recording, live
         self._header, self._status, self._banners = header, status, banners
+        self._said, self._quiet = "", QTimer(self, interval=SAID_MS, singleShot=True)
+        self._quiet.timeout.connect(lambda: self.say(""))
         header.record_pressed.connect(recording.toggle)
         status.show_sessions.connect(lambda: self._show_newest(show))
         recording.changed.connect(self.show_state)
-        recording.failed.connect(self._show_failure)
+        recording.failed.connect(self.show_failure)
         live.paused_changed.connect(lambda _on: self.show_state())
         self.show_state()
 
@@ -186,6 +189,8 @@ class RecordingDisplay(QObject):
         if progress is not None:
             words = f"Recording {clock(progress.seconds)}, {megabytes(progress.size)}"
             return f"{paused}{words}", "record", "danger"
+        if self._said:
+            return self._said, "check", "ok"
         if newest is not None:
             return f"{newest[0].stem}, {megabytes(newest[1])}", "check", "ok", True
         if lost:
@@ -198,7 +203,15 @@ class RecordingDisplay(QObject):
         self._recording.newest = None  # it was seen: the status bar is free for what is kept
         self.show_state()
 
-    def _show_failure(self, what: str, why: str) -> None:
+    def say(self, words: str) -> None:
+        """Say for a while in the status bar what was done."""
+        self._said = words
+        self._quiet.start()
+        self._banners.set("recording", None)
+        self.show_state()
+
+    def show_failure(self, what: str, why: str) -> None:
+        """Say in two sentences what was not done, and why."""
         leave = ("Close", lambda: self._banners.set("recording", None))
         self._banners.set("recording", Notice("recording", _RANK, "warn", "triangle", what, why, (leave,)))
 

@@ -85,6 +85,13 @@ def words(studio: Studio, before: Settings, after: Settings) -> str:
     return f"{len(named)} settings"
 
 
+def joined(first: tuple[Settings, Settings], then: tuple[Settings, Settings]) -> tuple[Settings, Settings]:
+    """Return two changes (before, after) as one, without what ends as it began."""
+    before, after = then[0] | first[0], first[1] | then[1]
+    changed = [where for where in after if before[where] != after[where]]
+    return {where: before[where] for where in changed}, {where: after[where] for where in changed}
+
+
 class Difference(NamedTuple):
     """One setting in words: its name, its values before and after, their unit."""
 
@@ -152,12 +159,10 @@ class Step(QUndoCommand):
         """Take in a later change of the same gesture; one that ends where it began is no step."""
         if not isinstance(other, Step) or other.gesture != self.gesture:
             return False
-        before, after = other.before | self.before, self.after | other.after
-        changed = [where for where in after if before[where] != after[where]]
-        self.before, self.after = ({where: s[where] for where in changed} for s in (before, after))
+        self.before, self.after = joined((self.before, self.after), (other.before, other.after))
         self.name = self.name or other.name
-        self.setObsolete(not changed)
-        if changed:
+        self.setObsolete(not self.after)
+        if self.after:
             self.setText(self.name or words(self._history.studio, self.before, self.after))
         return True
 

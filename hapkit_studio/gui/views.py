@@ -50,6 +50,11 @@ class Views(QObject):
         """Return the key of the view in sight."""
         return self._bar.tabData(self._bar.currentIndex())
 
+    @property
+    def shown(self) -> Page | None:
+        """Return the page in sight, None where plots or a law are."""
+        return self._shown
+
     def page(self, key: str) -> Page:
         """Return a tab's page, built if it was not yet."""
         if key not in self._pages:

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QMainWindow, QSplit
 from shiboken6 import isValid
 
 from hapkit_studio.devices.hapkit import PACKET
+from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.actions import PLOT_ACTIONS, ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack, Notice
@@ -32,6 +33,8 @@ from hapkit_studio.gui.live.canvas import Canvas
 from hapkit_studio.gui.live.centre import Centre, fill, remembered
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
+from hapkit_studio.gui.live.dividers import Dividers
+from hapkit_studio.gui.live.export import LiveExport
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.live.replay import Replay
 from hapkit_studio.gui.live.replay_bar import ReplayBar
@@ -39,10 +42,10 @@ from hapkit_studio.gui.lock import ENTRY, Lock
 from hapkit_studio.gui.lock_dialog import LockDialog
 from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.own_environments import OwnEnvironments
+from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.panel.two_settings import TwoSettings
-from hapkit_studio.gui.presets import PresetError
 from hapkit_studio.gui.projector import Projector
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
@@ -84,6 +87,7 @@ class MainWindow(QMainWindow):
     file_actions: FileActions
     editor: EditorController
     views: Views
+    export: LiveExport
     single_keys: bool
 
     def __init__(self, studio: Studio):
@@ -100,6 +104,7 @@ class MainWindow(QMainWindow):
         self.history = UndoHistory(studio, self)
         self.live = Live(studio, self)
         self.replay = Replay(studio, self.live)
+        Dividers(studio, self.live, self.history)
         self.own = OwnEnvironments(studio, self)
         self.header, self.gallery = Header(studio, self.body), Gallery(studio, self.own, self.body.inner)
         self.centre = Centre(self.settings, self.body.inner)
@@ -134,6 +139,9 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         self.blind = BlindComparison(studio, self.two, self.views, self)
         self.projector = Projector(self)
+        self.export = LiveExport(studio, self.centre)
+        self.export.said.connect(self.record_display.say)
+        self.export.failed.connect(lambda why: self.record_display.show_failure("Nothing was written.", why))
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))
@@ -209,17 +217,32 @@ class MainWindow(QMainWindow):
     def play_demo(self, path: str | Path) -> None:
         """Play the demo in a file where it can be seen, or say what is wrong with it."""
         try:
-            demo = read_demo(path, self.studio.environments)
-        except PresetError as error:
-            text_dialog(f"{Path(path).name}: nothing was played", error.lines, self).show()
+            self.demos.play(read_demo(path, self.studio.environments))
+        except ParameterError as error:
+            text_dialog(f"{Path(path).name}: nothing was played", str(error).splitlines(), self).show()
             return
         self.views.show(LIVE)
         self.live.set_paused(False)
-        self.demos.play(demo)
 
     def open_demo(self) -> None:
         """Ask for a demo's file, and play it."""
         choose_file(self, "Open demo", "Demos (*.toml)", self.play_demo)
+
+    @property
+    def has_picture(self) -> bool:
+        """Say whether what is in sight can be copied as a picture."""
+        page = self.views.shown
+        if isinstance(page, MeasuringPage):
+            return page.bar.export.isEnabled()
+        return page is None and len(self.centre.view.history) > 1 and not self.studio.hidden
+
+    def copy_picture(self) -> None:
+        """Put a picture of what is in sight, a result or the live plots, on the clipboard."""
+        page = self.views.shown
+        if isinstance(page, MeasuringPage):
+            self.export.copy_picture(page.exports()[0])
+        else:
+            self.export.copy()
 
     def show_about(self) -> None:
         """Open the dialog on the studio itself."""
@@ -288,6 +311,7 @@ class MainWindow(QMainWindow):
         self.live.stop()
         self.editor.end()
         self.views.end()
+        self.export.end()
         self.stability.close_worker()
         self.loop.where.close_worker()
         self.studio.close()

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.files import replacing
 
 Columns = Mapping[str, np.ndarray]
 DECIMALS = (".", ",")
@@ -24,7 +25,9 @@ def write(path: str | Path, columns: Columns, settings: Mapping[str, Any], decim
         raise ParameterError(f"A table ends in {', '.join(WRITERS)}, not {ending or 'nothing'!r}.")
     if decimal not in DECIMALS:
         raise ParameterError(f"The decimal mark is a point or a comma, not {decimal!r}.")
-    WRITERS[ending](Path(path), columns, json.dumps(settings, ensure_ascii=False, default=float), decimal)
+    said = json.dumps(settings, ensure_ascii=False, default=float)
+    with replacing(path) as part:
+        WRITERS[ending](part, columns, said, decimal)
 
 
 def _csv(path: Path, columns: Columns, settings: str, decimal: str) -> None:

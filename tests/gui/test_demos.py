@@ -1,6 +1,7 @@
 """Demos: what their captions say happens, a person comes first, and a damaged file changes nothing."""
 
 import random
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -233,6 +234,20 @@ def test_a_motor_waits_for_render_and_no_hand_moves(board_window, tmp_path):
     assert window.demos.demo is None
     assert moves == []
     assert studio.stopped
+
+
+def test_none_plays_while_an_instructor_has_locked_a_setting(shown, tmp_path):
+    studio, before = shown.studio, settings_of(shown.studio)
+    shown.play_demo(written(tmp_path))
+    studio.set_lock(replace(studio.lock, places=frozenset({("value", "wall", "stiffness")})))
+    assert (shown.demos.demo, settings_of(studio)) == (None, before)
+    shown.play_demo(written(tmp_path))
+    (sheet,) = sheets(shown)
+    assert "No demo plays while settings are locked or hidden." in [
+        part.text() for part in sheet.findChildren(QLabel)
+    ]
+    assert not shown.actions_by_key.qt["teach.open_demo"].isEnabled()
+    studio.set_lock(replace(studio.lock, places=frozenset()))
 
 
 def test_the_menu_and_the_command_line_know_the_shipped_ones(shown, start_window, capsys):

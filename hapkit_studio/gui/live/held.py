@@ -1,6 +1,7 @@
 """Held traces: what the plots showed when they were held, under what comes, each switched and removed."""
 
 from dataclasses import dataclass
+from itertools import chain, count
 
 import numpy as np
 from PySide6.QtCore import QObject, Signal
@@ -87,7 +88,7 @@ class HeldTraces(QObject):
         """Hold a stretch (start, stop) in s; the oldest goes where there are as many as LOOKS.
 
         It stays where it is in the plots, whose zero is its end unless one is given in s, or is shown so many
-        s later. None without data.
+        s later; one of the same words is numbered. None without data.
         """
         edges = np.linspace(stretch[0], np.nextafter(stretch[1], np.inf), _COLUMNS)
         window = history.window(edges).known() if len(history) else None
@@ -99,6 +100,9 @@ class HeldTraces(QObject):
         values = {channel: window.y[channel] for channel in CHANNELS}
         pinned = shift is None
         time = window.x - (stretch[1] if zero is None else zero) if shift is None else window.x + shift
+        others = {trace.words for trace in self.traces.values()}
+        names = chain([words], (f"{words} ({number})" for number in count(2)))
+        words = next(name for name in names if name not in others)
         self.traces[place] = PastTrace(words, time, values, LOOKS[place], pinned)
         self._tell()
         return self.traces[place]

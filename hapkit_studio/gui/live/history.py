@@ -18,9 +18,11 @@ CHANNELS = {
     "asked": rows.ASKED,
     "applied": rows.APPLIED,
 }
+OBJECT = "object"  # the place of what moves besides the handle, nan where nothing does
 ENERGIES = ("energy", "energy_limit")  # not in the rows: the engine keeps them, nan where it has none
 _COLUMNS = np.array(list(CHANNELS.values()))
-_NAMES = (*CHANNELS, *ENERGIES)
+_NAMES = (*CHANNELS, OBJECT, *ENERGIES)
+_ENERGY = len(CHANNELS) + 1
 
 
 @dataclass(frozen=True)
@@ -93,12 +95,15 @@ class History:
         """Time of the newest sample in s; NaN when empty."""
         return float(self._time[self._end - 1]) if len(self) else np.nan
 
-    def divide(self, words: str, time: float | None = None) -> None:
-        """Note what happened at a time in s, now if none is given, in place of what was noted for it."""
+    def divide(self, words: str, time: float | None = None, instead: float | None = None) -> None:
+        """Note what happened at a time in s, now if none is given, in place of what was noted for it.
+
+        instead: in place of what was noted for this time, too. Without words nothing new is noted.
+        """
         at = self.now if time is None else time
         if len(self):
-            others = [(when, was) for when, was in self.dividers if when != at]
-            self.dividers = sorted([*others, (at, words)])
+            others = [(when, was) for when, was in self.dividers if when not in (at, instead)]
+            self.dividers = sorted([*others, (at, words)] if words else others)
 
     def begin_anew(self) -> None:
         """Count what came up to now as another environment's."""
@@ -109,26 +114,31 @@ class History:
         newest = self._data[:, self._end - 1].tolist() if len(self) else [np.nan] * len(_NAMES)
         return dict(zip(_NAMES, newest, strict=True))
 
-    def append(self, new: np.ndarray, energies: np.ndarray | None = None) -> None:
+    def append(
+        self, new: np.ndarray, energies: np.ndarray | None = None, places: np.ndarray | None = None
+    ) -> None:
         """Take (n, ROW_WIDTH) telemetry rows, oldest first, and their (n, 2) energies and limits in J.
 
-        A clock that goes back starts afresh.
+        places (n,) in m: of the object that moves besides the handle, None where there is none. A clock that
+        goes back starts afresh.
         """
         if not len(new):
             return
         if len(self) and new[0, rows.HOST_TIME] < self._time[self._end - 1]:
             self.clear()
         for part in range(0, len(new), _AT_ONCE):
-            beside = 0.0 if energies is None else energies[part : part + _AT_ONCE].T
-            self._take(new[part : part + _AT_ONCE], beside)
+            some = slice(part, part + _AT_ONCE)
+            beside = 0.0 if energies is None else energies[some].T
+            self._take(new[some], beside, np.nan if places is None else places[some])
 
-    def _take(self, new: np.ndarray, energies: np.ndarray | float) -> None:
+    def _take(self, new: np.ndarray, energies: np.ndarray | float, places: np.ndarray | float) -> None:
         if self._end + len(new) > len(self._time):
             self._move_to_front()
         first, self._end = self._end, self._end + len(new)
         self._time[first : self._end] = new[:, rows.HOST_TIME]
         self._data[: len(CHANNELS), first : self._end] = new[:, _COLUMNS].T
-        self._data[len(CHANNELS) :, first : self._end] = energies
+        self._data[len(CHANNELS), first : self._end] = places
+        self._data[_ENERGY:, first : self._end] = energies
         self._note_breaks(new, first)
         self._forget()
 
@@ -214,7 +224,7 @@ class History:
         left, width = edges[filled], edges[filled + 1] - edges[filled]
         x = np.stack([left + 0.25 * width, left + 0.75 * width], axis=1).ravel()
         begun = np.logical_or.reduceat(np.isnan(samples[-1]), first - first[0])
-        y[len(CHANNELS) :, np.repeat(begun, 2)] = np.nan
+        y[_ENERGY:, np.repeat(begun, 2)] = np.nan
         lost = self._breaks_in(int(first[0]), int(stop[-1]))
         return self._broken(x, y, np.unique(2 * (np.searchsorted(first, lost, side="right") - 1)), True)
 

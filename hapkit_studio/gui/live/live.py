@@ -98,12 +98,27 @@ class Live(QObject):
         new = self._reader.read()
         self.lost = int(self._reader.lost)
         if len(new):
-            self.history.append(new, None if engine is None else engine.energies(new[:, rows.TICK]))
+            energies = None if engine is None else engine.energies(new[:, rows.TICK])
+            self.history.append(new, energies, self._places(new))
             self.last = new[-1]
         if self._changing:
             self.history.begin_anew()
             self._changing = not settled
         return new
+
+    def _places(self, new: np.ndarray) -> np.ndarray | None:
+        """Return where the environment's object was in rows (n,) in m, None where they hold no such state."""
+        engine, environment = self._studio.engine, self._studio.environment
+        known = engine is not None and engine.renders(environment) and not self._changing
+        if not known:
+            return None
+        return environment.place(self._studio.values, new[:, rows.POSITION], new[:, rows.STATE :])
+
+    def note(self, words: str, instead: float | None = None) -> float:
+        """Note in the history what changes now, in place of what was noted for a time in s; return when."""
+        self._take()
+        self.history.divide(words, instead=instead)
+        return self.history.now
 
     def _divide(self) -> None:
         """Note in the history that another environment comes into force; it begins once it has done so.
@@ -111,6 +126,7 @@ class Live(QObject):
         It is seen at once: what stood while paused was the other's.
         """
         self.set_paused(self.paused and self.replaying)
+        self._changing = True  # what came until now is the other's
         self._take()
         last = self.history.before(self._studio.environment_since)
         self.history.divide(self._studio.environment.title, None if math.isnan(last) else last)
@@ -124,9 +140,10 @@ class Live(QObject):
     def _follow(self) -> None:
         engine = self._studio.engine
         self._reader = None if engine is None else engine.reader()
-        key = self._studio.entry.key if self._studio.entry else ""
-        if engine is not None and key != self._device:
-            self._device = key
+        entry = self._studio.entry
+        if engine is not None and entry is not None and entry.key != self._device:
+            self._device = entry.key
             self.set_paused(False)
-            self.history.clear()
+            self.history.divide(entry.title)
+            self.history.begin_anew()
             self.last = None

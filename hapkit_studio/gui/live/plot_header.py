@@ -92,9 +92,15 @@ class Header(QWidget):
         self.plot = plot
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
         lines: list[QWidget] = []
-        for trace in reversed(plot.traces if len(plot.traces) > 1 else ()):
+        self.object: list[QWidget] = []
+        several = len([trace for trace in plot.traces if trace.label]) > 1
+        for trace in reversed(plot.traces):
             dash = [d / 2.0 for d in trace.dash] or ([2.5, 1.75] if trace.dashed else None)
-            lines += _line((trace.color, 2.0 if trace.dash else 2.6, dash), trace.label, trace.help)
+            line = _line((trace.color, 2.0 if trace.dash else 2.6, dash), trace.label, trace.help)
+            if not trace.label:
+                self.object = line
+            elif several:
+                lines += line
         if plot.limits:
             limit = "The force the motor may give at most; asked is cut there"
             lines += _line(("danger", 1.6, [1.2, 2.6]), "limit", limit)
@@ -112,9 +118,11 @@ class Header(QWidget):
         self.value.setToolTip(plot.traces[-1].help)
         self.value.setProperty("ink", plot.traces[-1].color)
         name = () if plot.beside else (title, 3)  # beside, the switch names it
-        parts = (*name, *lines, *self.surface, (self.remark, 1), self.back, self.unlock, self.value)
-        across(*parts, into=self, margins=(0, 0, RIGHT, 0), gap=7)
-        self.show_part(self.surface, "")
+        parts = (*name, *lines, *self.object, *self.surface)
+        ends = ((self.remark, 1), self.back, self.unlock, self.value)
+        across(*parts, *ends, into=self, margins=(0, 0, RIGHT, 0), gap=7)
+        for part in (self.object, self.surface):
+            self.show_part(part, "")
         self.show_view("", False)
         self.show_value(0.0)
 
@@ -123,7 +131,7 @@ class Header(QWidget):
         return QSize(super().sizeHint().width(), theme.px(HEIGHT))
 
     def show_part(self, parts: Sequence[QWidget], name: str) -> None:
-        """Show the sample of the surface under a name, or hide it."""
+        """Show the sample of a line under a name, or hide it."""
         for part in parts:
             part.setVisible(bool(name))
             if isinstance(part, QLabel):
@@ -137,7 +145,12 @@ class Header(QWidget):
 
     def show_value(self, value: float) -> None:
         """Show the live value, given in SI."""
+        text = self.written(value)
+        self.value.setText(text)
+        self.value.setAccessibleName(f"{self.plot.title} {text}")
+
+    def written(self, value: float) -> str:
+        """Write a value given in SI as the plot has it."""
         known = math.isfinite(value)
         text = number(value * self.plot.scale, self.plot.decimals, sign=True) if known else "–"
-        self.value.setText(f"{text} {self.plot.unit}")
-        self.value.setAccessibleName(f"{self.plot.title} {text} {self.plot.unit}")
+        return f"{text} {self.plot.unit}"

@@ -16,7 +16,7 @@ from hapkit_studio.gui.live.history import CHANNELS, ENERGIES, History, Window
 from hapkit_studio.haptics import rows
 from hapkit_studio.sessions.chunk import BLOCK, DRAWN, EVERY, unpack
 from hapkit_studio.sessions.columns import DamagedError
-from hapkit_studio.sessions.file import MARKER, SETTINGS
+from hapkit_studio.sessions.file import ABOUT, MARKER, SETTINGS
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.sessions.settings import timed_changes
 
@@ -83,7 +83,14 @@ class Recorded(History):
 
     def settings(self) -> dict[str, Any]:
         """Return what was set at the time at which it stands, {} before anything is known."""
-        place = bisect_right(self._times, self._now) - 1
+        return self._set_at(self._now)
+
+    def described(self, time: float) -> dict[str, Any]:
+        """Return the device and what was set at a time in s, as an exported table says it."""
+        return self.session.latest(ABOUT, time) | self._set_at(time)
+
+    def _set_at(self, time: float) -> dict[str, Any]:
+        place = bisect_right(self._times, time) - 1
         return self._settings[place].what if place >= 0 else {}
 
     def row(self) -> np.ndarray | None:

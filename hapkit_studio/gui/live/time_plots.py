@@ -16,7 +16,7 @@ from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.live.cursors import NAMES, Cursors
 from hapkit_studio.gui.live.held import PastTrace, paint_past
-from hapkit_studio.gui.live.history import Window
+from hapkit_studio.gui.live.history import OBJECT, Window
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
 from hapkit_studio.gui.live.plots.declared import TimePlot, landmarks, phase_plots, time_plots
 from hapkit_studio.gui.live.time_view import SPANS, TimeView
@@ -29,6 +29,7 @@ LEAST = 0.25
 """s without data from which on it is marked."""
 _BESIDE = 6
 _ROW, _LETTERS = 16, 10  # px: base line of words below the frame's top, how high they are
+_GROUND = 0.85  # how opaque the ground of a change's words is
 _PALE = 0.45  # of a trace's colour while the device is gone
 _SAME = 0.3  # px: closer than this, two lines are one
 _ROOMY = 1.5  # times the range that would do: from there on an axis narrows again
@@ -108,7 +109,7 @@ class TraceCanvas(Canvas):
             return np.nan, np.nan
         values = [window.y[trace.channel] for trace in self.plot_of.traces]
         values += [held.values[t.channel] for held in self.shown.held for t in self.plot_of.traces[-1:]]
-        low, high = min(map(np.fmin.reduce, values)), max(map(np.fmax.reduce, values))
+        low, high = np.fmin.reduce(np.concatenate(values)), np.fmax.reduce(np.concatenate(values))
         most = _MOST_ASKED * self.shown.max_force if self.plot_of.limits else np.inf
         return (
             float(np.clip(low * self.plot_of.scale, -most, most)),
@@ -205,8 +206,11 @@ class TraceCanvas(Canvas):
             x = self.pixel(time, 0.0).x()
             fits = x + _BESIDE + _wide(words) <= right
             if box.left() < x <= box.right() and (fits or newest):  # an older one gives way to a newer
-                left = min(x + _BESIDE, right - _wide(words))
-                self.note(painter, left, self._free_row(box, left, left + _wide(words)), words, "ink2")
+                left, wide = min(x + _BESIDE, right - _wide(words)), _wide(words)
+                row = self._free_row(box, left, left + wide)
+                ground = QRectF(left, row - _LETTERS, wide, _LETTERS).adjusted(-3, -3, 3, 4)
+                painter.fillRect(ground & box, theme.color("plot", _GROUND))
+                self.note(painter, left, row, words, "ink2")
             right, newest = min(x - _BESIDE, right), False
 
     def _free_row(self, box: QRectF, left: float, right: float) -> float:
@@ -271,8 +275,9 @@ class TraceCanvas(Canvas):
 
     def _traces(self, painter: QPainter, box: QRectF) -> None:
         x, y = self.shown.window.x - self.shown.zero, self.shown.window.y
-        lines = [self.to_pixels(x, y[trace.channel] * self.plot_of.scale) for trace in self.plot_of.traces]
-        for trace, (across, up) in zip(self.plot_of.traces, lines, strict=True):
+        there = [t for t in self.plot_of.traces if t.label or np.isfinite(y[t.channel]).any()]
+        lines = [self.to_pixels(x, y[trace.channel] * self.plot_of.scale) for trace in there]
+        for trace, (across, up) in zip(there, lines, strict=True):
             color = theme.paler(trace.color, "plot", _PALE if self.shown.stale else 1.0)
             strokes.arrows(painter, box, across, up, color)
             painter.setPen(strokes.pen(color, 2.0))
@@ -440,10 +445,13 @@ class TimePlots(QWidget):
     def _show_words(self) -> None:
         """Write the newest sample in the headers, unless it stands while paused, and what is seen."""
         newest = self.view.latest
+        moves = self._environment.moves if self._environment is not None else None
         for header, canvas in zip(self.headers, self.canvases, strict=True):
             header.show_view(self.view.words if canvas.first else "", self.view.locked and canvas.first)
             if len(self.view.live):
                 header.show_value(newest[header.plot.traces[-1].channel])
+                words = f"{moves.name} {header.written(newest[OBJECT])}" if moves is not None else ""
+                header.show_part(header.object, words)
 
     def take(self) -> None:
         """Read the window from the history and let the value axes follow it."""

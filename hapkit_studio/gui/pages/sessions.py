@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 _NONE = "Nothing is recorded yet. Press Record (R), or keep what already happened (Ctrl+Shift+S)."
 _CHOOSE = "Choose a session."
-_COMMA = "Table, decimal comma (*.csv)"
-_KINDS = f"Table (*.csv);;{_COMMA};;Parquet (*.parquet);;MATLAB (*.mat)"
+COMMA = "Table, decimal comma (*.csv)"
+TABLES = f"Table (*.csv);;{COMMA};;Parquet (*.parquet);;MATLAB (*.mat)"
 _SEARCH, _NOTES = 260, 30  # px; letters of the notes in the table
 _CHART = 190  # px
 
@@ -161,11 +161,11 @@ class SessionsPage(Page):
         path = self.chosen.path
 
         def save(output: str) -> None:
-            decimal = "," if dialog.selectedNameFilter() == _COMMA else "."
+            decimal = "," if dialog.selectedNameFilter() == COMMA else "."
             self.say(f"Exporting {path.stem}…")
             self._saving.start(lambda _progress: export(path, output, decimal))
 
-        dialog = choose_file(self, "Export", _KINDS, save, save_as=f"{path.stem}.csv")
+        dialog = choose_file(self, "Export", TABLES, save, save_as=f"{path.stem}.csv")
 
     def ask_delete(self) -> None:
         """Ask, then move the chosen session to the system's bin."""

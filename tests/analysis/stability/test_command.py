@@ -85,9 +85,9 @@ def drawn(tmp_path, monkeypatch):
         Text, "draw", lambda self, *a, **k: (said.append(self.get_text()), draw(self, *a, **k))[1]
     )
 
-    def words(found):
+    def words(found, **more):
         said.clear()
-        charts.stability_figure(found, tmp_path / "map.png")
+        charts.stability_figure(found, tmp_path / "map.png", **more)
         return said
 
     return words
@@ -165,3 +165,15 @@ def test_the_words_at_the_dot_cover_no_line_and_stay_inside(stiffness, damping, 
             along = np.linspace(0, len(corners) - 1, 20_000)
             x, y = (np.interp(along, range(len(corners)), corner) for corner in corners.T)
             assert not ((box.x0 < x) & (x < box.x1) & (box.y0 < y) & (y < box.y1)).any()
+
+
+def test_a_picture_of_pure_damping_has_its_limits_in_its_own_unit(drawn):
+    """With them none of the stiffnesses stays."""
+    found = plane(Setting(viscous=0.18), 0.0, 2.0)
+
+    def below(**more):
+        return " ".join("".join(drawn(found, **more)).replace("\u00a0", " ").split())
+
+    assert "Limit, let go" in below()
+    limits = below(dampings={"released": 41.26}).rsplit("Hand let go", 1)[1]
+    assert limits == " · Limit, let go 41.3 N·s/m"

@@ -74,6 +74,14 @@ def test_it_is_named_by_what_was_set():
     assert name(LIBRARY["free"], {}) == "Free"
 
 
+def test_those_of_the_same_settings_are_numbered(held, history):
+    for _ in range(3):
+        held.hold(history, (0.0, 1.0), "Wall")
+    held.remove(1)
+    held.hold(history, (0.0, 1.0), "Wall")
+    assert sorted(trace.words for trace in held.traces.values()) == ["Wall", "Wall (2)", "Wall (3)"]
+
+
 def test_without_data_nothing_is_held(held, history):
     history.clear()
     assert not held.hold(history, (9.0, 14.0), "One")

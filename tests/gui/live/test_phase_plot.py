@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.gui.live import strokes
-from hapkit_studio.gui.live.history import CHANNELS
+from hapkit_studio.gui.live.history import CHANNELS, OBJECT
 from hapkit_studio.gui.live.phase_canvas import Band
 from hapkit_studio.gui.live.plots.declared import phase_plots, time_plots
 from hapkit_studio.haptics import rows
@@ -230,7 +230,7 @@ def test_plots_are_found_by_their_files():
     assert [plot.key for plot in time_plots()] == ["position", "velocity", "force"]
     assert [plot.key for plot in phase_plots()] == ["force_position", "force_velocity"]
     for plot in time_plots():
-        assert all(trace.channel in CHANNELS for trace in plot.traces)
+        assert all(trace.channel in (*CHANNELS, OBJECT) for trace in plot.traces)
 
 
 def test_a_widening_axis_hides_nothing_of_the_past(phase, history, qapp):

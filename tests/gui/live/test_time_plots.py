@@ -232,7 +232,7 @@ def test_pointing_reads_all_plots_at_one_time(plots, history, qtbot):
         plots.canvases[1].pointed.emit(-2.0)
     plots.refresh()
     assert pointed.args[0] == pytest.approx(plots.shown.zero - 2.0, abs=1e-6)
-    assert plots.shown.pointed == history.at(plots.shown.zero - 2.0)
+    np.testing.assert_equal(plots.shown.pointed, history.at(plots.shown.zero - 2.0))
     assert plots.shown.pointed["position"] == pytest.approx(
         0.015 * np.sin(3 * (plots.shown.zero - 2)), abs=1e-4
     )

@@ -20,7 +20,8 @@ Theory = Callable[[object, Mapping[str, float], np.ndarray], np.ndarray | None]
 class Trace:
     """One line of a time plot: which channel of the history, in which token's colour.
 
-    dash: on and off, … in pixels, along the line.
+    dash: on and off, … in pixels, along the line. Without a label it is the environment's object, which names
+    it and need not be there.
     """
 
     channel: str

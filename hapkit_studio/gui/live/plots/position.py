@@ -1,4 +1,4 @@
-"""Position over time, with the wall's surface."""
+"""Position over time, with the wall's surface and the object that the handle moves."""
 
 from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 
@@ -11,7 +11,10 @@ PLOT = TimePlot(
     reach=12.0,
     share=30,
     order=0,
-    traces=(Trace("position", "position", "position", help="Measured by the sensor, in steps of one count"),),
+    traces=(
+        Trace("object", "", "objline", dash=(6.0, 4.0), help="Where the law has its object"),
+        Trace("position", "position", "position", help="Measured by the sensor, in steps of one count"),
+    ),
     surface=True,
     folds=2,
 )

@@ -131,10 +131,11 @@ class StabilityPage(MeasuringPage):
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         assert self.lines is not None
         plane = self.lines.plane if self.outdated else self.results.put_into(self.lines.plane)
+        dampings = self.lines.dampings
         engine = self._studio.engine
         device = engine.device.title if engine is not None else ""
 
-        return lambda path: stability_figure(plane, path, device), lambda: as_json(plane)
+        return lambda path: stability_figure(plane, path, device, dampings), lambda: as_json(plane)
 
     # what is asked and answered
 

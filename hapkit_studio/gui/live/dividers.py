@@ -1,0 +1,51 @@
+"""What a person changes leaves a labelled divider in the history: one for each gesture."""
+
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import QObject
+
+from hapkit_studio.gui.undo import ENVIRONMENT, Settings, UndoHistory, joined, settings_of, words
+
+if TYPE_CHECKING:
+    from hapkit_studio.gui.live.live import Live
+    from hapkit_studio.gui.studio import Studio
+
+_RESTED = 1.0  # s: what changes later within the same gesture is a change of its own
+
+
+class Dividers(QObject):
+    """Notes changes of the values and of the loop in force, where the last change of a gesture came."""
+
+    def __init__(self, studio: "Studio", live: "Live", undo: UndoHistory):
+        super().__init__(live)
+        self._studio, self._live, self._undo = studio, live, undo
+        self._rebase()
+        studio.environment_changed.connect(self._rebase)
+        for changed in (studio.values_changed, studio.loop_changed):
+            changed.connect(self._look)
+
+    def _in_force(self) -> Settings:
+        key, found = self._studio.environment.key, settings_of(self._studio)
+        return {
+            where: value
+            for where, value in found.items()
+            if where != ENVIRONMENT and (where[0] != "value" or where[1] == key)
+        }
+
+    def _rebase(self) -> None:
+        """Begin with what is in force: another environment is noted by itself."""
+        self._last = self._in_force()
+        self._gesture, self._at = -1, 0.0
+        self._change: tuple[Settings, Settings] = {}, {}
+
+    def _look(self) -> None:
+        last, self._last = self._last, self._in_force()
+        after = {where: new for where, new in self._last.items() if last.get(where, new) != new}
+        if not after:
+            return
+        change, instead = ({where: last[where] for where in after}, after), None
+        if self._gesture == self._undo.gesture and self._live.history.now - self._at < _RESTED:
+            change, instead = joined(self._change, change), self._at
+        said = words(self._studio, *change) if change[1] else ""
+        self._at = self._live.note(f"{said[:1].upper()}{said[1:]}", instead)
+        self._gesture, self._change = self._undo.gesture, change

@@ -1,0 +1,203 @@
+"""What the live plots show as tables and pictures: what is visible, what lies between the cursors, or all."""
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QGuiApplication, QImage
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.background import Job
+from hapkit_studio.gui.live.history import OBJECT, Window
+from hapkit_studio.gui.live.live import KEPT_SECONDS
+from hapkit_studio.gui.live.recorded import Recorded
+from hapkit_studio.gui.pages.measuring import write
+from hapkit_studio.gui.pages.sessions import COMMA, TABLES
+from hapkit_studio.gui.widgets.parts import choose_file
+from hapkit_studio.sessions import export, settings
+
+if TYPE_CHECKING:
+    from hapkit_studio.api import Run
+    from hapkit_studio.charts.run import Mark, Past
+    from hapkit_studio.gui.live.centre import Centre
+    from hapkit_studio.gui.studio import Studio
+
+PICTURES = (".png", ".svg", ".pdf")
+_KINDS = f"Picture (*.png);;Drawing (*.svg);;Page (*.pdf);;{TABLES}"
+Figure = Callable[[str], object]
+"""Draws to a path, in a thread."""
+
+
+class LiveExport(QObject):
+    """Writes and copies a range of what the plots look at, with what was set at its end.
+
+    ``said``: in words what was done; ``failed``: why nothing was.
+    """
+
+    said = Signal(str)
+    failed = Signal(str)
+
+    def __init__(self, studio: "Studio", centre: "Centre"):
+        super().__init__(centre)
+        self._studio, self._centre = studio, centre
+        self._settings: deque[tuple[float, dict[str, Any]]] = deque()
+        self._saving, self._copying = Job(self, needs=""), Job(self, needs="")
+        self._saving.finished.connect(lambda path: self.said.emit(f"Saved {Path(path).name}"))
+        self._copying.finished.connect(self._put)
+        for job in (self._saving, self._copying):
+            job.failed.connect(self.failed)
+        for changed in (
+            studio.environment_changed, studio.values_changed, studio.loop_changed, studio.engine_changed,
+        ):  # fmt: skip
+            changed.connect(self._note_settings)
+
+    @property
+    def visible(self) -> tuple[float, float]:
+        """Return begin and end in s of what the time plots show."""
+        begin, end = self._centre.view.stretch
+        return begin, math.nextafter(end, math.inf)
+
+    @property
+    def selected(self) -> tuple[float, float]:
+        """Return begin and end in s of what lies between the cursors, both included; nan without them."""
+        times = self._centre.time.cursors.times or (math.nan, math.nan)
+        return min(times), math.nextafter(max(times), math.inf)
+
+    def ask(self, stretch: tuple[float, float] = (-math.inf, math.inf)) -> None:
+        """Ask for a file's name beside the window, then write what was kept from begin to end in s."""
+        made = self._made(stretch)
+        if made is None:
+            return
+        run, table, figure = made
+
+        def save(path: str) -> None:
+            decimal = "," if dialog.selectedNameFilter() == COMMA else "."
+            made = partial(_save, run=table, figure=figure, decimal=decimal)
+            self._saving.start(lambda _progress: write(path, made, dict))
+
+        name = f"{run.settings['environment']}.png"
+        dialog = choose_file(self._centre, "Export", _KINDS, save, save_as=name)
+
+    def copy(self) -> None:
+        """Put a picture of what is visible on the clipboard."""
+        made = self._made(self.visible)
+        if made is not None:
+            self.copy_picture(made[2])
+
+    def copy_picture(self, figure: Figure) -> None:
+        """Put what is drawn to a path on the clipboard, a picture in light colours."""
+        self._copying.start(lambda _progress: _picture(figure))
+
+    def end(self) -> None:
+        """Wait for what is being written."""
+        for job in (self._saving, self._copying):
+            job.wait()
+
+    def _put(self, picture: QImage) -> None:
+        QGuiApplication.clipboard().setImage(picture)
+        self.said.emit("Picture copied")
+
+    def _note_settings(self) -> None:
+        """Remember what is set from now on, as long as its samples are kept."""
+        now = time.perf_counter()
+        self._settings.append((now, self._in_force()))
+        while len(self._settings) > 1 and self._settings[1][0] < now - KEPT_SECONDS:
+            self._settings.popleft()
+
+    def _set_at(self, time: float) -> dict[str, Any]:
+        """Return what was set at a time in s, what is set now where nobody knows."""
+        known = [was for when, was in self._settings if when <= time]
+        return known[-1] if known else self._in_force()
+
+    def _in_force(self) -> dict[str, Any]:
+        studio, engine = self._studio, self._studio.engine
+        if engine is None:
+            return settings.of_scene(studio.environment, studio.values)
+        return settings.about_device(engine) | settings.in_force(engine)
+
+    def _made(self, stretch: tuple[float, float]) -> "tuple[Run, Run, Figure] | None":
+        """Return a range with its gaps, without, and what draws it; None, and say so, without two samples."""
+        from hapkit_studio.charts.run import run_figure  # late: keeps start-up fast
+
+        history = self._centre.view.history
+        window = history.between(*stretch)
+        table = window.known()
+        if len(table.x) < 2:
+            self.failed.emit("There are no samples in this range.")
+            return None
+        begin, end = float(table.x[0]), float(table.x[-1])
+        was = history.described(end) if isinstance(history, Recorded) else self._set_at(end)
+        marks = [(when - begin, words) for when, words in history.dividers if begin <= when <= end]
+        run, clean = (self._run(part, begin, was, marks) for part in (window, table))
+        past = self._past(begin)
+        return run, clean, lambda path: run_figure(run, path, marks, past)
+
+    def _run(self, window: Window, zero: float, was: dict[str, Any], marks: "list[Mark]") -> "Run":
+        """Return a window's samples as those of a run, what is not kept of it nan."""
+        from hapkit_studio.api import Run
+
+        changes = {"changes": [f"{when:.3f} s: {words}" for when, words in marks]}
+        y, unknown = window.y, np.full(len(window.x), np.nan)
+        environment = self._studio.environments.get(was["environment"])
+        name = environment.moves.name if environment is not None and environment.moves else OBJECT
+        return Run(
+            time=window.x - zero,
+            position=y["position"],
+            velocity=y["velocity"],
+            true_position=unknown,
+            true_velocity=unknown,
+            force=y["asked"],
+            applied_force=y["applied"],
+            hand_force=unknown,
+            energy=y["energy"],
+            flags=unknown,
+            state=np.empty((len(unknown), 0)),
+            state_names=(),
+            faults=(),
+            settings=was | (changes if marks else {}),
+            moves={name: y[OBJECT]} if np.isfinite(y[OBJECT]).any() else {},
+        )
+
+    def _past(self, begin: float) -> "list[Past]":
+        """Return the held traces where the plots show them."""
+        from hapkit_studio.charts.run import Past
+
+        shown = self._centre.time.shown
+        return [
+            Past(
+                held.words,
+                held.time - begin + (shown.zero if held.pinned else 0.0),
+                held.values["position"],
+                held.values["velocity"],
+                held.values["applied"],
+                held.look.token,
+                [length / 2.0 for length in held.look.dash],
+            )
+            for held in shown.held
+        ]
+
+
+def _save(path: str, run: "Run", figure: Figure, decimal: str) -> None:
+    """Write a table or a picture, whichever the name's ending says; raise ParameterError for another."""
+    ending = Path(path).suffix.lower()
+    if ending in export.WRITERS:
+        run.save(path, decimal)
+    elif ending in PICTURES:
+        figure(path)
+    else:
+        known = ", ".join((*PICTURES, *export.WRITERS))
+        raise ParameterError(f"An export ends in {known}, not {ending or 'nothing'!r}.")
+
+
+def _picture(figure: Figure) -> QImage:
+    with TemporaryDirectory() as folder:
+        path = f"{folder}/picture.png"
+        figure(path)
+        return QImage(path)

@@ -1,0 +1,96 @@
+"""Dividers: what a person changed stands in the history, once for each gesture."""
+
+import math
+import time
+
+import pytest
+
+from hapkit_studio.gui.live.history import History
+from tests.gui.live.plot_support import RATE, telemetry
+
+
+@pytest.fixture
+def noted(kept_window):
+    """Return the window's studio, undo and history, of which only the test feeds the samples."""
+    window = kept_window
+    window.live.tick()
+    window.live.history.clear()
+    return window.studio, window.history, window.live
+
+
+def later(live):
+    """Let new samples come."""
+    live.tick()
+    before, deadline = live.history.now, time.monotonic() + 30.0
+    while live.history.now == before or math.isnan(live.history.now):
+        assert time.monotonic() < deadline
+        live.tick()
+
+
+def said(live):
+    return [words for _, words in live.history.dividers]
+
+
+def test_a_drag_leaves_one_divider_where_it_ended_and_the_next_press_another(noted):
+    studio, undo, live = noted
+    later(live)
+    for stiffness in (300.0, 500.0, 800.0):
+        begun = live.history.now
+        studio.set_value("stiffness", stiffness)
+        later(live)
+    ((when, words),) = live.history.dividers
+    assert words == "Stiffness 250 → 800 N/m"
+    assert begun <= when < live.history.now
+    undo.gesture += 1
+    studio.set_loop(rate=2000.0)
+    assert said(live) == ["Stiffness 250 → 800 N/m", "Servo rate 1,000 → 2,000 Hz"]
+
+
+def test_a_drag_that_ends_where_it_began_leaves_none_and_undo_leaves_one(noted):
+    studio, undo, live = noted
+    later(live)
+    undo.gesture += 1
+    for stiffness in (300.0, 250.0):
+        studio.set_value("stiffness", stiffness)
+        later(live)
+    assert said(live) == []
+    undo.gesture += 1
+    studio.set_value("stiffness", 900.0)
+    later(live)
+    undo.gesture += 1
+    undo.undo()
+    assert said(live) == ["Stiffness 250 → 900 N/m", "Stiffness 900 → 250 N/m"]
+
+
+def test_another_environment_is_noted_by_its_name_alone(noted, qtbot):
+    """What is set of an environment that is not in force is noted nowhere."""
+    studio, _, live = noted
+    later(live)
+    studio.set_values_of("spring", {"stiffness": 77.0})
+    assert said(live) == []
+    studio.choose("spring")
+    qtbot.waitUntil(lambda: studio.environment.key == "spring")
+    assert said(live) == ["Spring"]
+
+
+def test_a_divider_may_replace_an_earlier_one_or_take_it_away():
+    history = History(seconds=60.0, rate=RATE)
+    history.append(telemetry(1000))
+    history.divide("first", 0.2)
+    history.divide("other", 0.4)
+    history.divide("second", 0.6, instead=0.2)
+    assert history.dividers == [(0.4, "other"), (0.6, "second")]
+    history.divide("", 0.8, instead=0.6)
+    assert history.dividers == [(0.4, "other")]
+
+
+def test_another_device_is_noted_by_its_name_and_begins_anew(noted):
+    """What the device before gave stays to be seen, but is not counted as this one's."""
+    _, _, live = noted
+    later(live)
+    live._device = "another"
+    newest = live.history.now
+    live._follow()
+    assert said(live) == ["Simulated Hapkit"]
+    assert len(live.history)
+    assert live.history.begin > newest

@@ -1,0 +1,159 @@
+"""Export from the live view: the very samples, the range, what was set then, whole files or none."""
+
+import json
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from PySide6.QtGui import QGuiApplication, QImage
+
+from hapkit_studio.gui.live import export
+from hapkit_studio.gui.pages.sessions import COMMA
+from hapkit_studio.haptics import rows
+from tests.gui.live.plot_support import telemetry
+
+COLUMNS = {
+    "position_m": rows.POSITION,
+    "velocity_m_per_s": rows.VELOCITY,
+    "force_asked_N": rows.ASKED,
+    "force_applied_N": rows.APPLIED,
+}
+
+
+@pytest.fixture
+def fed(kept_window):
+    """Return the window with 5 s of samples that the test knows, and a copy of them."""
+    window = kept_window
+    window.live.tick()
+    window.live.history.clear()
+    table = telemetry(5000, start=7)
+    window.live.history.append(table)
+    window.centre.time.refresh()
+    yield window, table.copy()
+    window.centre.time.cursors.show(False)
+    window.live.history.clear()
+
+
+@pytest.fixture
+def write(fed, qtbot, monkeypatch):
+    """Return what exports a range to a file and gives what was said, as the dialog would."""
+    window, _ = fed
+
+    def written(path, stretch, kind="Table (*.csv)"):
+        chosen = SimpleNamespace(selectedNameFilter=lambda: kind)
+        asked = []
+        monkeypatch.setattr(export, "choose_file", lambda *given, **_: asked.append(given[3]) or chosen)
+        heard = []
+        connections = [s.connect(heard.append) for s in (window.export.said, window.export.failed)]
+        window.export.ask(stretch)
+        for save in asked:
+            save(str(path))
+        qtbot.waitUntil(lambda: bool(heard))
+        for signal, one in zip((window.export.said, window.export.failed), connections, strict=True):
+            signal.disconnect(one)
+        return heard[0]
+
+    return written
+
+
+def read(path, between=","):
+    """Return settings and columns of a CSV, read without the studio."""
+    first, head, *lines = path.read_text("utf-8").splitlines()
+    table = [[float(word.replace(",", ".")) for word in line.split(between)] for line in lines]
+    return json.loads(first[2:]), dict(zip(head.split(between), np.array(table).T, strict=True))
+
+
+def of(table, start, stop):
+    return table[(table[:, rows.HOST_TIME] >= start) & (table[:, rows.HOST_TIME] < stop)]
+
+
+@pytest.mark.parametrize(("kind", "between"), [("Table (*.csv)", ","), (COMMA, ";")])
+def test_a_table_has_the_very_samples_of_its_range(fed, write, tmp_path, kind, between):
+    window, table = fed
+    assert write(tmp_path / "a.csv", (2.0, 3.5), kind) == "Saved a.csv"
+    settings, columns = read(tmp_path / "a.csv", between)
+    expected = of(table, 2.0, 3.5)
+    assert list(columns)[1:5] == list(COLUMNS)
+    for name, place in COLUMNS.items():
+        np.testing.assert_allclose(columns[name], expected[:, place], rtol=2.0**-24, atol=0.0)
+    np.testing.assert_allclose(columns["time_s"], expected[:, rows.HOST_TIME] - 2.0, atol=1e-9)
+    assert settings["environment"] == "wall"
+    assert settings["parameters"]["stiffness"] == window.studio.values["stiffness"]
+
+
+def test_the_ranges_are_what_is_seen_what_lies_between_the_cursors_and_all(fed, write, tmp_path):
+    window, table = fed
+    time = window.centre.time
+    time.set_paused(True)
+    time.canvases[-1].view.setXRange(-3.0, -1.0, padding=0)
+    time.refresh()
+    cursors = time.cursors
+    cursors.show(True)
+    cursors.move(0, 4.0005)
+    cursors.move(1, 1.5005)
+    ranges = {"visible": window.export.visible, "selection": window.export.selected}
+    ranges["all"] = (-math.inf, math.inf)
+    count = {}
+    for name, stretch in ranges.items():
+        write(tmp_path / f"{name}.csv", stretch)
+        count[name] = len(read(tmp_path / f"{name}.csv")[1]["time_s"])
+    time.set_paused(False)
+    assert count == {"visible": pytest.approx(2000, abs=3), "selection": 2501, "all": len(table)}
+
+
+def test_what_was_set_is_that_at_the_end_of_the_range_and_changes_are_told(fed, write, tmp_path):
+    """What is changed after the range is not in it."""
+    window, _ = fed
+    window.export._settings.clear()
+    window.export._settings.extend([
+        (1.0, {"environment": "wall", "parameters": {"stiffness": 300.0}}),
+        (2.5, {"environment": "wall", "parameters": {"stiffness": 800.0}}),
+        (4.5, {"environment": "spring", "parameters": {}}),
+    ])  # fmt: skip
+    window.live.history.divide("Stiffness 300 → 800 N/m", 2.5)
+    window.live.history.divide("Spring", 4.5)
+    write(tmp_path / "a.csv", (2.0, 4.0))
+    settings, _ = read(tmp_path / "a.csv")
+    assert settings["parameters"] == {"stiffness": 800.0}
+    assert settings["changes"] == ["0.500 s: Stiffness 300 → 800 N/m"]
+
+
+@pytest.mark.parametrize(
+    ("name", "begins"), [("a.png", b"\x89PNG"), ("a.pdf", b"%PDF"), ("a.svg", b"<?xml"), ("a.mat", b"MATLAB")]
+)
+def test_the_ending_says_what_is_written_and_nothing_else_is_left(fed, write, tmp_path, name, begins):
+    folder = tmp_path / "there"
+    folder.mkdir()
+    assert write(folder / name, (1.0, 2.0)) == f"Saved {name}"
+    assert [path.name for path in folder.iterdir()] == [name]
+    assert (folder / name).read_bytes().startswith(begins)
+
+
+def test_what_cannot_be_written_is_one_line_and_leaves_the_file_as_it_was(fed, write, tmp_path, monkeypatch):
+    kept = tmp_path / "there" / "kept.csv"
+    kept.parent.mkdir()
+    kept.write_text("mine")
+    assert (
+        write(tmp_path / "none" / "a.csv", (1.0, 2.0))
+        == "a.csv cannot be written: No such file or directory."
+    )
+    assert write(kept.with_suffix(".xyz"), (1.0, 2.0)).startswith("An export ends in .png, .svg, .pdf, .csv")
+    assert write(kept, (90.0, 91.0)) == "There are no samples in this range."
+
+    def full(path, *_):
+        path.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setitem(export.export.WRITERS, ".csv", full)
+    assert write(kept, (1.0, 2.0)) == "kept.csv cannot be written: No space left on device."
+    assert [path.read_text() for path in kept.parent.iterdir()] == ["mine"]
+
+
+def test_a_copied_picture_is_that_of_the_file(fed, write, tmp_path, qtbot):
+    window, _ = fed
+    write(tmp_path / "a.png", window.export.visible)
+    with qtbot.waitSignal(window.export.said):
+        window.actions_by_key.run("session.copy_picture")
+    copied = QGuiApplication.clipboard().image().convertToFormat(QImage.Format.Format_RGB32)
+    assert copied == QImage(str(tmp_path / "a.png")).convertToFormat(QImage.Format.Format_RGB32)
