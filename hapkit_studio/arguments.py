@@ -19,6 +19,13 @@ def window_parser() -> LineParser:
     parser = LineParser(prog="hapkit-studio", description="The studio's window.")
     parser.add_argument("--environment", help="environment to begin with; without it all is as it was left")
     parser.add_argument("--device", default="simulated", help="device to begin with")
+    parser.add_argument(
+        "--demo",
+        nargs="?",
+        const="",
+        metavar="NAME",
+        help="play a demo, or the one in a file; alone, the first",
+    )
     parser.add_argument("--replay", type=Path, metavar="FILE", help="recorded session to begin with")
     parser.add_argument("--theme", choices=("system", "light", "dark", "contrast"), help="light or dark")
     parser.add_argument("--size", type=size, metavar="WxH", help="window size in pixels, e.g. 1280x720")

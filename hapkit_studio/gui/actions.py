@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Qt
@@ -10,7 +11,7 @@ from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar
 
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui import pages
+from hapkit_studio.gui import demos, pages
 from hapkit_studio.gui.editor.code_page import CYCLES, CYCLES_KEY
 from hapkit_studio.gui.header import fill_frames_menu, fill_menu
 from hapkit_studio.gui.live.time_view import SPANS
@@ -32,10 +33,11 @@ _RULE_BEFORE = {
     "session.quit",
     "view.live",
     "view.lock",
-    "view.panel",
+    "view.projector",
     "device.zero",
     "environment.reset",
     "environment.new",
+    "teach.open_demo",
     "help.about",
 }
 
@@ -108,6 +110,17 @@ def _has_law(window: "MainWindow") -> bool:
     return window.editor.path is not None
 
 
+def _demo(name: str, path: Path) -> Action:
+    words = f"Demo: {demos.title(path)}"
+    return Action(f"teach.demo.{name}", words, "Teach", lambda w: w.play_demo(path), enabled=_may_play)
+
+
+def _may_play(window: "MainWindow") -> bool:
+    studio = window.studio
+    free = window.demos.possible and studio.fault is None and not _replays(window)
+    return free and (not studio.stopped or studio.held)
+
+
 def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
     """Return all actions, one per environment among them."""
     views = [("live", "Live"), *((tab.key, tab.title) for tab in pages.discover().values())]
@@ -125,6 +138,8 @@ def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
         ),
         *_ENVIRONMENT,
         *_CLASSROOM,
+        *(_demo(name, path) for name, path in demos.shipped().items()),
+        *_TEACH,
         *_HELP,
     )  # fmt: skip
 
@@ -227,6 +242,14 @@ _EDIT = (
 )  # fmt: skip
 
 
+def _value(place: int, words: str, steps: int, key: str, *extra: str) -> Action:
+    """Return an action that changes one of the projector's values by some steps."""
+    return Action(
+        f"view.{words.lower().replace(' ', '_')}", words, "View",
+        lambda w: w.projector.card.step(place, steps), key, enabled=lambda w: w.projector.on, extra=extra,
+    )  # fmt: skip
+
+
 _VIEW = (
     *_one_of(
         "view.theme", "View/Theme", [(mode, words, "") for mode, words in THEMES.items()],
@@ -254,6 +277,14 @@ _VIEW = (
         checked=lambda w: w.centre.view.locked,
     ),
     Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
+    Action(
+        "view.projector", "Projector", "View", lambda w: w.projector.toggle(), "F11",
+        enabled=_open, checked=lambda w: w.projector.on,
+    ),
+    _value(0, "First value up", 1, "+", "="),
+    _value(0, "First value down", -1, "-"),
+    _value(1, "Second value up", 1, "Ctrl++", "Ctrl+="),
+    _value(1, "Second value down", -1, "Ctrl+-"),
     Action("view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
     Action(
         "view.single_keys", "Single-letter keys", "View", lambda w: w.toggle_single_keys(),
@@ -343,6 +374,15 @@ _CLASSROOM = (
     Action(
         "teach.blind", "Compare A and B blind", "Teach", lambda w: w.blind.begin(),
         enabled=lambda w: _open(w) and w.two.comparable,
+    ),
+)  # fmt: skip
+
+
+_TEACH = (
+    Action("teach.open_demo", "Open demo…", "Teach", lambda w: w.open_demo(), enabled=_may_play),
+    Action(
+        "teach.end_demo", "End demo", "Teach", lambda w: w.demos.end(),
+        enabled=lambda w: w.demos.demo is not None,
     ),
 )  # fmt: skip
 

@@ -14,7 +14,7 @@ from hapkit_studio import devices
 from hapkit_studio.arguments import window_parser
 from hapkit_studio.environments import named
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui import prepare, session
+from hapkit_studio.gui import demos, prepare, session
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import theme
@@ -74,6 +74,8 @@ def build(options: argparse.Namespace) -> MainWindow:
     if key is not None:
         studio.choose(key)
     window.history.forget()
+    if options.demo is not None:
+        window.demos.play(demos.read(demos.named(options.demo), studio.environments))
     if not options.screenshot:
         window.closed.connect(partial(session.save, window))
     _place(window, options.size)

@@ -6,6 +6,14 @@ All sizes are device-independent pixels at the usual scale; in a large window ev
 # a window larger than this, both ways, has all of it larger by the same factor, in steps
 LARGE, _STEPS, _LARGEST = (1600, 900), 10, 2.5
 
+# a projector's picture: twice as large on a screen of this size, the scene with so much of the height
+PROJECTED, _TWICE, _PROJECTED_LARGEST, _PROJECTED_SCENE = (1920, 1080), 2.0, 4.0, 0.367
+_FREE_FOR_FEW_PLOTS = 230
+PROJECTED_PHASE, PROJECTED_VALUES = 0.32, 0.21
+"""Of the width: the force–position plot, the card of values."""
+FRAME = 2
+"""px of a thin line there."""
+
 GAP = 12
 """Between cards, and around them."""
 
@@ -37,6 +45,17 @@ def scale(width: int, height: int) -> float:
     """Return how many times larger than usual everything is in a window of so many px."""
     room = min(width / LARGE[0], height / LARGE[1])
     return min(max(int(_STEPS * room) / _STEPS, 1.0), _LARGEST)
+
+
+def projected_scale(width: int, height: int) -> float:
+    """Return how many times larger than usual everything is on a projector of so many px."""
+    room = _TWICE * min(width / PROJECTED[0], height / PROJECTED[1])
+    return min(max(int(_STEPS * room + 1e-6) / _STEPS, 1.0), _PROJECTED_LARGEST)
+
+
+def projected_scene(window: int, free: int) -> int:
+    """Return the scene's height on a projector in a window of a height with so much free in its centre."""
+    return max(min(round(_PROJECTED_SCENE * window), free - _FREE_FOR_FEW_PLOTS), SCENE_LEAST)
 
 
 def gallery_width(window: float, gallery: float, panel: float) -> float:

@@ -226,8 +226,27 @@ class Header(QWidget):
         self.panel.hide()
         self.stop = StopButton(studio)
         parts = (self.devices, (self.tabs, 1), self.panel, self.pause, self.record, 4, self.stop)
-        row = across(*parts, into=self, margins=(12, 0, 12, 0), gap=12)
-        row.setAlignment(self.tabs, Qt.AlignmentFlag.AlignBottom)
+        self._row = across(*parts, into=self, margins=(12, 0, 12, 0), gap=12)
+        self._row.setAlignment(self.tabs, Qt.AlignmentFlag.AlignBottom)
+        self._projected: tuple[QWidget, ...] = ()
+        self._on_projector = False
+
+    def hold(self, title: QWidget, leave: QWidget) -> None:
+        """Take in what stands on a projector in place of device, views and Record; hidden until then."""
+        row = self._row
+        row.insertWidget(0, title, 1)
+        row.insertWidget(row.count() - 2, leave)
+        self._projected = title, leave
+        self.project(False)
+
+    def project(self, on: bool) -> None:
+        """Show what a projector shows, or the usual."""
+        self._on_projector = on
+        mark(self, "projected", on)
+        for part in self._projected:
+            part.setVisible(on)
+        for part in (self.devices, self.tabs, self.record):
+            part.setHidden(on)
 
     def show_paused(self, paused: bool) -> None:
         """Offer Resume while the plots are held."""
@@ -251,11 +270,11 @@ class Header(QWidget):
 
     @property
     def _compact(self) -> bool:
-        return self.width() < theme.px(breakpoints.TABS_APART)
+        return not self._on_projector and self.width() < theme.px(breakpoints.TABS_APART)
 
     @property
     def _has_caps(self) -> bool:
-        return self.width() >= theme.px(breakpoints.KEY_CAPS)
+        return self._on_projector or self.width() >= theme.px(breakpoints.KEY_CAPS)
 
     def resizeEvent(self, event) -> None:
         for button in (self.pause, self.record, self.panel):

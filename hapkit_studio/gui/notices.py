@@ -25,7 +25,7 @@ HOLD_MS = 2000
 _STOPPED = "Stopped. Force is zero.", "Release when the handle is free.", "Release E-stop", "danger"
 _WAITS = (
     "Stopped until you press Render.",
-    "Environment and values are those of the last start: look at them first.",
+    "Environment and values are those of the last start, or of a demo: look at them first.",
     "Render",
     "warn",
 )

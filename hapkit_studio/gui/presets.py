@@ -25,7 +25,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 class PresetError(ParameterError):
-    """A file is no preset; ``lines`` says why, one line for each thing that is wrong."""
+    """A file is no preset, or no demo; ``lines`` says why, one line for each thing that is wrong."""
 
     def __init__(self, lines: list[str]):
         self.lines = [line if len(line) <= _LONGEST else f"{line[:_LONGEST]}…" for line in lines]
@@ -63,23 +63,28 @@ def write(environment: Environment, name: str, settings: Settings) -> Path:
 def read(path: str | Path, environments: Mapping[str, Environment]) -> Settings:
     """Return the settings in a preset, checked against its environment; raise PresetError."""
     path = Path(path)
+    table = load(path, "preset")
+    key = table.pop("environment", None)
+    if not isinstance(key, str) or key not in environments:
+        raise PresetError([f"{path.name} is no preset: the environment {key!r} is not known here."])
+    return checked(table, environments[key])
+
+
+def load(path: Path, kind: str) -> dict[str, Any]:
+    """Return the table in a small file that should be a preset or of another kind; raise PresetError."""
     try:
         with path.open("rb") as file:
             text = file.read(MOST_BYTES + 1)
         if len(text) > MOST_BYTES:
             raise ValueError(f"it has more than {MOST_BYTES // 1024} KiB")
-        table = tomllib.loads(text.decode())
+        return tomllib.loads(text.decode())
     except OSError as error:
         raise PresetError([f"Cannot read {path.name}: {error.strerror}."]) from None
     except (ValueError, RecursionError) as error:
-        raise PresetError([f"{path.name} is no preset: {error}."]) from None
-    key = table.pop("environment", None)
-    if not isinstance(key, str) or key not in environments:
-        raise PresetError([f"{path.name} is no preset: the environment {key!r} is not known here."])
-    return _checked(table, environments[key])
+        raise PresetError([f"{path.name} is no {kind}: {error}."]) from None
 
 
-def _checked(table: dict[str, Any], environment: Environment) -> Settings:
+def checked(table: dict[str, Any], environment: Environment) -> Settings:
     """Return what a table sets; raise PresetError with everything that is wrong in it."""
     wrong = [f"{key!r} is not known in a preset." for key in table if key not in ("values", "loop")]
     settings: Settings = {ENVIRONMENT: environment.key}
@@ -89,7 +94,7 @@ def _checked(table: dict[str, Any], environment: Environment) -> Settings:
         try:
             if name not in known:
                 raise ParameterError(f"{environment.title} has no parameter {name!r}.")
-            given[name] = _number(known[name], value)
+            given[name] = number(known[name], value)
         except ParameterError as error:
             wrong.append(str(error))
     loop = dict(_items(table, "loop", wrong))
@@ -117,7 +122,7 @@ def _items(table: dict[str, Any], name: str, wrong: list[str]) -> Iterator[tuple
     yield from part.items()
 
 
-def _number(parameter: AnyParameter, value: object) -> float:
+def number(parameter: AnyParameter, value: object) -> float:
     """Return a value as the law takes it: options stand in a file by their names; raise ParameterError."""
     if isinstance(parameter, Choice) != isinstance(value, str):
         wanted = f"one of {', '.join(parameter.options)}" if isinstance(parameter, Choice) else "a number"
@@ -129,9 +134,9 @@ def _loop_value(name: str, loop: dict[str, Any]) -> Any:
     """Return one of a loop's values as the studio keeps it; raise ParameterError."""
     value = loop[name]
     if name in ("rate", "delay"):
-        return _number(RATE if name == "rate" else DELAY, value)
+        return number(RATE if name == "rate" else DELAY, value)
     if name == "grip":
-        return GRIP.text(_number(GRIP, value))
+        return GRIP.text(number(GRIP, value))
     if name == "estimator":
         return estimators.parse(value if isinstance(value, str) else repr(value))[0].key
     if name == "options":

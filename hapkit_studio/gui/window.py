@@ -1,6 +1,7 @@
 """The main window: its parts, how they share the room, and how they are connected."""
 
 import gc
+from pathlib import Path
 
 from PySide6.QtCore import QEvent, QObject, QSettings, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
@@ -8,12 +9,21 @@ from PySide6.QtWidgets import QAbstractButton, QApplication, QMainWindow, QSplit
 from shiboken6 import isValid
 
 from hapkit_studio.devices.hapkit import PACKET
+from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.actions import PLOT_ACTIONS, ActionSet, build_menus, table
 from hapkit_studio.gui.banners import BannerStack, Notice
 from hapkit_studio.gui.blind import BlindComparison
 from hapkit_studio.gui.command_palette import CommandPalette, FindButton
-from hapkit_studio.gui.dialogs import KeysDialog, MarkerDialog, about_dialog, priority_dialog
+from hapkit_studio.gui.demo_player import CaptionBar, DemoPlayer
+from hapkit_studio.gui.demos import read as read_demo
+from hapkit_studio.gui.dialogs import (
+    KeysDialog,
+    MarkerDialog,
+    about_dialog,
+    priority_dialog,
+    text_dialog,
+)
 from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
 from hapkit_studio.gui.energy import EnergyWatch
 from hapkit_studio.gui.flash_dialog import FlashDialog
@@ -36,14 +46,15 @@ from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.panel.two_settings import TwoSettings
+from hapkit_studio.gui.projector import Projector
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.trigger_dialog import TriggerDialog
 from hapkit_studio.gui.undo import UndoHistory
-from hapkit_studio.gui.views import Views
+from hapkit_studio.gui.views import LIVE, Views
 from hapkit_studio.gui.widgets.numbers import NumberBox
-from hapkit_studio.gui.widgets.parts import down
+from hapkit_studio.gui.widgets.parts import choose_file, down
 from hapkit_studio.gui.widgets.theme import theme
 
 _SMALLEST = (800, 560)
@@ -71,6 +82,8 @@ class MainWindow(QMainWindow):
     two: TwoSettings
     blind: BlindComparison
     display: LiveDisplay
+    demos: DemoPlayer
+    projector: Projector
     file_actions: FileActions
     editor: EditorController
     views: Views
@@ -102,6 +115,8 @@ class MainWindow(QMainWindow):
         )
         self.presets = Presets(studio, self.history, self)
         self.two = TwoSettings(studio, self.history, self)
+        self.demos = DemoPlayer(studio, self)
+        self.caption = CaptionBar(self.demos, self.body)
         self.panel = ParameterPanel(studio, self.presets, self.two, self.settings, self.body.side)
         self.loop, self.stability = self.panel.loop, self.panel.stability
         self.status, self.banners = StatusBar(self.body), BannerStack(self.body)
@@ -123,6 +138,7 @@ class MainWindow(QMainWindow):
             lambda: self.views.show("sessions"),
         )  # fmt: skip
         self.blind = BlindComparison(studio, self.two, self.views, self)
+        self.projector = Projector(self)
         self.export = LiveExport(studio, self.centre)
         self.export.said.connect(self.record_display.say)
         self.export.failed.connect(lambda why: self.record_display.show_failure("Nothing was written.", why))
@@ -197,6 +213,20 @@ class MainWindow(QMainWindow):
         from hapkit_studio.gui.export_dialog import ExportDialog  # late: keeps start-up fast
 
         ExportDialog(self.studio, self).show()
+
+    def play_demo(self, path: str | Path) -> None:
+        """Play the demo in a file where it can be seen, or say what is wrong with it."""
+        try:
+            self.demos.play(read_demo(path, self.studio.environments))
+        except ParameterError as error:
+            text_dialog(f"{Path(path).name}: nothing was played", str(error).splitlines(), self).show()
+            return
+        self.views.show(LIVE)
+        self.live.set_paused(False)
+
+    def open_demo(self) -> None:
+        """Ask for a demo's file, and play it."""
+        choose_file(self, "Open demo", "Demos (*.toml)", self.play_demo)
 
     @property
     def has_picture(self) -> bool:
@@ -304,6 +334,7 @@ class MainWindow(QMainWindow):
         for canvas in self.findChildren(Canvas):
             canvas.addActions([self.actions_by_key.qt[key] for key in PLOT_ACTIONS])
         self.stability.judged.connect(self.status.show_margin)
+        self.stability.judged.connect(self.projector.card.show_verdict)
         self.stability.ask()
         self.live.health.connect(self.stability.note_health)
         self.status.how_to_fix.connect(self.show_priority)
@@ -320,8 +351,13 @@ class MainWindow(QMainWindow):
         self.history.changed.connect(lambda: self.banners.set("undo", None))
         for signal in (self.history.refused, self.studio.refused):
             signal.connect(self._say_refused)
+        self.centre.scene.taken.connect(self.demos.end)
+        self.closed.connect(self.demos.end)
+        self.closed.connect(self.projector.end)
+        self.demos.changed.connect(self.actions_by_key.refresh)
         self.replay.changed.connect(self._show_replay)
         self.replay.failed.connect(self._say_unread)
+        self.replay.changed.connect(self.demos.end)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
         assert application is not None
@@ -354,7 +390,7 @@ class WindowLayout(QWidget):
         fill(self.inner, 1, 1, window.gallery, window.centre)
         fill(self.borders, 1, 0, self._left, self.side)
         self._beside = down((self.inner, 1), window.replay_bar, into=self._left)
-        self._column = down(window.header, (self.borders, 1), window.status, into=self)
+        self._column = down(window.header, (self.borders, 1), window.caption, window.status, into=self)
         self._place_banners(False)
         self.inner.splitterMoved.connect(self._gallery_dragged)
         self.borders.splitterMoved.connect(self._panel_dragged)
@@ -376,14 +412,19 @@ class WindowLayout(QWidget):
     def share(self) -> None:
         """Decide what gives way at this size."""
         parts, wide, px = self._window, self._window.width(), theme.px
-        theme.set_scale(breakpoints.scale(wide, parts.height()))
+        projected = parts.projector.on
+        if projected:
+            theme.set_scale(breakpoints.projected_scale(wide, parts.height()), breakpoints.FRAME)
+        else:
+            theme.set_scale(breakpoints.scale(wide, parts.height()))
+        parts.gallery.setHidden(projected)
         parts.gallery.setMinimumWidth(px(breakpoints.RAIL))
         parts.gallery.setMaximumWidth(px(breakpoints.GALLERY_MOST))
         self.side.setMinimumWidth(px(breakpoints.PANEL_NARROW))
         self.side.setMaximumWidth(px(breakpoints.PANEL_MOST))
         small = wide < breakpoints.DRAWER_WIDTH or parts.height() < breakpoints.DRAWER_HEIGHT
-        opened = not small if self._drawer_open is None else self._drawer_open
-        parts.header.panel.setVisible(small)
+        opened = not projected and (not small if self._drawer_open is None else self._drawer_open)
+        parts.header.panel.setVisible(small and not projected)
         self.side.setVisible(opened)
         self._place_banners(wide < breakpoints.BANNERS_BESIDE_PANEL and opened)
         self._column.activate()  # at once: else a frame is painted with parts of two sizes
@@ -393,6 +434,7 @@ class WindowLayout(QWidget):
         self.borders.setSizes([wide - panel - 1, panel])
         self._beside.activate()
         self.inner.setSizes([gallery, self._left.width() - gallery - 1])
+        parts.centre.lay_out()
 
     def _gallery_dragged(self, place: int, _handle: int) -> None:
         """Take a width that shows all words, or a rail."""

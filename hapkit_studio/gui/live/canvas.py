@@ -17,6 +17,7 @@ _LOOSE = 1.15  # a fitted range, as a multiple of the data's
 _OVERHANG = 40  # px a label may stand out beside the frame
 _TICKS = {"left": (5, 15.0), "bottom": (6, 56.0)}  # how many at most; px from one label to the next
 Numbers = TypeVar("Numbers", float, np.ndarray)
+LABEL = 12  # px at the usual scale: half of the last label
 RIGHT = 16  # px kept free beside the frame, for the last label and the mark of now
 
 
@@ -131,8 +132,8 @@ class Canvas(pg.GraphicsView):
         self.bottom, self.left = Axis("bottom", unit), Axis("left")
         self._left_width = left_width
         self.bottom.setVisible(bottom)
-        ground = pg.GraphicsWidget()  # pyqtgraph's own plot makes a hundred widgets for menus with each
-        ground.setContentsMargins(0, 0, RIGHT, 0 if bottom else 1)
+        # pyqtgraph's own plot makes a hundred widgets for menus with each
+        ground = self._ground = pg.GraphicsWidget()
         self.view = pg.ViewBox(parent=ground, enableMenu=False)
         grid = QGraphicsGridLayout(ground)
         grid.setContentsMargins(1, 1, 1, 1)
@@ -163,6 +164,8 @@ class Canvas(pg.GraphicsView):
 
     def recolor(self) -> None:
         """Take the theme's colours, fonts and sizes."""
+        beside = max(RIGHT, theme.px(LABEL))
+        self._ground.setContentsMargins(0, 0, beside, 0 if self.bottom.isVisible() else 1)
         self.left.setWidth(theme.px(self._left_width))
         self.bottom.setHeight(theme.px(self.below))
         for axis in (self.left, self.bottom):
@@ -229,7 +232,7 @@ class Canvas(pg.GraphicsView):
         painter.restore()
         painter.setPen(QPen(theme.color("grid"), 1))
         painter.drawLines(self._grid)
-        painter.setPen(QPen(theme.color("line"), 1))
+        painter.setPen(QPen(theme.color("line"), theme.frame))
         painter.drawRect(box)
 
     def drawForeground(self, painter: QPainter, rect: QRectF) -> None:

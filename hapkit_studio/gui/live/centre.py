@@ -25,7 +25,8 @@ def card(parent: QWidget, *widgets: QWidget, edge: int = 0) -> QFrame:
     """Return a card with widgets one below the other; the last one takes the room."""
     frame = QFrame(parent)
     frame.setProperty("card", True)
-    down(*widgets[:-1], (widgets[-1], 1), into=frame, margins=(edge,) * 4)
+    if widgets:
+        down(*widgets[:-1], (widgets[-1], 1), into=frame, margins=(edge,) * 4)
     return frame
 
 
@@ -139,12 +140,13 @@ class Centre(QWidget):
         self.phase_card = card(self.columns, self.phase)
         self.held = HeldTraces(self)
         self.time_card = card(self.columns, self.toolbar, line, HeldList(self.held), self.stack, edge=_EDGE)
-        self._narrow, self._settings = False, settings
+        self._line, self.values_card = line, card(self.columns)
+        self._narrow, self._settings, self._projected = False, settings, False
         self._page: QWidget | None = None
         self._shows_scene, self._is_law = True, False
         self._scene_height = remembered(settings, "scene_height", 0)  # 0: nobody dragged it
         self._phase_width = remembered(settings, "phase_width", 0)
-        fill(self.columns, GAP, 0, self.time_card, self.phase_card)
+        fill(self.columns, GAP, 0, self.time_card, self.phase_card, self.values_card)
         fill(self.rows, GAP, 1, self.scene_card, self.columns)
         down(self.rows, into=self, margins=(GAP,) * 4)
         self.scene.set_hint(not settings.value("dragged", False, bool))
@@ -163,7 +165,8 @@ class Centre(QWidget):
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self.lay_out()
+        if not theme.refreshing:  # a part that moves takes its border with it; the window lays out afterwards
+            self.lay_out()
 
     def lay_out(self) -> None:
         """Share out the room; another scene may want another height."""
@@ -177,16 +180,43 @@ class Centre(QWidget):
         law = self._is_law if page else None
         usual = breakpoints.scene_height(self.scene.wanted_height, width, round(free / theme.scale), law)
         height = px(usual if page or not self._scene_height else self._scene_height)
+        if self._projected and not page:
+            window = round(self.window().height() / theme.scale)
+            height = px(breakpoints.projected_scene(window, round(free / theme.scale)))
         self.scene_card.setMinimumHeight(px(breakpoints.SCENE_LEAST) + 2 * _EDGE)
         self.scene_card.setVisible(self._shows_scene)
         self.time_card.setVisible(not page)
+        self.values_card.setVisible(self._projected and not page)
         if not narrow:
             self.phase_card.setVisible(not page or (self._is_law and width >= breakpoints.LAW_BESIDE))
         self.rows.setSizes([height + 2 * _EDGE, free - height - 2 * _EDGE])
         if not narrow:
-            phase = px(self._phase_width or breakpoints.phase_width(width))
-            others = self.columns.count() - 1
-            self.columns.setSizes([self.columns.width() - GAP - phase] * others + [phase])
+            self._share_columns(width)
+
+    def _share_columns(self, width: int) -> None:
+        """Share out the width among what stands below the scene; a page has that of the time plots."""
+        phase, values = self._phase_width or breakpoints.phase_width(width), 0.0
+        if self._projected:
+            phase, values = breakpoints.PROJECTED_PHASE * width, breakpoints.PROJECTED_VALUES * width
+        widths: dict[QWidget | None, int] = {
+            self.phase_card: theme.px(phase),
+            self.values_card: theme.px(values),
+        }
+        rest = self.columns.width() - sum(widths.values()) - GAP * (2 if self._projected else 1)
+        columns = map(self.columns.widget, range(self.columns.count()))
+        self.columns.setSizes([widths.get(part, rest) for part in columns])
+
+    def hold(self, values: QWidget) -> None:
+        """Take in what a projector shows beside the plots; hidden until then."""
+        down(values, into=self.values_card)
+
+    def project(self, on: bool) -> None:
+        """Show what can be read from afar, or everything."""
+        self._projected = on
+        for part in (self.toolbar, self._line):
+            part.setHidden(on)
+        self.time.set_fewest(on)
+        self.lay_out()
 
     def add_page(self, page: QWidget) -> None:
         """Give a page its place beside the plots', out of sight for now."""
@@ -214,11 +244,13 @@ class Centre(QWidget):
                 plots.refresh()
 
     def _scene_dragged(self) -> None:
-        if self._page is None:
+        if self._page is None and not self._projected:
             self._scene_height = (self.scene_card.height() - 2 * _EDGE) / theme.scale
             self._settings.setValue("scene_height", self._scene_height)
 
     def _phase_dragged(self) -> None:
+        if self._projected:
+            return
         self._phase_width = self.phase_card.width() / theme.scale
         self._settings.setValue("phase_width", self._phase_width)
 
@@ -231,7 +263,7 @@ class Centre(QWidget):
             self.stack.setCurrentIndex(self.toolbar.views.index)
         else:
             self.stack.removeWidget(self.phase_card)
-            self.columns.addWidget(self.phase_card)
+            self.columns.insertWidget(self.columns.indexOf(self.values_card), self.phase_card)
             self.phase_card.show()
         self.phase_card.style().unpolish(self.phase_card)
         self.phase_card.style().polish(self.phase_card)

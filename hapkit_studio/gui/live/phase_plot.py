@@ -62,7 +62,7 @@ class ForcePosition(QWidget):
         self.cursors = CursorCard(cursors)
         self.cursors.fitted.connect(self.canvas.show_line)
         self.cursors.unfolded.connect(lambda: self._stack.setHidden(self.cursors.covers))
-        down(head, self.note, (self._stack, 1), self.cursors, into=self, margins=(0, 0, 0, 6))
+        down(head, self.note, (self._stack, 1), self.cursors, into=self, margins=(2, 0, 2, 8))
         self._later = QTimer(self, singleShot=True, interval=_DEBOUNCE_MS)
         self._later.timeout.connect(self._compute)
 

@@ -23,6 +23,8 @@ from hapkit_studio.gui.live.time_view import SPANS, TimeView
 from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.theme import number, theme
 
+FEWEST = 2
+"""Plots that are shown on a projector."""
 LEAST = 0.25
 """s without data from which on it is marked."""
 _BESIDE = 6
@@ -331,6 +333,7 @@ class TimePlots(QWidget):
         self.plots = time_plots() if plots is None else plots
         self.view = TimeView(self) if view is None else view
         self.shown, self.cursors = PlotState(self.view), Cursors(self.view, self)
+        self._fewest = False
         self._shades = False
         self._environment: Environment | None = None
         self._values: Mapping[str, float] = {}
@@ -504,9 +507,17 @@ class TimePlots(QWidget):
         self.shown.pointer = time
         self.refresh()
 
+    def set_fewest(self, on: bool) -> None:
+        """Fold what folds first however much room there is, or only where there is little."""
+        self._fewest = on
+        self._share_out()
+
     def resizeEvent(self, event) -> None:
         """Share out the height; fold what may be folded when there is little."""
         super().resizeEvent(event)
+        self._share_out()
+
+    def _share_out(self) -> None:
         margins = self._column.contentsMargins()
         room = self.height() - margins.top() - margins.bottom()
         folded = self._folded(room)
@@ -523,6 +534,6 @@ class TimePlots(QWidget):
         """Return which plots fold away in a height in px."""
         shown = list(self.plots)
         for plot in sorted((p for p in self.plots if p.folds), key=lambda p: p.folds):
-            if room < len(shown) * (HEIGHT + _LEAST_HEIGHT) + _AXIS:
+            if (self._fewest and len(shown) > FEWEST) or room < len(shown) * (HEIGHT + _LEAST_HEIGHT) + _AXIS:
                 shown.remove(plot)
         return [plot not in shown for plot in self.plots]

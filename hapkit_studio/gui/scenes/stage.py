@@ -20,7 +20,7 @@ Place = tuple[float, float]
 HALF_TRAVEL = 50.0  # mm
 _BESIDE = 4.0  # px between words
 _FAR = 1000.0  # mm: what is farther, or no place at all, is drawn there, out of sight
-_CORNER = 7.0  # px: the inside of a card's corner
+_CORNER = 8.0  # px: of a card
 
 
 class Stage:
@@ -160,7 +160,8 @@ class Stage:
     def ground(self) -> None:
         """Draw the scene's ground and its faint lines every 10 mm."""
         outline = QPainterPath()
-        outline.addRoundedRect(QRectF(0, 0, self.width, self.height), _CORNER, _CORNER)
+        inside = theme.px(_CORNER) - theme.frame
+        outline.addRoundedRect(QRectF(0, 0, self.width, self.height), inside, inside)
         self.p.fillPath(outline, theme.color("scene"))
         pen = QPen(theme.color("scenegrid"), 1)
         for mm in range(-50, 51, 10):

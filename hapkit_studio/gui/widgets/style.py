@@ -22,7 +22,7 @@ def apply(app: QApplication) -> None:
 def stylesheet() -> str:
     """Return assets/style.qss with the tokens (@name) and icons (%name%) of the theme in force filled in.
 
-    Sizes in px grow with the theme's scale; thin lines stay.
+    Sizes in px grow with the theme's scale, thin lines with its frame.
     """
     text = resources.path("style.qss").read_text(encoding="utf-8")
     text = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
@@ -32,7 +32,7 @@ def stylesheet() -> str:
 
 
 def _grown(size: int) -> int:
-    return theme.px(size) if size > _THIN else size
+    return theme.px(size) if size > _THIN else size * theme.frame
 
 
 def mark(widget: QWidget, name: str, value: object) -> None:

@@ -27,7 +27,7 @@ ROLES = {
 class Theme(QObject):
     """Holds the mode in force, ``tokens`` as "#RRGGBB"; ``changed`` fires after every switch.
 
-    scale: how many times larger than usual everything is drawn.
+    scale: how many times larger than usual everything is drawn; frame: how many px wide a thin line is.
     """
 
     changed = Signal()
@@ -36,7 +36,9 @@ class Theme(QObject):
         super().__init__()
         self.mode = "system"
         self.name = "light"
-        self.scale = 1.0
+        self.scale, self.frame = 1.0, 1
+        self.refreshing = False
+        """Whether Qt styles all widgets anew: until that is done none may be deleted."""
         self.tokens = table("light")
         self._fonts: dict[str, QFont] = {}
         self._app: QApplication | None = None
@@ -70,10 +72,10 @@ class Theme(QObject):
         self.mode = mode
         self._switch(self._system() if mode == "system" else mode)
 
-    def set_scale(self, scale: float) -> None:
-        """Draw everything so many times larger than usual."""
-        if scale != self.scale:
-            self.scale = scale
+    def set_scale(self, scale: float, frame: int = 1) -> None:
+        """Draw everything so many times larger than usual, and thin lines so many px wide."""
+        if (scale, frame) != (self.scale, self.frame):
+            self.scale, self.frame = scale, frame
             self._refresh()
 
     def px(self, size: float) -> int:
@@ -101,7 +103,9 @@ class Theme(QObject):
         if self._app is not None:
             self._app.setPalette(self.palette())
             self._app.setFont(self.font("body"))
+        self.refreshing = True
         self.changed.emit()
+        self.refreshing = False
 
     def palette(self) -> QPalette:
         """Return the palette for whatever the style sheet leaves to the style."""
