@@ -75,8 +75,7 @@ class Recorder:
 
     def follow(self, engine: Engine | None) -> None:
         """Take this engine's rows from now on; None: nobody's."""
-        reader = None if engine is None else engine.reader()
-        self._jobs.put(lambda: self._change_to(engine, reader))
+        self._jobs.put(lambda: self._change_to(engine))
 
     def note(self, kind: str, what: dict[str, Any], when: float | None = None) -> None:
         """Note what happens now, or happened at a time in s of the computer's clock, a marker say."""
@@ -131,9 +130,10 @@ class Recorder:
             self._take()
             self._pack(CHUNK_SECONDS)
 
-    def _change_to(self, engine: Engine | None, reader: RingReader | None) -> None:
-        self._flush()
-        self._engine, self._reader, self._seen = engine, reader, {}
+    def _change_to(self, engine: Engine | None) -> None:
+        self._flush()  # before the next one's rows: times go on, even where both loops run
+        self._reader = None if engine is None else engine.reader()
+        self._engine, self._seen = engine, {}
 
     def _begin(self, writer: SessionWriter) -> None:
         self._flush()

@@ -62,7 +62,7 @@ def test_a_long_law_comes_whole_though_pieces_get_lost_and_a_board_without_one_i
     setup.kit.deaf = {Law: 1, Piece: 3}
     setup.go()
     assert len(setup.told(Law)) == 2
-    assert len(setup.told(Piece)) > setup.kit.loaded.size / 32 + 3
+    assert len(setup.told(Piece)) >= setup.kit.loaded.size / 32 + 3
     assert setup.kit.loaded.data == setup.engine.board_plan.program.data
     setup.kit.loaded, setup.kit.generation = None, 0
     setup.run(2)

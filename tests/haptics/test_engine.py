@@ -322,7 +322,9 @@ def test_a_person_can_have_everything(started):
     read(reader, lambda found: found[-1, rows.POSITION] == found[-1, rows.TRUE_POSITION])
     engine.set_environment(CONSTANT)
     assert engine.modelled == SimulatedHapkit()
-    with pytest.raises(ParameterError, match="The model is one of scene, everything, not 'all'"):
+    with pytest.raises(
+        ParameterError, match="The model is one of scene, everything, frictionless, not 'all'"
+    ):
         engine.set_model("all")
 
 

@@ -43,6 +43,7 @@ def wall_page(window, qtbot):
     page.real.setChecked(False)
     page.lines, page.results.all = None, []
     page._worker.forget()  # the same question may be asked again
+    page._worker._waiting.setInterval(PATIENCE_MS)  # on a busy machine answers come late
     page.bar.say("")
     page.chart.show_drawing(lambda _figure, _colors: ())
     window.views.show("stability")
