@@ -186,9 +186,13 @@ class SessionsPage(Page):
         path = self.chosen.path
 
         def add(text: str) -> None:
+            def work(_progress: Progress) -> Path:
+                add_note(path, text)
+                return path
+
             if text:
                 self.say(f"Adding a note to {path.stem}…")
-                self._noting.start(lambda _progress: add_note(path, text) or path)
+                self._noting.start(work)
 
         WordsDialog("Note", f"About {path.stem}", _LONGEST, add, self.window()).show()
 
