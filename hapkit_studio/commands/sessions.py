@@ -39,7 +39,8 @@ def _show(options: argparse.Namespace) -> Result:
         start, stop = session.starts[0], session.stops[-1]
         about = [f"{name.replace('_', ' ')}: {value}" for name, value in session.latest(ABOUT).items()]
         said = changes(session.events, start, stop)
-        return Result("\n".join([_line(session), *about, *said, *session.damage]), _facts(session))
+        notes = [f"note: {text}" for text in session.notes]
+        return Result("\n".join([_line(session), *about, *notes, *said, *session.damage]), _facts(session))
 
 
 def _export(options: argparse.Namespace) -> Result:
@@ -100,6 +101,7 @@ def _facts(session: Session) -> dict:
         "seconds": session.seconds,
         "samples": int(session.counts.sum()),
         "bytes": session.path.stat().st_size,
+        "notes": session.notes,
         "about": session.latest(ABOUT),
         "settings": session.latest(SETTINGS),
     }

@@ -1,6 +1,6 @@
 """Dialogs beside the work: keys, priority, about, markers, forms. None of them blocks the window."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
@@ -137,14 +137,16 @@ def about_dialog(parent: QWidget) -> TextDialog:
     return text_dialog("Hapkit Studio", [text, f"Version {version('hapkit-studio')}, BSD-3-Clause."], parent)
 
 
-class MarkerDialog(TextDialog):
-    """Notes the moment in which it was opened, however long the words take."""
+class WordsDialog(TextDialog):
+    """Asks for so many letters, about what is said, and hands them on."""
 
-    def __init__(self, recording: "Recording", live: "Live", parent: QWidget | None = None):
-        super().__init__("Marker", parent)
-        self._recording, self._live, self._time = recording, live, live.history.now
-        self.text = QLineEdit(maxLength=_LONGEST, placeholderText="A few words, or none")
-        self.text.setAccessibleName("Text of the marker")
+    def __init__(
+        self, title: str, about: str, most: int, take: Callable[[str], object], parent: QWidget | None
+    ):
+        super().__init__(title, parent)
+        self._take = take
+        self.text = QLineEdit(maxLength=most, placeholderText=about)
+        self.text.setAccessibleName(f"Text of the {title.lower()}")
         self.text.setMinimumWidth(320)
         self.add = primary(QPushButton("Add"))
         self.add.setDefault(True)
@@ -153,10 +155,21 @@ class MarkerDialog(TextDialog):
         self.column.addLayout(across(None, self.add, self.leave))
 
     def _add(self) -> None:
-        words = self.text.text().strip() or "Marker"
+        self._take(self.text.text().strip())
+        self.close()
+
+
+class MarkerDialog(WordsDialog):
+    """Notes the moment in which it was opened, however long the words take."""
+
+    def __init__(self, recording: "Recording", live: "Live", parent: QWidget | None = None):
+        super().__init__("Marker", "A few words, or none", _LONGEST, self._note, parent)
+        self._recording, self._live, self._time = recording, live, live.history.now
+
+    def _note(self, text: str) -> None:
+        words = text or "Marker"
         self._live.history.divide(words, self._time)
         self._recording.mark(words, self._time)
-        self.close()
 
 
 class FormDialog(TextDialog):

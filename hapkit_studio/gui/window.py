@@ -357,7 +357,7 @@ class MainWindow(QMainWindow):
         self.demos.changed.connect(self.actions_by_key.refresh)
         self.replay.changed.connect(self._show_replay)
         self.replay.failed.connect(self._say_unread)
-        self.replay.changed.connect(self.demos.end)
+        self.replay.beginning.connect(self.demos.end)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
         assert application is not None

@@ -19,6 +19,8 @@ ABOUT, SETTINGS, STOP, FAULT = "about", "settings", "stop", "fault"
 """Events of which each holds until the next of its kind."""
 MARKER = "marker"
 """An event that a person noted, with a text."""
+NOTE = "note"
+"""What a person noted on all of it afterwards, with a text."""
 MARK = 0x4861706B  # "Hapk": SQLite keeps a place in its header for an application's own
 _BLOBS = ("extremes", *(column.name for column in COLUMNS), STATE)
 _COUNTED = {"count": "INTEGER", "start": "REAL", "stop": "REAL", "states": "INTEGER"}
@@ -68,13 +70,24 @@ class SessionWriter:
             raise SessionError(f"{self.path.name} exists already: choose another name.") from None
         except OSError as error:
             raise SessionError(f"{self.path} cannot be written: {error.strerror}.") from None
-        self._database = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False)
+        self._connect()
         with self._in_words():
             for setting in (f"application_id={MARK}", f"user_version={VERSION}", "journal_mode=WAL"):
                 self._database.execute(f"PRAGMA {setting}")
             self._database.execute("PRAGMA synchronous=NORMAL")
             for table in TABLES:
                 self._database.execute(schema(table))
+
+    @classmethod
+    def reopen(cls, path: Path) -> "SessionWriter":
+        """Write more into a session that is complete."""
+        writer = cls.__new__(cls)
+        writer.path = path
+        writer._connect()
+        return writer
+
+    def _connect(self) -> None:
+        self._database = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False)
 
     def add(self, chunk: Chunk) -> None:
         """Write a chunk; raise SessionError."""

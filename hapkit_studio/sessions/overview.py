@@ -21,8 +21,8 @@ class Overview:
     """A session's file with its bytes and when it was last written (s, as time.time has it), and its content.
 
     environments: their keys in the order in which they came. markers and changes: s after the beginning, and
-    words. trace (3, n): s after the beginning, least and greatest position in m from there to the next, NaN
-    where nothing came. error: why nothing can be read.
+    words; notes are on all of it. trace (3, n): s after the beginning, least and greatest position in m from
+    there to the next, NaN where nothing came. error: why nothing can be read.
     """
 
     path: Path
@@ -35,6 +35,7 @@ class Overview:
     environments: tuple[str, ...] = ()
     markers: tuple[tuple[float, str], ...] = ()
     changes: tuple[tuple[float, str], ...] = ()
+    notes: tuple[str, ...] = ()
     damage: tuple[str, ...] = ()
     trace: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))
 
@@ -64,6 +65,7 @@ def _of(session: Session, size: int, saved: float) -> Overview:
         environments=tuple(dict.fromkeys(key for key in keys if key)),
         markers=tuple(markers),
         changes=tuple(timed_changes(session.events, start, stop)),
+        notes=session.notes,
         damage=session.damage,
         trace=_trace(session),
     )

@@ -1,23 +1,27 @@
 """A session read back: its samples between two times, what was set, and extremes to draw an hour from.
 
 Nothing in a file is trusted: one with other tables is refused; rows whose checksum, types or order are wrong
-are left out and counted. The file is never written into.
+are left out and counted. The file is never written into; a note makes a new one that takes its place.
 """
 
 import json
 import math
+import os
+import shutil
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from hapkit_studio.files import replacing
 from hapkit_studio.sessions.chunk import Chunk
 from hapkit_studio.sessions.columns import DamagedError
 from hapkit_studio.sessions.file import (
     MARK,
+    NOTE,
     TABLES,
     VERSION,
     Event,
@@ -65,6 +69,16 @@ class Session:
     def seconds(self) -> float:
         """Return how long the session is in s."""
         return float(self.stops[-1] - self.starts[0])
+
+    @property
+    def complete(self) -> bool:
+        """Say whether its recording was ended: not while it is written, nor where the program was killed."""
+        return self._database.execute("PRAGMA journal_mode").fetchone()[0] != "wal"
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Return what was noted on all of it."""
+        return tuple(str(event.what.get("text", "")) for event in self.events if event.kind == NOTE)
 
     @property
     def damage(self) -> tuple[str, ...]:
@@ -168,6 +182,25 @@ class Session:
             except sqlite3.DatabaseError:
                 self._damaged.add((table, row))
                 row, leap = row + leap, 2 * leap
+
+
+def add_note(path: Path, text: str) -> None:
+    """Note something on a session that is complete and whole; its file keeps its date. Raise SessionError."""
+    with closing(Session(path)) as session:
+        if not session.complete:
+            raise SessionError(f"{path.name} is being written, or broke off: nothing was noted.")
+        if damage := session.check():
+            raise SessionError(f"{' '.join(damage)} Nothing was noted.")
+        note = Event(float(session.stops[-1]), NOTE, {"text": text})
+    date = path.stat()
+    try:
+        with replacing(path) as part:
+            shutil.copyfile(path, part)
+            with closing(SessionWriter.reopen(part)) as writer:
+                writer.note(note)
+            os.utime(part, ns=(date.st_atime_ns, date.st_mtime_ns))
+    except OSError as error:
+        raise SessionError(f"{path.name} cannot be written: {error.strerror}.") from None
 
 
 def _check(values: Sequence, columns: dict[str, str]) -> None:

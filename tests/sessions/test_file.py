@@ -15,7 +15,7 @@ import pytest
 from hapkit_studio.haptics import rows
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import SETTINGS, Event, SessionError, SessionWriter
-from hapkit_studio.sessions.session import Session
+from hapkit_studio.sessions.session import Session, add_note
 from tests.sessions.test_chunk import QUANTUM, table
 
 CHUNKS = 20
@@ -238,3 +238,18 @@ def test_recordings_killed_at_random_moments_lose_half_a_second_at_most(tmp_path
     chance = random.Random(5)
     lost = [killed(tmp_path / f"{n}.hapkit", chance.uniform(0.8, 2.5)) for n in range(15)]
     assert max(lost) < 0.5
+
+
+@pytest.mark.parametrize("state", ["damaged", "being written"])
+def test_no_note_goes_into_what_is_damaged_or_being_written(tmp_path, state):
+    path = tmp_path / "a.hapkit"
+    written(path)
+    database = sqlite3.connect(path, isolation_level=None)
+    change = "UPDATE chunk SET velocity = x'00'" if state == "damaged" else "PRAGMA journal_mode=WAL"
+    database.execute(change)
+    before = path.read_bytes()
+    with pytest.raises(SessionError, match=r"othing was noted\.$"):
+        add_note(path, "a word")
+    assert path.read_bytes() == before
+    database.close()
+    assert not list(tmp_path.glob("*part*"))

@@ -55,6 +55,7 @@ class LiveDisplay(QObject):
         self._bar.timeout.connect(self._show_preparing)
         replay.changed.connect(self.show_source)
         replay.frame.connect(self.show_frame)
+        replay.sought.connect(lambda: centre.view.follow())
         live.frame.connect(self.show_live_frame)
         live.health.connect(self.show_health)
         live.paused_changed.connect(self.show_paused)

@@ -1,4 +1,4 @@
-"""What a person changes leaves a labelled divider in the history: one for each gesture."""
+"""What a person changes, not a replay, leaves a labelled divider in the history: one for each gesture."""
 
 from typing import TYPE_CHECKING
 
@@ -41,7 +41,7 @@ class Dividers(QObject):
     def _look(self) -> None:
         last, self._last = self._last, self._in_force()
         after = {where: new for where, new in self._last.items() if last.get(where, new) != new}
-        if not after:
+        if not after or self._live.replaying:
             return
         change, instead = ({where: last[where] for where in after}, after), None
         if self._gesture == self._undo.gesture and self._live.history.now - self._at < _RESTED:

@@ -82,7 +82,7 @@ class LiveExport(QObject):
             made = partial(_save, run=table, figure=figure, decimal=decimal)
             self._saving.start(lambda _progress: write(path, made, dict))
 
-        name = f"{run.settings['environment']}.png"
+        name = f"{run.settings.get('environment', 'export')}.png"
         dialog = choose_file(self._centre, "Export", _KINDS, save, save_as=name)
 
     def copy(self) -> None:
@@ -130,7 +130,9 @@ class LiveExport(QObject):
         window = history.between(*stretch)
         table = window.known()
         if len(table.x) < 2:
-            self.failed.emit("There are no samples in this range.")
+            many = isinstance(history, Recorded) and history.exceeds(*stretch)
+            many_words = "There are too many samples in this range. The view Sessions exports them."
+            self.failed.emit(many_words if many else "There are no samples in this range.")
             return None
         begin, end = float(table.x[0]), float(table.x[-1])
         was = history.described(end) if isinstance(history, Recorded) else self._set_at(end)
@@ -145,7 +147,7 @@ class LiveExport(QObject):
 
         changes = {"changes": [f"{when:.3f} s: {words}" for when, words in marks]}
         y, unknown = window.y, np.full(len(window.x), np.nan)
-        environment = self._studio.environments.get(was["environment"])
+        environment = self._studio.environments.get(was.get("environment", ""))
         name = environment.moves.name if environment is not None and environment.moves else OBJECT
         return Run(
             time=window.x - zero,

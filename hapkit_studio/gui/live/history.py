@@ -189,6 +189,10 @@ class History:
         """Return every sample with t0 <= time < t1."""
         return self._samples(*self._indices(np.array([t0, t1])))
 
+    def drawn(self, t0: float, t1: float) -> Window:
+        """Return what is to be drawn of t0 <= time < t1 point by point: every sample."""
+        return self.between(t0, t1)
+
     def at(self, time: float) -> dict[str, float] | None:
         """Return every channel's value at the last sample up to a time in s; None before the first."""
         i = self._begin + int(np.searchsorted(self._time[self._begin : self._end], time, side="right")) - 1

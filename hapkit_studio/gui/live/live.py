@@ -121,15 +121,16 @@ class Live(QObject):
         return self.history.now
 
     def _divide(self) -> None:
-        """Note in the history that another environment comes into force; it begins once it has done so.
+        """Note in the history that another environment comes into force, unless a replay puts it there.
 
-        It is seen at once: what stood while paused was the other's.
+        Its samples begin once it has done so. It is seen at once: what stood while paused was the other's.
         """
         self.set_paused(self.paused and self.replaying)
         self._changing = True  # what came until now is the other's
         self._take()
         last = self.history.before(self._studio.environment_since)
-        self.history.divide(self._studio.environment.title, None if math.isnan(last) else last)
+        words = "" if self.replaying else self._studio.environment.title
+        self.history.divide(words, None if math.isnan(last) else last)
         self.history.begin_anew()
         self._changing = True
 

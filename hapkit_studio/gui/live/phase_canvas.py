@@ -213,7 +213,7 @@ class PhaseCanvas(Canvas):
 
     def _since(self, start: float) -> Window:
         """Return the samples shown from a time in s on."""
-        return self._seen.history.between(max(start, self._first()), math.nextafter(self._now, math.inf))
+        return self._seen.history.drawn(max(start, self._first()), math.nextafter(self._now, math.inf))
 
     def _recent(self) -> Window:
         return self._since(self._now - SECONDS)

@@ -6,15 +6,18 @@ for; a longer one from the extremes that the file keeps of every block.
 
 import math
 from bisect import bisect_right
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from hapkit_studio.gui.live.history import CHANNELS, ENERGIES, History, Window
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.gui.environment_library import usable
+from hapkit_studio.gui.live.history import CHANNELS, ENERGIES, OBJECT, History, Window
 from hapkit_studio.haptics import rows
-from hapkit_studio.sessions.chunk import BLOCK, DRAWN, EVERY, unpack
+from hapkit_studio.sessions.chunk import BLOCK, DRAWN, EVERY, STATE, unpack
 from hapkit_studio.sessions.columns import DamagedError
 from hapkit_studio.sessions.file import ABOUT, MARKER, SETTINGS
 from hapkit_studio.sessions.session import Session
@@ -25,7 +28,7 @@ READ_AT_ONCE = 1 << 19
 """The most samples that are given one by one: two minutes at 4 kHz."""
 _HASTY = 1.0  # s
 _GAP = 0.25  # s without a sample: lines break, as the recorder begins another chunk
-_PLOTTED = ("tick", "time", "flags", *CHANNELS)
+_PLOTTED = ("tick", "time", "flags", *CHANNELS, STATE)
 _UNKNOWN = History(0.0, 0.0).latest()
 _NONE = np.empty((0, rows.ROW_WIDTH))
 _CHUNKS = 32  # that are kept unpacked to read single samples from
@@ -35,13 +38,16 @@ class Recorded(History):
     """A session's samples by the recording computer's clock; ``now`` is where a replay stands.
 
     What came after now is not hidden: a cursor may stay there. While it is not ``complete``, as where it is
-    dragged along, it reads no more than the newest second.
+    dragged along, it is drawn from the extremes of blocks alone.
     """
 
-    def __init__(self, session: Session):
-        """Prepare what an hour is drawn from; takes a while, and can be done in a thread."""
+    def __init__(self, session: Session, environments: Mapping[str, Environment] | None = None):
+        """Prepare what an hour is drawn from; takes a while, and can be done in a thread.
+
+        environments: by key those that know where their object is.
+        """
         super().__init__(READ_AT_ONCE, 1.0)
-        self.session = session
+        self.session, self._environments = session, environments or {}
         self._now = self.start
         self._held = 0, 0  # the chunks whose samples are read: first, and the one after the last
         self._blocks = _blocks(session)
@@ -117,14 +123,22 @@ class Recorded(History):
     def between(self, t0: float, t1: float) -> Window:
         """Return every sample with t0 <= time < t1, up to now where t1 is endless; none of too many."""
         end = math.nextafter(self._now, math.inf) if math.isinf(t1) else t1
-        if not self.complete and not self._holds(*self._chunks(t0, end)):
-            t0 = max(t0, end - _HASTY)
         return super().between(t0, end) if self._hold(t0, end, READ_AT_ONCE) else super().between(0.0, 0.0)
+
+    def exceeds(self, t0: float, t1: float, most: int = READ_AT_ONCE) -> bool:
+        """Say whether there are too many samples from t0 to t1 in s to be given one by one."""
+        first, last = self._chunks(t0, t1)
+        return bool(self.session.counts[first:last].sum() > most)
+
+    def drawn(self, t0: float, t1: float) -> Window:
+        """Return what ``between`` does, while it is not complete the newest second by extremes of blocks."""
+        ours = self._reads(t0, t1)
+        return self.between(t0, t1) if ours else self._blocks.between(max(t0, t1 - _HASTY), t1)
 
     def window(self, edges: np.ndarray) -> Window:
         """Return what ``History`` does, of a long stretch by the extremes of blocks."""
         ends = edges[0], edges[-1]
-        ours = (self.complete or self._holds(*self._chunks(*ends))) and self._hold(*ends, PICTURED)
+        ours = self._reads(*ends) and self._hold(*ends, PICTURED)
         return super().window(edges) if ours else self._blocks.window(edges)
 
     def at(self, time: float) -> dict[str, float] | None:
@@ -132,7 +146,8 @@ class Recorded(History):
         row = self._row(time, "right")
         if row is None:
             return None
-        return {**_UNKNOWN, **{name: float(row[place]) for name, place in CHANNELS.items()}}
+        known = {name: float(row[place]) for name, place in CHANNELS.items()}
+        return {**_UNKNOWN, **known, OBJECT: float(self._places(row[None])[0])}
 
     def before(self, time: float) -> float:
         """Return the time of the last sample before a time, both in s; NaN before the first."""
@@ -149,6 +164,22 @@ class Recorded(History):
         return math.nan
 
     # reading
+
+    def _places(self, samples: np.ndarray) -> np.ndarray:
+        """Return where the object was (n,) in m in rows with their state, NaN where there was none."""
+        times = samples[:, rows.HOST_TIME]
+        places = np.full(len(times), math.nan)
+        cuts = np.unique([0, *np.searchsorted(times, self._times), len(times)])
+        for first, last in pairwise(cuts):
+            what, some = self._set_at(times[first]), samples[first:last]
+            environment = self._environments.get(str(what.get("environment", "")))
+            names = what.get("state_names")
+            if environment is None or (names is not None and tuple(names) != environment.state_names):
+                continue  # its law is not there, or keeps something else by now
+            values = usable(environment, dict(what.get("parameters", {})))
+            found = environment.place(values, some[:, rows.POSITION], some[:, rows.STATE :])
+            places[first:last] = math.nan if found is None else found
+        return places
 
     def _chunk(self, time: float, side: Any) -> int:
         """Return the last chunk that began up to a time ("right") or before it ("left"), -1 if none."""
@@ -172,6 +203,10 @@ class Recorded(History):
         first = max(int(np.searchsorted(stops, t0)) - 1, 0)
         return first, min(int(np.searchsorted(starts, t1)) + 1, len(starts))
 
+    def _reads(self, t0: float, t1: float) -> bool:
+        """Say whether samples may be drawn: all, while it is not complete those that are there."""
+        return self.complete or self._holds(*self._chunks(t0, t1))
+
     def _holds(self, first: int, last: int) -> bool:
         begun, ended = self._held
         return begun <= first and last <= ended
@@ -179,7 +214,7 @@ class Recorded(History):
     def _hold(self, t0: float, t1: float, most: int) -> bool:
         """Have all samples from t0 to t1, and one more at each side; return False where they are too many."""
         first, last = self._chunks(t0, t1)
-        if self.session.counts[first:last].sum() > most:
+        if self.exceeds(t0, t1, most):
             return False
         begun, ended = self._held
         if not self._holds(first, last):
@@ -189,7 +224,7 @@ class Recorded(History):
                 begun = ended = first
             for number in range(ended, last):
                 new = self._read(number, _PLOTTED)
-                self.append(new, np.full((len(new), len(ENERGIES)), math.nan))
+                self.append(new, np.full((len(new), len(ENERGIES)), math.nan), self._places(new))
             self._held = begun, last
         return True
 

@@ -37,8 +37,12 @@ class Replay(QObject):
     and is set upon what was set before it.
     """
 
+    beginning = Signal()
+    """Whatever else moves settings is to end now: what is set then comes back afterwards."""
     changed = Signal()
     moved = Signal()
+    sought = Signal()
+    """A person has gone to another place."""
     frame = Signal(object, bool)
     failed = Signal(str)
 
@@ -75,7 +79,8 @@ class Replay(QObject):
 
     def open(self, path: Path) -> None:
         """Read a session in a thread, then show it from its beginning; ``failed`` says why it cannot be."""
-        self._reading.start(lambda _progress: Recorded(Session(path)))
+        known = dict(self._studio.environments)
+        self._reading.start(lambda _progress: Recorded(Session(path), known))
 
     def close(self) -> None:
         """Show the device again, with the settings of before; what a person has set meanwhile stays set."""
@@ -126,6 +131,7 @@ class Replay(QObject):
             self.history.complete = False
             self._move_to(self.history.start + seconds)
             self._settled.start()
+            self.sought.emit()
 
     def settle(self) -> None:
         """Show all of where it stands."""
@@ -145,6 +151,7 @@ class Replay(QObject):
             to = history.after(history.now) if direction > 0 else history.before(history.now)
         if not math.isnan(to):
             self._move_to(to)
+            self.sought.emit()
 
     def set_speed(self, speed: float) -> None:
         """Play so many times as fast as it was."""
@@ -170,8 +177,13 @@ class Replay(QObject):
             self.seek(0.0)
 
     def _begin(self, history: Recorded) -> None:
-        self.close()
         studio = self._studio
+        if studio.hidden:
+            history.session.close()
+            self.failed.emit("A and B are being compared blind.")
+            return
+        self.close()
+        self.beginning.emit()
         studio.wait_for_render()
         self._before = self._set = settings_of(studio)
         self._now_set, self._wanted, self.words = {}, {}, ""
@@ -215,14 +227,27 @@ class Replay(QObject):
         self._now_set = what
         try:
             self._wanted, self.words = recorded_settings(self._studio, what), ""
+            self._check_locked(self._wanted)
             self._put(self._wanted)
         except ParameterError as error:
             self.words = str(error)
 
+    def _check_locked(self, wanted: Settings) -> None:
+        """Raise ParameterError where an instructor has locked what would be set."""
+        lock = self._studio.lock
+        places = ((*place, value) if place == ENVIRONMENT else place
+                  for place, value in self._differing(wanted).items())  # fmt: skip
+        if any(map(lock.holds, places)):
+            raise ParameterError("Some of it is locked: scene and verdict are those of before.")
+
+    def _differing(self, wanted: Settings) -> Settings:
+        """Return what differs from what is set."""
+        now = settings_of(self._studio)
+        return {where: value for where, value in wanted.items() if now.get(where, value) != value}
+
     def _put(self, wanted: Settings) -> None:
         """Set what differs from what is set."""
-        now = settings_of(self._studio)
-        differing = {where: value for where, value in wanted.items() if now.get(where, value) != value}
+        now, differing = settings_of(self._studio), self._differing(wanted)
         rate = ("loop", "rate")
         if self._studio.engine is not None and not self._studio.simulated and rate in differing:
             self._studio.loop = replace(self._studio.loop, rate=differing.pop(rate))  # a board has its own

@@ -132,7 +132,7 @@ class TimeView(QObject):
             return
         self._zero, last = self.zero, max(newest, self.right)
         right = min(max(right, oldest + some), last)
-        self._show(max(right - span, last - SPANS[-1]), right)
+        self._show(max(right - span, min(oldest, last - SPANS[-1])), right)
 
     def keep(self) -> None:
         """Keep what stands before the live history forgets it; call at least once a second."""

@@ -14,6 +14,7 @@ from hapkit_studio.charts.session import draw
 from hapkit_studio.errors import StudioError
 from hapkit_studio.formatting import number
 from hapkit_studio.gui.background import Job, Progress
+from hapkit_studio.gui.dialogs import WordsDialog
 from hapkit_studio.gui.editor.controller import DeleteDialog
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.drawing import Drawing
@@ -24,6 +25,7 @@ from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.sessions.file import SUFFIX
 from hapkit_studio.sessions.folder import files, folder
 from hapkit_studio.sessions.overview import Overview, overview
+from hapkit_studio.sessions.session import add_note
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
@@ -34,6 +36,7 @@ _CHOOSE = "Choose a session."
 COMMA = "Table, decimal comma (*.csv)"
 TABLES = f"Table (*.csv);;{COMMA};;Parquet (*.parquet);;MATLAB (*.mat)"
 _SEARCH, _NOTES = 260, 30  # px; letters of the notes in the table
+_LONGEST = 200  # letters of a note
 _CHART = 190  # px
 
 _OTHERS, _MOST_OTHERS = "sessions_elsewhere", 10
@@ -97,20 +100,23 @@ class SessionsPage(Page):
         self.side = SidePanel("Sessions", _CHOOSE)
         self.facts = Pairs()
         self.replay, self.export = primary(QPushButton("Replay")), QPushButton("Export…")
-        self.delete = QPushButton("Delete…")
+        self.note, self.delete = QPushButton("Note…"), QPushButton("Delete…")
         self.replay.setToolTip("Show it in the Live view, with the settings of then (Enter)")
         self._arrange()
-        self._reading, self._saving = (Job(self, needs="") for _ in range(2))
+        self._reading, self._saving, self._noting = self._jobs = [Job(self, needs="") for _ in range(3)]
         self._reading.finished.connect(self._take)
         self._saving.finished.connect(self.say)
-        for job in (self._reading, self._saving):
+        self._noting.finished.connect(self._show_noted)
+        for job in self._jobs:
             job.failed.connect(partial(self.say, danger=True))
         self.search.textChanged.connect(lambda _text: self._list())
         self.table.chosen.connect(self.show_session)
         self.table.activated.connect(lambda index: self._replay(self.table.content.rows[index.row()]))
         self.replay.clicked.connect(lambda: self._replay(self.chosen))
         self.export.clicked.connect(self.ask_export)
+        self.note.clicked.connect(self.ask_note)
         self.delete.clicked.connect(self.ask_delete)
+        studio.hidden_changed.connect(lambda: self.show_session(self.chosen))
         studio.recording.changed.connect(self._notice)
         self.show_session(None)
 
@@ -143,7 +149,8 @@ class SessionsPage(Page):
         self.facts.show_pairs(_pairs(found, self._titles) if found else [])
         self.happened.show_pairs(_story(found) if found else [])
         whole = found is not None and not found.error
-        self.replay.setEnabled(whole)
+        self.replay.setEnabled(whole and not self._studio.hidden)
+        self.note.setEnabled(found is not None and not (found.error or found.damage))
         self.export.setEnabled(whole)
         self.delete.setEnabled(found is not None)
         self.chart.setVisible(whole)
@@ -172,6 +179,28 @@ class SessionsPage(Page):
         if self.chosen is not None:
             DeleteDialog(self.chosen.path, lambda _path: self.load(), self.window()).show()
 
+    def ask_note(self) -> None:
+        """Ask for a line, then write it into the chosen session's file."""
+        if self.chosen is None or self._noting.running:
+            return
+        path = self.chosen.path
+
+        def add(text: str) -> None:
+            def work(_progress: Progress) -> Path:
+                add_note(path, text)
+                return path
+
+            if text:
+                self.say(f"Adding a note to {path.stem}…")
+                self._noting.start(work)
+
+        WordsDialog("Note", f"About {path.stem}", _LONGEST, add, self.window()).show()
+
+    def _show_noted(self, path: Path) -> None:
+        self.say(f"Noted in {path.name}")
+        self._known = {key: found for key, found in self._known.items() if key[0] != path}
+        self.load()
+
     def say(self, text: str, danger: bool = False) -> None:
         """Show what was done, or what failed."""
         self.status.setText(text)
@@ -183,7 +212,7 @@ class SessionsPage(Page):
             self.load()
 
     def end(self) -> None:
-        for job in (self._reading, self._saving):
+        for job in self._jobs:
             job.end()
 
     # the list
@@ -225,8 +254,8 @@ class SessionsPage(Page):
 
     def _text(self, row: Overview) -> str:
         """Return all that is searched, in small letters."""
-        notes = (text for _, text in row.markers)
-        return " ".join((row.path.stem, row.device, *map(self._titles, row.environments), *notes)).lower()
+        named = row.path.stem, row.device, *map(self._titles, row.environments)
+        return " ".join((*named, *_noted(row))).lower()
 
     def _arrange(self) -> None:
         other, reveal = (
@@ -260,7 +289,7 @@ class SessionsPage(Page):
         self.happened = Pairs(self.side.section("What happened"))
         self.side.add(self.happened)
         self.side.column.insertLayout(2, across(self.replay, self.export, None))
-        self.side.column.insertLayout(3, across(self.delete, None))
+        self.side.column.insertLayout(3, across(self.note, self.delete, None))
 
     def _reveal(self) -> None:
         """Open the folder of the chosen session, without one that of all."""
@@ -298,8 +327,13 @@ def _some(titles: list[str]) -> str:
 def _notes(row: Overview) -> str:
     if row.error or row.damage:
         return "Cannot be read" if row.error else "Damaged"
-    words = ", ".join(text for _, text in row.markers)
+    words = ", ".join(_noted(row))
     return words if len(words) <= _NOTES else f"{words[: _NOTES - 1]}…"
+
+
+def _noted(row: Overview) -> list[str]:
+    """Return all that a person noted, on all of it first."""
+    return [*row.notes, *(text for _, text in row.markers)]
 
 
 def _words(found: Overview) -> str:
@@ -314,6 +348,7 @@ def _pairs(found: Overview, title: Callable[[str], str]) -> list[tuple[str, str]
     ]
     if not found.error:
         pairs += [("Device", found.device), ("Environments", ", ".join(map(title, found.environments)))]
+        pairs += [("Note", text) for text in found.notes]
     return pairs
 
 

@@ -6,10 +6,13 @@ import sqlite3
 import numpy as np
 import pytest
 
+from hapkit_studio.environments import discover
 from hapkit_studio.gui.live import recorded as module
+from hapkit_studio.gui.live.history import OBJECT
 from hapkit_studio.gui.live.recorded import Recorded
 from hapkit_studio.haptics import rows
-from hapkit_studio.sessions.chunk import BLOCK
+from hapkit_studio.sessions.chunk import BLOCK, pack
+from hapkit_studio.sessions.file import SETTINGS, Event, SessionWriter
 from hapkit_studio.sessions.session import Session
 from tests.sessions.test_chunk import QUANTUM, table
 from tests.sessions.test_overview import motion, write
@@ -152,3 +155,28 @@ def test_forces_that_were_clamped_since_are_told(tmp_path):
     for before, now, clamped in ((98, 99, False), (99, 100, True), (50, 250, True), (100, 101, False)):
         history.move_to(times[now])
         assert history.clamped_since(times[before]) == clamped
+
+
+def test_the_object_is_where_the_state_has_it_or_the_handle_pushes_it(tmp_path):
+    """A mass of which the state is stored, a button's cap that rests at 8 mm, a law that is lost."""
+    made, mass = motion(1.5), discover()["mass_spring_damper"]
+    column = rows.STATE + mass.state_names.index("object")
+    made[:, column] = 0.01 * np.cos(made[:, rows.HOST_TIME])
+    made[:, rows.POSITION] = QUANTUM * np.arange(len(made))
+    writer = SessionWriter(tmp_path / "a.hapkit")
+    for after, key, values in (
+        (-1.0, mass.key, {}),
+        (0.45, "button", {"position": 0.008}),
+        (1.0, "lost", {}),
+    ):
+        writer.note(Event(100.0 - 1e-4 + after, SETTINGS, {"environment": key, "parameters": values}))
+    for part in np.split(made, 5):
+        writer.add(pack(part, QUANTUM, len(mass.state_names)))
+    writer.close()
+    history = Recorded(Session(tmp_path / "a.hapkit"), discover())
+    expected = np.maximum(made[:, rows.POSITION], 0.008)
+    expected[:450], expected[1000:] = made[:450, column], np.nan
+    np.testing.assert_allclose(history.between(0.0, 200.0).y[OBJECT], expected, rtol=2.0**-23)
+    for number in (449, 450, 999, 1000):
+        found = history.at(made[number, rows.HOST_TIME] + 1e-5)[OBJECT]
+        assert found == pytest.approx(expected[number], rel=1e-6, nan_ok=True)

@@ -1,16 +1,24 @@
 """Replay in the window: by a clock that the test moves, from files with known signals."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 
+import hapkit_studio as hs
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
+from hapkit_studio.gui.live import export
 from hapkit_studio.gui.live.replay import FRAME
+from hapkit_studio.gui.lock import Lock
+from hapkit_studio.gui.undo import settings_of
 from hapkit_studio.haptics import rows
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import MARKER, SETTINGS, Event, SessionWriter
+from tests.gui.live.test_export import read
+from tests.gui.test_demos import written
 from tests.gui.window_support import SIMULATED
 from tests.lateness import clear_lateness
 from tests.sessions.test_chunk import QUANTUM
@@ -94,7 +102,7 @@ def test_it_plays_at_its_speed_stands_at_the_end_and_begins_anew(replay, kept_id
 
 
 def test_while_it_is_dragged_the_plots_are_drawn_from_blocks_and_then_from_samples(replay, kept_idle_window):
-    """Nothing but the newest second is read meanwhile; it does not play on under the hand."""
+    """No samples are read meanwhile; it does not play on under the hand."""
     time, phase = kept_idle_window.centre.time, kept_idle_window.centre.phase.canvas
     replay.history._drop_samples()
     replay.history._held = 0, 0
@@ -103,7 +111,10 @@ def test_while_it_is_dragged_the_plots_are_drawn_from_blocks_and_then_from_sampl
     assert replay.time == pytest.approx(2.5)
     apart = np.nanmedian(np.diff(time.shown.window.x))
     assert apart == pytest.approx(0.032)  # two values a block of 64 samples
-    assert len(phase._recent().x) == 1000
+    recent = phase._recent().x
+    assert np.median(np.diff(recent)) == pytest.approx(0.032)
+    assert 0.9 < np.ptp(recent) <= 1.0
+    assert replay.history._held == (0, 0)
     replay.settle()
     assert len(phase._recent().x) == 2001  # since the spring is in force, from 0.5 s on
     assert np.nanmedian(np.diff(time.shown.window.x)) < 0.032
@@ -261,3 +272,114 @@ def test_render_pressed_during_a_replay_ends_it(board_window, qtbot, home):
     assert replay.history is None
     assert not studio.engine.stopped
     assert studio.values == studio.environment.values()
+
+
+def test_zoomed_plots_stand_until_a_person_seeks_and_then_show_where_it_stands(replay, kept_idle_window):
+    window, view = kept_idle_window, kept_idle_window.centre.view
+    axis = window.centre.time.canvases[-1].view
+    for go in (lambda: replay.seek(2.0), lambda: replay.step(-1)):
+        replay.seek(2.5)
+        axis.setXRange(-1.5, -1.0, padding=0)
+        stood = view.stretch
+        assert stood == pytest.approx((START + 1.0, START + 1.5), abs=1e-6)
+        replay.settle()
+        pass_time(replay, 0.2)
+        assert view.stretch == stood
+        go()
+        assert view.zero + view.right == pytest.approx(replay.history.now)
+    window.centre.scene.setFocus()
+    QTest.keyClick(window.centre.scene, Qt.Key.Key_Backspace)
+    assert replay.history is None
+
+
+@pytest.mark.parametrize(
+    ("way", "start", "stop", "then"),
+    [("visible", 1.0004, 1.5004, SPRING), ("selected", 0.0995, 0.4005, WALL)],
+)
+def test_an_export_has_the_samples_of_the_session_and_the_settings_of_then(
+    replay, kept_idle_window, home, monkeypatch, way, start, stop, then
+):
+    """The spring is in force from 0.5 s on; cursors stand on samples, which both belong to the range."""
+    window, saves = kept_idle_window, []
+    replay.seek(2.5004)
+    replay.settle()
+    window.centre.time.canvases[-1].view.setXRange(-1.5, -1.0, padding=0)
+    window.centre.time.cursors.show(True)
+    for index, at in enumerate((0.4005, 0.1005)):
+        window.centre.time.cursors.move(index, START + at)
+    stretch = getattr(window.export, way)
+    replay.history.complete = False  # dragged meanwhile: what is exported is no matter of what is drawn
+    dialog = SimpleNamespace(selectedNameFilter=lambda: "Table (*.csv)")
+    monkeypatch.setattr(export, "choose_file", lambda *given, **_: saves.append(given[3]) or dialog)
+    window.export.ask(stretch)
+    saves[0](str(home / "a.csv"))
+    window.export.end()
+    settings, found = read(home / "a.csv")
+    expected = hs.open_session(home / "a.hapkit", start, stop).position
+    np.testing.assert_allclose(found["position_m"], expected, rtol=1e-8)
+    assert (settings["environment"], settings["parameters"]) == (then["environment"], then["parameters"])
+
+
+def test_what_a_replay_sets_leaves_no_dividers_but_what_a_person_sets_then_does(
+    replay, kept_idle_window, qtbot
+):
+    live, studio = kept_idle_window.live, kept_idle_window.studio
+    live.history.append(np.zeros((1, rows.ROW_WIDTH)))
+    live.history.dividers.clear()
+    replay.seek(0.6)
+    replay.seek(0.1)
+    assert not live.history.dividers
+    studio.set_value("damping", 3.0)
+    qtbot.waitUntil(lambda: replay.history is None)
+    assert [words for _, words in live.history.dividers] == ["Damping 0.0 → 3.0 N·s/m"]
+    live.history.clear()
+
+
+def test_what_is_locked_is_not_set_and_the_plots_go_on(kept_idle_window, qtbot, home):
+    window, studio = kept_idle_window, kept_idle_window.studio
+    studio.set_lock(Lock.closed([("environment",)], "1234"))
+    replay = opened(window, qtbot, write(home / "a.hapkit", WALL, SPRING))
+    assert studio.values["stiffness"] == 700.0
+    replay.seek(2.5)
+    assert studio.environment.key == "wall"
+    assert window.replay_bar.words.text().startswith("Some of it is locked")
+    assert window.centre.time.shown.now["position"] == pytest.approx(2.5 * SPEED, abs=QUANTUM)
+    replay.close()
+    studio.set_lock(Lock())
+    assert studio.values == studio.environment.values()
+
+
+def test_none_begins_during_a_blind_comparison_nor_that_during_one(kept_idle_window, qtbot, home):
+    window, studio = kept_idle_window, kept_idle_window.studio
+    for stiffness in (300.0, 900.0):
+        studio.set_value("stiffness", stiffness)
+        window.two.step()
+    page = window.views.page("sessions")
+    window.blind.begin()
+    replay = opened(window, qtbot, write(home / "a.hapkit", WALL))
+    assert (replay.history, studio.hidden, page.replay.isEnabled()) == (None, True, False)
+    assert window.banners.get("replay").text == "A and B are being compared blind."
+    window.blind.page.finish()
+    window.banners.set("replay", None)
+    opened(window, qtbot, home / "a.hapkit")
+    window.actions_by_key.refresh()
+    assert not window.actions_by_key.qt["teach.blind"].isEnabled()
+    replay.close()
+    window.two.forget()
+
+
+def test_a_replay_ends_a_demo_and_leaves_what_was_set_before_that(kept_idle_window, qtbot, home, tmp_path):
+    window, studio = kept_idle_window, kept_idle_window.studio
+    before = settings_of(studio)
+    window.play_demo(written(tmp_path))
+    with studio.temporarily():
+        studio.set_value("stiffness", 900.0)  # as its first step does
+    window.demos._ours = settings_of(studio)
+    replay = opened(window, qtbot, write(home / "a.hapkit", WALL))
+    qtbot.wait(1)
+    assert window.demos.demo is None
+    assert studio.values["stiffness"] == 700.0
+    window.actions_by_key.refresh()
+    assert not window.actions_by_key.qt["teach.open_demo"].isEnabled()
+    replay.close()
+    assert settings_of(studio) == before

@@ -208,3 +208,14 @@ def test_the_wheel_over_the_value_axis_or_with_ctrl_zooms_into_values_and_locks_
     plots.refresh()
     assert canvas.view.viewRange()[1] == zoomed
     assert plots.view.locked
+
+
+def test_a_history_of_hours_can_be_moved_through_by_the_width_of_the_frame():
+    """As a replay's: what is kept live is no longer than the longest frame."""
+    view, history = TimeView(), History(seconds=500.0, rate=10.0)
+    table = np.zeros((3000, rows.ROW_WIDTH))
+    table[:, rows.TICK], table[:, rows.HOST_TIME] = np.arange(3000), 0.1 * np.arange(3000)
+    history.append(table)
+    view.set_history(history)
+    view.move(-210.0, -200.0)
+    assert (view.left, view.right) == (-210.0, -200.0)

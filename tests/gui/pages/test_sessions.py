@@ -6,6 +6,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QPushButton
 
+from hapkit_studio.cli import main
+from hapkit_studio.gui.dialogs import WordsDialog
 from hapkit_studio.gui.editor.controller import DeleteDialog
 from hapkit_studio.gui.pages import sessions
 from hapkit_studio.haptics import rows
@@ -175,3 +177,21 @@ def test_without_sessions_it_says_how_to_get_one(shared_window, qtbot, home):
     qtbot.waitUntil(lambda: listed(page) == set())
     assert page.empty.isVisible()
     assert "(R)" in page.empty.text()
+
+
+def test_a_note_is_kept_in_the_file_found_by_the_search_and_shown(page, shared_window, qtbot, capsys):
+    path = folder() / "friction in the lab.hapkit"
+    date = path.stat().st_mtime_ns
+    choose(page, path.stem)
+    for text in ("Überschwinger bei 4 kHz", "second"):
+        page.note.click()
+        (dialog,) = [d for d in shared_window.findChildren(WordsDialog) if d.isVisible()]
+        dialog.text.setText(text)
+        dialog.add.click()
+        qtbot.waitUntil(lambda: not (page._noting.running or page._reading.running))
+    page.search.setText("überschwinger")
+    assert listed(page) == {path.stem}
+    assert ("Note", "Überschwinger bei 4 kHz") in page.facts.pairs
+    assert path.stat().st_mtime_ns == date
+    assert main(["sessions", "show", str(path)]) == 0
+    assert "note: Überschwinger bei 4 kHz\nnote: second\n" in capsys.readouterr().out
