@@ -11,6 +11,7 @@ from hapkit_studio.gui.live.replay import FRAME
 from hapkit_studio.haptics import rows
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import MARKER, SETTINGS, Event, SessionWriter
+from tests.gui.demo_support import Clock
 from tests.gui.window_support import SIMULATED
 from tests.lateness import clear_lateness
 from tests.sessions.test_chunk import QUANTUM
@@ -44,15 +45,6 @@ def write(path, *settings):
     return path
 
 
-class Clock:
-    """A clock that stands until it is moved."""
-
-    time = 50.0
-
-    def __call__(self):
-        return self.time
-
-
 def opened(window, qtbot, path):
     window.replay.open(path)
     qtbot.waitUntil(lambda: window.replay.history is not None or window.banners.get("replay") is not None)
@@ -72,7 +64,7 @@ def replay(kept_idle_window, qtbot, home):
 
 
 def pass_time(replay, seconds):
-    replay._clock.time += seconds
+    replay._clock.now += seconds
     replay.tick()
 
 
