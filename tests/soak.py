@@ -13,18 +13,13 @@ from pathlib import Path
 import numpy as np
 
 from hapkit_studio.sessions.session import Session
+from tests.bench.frame import resident
 from tests.bench.window import keep_busy, open_window, process_until
 
 MINUTES = 40
 FULL = 11  # minutes: by then the last ten are kept
 GROWTH = 0.02
 RATE = 4000.0
-
-
-def resident() -> float:
-    """Return the program's resident memory in MB (Linux)."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return 1e-6 * pages * os.sysconf("SC_PAGE_SIZE")
 
 
 def record(minutes: int) -> tuple[list[float], int, Path]:

@@ -26,34 +26,19 @@ if TYPE_CHECKING:
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
 PLOT_ACTIONS = "view.fit", "view.lock", "view.live", "view.trigger", "view.trigger_settings"
 """What is offered over a plot."""
-_RULE_BEFORE = {
-    "session.record",
-    "session.step_back",
-    "session.export",
-    "session.quit",
-    "view.live",
-    "view.lock",
-    "view.projector",
-    "device.zero",
-    "environment.reset",
-    "environment.new",
-    "teach.open_demo",
-    "help.about",
-}
 
 
 @dataclass(frozen=True)
 class Action:
-    """One thing a person can do; ``menu`` is "Menu" or "Menu/Submenu".
+    """One thing a person can do; its key begins with its menu's name.
 
     checked tells whether a check mark stands before it; filtered: the key is caught by the event filter,
-    so no shortcut is registered for it; extra are further keys that do the same; said:
-    what the menu says now.
+    so no shortcut is registered for it; extra are further keys that do the same; said: what the menu says
+    now; rule: a line stands before it.
     """
 
     key: str
     text: str
-    menu: str
     run: Callable[["MainWindow"], object]
     shortcut: str = ""
     enabled: Callable[["MainWindow"], bool] = lambda _window: True
@@ -61,6 +46,14 @@ class Action:
     filtered: bool = False
     extra: tuple[str, ...] = ()
     said: Callable[["MainWindow"], str] | None = None
+    submenu: str = ""
+    rule: bool = False
+
+    @property
+    def menu(self) -> str:
+        """Return "Menu" or "Menu/Submenu"."""
+        name = self.key.partition(".")[0].capitalize()
+        return f"{name}/{self.submenu}" if self.submenu else name
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -90,11 +83,7 @@ def _may_set_up(window: "MainWindow") -> bool:
     return _has_board(window) and not window.studio.why_fixed(*DEVICE)
 
 
-def _has_simulated(window: "MainWindow") -> bool:
-    return window.studio.simulated
-
-
-def _open(window: "MainWindow") -> bool:
+def _shows_values(window: "MainWindow") -> bool:
     return not window.studio.hidden
 
 
@@ -102,8 +91,16 @@ def _replays(window: "MainWindow") -> bool:
     return window.replay.history is not None
 
 
+def _may_set(window: "MainWindow") -> bool:
+    return _shows_values(window) and not _replays(window)
+
+
+def _has_parameters(window: "MainWindow") -> bool:
+    return bool(window.studio.environment.parameters)
+
+
 def _has_samples(window: "MainWindow") -> bool:
-    return len(window.centre.view.history) > 1 and not window.studio.hidden
+    return len(window.centre.view.history) > 1 and _shows_values(window)
 
 
 def _has_law(window: "MainWindow") -> bool:
@@ -112,7 +109,7 @@ def _has_law(window: "MainWindow") -> bool:
 
 def _demo(name: str, path: Path) -> Action:
     words = f"Demo: {demos.title(path)}"
-    return Action(f"teach.demo.{name}", words, "Teach", lambda w: w.play_demo(path), enabled=_may_play)
+    return Action(f"teach.demo.{name}", words, lambda w: w.play_demo(path), enabled=_may_play)
 
 
 def _may_play(window: "MainWindow") -> bool:
@@ -129,12 +126,11 @@ def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
     return (
         *_SESSION,
         *_EDIT,
-        *_one_of("view.tab", "View", tabs, lambda w, key: w.views.show(key), lambda w: w.views.key),
+        *_one_of("view.tab", tabs, lambda w, key: w.views.show(key), lambda w: w.views.key),
         *_VIEW,
         *_DEVICE,
         *_one_of(
-            "environment", "Environment", laws, lambda w, key: w.studio.choose(key),
-            lambda w: w.studio.environment.key,
+            "environment", laws, lambda w, key: w.studio.choose(key), lambda w: w.studio.environment.key
         ),
         *_ENVIRONMENT,
         *_CLASSROOM,
@@ -145,98 +141,92 @@ def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
 
 
 def _one_of(
-    prefix: str, menu: str, options: Iterable[tuple[str, str, str]],
-    choose: Callable[["MainWindow", str], object], chosen: Callable[["MainWindow"], str],
+    prefix: str, options: Iterable[tuple[str, str, str]], choose: Callable[["MainWindow", str], object],
+    chosen: Callable[["MainWindow"], str], submenu: str = "",
 ) -> list[Action]:  # fmt: skip
     """Return an action for each of some options (key, words, shortcut), of which one is in force."""
 
     def option(key: str, words: str, shortcut: str) -> Action:
         run, checked = lambda w: choose(w, key), lambda w: chosen(w) == key
-        return Action(f"{prefix}.{key}", words, menu, run, shortcut, checked=checked)
+        return Action(f"{prefix}.{key}", words, run, shortcut, checked=checked, submenu=submenu)
 
     return [option(*given) for given in options]
 
 
-def _step(window: "MainWindow", direction: int, sample: bool) -> None:
-    window.replay.step(direction, sample)
-
-
 _SESSION = (
-    Action("session.stop", "E-stop", "Session", lambda w: w.studio.stop(), "Esc", filtered=True),
+    Action("session.stop", "E-stop", lambda w: w.studio.stop(), "Esc", filtered=True),
     Action(
-        "session.release", "Release E-stop", "Session", lambda w: w.studio.release_stop(),
+        "session.release", "Release E-stop", lambda w: w.studio.release_stop(),
         enabled=lambda w: w.studio.stopped,
     ),
     Action(
-        "session.clear_fault", "Clear fault", "Session", lambda w: w.studio.clear_fault(),
+        "session.clear_fault", "Clear fault", lambda w: w.studio.clear_fault(),
         enabled=lambda w: w.studio.fault is not None,
     ),
     Action(
-        "session.pause", "Pause the picture", "Session", lambda w: w.live.toggle_paused(), "Space",
+        "session.pause", "Pause the picture", lambda w: w.live.toggle_paused(), "Space",
         checked=lambda w: w.live.paused,
     ),
     Action(
-        "session.release_here", "Release here", "Session", lambda w: w.display.release_here(), "L",
+        "session.release_here", "Release here", lambda w: w.display.release_here(), "L",
         enabled=lambda w: w.studio.simulated and not _replays(w),
     ),
     Action(
-        "session.record", "Record", "Session", lambda w: w.studio.recording.toggle(), "R",
+        "session.record", "Record", lambda w: w.studio.recording.toggle(), "R",
         enabled=lambda w: w.studio.recording.possible,
-        checked=lambda w: w.studio.recording.progress is not None,
+        checked=lambda w: w.studio.recording.progress is not None, rule=True,
     ),
     Action(
-        "session.save_kept", "Save the last 10 minutes", "Session", lambda w: w.studio.recording.save_kept(),
+        "session.save_kept", "Save the last 10 minutes", lambda w: w.studio.recording.save_kept(),
         "Ctrl+Shift+S",
     ),
     Action(
-        "session.marker", "Add a marker…", "Session", lambda w: w.show_marker(), "Ctrl+M",
+        "session.marker", "Add a marker…", lambda w: w.show_marker(), "Ctrl+M",
         enabled=lambda w: _has_engine(w) and not _replays(w),
     ),
-    *(
-        Action(
-            f"session.{key}", words, "Session", partial(_step, direction=direction, sample=sample), shortcut,
-            enabled=_replays,
-        )
-        for key, words, direction, sample, shortcut in (
-            ("step_back", "Replay: back by a frame", -1, False, "Left"),
-            ("step_on", "Replay: on by a frame", 1, False, "Right"),
-            ("sample_back", "Replay: back by a sample", -1, True, "Shift+Left"),
-            ("sample_on", "Replay: on by a sample", 1, True, "Shift+Right"),
-        )
+    Action(
+        "session.step_back", "Replay: back by a frame", lambda w: w.replay.step(-1), "Left", enabled=_replays,
+        rule=True,
+    ),
+    Action("session.step_on", "Replay: on by a frame", lambda w: w.replay.step(1), "Right", enabled=_replays),
+    Action(
+        "session.sample_back", "Replay: back by a sample", lambda w: w.replay.step(-1, sample=True),
+        "Shift+Left", enabled=_replays,
     ),
     Action(
-        "session.close_replay", "Close the replay", "Session", lambda w: w.replay.close(), enabled=_replays
+        "session.sample_on", "Replay: on by a sample", lambda w: w.replay.step(1, sample=True), "Shift+Right",
+        enabled=_replays,
+    ),
+    Action("session.close_replay", "Close the replay", lambda w: w.replay.close(), enabled=_replays),
+    Action(
+        "session.export", "Export what is visible…", lambda w: w.export.ask(w.export.visible), "Ctrl+Shift+E",
+        enabled=_has_samples, rule=True,
     ),
     Action(
-        "session.export", "Export what is visible…", "Session", lambda w: w.export.ask(w.export.visible),
-        "Ctrl+Shift+E", enabled=_has_samples,
-    ),
-    Action(
-        "session.export_selection", "Export between the cursors…", "Session",
-        lambda w: w.export.ask(w.export.selected),
+        "session.export_selection", "Export between the cursors…", lambda w: w.export.ask(w.export.selected),
         enabled=lambda w: w.centre.time.cursors.on and _has_samples(w),
     ),
     Action(
-        "session.export_kept", "Export the last minute…", "Session", lambda w: w.export.ask(),
+        "session.export_kept", "Export the last minute…", lambda w: w.export.ask(),
         enabled=lambda w: _has_samples(w) and not _replays(w),
     ),
     Action(
-        "session.copy_picture", "Copy picture", "Session", lambda w: w.copy_picture(), "Ctrl+Alt+C",
+        "session.copy_picture", "Copy picture", lambda w: w.copy_picture(), "Ctrl+Alt+C",
         enabled=lambda w: w.has_picture,
     ),
-    Action("session.quit", "Quit", "Session", lambda w: w.quit(), "Ctrl+Q"),
+    Action("session.quit", "Quit", lambda w: w.quit(), "Ctrl+Q", rule=True),
 )  # fmt: skip
 
 
 _EDIT = (
     Action(
-        "edit.undo", "Undo", "Edit", lambda w: w.history.undo(), "Ctrl+Z",
-        enabled=lambda w: _open(w) and not _replays(w) and w.history.stack.canUndo(),
+        "edit.undo", "Undo", lambda w: w.history.undo(), "Ctrl+Z",
+        enabled=lambda w: _may_set(w) and w.history.stack.canUndo(),
         said=lambda w: f"Undo {w.history.stack.undoText()}".rstrip(),
     ),
     Action(
-        "edit.redo", "Redo", "Edit", lambda w: w.history.redo(), "Ctrl+Shift+Z",
-        enabled=lambda w: _open(w) and not _replays(w) and w.history.stack.canRedo(), extra=("Ctrl+Y",),
+        "edit.redo", "Redo", lambda w: w.history.redo(), "Ctrl+Shift+Z",
+        enabled=lambda w: _may_set(w) and w.history.stack.canRedo(), extra=("Ctrl+Y",),
         said=lambda w: f"Redo {w.history.stack.redoText()}".rstrip(),
     ),
 )  # fmt: skip
@@ -245,49 +235,50 @@ _EDIT = (
 def _value(place: int, words: str, steps: int, key: str, *extra: str) -> Action:
     """Return an action that changes one of the projector's values by some steps."""
     return Action(
-        f"view.{words.lower().replace(' ', '_')}", words, "View",
-        lambda w: w.projector.card.step(place, steps), key, enabled=lambda w: w.projector.on, extra=extra,
+        f"view.{words.lower().replace(' ', '_')}", words, lambda w: w.projector.card.step(place, steps), key,
+        enabled=lambda w: w.projector.on, extra=extra,
     )  # fmt: skip
 
 
 _VIEW = (
     *_one_of(
-        "view.theme", "View/Theme", [(mode, words, "") for mode, words in THEMES.items()],
-        lambda w, mode: w.set_theme(mode), lambda _w: theme.mode,
+        "view.theme", [(mode, words, "") for mode, words in THEMES.items()],
+        lambda w, mode: w.set_theme(mode), lambda _w: theme.mode, "Theme",
     ),
     *_one_of(
-        "view.span", "View/Time window", [(f"{s:g}", f"{s:g} s", "") for s in SPANS],
+        "view.span", [(f"{s:g}", f"{s:g} s", "") for s in SPANS],
         lambda w, seconds: w.centre.view.set_span(float(seconds)), lambda w: f"{w.centre.view.span:g}",
+        "Time window",
     ),
     Action(
-        "view.cursors", "Cursors", "View", lambda w: w.centre.toolbar.cursors.toggle(),
+        "view.cursors", "Cursors", lambda w: w.centre.toolbar.cursors.toggle(),
         checked=lambda w: w.centre.time.cursors.on,
     ),
-    Action("view.cursor_a", "Cursor A here", "View", lambda w: w.centre.time.put_cursor(0), "A"),
-    Action("view.cursor_b", "Cursor B here", "View", lambda w: w.centre.time.put_cursor(1), "B"),
-    Action("view.hold", "Hold traces", "View", lambda w: w.display.hold(), "H", enabled=_open),
-    Action("view.live", "Back to live", "View", lambda w: w.display.go_live(), "Backspace"),
+    Action("view.cursor_a", "Cursor A here", lambda w: w.centre.time.put_cursor(0), "A"),
+    Action("view.cursor_b", "Cursor B here", lambda w: w.centre.time.put_cursor(1), "B"),
+    Action("view.hold", "Hold traces", lambda w: w.display.hold(), "H", enabled=_shows_values),
+    Action("view.live", "Back to live", lambda w: w.display.go_live(), "Backspace", rule=True),
     Action(
-        "view.trigger", "Trigger", "View", lambda w: w.centre.trigger.toggle(), "T",
+        "view.trigger", "Trigger", lambda w: w.centre.trigger.toggle(), "T",
         enabled=lambda w: not _replays(w), checked=lambda w: w.centre.trigger.armed,
     ),
-    Action("view.trigger_settings", "Trigger settings…", "View", lambda w: w.show_trigger()),
+    Action("view.trigger_settings", "Trigger settings…", lambda w: w.show_trigger()),
     Action(
-        "view.lock", "Lock axes", "View", lambda w: w.centre.view.set_locked(not w.centre.view.locked), "Y",
-        checked=lambda w: w.centre.view.locked,
+        "view.lock", "Lock axes", lambda w: w.centre.view.set_locked(not w.centre.view.locked), "Y",
+        checked=lambda w: w.centre.view.locked, rule=True,
     ),
-    Action("view.fit", "Fit axes", "View", lambda w: w.fit_axes(), "F"),
+    Action("view.fit", "Fit axes", lambda w: w.fit_axes(), "F"),
     Action(
-        "view.projector", "Projector", "View", lambda w: w.projector.toggle(), "F11",
-        enabled=_open, checked=lambda w: w.projector.on,
+        "view.projector", "Projector", lambda w: w.projector.toggle(), "F11", enabled=_shows_values,
+        checked=lambda w: w.projector.on, rule=True,
     ),
     _value(0, "First value up", 1, "+", "="),
     _value(0, "First value down", -1, "-"),
     _value(1, "Second value up", 1, "Ctrl++", "Ctrl+="),
     _value(1, "Second value down", -1, "Ctrl+-"),
-    Action("view.panel", "Panel", "View", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
+    Action("view.panel", "Panel", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
     Action(
-        "view.single_keys", "Single-letter keys", "View", lambda w: w.toggle_single_keys(),
+        "view.single_keys", "Single-letter keys", lambda w: w.toggle_single_keys(),
         checked=lambda w: w.single_keys,
     ),
 )  # fmt: skip
@@ -306,92 +297,80 @@ def _test(window: "MainWindow") -> object:
 
 
 _DEVICE = (
-    Action("device.setup", "Set up my Hapkit…", "Device", _set_up, enabled=_may_set_up),
-    Action("device.check", "Test my Hapkit…", "Device", _test, enabled=_has_board),
-    Action("device.zero", "Zero here", "Device", lambda w: w.studio.zero_here(), enabled=_may_set_up),
+    Action("device.setup", "Set up my Hapkit…", _set_up, enabled=_may_set_up),
+    Action("device.check", "Test my Hapkit…", _test, enabled=_has_board),
+    Action("device.zero", "Zero here", lambda w: w.studio.zero_here(), enabled=_may_set_up, rule=True),
+    Action("device.flip", "Flip direction", lambda w: w.studio.flip_direction(), enabled=_may_set_up),
     Action(
-        "device.flip", "Flip direction", "Device", lambda w: w.studio.flip_direction(), enabled=_may_set_up
-    ),
-    Action(
-        "device.reconnect", "Reconnect", "Device", lambda w: w.studio.device.reconnect(), "Ctrl+R",
+        "device.reconnect", "Reconnect", lambda w: w.studio.device.reconnect(), "Ctrl+R",
         enabled=lambda w: w.studio.link.state not in ("preparing", "connecting"),
     ),
-    Action("device.flash", "Flash firmware…", "Device", lambda w: w.show_flash()),
+    Action("device.flash", "Flash firmware…", lambda w: w.show_flash()),
 )  # fmt: skip
 
 
 _ENVIRONMENT = (
     Action(
-        "environment.reset", "Default values", "Environment", lambda w: w.studio.reset_values(),
-        enabled=lambda w: bool(w.studio.environment.parameters),
+        "environment.reset", "Default values", lambda w: w.studio.reset_values(), enabled=_has_parameters,
+        rule=True,
     ),
     Action(
-        "environment.save_preset", "Save preset as…", "Environment", lambda w: w.presets.ask_to_keep(),
-        enabled=lambda w: bool(w.studio.environment.parameters),
+        "environment.save_preset", "Save preset as…", lambda w: w.presets.ask_to_keep(),
+        enabled=_has_parameters,
     ),
     Action(
-        "environment.compare_presets", "Compare presets…", "Environment",
-        lambda w: w.presets.ask_to_compare(), enabled=lambda w: bool(w.studio.environment.parameters),
+        "environment.compare_presets", "Compare presets…", lambda w: w.presets.ask_to_compare(),
+        enabled=_has_parameters,
     ),
     Action(
-        "environment.restore_preset", "Restore preset", "Environment", lambda w: w.presets.restore(),
+        "environment.restore_preset", "Restore preset", lambda w: w.presets.restore(),
         enabled=lambda w: bool(w.presets.different),
     ),
-    Action("environment.import_preset", "Import preset…", "Environment", lambda w: w.presets.bring()),
-    Action("environment.new", "New environment…", "Environment", lambda w: w.editor.begin_new(), "Ctrl+N"),
-    Action("environment.open", "Open…", "Environment", lambda w: w.file_actions.open(), "Ctrl+O"),
-    Action("environment.export", "Export as sketch…", "Environment", lambda w: w.show_export()),
+    Action("environment.import_preset", "Import preset…", lambda w: w.presets.bring()),
+    Action("environment.new", "New environment…", lambda w: w.editor.begin_new(), "Ctrl+N", rule=True),
+    Action("environment.open", "Open…", lambda w: w.file_actions.open(), "Ctrl+O"),
+    Action("environment.export", "Export as sketch…", lambda w: w.show_export()),
     Action(
-        "environment.law", "Law, and back to the scene", "Environment", lambda w: w.views.change_over(),
-        "Ctrl+E", enabled=lambda w: w.editor.path is not None or w.editor.own.in_force is not None,
+        "environment.law", "Law, and back to the scene", lambda w: w.views.change_over(), "Ctrl+E",
+        enabled=lambda w: w.editor.path is not None or w.editor.own.in_force is not None,
     ),
+    Action("environment.save", "Save law and run", lambda w: w.editor.save(), "Ctrl+S", enabled=_has_law),
     Action(
-        "environment.save", "Save law and run", "Environment", lambda w: w.editor.save(), "Ctrl+S",
-        enabled=_has_law,
+        "environment.cycles", CYCLES, lambda w: w.editor.page.count.toggle(), CYCLES_KEY, enabled=_has_law,
+        checked=lambda w: w.editor.page.counting,
     ),
-    Action(
-        "environment.cycles", CYCLES, "Environment", lambda w: w.editor.page.count.toggle(), CYCLES_KEY,
-        enabled=_has_law, checked=lambda w: w.editor.page.counting,
-    ),
-    Action(
-        "environment.close", "Close law", "Environment", lambda w: w.editor.close(), "Ctrl+W",
-        enabled=_has_law,
-    ),
+    Action("environment.close", "Close law", lambda w: w.editor.close(), "Ctrl+W", enabled=_has_law),
 )  # fmt: skip
 
 
 _CLASSROOM = (
     Action(
-        "teach.switch", "A and B: keep, then switch", "Teach", lambda w: w.blind.step(), "X",
-        enabled=lambda w: bool(w.studio.environment.parameters),
+        "teach.switch", "A and B: keep, then switch", lambda w: w.blind.step(), "X", enabled=_has_parameters,
         said=lambda w: "Switch" if w.studio.hidden else w.two.next_words,
     ),
-    Action("teach.two_settings", "A and B…", "Teach", lambda w: w.blind.show_settings(), enabled=_open),
+    Action("teach.two_settings", "A and B…", lambda w: w.blind.show_settings(), enabled=_shows_values),
     Action(
-        "teach.lock", "Lock…", "Teach", lambda w: w.show_lock(), enabled=_open,
+        "teach.lock", "Lock…", lambda w: w.show_lock(), enabled=_shows_values,
         said=lambda w: "Unlock…" if w.studio.lock.places else "Lock…",
     ),
     Action(
-        "teach.blind", "Compare A and B blind", "Teach", lambda w: w.blind.begin(),
-        enabled=lambda w: _open(w) and w.two.comparable,
+        "teach.blind", "Compare A and B blind", lambda w: w.blind.begin(),
+        enabled=lambda w: _shows_values(w) and w.two.comparable,
     ),
 )  # fmt: skip
 
 
 _TEACH = (
-    Action("teach.open_demo", "Open demo…", "Teach", lambda w: w.open_demo(), enabled=_may_play),
-    Action(
-        "teach.end_demo", "End demo", "Teach", lambda w: w.demos.end(),
-        enabled=lambda w: w.demos.demo is not None,
-    ),
+    Action("teach.open_demo", "Open demo…", lambda w: w.open_demo(), enabled=_may_play, rule=True),
+    Action("teach.end_demo", "End demo", lambda w: w.demos.end(), enabled=lambda w: w.demos.demo is not None),
 )  # fmt: skip
 
 
 _HELP = (
-    Action("help.find", "Find a command…", "Help", lambda w: w.show_commands(), "Ctrl+K"),
-    Action("help.keys", "Keys and words", "Help", lambda w: w.show_keys(), "F1", extra=("?",)),
-    Action("help.priority", "Real-time priority", "Help", lambda w: w.show_priority(), enabled=_has_engine),
-    Action("help.about", "About", "Help", lambda w: w.show_about()),
+    Action("help.find", "Find a command…", lambda w: w.show_commands(), "Ctrl+K"),
+    Action("help.keys", "Keys and words", lambda w: w.show_keys(), "F1", extra=("?",)),
+    Action("help.priority", "Real-time priority", lambda w: w.show_priority(), enabled=_has_engine),
+    Action("help.about", "About", lambda w: w.show_about(), rule=True),
 )
 
 
@@ -410,7 +389,7 @@ class ActionSet(QObject):
             action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
             if entry.checked is not None:
                 action.setCheckable(True)
-            if "/" in entry.menu:
+            if entry.submenu:
                 groups.setdefault(entry.menu, QActionGroup(self)).addAction(action)
             window.addAction(action)
         self.set_single_keys(window.single_keys)
@@ -450,7 +429,7 @@ def build_menus(bar: QMenuBar, actions: ActionSet, studio: Studio, own: OwnEnvir
     menus: dict[str, QMenu] = {}
     for entry in actions.entries:
         menu = _menu(bar, menus, entry.menu)
-        if entry.key in _RULE_BEFORE:
+        if entry.rule:
             menu.addSeparator()
         menu.addAction(actions.qt[entry.key])
     for menu in menus.values():

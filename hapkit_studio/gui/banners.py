@@ -95,6 +95,11 @@ class BannerStack(QWidget):
         else:
             self._rebuild()
 
+    def warn(self, key: str, title: str, text: str, rank: int = 9) -> None:
+        """Put up a warning that its own button takes down."""
+        close = ("Close", lambda: self.set(key, None))
+        self.set(key, Notice(key, rank, "warn", "triangle", title, text, (close,)))
+
     def get(self, key: str) -> Notice | None:
         """Return the notice of a key, shown or waiting behind worse ones."""
         return self._notices.get(key)

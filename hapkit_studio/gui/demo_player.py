@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QPushButton, QWidget
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.demos import Demo, Step
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.undo import ENVIRONMENT, Settings, put, settings_of
+from hapkit_studio.gui.undo import ENVIRONMENT, Settings, not_in_force, put, settings_of
 from hapkit_studio.gui.widgets.parts import Sign, across, down, hint, label
 from hapkit_studio.gui.widgets.theme import theme
 
@@ -40,8 +40,7 @@ class DemoPlayer(QObject):
         self._ours: Settings = {}
         self._frames = QTimer(self, interval=FRAME_MS, timerType=Qt.TimerType.PreciseTimer)
         self._frames.timeout.connect(self.tick)
-        for signal in (studio.environment_changed, studio.values_changed, studio.loop_changed):
-            signal.connect(self._look)
+        studio.settings_changed.connect(self._look)
         for signal in (studio.lock_changed, studio.hidden_changed):
             signal.connect(self.end)
         studio.stop_changed.connect(self._end_if_stopped)
@@ -87,13 +86,10 @@ class DemoPlayer(QObject):
         self._frames.stop()
         if self._hand is not None:
             self._studio.move_hand(None)
-        now, ours = settings_of(self._studio), self._ours
-        mine = {place for place, value in now.items() if ours.get(place) == value}
-        back = {
-            place: value for place, value in self._before.items() if place in mine and now[place] != value
-        }
+        person_set = not_in_force(self._studio, self._ours)
+        back = {place: value for place, value in self._before.items() if place not in person_set}
         with self._studio.temporarily(), suppress(ParameterError):  # a file or a device may be gone
-            put(self._studio, back)
+            put(self._studio, not_in_force(self._studio, back))
         self.changed.emit()
 
     def tick(self) -> None:
@@ -122,9 +118,9 @@ class DemoPlayer(QObject):
 
     def _apply(self, step: Step) -> None:
         """Put a step's settings in force; a demo that cannot go on as it says ends."""
-        studio, now = self._studio, settings_of(self._studio)
-        fixed = () if studio.simulated else (_RATE,)  # a board has a rate of its own
-        changes = {p: v for p, v in step.settings.items() if p not in fixed and now.get(p) != v}
+        studio, changes = self._studio, not_in_force(self._studio, step.settings)
+        if not studio.simulated:
+            changes.pop(_RATE, None)  # a board has a rate of its own
         try:
             with studio.temporarily():
                 put(studio, changes)

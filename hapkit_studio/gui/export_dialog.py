@@ -35,8 +35,7 @@ class ExportDialog(FormDialog):
         self.save = QPushButton("Save…")
         self._arrange()
         self.save.clicked.connect(self.ask)
-        for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed):
-            changed.connect(self.look)
+        studio.settings_changed.connect(self.look)
         for box in (self.kits, self.rates):
             box.currentIndexChanged.connect(self.show_limit)
         self.look()

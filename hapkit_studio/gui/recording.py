@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from hapkit_studio.errors import StudioError
 from hapkit_studio.formatting import number
 from hapkit_studio.gui.background import Job
-from hapkit_studio.gui.banners import BannerStack, Notice
+from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.sessions.file import MARKER
 from hapkit_studio.sessions.folder import new_path
 
@@ -212,8 +212,7 @@ class RecordingDisplay(QObject):
 
     def show_failure(self, what: str, why: str) -> None:
         """Say in two sentences what was not done, and why."""
-        leave = ("Close", lambda: self._banners.set("recording", None))
-        self._banners.set("recording", Notice("recording", _RANK, "warn", "triangle", what, why, (leave,)))
+        self._banners.warn("recording", what, why, _RANK)
 
 
 def _lasting(seconds: float) -> str:

@@ -62,6 +62,8 @@ class Studio(QObject):
     environment_changed = Signal()
     values_changed = Signal()
     loop_changed = Signal()
+    settings_changed = Signal()
+    """Any of these three."""
     stop_changed = Signal()
     engine_changed = Signal()
     link_changed = Signal()
@@ -103,6 +105,8 @@ class Studio(QObject):
         self._board_answer: tuple = ()
         self._answer = QTimer(self, interval=ANSWER_MS, singleShot=True)
         self._answer.timeout.connect(self._check_board_answer)
+        for changed in (self.environment_changed, self.values_changed, self.loop_changed):
+            changed.connect(self.settings_changed)
         for changed in (self.values_changed, self.loop_changed, self.engine_changed):
             changed.connect(self._answer.start)
 

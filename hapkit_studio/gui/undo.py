@@ -48,6 +48,12 @@ def settings_of_scene(studio: Studio, with_loop: bool) -> Settings:
     return {ENVIRONMENT: key, **kept, **loop}
 
 
+def not_in_force(studio: Studio, settings: Settings) -> Settings:
+    """Return those of some settings that are not in force."""
+    now = settings_of(studio)
+    return {place: value for place, value in settings.items() if now.get(place) != value}
+
+
 def put(studio: Studio, settings: Settings) -> None:
     """Put settings in force, all of them or none; raise ParameterError."""
     loop = {names[0]: value for (kind, *names), value in settings.items() if kind == "loop"}
@@ -55,8 +61,7 @@ def put(studio: Studio, settings: Settings) -> None:
     for (kind, *names), value in settings.items():
         if kind == "value":
             values[names[0]][names[1]] = value
-    chosen, now = settings.get(ENVIRONMENT, studio.environment.key), settings_of(studio)
-    changed = (place for place, value in settings.items() if now.get(place) != value)
+    chosen, changed = settings.get(ENVIRONMENT, studio.environment.key), not_in_force(studio, settings)
     studio.check_free((*place, chosen) if place == ENVIRONMENT else place for place in changed)
     for key in (*values, chosen):
         if key not in studio.environments:
@@ -201,8 +206,7 @@ class UndoHistory(QObject):
         self.stack.indexChanged.connect(self.changed)
         self._name, self._applying, self.refusal = "", False, ""
         self.forget()
-        for signal in (studio.environment_changed, studio.values_changed, studio.loop_changed):
-            signal.connect(self._look)
+        studio.settings_changed.connect(self._look)
 
     def undo(self) -> None:
         """Put the settings back as they were before the last step, or say why they cannot be."""

@@ -12,7 +12,7 @@ from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.actions import PLOT_ACTIONS, ActionSet, build_menus, table
-from hapkit_studio.gui.banners import BannerStack, Notice
+from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.blind import BlindComparison
 from hapkit_studio.gui.command_palette import CommandPalette, FindButton
 from hapkit_studio.gui.demo_player import CaptionBar, DemoPlayer
@@ -146,6 +146,7 @@ class MainWindow(QMainWindow):
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))
         self._connect()
+        self._keep_actions_fresh()
 
     # what the actions call
 
@@ -252,19 +253,7 @@ class MainWindow(QMainWindow):
         """Go where a session is replayed."""
         self.banners.set("replay", None)
         if self.replay.history is not None:
-            self.views.show("live")
-        self.actions_by_key.refresh()
-
-    def _say_unread(self, why: str) -> None:
-        close = ("Close", lambda: self.banners.set("replay", None))
-        notice = Notice("replay", 9, "warn", "triangle", "The session cannot be replayed.", why, (close,))
-        self.banners.set("replay", notice)
-
-    def _say_refused(self, words: str) -> None:
-        """Say what cannot be put back, until something else is undone or changed."""
-        close = ("Close", lambda: self.banners.set("undo", None))
-        notice = Notice("undo", 9, "warn", "triangle", "Nothing was changed.", words, (close,))
-        self.banners.set("undo", notice)
+            self.views.show(LIVE)
 
     # keys, room and life
 
@@ -320,7 +309,6 @@ class MainWindow(QMainWindow):
     def _connect(self) -> None:
         self.header.pause_pressed.connect(self.live.toggle_paused)
         self.live.paused_changed.connect(self.header.show_paused)
-        self.live.paused_changed.connect(lambda _on: self.actions_by_key.refresh())
         self.header.panel_pressed.connect(self.toggle_panel)
         self.notices.flash.connect(self.show_flash)
         self.gallery.new_pressed.connect(self.editor.begin_new)
@@ -328,9 +316,7 @@ class MainWindow(QMainWindow):
         self.gallery.reveal_pressed.connect(self.file_actions.reveal)
         self.gallery.delete_pressed.connect(self.file_actions.delete)
         self.live.frame.connect(self.file_watcher.on_row)
-        self.editor.shown.connect(lambda _on: self.actions_by_key.refresh())
         self.centre.toolbar.fit.clicked.connect(self.fit_axes)
-        self.centre.trigger.changed.connect(self.actions_by_key.refresh)
         for canvas in self.findChildren(Canvas):
             canvas.addActions([self.actions_by_key.qt[key] for key in PLOT_ACTIONS])
         self.stability.judged.connect(self.status.show_margin)
@@ -338,31 +324,32 @@ class MainWindow(QMainWindow):
         self.stability.ask()
         self.live.health.connect(self.stability.note_health)
         self.status.how_to_fix.connect(self.show_priority)
-        for signal in (
-            self.studio.environment_changed,
-            self.studio.stop_changed,
-            self.studio.link_changed,
-            self.studio.hidden_changed,
-            self.studio.lock_changed,
-            self.two.changed,
-        ):
-            signal.connect(self.actions_by_key.refresh)
-        self.history.changed.connect(self.actions_by_key.refresh)
         self.history.changed.connect(lambda: self.banners.set("undo", None))
-        for signal in (self.history.refused, self.studio.refused):
-            signal.connect(self._say_refused)
+        for signal in (self.history.refused, self.studio.refused):  # said until something else is changed
+            signal.connect(lambda why: self.banners.warn("undo", "Nothing was changed.", why))
         self.centre.scene.taken.connect(self.demos.end)
         self.closed.connect(self.demos.end)
         self.closed.connect(self.projector.end)
-        self.demos.changed.connect(self.actions_by_key.refresh)
         self.replay.changed.connect(self._show_replay)
-        self.replay.failed.connect(self._say_unread)
+        self.replay.failed.connect(
+            lambda why: self.banners.warn("replay", "The session cannot be replayed.", why)
+        )
         self.replay.beginning.connect(self.demos.end)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
         assert application is not None
         self.stop_filter = StopFilter(self.studio, self.history, self)
         application.installEventFilter(self.stop_filter)
+
+    def _keep_actions_fresh(self) -> None:
+        """Bring marks and greyness of the actions up to date with whatever they depend on."""
+        studio = self.studio
+        for signal in (
+            studio.environment_changed, studio.stop_changed, studio.link_changed, studio.hidden_changed,
+            studio.lock_changed, self.live.paused_changed, self.editor.shown, self.centre.trigger.changed,
+            self.two.changed, self.history.changed, self.demos.changed, self.replay.changed,
+        ):  # fmt: skip
+            signal.connect(self.actions_by_key.refresh)
 
 
 class WindowLayout(QWidget):

@@ -59,6 +59,12 @@ def without_board() -> bool:
     return not virtual_board.built()
 
 
+def resident() -> float:
+    """Return this program's resident memory in MB (Linux)."""
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return 1e-6 * pages * os.sysconf("SC_PAGE_SIZE")
+
+
 def machine() -> dict[str, object]:
     """Return what the figures depend on."""
     info = Path("/proc/cpuinfo")

@@ -17,6 +17,7 @@ from hapkit_studio.gui.live.recorded import Recorded
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import SessionWriter
 from hapkit_studio.sessions.session import Session
+from tests.bench.frame import resident
 from tests.bench.plots import RATE, SPAN, Ours, telemetry
 
 SECONDS, CHUNK, FRAMES = 3600.0, 1200, 120
@@ -31,12 +32,6 @@ def write(path: Path) -> None:
         table[:, 3] = QUANTUM * np.rint(table[:, 3] / QUANTUM)
         writer.add(pack(table, QUANTUM, 0))
     writer.close()
-
-
-def resident() -> float:
-    """Return the memory in use in MB."""
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * 4096e-6
 
 
 def frames(window: QWidget, draw: Callable[[int], object]) -> float:

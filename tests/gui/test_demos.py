@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QLabel
 
 import hapkit_studio as hs
 from hapkit_studio.dynamics.hand import GRIPS
@@ -18,7 +17,7 @@ from hapkit_studio.gui.undo import settings_of
 from hapkit_studio.haptics import rows
 from tests.environments.calling import LIBRARY
 from tests.gui.demo_support import Clock, fast_studio, play
-from tests.gui.window_support import sheets
+from tests.gui.window_support import said_in, sheet_of
 
 STORY = """title = "Two walls"
 seconds = 10.0
@@ -242,10 +241,7 @@ def test_none_plays_while_an_instructor_has_locked_a_setting(shown, tmp_path):
     studio.set_lock(replace(studio.lock, places=frozenset({("value", "wall", "stiffness")})))
     assert (shown.demos.demo, settings_of(studio)) == (None, before)
     shown.play_demo(written(tmp_path))
-    (sheet,) = sheets(shown)
-    assert "No demo plays while settings are locked or hidden." in [
-        part.text() for part in sheet.findChildren(QLabel)
-    ]
+    assert "No demo plays while settings are locked or hidden." in said_in(sheet_of(shown))
     assert not shown.actions_by_key.qt["teach.open_demo"].isEnabled()
     studio.set_lock(replace(studio.lock, places=frozenset()))
 
@@ -297,8 +293,7 @@ def test_what_is_wrong_is_said_in_one_line(shown, tmp_path, good, bad, words):
     before = settings_of(shown.studio)
     text = STORY.replace(good, bad) if bad != "[step.x]" else STORY.partition(good)[0] + bad
     shown.play_demo(written(tmp_path, text))
-    (sheet,) = sheets(shown)
-    said = [part.text() for part in sheet.findChildren(QLabel)]
+    said = said_in(sheet_of(shown))
     assert said[0] == "story.toml: nothing was played"
     assert len(said) == 2
     assert words in said[1].replace("-60", "−60")

@@ -14,7 +14,7 @@ from hapkit_studio.gui.undo import settings_of
 from tests.environments.calling import LIBRARY
 from tests.gui.test_actions import TABLE, press
 from tests.gui.test_presets import preset
-from tests.gui.window_support import sheets
+from tests.gui.window_support import sheet_of
 
 STIFFNESS = ("value", "wall", "stiffness")
 PLACES = [STIFFNESS, LOOP, DEVICE, *(("environment", key) for key in LIBRARY if key != "wall")]
@@ -139,7 +139,7 @@ def test_stopping_and_the_device_are_never_locked(window):
 def test_it_is_locked_and_unlocked_in_a_dialog_and_survives_a_restart(window, make_window):
     window.studio.set_lock(Lock())
     window.show_lock()
-    (dialog,) = [sheet for sheet in sheets(window) if isinstance(sheet, LockDialog)]
+    dialog = sheet_of(window, LockDialog)
     dialog.others.click()
     dialog.places.item(0).setCheckState(Qt.CheckState.Checked)
     assert set(dialog.ticked) == {place for place in PLACES if place not in (LOOP, DEVICE)}
@@ -156,7 +156,7 @@ def test_it_is_locked_and_unlocked_in_a_dialog_and_survives_a_restart(window, ma
     with pytest.raises(ParameterError):
         again.studio.set_value("stiffness", 250.0)
     again.show_lock()
-    (dialog,) = [sheet for sheet in sheets(again) if isinstance(sheet, LockDialog)]
+    dialog = sheet_of(again, LockDialog)
     for code, left in (("b", 1), ("a", 0)):
         dialog.code.setText(code)
         dialog.confirm.click()

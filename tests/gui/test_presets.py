@@ -4,7 +4,6 @@ import random
 import tomllib
 
 import pytest
-from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import presets, session
@@ -12,7 +11,7 @@ from hapkit_studio.gui.panel.preset_row import CompareDialog, SavePresetDialog
 from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.gui.undo import settings_of
 from tests.environments.calling import LIBRARY
-from tests.gui.window_support import sheets
+from tests.gui.window_support import said_in, sheet_of
 
 STIFF = {"stiffness": 900.0, "damping": 2.5, "position": -0.0125, "side": 1.0, "damping_mode": 1.0}
 
@@ -85,7 +84,7 @@ def test_what_differs_stands_in_a_table_until_it_is_applied(window, home):
     studio.reset_values()
     studio.set_loop(**vars(LoopChoice()))
     window.actions_by_key.run("environment.compare_presets")
-    (dialog,) = [sheet for sheet in sheets(window) if isinstance(sheet, CompareDialog)]
+    dialog = sheet_of(window, CompareDialog)
     lines = [
         ("Setting", "Set now", "Preset"),
         ("Stiffness, N/m", "250", "900"),
@@ -141,7 +140,7 @@ def test_the_loop_is_in_a_preset_only_if_asked_for(window, home):
 
 def test_a_name_is_asked_for_and_must_be_one_that_a_file_can_have(window, home):
     window.actions_by_key.run("environment.save_preset")
-    (dialog,) = [sheet for sheet in sheets(window) if isinstance(sheet, SavePresetDialog)]
+    dialog = sheet_of(window, SavePresetDialog)
     for name, good in (("", False), ("../up", False), ("a/b", False), ("x" * 24, True), ("x" * 25, False)):
         dialog.name.setText(name)
         assert dialog.save.isEnabled() == good, name
@@ -169,8 +168,7 @@ def test_a_foreign_file_with_mistakes_says_each_in_a_line_and_changes_nothing(wi
     """
     before = settings_of(window.studio)
     window.presets.take(preset(tmp_path, text))
-    (sheet,) = sheets(window)
-    said = [part.text() for part in sheet.findChildren(QLabel)][1:]
+    said = said_in(sheet_of(window))[1:]
     for words in (
         "'colour'",
         "5,050",
@@ -237,7 +235,4 @@ def test_200_damaged_files_give_lines_and_nothing_else(window, tmp_path, home, m
 
 def test_a_missing_file_is_said(window, tmp_path):
     window.presets.take(tmp_path / "away.toml")
-    (sheet,) = sheets(window)
-    assert "Cannot read away.toml: No such file or directory." in [
-        p.text() for p in sheet.findChildren(QLabel)
-    ]
+    assert "Cannot read away.toml: No such file or directory." in said_in(sheet_of(window))

@@ -11,7 +11,7 @@ from hapkit_studio.gui.blind import score
 from hapkit_studio.gui.panel.two_settings import TwoSettingsDialog
 from hapkit_studio.gui.undo import settings_of
 from tests.gui.test_actions import press
-from tests.gui.window_support import SIMULATED, sheets
+from tests.gui.window_support import SIMULATED, said_in, sheet_of
 
 SOFT, STIFF = {"stiffness": 300.0}, {"stiffness": 900.0}
 
@@ -75,7 +75,7 @@ def test_what_differs_is_listed_and_another_loop_is_not_compared_blind(window):
     window.studio.set_loop(delay=0.002)
     window.two.step()
     window.actions_by_key.run("teach.two_settings")
-    (dialog,) = [sheet for sheet in sheets(window) if isinstance(sheet, TwoSettingsDialog)]
+    dialog = sheet_of(window, TwoSettingsDialog)
     heads = ("Setting", "A", "B")
     assert dialog.table.texts() == [
         heads,
@@ -113,8 +113,7 @@ def test_blind_the_answers_are_counted_and_nothing_shows_which_it_is(compared):
     assert settings_of(window.studio) == before
     assert not window.studio.hidden
     assert window.panel.isVisible()
-    (sheet,) = [sheet for sheet in sheets(window) if sheet.windowTitle() == "Blind comparison"]
-    assert "7 of 8 right; guessing gives 4." in [part.text() for part in sheet.findChildren(QLabel)]
+    assert said_in(sheet_of(window)) == ["Blind comparison", "7 of 8 right; guessing gives 4."]
 
 
 def test_blind_a_device_renders_what_is_hidden_also_after_a_reconnect(make_window, qtbot):

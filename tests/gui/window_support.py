@@ -2,7 +2,7 @@
 
 from PySide6.QtCore import QCoreApplication, QEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QDialog
+from PySide6.QtWidgets import QDialog, QLabel
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.simulated import SimulatedHapkit
@@ -29,6 +29,17 @@ def delete_the_given_up() -> None:
 def sheets(window) -> list[TextDialog]:
     """Return the dialogs in sight."""
     return [sheet for sheet in window.findChildren(TextDialog) if sheet.isVisible()]
+
+
+def sheet_of(window, kind=TextDialog):
+    """Return the one dialog of a kind that is in sight."""
+    (sheet,) = [sheet for sheet in sheets(window) if isinstance(sheet, kind)]
+    return sheet
+
+
+def said_in(part) -> list[str]:
+    """Return the words of all labels in a widget."""
+    return [label.text() for label in part.findChildren(QLabel)]
 
 
 def put_back(window) -> None:

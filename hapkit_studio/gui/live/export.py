@@ -53,9 +53,7 @@ class LiveExport(QObject):
         self._copying.finished.connect(self._put)
         for job in (self._saving, self._copying):
             job.failed.connect(self.failed)
-        for changed in (
-            studio.environment_changed, studio.values_changed, studio.loop_changed, studio.engine_changed,
-        ):  # fmt: skip
+        for changed in (studio.settings_changed, studio.engine_changed):
             changed.connect(self._note_settings)
 
     @property

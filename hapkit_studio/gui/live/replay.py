@@ -72,8 +72,7 @@ class Replay(QObject):
         live.paused_changed.connect(self._go_on)
         live.replay_wanted.connect(self.open)
         studio.stop_changed.connect(self._notice_release)
-        for signal in (studio.environment_changed, studio.values_changed, studio.loop_changed):
-            signal.connect(self._notice)
+        studio.settings_changed.connect(self._notice)
 
     # what a person does
 

@@ -146,8 +146,7 @@ class IdentifyPage(MeasuringPage):
         self.shaking.clicked.connect(self._press_shake)
         self.shake.timeout.connect(self._shake)
         studio.stop_changed.connect(self.let_go)
-        for changed in (studio.environment_changed, studio.values_changed, studio.loop_changed,
-                        studio.engine_changed, studio.link_changed):  # fmt: skip
+        for changed in (studio.settings_changed, studio.engine_changed, studio.link_changed):
             changed.connect(self._look)
         self.show_part()
         self._look()

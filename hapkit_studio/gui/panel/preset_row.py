@@ -20,6 +20,7 @@ from hapkit_studio.gui.undo import (
     Settings,
     UndoHistory,
     differences,
+    not_in_force,
     put,
     settings_of,
     settings_of_scene,
@@ -50,12 +51,7 @@ class Presets(QObject):
     @property
     def different(self) -> Settings:
         """Return what of the preset chosen last is not in force now."""
-        return self.not_in_force(self._chosen.get(self._studio.environment.key, ("", {}))[1])
-
-    def not_in_force(self, settings: Settings) -> Settings:
-        """Return those of some settings that are not in force."""
-        now = settings_of(self._studio)
-        return {place: value for place, value in settings.items() if now.get(place) != value}
+        return not_in_force(self._studio, self._chosen.get(self._studio.environment.key, ("", {}))[1])
 
     @property
     def names(self) -> dict[str, str]:
@@ -127,7 +123,7 @@ class Presets(QObject):
 
     def _put(self, name: str, settings: Settings) -> None:
         with self._history.named(f"preset {name}"):
-            put(self._studio, self.not_in_force(settings))
+            put(self._studio, not_in_force(self._studio, settings))
         self._chosen[self._studio.environment.key] = name, settings
         self.changed.emit()
 
@@ -223,12 +219,7 @@ class PresetRow(QWidget):
         self.name = label("Preset")
         self.name.setBuddy(self.button)
         across((self.name, 1), self.button, into=self, margins=(0, 3, 0, 3), gap=6)
-        for signal in (
-            studio.environment_changed,
-            studio.values_changed,
-            studio.loop_changed,
-            presets_.changed,
-        ):
+        for signal in (studio.settings_changed, presets_.changed):
             signal.connect(self.show_state)
         self.show_state()
 

@@ -157,10 +157,8 @@ class StabilityCard(QWidget):
         self._worker.answered.connect(self.show_answer)
         self._worker.late.connect(self.show_judging)
         for signal in (
-            studio.values_changed,
-            studio.environment_changed,
+            studio.settings_changed,
             studio.engine_changed,
-            studio.loop_changed,
             studio.hidden_changed,
             studio.stop_changed,
             studio.link_changed,

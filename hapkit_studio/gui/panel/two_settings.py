@@ -26,8 +26,7 @@ class TwoSettings(QObject):
         self._studio, self._history = studio, history
         self._kept: dict[str, list[Settings]] = {}
         self._last = 1
-        for signal in (studio.environment_changed, studio.values_changed, studio.loop_changed):
-            signal.connect(self.changed)
+        studio.settings_changed.connect(self.changed)
 
     @property
     def kept(self) -> list[Settings]:

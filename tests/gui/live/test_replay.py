@@ -17,6 +17,7 @@ from hapkit_studio.gui.undo import settings_of
 from hapkit_studio.haptics import rows
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import MARKER, SETTINGS, Event, SessionWriter
+from tests.gui.demo_support import Clock
 from tests.gui.live.test_export import read
 from tests.gui.test_demos import written
 from tests.gui.window_support import SIMULATED
@@ -52,15 +53,6 @@ def write(path, *settings):
     return path
 
 
-class Clock:
-    """A clock that stands until it is moved."""
-
-    time = 50.0
-
-    def __call__(self):
-        return self.time
-
-
 def opened(window, qtbot, path):
     window.replay.open(path)
     qtbot.waitUntil(lambda: window.replay.history is not None or window.banners.get("replay") is not None)
@@ -80,7 +72,7 @@ def replay(kept_idle_window, qtbot, home):
 
 
 def pass_time(replay, seconds):
-    replay._clock.time += seconds
+    replay._clock.now += seconds
     replay.tick()
 
 

@@ -33,8 +33,7 @@ class Feel(QObject):
         self._waiting = self._busy = False
         self._put: tuple[dict[str, float], LoopChoice] | None = None
         studio.environment_changed.connect(self._arrive)
-        for signal in (studio.environment_changed, studio.values_changed, studio.loop_changed):
-            signal.connect(self._look)
+        studio.settings_changed.connect(self._look)
 
     @property
     def on(self) -> bool:
