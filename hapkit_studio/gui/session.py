@@ -1,4 +1,4 @@
-"""What the next start finds as it was left: environment, all values and presets, loop, hand and view."""
+"""What the next start finds as it was left: environment, values, presets, loop, hand, view and trigger."""
 
 import json
 from collections.abc import Iterable, Mapping
@@ -8,6 +8,7 @@ from hapkit_studio.devices.simulated import MODELS
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.gui import pages
 from hapkit_studio.gui.environment_library import checked, usable
+from hapkit_studio.gui.live import trigger
 from hapkit_studio.gui.panel.loop import DELAY, ESTIMATOR, GRIP, RATE
 from hapkit_studio.gui.panel.rendering import RATE as BOARD_RATE
 from hapkit_studio.gui.panel.rendering import RENDERERS
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
 
 _ENVIRONMENT, _VALUES, _LOOP, _VIEW, _PRESETS = "environment", "values", "loop", "view", "presets"
+_TRIGGER = "trigger"
 _OF_LOOP = (
     RATE, DELAY, ESTIMATOR, GRIP, Choice("model", "Model", MODELS), Choice("where", "Rendered by", RENDERERS)
 )  # fmt: skip
@@ -39,6 +41,7 @@ def save(window: "MainWindow") -> None:
     settings.setValue(_LOOP, json.dumps(loop))
     settings.setValue(_VIEW, window.views.key)
     settings.setValue(_PRESETS, json.dumps(window.presets.names))
+    settings.setValue(_TRIGGER, json.dumps(_by_name(trigger.PARAMETERS, window.centre.trigger.values)))
 
 
 def restore(window: "MainWindow") -> None:
@@ -59,6 +62,8 @@ def _restore(window: "MainWindow") -> None:
     for known in values.keys() & studio.environments.keys():
         studio.set_values_of(known, usable(studio.environments[known], _mapping(values[known])))
     _restore_loop(studio, _remembered(settings, _LOOP))
+    for name, value in checked(trigger.PARAMETERS, _remembered(settings, _TRIGGER)).items():
+        window.centre.trigger.set_value(name, value)
     window.presets.remember(_remembered(settings, _PRESETS))
     if key in studio.environments:
         studio.choose(key)

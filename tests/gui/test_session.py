@@ -41,6 +41,8 @@ def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
     first.studio.choose("wall")
     first.studio.set_values({"stiffness": STIFFNESS, "position": -0.012, "side": 1.0})
     first.views.show("break_it")
+    first.centre.trigger.set_value("event", 3.0)
+    first.centre.trigger.set_value("force", -2.5)
     first.close()
     again = start()
     assert again.studio.environment.key == "wall"
@@ -49,6 +51,8 @@ def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
     )
     assert again.panel.parameters.rows["stiffness"].box.text() == "300"
     assert again.views.key == "break_it"
+    assert again.centre.trigger.values == first.centre.trigger.values
+    assert again.centre.trigger.level.channel == "applied"
     again.studio.choose("cat")
     again.views.show("live")
     again.close()
