@@ -169,13 +169,20 @@ class ParameterPanel(QWidget):
         self.preset, self.two = PresetRow(studio, presets), TwoSettingsRow(two)
         self.loop, self.stability = LoopPanel(studio, settings), StabilityCard(studio)
         self.warnings = WarningLines(studio, self.stability.facts)
-        self.upper.add(self.title, rule(), self.parameters, self.preset, self.two, rule(), self.loop)
+        self._rule = rule()
+        self.upper.add(self.title, self._rule, self.parameters, self.preset, self.two, rule(), self.loop)
         foot = rule(), self.warnings, self.stability
         down(*foot, into=self._foot, margins=(SIDE, 0, SIDE, 10), gap=6)
         self.stability.judged.connect(lambda *_: self._lay_out_now())
         self.warnings.changed.connect(self._lay_out_now)
         self.loop.opened.connect(self.upper.reveal)
-        studio.environment_changed.connect(lambda: self.upper.verticalScrollBar().setValue(0))
+        studio.environment_changed.connect(self._begin_anew)
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """Show the top for another environment, with one rule where no parameters part two."""
+        self.upper.verticalScrollBar().setValue(0)
+        self._rule.setVisible(bool(self.parameters.rows))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)

@@ -245,13 +245,16 @@ class ScrollColumn(QScrollArea):
         self._cover_cut_row()
 
     def _cover_cut_row(self) -> None:
-        """Lay the ground over the row that the bottom edge cuts."""
+        """Lay the ground over the row that the bottom edge cuts, and over a rule left with nothing below."""
         view = self.viewport()
         end = edge = self.verticalScrollBar().value() + view.height()
         spans = [(part.mapTo(self.body, QPoint()).y(), part.height()) for part in rows_of(self.body)]
         for top, height in sorted(spans, key=sum, reverse=True):
-            if top < edge < top + height < top + view.height() / 2:
+            cut = edge < top + height < top + view.height() / 2
+            if top < edge and (cut or height == 1):
                 edge = top
+            elif top < edge:
+                break
         self._cover.setGeometry(0, view.height() - end + edge, view.width(), end - edge)
 
 
