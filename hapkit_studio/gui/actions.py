@@ -268,6 +268,7 @@ _VIEW = (
         checked=lambda w: w.centre.view.locked, rule=True,
     ),
     Action("view.fit", "Fit axes", lambda w: w.fit_axes(), "F"),
+    Action("view.grid", "Grid", lambda w: w.toggle_grid(), "G", checked=lambda _w: theme.grid),
     Action(
         "view.projector", "Projector", lambda w: w.projector.toggle(), "F11", enabled=_shows_values,
         checked=lambda w: w.projector.on, rule=True,

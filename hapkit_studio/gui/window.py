@@ -128,6 +128,7 @@ class MainWindow(QMainWindow):
         self.energy = EnergyWatch(studio, self.live, self.status, lambda: self.stability.calm)
         self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
         self.single_keys = bool(self.settings.value("single_keys", True, bool))
+        theme.grid = bool(self.settings.value("grid", True, bool))
         self.body.arrange()
         self.setCentralWidget(self.body)
         self.gallery.order()
@@ -174,6 +175,13 @@ class MainWindow(QMainWindow):
         self.single_keys = not self.single_keys
         self.settings.setValue("single_keys", self.single_keys)
         self.actions_by_key.set_single_keys(self.single_keys)
+
+    def toggle_grid(self) -> None:
+        """Draw the plots' grid, or leave it out."""
+        theme.grid = not theme.grid
+        self.settings.setValue("grid", theme.grid)
+        for canvas in self.findChildren(Canvas):
+            canvas.viewport().update()
 
     def quit(self) -> None:
         """Close the window, or first ask what becomes of a law that is not saved."""
@@ -327,7 +335,8 @@ class MainWindow(QMainWindow):
         self.history.changed.connect(lambda: self.banners.set("undo", None))
         for signal in (self.history.refused, self.studio.refused):  # said until something else is changed
             signal.connect(lambda why: self.banners.warn("undo", "Nothing was changed.", why))
-        self.centre.scene.taken.connect(self.demos.end)
+        for taken in (self.centre.scene.taken, self.display.releasing):
+            taken.connect(self.demos.end)
         self.closed.connect(self.demos.end)
         self.closed.connect(self.projector.end)
         self.replay.changed.connect(self._show_replay)

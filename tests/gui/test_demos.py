@@ -184,7 +184,7 @@ def test_whoever_takes_the_handle_or_changes_a_setting_ends_it(shown, tmp_path):
         QTest.mousePress(scene, Qt.MouseButton.LeftButton, pos=QPoint(scene.width() // 2, 30))
         QTest.mouseRelease(scene, Qt.MouseButton.LeftButton)
 
-    for take in (press_key, press_mouse, studio.stop, shown.demos.end):
+    for take in (press_key, press_mouse, shown.display.release_here, studio.stop, shown.demos.end):
         shown.play_demo(path)
         assert studio.values["stiffness"] == 900.0
         take()

@@ -230,8 +230,9 @@ class Canvas(pg.GraphicsView):
         painter.setClipRect(box)
         self.paint_under(painter, box)
         painter.restore()
-        painter.setPen(QPen(theme.color("grid"), 1))
-        painter.drawLines(self._grid)
+        if theme.grid:
+            painter.setPen(QPen(theme.color("grid"), 1))
+            painter.drawLines(self._grid)
         painter.setPen(QPen(theme.color("line"), theme.frame))
         painter.drawRect(box)
 

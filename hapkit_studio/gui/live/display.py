@@ -4,7 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from PySide6.QtCore import QElapsedTimer, QObject, QTimer
+from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal
 
 from hapkit_studio.analysis import oscillation
 from hapkit_studio.gui.live import held
@@ -34,7 +34,12 @@ _WORDS = {
 
 
 class LiveDisplay(QObject):
-    """Passes every frame, parameter and state on to the widgets that draw them."""
+    """Passes every frame, parameter and state on to the widgets that draw them.
+
+    ``releasing``: a person is about to let the handle go where it is.
+    """
+
+    releasing = Signal()
 
     def __init__(
         self,
@@ -157,6 +162,7 @@ class LiveDisplay(QObject):
 
     def release_here(self) -> None:
         """Let the simulated handle go at rest from where it is, whatever holds or moves it."""
+        self.releasing.emit()
         self._live.set_paused(False)
         self._studio.release_at_rest()
         self._centre.scene.release()

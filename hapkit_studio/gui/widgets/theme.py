@@ -27,7 +27,8 @@ ROLES = {
 class Theme(QObject):
     """Holds the mode in force, ``tokens`` as "#RRGGBB"; ``changed`` fires after every switch.
 
-    scale: how many times larger than usual everything is drawn; frame: how many px wide a thin line is.
+    scale: how many times larger than usual everything is drawn; frame: how many px wide a thin line is;
+    grid: whether plots have one.
     """
 
     changed = Signal()
@@ -36,7 +37,7 @@ class Theme(QObject):
         super().__init__()
         self.mode = "system"
         self.name = "light"
-        self.scale, self.frame = 1.0, 1
+        self.scale, self.frame, self.grid = 1.0, 1, True
         self.refreshing = False
         """Whether Qt styles all widgets anew: until that is done none may be deleted."""
         self.tokens = table("light")
