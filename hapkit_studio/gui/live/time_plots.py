@@ -201,25 +201,25 @@ class TraceCanvas(Canvas):
             words = f"No data for {number(stop - start, 1)} s"
             if left + _wide(words) + _BESIDE < min(self.pixel(stop, 0.0).x(), box.right()):
                 self.note(painter, left, box.center().y(), words, "warn")
-        newest = True
+        newest, ends = True, dict.fromkeys((box.top() + _ROW, box.bottom() - _ROW + _LETTERS), right)
         for time, words in reversed(self.shown.dividers):
-            x = self.pixel(time, 0.0).x()
-            fits = x + _BESIDE + _wide(words) <= right
-            if box.left() < x <= box.right() and (fits or newest):  # an older one gives way to a newer
-                left, wide = min(x + _BESIDE, right - _wide(words)), _wide(words)
-                row = self._free_row(box, left, left + wide)
+            x, wide = self.pixel(time, 0.0).x(), _wide(words)
+            left = min(x + _BESIDE, right - wide) if newest else x + _BESIDE
+            hidden = {r: self._hidden(r, left, left + wide) for r, end in ends.items() if left <= end - wide}
+            row = min(hidden, key=hidden.__getitem__, default=0.0)
+            # an older one gives way to newer ones and to the trace
+            if box.left() < x <= box.right() and hidden and (newest or not hidden[row]):
+                ends[row] = min(left, x) - _BESIDE
                 ground = QRectF(left, row - _LETTERS, wide, _LETTERS).adjusted(-3, -3, 3, 4)
                 painter.fillRect(ground & box, theme.color("plot", _GROUND))
                 self.note(painter, left, row, words, "ink2")
-            right, newest = min(x - _BESIDE, right), False
+            newest = False
 
-    def _free_row(self, box: QRectF, left: float, right: float) -> float:
-        """Return the base line of words between two columns: along the top, or the bottom if freer."""
+    def _hidden(self, row: float, left: float, right: float) -> int:
+        """Return how many points of the trace words on a base line between two columns would hide."""
         window, channel = self.shown.window, self.plot_of.traces[-1].channel
         x, y = self.to_pixels(window.x - self.shown.zero, window.y[channel] * self.plot_of.scale)
-        trace = y[(x > left) & (x < right)]
-        rows = box.top() + _ROW, box.bottom() - _ROW + _LETTERS
-        return min(rows, key=lambda row: np.count_nonzero((trace > row - _ROW) & (trace < row + _BESIDE)))
+        return int(np.count_nonzero((x > left) & (x < right) & (y > row - _ROW) & (y < row + _BESIDE)))
 
     def _tags(self, painter: QPainter, box: QRectF) -> None:
         """Paint the cursors' names on top of their lines."""

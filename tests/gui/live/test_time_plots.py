@@ -298,3 +298,51 @@ def test_a_change_is_a_line_through_all_plots_and_is_named_once(plots, history):
     last = named()[named() > line + wide + 14]
     assert last[-1] <= plots.canvases[0].measure().right()
     assert np.ptp(last) < 60  # one name at the right end, not two
+
+
+def test_an_older_change_keeps_its_name_in_the_other_row(plots):
+    """Two names that would overlap stand one along the top, one along the bottom; a third gives way."""
+    history = History(seconds=60.0, rate=RATE)
+    table = telemetry(14_000)
+    table[:, rows.POSITION] = 0.0
+    history.append(table)
+    canvas, named = plots.canvases[0], "Stiffness 250 → 300 N/m"
+    plots.view.set_history(history)
+    for when, seen in ((9.0, [1.0]), (8.9, [-1.0, 1.0]), (8.8, [-1.0, 1.0])):
+        before = len(words_in(canvas))
+        history.divide(named, when)
+        plots.refresh()
+        found = words_in(canvas)
+        assert sorted(set(np.sign(canvas.measure().center().y() - found[:, 1]))) == seen
+    assert len(found) == before
+
+
+def test_g_draws_the_grid_or_leaves_it_out(kept_idle_window):
+    window = kept_idle_window
+    canvas = window.centre.time.canvases[0]
+
+    def lines():
+        return len(colored(canvas.viewport().grab().toImage(), "grid"))
+
+    drawn = lines()
+    assert drawn > 0
+    window.actions_by_key.run("view.grid")
+    assert (lines(), window.actions_by_key.qt["view.grid"].isChecked()) == (0, False)
+    window.actions_by_key.run("view.grid")
+    assert lines() == drawn
+
+
+def test_an_older_change_gives_way_to_the_trace(plots):
+    """Its own row is a newer name's; along the other it would hide what was measured."""
+    history = History(seconds=60.0, rate=RATE)
+    table = telemetry(14_000)
+    table[:, rows.POSITION] = 0.011
+    history.append(table)
+    canvas, named = plots.canvases[0], "Stiffness 250 → 300 N/m"
+    plots.view.set_history(history)
+    found = []
+    for when in (9.0, 8.9):
+        history.divide(named, when)
+        plots.refresh()
+        found.append(len(words_in(canvas)))
+    assert found[0] == found[1] > 0
