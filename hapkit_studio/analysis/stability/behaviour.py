@@ -173,7 +173,9 @@ class Trials:
         rest = max(_REST_SECONDS + scene.loop.delay, settling.CALM_WINDOWS * self._objects)
         still = math.ceil(rest * scene.loop.rate)
         far = _ENDLESS if centre.kick else _FAR
-        self._quiet = settling.Quiet(_REST_REACH, scene.device.quantum, _REST_FORCE, still, far)
+        self._quiet = settling.Quiet(
+            _REST_REACH, scene.device.quantum, _REST_FORCE, still, far, drifts=centre.kick > 0.0
+        )
         self.centre, self.step = centre, scene.device.quantum
         # to both sides but where the scene pushes the handle out of itself: sensor steps round down
         self.sides = (1.0,) if centre.pushes else (1.0, -1.0)
@@ -217,7 +219,7 @@ class Trials:
     @property
     def _reach(self) -> float:
         """Return how far the last run swung, in m, peak to peak, beside its drift where nothing holds it."""
-        return float((self._swing.beside if self.centre.kick else self._swing.reach)[0])
+        return float(self._swing.reach[0])
 
     def swings(self, push: float, longer: int = 1) -> list[Lasting | None]:
         """Return how it swings that is let go at a push in m, on each side; None where it leaves."""
