@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from hapkit_studio.analysis.stability.behaviour import Lasting
+from hapkit_studio.analysis.stability.behaviour import Behaviour, Lasting
 from hapkit_studio.formatting import hertz, number, on_screen, power_of_ten, significant, unbroken, with_unit
 
 
@@ -28,7 +28,8 @@ def test_significant_digits_are_kept_and_never_written_with_an_exponent():
 )
 def test_a_slow_swing_has_a_decimal_and_its_prediction_the_same_words(frequency, words):
     assert hertz(frequency) == words
-    assert f"at {words}" in Lasting(2e-3, frequency).often
+    swing = Lasting(2e-3, frequency)
+    assert Behaviour(0.0, swing, swing, (frequency, frequency)).swing == f"±2 mm at {words}"
 
 
 def test_what_is_tiny_or_huge_is_a_power_of_ten():

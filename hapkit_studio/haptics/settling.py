@@ -42,23 +42,23 @@ class Quiet(NamedTuple):
     force: float  # N: peak to peak, a steady one
     still: int  # samples without any motion
     far: float  # m from where it was let go
+    drifts: bool  # nothing brings it back: how far it swings is that of its turns, beside their drift
 
 
 class Swing(NamedTuple):
     """What a run left, of its last half; each of shape (1,), but low and high."""
 
-    reach: np.ndarray  # m, peak to peak
-    beside: np.ndarray  # m: of a window at most, less what its middle drifted from the one before
+    reach: np.ndarray  # m, peak to peak; where it drifts, a turn's: mean, or the most of an irregular one
     frequency: np.ndarray  # Hz: turns over their time, nan where there was not one whole turn
     clamped: np.ndarray  # share of the samples whose force is at the limit
     samples: np.ndarray  # of the whole run, up to its last window's end
-    low: np.ndarray  # (MOST_WINDOWS,) m: of each window the lowest and the highest position
+    low: np.ndarray  # (MOST_WINDOWS,) m: of each window the lowest and highest position; 0 and a mean turn
     high: np.ndarray
 
 
 def new_swing() -> Swing:
     """Return room for what a run leaves."""
-    return Swing(*np.zeros((5, 1)), *np.zeros((2, MOST_WINDOWS)))
+    return Swing(*np.zeros((4, 1)), *np.zeros((2, MOST_WINDOWS)))
 
 
 @inlined
@@ -115,12 +115,14 @@ def let_go(
     low, high = swing.low, swing.high
     limit = r.block.values[block.MAX_FORCE] * (1.0 - 1e-9)
     look, waited, done, end = FIRST_LOOK, 0, 0, OPEN
-    way, extreme, band, middle, beside = 1.0, start[0], 0.0, start[0], 0.0
+    way, extreme, band, middle = 1.0, start[0], 0.0, start[0]
+    turned, earlier, turn, widest, sides = start[0], start[0], 0.0, 0.0, 0
     turns, first, last, clamped, counted, calm = 0, 0, 0, 0, 0, 0
     for n in range(MOST_WINDOWS):
         swing.samples[0] = (n + 1) * window
         low[n], high[n] = math.inf, -math.inf
         least, most = math.inf, -math.inf
+        before, seen = turn, sides
         for _ in range(window):
             row[rows.BOARD_TIME] = done * period
             headless.simulate_sample(r, body, row, start[2], start[2], start[2])
@@ -136,6 +138,10 @@ def let_go(
             elif way * (extreme - x) > band:
                 if way > 0.0:
                     first, last, turns = done if turns == 0 else first, done, turns + 1
+                # a turn's width beside a straight drift: its far end from the middle of its near ones
+                width = abs(turned - 0.5 * (earlier + extreme))
+                turn, widest, sides = turn + width, max(widest, width), sides + 1
+                earlier, turned = turned, extreme
                 way, extreme = -way, x
             if not abs(x - start[0]) <= quiet.far:
                 return LEAVES
@@ -148,20 +154,23 @@ def let_go(
             return RESTS
         drifted, middle = middle, 0.5 * (low[n] + high[n])
         swung = max(reach - abs(middle - drifted), 0.0)
-        beside, band = max(beside, swung), _TURNED * swung
+        band = _TURNED * swung
+        if quiet.drifts:
+            low[n], high[n] = 0.0, (turn - before) / max(sides - seen, 1)
         if n + 1 == look:
             end = _looked(low, high, n + 1)
             if end == SHRINKS and not shrinks:
                 end = OPEN
             if end in (SHRINKS, STEADY, IRREGULAR) or (end == GROWS and grows) or n + 1 == MOST_WINDOWS:
                 swing.reach[0] = _reach(low, high, (n + 1) // 2, n + 1)
-                swing.beside[0] = beside
+                if quiet.drifts:
+                    swing.reach[0] = widest if end == IRREGULAR else turn / max(sides, 1)
                 swing.clamped[0] = clamped / counted
                 swing.frequency[0] = (turns - 1) / ((last - first) * period) if turns > 1 else math.nan
                 return end
             look *= 2
         if n + 1 == look // 2:  # what is left is of the last half
-            turns, clamped, counted, beside = 0, 0, 0, 0.0
+            turns, clamped, counted, sides, turn, widest = 0, 0, 0, 0, 0.0, 0.0
     return OPEN
 
 

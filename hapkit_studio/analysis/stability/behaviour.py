@@ -33,8 +33,8 @@ _LONGER = 4
 # samples: after so many none between the pushes of the ladder is tried for the edge, after so many no further
 # one for another swing, so that what is said is not late
 _SEARCHED, _SAMPLES = 32_000, 270_000
-# Swings that differ by less are one.
-_SAME = 0.05
+# Swings whose sizes differ by less are one; frequencies that do are said as one.
+_SAME, _SAME_SPEED = 0.05, 0.02
 # s: how long a window is at least where there are objects
 _RETURN_SECONDS = 0.25
 _REST_REACH, _REST_FORCE, _REST_SECONDS = 1e-6, 0.020, 0.050
@@ -65,27 +65,23 @@ class Lasting:
         """Say whether the motor's limit is what holds it."""
         return self.clamped > _AT_LIMIT
 
-    @property
-    def often(self) -> str:
-        """Return its frequency in words: " at 30 Hz"."""
-        known = math.isfinite(self.frequency) and not self.irregular
-        return f" at {hertz(self.frequency)}" if known else ""
-
 
 @dataclass(frozen=True)
 class Behaviour:
     """What a handle does that is let go at rest off a scene's centre.
 
     push: m, up to which it settles; inf where it settles from everywhere that was tried, 0 where from
-    nowhere. From farther away it leaves, thrown beyond 60 mm, or swings on: sensor steps let several swings
-    last side by side; least and most are the smallest and the largest of all pushes that were tried, the same
-    where they are one. flick: where nothing brings it back a push of 1 m is a speed of so many m/s; 0
-    elsewhere. trembles: it settles to a sensor step to either side, and its force goes on changing.
+    nowhere. From farther away it leaves, thrown beyond 60 mm, or swings on: sensor steps let several
+    swings last side by side; least and most are the smallest and the largest of all pushes that were
+    tried, the same where they are one; often: Hz of the slowest and the fastest. flick: where nothing
+    brings it back a push of 1 m is a speed of so many m/s; 0 elsewhere. trembles: it settles to a sensor
+    step to either side, and its force goes on changing.
     """
 
     push: float = math.inf
     least: Lasting | None = None
     most: Lasting | None = None
+    often: tuple[float, float] | None = None
     leaves: bool = False
     flick: float = 0.0
     trembles: bool = False
@@ -117,19 +113,24 @@ class Behaviour:
     def swing(self) -> str:
         """Return how it swings: "±2.3 mm at 30 Hz, at the motor's limit"; "" where it settles or leaves.
 
-        "±0.05 to ±0.5 mm at 14 Hz, by how it is pushed" where several swings last.
+        "±0.05 to ±0.5 mm at 14 to 16 Hz, by how it is pushed" where several swings last.
         """
         if self.least is None or self.most is None:
             return ""
         far = f"±{on_screen(self.most.amplitude, 'm', 2)}"
-        far = f"irregularly, up to {far}" if self.most.irregular else f"{far}{self.most.often}"
         limited = ", at the motor's limit" if self.most.at_limit else ""
-        if self.least == self.most or self.most.irregular:
+        if self.most.irregular:
+            return f"irregularly, up to {far}{limited}"
+        if self.often:
+            slow, fast = self.often
+            one = math.isclose(slow, fast, rel_tol=_SAME_SPEED)
+            said = (
+                hertz(0.5 * (slow + fast)) if one else f"{hertz(slow).removesuffix(' Hz')} to {hertz(fast)}"
+            )
+            far = f"{far} at {said}"
+        if self.least == self.most:
             return f"{far}{limited}"
-        near = f"±{with_unit(1e3 * self.least.amplitude, digits=2)}"
-        if not math.isclose(self.least.frequency, self.most.frequency, rel_tol=_SAME):
-            near = f"{near} mm{self.least.often}"
-        return f"{near} to {far}{limited}, by how it is pushed"
+        return f"±{with_unit(1e3 * self.least.amplitude, digits=2)} to {far}{limited}, by how it is pushed"
 
     @property
     def sentence(self) -> str:
@@ -173,7 +174,9 @@ class Trials:
         rest = max(_REST_SECONDS + scene.loop.delay, settling.CALM_WINDOWS * self._objects)
         still = math.ceil(rest * scene.loop.rate)
         far = _ENDLESS if centre.kick else _FAR
-        self._quiet = settling.Quiet(_REST_REACH, scene.device.quantum, _REST_FORCE, still, far)
+        self._quiet = settling.Quiet(
+            _REST_REACH, scene.device.quantum, _REST_FORCE, still, far, drifts=centre.kick > 0.0
+        )
         self.centre, self.step = centre, scene.device.quantum
         # to both sides but where the scene pushes the handle out of itself: sensor steps round down
         self.sides = (1.0,) if centre.pushes else (1.0, -1.0)
@@ -217,7 +220,7 @@ class Trials:
     @property
     def _reach(self) -> float:
         """Return how far the last run swung, in m, peak to peak, beside its drift where nothing holds it."""
-        return float((self._swing.beside if self.centre.kick else self._swing.reach)[0])
+        return float(self._swing.reach[0])
 
     def swings(self, push: float, longer: int = 1) -> list[Lasting | None]:
         """Return how it swings that is let go at a push in m, on each side; None where it leaves."""
@@ -321,4 +324,5 @@ def _summary(trials: Trials, calm: float, found: list[Lasting | None]) -> Behavi
     least, most = swings[0], swings[-1]
     if most.amplitude - least.amplitude <= max(_SAME * least.amplitude, trials.step):
         least = most
-    return replace(behaviour, least=least, most=most)
+    heard = [one.frequency for one in swings if math.isfinite(one.frequency)]
+    return replace(behaviour, least=least, most=most, often=(min(heard), max(heard)) if heard else None)
