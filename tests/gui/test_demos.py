@@ -171,8 +171,10 @@ def test_a_demo_plays_by_its_clock_and_leaves_what_was_set(shown, tmp_path):
     assert shown.history.stack.count() == steps
 
 
-def test_whoever_takes_the_handle_or_changes_a_setting_ends_it(shown, tmp_path):
+def test_whoever_takes_the_handle_or_changes_a_setting_ends_it(shown, tmp_path, monkeypatch):
     studio, path = shown.studio, written(tmp_path)
+    # a busy machine may let it go while the demo's wall is still so stiff that it throws it out, too fast
+    monkeypatch.setattr(studio, "release_at_rest", lambda: None)
     before = settings_of(studio)
     scene = shown.centre.scene
 

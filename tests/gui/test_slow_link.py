@@ -103,7 +103,9 @@ def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_ar
         for _ in range(5):
             scripted.say(encode(sample(seq[0], answered=(seq[0] - 4) & 0xFFFF, delay_us=3500)))
             seq[0] += 1
-        # each time: a busy machine may have let go of the board meanwhile, and opened it again
+        # each time: a busy machine may have let go of the board meanwhile, and be opening it again
+        if window.studio.engine is None:
+            return False
         window.studio.engine.device.latency = Latency(0.016, True, "/dev/ttyUSB0")
         window.live.tick()
         window.live.look()
