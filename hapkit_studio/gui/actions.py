@@ -103,6 +103,11 @@ def _has_samples(window: "MainWindow") -> bool:
     return len(window.centre.view.history) > 1 and _shows_values(window)
 
 
+def _may_ask(window: "MainWindow") -> bool:
+    free = window.demos.demo is None and not _replays(window) and not window.projector.on
+    return free and window.quiz.parameter is not None
+
+
 def _has_law(window: "MainWindow") -> bool:
     return window.editor.path is not None
 
@@ -358,6 +363,7 @@ _CLASSROOM = (
         "teach.blind", "Compare A and B blind", lambda w: w.blind.begin(),
         enabled=lambda w: _shows_values(w) and w.two.comparable,
     ),
+    Action("teach.quiz", "Quiz: find the hidden value", lambda w: w.quiz.begin(), enabled=_may_ask),
 )  # fmt: skip
 
 

@@ -141,7 +141,7 @@ class BlindComparison(QObject):
             return
         self.page = page
         page.ended.connect(self._end)
-        self._views.cover(page)
+        self._views.cover(page.side, page)
 
     def _end(self, words: str) -> None:
         page, self.page = self.page, None

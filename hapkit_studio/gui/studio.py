@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 ANSWER_MS = 30
 """How often it is looked for what the board says to a law that is being translated for it."""
 _FIRST = "wall"
-LOCKED, HIDDEN = "Locked by the instructor", "Hidden during the blind comparison"
+LOCKED = "Locked by the instructor"
+BLIND, QUIZ = "Hidden during the blind comparison", "Hidden during the quiz"
+"""Why values are hidden: in the first name, scene and plots as well; in the quiz those are to be seen."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,8 @@ class Studio(QObject):
         self.trying = False
         """Whether what changes now is put back by what changes it, and no person's choice."""
         self._lock = Lock()
+        self.hidden = ""
+        """Why other values are rendered than the window shows, "" where they are not."""
         self._hidden: dict[str, float] | None = None
         self._board_answer: tuple = ()
         self._answer = QTimer(self, interval=ANSWER_MS, singleShot=True)
@@ -141,7 +145,7 @@ class Studio(QObject):
         """Say why a setting, named by its place, cannot be changed now; "" where it can."""
         if self.trying:
             return ""
-        return HIDDEN if self.hidden else LOCKED if self._lock.holds(place) else ""
+        return self.hidden or (LOCKED if self._lock.holds(place) else "")
 
     def check_free(self, places: Iterable[Place]) -> None:
         """Raise ParameterError if one of some settings cannot be changed now."""
@@ -228,7 +232,7 @@ class Studio(QObject):
         except ParameterError as error:  # they do not go with those that are locked
             self.refused.emit(str(error))
 
-    def hide_values(self, values: Mapping[str, float] | None) -> None:
+    def hide_values(self, values: Mapping[str, float] | None, why: str = BLIND) -> None:
         """Render other values than the window shows and keeps; None renders those again.
 
         Nothing can be changed meanwhile by a person; a measurement's values or another environment end it.
@@ -238,16 +242,12 @@ class Studio(QObject):
         if numbers is not None and not self.hidden:
             self._check_values(self.environment.key, numbers)
         before, self._hidden = self._hidden, numbers
+        self.hidden = "" if numbers is None else why
         if before == self._hidden:
             return
         if self.engine is not None:
             self.engine.set_environment(self.environment, self._hidden or self.values)
         self.hidden_changed.emit()
-
-    @property
-    def hidden(self) -> bool:
-        """Say whether other values are rendered than the window shows."""
-        return self._hidden is not None
 
     def _check_values(self, key: str, numbers: Mapping[str, float]) -> None:
         old = self.library.values[key]

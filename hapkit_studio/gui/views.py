@@ -36,7 +36,7 @@ class Views(QObject):
         self._library = pages.discover()
         self._pages: dict[str, Page] = {}
         self._shown: Page | None = None
-        self._cover: Page | None = None
+        self._covered = False
         self._bar.setTabData(0, LIVE)
         for key, tab in self._library.items():
             self._bar.setTabData(self._bar.addTab(tab.title), key)
@@ -65,22 +65,22 @@ class Views(QObject):
 
     def show(self, key: str) -> None:
         """Bring a view into sight, and give it the keyboard."""
-        if self._cover is None:
+        if not self._covered:
             self._bar.setCurrentIndex(self._index(key))
         self.take_keys()
 
-    def cover(self, page: Page | None) -> None:
-        """Put a page in the place of every view, None brings Live back.
+    def cover(self, side: QWidget | None, page: Page | None = None) -> None:
+        """Leave of all views only Live, and put a side in the panel's place; None brings all back.
 
-        The scene stays above it only where the hand moves in it.
+        page, if any, stands in the plots' place; the scene stays above it only where the hand moves in it.
         """
         self._bar.setCurrentIndex(self._index(LIVE))
-        self._cover = page
+        self._covered = side is not None
         if page is not None:
             self._centre.add_page(page)
-        self._bar.setEnabled(page is None)
+        self._bar.setEnabled(side is None)
         self._centre.show_page(page, scene=page is None or self._studio.hand_is_ours)
-        self._show_side(page.side if page else None)
+        self._show_side(side)
         self.take_keys()
 
     def take_keys(self) -> None:
@@ -125,7 +125,7 @@ class Views(QObject):
         return keys.index(key) if key in keys else -1
 
     def _follow(self) -> None:
-        if self._cover is not None:
+        if self._covered:
             return
         key = self.key
         page = self.page(key) if key in self._library else None

@@ -47,6 +47,7 @@ from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.panel.two_settings import TwoSettings
 from hapkit_studio.gui.projector import Projector
+from hapkit_studio.gui.quiz import Quiz
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
@@ -81,6 +82,7 @@ class MainWindow(QMainWindow):
     presets: Presets
     two: TwoSettings
     blind: BlindComparison
+    quiz: Quiz
     display: LiveDisplay
     demos: DemoPlayer
     projector: Projector
@@ -139,6 +141,7 @@ class MainWindow(QMainWindow):
             lambda: self.views.show("sessions"),
         )  # fmt: skip
         self.blind = BlindComparison(studio, self.two, self.views, self)
+        self.quiz = Quiz(self)
         self.projector = Projector(self)
         self.export = LiveExport(studio, self.centre)
         self.export.said.connect(self.record_display.say)
@@ -419,7 +422,8 @@ class WindowLayout(QWidget):
         self.side.setMinimumWidth(px(breakpoints.PANEL_NARROW))
         self.side.setMaximumWidth(px(breakpoints.PANEL_MOST))
         small = wide < breakpoints.DRAWER_WIDTH or parts.height() < breakpoints.DRAWER_HEIGHT
-        opened = not projected and (not small if self._drawer_open is None else self._drawer_open)
+        opened = not small if self._drawer_open is None else self._drawer_open
+        opened = not projected and (opened or parts.quiz.side is not None)
         parts.header.panel.setVisible(small and not projected)
         self.side.setVisible(opened)
         self._place_banners(wide < breakpoints.BANNERS_BESIDE_PANEL and opened)

@@ -13,7 +13,7 @@ from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.live.replay import Replay
 from hapkit_studio.gui.panel.warnings import WarningLines
 from hapkit_studio.gui.status_bar import StatusBar
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.studio import BLIND, Studio
 from hapkit_studio.haptics import rows
 
 if TYPE_CHECKING:
@@ -196,9 +196,11 @@ class LiveDisplay(QObject):
         self._centre.time.show_oscillation(oscillation.sustained(window.x, window.y["position"]))
 
     def show_environment(self) -> None:
-        """Show another environment; while its values are hidden the handle alone: the rest shows them."""
+        """Show another environment; in a blind comparison the handle alone: the rest shows its values."""
         environment, values = self._studio.environment, self._studio.values
-        if self._studio.hidden:
+        self._centre.phase.hide_theory(bool(self._studio.hidden))
+        self._centre.toolbar.hold.setEnabled(not self._studio.hidden)  # named by what is set
+        if self._studio.hidden == BLIND:
             environment, values = self._studio.environments["free"], {}
         self._centre.scene.set_environment(environment, values)
         self._centre.lay_out()
@@ -209,7 +211,7 @@ class LiveDisplay(QObject):
         if not self._moves:
             return
         environment, values = self._studio.environment, self._studio.values
-        if self._studio.hidden:
+        if self._studio.hidden == BLIND:
             return
         self._centre.scene.set_values(values)
         self._centre.trigger.set_environment(environment)

@@ -1,5 +1,6 @@
-"""What a person changes, not a replay, leaves a labelled divider in the history: one for each gesture."""
+"""What a person changes, not a replay, leaves a labelled divider in the history, one for each gesture."""
 
+import math
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
@@ -20,6 +21,8 @@ class Dividers(QObject):
         super().__init__(live)
         self._studio, self._live, self._undo = studio, live, undo
         self._rebase()
+        self._hid = -math.inf
+        studio.hidden_changed.connect(self._note_hidden)
         studio.environment_changed.connect(self._rebase)
         for changed in (studio.values_changed, studio.loop_changed):
             changed.connect(self._look)
@@ -37,6 +40,12 @@ class Dividers(QObject):
         self._last = self._in_force()
         self._gesture, self._at = -1, 0.0
         self._change: tuple[Settings, Settings] = {}, {}
+
+    def _note_hidden(self) -> None:
+        """Note that other values are rendered, and not which."""
+        again = self._live.history.now - self._hid < _RESTED
+        words = self._studio.hidden or "What was set before"
+        self._hid = self._live.note(words, self._hid if again else None)
 
     def _look(self) -> None:
         last, self._last = self._last, self._in_force()

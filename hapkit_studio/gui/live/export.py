@@ -53,7 +53,7 @@ class LiveExport(QObject):
         self._copying.finished.connect(self._put)
         for job in (self._saving, self._copying):
             job.failed.connect(self.failed)
-        for changed in (studio.settings_changed, studio.engine_changed):
+        for changed in (studio.settings_changed, studio.hidden_changed, studio.engine_changed):
             changed.connect(self._note_settings)
 
     @property

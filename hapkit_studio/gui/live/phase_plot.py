@@ -36,7 +36,7 @@ class ForcePosition(QWidget):
         self._values: dict[str, float] = {}
         self._max_force = math.inf
         self._found: dict[str, np.ndarray | None] = {}
-        self._odd = self._by_hand = False
+        self._odd = self._by_hand = self._hidden = False
         self._unseen = ""
         self.view = cursors.view
         self.canvas = PhaseCanvas(self.plots[0], self.view)
@@ -85,6 +85,12 @@ class ForcePosition(QWidget):
             self._show(self.switch.index if self.pane else self._most_telling())
         else:
             self._later.start()
+
+    def hide_theory(self, on: bool) -> None:
+        """Leave the theory out, as what is rendered is hidden, or show it again."""
+        self._hidden = on
+        if self.pane is None:
+            self._take_theory()
 
     def set_note(self, words: str) -> None:
         """Say what is not to be seen beside force, or nothing."""
@@ -164,7 +170,7 @@ class ForcePosition(QWidget):
     def _take_theory(self) -> None:
         if self._environment is not None:
             plot = self.canvas.plot_of
-            force = self._theory(plot)
+            force = None if self._hidden else self._theory(plot)
             self.canvas.set_theory(plot.grid(), force, self._max_force)
             for part in self.theory:
                 part.setVisible(force is not None)

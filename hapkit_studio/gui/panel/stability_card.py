@@ -12,11 +12,12 @@ from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas
 from hapkit_studio.gui.panel.limits import JUDGING, Answer, LoopFacts, Question, answer
-from hapkit_studio.gui.studio import HIDDEN, Studio
+from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.parts import AnswerLines, down, hint, label
 from hapkit_studio.gui.widgets.theme import number, theme
 
 if TYPE_CHECKING:
+    from hapkit_studio.analysis.stability.verdict import Asked
     from hapkit_studio.haptics.health import Health
 
 LONG = 2e-3
@@ -180,15 +181,21 @@ class StabilityCard(QWidget):
         if self._judged is None:
             self._ask_soon()  # why there is no verdict may have changed: a fault came or was cleared
 
-    def question(self) -> Question | None:
-        """Return what to ask about the scene in force; None while the loop is not known."""
+    def asked(self) -> "Asked | None":
+        """Return the scene that the window shows, to be judged; None while the loop is not known."""
         from hapkit_studio.analysis.stability.verdict import Asked  # late: keeps start-up fast
 
         studio = self._studio
         setting = self.facts.setting(studio.grip)
-        if setting is None or studio.engine is None or studio.hidden:
+        if setting is None or studio.engine is None:
             return None
-        asked = Asked(studio.environment, dict(studio.values), setting, studio.engine.max_force)
+        return Asked(studio.environment, dict(studio.values), setting, studio.engine.max_force)
+
+    def question(self) -> Question | None:
+        """Return what to ask about the scene in force; None while its loop or its values are not known."""
+        asked = self.asked()
+        if asked is None or self._studio.hidden:
+            return None
         damping = asked.impedance[1] if asked.impedance else 0.0
         return Question(asked, nice_width(damping, least=_LEAST_WIDTH))
 
@@ -200,7 +207,8 @@ class StabilityCard(QWidget):
             return
         self._worker.forget()
         self._mapped = False
-        self._claim_nothing(*((HIDDEN, "") if self._studio.hidden else self.facts.why_unknown()))
+        hidden = self._studio.hidden
+        self._claim_nothing(*((hidden, "") if hidden else self.facts.why_unknown()))
 
     def show_judging(self) -> None:
         """Take back what was said: the scene is another one, and its verdict takes its time."""

@@ -1,0 +1,144 @@
+"""The quiz: what is drawn, what is hidden, what is said of an estimate."""
+
+import random
+import re
+
+import pytest
+from PySide6.QtWidgets import QAbstractButton, QAbstractSpinBox, QLabel, QLineEdit, QWidget
+
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.verdict import Asked
+from hapkit_studio.environments import discover
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.quiz import asked_for, comparison, draw, first_calm
+from hapkit_studio.gui.undo import settings_of
+from hapkit_studio.gui.widgets.numbers import Quantity
+
+LIBRARY = discover()
+STIFFNESS = Quantity(LIBRARY["wall"].parameters[0])
+
+
+def texts(window):
+    """Give every text, tooltip, accessible name and menu entry of a window, seen or not."""
+    for part in (window, *window.findChildren(QWidget)):
+        yield from (part.toolTip(), part.accessibleName(), part.statusTip(), part.windowTitle())
+        if isinstance(part, QLabel | QAbstractButton | QLineEdit | QAbstractSpinBox):
+            yield part.text()
+    for action in window.actions():
+        yield from (action.text(), action.toolTip())
+    yield from (words for _, words in window.live.history.dividers)
+
+
+@pytest.fixture
+def asked(kept_window, qtbot):
+    """Return a running window in its quiz on the wall, and a list that gets each value in force."""
+    window = kept_window
+    window.quiz.begin(random.Random(7))
+    qtbot.waitUntil(lambda: window.quiz.side.show_true.isEnabled())
+    yield window
+    window.quiz.end()
+
+
+def test_only_a_law_of_one_spring_or_damper_is_asked_about():
+    found = {key: asked_for(one, one.values()) for key, one in LIBRARY.items()}
+    named = {key: parameter.key for key, parameter in found.items() if parameter is not None}
+    assert named == {"spring": "stiffness", "wall": "stiffness", "damping": "damping"}
+
+
+def test_values_are_drawn_on_steps_from_half_to_four_times_the_default():
+    """The wall's default is 250 N/m and its step 10 N/m: 130 (125 rounded to even: 120) to 1,000 N/m."""
+    seen = set()
+    for seed in range(40):
+        drawn = draw(LIBRARY["wall"].parameters[0], random.Random(seed))
+        assert drawn == draw(LIBRARY["wall"].parameters[0], random.Random(seed))
+        assert len(set(drawn)) == len(drawn) == 20
+        seen |= set(drawn)
+    assert seen == {10.0 * step for step in range(12, 101)}
+
+
+def test_the_first_calm_value_is_taken_and_none_where_none_is():
+    """With 20 ms a spring is passive below b / (T/2 + delay) = 0.5 / 0.0205 = 24 N/m."""
+    spring, progress = LIBRARY["spring"], lambda _done, _of: None
+    asked = Asked(spring, spring.values(), Setting(delay=0.02, hand="medium"))
+    for drawn, found in (([1900.0, 1000.0, 20.0, 10.0], 20.0), ([1900.0, 1000.0], None)):
+        assert first_calm(asked, "stiffness", drawn, progress) == found
+
+
+@pytest.mark.parametrize(
+    ("said", "true", "error", "words"),
+    [
+        (310.0, 340.0, -8.8235, "You said 310 N/m; it is 340 N/m: 8.8 % too low."),
+        (1500.0, 1000.0, 50.0, "You said 1,500 N/m; it is 1,000 N/m: 50.0 % too high."),
+        (340.0, 340.0, 0.0, "You said 340 N/m; it is 340 N/m: right."),
+    ],
+)
+def test_an_estimate_is_compared_in_one_sentence(said, true, error, words):
+    found, sentence = comparison(STIFFNESS, said, true)
+    assert found == pytest.approx(error, abs=1e-4)
+    assert sentence == words
+
+
+def test_the_hidden_value_is_rendered_and_stands_nowhere(asked):
+    """The truth is the engine's: no number in the window is that one, and none can be changed."""
+    window, studio = asked, asked.studio
+    true = studio.engine.values["stiffness"]
+    assert true != studio.values["stiffness"] == 250.0
+    written = re.compile(rf"(?<![\d.,]){true:,.0f}(?![\d,]|\.\d)")
+    window.live.tick()
+    assert not [words for words in texts(window) if written.search(words)]
+    side, phase = window.quiz.side, window.centre.phase
+    assert side.isVisible()
+    assert window.centre.time.isVisible()
+    assert phase.canvas.isVisible()
+    assert not window.panel.isVisible()
+    assert not window.centre.toolbar.hold.isEnabled()
+    assert not [part for part in phase.theory if part.isVisible()]
+    assert window.centre.scene.accessibleName() == "Scene: Wall"
+    with pytest.raises(ParameterError, match="hidden during the quiz"):
+        studio.set_value("stiffness", 300.0)
+    actions = window.actions_by_key.qt
+    for key in ("view.hold", "view.projector", "session.export_kept", "session.copy_picture", "edit.undo"):
+        assert not actions[key].isEnabled()
+
+
+def test_errors_are_counted_and_everything_comes_back(asked, qtbot):
+    """One estimate half as high, then one right: 50 % and 0 % have a mean of 25 %."""
+    window, studio, side = asked, asked.studio, asked.quiz.side
+    before, undone = settings_of(studio), window.history.stack.count()
+    for share, count in ((0.5, "1 try, mean error 50.0 %."), (1.0, "2 tries, mean error 25.0 %.")):
+        side.box.setValue(share * studio.engine.values["stiffness"])
+        side.show_true.click()
+        assert side.count.text() == count
+        side.compare()  # a second time is no second try
+        if share < 1.0:
+            side.more.click()
+            qtbot.waitUntil(lambda: side.show_true.isEnabled())
+    assert side.count.text() == "2 tries, mean error 25.0 %."
+    studio.stop()
+    assert studio.stopped  # stopping is never locked
+    studio.release_stop()
+    side.leave.click()
+    assert (settings_of(studio), window.history.stack.count()) == (before, undone)
+    assert studio.engine.values == studio.values
+    assert window.panel.isVisible()
+    assert window.centre.toolbar.hold.isEnabled()
+    assert [part for part in window.centre.phase.theory if part.isVisible()]
+
+
+def test_nothing_estimated_is_no_try(asked):
+    side = asked.quiz.side
+    for typed, words in ((0.0, "Enter your estimate first."), (6000.0, STIFFNESS.limits())):
+        side.box.setValue(typed)
+        side.show_true.click()
+        assert side.answer.words.text() == words
+    assert side.errors == []
+
+
+def test_nothing_calm_is_said_and_a_measurement_ends_the_quiz(asked):
+    side = asked.quiz.side
+    side._render(None)
+    assert side.answer.words.text().startswith("Nothing calm was found")
+    with asked.studio.temporarily():
+        asked.studio.set_value("stiffness", 400.0)
+    assert asked.quiz.side is None
+    assert asked.studio.engine.values["stiffness"] == 400.0
