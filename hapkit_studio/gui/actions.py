@@ -17,7 +17,7 @@ from hapkit_studio.gui.header import fill_frames_menu, fill_menu
 from hapkit_studio.gui.live.time_view import SPANS
 from hapkit_studio.gui.lock import DEVICE
 from hapkit_studio.gui.own_environments import OwnEnvironments
-from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.studio import QUIZ, Studio
 from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
@@ -104,8 +104,7 @@ def _has_samples(window: "MainWindow") -> bool:
 
 
 def _may_ask(window: "MainWindow") -> bool:
-    free = window.demos.demo is None and not _replays(window) and not window.projector.on
-    return free and window.quiz.parameter is not None
+    return not (window.demos.demo or window.projector.on) and window.quiz.parameter is not None
 
 
 def _has_law(window: "MainWindow") -> bool:
@@ -282,7 +281,10 @@ _VIEW = (
     _value(0, "First value down", -1, "-"),
     _value(1, "Second value up", 1, "Ctrl++", "Ctrl+="),
     _value(1, "Second value down", -1, "Ctrl+-"),
-    Action("view.panel", "Panel", lambda w: w.toggle_panel(), "F4", checked=lambda w: w.panel_open),
+    Action(
+        "view.panel", "Panel", lambda w: w.toggle_panel(), "F4", enabled=_shows_values,
+        checked=lambda w: w.panel_open,
+    ),
     Action(
         "view.single_keys", "Single-letter keys", lambda w: w.toggle_single_keys(),
         checked=lambda w: w.single_keys,
@@ -351,7 +353,8 @@ _ENVIRONMENT = (
 
 _CLASSROOM = (
     Action(
-        "teach.switch", "A and B: keep, then switch", lambda w: w.blind.step(), "X", enabled=_has_parameters,
+        "teach.switch", "A and B: keep, then switch", lambda w: w.blind.step(), "X",
+        enabled=lambda w: _has_parameters(w) and w.studio.hidden != QUIZ,
         said=lambda w: "Switch" if w.studio.hidden else w.two.next_words,
     ),
     Action("teach.two_settings", "A and B…", lambda w: w.blind.show_settings(), enabled=_shows_values),

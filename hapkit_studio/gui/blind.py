@@ -131,7 +131,10 @@ class BlindComparison(QObject):
 
     def begin(self, source: random.Random | None = None) -> None:
         """Begin to compare A and B; source mixes them."""
-        if self.page is not None or not self._two.comparable:
+        if not self._two.comparable:
+            return
+        if self._studio.hidden:
+            self._studio.refused.emit(f"{self._studio.hidden}.")
             return
         page = BlindPage(self._studio, self._two, source)
         try:

@@ -41,13 +41,14 @@ class EnergyWatch(QObject):
         live.health.connect(lambda _health: self.look())
         for signal in (studio.engine_changed, studio.environment_changed, studio.stop_changed):
             signal.connect(self._forget)
-        studio.loop_changed.connect(self._forget)
+        for signal in (studio.loop_changed, studio.hidden_changed):
+            signal.connect(self._forget)
         status.energy.link.clicked.connect(lambda: studio.set_loop(controller=True))
 
     def on_row(self, _row: np.ndarray, _clamped: bool) -> None:
         """Say what is given in the frame it is given in."""
         engine = self._studio.engine
-        if engine is None or self._studio.environment.drives:
+        if engine is None or self._studio.environment.drives or self._studio.hidden:
             return
         excess, least = engine.excess
         self._told = min(self._told, excess)  # what was given once stays an excess, long after all is at rest

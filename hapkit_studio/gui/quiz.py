@@ -21,26 +21,24 @@ from hapkit_studio.parameters import Parameter
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.stability.verdict import Asked
-    from hapkit_studio.gui.panel.stability_card import StabilityCard
     from hapkit_studio.gui.window import MainWindow
 
 LEAST, MOST = 0.5, 4.0
 """Times its default: what a value is drawn from can be felt, and measured below the force limit."""
 DRAWS = 20
 _ABOUT = (
-    "A hidden value is rendered. Find it by feel and with the plots and their cursors, enter it, and let the "
-    "true one be shown. What was set before comes back at the end."
+    "A hidden value is rendered. Find it by feel, and with the plots and their cursors. Nothing else can be "
+    "set or shown meanwhile; what was set before comes back at the end."
 )
 _NONE = "Nothing calm was found for this loop and grip. Close, and choose a shorter delay."
 
 
 def asked_for(environment: Environment, values: Values) -> Parameter | None:
     """Return the parameter to be found: its first, where its law is no more than the terms it declares."""
-    terms = environment.force_terms(values)
-    for first in environment.parameters[:1]:
-        if isinstance(first, Parameter) and first.default > 0.0 and terms.simple:
-            return first if getattr(terms, first.key, None) == values[first.key] else None
-    return None
+    first, terms = next(iter(environment.parameters), None), environment.force_terms(values)
+    if not isinstance(first, Parameter) or first.default <= 0.0 or not terms.simple:
+        return None
+    return first if getattr(terms, first.key, None) == values[first.key] else None
 
 
 def draw(parameter: Parameter, source: random.Random) -> list[float]:
@@ -75,9 +73,9 @@ def comparison(quantity: Quantity, said: float, true: float) -> tuple[float, str
 class QuizSide(SidePanel):
     """Asks for the hidden value, in the panel's place."""
 
-    def __init__(self, studio: Studio, card: "StabilityCard", parameter: Parameter, source: random.Random):
+    def __init__(self, studio: Studio, asked: "Asked", parameter: Parameter, source: random.Random):
         super().__init__("Quiz", _ABOUT)
-        self._studio, self._card, self._parameter, self._source = studio, card, parameter, source
+        self._studio, self._asked, self._parameter, self._source = studio, asked, parameter, source
         self._true: float | None = None
         self.errors: list[float] = []
         self.quantity = Quantity(parameter)
@@ -94,19 +92,15 @@ class QuizSide(SidePanel):
         self.leave.clicked.connect(lambda: studio.hide_values(None))
 
     def begin(self) -> None:
-        """Let nothing be changed any more, and draw the first value."""
-        self._studio.hide_values(self._studio.values, QUIZ)
+        """Let nothing be changed any more, as what is drawn suits only this, and draw the first value."""
+        self._studio.hide_values(self._asked.values, QUIZ)
         self.ask()
 
     def ask(self) -> None:
-        """Draw another value that is calm as loop and grip are now."""
-        asked = self._card.asked()
-        if asked is None:
-            self.answer.say("Needs a device whose delay is known.")
-            return
+        """Draw another value that is calm."""
         self.answer.say("Looking for a value that is calm…")
         drawn = draw(self._parameter, self._source)
-        self.job.start(partial(first_calm, asked, self._parameter.key, drawn))
+        self.job.start(partial(first_calm, self._asked, self._parameter.key, drawn))
 
     def compare(self) -> None:
         """Take the estimate, and show the true value beside it."""
@@ -130,7 +124,7 @@ class QuizSide(SidePanel):
             self.answer.say(_NONE, "triangle", "warn")
             return
         self._true = value
-        self._studio.hide_values({**self._studio.values, self._parameter.key: value}, QUIZ)
+        self._studio.hide_values({**self._asked.values, self._parameter.key: value}, QUIZ)
         self.box.show_value(0.0)
         self.answer.say(f"Find the {self._parameter.label.lower()}.")
         self._offer()
@@ -159,22 +153,23 @@ class Quiz(QObject):
         self._window = window
         self.side: QuizSide | None = None
         window.studio.hidden_changed.connect(self._look)
-        window.closed.connect(self.end)
+        for ending in (window.studio.engine_changed, window.closed):  # calm holds for one device
+            ending.connect(self.end)
 
     @property
     def parameter(self) -> Parameter | None:
-        """Return what can be asked for now, None where nothing can."""
+        """Return what can be asked for now, None where nothing can: locked, measured, replayed, no delay."""
         studio, card = self._window.studio, self._window.stability
         wanted = asked_for(studio.environment, studio.values)
-        if wanted is None or studio.engine is None or card.facts.delay is None:
+        if wanted is None or studio.trying or card.asked() is None:
             return None
         return None if studio.why_fixed("value", studio.environment.key, wanted.key) else wanted
 
     def begin(self, source: random.Random | None = None) -> None:
         """Ask about the environment in force; values are drawn from source."""
-        window, wanted = self._window, self.parameter
-        if wanted is not None:
-            self.side = QuizSide(window.studio, window.stability, wanted, source or random.Random())
+        window, wanted, asked = self._window, self.parameter, self._window.stability.asked()
+        if wanted is not None and asked is not None:
+            self.side = QuizSide(window.studio, asked, wanted, source or random.Random())
             window.views.cover(self.side)
             self.side.begin()
 

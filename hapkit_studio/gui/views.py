@@ -36,7 +36,8 @@ class Views(QObject):
         self._library = pages.discover()
         self._pages: dict[str, Page] = {}
         self._shown: Page | None = None
-        self._covered = False
+        self.covered = False
+        """Whether no other view than Live can be shown, and the side stays."""
         self._bar.setTabData(0, LIVE)
         for key, tab in self._library.items():
             self._bar.setTabData(self._bar.addTab(tab.title), key)
@@ -65,8 +66,10 @@ class Views(QObject):
 
     def show(self, key: str) -> None:
         """Bring a view into sight, and give it the keyboard."""
-        if not self._covered:
+        if not self.covered:
             self._bar.setCurrentIndex(self._index(key))
+        elif key != self.key:
+            self._studio.refused.emit(f"{self._studio.hidden}.")
         self.take_keys()
 
     def cover(self, side: QWidget | None, page: Page | None = None) -> None:
@@ -75,7 +78,7 @@ class Views(QObject):
         page, if any, stands in the plots' place; the scene stays above it only where the hand moves in it.
         """
         self._bar.setCurrentIndex(self._index(LIVE))
-        self._covered = side is not None
+        self.covered = side is not None
         if page is not None:
             self._centre.add_page(page)
         self._bar.setEnabled(side is None)
@@ -125,7 +128,7 @@ class Views(QObject):
         return keys.index(key) if key in keys else -1
 
     def _follow(self) -> None:
-        if self._covered:
+        if self.covered:
             return
         key = self.key
         page = self.page(key) if key in self._library else None

@@ -335,7 +335,8 @@ class MainWindow(QMainWindow):
         self.stability.ask()
         self.live.health.connect(self.stability.note_health)
         self.status.how_to_fix.connect(self.show_priority)
-        self.history.changed.connect(lambda: self.banners.set("undo", None))
+        for signal in (self.history.changed, self.studio.hidden_changed):
+            signal.connect(lambda: self.banners.set("undo", None))
         for signal in (self.history.refused, self.studio.refused):  # said until something else is changed
             signal.connect(lambda why: self.banners.warn("undo", "Nothing was changed.", why))
         for taken in (self.centre.scene.taken, self.display.releasing):
@@ -423,8 +424,8 @@ class WindowLayout(QWidget):
         self.side.setMaximumWidth(px(breakpoints.PANEL_MOST))
         small = wide < breakpoints.DRAWER_WIDTH or parts.height() < breakpoints.DRAWER_HEIGHT
         opened = not small if self._drawer_open is None else self._drawer_open
-        opened = not projected and (opened or parts.quiz.side is not None)
-        parts.header.panel.setVisible(small and not projected)
+        opened = not projected and (opened or parts.views.covered)
+        parts.header.panel.setVisible(small and not projected and not parts.views.covered)
         self.side.setVisible(opened)
         self._place_banners(wide < breakpoints.BANNERS_BESIDE_PANEL and opened)
         self._column.activate()  # at once: else a frame is painted with parts of two sizes

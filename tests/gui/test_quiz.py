@@ -10,9 +10,16 @@ from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.verdict import Asked
 from hapkit_studio.environments import discover
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.demos import read, shipped
+from hapkit_studio.gui.live.cursors import slope
+from hapkit_studio.gui.lock import Lock
 from hapkit_studio.gui.quiz import asked_for, comparison, draw, first_calm
 from hapkit_studio.gui.undo import settings_of
 from hapkit_studio.gui.widgets.numbers import Quantity
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.engine import Engine
+from tests.gui.test_actions import press
+from tests.gui.window_support import SIMULATED
 
 LIBRARY = discover()
 STIFFNESS = Quantity(LIBRARY["wall"].parameters[0])
@@ -31,7 +38,7 @@ def texts(window):
 
 @pytest.fixture
 def asked(kept_window, qtbot):
-    """Return a running window in its quiz on the wall, and a list that gets each value in force."""
+    """Return a running window in its quiz on the wall, with a value drawn."""
     window = kept_window
     window.quiz.begin(random.Random(7))
     qtbot.waitUntil(lambda: window.quiz.side.show_true.isEnabled())
@@ -99,6 +106,116 @@ def test_the_hidden_value_is_rendered_and_stands_nowhere(asked):
     actions = window.actions_by_key.qt
     for key in ("view.hold", "view.projector", "session.export_kept", "session.copy_picture", "edit.undo"):
         assert not actions[key].isEnabled()
+
+
+def test_pushing_into_the_wall_the_cursors_read_the_hidden_stiffness(asked, qtbot):
+    """Hooke's law: without damping the slope of force over position is the stiffness, to 1 %."""
+    window, studio = asked, asked.studio
+    live, cursors = window.live, window.centre.time.cursors
+    begun = live.history.changes[-1] + 0.1  # numbers ramp until then
+    depth = 1.5 / studio.engine.values["stiffness"]  # half the force limit
+    try:
+        for target in (0.0, studio.values["position"] + 3.0 * depth):  # the hand's spring gives way
+            studio.move_hand(target)
+            pushed = 0.5 if target else 0.0
+            qtbot.waitUntil(lambda pushed=pushed: arrived(live, begun, pushed))
+    finally:
+        studio.move_hand(None)
+    cursors.show(True)
+    cursors.move(0, begun)
+    cursors.move(1, live.history.now)
+    found, words = slope(cursors, cursors.between())
+    assert found is not None, words
+    assert found.slope == pytest.approx(-studio.engine.values["stiffness"], rel=0.01)
+    window.centre.phase.cursors.refresh()
+    assert window.centre.phase.cursors.slope.text() == words
+    cursors.show(False)
+
+
+def arrived(live, begun, force):
+    """Take what came, and say whether the wall pushes back with more than a force since a time."""
+    live.tick()
+    return live.history.now > begun and abs(live.last[rows.APPLIED]) >= force
+
+
+def test_what_would_show_or_change_it_is_refused_in_one_line(asked):
+    """Panel, projector, lock, A and B, presets, views, replay, demos; stopping is not."""
+    window, studio = asked, asked.studio
+    before, side = settings_of(studio), window.quiz.side
+    actions = window.actions_by_key
+    for key in (
+        "view.panel",
+        "teach.switch",
+        "teach.two_settings",
+        "teach.lock",
+        "teach.blind",
+        "teach.quiz",
+    ):
+        actions.run(key)
+        assert not actions.qt[key].isEnabled()
+    press(window, "X")
+    assert window.two.kept == []
+    for refused, line in (
+        (lambda: window.views.show("sessions"), "Hidden during the quiz."),
+        (lambda: studio.choose("spring"), "Spring: hidden during the quiz."),
+    ):
+        refused()
+        assert window.banners.get("undo").text == line
+    demo = read(next(iter(shipped().values())), studio.environments)
+    with pytest.raises(ParameterError, match="No demo plays while settings are locked or hidden"):
+        window.demos.play(demo)
+    assert (settings_of(studio), window.quiz.side, window.views.key) == (before, side, "live")
+    assert side.isVisible()
+
+
+@pytest.mark.parametrize("size", [(1440, 900), (1100, 700)])
+def test_its_side_is_seen_where_the_panel_is_a_drawer(kept_window, size):
+    window = kept_window
+    window.resize(*size)
+    window.body.open_drawer(False)
+    window.quiz.begin(random.Random(7))
+    assert window.quiz.side.isVisible()
+    window.quiz.end()
+    assert not window.panel_open
+
+
+def test_the_engine_is_told_values_alone_and_another_device_ends_the_quiz(kept_window, qtbot, monkeypatch):
+    """Only the hidden value is another one; E-stop, loop, hand and set-up are told nothing."""
+    window, studio, told = kept_window, kept_window.studio, []
+    for name in ("stop", "release_stop", "clear_fault", "set_loop", "set_grip", "set_model", "set_where"):
+        monkeypatch.setattr(Engine, name, lambda *_given, name=name: told.append(name))
+    render = Engine.set_environment
+    monkeypatch.setattr(Engine, "set_environment", lambda *given: told.append(given[1:]) or render(*given))
+    window.quiz.begin(random.Random(7))
+    qtbot.waitUntil(lambda: window.quiz.side.show_true.isEnabled())
+    hidden = studio.engine.values["stiffness"]
+    window.quiz.end()
+    same = [(studio.environment, {**studio.values, "stiffness": value}) for value in (250.0, hidden, 250.0)]
+    assert told == same
+    monkeypatch.undo()
+    window.quiz.begin(random.Random(7))
+    studio.device.open(SIMULATED)
+    qtbot.waitUntil(lambda: window.quiz.side is None and studio.link.state == "running")
+    assert studio.engine.values == studio.values
+    assert window.panel.isVisible()
+
+
+def test_none_begins_where_the_value_is_locked_or_something_else_has_the_scene(kept_window, monkeypatch):
+    window, studio = kept_window, kept_window.studio
+    assert window.quiz.parameter.key == "stiffness"
+    with studio.temporarily():  # a measurement, a replay
+        assert window.quiz.parameter is None
+    studio.set_lock(Lock(frozenset({("value", "wall", "stiffness")})))
+    assert window.quiz.parameter is None
+    studio.set_lock(Lock())
+    for part, shows in ((window.projector, "on"), (window.demos, "demo")):
+        with monkeypatch.context() as patch:
+            patch.setattr(part, shows, True)
+            window.actions_by_key.run("teach.quiz")
+            assert window.quiz.side is None
+    window.actions_by_key.run("teach.quiz")
+    assert window.quiz.side is not None
+    window.quiz.end()
 
 
 def test_errors_are_counted_and_everything_comes_back(asked, qtbot):

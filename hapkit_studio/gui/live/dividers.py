@@ -21,7 +21,7 @@ class Dividers(QObject):
         super().__init__(live)
         self._studio, self._live, self._undo = studio, live, undo
         self._rebase()
-        self._hid = -math.inf
+        self._hidden_at = -math.inf
         studio.hidden_changed.connect(self._note_hidden)
         studio.environment_changed.connect(self._rebase)
         for changed in (studio.values_changed, studio.loop_changed):
@@ -43,9 +43,9 @@ class Dividers(QObject):
 
     def _note_hidden(self) -> None:
         """Note that other values are rendered, and not which."""
-        again = self._live.history.now - self._hid < _RESTED
-        words = self._studio.hidden or "What was set before"
-        self._hid = self._live.note(words, self._hid if again else None)
+        again = self._live.history.now - self._hidden_at < _RESTED
+        words = "Hidden values" if self._studio.hidden else "Values as set"
+        self._hidden_at = self._live.note(words, self._hidden_at if again else None)
 
     def _look(self) -> None:
         last, self._last = self._last, self._in_force()

@@ -179,7 +179,7 @@ class Replay(QObject):
         studio = self._studio
         if studio.hidden:
             history.session.close()
-            self.failed.emit("A and B are being compared blind.")
+            self.failed.emit(f"{studio.hidden}.")
             return
         self.close()
         self.beginning.emit()

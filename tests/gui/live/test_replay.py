@@ -350,7 +350,7 @@ def test_none_begins_during_a_blind_comparison_nor_that_during_one(kept_idle_win
     window.blind.begin()
     replay = opened(window, qtbot, write(home / "a.hapkit", WALL))
     assert (replay.history, studio.hidden, page.replay.isEnabled()) == (None, True, False)
-    assert window.banners.get("replay").text == "A and B are being compared blind."
+    assert window.banners.get("replay").text == "Hidden during the blind comparison."
     window.blind.page.finish()
     window.banners.set("replay", None)
     opened(window, qtbot, home / "a.hapkit")
