@@ -113,8 +113,7 @@ class QuizSide(SidePanel):
             return
         error, words = comparison(self.quantity, said, true * self.quantity.factor)
         self.errors.append(abs(error))
-        tries = "1 try" if len(self.errors) == 1 else f"{len(self.errors)} tries"
-        self.count.setText(f"{tries}, mean error {number(fmean(self.errors), 1)} %.")
+        self.count.setText(f"Tries: {len(self.errors)}. Mean error: {number(fmean(self.errors), 1)} %.")
         self.answer.say(words)
         self._true = None
         self._offer()

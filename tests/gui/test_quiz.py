@@ -222,7 +222,7 @@ def test_errors_are_counted_and_everything_comes_back(asked, qtbot):
     """One estimate half as high, then one right: 50 % and 0 % have a mean of 25 %."""
     window, studio, side = asked, asked.studio, asked.quiz.side
     before, undone = settings_of(studio), window.history.stack.count()
-    for share, count in ((0.5, "1 try, mean error 50.0 %."), (1.0, "2 tries, mean error 25.0 %.")):
+    for share, count in ((0.5, "Tries: 1. Mean error: 50.0 %."), (1.0, "Tries: 2. Mean error: 25.0 %.")):
         side.box.setValue(share * studio.engine.values["stiffness"])
         side.show_true.click()
         assert side.count.text() == count
@@ -230,7 +230,7 @@ def test_errors_are_counted_and_everything_comes_back(asked, qtbot):
         if share < 1.0:
             side.more.click()
             qtbot.waitUntil(lambda: side.show_true.isEnabled())
-    assert side.count.text() == "2 tries, mean error 25.0 %."
+    assert side.count.text() == "Tries: 2. Mean error: 25.0 %."
     studio.stop()
     assert studio.stopped  # stopping is never locked
     studio.release_stop()

@@ -1,4 +1,4 @@
-"""What a person changes, not a replay, leaves a labelled divider in the history, one for each gesture."""
+"""What a person changes, not a replay, leaves a labelled divider in the history: one for each gesture."""
 
 import math
 from typing import TYPE_CHECKING

@@ -46,9 +46,7 @@ class Live(QObject):
         self._health.timeout.connect(self.look)
         studio.engine_changed.connect(self._follow)
         studio.environment_changed.connect(self._divide)
-        for changed in (
-            studio.values_changed, studio.hidden_changed, studio.loop_changed, studio.engine_changed,
-        ):  # fmt: skip
+        for changed in (studio.settings_changed, studio.hidden_changed, studio.engine_changed):
             changed.connect(self._note_change)
 
     def start(self) -> None:

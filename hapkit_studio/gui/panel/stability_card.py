@@ -207,8 +207,8 @@ class StabilityCard(QWidget):
             return
         self._worker.forget()
         self._mapped = False
-        hidden = self._studio.hidden
-        self._claim_nothing(*((hidden, "") if hidden else self.facts.why_unknown()))
+        why = (self._studio.hidden, "") if self._studio.hidden else self.facts.why_unknown()
+        self._claim_nothing(*why)
 
     def show_judging(self) -> None:
         """Take back what was said: the scene is another one, and its verdict takes its time."""
