@@ -168,8 +168,9 @@ class History:
     def _move_to_front(self) -> None:
         """Move the kept samples to the front."""
         shift, kept = self._begin, len(self)
-        self._time[:kept] = self._time[shift : self._end]
-        self._data[:, :kept] = self._data[:, shift : self._end]
+        # channel by channel: numpy copies a table first, and the heap keeps the room that took
+        for values in (self._time, *self._data):
+            values[:kept] = values[shift : self._end]
         self._breaks = [i - shift for i in self._breaks if i > shift]
         self._begin, self._end = 0, kept
 

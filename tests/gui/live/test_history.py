@@ -1,6 +1,7 @@
 """The history against the plainest possible computation on the same samples."""
 
 import itertools
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -101,6 +102,17 @@ def test_only_the_last_seconds_are_kept_however_long_it_runs():
     np.testing.assert_array_equal(newest.x, last[-10:, rows.HOST_TIME])
     np.testing.assert_array_equal(newest.y["position"], last[-10:, rows.POSITION])
     assert history.latest()["applied"] == last[-1, rows.APPLIED]
+
+
+def test_to_take_samples_needs_no_room_for_a_copy_of_those_kept():
+    history = History(seconds=6.0, rate=RATE)
+    history.append(telemetry(30_000))
+    tracemalloc.start()
+    for start in range(30_000, 110_000, 500):  # the kept half moves to the front twice
+        history.append(telemetry(500, start=start))
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert most < len(history) * 8  # bytes of one of its channels
 
 
 def test_a_copy_stays_while_the_original_goes_on():
