@@ -343,7 +343,8 @@ class MainWindow(QMainWindow):
         self.replay.failed.connect(
             lambda why: self.banners.warn("replay", "The session cannot be replayed.", why)
         )
-        self.replay.beginning.connect(self.demos.end)
+        for beginning in (self.replay.beginning, self.blind.beginning):
+            beginning.connect(self.demos.end)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
         assert application is not None

@@ -8,6 +8,7 @@ from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.blind import score
+from hapkit_studio.gui.demos import Demo, Step
 from hapkit_studio.gui.panel.two_settings import TwoSettingsDialog
 from hapkit_studio.gui.undo import settings_of
 from tests.gui.test_actions import press
@@ -164,6 +165,27 @@ def test_while_hidden_no_path_changes_a_setting(compared):
     assert not studio.hidden
     assert window.blind.page is None
     assert studio.values["stiffness"] == 400.0
+
+
+def test_a_demo_ends_where_a_comparison_begins_or_one_line_says_why_it_does_not(compared):
+    window, rendered = compared
+    before = settings_of(window.studio)
+    step = Step(0.0, before | {("value", "wall", "stiffness"): 100.0}, "", ())
+    window.demos.play(Demo("Soft", 9.0, (step,)))
+    window.demos._apply(step)  # as soon as a device is there
+    window.blind.begin(random.Random(3))
+    assert (window.demos.demo, rendered[-1] in (300.0, 900.0)) == (None, True)
+    assert window.blind.page.isVisible()
+    window.blind.page.finish()
+    assert settings_of(window.studio) == before
+    window.studio.choose("spring")
+    window.demos.play(Demo("Soft", 9.0, (step,)))
+    window.demos._apply(step)
+    window.blind.begin()
+    assert (window.demos.demo, window.blind.page) == (None, None)
+    assert window.studio.environment.key == "spring"
+    assert "A and B are those of its environment" in window.banners.get("undo").text
+    window.studio.choose("wall")
 
 
 @pytest.mark.parametrize(

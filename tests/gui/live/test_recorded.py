@@ -189,7 +189,9 @@ def test_the_object_is_drawn_in_a_minute_at_the_highest_rate(tmp_path):
     made = np.zeros((round(seconds * rate), rows.ROW_WIDTH))
     made[:, rows.TICK] = np.arange(len(made))
     made[:, rows.HOST_TIME] = 100.0 + made[:, rows.TICK] / rate
-    made[:, rows.STATE + mass.state_names.index("object")] = 0.01 * np.sin(2 * np.pi * made[:, rows.TICK] / rate)
+    made[:, rows.STATE + mass.state_names.index("object")] = 0.01 * np.sin(
+        2 * np.pi * made[:, rows.TICK] / rate
+    )
     writer = SessionWriter(tmp_path / "a.hapkit")
     writer.note(Event(99.0, SETTINGS, {"environment": mass.key, "parameters": {}}))
     for part in np.split(made, 150):
