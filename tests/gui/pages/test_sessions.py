@@ -171,10 +171,14 @@ def test_what_is_deleted_goes_to_the_bin_and_from_the_list(page, shared_window, 
 
 
 def test_without_sessions_it_says_how_to_get_one(shared_window, qtbot, home):
-    page = shared_window.views.page("sessions")
+    page = sessions.SessionsPage(shared_window.studio, shared_window.live)
+    qtbot.addWidget(page)
     page._others.clear()
-    shared_window.views.show("sessions")
-    qtbot.waitUntil(lambda: listed(page) == set())
+    page.show()
+    page.load()
+    assert (page.empty.isVisible(), page.empty.text()) == (True, "Reading the sessions…")
+    qtbot.waitUntil(lambda: not page._reading.running)
+    assert listed(page) == set()
     assert page.empty.isVisible()
     assert "(R)" in page.empty.text()
 
