@@ -50,7 +50,9 @@ class LargeValue(QWidget):
         if self.slider is not None and self.quantity is not None:
             self.slider.setAccessibleName(parameter.label)
             self.slider.picked.connect(lambda shown, to_si=self.quantity.si: self._set(to_si(shown)))
-        down(across(name, self.padlock, None, gap=6), value, *([self.slider] if self.slider else []), into=self)
+        down(
+            across(name, self.padlock, None, gap=6), value, *([self.slider] if self.slider else []), into=self
+        )
         self.show_value()
 
     def show_value(self) -> None:

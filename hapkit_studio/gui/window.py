@@ -319,6 +319,7 @@ class MainWindow(QMainWindow):
         self.live.paused_changed.connect(self.header.show_paused)
         self.header.panel_pressed.connect(self.toggle_panel)
         self.notices.flash.connect(self.show_flash)
+        self.editor.shown.connect(self.header.show_law)
         self.gallery.new_pressed.connect(self.editor.begin_new)
         self.gallery.edit_pressed.connect(self.editor.edit)
         self.gallery.reveal_pressed.connect(self.file_actions.reveal)

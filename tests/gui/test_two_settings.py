@@ -3,7 +3,7 @@
 import random
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
@@ -11,6 +11,7 @@ from hapkit_studio.gui.blind import score
 from hapkit_studio.gui.demos import Demo, Step
 from hapkit_studio.gui.panel.two_settings import TwoSettingsDialog
 from hapkit_studio.gui.undo import settings_of
+from tests.gui.panel.test_stability_card import WALL, answer, asked
 from tests.gui.test_actions import press
 from tests.gui.window_support import SIMULATED, said_in, sheet_of
 
@@ -68,6 +69,16 @@ def test_one_key_keeps_a_then_b_then_switches_values_and_loop(window):
     studio.set_value("damping", 1.0)
     press(window, Qt.Key.Key_X)  # from neither back to the one that was in force last
     assert row.words.text() == "A in force"
+
+
+def test_which_is_in_force_is_seen_in_the_least_window(window, qapp):
+    window.stability.show_answer(answer(asked(900.0, environment=WALL)))
+    window.resize(1280, 720)
+    press(window, Qt.Key.Key_X)
+    qapp.processEvents()
+    row, upper = window.panel.two, window.panel.upper
+    bottom = row.mapTo(upper, QPoint(0, row.height())).y()
+    assert 0 < bottom <= upper._cover.mapTo(upper, QPoint()).y()
 
 
 def test_what_differs_is_listed_and_another_loop_is_not_compared_blind(window):

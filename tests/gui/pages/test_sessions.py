@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QPushButton
+from PySide6.QtWidgets import QFileDialog, QLabel, QPushButton
 
 from hapkit_studio.cli import main
 from hapkit_studio.gui.dialogs import WordsDialog
@@ -154,6 +154,21 @@ def test_nothing_is_cut_off(page, shared_window, qapp, size):
     resize(qapp, shared_window, size)
     assert cut_off(shared_window) == []
     assert all(button.isVisible() for button in page.findChildren(QPushButton) if button.text())
+    resize(qapp, shared_window, (1440, 900))
+
+
+def test_what_happened_ends_between_two_lines(page, shared_window, qapp):
+    """Twenty lines, which are one form, are more than there is room for."""
+    page.happened.show_pairs([(f"{number} s", "stiffness 300 → 350 N/m") for number in range(20)])
+    bottom = page.side.viewport()
+    for height in range(720, 760, 4):  # a line is about 20 high
+        resize(qapp, shared_window, (1280, height))
+        lines = page.happened.findChildren(QLabel)
+        tops = [line.mapTo(bottom, QPoint()).y() for line in lines]
+        end = page.side._cover.mapTo(page.side, QPoint()).y()
+        assert bottom.height() - 40 < end < max(tops)
+        cut = [top for top, line in zip(tops, lines, strict=True) if top < end < top + line.height()]
+        assert not cut, height
     resize(qapp, shared_window, (1440, 900))
 
 
