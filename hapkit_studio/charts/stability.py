@@ -97,6 +97,7 @@ def draw(figure: Any, c: style.Colors, shown: Map) -> "Dot":
     axes.set_xlim(0.0, plane.width)
     axes.set_ylim(0.0, plane.top)
     axes.locator_params(nbins=6)
+    axes.tick_params(axis="y", pad=7)  # a dot at no damping stands beside its number
     axes.yaxis.set_major_formatter("{x:,.0f}")
     _lines(axes, c, shown)
     _measured(axes, measured, shown)

@@ -21,6 +21,8 @@ _ABOUT = (
     "often as you like."
 )
 
+_OTHERS = "The demo is over, and A and B are those of its environment."
+
 
 def score(right: int, answers: int) -> str:
     """Say how many answers were right, and how many guessing gives on average."""
@@ -111,6 +113,9 @@ class BlindPage(Page):
 class BlindComparison(QObject):
     """Brings the page into sight and tells the score when it ends; ``step`` is what the key does."""
 
+    beginning = Signal()
+    """Whatever else moves settings is to end now: putting them back later would end the comparison."""
+
     def __init__(self, studio: Studio, two: TwoSettings, views: Views, window: QWidget):
         super().__init__(window)
         self._studio, self._two, self._views, self._window = studio, two, views, window
@@ -135,6 +140,10 @@ class BlindComparison(QObject):
             return
         if self._studio.hidden:
             self._studio.refused.emit(f"{self._studio.hidden}.")
+            return
+        self.beginning.emit()
+        if not self._two.comparable:  # what has ended was in another environment
+            self._studio.refused.emit(_OTHERS)
             return
         page = BlindPage(self._studio, self._two, source)
         try:

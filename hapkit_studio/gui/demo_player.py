@@ -157,7 +157,7 @@ class CaptionBar(QWidget):
         self._player = player
         self.setObjectName("caption")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.words, self.note, self.title = label(role="title"), hint(), hint()
+        self.words, self.note, self.title = label(role="title"), hint(), label(role="hint", wrap=False)
         self.title.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.leave = QPushButton("End demo")
         self.leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)

@@ -220,6 +220,7 @@ class Header(QWidget):
         self.record.setToolTip("Write all that comes from the device into a session of its own (R)")
         self.record.clicked.connect(self.record_pressed)
         self._recording: tuple = ()
+        self._has_law = False
         self.panel = ShortcutButton("sidebar", "Panel", "F4")
         self.panel.setToolTip("Parameters, loop, stability (F4)")
         self.panel.clicked.connect(self.panel_pressed)
@@ -281,5 +282,13 @@ class Header(QWidget):
             button.set_cap(self._has_caps and not button.property("recording"))
             button.picture.setHidden(self._compact)
         self.devices.setMinimumWidth(theme.px(breakpoints.GALLERY) - 24 if self._has_caps else 0)
-        mark(self.tabs, "compact", self._compact)
+        self._fit_tabs()
         super().resizeEvent(event)
+
+    def show_law(self, on: bool) -> None:
+        """Let the tabs stand closer where a law is one more."""
+        self._has_law = on
+        self._fit_tabs()
+
+    def _fit_tabs(self) -> None:
+        mark(self.tabs, "compact", self._compact or (self._has_law and not self._has_caps))

@@ -45,16 +45,24 @@ class LargeValue(QWidget):
         unit = label(self.quantity.unit if self.quantity else "", "readout", wrap=False)
         value = across(self.figure, unit, None, gap=6)
         value.setAlignment(unit, Qt.AlignmentFlag.AlignBottom)
+        self.padlock = Sign(16, "lock")
         self.slider = ValueSlider(self.quantity) if self.quantity else None
         if self.slider is not None and self.quantity is not None:
             self.slider.setAccessibleName(parameter.label)
             self.slider.picked.connect(lambda shown, to_si=self.quantity.si: self._set(to_si(shown)))
-        down(across(name, None), value, *([self.slider] if self.slider else []), into=self)
+        down(
+            across(name, self.padlock, None, gap=6), value, *([self.slider] if self.slider else []), into=self
+        )
         self.show_value()
 
     def show_value(self) -> None:
-        """Show the value in force."""
+        """Show the value in force, and whether it is fixed."""
         value = self._studio.values[self.parameter.key]
+        fixed = self._studio.why_fixed("value", self._studio.environment.key, self.parameter.key)
+        self.padlock.setVisible(bool(fixed))
+        self.padlock.setToolTip(fixed)
+        if self.slider is not None:
+            self.slider.setEnabled(not fixed)
         if isinstance(self.parameter, Choice) or self.quantity is None or self.slider is None:
             self.figure.setText(self.parameter.text(value))
             return
@@ -87,7 +95,8 @@ class ValueCard(QWidget):
         self._column = down(gap=6)
         down(self._column, None, rule(), self.verdict, into=self, margins=(14, 8, 14, 8), gap=6)
         studio.environment_changed.connect(self.rebuild)
-        studio.values_changed.connect(self._show_values)
+        for changed in (studio.values_changed, studio.lock_changed):
+            changed.connect(self._show_values)
         self.rebuild()
 
     @property

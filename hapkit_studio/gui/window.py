@@ -322,6 +322,7 @@ class MainWindow(QMainWindow):
         self.live.paused_changed.connect(self.header.show_paused)
         self.header.panel_pressed.connect(self.toggle_panel)
         self.notices.flash.connect(self.show_flash)
+        self.editor.shown.connect(self.header.show_law)
         self.gallery.new_pressed.connect(self.editor.begin_new)
         self.gallery.edit_pressed.connect(self.editor.edit)
         self.gallery.reveal_pressed.connect(self.file_actions.reveal)
@@ -347,7 +348,8 @@ class MainWindow(QMainWindow):
         self.replay.failed.connect(
             lambda why: self.banners.warn("replay", "The session cannot be replayed.", why)
         )
-        self.replay.beginning.connect(self.demos.end)
+        for beginning in (self.replay.beginning, self.blind.beginning):
+            beginning.connect(self.demos.end)
         self.centre.scene.setFocus(Qt.FocusReason.OtherFocusReason)
         application = QApplication.instance()
         assert application is not None

@@ -131,6 +131,18 @@ def test_nothing_is_cut_off_or_overlaps(window, qapp, quick):
             assert size[0] < 1280 or window.header.tabs.sizeHint().width() <= window.header.tabs.width()
 
 
+def test_every_tab_is_seen_beside_that_of_a_law(window, qapp):
+    tabs = window.header.tabs
+    for size in ((1440, 900), (1280, 720)):
+        window.editor.shown.emit(True)
+        settle(qapp, window, size)
+        assert window.views.key == "law"
+        assert tabs.sizeHint().width() <= tabs.width()
+        window.editor.shown.emit(False)
+        settle(qapp, window, size)
+        assert not tabs.property("compact")
+
+
 @pytest.mark.parametrize("size", [(1280, 720), (1440, 1200)])
 def test_boxes_stand_in_one_column_whether_changed_or_scrolled(window, qapp, size):
     def columns():

@@ -9,6 +9,7 @@ from PySide6.QtWidgets import QLabel, QPushButton, QSplitterHandle
 from hapkit_studio.gui import demos
 from hapkit_studio.gui.banners import Notice
 from hapkit_studio.gui.live import strokes
+from hapkit_studio.gui.lock import Lock
 from hapkit_studio.gui.widgets.theme import theme
 
 SIZES = [(1920, 1080), (1280, 720)]
@@ -177,6 +178,17 @@ def test_each_environment_keeps_the_two_values_chosen_for_it(window):
     card.choose(0, "damping_mode")
     assert card.chosen == ["damping_mode", "stiffness"]
     settings.remove("projected")
+
+
+def test_a_padlock_stands_at_what_is_locked_alone(window, projected):
+    window.projector.card.rebuild()
+    projected(window, SIZES[0])
+    window.studio.set_lock(Lock(frozenset({("value", "wall", "stiffness")})))
+    found = [(value.padlock.isVisible(), value.slider.isEnabled()) for value in window.projector.card.values]
+    assert found == [(True, False), (False, True)]
+    window.studio.set_lock(Lock())
+    assert not window.projector.card.values[0].padlock.isVisible()
+    assert window.projector.card.values[0].slider.isEnabled()
 
 
 def test_no_widget_dies_while_qt_styles_them(window, projected):

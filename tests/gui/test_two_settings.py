@@ -3,13 +3,15 @@
 import random
 
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.blind import score
+from hapkit_studio.gui.demos import Demo, Step
 from hapkit_studio.gui.panel.two_settings import TwoSettingsDialog
 from hapkit_studio.gui.undo import settings_of
+from tests.gui.panel.test_stability_card import WALL, answer, asked
 from tests.gui.test_actions import press
 from tests.gui.window_support import SIMULATED, said_in, sheet_of
 
@@ -67,6 +69,16 @@ def test_one_key_keeps_a_then_b_then_switches_values_and_loop(window):
     studio.set_value("damping", 1.0)
     press(window, Qt.Key.Key_X)  # from neither back to the one that was in force last
     assert row.words.text() == "A in force"
+
+
+def test_which_is_in_force_is_seen_in_the_least_window(window, qapp):
+    window.stability.show_answer(answer(asked(900.0, environment=WALL)))
+    window.resize(1280, 720)
+    press(window, Qt.Key.Key_X)
+    qapp.processEvents()
+    row, upper = window.panel.two, window.panel.upper
+    bottom = row.mapTo(upper, QPoint(0, row.height())).y()
+    assert 0 < bottom <= upper._cover.mapTo(upper, QPoint()).y()
 
 
 def test_what_differs_is_listed_and_another_loop_is_not_compared_blind(window):
@@ -164,6 +176,27 @@ def test_while_hidden_no_path_changes_a_setting(compared):
     assert not studio.hidden
     assert window.blind.page is None
     assert studio.values["stiffness"] == 400.0
+
+
+def test_a_demo_ends_where_a_comparison_begins_or_one_line_says_why_it_does_not(compared):
+    window, rendered = compared
+    before = settings_of(window.studio)
+    step = Step(0.0, before | {("value", "wall", "stiffness"): 100.0}, "", ())
+    window.demos.play(Demo("Soft", 9.0, (step,)))
+    window.demos._apply(step)  # as soon as a device is there
+    window.blind.begin(random.Random(3))
+    assert (window.demos.demo, rendered[-1] in (300.0, 900.0)) == (None, True)
+    assert window.blind.page.isVisible()
+    window.blind.page.finish()
+    assert settings_of(window.studio) == before
+    window.studio.choose("spring")
+    window.demos.play(Demo("Soft", 9.0, (step,)))
+    window.demos._apply(step)
+    window.blind.begin()
+    assert (window.demos.demo, window.blind.page) == (None, None)
+    assert window.studio.environment.key == "spring"
+    assert "A and B are those of its environment" in window.banners.get("undo").text
+    window.studio.choose("wall")
 
 
 @pytest.mark.parametrize(

@@ -233,7 +233,7 @@ class LiveDisplay(QObject):
 
     def _show_preparing(self) -> None:
         """Show how far the loop's first compile usually is by now."""
-        preparing = self._studio.link.state == "preparing"
+        preparing = self._studio.link.state == "preparing" and not self._live.replaying
         fraction = min(1e-3 * self._since.elapsed() / _USUAL_S, _NEARLY)
         self._centre.scene.set_preparing(preparing, fraction if preparing else None)
         if preparing != self._bar.isActive():

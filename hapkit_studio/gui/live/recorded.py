@@ -23,9 +23,10 @@ from hapkit_studio.sessions.file import ABOUT, MARKER, SETTINGS
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.sessions.settings import timed_changes
 
-PICTURED = 1 << 16
-READ_AT_ONCE = 1 << 19
-"""The most samples that are given one by one: two minutes at 4 kHz."""
+PICTURED = 5 << 17
+"""A minute at 10 kHz: the plots show no longer one, and the file keeps no extremes of the object's place."""
+READ_AT_ONCE = 1 << 20
+"""The most samples that are given one by one: four minutes at 4 kHz."""
 _HASTY = 1.0  # s
 _GAP = 0.25  # s without a sample: lines break, as the recorder begins another chunk
 _PLOTTED = ("tick", "time", "flags", *CHANNELS, STATE)

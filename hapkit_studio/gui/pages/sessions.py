@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.studio import Studio
 
 _NONE = "Nothing is recorded yet. Press Record (R), or keep what already happened (Ctrl+Shift+S)."
+_READING = "Reading the sessions…"
 _CHOOSE = "Choose a session."
 COMMA = "Table, decimal comma (*.csv)"
 TABLES = f"Table (*.csv);;{COMMA};;Parquet (*.parquet);;MATLAB (*.mat)"
@@ -94,7 +95,7 @@ class SessionsPage(Page):
         self.search = QLineEdit(placeholderText="Search", clearButtonEnabled=True)
         self.search.setAccessibleName("Search")
         self.search.setToolTip("Names, environments, devices, notes; every word must be found")
-        self.status, self.empty = hint(), hint(_NONE)
+        self.status, self.empty = hint(), hint(_READING)
         self.table = Table("Sessions", scrolls=True)
         self.chart = Drawing("Position over time", (_CHART, _CHART))
         self.side = SidePanel("Sessions", _CHOOSE)
@@ -234,6 +235,7 @@ class SessionsPage(Page):
 
     def _take(self, found: Known) -> None:
         self._known = found
+        self.empty.setText(_NONE)
         self._list()
 
     def _list(self) -> None:

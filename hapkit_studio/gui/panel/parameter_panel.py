@@ -170,7 +170,7 @@ class ParameterPanel(QWidget):
         self.loop, self.stability = LoopPanel(studio, settings), StabilityCard(studio)
         self.warnings = WarningLines(studio, self.stability.facts)
         self._rule = rule()
-        self.upper.add(self.title, self._rule, self.parameters, self.preset, self.two, rule(), self.loop)
+        self.upper.add(self.title, self._rule, self.two, self.parameters, self.preset, rule(), self.loop)
         foot = rule(), self.warnings, self.stability
         down(*foot, into=self._foot, margins=(SIDE, 0, SIDE, 10), gap=6)
         self.stability.judged.connect(lambda *_: self._lay_out_now())

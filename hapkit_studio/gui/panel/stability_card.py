@@ -24,7 +24,8 @@ LONG = 2e-3
 """s from which on a delay is worth a word: two periods, on a good line it is half of one."""
 _BOARD = "render on the board"
 _FRAMES = "fill its frames (Device, USB frames)"
-_HEIGHT, _LEFT = 146, 50.0
+_HEIGHT, _LEFT = 146, 54.0
+_RING = 9  # px: the radius of what warns round the dot
 ASK_MS = 50
 _LEAST_WIDTH = 4.0
 _PALE = 0.35
@@ -64,6 +65,7 @@ class StabilityMap(Canvas):
         """Take the theme's colours and fonts."""
         super().recolor()
         self.setFixedHeight(theme.px(_HEIGHT))
+        self.left.setStyle(tickTextOffset=theme.px(_RING) + 3)  # a dot at no damping stands at the numbers
         self.bottom.label.setFont(theme.font("tick"))
         self.bottom.label.setDefaultTextColor(theme.color("ink3"))
 
@@ -121,7 +123,7 @@ class StabilityMap(Canvas):
         strokes.mark(painter, dot, "accent", 6.0)
         if not verdict.calm:
             painter.setPen(QPen(theme.color("danger"), 2))
-            painter.drawEllipse(dot, 9, 9)
+            painter.drawEllipse(dot, theme.px(_RING), theme.px(_RING))
 
 
 def details(answer: Answer) -> str:

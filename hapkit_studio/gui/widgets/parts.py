@@ -8,6 +8,7 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QFileDialog,
+    QFormLayout,
     QFrame,
     QHBoxLayout,
     QLabel,
@@ -177,10 +178,10 @@ class AnswerLines(QWidget):
 
 
 def rows_of(column: QWidget) -> Iterator[QWidget]:
-    """Give the parts in sight of a column, and those of each column in it."""
+    """Give the parts in sight of a column, and those of each column or form in it."""
     for part in column.findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly):
         if part.isVisibleTo(column):
-            if isinstance(part.layout(), QVBoxLayout):
+            if isinstance(part.layout(), QVBoxLayout | QFormLayout):
                 yield from rows_of(part)
             else:
                 yield part

@@ -11,6 +11,7 @@ from hapkit_studio.gui.live import recorded as module
 from hapkit_studio.gui.live.history import OBJECT
 from hapkit_studio.gui.live.recorded import Recorded
 from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.settings import RATE
 from hapkit_studio.sessions.chunk import BLOCK, pack
 from hapkit_studio.sessions.file import SETTINGS, Event, SessionWriter
 from hapkit_studio.sessions.session import Session
@@ -113,7 +114,7 @@ def test_of_too_many_samples_none_are_given(recorded, monkeypatch):
     assert not len(recorded.between(100.0, 104.0).x)
 
 
-@pytest.mark.parametrize("pictured", [1 << 16, 0], ids=["samples", "blocks"])
+@pytest.mark.parametrize("pictured", [module.PICTURED, 0], ids=["samples", "blocks"])
 def test_a_gap_stays_open(tmp_path, monkeypatch, pictured):
     monkeypatch.setattr(module, "PICTURED", pictured)
     write(tmp_path / "a.hapkit", motion(2.0), motion(2.0, 110.0))
@@ -180,3 +181,23 @@ def test_the_object_is_where_the_state_has_it_or_the_handle_pushes_it(tmp_path):
     for number in (449, 450, 999, 1000):
         found = history.at(made[number, rows.HOST_TIME] + 1e-5)[OBJECT]
         assert found == pytest.approx(expected[number], rel=1e-6, nan_ok=True)
+
+
+def test_the_object_is_drawn_in_a_minute_at_the_highest_rate(tmp_path):
+    """It swings by 10 mm once a second: each of 240 columns, a quarter of a second, has its own extremes."""
+    seconds, rate, mass = 60.0, RATE.high, discover()["mass_spring_damper"]
+    made = np.zeros((round(seconds * rate), rows.ROW_WIDTH))
+    made[:, rows.TICK] = np.arange(len(made))
+    made[:, rows.HOST_TIME] = 100.0 + made[:, rows.TICK] / rate
+    made[:, rows.STATE + mass.state_names.index("object")] = 0.01 * np.sin(
+        2 * np.pi * made[:, rows.TICK] / rate
+    )
+    writer = SessionWriter(tmp_path / "a.hapkit")
+    writer.note(Event(99.0, SETTINGS, {"environment": mass.key, "parameters": {}}))
+    for part in np.split(made, 150):
+        writer.add(pack(part, QUANTUM, len(mass.state_names)))
+    writer.close()
+    edges = 100.0 - 0.5 / rate + np.linspace(0.0, seconds, 241)
+    found = Recorded(Session(tmp_path / "a.hapkit"), discover()).window(edges).y[OBJECT].reshape(-1, 2)
+    assert found.max(axis=1) == pytest.approx(np.tile([0.01, 0.01, 0.0, 0.0], 60), abs=1e-5)
+    assert found.min(axis=1) == pytest.approx(np.tile([0.0, 0.0, -0.01, -0.01], 60), abs=1e-5)

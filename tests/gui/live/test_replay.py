@@ -10,6 +10,7 @@ from PySide6.QtTest import QTest
 import hapkit_studio as hs
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
+from hapkit_studio.gui.device_link import LinkStatus
 from hapkit_studio.gui.live import export
 from hapkit_studio.gui.live.replay import FRAME
 from hapkit_studio.gui.lock import Lock
@@ -169,6 +170,17 @@ def test_what_a_person_sets_ends_it_and_is_one_step_upon_what_was_before(replay,
     assert studio.values == studio.environment.values()
 
 
+def test_the_scene_is_seen_while_a_device_is_prepared(replay, kept_idle_window, monkeypatch):
+    window = kept_idle_window
+    with monkeypatch.context() as patched:
+        patched.setattr(window.studio.device, "link", LinkStatus("preparing"))
+        window.display.show_link()
+        assert not window.centre.scene._preparing
+        replay.close()
+        assert window.centre.scene._preparing
+    window.display.show_link()
+
+
 def test_keys_step_and_a_press_on_the_line_seeks(replay, kept_idle_window):
     window = kept_idle_window
     window.centre.scene.setFocus()
@@ -309,6 +321,7 @@ def test_an_export_has_the_samples_of_the_session_and_the_settings_of_then(
     settings, found = read(home / "a.csv")
     expected = hs.open_session(home / "a.hapkit", start, stop).position
     np.testing.assert_allclose(found["position_m"], expected, rtol=1e-8)
+    assert "energy_J" not in found  # what the live plots show as energy is not kept
     assert (settings["environment"], settings["parameters"]) == (then["environment"], then["parameters"])
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QFileDialog, QPushButton
+from PySide6.QtWidgets import QFileDialog, QLabel, QPushButton
 
 from hapkit_studio.cli import main
 from hapkit_studio.gui.dialogs import WordsDialog
@@ -157,6 +157,21 @@ def test_nothing_is_cut_off(page, shared_window, qapp, size):
     resize(qapp, shared_window, (1440, 900))
 
 
+def test_what_happened_ends_between_two_lines(page, shared_window, qapp):
+    """Twenty lines, which are one form, are more than there is room for."""
+    page.happened.show_pairs([(f"{number} s", "stiffness 300 → 350 N/m") for number in range(20)])
+    bottom = page.side.viewport()
+    for height in range(720, 760, 4):  # a line is about 20 high
+        resize(qapp, shared_window, (1280, height))
+        lines = page.happened.findChildren(QLabel)
+        tops = [line.mapTo(bottom, QPoint()).y() for line in lines]
+        end = page.side._cover.mapTo(page.side, QPoint()).y()
+        assert bottom.height() - 40 < end < max(tops)
+        cut = [top for top, line in zip(tops, lines, strict=True) if top < end < top + line.height()]
+        assert not cut, height
+    resize(qapp, shared_window, (1440, 900))
+
+
 def test_what_is_deleted_goes_to_the_bin_and_from_the_list(page, shared_window, qtbot, monkeypatch):
     def to_bin(name):
         (folder() / name.rpartition("/")[2]).rename(folder().parent / "bin")
@@ -171,10 +186,14 @@ def test_what_is_deleted_goes_to_the_bin_and_from_the_list(page, shared_window, 
 
 
 def test_without_sessions_it_says_how_to_get_one(shared_window, qtbot, home):
-    page = shared_window.views.page("sessions")
+    page = sessions.SessionsPage(shared_window.studio, shared_window.live)
+    qtbot.addWidget(page)
     page._others.clear()
-    shared_window.views.show("sessions")
-    qtbot.waitUntil(lambda: listed(page) == set())
+    page.show()
+    page.load()
+    assert (page.empty.isVisible(), page.empty.text()) == (True, "Reading the sessions…")
+    qtbot.waitUntil(lambda: not page._reading.running)
+    assert listed(page) == set()
     assert page.empty.isVisible()
     assert "(R)" in page.empty.text()
 

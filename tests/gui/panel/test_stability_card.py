@@ -9,6 +9,8 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.verdict import Asked
 from hapkit_studio.gui.panel.limits import Question, answer
+from hapkit_studio.gui.panel.stability_card import StabilityMap
+from hapkit_studio.gui.widgets.theme import theme
 from tests.gui.live.plot_support import colored
 from tests.gui.window_support import PATIENCE_MS
 
@@ -37,6 +39,20 @@ def test_the_boundary_passes_through_the_limit_at_the_questions_damping():
     found = answer(asked(250.0, 4.0))
     assert dict(found.edge)[4.0] == found.verdict.margins["released"].limit
     assert dict(found.friction)[4.0] > dict(found.edge)[4.0]
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.5])
+def test_the_ring_of_a_dot_at_no_damping_covers_no_number(window, scale):
+    canvas = StabilityMap()
+    theme.set_scale(scale)
+    canvas.resize(round(240 * scale), canvas.height())
+    canvas.show_answer(answer(asked(2000.0, setting=Setting(delay=1e-3))))
+    picture = canvas.grab().toImage()
+    frame, words = canvas.measure(), colored(picture, "axis")
+    numbers, ring = words[words[:, 1] < frame.bottom(), 0], colored(picture, "danger")[:, 0]
+    assert numbers.min() > 2
+    assert frame.left() - 11 * scale < ring.min() < frame.left() - 7 * scale
+    assert numbers[numbers < frame.left()].max() + 1 < ring.min()
 
 
 def test_the_card_and_the_status_bar_say_what_the_handle_does_without_a_banner(window, qtbot):
