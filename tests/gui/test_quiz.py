@@ -119,6 +119,8 @@ def test_pushing_into_the_wall_the_cursors_read_the_hidden_stiffness(asked, qtbo
             studio.move_hand(target)
             pushed = 0.5 if target else 0.0
             qtbot.waitUntil(lambda pushed=pushed: arrived(live, begun, pushed))
+        pressed = live.history.now + 0.1  # s: a swing in the wall
+        qtbot.waitUntil(lambda: arrived(live, pressed, 0.0))
     finally:
         studio.move_hand(None)
     cursors.show(True)
