@@ -68,16 +68,17 @@ class RingReader:
         oldest = max(int(_head(self._ring)) - self._ring.rows.shape[0] + 1, 0)
         self._cursor = max(self._cursor - count, oldest)
 
-    def read(self) -> np.ndarray:
-        """Return the rows written since the last call, shape (n, ROW_WIDTH), oldest first."""
+    def read(self, most: int = CAPACITY) -> np.ndarray:
+        """Return the rows written since the last call, at most so many: (n, ROW_WIDTH), oldest first."""
         capacity = self._ring.rows.shape[0]
         # The writer may be filling the oldest row this very moment, so that one is given up as well.
         head = int(_head(self._ring))
         first = max(self._cursor, head - capacity + 1)
-        block = self._ring.rows[np.arange(first, head) % capacity]
+        stop = min(head, first + most)
+        block = self._ring.rows[np.arange(first, stop) % capacity]
         oldest = int(_head(self._ring)) - capacity + 1
         if oldest > first:
             block = block[min(oldest - first, len(block)) :]
-        self.lost += head - self._cursor - len(block)
-        self._cursor = head
+        self.lost += stop - self._cursor - len(block)
+        self._cursor = stop
         return block

@@ -26,6 +26,7 @@ from hapkit_studio.sessions.file import ABOUT, FAULT, SETTINGS, STOP, Event, Ses
 
 KEPT_SECONDS = 600.0
 CHUNK_SECONDS = 0.3
+_AT_ONCE = 512  # rows: after the thread was held up neither chunks nor what packing them needs are larger
 _STANDING = (ABOUT, SETTINGS, STOP, FAULT)  # what holds until the next of its kind
 _POLL_SECONDS = 0.05
 _GAP_SECONDS = 0.25  # without a sample: a chunk ends, so that within one time goes on evenly
@@ -128,7 +129,6 @@ class Recorder:
             with suppress(queue.Empty):
                 self._jobs.get(timeout=_POLL_SECONDS)()
             self._take()
-            self._pack(CHUNK_SECONDS)
 
     def _change_to(self, engine: Engine | None) -> None:
         self._flush()  # before the next one's rows: times go on, even where both loops run
@@ -173,9 +173,15 @@ class Recorder:
             self._look(self._engine)
         if not self._seen:
             return
-        new = self._reader.read()
-        if len(new):
-            self._pending.append(new)
+        for _ in range(0, rows.CAPACITY, _AT_ONCE):  # an end, where the loop writes faster than this packs
+            new = self._reader.read(_AT_ONCE)
+            if len(new):
+                self._pending.append(new)
+            self._pack(CHUNK_SECONDS)
+            if len(new) < _AT_ONCE:
+                break
+        if not self._pending:
+            self._states = len(self._engine.environment.state_names)
 
     def _look(self, engine: Engine) -> None:
         """Note what has changed."""
@@ -203,7 +209,7 @@ class Recorder:
         gaps = np.flatnonzero(np.diff(table[:, rows.HOST_TIME]) > _GAP_SECONDS) + 1
         for part in np.split(table, gaps):
             self._add_chunk(pack(part, quantum, self._states, self._truth))
-        self._pending, self._states = [], len(self._engine.environment.state_names)
+        self._pending = []
 
     def _add_chunk(self, chunk: Chunk) -> None:
         self._chunks.append(chunk)

@@ -61,6 +61,16 @@ def test_an_overrun_is_counted(count):
     assert reader.lost == count - 63
 
 
+def test_a_few_at_a_time_are_all_of_them_and_what_is_lost_is_counted_once():
+    out = new_ring()
+    reader = rows.RingReader(out)
+    write(out, 0, 100)
+    parts = [reader.read(25)[:, 0] for _ in range(4)]
+    assert [len(part) for part in parts] == [25, 25, 13, 0]
+    np.testing.assert_array_equal(np.concatenate(parts), np.arange(37, 100))
+    assert reader.lost == 37
+
+
 def test_each_reader_has_its_own_cursor():
     out = new_ring()
     early = rows.RingReader(out)

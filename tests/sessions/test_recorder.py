@@ -86,6 +86,19 @@ def test_what_already_happened_can_be_saved_with_what_was_set_then(engine, recor
     assert run.settings["parameters"]["stiffness"] == 123.0
 
 
+def test_a_thread_that_was_held_up_makes_no_larger_chunks(engine, recorder, tmp_path):
+    recorder.record(tmp_path / "a.hapkit")
+    reader, go_on = engine.reader(), threading.Event()
+    recorder._jobs.put(go_on.wait)
+    collected(reader, [], 2000)
+    go_on.set()
+    recorder.stop()
+    session = Session(tmp_path / "a.hapkit")
+    assert session.counts.sum() > 2000
+    assert (np.diff(session.read(("tick",))["tick"]) == 1.0).all()
+    assert session.counts.max() <= 1000  # of 2000 that waited
+
+
 def test_nothing_to_save_is_said(tmp_path):
     recorder = Recorder()
     with pytest.raises(SessionError, match="nothing to save"):
