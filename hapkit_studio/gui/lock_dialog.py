@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from PySide6.QtCore import QSettings, Qt
+from PySide6.QtCore import QSettings, QSize, Qt
 from PySide6.QtWidgets import QLineEdit, QListWidget, QListWidgetItem, QPushButton, QWidget
 
 from hapkit_studio.environments import discover
@@ -16,7 +16,7 @@ _LOCK = (
     "stay free, and so do a person's own laws."
 )
 _UNLOCK = "Enter the code to unlock all of it."
-_HIGH = 240
+_LOW, _ROW = 160, 24  # px: of the list on a low screen, of a row
 
 
 class LockDialog(FormDialog):
@@ -28,7 +28,7 @@ class LockDialog(FormDialog):
         self._studio, self._settings = studio, settings
         self.places = QListWidget()
         self.places.setAccessibleName("What is locked")
-        self.places.setMinimumHeight(theme.px(_HIGH))
+        self.places.setMinimumHeight(theme.px(_LOW))
         self.code, self.again = (QLineEdit(echoMode=QLineEdit.EchoMode.Password) for _ in range(2))
         self.others = QPushButton("Tick all other environments")
         self.confirm = QPushButton("Lock" if self._open else "Unlock")
@@ -57,6 +57,7 @@ class LockDialog(FormDialog):
         for place, words in self._choices():
             row = QListWidgetItem(words, self.places)
             row.setData(_PLACE, place)
+            row.setSizeHint(QSize(0, theme.px(_ROW)))
             row.setCheckState(Qt.CheckState.Unchecked)
 
     def _choices(self) -> Iterator[tuple[Place, str]]:

@@ -135,6 +135,7 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(self.body)
         self.gallery.order()
         self.panel.parameters.order()
+        self.editor.shown.connect(self.header.show_law)  # first: a tab that comes has all laid out anew
         self.views = Views(studio, self.live, self.header.tabs, self.centre, self.editor, self.body.show_side)
         self.record_display = RecordingDisplay(
             studio.recording, self.live, self.header, self.status, self.banners,
@@ -322,7 +323,6 @@ class MainWindow(QMainWindow):
         self.live.paused_changed.connect(self.header.show_paused)
         self.header.panel_pressed.connect(self.toggle_panel)
         self.notices.flash.connect(self.show_flash)
-        self.editor.shown.connect(self.header.show_law)
         self.gallery.new_pressed.connect(self.editor.begin_new)
         self.gallery.edit_pressed.connect(self.editor.edit)
         self.gallery.reveal_pressed.connect(self.file_actions.reveal)

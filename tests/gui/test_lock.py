@@ -165,6 +165,20 @@ def test_it_is_locked_and_unlocked_in_a_dialog_and_survives_a_restart(window, ma
     again.studio.set_value("stiffness", 250.0)
 
 
+def test_the_dialog_is_whole_on_a_low_screen(window):
+    """A dialog gets no more than two thirds of the screen's height, here of 720; nothing may overlap then."""
+    window.studio.set_lock(Lock())
+    window.show_lock()
+    dialog = sheet_of(window, LockDialog)
+    dialog.resize(dialog.width(), 480)
+    QTest.qWait(1)
+    first = dialog.places.mapTo(dialog, dialog.places.rect().bottomLeft()).y()
+    assert first < dialog.code.mapTo(dialog, dialog.code.rect().topLeft()).y()
+    rows = [dialog.places.visualItemRect(dialog.places.item(row)) for row in range(2)]
+    assert rows[1].top() - rows[0].top() >= 24
+    dialog.close()
+
+
 def test_an_option_of_the_command_line_obeys_it(start_window, window, closed):
     window.settings.setValue(ENTRY, closed.text())
     session.save(window)

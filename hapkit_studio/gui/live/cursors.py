@@ -13,7 +13,7 @@ from hapkit_studio.formatting import with_unit
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.time_view import TimeView
 from hapkit_studio.gui.pages.table import Column, Table
-from hapkit_studio.gui.widgets.parts import across, down, hint, label
+from hapkit_studio.gui.widgets.parts import across, down, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import number
 
@@ -197,7 +197,7 @@ class CursorCard(QWidget):
         self.table = Table("Cursors")
         self.slope = label(role="strong", wrap=False)
         self.slope.setToolTip(_SLOPE_HELP)
-        self.period = hint()
+        self.period = label(role="hint", wrap=False)
         head = across(label("Slope A to B", wrap=False), None, self.slope)
         down(
             head, across(self.period, None, self.switch), 4, self.table, None,

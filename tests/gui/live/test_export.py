@@ -82,6 +82,17 @@ def test_a_table_has_the_very_samples_of_its_range(fed, write, tmp_path, kind, b
     assert settings["parameters"]["stiffness"] == window.studio.values["stiffness"]
 
 
+def test_a_parquet_file_has_the_same_samples_and_settings(fed, write, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    assert write(tmp_path / "a.parquet", (2.0, 3.5), "Parquet (*.parquet)") == "Saved a.parquet"
+    found, expected = parquet.read_table(tmp_path / "a.parquet"), of(fed[1], 2.0, 3.5)
+    for name, place in COLUMNS.items():
+        np.testing.assert_array_equal(found[name].to_numpy(), expected[:, place])
+    np.testing.assert_allclose(found["time_s"].to_numpy(), expected[:, rows.HOST_TIME] - 2.0, atol=1e-9)
+    settings = json.loads(found.schema.metadata[b"settings"])
+    assert settings["parameters"]["stiffness"] == fed[0].studio.values["stiffness"]
+
+
 def test_the_ranges_are_what_is_seen_what_lies_between_the_cursors_and_all(fed, write, tmp_path):
     window, table = fed
     time = window.centre.time
