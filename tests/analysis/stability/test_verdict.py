@@ -80,7 +80,7 @@ def test_damping_is_too_much_where_a_kick_does_not_settle():
 
 
 def test_a_wall_is_too_much_where_a_nudge_in_the_hand_does_not_settle():
-    """Pressed with 1 and 2 N, its end known to 156 N/m: from 1.5 times the linear limit on, friction is lost."""
+    """Pressed with 1 and 2 N; the range begins within 156 N/m of where a nudge swings on."""
     ((low, high),) = too_much(asked("wall"))["stiffness"]
     assert high == 5000.0
     grip = grip_named("medium")
