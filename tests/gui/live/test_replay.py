@@ -349,7 +349,7 @@ def test_none_begins_during_a_blind_comparison_nor_that_during_one(kept_idle_win
     page = window.views.page("sessions")
     window.blind.begin()
     replay = opened(window, qtbot, write(home / "a.hapkit", WALL))
-    assert (replay.history, studio.hidden, page.replay.isEnabled()) == (None, True, False)
+    assert (replay.history, bool(studio.hidden), page.replay.isEnabled()) == (None, True, False)
     assert window.banners.get("replay").text == "Hidden during the blind comparison."
     window.blind.page.finish()
     window.banners.set("replay", None)
