@@ -5,7 +5,8 @@ cost are the Pareto front. A default serves several scenes, so that it is chosen
 differ by less than they were measured to spread are equal: the error decides.
 
 What compiled work costs: the time that several of its shortest turns kept within, all candidates in the same
-turns. It spreads by how far the shortest quarter of the turns lie apart.
+turns. It spreads by how far the shortest quarter of the turns lie apart, and by no less than the nearness at
+which both of two costs are believed: where the compiler places a loop moves its cost by as much.
 
 What counts is the thread's own time on its core: another program that takes the core costs nothing. One that
 shares caches or the core's other half makes work longer, by up to half, never shorter, so the shortest turns
@@ -353,6 +354,8 @@ class Plan:
 LEAST_TURNS, MOST_TURNS = 40, 400
 # The shortest turns are believed once so many turns came as near to it as this, or after so many ns of work.
 HITS, NEAR = 8, 1.03
+# Two costs nearer than this part of themselves are equal.
+KNOWN = 2 * (NEAR - 1)
 ENOUGH_NS = 500_000_000
 # The thread's own time; the wall's on Windows, where a thread's moves on in steps of 16 ms.
 CLOCK: Clock = time.perf_counter_ns if sys.platform == "win32" else time.thread_time_ns
@@ -378,7 +381,7 @@ def shortest(prepares: Sequence[Prepare], now: Clock = CLOCK) -> list[tuple[floa
         if turn + 1 >= LEAST_TURNS and (spent > ENOUGH_NS or all(map(_believed, turns))):
             break
     ranked = map(sorted, turns)
-    return [(found[HITS - 1], found[len(found) // 4] - found[0]) for found in ranked]
+    return [(f[HITS - 1], max(f[len(f) // 4] - f[0], KNOWN * f[HITS - 1])) for f in ranked]
 
 
 def _believed(found: list[float]) -> bool:

@@ -174,7 +174,7 @@ def test_the_shortest_turns_count_and_candidates_take_turns():
     clock = Clock()
     disturbed = clock.work("a", [90_000, 5000, 700, 80_000, 500, 600])
     steady = clock.work("b", [300])
-    assert plan.shortest([disturbed, steady], clock) == [(600, 100), (300, 0)]
+    assert plan.shortest([disturbed, steady], clock) == [(600, 100), (300, pytest.approx(18))]
     assert clock.order[:8] == ["a", "b", "a", "b", "b", "a", "a", "b"]
     assert len(clock.order) / 2 >= plan.LEAST_TURNS
 
@@ -183,8 +183,16 @@ def test_one_lucky_turn_is_not_believed_until_others_are_as_short():
     """Slow for 60 turns but one: the turns go on until the short time came HITS times."""
     clock = Clock()
     slow = clock.work("a", [1400] * 5 + [1000] + [1400] * 55 + [1010])
-    assert plan.shortest([slow, clock.work("b", [900])], clock) == [(1010, 400), (900, 0)]
+    assert plan.shortest([slow, clock.work("b", [900])], clock) == [(1010, 400), (900, pytest.approx(54))]
     assert clock.order.count("a") - 1 == 60 + plan.HITS - 1
+
+
+@pytest.mark.parametrize(("longer", "equal"), [(1.05, True), (1.07, False)])
+def test_costs_that_are_both_believed_within_three_per_cent_may_be_equal(longer, equal):
+    clock = Clock()
+    works = [clock.work("a", [100_000]), clock.work("b", [round(100_000 * longer)])]
+    one, other = (point(ns=ns, ns_spread=spread) for ns, spread in plan.shortest(works, clock))
+    assert one.as_cheap(other) == equal
 
 
 STRANGE = [
