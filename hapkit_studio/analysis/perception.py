@@ -14,10 +14,11 @@ vibration, but sees where the handle is.
 
 import math
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
+from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.haptics import rows
 
 FORCE_SHARE, FORCE = 0.06, 0.015  # N
@@ -58,6 +59,16 @@ def least_amplitude(frequency: np.ndarray) -> np.ndarray:
     at = np.log(frequency)
     below = found[0] + (at - known[0]) * (found[1] - found[0]) / (known[1] - known[0])
     return np.exp(np.where(at < known[0], below, np.interp(at, known, found)))
+
+
+def difference_under(
+    hand: Hand, reference: np.ndarray, other: np.ndarray, counts: Sequence[int] = ()
+) -> Difference:
+    """Return what a person tells apart in two runs of a hand, which may let go meanwhile; see difference."""
+    held = math.ceil(min(hand.release * RATE, len(reference)))
+    seen = difference(reference, other, held=False, counts=counts)
+    felt = difference(reference[:held], other[:held], held=True) if held else Difference()
+    return replace(seen, force=felt.force, vibration=felt.vibration)
 
 
 def difference(

@@ -240,6 +240,6 @@ ENVIRONMENT = Environment(
     over_velocity=over_velocity,
     outcomes=("peak_force", "final_position", "energy"),
     hands=("stroke", "pluck", "released"),
-    needs=("viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
+    needs=("mass", "viscous", "coulomb", "delay", "filter"),
     order=4,
 )
