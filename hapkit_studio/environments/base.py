@@ -84,6 +84,10 @@ class MovingObject:
     state: str = ""
     rests: str = ""
 
+    def needed_at(self, values: Values) -> tuple[str, ...]:
+        """Return the device's terms that it needs; () where nobody has looked, as at other values."""
+        return self.needs if all(values[p.key] == p.default for p in self.parameters) else ()
+
     def place(self, values: Values, position: np.ndarray, state: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where it is in m (n,): the handle's position is in m, each state by name, (n,) all."""
         return state[self.state] if self.state else np.maximum(position, values[self.rests])
@@ -103,7 +107,7 @@ class Environment:
     why the scene with its defaults does not come to rest, "" where it does. stored is a law of the energy in
     J that objects hold and may give back; moves is an object whose place is plotted; drives says in words
     that a scene gives energy by itself. outcomes and hands are what fidelity is judged by, needs the device
-    terms it found that they depend on.
+    terms whose absence is felt with the default values.
     """
 
     key: str
@@ -159,6 +163,10 @@ class Environment:
         if complaint := self.check(values):
             raise ParameterError(complaint)
         return values
+
+    def needed_at(self, values: Values) -> tuple[str, ...]:
+        """Return the device's terms that it needs; () where nobody has looked, as at other values."""
+        return self.needs if all(values[p.key] == p.default for p in self.parameters) else ()
 
     def place(self, values: Values, position: np.ndarray, state: np.ndarray) -> np.ndarray | None:
         """Return where its object is in m (n,) at positions (n,) and states (n, values), None without one."""
