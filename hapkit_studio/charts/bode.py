@@ -23,7 +23,9 @@ _TIMES = 4.0  # below and above what was measured
 
 def bode_figure(found: "Bode", path: str | Path) -> None:
     """Write the diagram, in words what each loop makes of the scene, and the conditions."""
-    caption = unbroken(["Dots: measured; hollow: not linear", "lines: theory", found.driven, *conditions(found)])
+    caption = unbroken(
+        ["Dots: measured; hollow: not linear", "lines: theory", found.driven, *conditions(found)]
+    )
     save(lambda figure, c: draw(figure, c, found), path, _SIZE, "", f"{found.sentence}\n{caption}")
 
 
@@ -86,7 +88,7 @@ def _mark(panels: list, curve: "Curve", color: str, row: int) -> None:
 def _values(response: "Response") -> tuple[np.ndarray, ...]:
     """Return magnitude, phase in degrees, stiffness, damping, and mass in g."""
     z = response.impedance
-    phase = np.degrees(np.unwrap(np.angle(z)))
+    phase = np.where(z, np.degrees(np.unwrap(np.angle(z))), math.nan)
     return np.where(z, np.abs(z), math.nan), phase, response.stiffness, response.damping, 1e3 * response.mass
 
 

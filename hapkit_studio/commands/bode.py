@@ -80,7 +80,11 @@ def _settings(options: argparse.Namespace) -> list[Setting]:
 def _text(found: "Bode") -> str:
     lines = [found.sentence, f"The handle was {found.driven}."]
     for curve in found.curves:
-        lines += ["", f"{curve.name}{_off(curve)}", _ROW.format("Hz", "|Z| N/m", "°", "k N/m", "b N·s/m", "coherence")]
+        lines += [
+            "",
+            f"{curve.name}{_off(curve)}",
+            _ROW.format("Hz", "|Z| N/m", "°", "k N/m", "b N·s/m", "coherence"),
+        ]
         one = curve.measured
         columns = (
             one.frequency, np.abs(one.impedance), np.degrees(np.angle(one.impedance)), one.stiffness,

@@ -87,7 +87,9 @@ def _script(drive: Drive) -> str:
     ends = drive.position(np.arange(1, count + 1) * _STEP)
     begins = _BEGIN + _GOES + np.arange(count) * _STEP
     lines = [f"0 position 0 0\n{_BEGIN} position {drive.place} {_GOES}\n"]
-    lines += [f"{t:.4f} position {x:.9f} {_STEP}\n" for t, x in zip(begins.tolist(), ends.tolist(), strict=True)]
+    lines += [
+        f"{t:.4f} position {x:.9f} {_STEP}\n" for t, x in zip(begins.tolist(), ends.tolist(), strict=True)
+    ]
     return "".join(lines)
 
 

@@ -42,11 +42,11 @@ class LinearLaw:
 
 
 def linear_law(environment: Environment, values: Values, place: float, amplitude: float) -> LinearLaw | None:
-    """Return a law's spring and damper, None where it is not linear up to an amplitude from a place, in m."""
+    """Return a law's spring and damper, None for no force or one that is not linear up to an amplitude from a place, in m."""
     terms = environment.force_terms(values)
-    if not terms.simple or terms.one_way or terms.friction:
-        return None
     law = LinearLaw(terms.stiffness or 0.0, terms.damping or 0.0)
+    if not terms.simple or terms.one_way or terms.friction or law == LinearLaw(0.0, 0.0):
+        return None
     away = amplitude * np.linspace(-1.0, 1.0, 9)
     force = environment.curve(values, place + away)
     straight = force[4] - law.stiffness * away

@@ -68,8 +68,11 @@ class BodePage(MeasuringPage):
         self.amplitude.slider.hide()
         self._fresh = Freshness(
             lambda: {
-                "scene": studio.environment, "values": dict(studio.values), "place": self.where.index,
-                "amplitude": self.amplitude.value, **loop_facts(studio, model=False),
+                "scene": studio.environment,
+                "values": dict(studio.values),
+                "place": self.where.index,
+                "amplitude": self.amplitude.value,
+                **loop_facts(studio, model=False),
             }  # fmt: skip
         )
         self.build()

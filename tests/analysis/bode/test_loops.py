@@ -83,7 +83,7 @@ def worst_of(seed):
     assert curve.coherence[low].min() > 0.9999
     frequency = curve.measured.frequency[low]
     expected = impedance(stiffness, damping, setting.rate, setting.delay, spec, frequency)
-    assert frequency[-1] > 0.8 * UP_TO * 0.5 * setting.rate
+    assert frequency[-1] > 0.75 * UP_TO * 0.5 * setting.rate
     off_theory = off(np.interp(frequency, curve.theory.frequency, curve.theory.impedance), expected)
     return np.max([off(curve.measured.impedance[low], expected), off_theory], axis=0)
 
@@ -104,15 +104,16 @@ def test_fifty_random_loops_render_what_theory_says():
 def test_a_loop_off_by_little_more_than_the_goal_is_told_from_theory():
     setting = Setting(quantum=0.0, delay=0.5e-3)
     (curve,) = simulation.measure(SPRING, SPRING.values({"stiffness": 300.0}), [setting]).curves
-    frequency = np.array([200.0])
     at = curve.measured.impedance[curve.measured.frequency <= 200.0]
     tones = curve.measured.frequency[curve.measured.frequency <= 200.0]
     late = 1.2 * DEGREES / 360.0 / tones[-1]
     assert off(at, impedance(303.6, 0.0, 1000.0, 0.5e-3, None, tones))[0] > SHARE
     assert off(at, impedance(300.0, 0.0, 1000.0, 0.5e-3 + late, None, tones))[1] > DEGREES
-    assert off(at, impedance(302.4, 0.0, 1000.0, 0.5e-3 + 0.8 / 1.2 * late, None, tones)) < (SHARE, DEGREES)
-    assert curve.error < (SHARE, DEGREES)
-    assert frequency.size
+    inside = off(at, impedance(302.4, 0.0, 1000.0, 0.5e-3 + 0.8 / 1.2 * late, None, tones))
+    assert inside[0] < SHARE
+    assert inside[1] < DEGREES
+    assert curve.error[0] < SHARE
+    assert curve.error[1] < DEGREES
 
 
 def test_it_is_what_a_hand_feels_besides_the_handles_own_mass_and_damping():
@@ -126,8 +127,9 @@ def test_it_is_what_a_hand_feels_besides_the_handles_own_mass_and_damping():
     out, _ = render(Scene(SPRING, values, setting.device(), setting.loop), hand, int(3 * rate))
     last = slice(int(2 * rate), None)
     phasor = np.exp(-2j * math.pi * np.outer(tones, np.arange(rate) / rate)) * 2.0 / rate
-    moved, pulled = (phasor @ out[last, column] for column in (rows.TRUE_POSITION, rows.HAND_FORCE))
+    moved, led = (phasor @ out[last, column] for column in (rows.TRUE_POSITION, rows.HAND_TARGET))
     turn = 2.0 * math.pi * tones
+    pulled = (hand.stiffness + 1j * turn * hand.damping) * (led - moved)
     felt = pulled / moved - (1j * turn * viscous - mass * turn**2)
     (curve,) = simulation.measure(SPRING, values, [setting]).curves
     found = np.interp(tones, curve.theory.frequency, curve.theory.impedance)
