@@ -1,4 +1,4 @@
-"""Bode diagram of the rendered impedance, and stiffness, damping and mass over frequency; theory under all."""
+"""Bode diagram of the rendered impedance; stiffness, damping and mass over frequency; theory under all."""
 
 import math
 from pathlib import Path
@@ -106,7 +106,8 @@ def _handle(panels: list, c: Colors, setting: "Setting") -> None:
     panels[0].set_yscale("log")
     panels[_MASS].set_ylim(bottom=0.0)
     panels[-1].set_ylim(0.0, 1.1)
-    turn = 2.0 * math.pi * np.geomspace(*panels[0].get_xlim(), 300)
+    left, right = panels[0].get_xlim()
+    turn = 2.0 * math.pi * np.geomspace(left, right, 300)
     inertia, frequency = setting.mass * turn**2, turn / (2.0 * math.pi)
     for axes in panels:
         axes.xaxis.set_major_formatter("{x:,g}")

@@ -88,7 +88,7 @@ class Drive:
 
 
 def component(tones: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the complex amplitudes (n,) at tones in Hz of values (m,) sampled at times (m,) over a period."""
+    """Return the complex amplitudes (n,) at tones in Hz of values (m,) at times (m,) over a period."""
     return 2.0 / len(times) * np.exp(-2j * math.pi * np.outer(tones, times)) @ values
 
 

@@ -1,7 +1,7 @@
 """The rendered impedance on a virtual board: the real firmware, rendered by the computer and by the board.
 
-The board is one of its own, in lockstep. The motion goes by its clock, from a script that is longer than the
-measurement takes; the force in effect and the true position at each sample are in its log of the truth. What a
+The board is one of its own, in lockstep. The motion goes by its clock, from a script that is longer than it
+takes; the force in effect and the true position at each sample are in its log of the truth. What a
 busy computer spoils is measured again.
 """
 
@@ -10,6 +10,7 @@ import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -50,7 +51,7 @@ def measure(simulated: Bode, board_rate: float | None = None, progress: Progress
 def _rendered(
     simulated: Bode, request: PlanRequest, plan: BoardPlan | None, progress: Progress
 ) -> tuple[Curve, BoardPlan | str]:
-    """Return what the computer, or by a plan the board, makes of the scene; and how the board would render it."""
+    """Return what the computer, or by a plan the board, makes of a scene; and how the board would render it."""
     asked = simulated.curves[0].setting
     drive = Drive(simulated.place, simulated.amplitude, 1000.0 if plan is None else float(plan.rate))
     where = COMPUTER if plan is None else BOARD
@@ -63,7 +64,8 @@ def _rendered(
         engine.set_loop(delay=asked.delay, estimator=asked.estimator, controller=asked.controller)
         with contextlib.closing(engine):
             engine.start()
-            assert engine.driver is not None and engine.driver.planner is not None
+            assert engine.driver is not None
+            assert engine.driver.planner is not None
             possible = engine.driver.planner.plan(replace(request, quantum=board.quantum))
             if plan is not None:
                 engine.set_where(BOARD, plan.rate)
@@ -94,7 +96,7 @@ def _script(drive: Drive) -> str:
 
 
 class _Watch:
-    """Reads a running engine's rows: the time in s of the newest one, and of the newest that does not count."""
+    """Reads a running engine's rows: time in s of the newest one, and of the newest that does not count."""
 
     def __init__(self, engine: Engine, where: str):
         self._engine, self._where, self._reader = engine, where, engine.reader()
@@ -121,8 +123,8 @@ class _Watch:
                 useless[:] = True
             if useless.any():
                 self.spoilt = float(found[useless, rows.BOARD_TIME].max())
-            self._good += np.count_nonzero(~useless)
-            self._clamped += np.count_nonzero(flags[~useless] & rows.CLAMPED)
+            self._good += int(np.count_nonzero(~useless))
+            self._clamped += int(np.count_nonzero(flags[~useless] & rows.CLAMPED))
 
     def _check(self) -> None:
         fault = self._engine.fault
@@ -149,8 +151,8 @@ def _measured(engine: Engine, where: str, drive: Drive, progress: Progress) -> t
     raise DeviceError("This computer is too busy to measure on the virtual board. Close other programs.")
 
 
-def _spectra(drive: Drive, log: np.recarray, begins: list[float], delay: float) -> Spectra:
-    """Return what the motions had in them: a force is in effect from a delay after the sample before its own."""
+def _spectra(drive: Drive, log: Any, begins: list[float], delay: float) -> Spectra:
+    """Return what the motions had in them; a force is in effect from a delay after the sample before."""
     spectra = Spectra(drive)
     for begin in begins:
         first = int(np.searchsorted(log.time, begin))

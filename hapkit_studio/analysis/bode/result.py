@@ -11,7 +11,8 @@ own. Effective stiffness Re Z, damping Im Z / ω, and mass -Re Z / ω² where th
 Abbott and Okamura, IEEE Trans. Haptics 8(4), 2015). At ω -> 0 the damping is B - K (T/2 + td); where it is
 below -b the loop gives energy (Colgate and Schenkel, J. Robotic Systems 14(1), 1997).
 
-Coherence |Σ F X*|² / (Σ |F|² Σ |X|²), summed over motions of other phases: below 1, force is not linear in motion.
+Coherence |Σ F X*|² / (Σ |F|² Σ |X|²), over motions of other phases: below 1
+the force is not linear in the motion.
 """
 
 import math
@@ -42,7 +43,7 @@ class LinearLaw:
 
 
 def linear_law(environment: Environment, values: Values, place: float, amplitude: float) -> LinearLaw | None:
-    """Return a law's spring and damper, None for no force or one that is not linear up to an amplitude from a place, in m."""
+    """Return a law's spring and damper; None for no force, or one not linear within an amplitude of a place in m."""
     terms = environment.force_terms(values)
     law = LinearLaw(terms.stiffness or 0.0, terms.damping or 0.0)
     if not terms.simple or terms.one_way or terms.friction or law == LinearLaw(0.0, 0.0):

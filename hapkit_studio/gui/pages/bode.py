@@ -50,9 +50,10 @@ class BodePage(MeasuringPage):
     begin = "Measure up to which frequency the scene keeps its stiffness."
     drawn, listed = "Impedance, stiffness, damping and mass over frequency", "Where the scene changes"
     read = (
-        "Dots: measured; hollow: not linear in the motion. Line: exact theory of the sampled loop. Dashed: from "
+        "Dots: measured; hollow: not linear in the motion. Line: theory of the sampled loop. Dashed: from "
         "there on it is down by 3 dB, or its negative damping outweighs the handle's own. Dotted: what the "
-        "handle's own mass and damping take; where its line crosses the stiffness, a hand feels the mass instead."
+        "handle's own mass and damping take; where it crosses the "
+        "stiffness, a hand feels the mass instead."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -73,7 +74,7 @@ class BodePage(MeasuringPage):
                 "place": self.where.index,
                 "amplitude": self.amplitude.value,
                 **loop_facts(studio, model=False),
-            }  # fmt: skip
+            }
         )
         self.build()
         self.side.section("How it is driven")

@@ -65,8 +65,12 @@ def random_loop(seed):
     draw = np.random.default_rng(seed)
     rate = float(round(draw.uniform(500.0, 4000.0)))
     name = str(draw.choice(["difference", "iir", "butterworth", "kalman"]))
-    options = {"iir": {"cutoff": draw.uniform(10.0, 200.0)}, "butterworth": {"cutoff": draw.uniform(20.0, 200.0)},
-               "kalman": {"q": 10.0 ** draw.uniform(-3.0, 0.0)}}.get(name, {})  # fmt: skip
+    given = {
+        "iir": {"cutoff": draw.uniform(10.0, 200.0)},
+        "butterworth": {"cutoff": draw.uniform(20.0, 200.0)},
+        "kalman": {"q": 10.0 ** draw.uniform(-3.0, 0.0)},
+    }
+    options = given.get(name, {})
     setting = Setting(
         draw.uniform(0.02, 0.2), draw.uniform(0.1, 2.0), 0.0, 0.0, rate, draw.uniform(0.0, 2.0) / rate,
         (name, options),
@@ -129,6 +133,7 @@ def test_it_is_what_a_hand_feels_besides_the_handles_own_mass_and_damping():
     phasor = np.exp(-2j * math.pi * np.outer(tones, np.arange(rate) / rate)) * 2.0 / rate
     moved, led = (phasor @ out[last, column] for column in (rows.TRUE_POSITION, rows.HAND_TARGET))
     turn = 2.0 * math.pi * tones
+    led *= np.sinc(tones / rate) ** 2  # the target goes in straight lines from sample to sample
     pulled = (hand.stiffness + 1j * turn * hand.damping) * (led - moved)
     felt = pulled / moved - (1j * turn * viscous - mass * turn**2)
     (curve,) = simulation.measure(SPRING, values, [setting]).curves
