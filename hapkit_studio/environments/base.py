@@ -166,7 +166,7 @@ class Environment:
         return None if self.moves is None else self.moves.place(values, position, named)
 
     def touched_at(self, values: Values, depth: float) -> float:
-        """Return a place in m where a hand touches what is rendered: its centre, or so deep in its surface."""
+        """Return a place in m where a hand touches a scene: its centre, or so deep in its surface."""
         place = values.get("position", values.get("center", 0.0))
         if self.shades and "position" in values:
             place += depth if values.get("side", 0.0) == 0.0 else -depth

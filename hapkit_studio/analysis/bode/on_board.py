@@ -51,7 +51,7 @@ def measure(simulated: Bode, board_rate: float | None = None, progress: Progress
 def _rendered(
     simulated: Bode, request: PlanRequest, plan: BoardPlan | None, progress: Progress
 ) -> tuple[Curve, BoardPlan | str]:
-    """Return what the computer, or by a plan the board, makes of a scene; and how the board would render it."""
+    """Return what the computer, or by a plan the board, makes of a scene, and how the board would."""
     asked = simulated.curves[0].setting
     drive = Drive(simulated.place, simulated.amplitude, 1000.0 if plan is None else float(plan.rate))
     where = COMPUTER if plan is None else BOARD
