@@ -43,7 +43,7 @@ class LinearLaw:
 
 
 def linear_law(environment: Environment, values: Values, place: float, amplitude: float) -> LinearLaw | None:
-    """Return a law's spring and damper; None for no force, or one not linear within an amplitude of a place."""
+    """Return a law's spring and damper; None without force, or if not linear about a place."""
     terms = environment.force_terms(values)
     law = LinearLaw(terms.stiffness or 0.0, terms.damping or 0.0)
     if not terms.simple or terms.one_way or terms.friction or law == LinearLaw(0.0, 0.0):
@@ -198,7 +198,7 @@ class Spectra:
         self._ff, self._xx = np.zeros((2, self._tones.size))
 
     def add(self, times: np.ndarray, position: np.ndarray, edges: np.ndarray, force: np.ndarray) -> None:
-        """Take one period of samples: position (n,) m at times (n,) s, force (n,) N between edges (n + 1,)."""
+        """Take one period of samples: position m at times s, (n,); force (n,) N between edges (n + 1,)."""
         x, f = component(self._tones, times, position), staircase(self._tones, edges, force)
         self._fx += f * x.conj()
         self._ff += np.abs(f) ** 2
