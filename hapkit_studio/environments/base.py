@@ -173,6 +173,13 @@ class Environment:
         named = dict(zip(self.state_names, state.T, strict=False))
         return None if self.moves is None else self.moves.place(values, position, named)
 
+    def touched_at(self, values: Values, depth: float) -> float:
+        """Return a place in m where a hand touches a scene: its centre, or so deep in its surface."""
+        place = values.get("position", values.get("center", 0.0))
+        if self.shades and "position" in values:
+            place += depth if values.get("side", 0.0) == 0.0 else -depth
+        return place
+
     def force_terms(self, values: Values) -> ForceTerms:
         """Return the spring, damper and friction that the law asks for at these values."""
         if self.terms is not None:
