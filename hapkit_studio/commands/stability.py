@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio.analysis.cluster import cluster
-from hapkit_studio.analysis.stability import kb_plane
+from hapkit_studio.analysis.stability import hands, kb_plane
 from hapkit_studio.analysis.stability.kb_plane import RENDERED_DAMPING, WIDTH, Plane, plane
 from hapkit_studio.analysis.stability.margin import hand_words, sentence
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
@@ -28,6 +28,7 @@ OPTIONS = (
     base.option("-K", "--stiffness", type=float, default=300.0, metavar="N/m", help="what is rendered"),
     base.option("-B", "--damping", type=float, default=0.0, metavar="N·s/m", help="what is rendered"),
     base.option("--to", type=float, metavar="N·s/m", help="the largest damping shown"),
+    base.option("--hands", action="store_true", help="the worst of all hands, of people's and of objects"),
     base.option("--measure", action="store_true", help="find the boundary by rendering, too"),
     base.option("--map", action="store_true", help=f"judge {SIDE} × {SIDE} cells of the plane"),
     base.option("--real", action="store_true", help="measure with friction and sensor steps"),
@@ -42,6 +43,8 @@ def run(options: argparse.Namespace) -> base.Result:
     setting = base.setting_of(options)
     found = plane(setting, options.stiffness, options.damping, width=options.to)
     found = replace(found, said=of_spring(setting, options.stiffness, options.damping))
+    if options.hands:
+        found = kb_plane.with_family(found)
     begin = time.monotonic()
     with cluster(options.scheduler) if options.scheduler is not None else nullcontext() as executor:
         found = _measured(options, found, executor)
@@ -96,6 +99,8 @@ def _text(found: Plane, seconds: float | None) -> str:
         else f"Friction hides the sensor's steps up to {found.coulomb:,.0f} N/m.",
         f"Limit in N/m at {margin.damping:g} N·s/m: {limits}.",
     ]
+    if found.family is not None:
+        lines += _hands(found.family, margin.damping)
     if seconds is not None:
         real = any(part.real for part in (found.points, found.cells) if part is not None)
         lines.append(
@@ -108,6 +113,22 @@ def _text(found: Plane, seconds: float | None) -> str:
         words = ", ".join(f"{n:,} {verb}" for n, verb in zip(counts, verbs, strict=True))
         lines.append(f"{classes.size:,} cells: {words}")
     return "\n".join(lines)
+
+
+def _hands(found: hands.Family, damping: float) -> list[str]:
+    """Return the worst hands at a damping, and whose hands were looked at."""
+    people, springy = (float(np.interp(damping, found.damping, y)) for y in (found.people, found.springy))
+    worst = found.worst[int(np.abs(found.damping - damping).argmin())]
+    mass, b, k = worst.mass, worst.damping, worst.stiffness
+    return [
+        f"In the worst hand of people {_newtons(people)} N/m: {mass:.3g} kg, {b:g} N·s/m, {k:.4g} N/m.",
+        f"With the worst mass on a spring, which no hand is, {_newtons(springy)} N/m.",
+        *(
+            f"  {hand.what}: {hands.words(hand.mass, hand.damping, hand.stiffness)}; {hand.source}"
+            f"{'' if hand.read else ' (from memory)'}"
+            for hand in hands.KNOWN
+        ),
+    ]
 
 
 def _table(found: Plane) -> list[str]:
