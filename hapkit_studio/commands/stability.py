@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio.analysis.cluster import cluster
-from hapkit_studio.analysis.stability import hands, kb_plane
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import hands, kb_plane, objects
 from hapkit_studio.analysis.stability.kb_plane import RENDERED_DAMPING, WIDTH, Plane, plane
 from hapkit_studio.analysis.stability.margin import hand_words, sentence
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
 from hapkit_studio.analysis.stability.verdict import of_spring
 from hapkit_studio.charts.stability import stability_figure
 from hapkit_studio.commands import base
+from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import number, on_screen
 
@@ -29,6 +31,10 @@ OPTIONS = (
     base.option("-B", "--damping", type=float, default=0.0, metavar="N·s/m", help="what is rendered"),
     base.option("--to", type=float, metavar="N·s/m", help="the largest damping shown"),
     base.option("--hands", action="store_true", help="the worst of all hands, of people's and of objects"),
+    base.option(
+        "--object", metavar="KEY", help=f"its contact's limit: {', '.join(objects.OBJECTS)}; with -p"
+    ),
+    base.PARAMETER,
     base.option("--measure", action="store_true", help="find the boundary by rendering, too"),
     base.option("--map", action="store_true", help=f"judge {SIDE} × {SIDE} cells of the plane"),
     base.option("--real", action="store_true", help="measure with friction and sensor steps"),
@@ -49,8 +55,10 @@ def run(options: argparse.Namespace) -> base.Result:
     with cluster(options.scheduler) if options.scheduler is not None else nullcontext() as executor:
         found = _measured(options, found, executor)
     seconds = time.monotonic() - begin if found.points or found.cells else None
-    as_json = {**kb_plane.as_json(found), "measuring_seconds": seconds}
-    return base.with_files(_text(found, seconds), as_json, base.drawn(options.plot, stability_figure, found))
+    more, lines = _contact(options, setting)
+    as_json = {**kb_plane.as_json(found), "measuring_seconds": seconds, **more}
+    text = "\n".join([_text(found, seconds), *lines])
+    return base.with_files(text, as_json, base.drawn(options.plot, stability_figure, found))
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -113,6 +121,18 @@ def _text(found: Plane, seconds: float | None) -> str:
         words = ", ".join(f"{n:,} {verb}" for n, verb in zip(counts, verbs, strict=True))
         lines.append(f"{classes.size:,} cells: {words}")
     return "\n".join(lines)
+
+
+def _contact(options: argparse.Namespace, setting: Setting) -> tuple[dict[str, Any], list[str]]:
+    """Return the limit of an object's contact in every hand where it is asked for, to keep and in words."""
+    if options.object is None:
+        return {}, []
+    values = base.key_values(options.parameter)
+    limits = {
+        hand: objects.contact_limit(replace(setting, hand=hand), options.object, values) for hand in GRIPS
+    }
+    words = ", ".join(f"{hand_words(hand)} {_newtons(limit)}" for hand, limit in limits.items())
+    return {"contact": limits}, [f"Limit of the contact with {options.object} in N/m: {words}."]
 
 
 def _hands(found: hands.Family, damping: float) -> list[str]:
