@@ -10,7 +10,7 @@ import numpy as np
 
 from hapkit_studio.analysis.cluster import cluster
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import hands, kb_plane, objects
+from hapkit_studio.analysis.stability import hands, irregular, kb_plane, objects
 from hapkit_studio.analysis.stability.kb_plane import RENDERED_DAMPING, WIDTH, Plane, plane
 from hapkit_studio.analysis.stability.margin import hand_words, sentence
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
@@ -31,10 +31,9 @@ OPTIONS = (
     base.option("-B", "--damping", type=float, default=0.0, metavar="N·s/m", help="what is rendered"),
     base.option("--to", type=float, metavar="N·s/m", help="the largest damping shown"),
     base.option("--hands", action="store_true", help="the worst of all hands, of people's and of objects"),
-    base.option(
-        "--object", metavar="KEY", help=f"its contact's limit: {', '.join(objects.OBJECTS)}; with -p"
-    ),
+    base.option("--object", metavar="KEY", help=f"its contact's limit: {', '.join(objects.OBJECTS)}, -p"),
     base.PARAMETER,
+    base.option("--jitter", metavar="FILE", help="what a session's or a CSV's lateness costs"),
     base.option("--measure", action="store_true", help="find the boundary by rendering, too"),
     base.option("--map", action="store_true", help=f"judge {SIDE} × {SIDE} cells of the plane"),
     base.option("--real", action="store_true", help="measure with friction and sensor steps"),
@@ -55,9 +54,10 @@ def run(options: argparse.Namespace) -> base.Result:
     with cluster(options.scheduler) if options.scheduler is not None else nullcontext() as executor:
         found = _measured(options, found, executor)
     seconds = time.monotonic() - begin if found.points or found.cells else None
-    more, lines = _contact(options, setting)
-    as_json = {**kb_plane.as_json(found), "measuring_seconds": seconds, **more}
-    text = "\n".join([_text(found, seconds), *lines])
+    contact, of_contact = _contact(options, setting)
+    jitter, of_jitter = _jitter(options, setting)
+    as_json = {**kb_plane.as_json(found), "measuring_seconds": seconds, **contact, **jitter}
+    text = "\n".join([_text(found, seconds), *of_contact, *of_jitter])
     return base.with_files(text, as_json, base.drawn(options.plot, stability_figure, found))
 
 
@@ -133,6 +133,21 @@ def _contact(options: argparse.Namespace, setting: Setting) -> tuple[dict[str, A
     }
     words = ", ".join(f"{hand_words(hand)} {_newtons(limit)}" for hand, limit in limits.items())
     return {"contact": limits}, [f"Limit of the contact with {options.object} in N/m: {words}."]
+
+
+def _jitter(options: argparse.Namespace, setting: Setting) -> tuple[dict[str, Any], list[str]]:
+    """Return what a recorded lateness costs where it is asked for, to keep and in words."""
+    if options.jitter is None:
+        return {}, []
+    lateness = irregular.recorded(options.jitter)
+    timing, least = irregular.late_by(setting, lateness), irregular.late_by(setting, np.zeros(1))
+    steady, late = (irregular.mean_square_limit(setting, options.damping, t) for t in (least, timing))
+    middle, most = (on_screen(float(f(lateness)), "s", 2) for f in (np.median, np.max))
+    words = (
+        f"Recorded forces come {middle} late as a rule, {most} at most. On a handle that samples on time "
+        f"that costs {_newtons(steady - late)} N/m: {_newtons(late)} in place of {_newtons(steady)} N/m."
+    )
+    return {"jitter": {"steady": steady, "late": late, "cost": steady - late}}, [words]
 
 
 def _hands(found: hands.Family, damping: float) -> list[str]:

@@ -1,8 +1,9 @@
 """How stiff the contact with an object may be: the limit of handle, coupling and computed object together.
 
-A limit for a spring to the ground takes the object for a wall. But it moves, by an integrator that has a limit
-of its own, and it meets the handle one sample late. Exact while they touch, for small motions around a press,
-and for a coupling whose damper acts both ways; the scenes' acts on the way in only: theirs is exact without.
+A limit for a spring to the ground takes the object for a wall. But it moves, by an integrator that has a
+limit of its own, and it meets the handle one sample late. Exact while they touch, for small motions around a
+press, and for a coupling whose damper acts both ways; the scenes' acts on the way in only: without one theirs
+is exact.
 """
 
 from collections.abc import Callable, Mapping
@@ -49,7 +50,7 @@ def contact_limit(setting: Setting, key: str, values: Mapping[str, object]) -> f
 
 
 def first_limit(stable: Callable[[float], bool], scan: np.ndarray) -> float:
-    """Return the number up to which all is stable that a scan (n,) can tell; 0 if its first is not, or inf."""
+    """Return the number up to which all is stable, as far as a scan (n,) tells; 0 if its first is not."""
     bad = next((k for k, value in enumerate(scan) if not stable(float(value))), None)
     if not bad:
         return np.inf if bad is None else 0.0

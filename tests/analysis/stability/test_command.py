@@ -191,3 +191,27 @@ def test_the_worst_of_all_hands(capsys, tmp_path):
     assert found["springy"][0] == pytest.approx(400.0, rel=1e-6)
     assert min(found["people"]) > (0.4 + min(hand["damping"][0] for hand in found["known"])) / 1e-3
     assert "not linear" in run(capsys, "--hands", "--estimator", "foaw")[2]
+
+
+def test_what_a_recorded_lateness_costs(capsys, tmp_path):
+    """Always late by half a period a spring has half the stiffness, b / (T/2 + lateness)."""
+    file = tmp_path / "late.csv"
+    file.write_text("lateness (s)\n" + "0.0005\n" * 5)
+    words = ("--viscous", "0.4", "--mass", "0.5", "--jitter", str(file))
+    assert "come 0.5 ms late as a rule, 0.5 ms at most" in run(capsys, *words)[1]
+    found = json.loads(run(capsys, *words, "--json")[1])["jitter"]
+    assert [found[key] for key in ("steady", "late", "cost")] == pytest.approx(
+        [800.0, 400.0, 400.0], rel=1e-3
+    )
+    for wrong in (tmp_path / "none.csv", tmp_path):
+        code, _, err = run(capsys, "--jitter", str(wrong))
+        assert code != 0
+        assert err.count("\n") == 1
+
+
+def test_the_contact_with_an_object(capsys):
+    code, out, err = run(capsys, "--object", "puck", "-p", "mass=5", "-p", "integrator=exact", "--json")
+    assert (code, err) == (0, "")
+    found = json.loads(out)
+    assert found["contact"]["released"] == pytest.approx(found["hands"]["released"], rel=0.02)
+    assert "not in 'wall'" in run(capsys, "--object", "wall")[2]
