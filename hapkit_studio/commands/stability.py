@@ -20,6 +20,7 @@ from hapkit_studio.commands import base
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import number, on_screen
+from hapkit_studio.sessions.lateness import recorded
 
 COLUMNS = 13
 SIDE = 100
@@ -139,7 +140,7 @@ def _jitter(options: argparse.Namespace, setting: Setting) -> tuple[dict[str, An
     """Return what a recorded lateness costs where it is asked for, to keep and in words."""
     if options.jitter is None:
         return {}, []
-    lateness = irregular.recorded(options.jitter)
+    lateness = recorded(options.jitter)
     timing, least = irregular.late_by(setting, lateness), irregular.late_by(setting, np.zeros(1))
     steady, late = (irregular.mean_square_limit(setting, options.damping, t) for t in (least, timing))
     middle, most = (on_screen(float(f(lateness)), "s", 2) for f in (np.median, np.max))

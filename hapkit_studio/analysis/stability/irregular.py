@@ -8,9 +8,7 @@ where a few that grow make the mean.
 """
 
 import math
-from contextlib import closing
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -21,13 +19,11 @@ from hapkit_studio.analysis.stability.objects import first_limit
 from hapkit_studio.dynamics.sample_matrix import radius, sample_matrix, spring, used
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
-from hapkit_studio.sessions.session import Session
 
 # Of the limit without jitter: how far up it is looked for, in so many steps.
 _FAR, _SCAN = 1.5, 76
 # Timings closer than this share of a period are one.
 _SAME = 1e-3
-_COLUMN = "lateness"
 
 
 @dataclass(frozen=True)
@@ -111,34 +107,3 @@ def growth(
         energy += setting.mass * v * v + stiffness * x * x
     quarters = energy.reshape(4, -1).mean(axis=1)
     return float(np.log(quarters[3] / quarters[1]) / (0.5 * count * timing.periods.mean()))
-
-
-def recorded(path: str | Path) -> np.ndarray:
-    """Return how late in s each sample of a session, or of a CSV with a column of lateness, was.
-
-    Raise ParameterError; SessionError for a damaged session.
-    """
-    file = Path(path)
-    if file.suffix.lower() == ".csv":
-        found = _column(file)
-    else:
-        with closing(Session(file)) as session:
-            found = session.read([_COLUMN])[_COLUMN]
-    found = found[np.isfinite(found)]
-    if not found.size:
-        raise ParameterError(f"{file.name} says of no sample how late it was.")
-    return found
-
-
-def _column(file: Path) -> np.ndarray:
-    """Return the column of lateness of a CSV; raise ParameterError."""
-    try:
-        lines = [line for line in file.read_text("utf-8").splitlines() if not line.startswith("#")]
-        names = lines[0].split(",") if lines else []
-        place = next((k for k, name in enumerate(names) if name.startswith(_COLUMN)), None)
-        found = None if place is None else np.loadtxt(lines[1:], delimiter=",", usecols=place, ndmin=1)
-    except (OSError, ValueError) as error:
-        raise ParameterError(f"{file.name} cannot be read: {error}.") from None
-    if found is None:
-        raise ParameterError(f"{file.name} has no column {_COLUMN}.")
-    return found

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import irregular
 from hapkit_studio.analysis.stability.irregular import Timing, growth, late_by, mean_square_limit
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.sessions.lateness import recorded
 
 FILTERS = ("difference", ("iir", {"cutoff": 100.0}), "kalman", "butterworth")
 
@@ -74,10 +74,10 @@ def test_energy_of_a_held_force_says_the_limit_of_drawn_periods():
 def test_a_recording_is_read_and_what_it_cannot_say_is_said(tmp_path):
     file = tmp_path / "late.csv"
     file.write_text("# {}\ntime (s),lateness (s)\n0,0.0001\n0.001,nan\n0.002,0.0003\n")
-    assert irregular.recorded(file).tolist() == [0.0001, 0.0003]
+    assert recorded(file).tolist() == [0.0001, 0.0003]
     late = late_by(Setting(delay=0.2e-3), np.array([0.1e-3, 5e-3, -1.0]))
     assert late.late == pytest.approx([0.3e-3, 0.999e-3, 0.2e-3])
     file.write_text("time (s)\n0\n")
     with pytest.raises(ParameterError, match="no column lateness"):
-        irregular.recorded(file)
+        recorded(file)
     assert math.isfinite(mean_square_limit(Setting(), 0.0, late))
