@@ -73,6 +73,24 @@ def run_prescribed(
         simulate_sample(r, body, row, positions[k], positions[k], positions[k])
 
 
+@compiled
+def run_irregular(r: LoopArrays, body: Plant, periods: np.ndarray, late: np.ndarray, out: np.ndarray) -> None:
+    """Fill one row a sample of a released handle: periods, late (n,) in s until the next, until its force."""
+    settings = r.block.values
+    passed, when = settings[block.PERIOD], 0.0
+    for k in range(out.shape[0]):
+        settings[block.PERIOD], settings[block.DELAY] = periods[k], late[k]
+        simulated_loop.configure(body, settings, settings, False)
+        row = out[k]
+        row[rows.BOARD_TIME] = when
+        simulated_loop.write_truth(body, math.nan, row)
+        force = tick(r, simulated_loop.measure(body), passed, body.dev[simulated.EFFECT], row)
+        simulated.command(body.dev, body.queue, force)
+        simulated.advance(body.dev, body.queue, 0.0, 0.0)
+        passed = periods[k]
+        when += passed
+
+
 def new_rows(count: int) -> np.ndarray:
     """Return room for count rows, its memory in place: what is timed then is the loop alone."""
     return np.full((count, rows.ROW_WIDTH), 0.0)

@@ -9,6 +9,7 @@ import numpy as np
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row, whole_number
 from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.analysis.stability.behaviour import NUDGE
+from hapkit_studio.analysis.stability.hands import KNOWN, PEOPLE, Family, family
 from hapkit_studio.analysis.stability.limits import checked_loop, coulomb_line, simple_rule
 from hapkit_studio.analysis.stability.margin import (
     Margin,
@@ -80,8 +81,8 @@ class Plane:
     (2, n) the ends of the next stable interval above, nan where none; edge_damping and edge (k,) are the
     passivity line up to the largest passive damping; coulomb is inf without sensor steps, hands the limits at
     the margin's damping. Without a linear estimator exact and friction are all nan, the edge empty,
-    the hands' and the margin's limits nan. said: what the handle does with the margin's impedance, where that
-    was asked.
+    the hands' and the margin's limits nan. said: what the handle does with the margin's impedance, and family
+    the worst of all hands, where that was asked.
     """
 
     setting: Setting
@@ -99,6 +100,7 @@ class Plane:
     points: Points | None = None
     cells: Cells | None = None
     said: "Verdict | None" = None
+    family: Family | None = None
 
     @property
     def words(self) -> str:
@@ -235,6 +237,13 @@ def plane(
     return Plane(setting, margin, top, *lines, passive_b, passive_k, coulomb_line(setting), around)
 
 
+def with_family(plane: Plane) -> Plane:
+    """Return a plane with the worst of all hands; raise ParameterError without a linear estimator."""
+    found = family(plane.setting, plane.damping)
+    here = float(np.interp(plane.margin.damping, found.damping, found.people))
+    return replace(plane, family=found, top=max(plane.top, nice_top(_ROOM * here)))
+
+
 def class_names(controller: bool) -> tuple[str, str, str]:
     """Return DECAYS, BUZZES and GROWS of ``rendered`` in one word each."""
     return "decays", "bounded" if controller else "buzzes", "grows"
@@ -274,6 +283,7 @@ def as_json(plane: Plane) -> dict[str, Any]:
             "measured": {**measured, "kind": "bounded" if measured["controller"] else "stable"}
             if measured
             else None,
+            "hand_family": {"known": KNOWN, **vars(plane.family)} if plane.family else None,
             "map": {**cells, "class_names": class_names(cells["controller"])} if cells else None,
         }
     )
@@ -293,6 +303,8 @@ LINES = {
     "measured": ("Measured boundary", "simulated, by bisection"),
     "simple": ("Simple rule", "k < (b₀ + b) / (T/2 + td), b₀ of handle and hand"),
     "passive": ("Passivity line", "below it stable in any hand"),
+    "people": ("Worst hand of people", PEOPLE),
+    "springy": ("Worst mass on a spring", "no damping of its own: an object, no hand"),
     "coulomb": ("Friction hides steps", "below k = 2 Fc / Δ sensor steps start no buzz"),
     "decays": ("Comes to rest", "let go 3 and 200 steps away"),
     "buzzes": ("Buzzes", "goes on moving, does not grow"),

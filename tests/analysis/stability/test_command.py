@@ -177,3 +177,41 @@ def test_a_picture_of_pure_damping_has_its_limits_in_its_own_unit(drawn):
     assert "Limit, let go" in below()
     limits = below(dampings={"released": 41.26}).rsplit("Hand let go", 1)[1]
     assert limits == " · Limit, let go 41.3 N·s/m"
+
+
+def test_the_worst_of_all_hands(capsys, tmp_path):
+    """At no damping a mass on a spring has the passivity line, b / (T/2 + delay)."""
+    words = ("--viscous", "0.4", "--delay", "0.0005", "--to", "2", "-B", "0", "--hands")
+    code, out, err = run(capsys, *words, "--plot", str(tmp_path / "hands.png"))
+    assert (code, err) == (0, "")
+    assert "With the worst mass on a spring, which no hand is, 400.0 N/m." in out
+    assert "Scientific Reports 5:18004, 2015, fig. 3\n" in out
+    assert "J. Biomechanical Engineering 119(1), 1997 (from memory)" in out
+    found = json.loads(run(capsys, *words, "--json")[1])["hand_family"]
+    assert found["springy"][0] == pytest.approx(400.0, rel=1e-6)
+    assert min(found["people"]) > (0.4 + min(hand["damping"][0] for hand in found["known"])) / 1e-3
+    assert "not linear" in run(capsys, "--hands", "--estimator", "foaw")[2]
+
+
+def test_what_a_recorded_lateness_costs(capsys, tmp_path):
+    """Always late by half a period a spring has half the stiffness, b / (T/2 + lateness)."""
+    file = tmp_path / "late.csv"
+    file.write_text("lateness (s)\n" + "0.0005\n" * 5)
+    words = ("--viscous", "0.4", "--mass", "0.5", "--jitter", str(file))
+    assert "come 0.5 ms late as a rule, 0.5 ms at most" in run(capsys, *words)[1]
+    found = json.loads(run(capsys, *words, "--json")[1])["jitter"]
+    assert [found[key] for key in ("steady", "late", "cost")] == pytest.approx(
+        [800.0, 400.0, 400.0], rel=1e-3
+    )
+    for wrong in (tmp_path / "none.csv", tmp_path):
+        code, _, err = run(capsys, "--jitter", str(wrong))
+        assert code != 0
+        assert err.count("\n") == 1
+
+
+def test_the_contact_with_an_object(capsys):
+    code, out, err = run(capsys, "--object", "puck", "-p", "mass=5", "-p", "integrator=exact", "--json")
+    assert (code, err) == (0, "")
+    found = json.loads(out)
+    assert found["contact"]["released"] == pytest.approx(found["hands"]["released"], rel=0.02)
+    assert "not in 'wall'" in run(capsys, "--object", "wall")[2]

@@ -1,0 +1,119 @@
+"""The hand as a family: how stiff a loop may be in the worst of people's hands, and in no person's.
+
+People's hands are those of the table, and all between: a mass that moves with the handle, a damper and a
+spring to the ground. Each has damping of its own, so they allow several times what passivity does. What comes
+down to the passivity line is an object without damping, a mass on a spring, which may lean on the handle.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.limits import checked_loop
+from hapkit_studio.analysis.stability.passivity import stiffness_with_modes
+from hapkit_studio.dynamics.hand import GRIPS, Grip
+from hapkit_studio.dynamics.sampled_loop import stiffness_limits
+
+Range = tuple[float, float]
+# Masses and stiffnesses tried in their ranges: the worst is mostly at an end.
+_TRIED = 7
+
+
+@dataclass(frozen=True)
+class Known:
+    """One kind of hand: ranges of mass kg, damping N·s/m, stiffness N/m, and the source.
+
+    read: these numbers were read in the source; otherwise they are quoted from memory and want checking.
+    """
+
+    what: str
+    mass: Range
+    damping: Range
+    stiffness: Range
+    source: str
+    read: bool
+
+
+_LIGHT, *_, _FIRM = (grip for grip in GRIPS.values() if grip is not None)
+KNOWN = (
+    Known(
+        "an index finger, pressing", (0.0035, 0.0087), (2.0, 7.4), (200.0, 1255.0),
+        "Hajian and Howe, J. Biomechanical Engineering 119(1), 1997", False,
+    ),
+    Known(
+        "an arm that holds its place, one trial", (0.554, 0.554), (6.45, 6.45), (135.0, 135.0),
+        "van Beek and others, Scientific Reports 5:18004, 2015, fig. 3", True,
+    ),
+    Known(
+        "an arm, relaxed to tense", (0.5, 2.0), (5.0, 40.0), (50.0, 800.0),
+        "Tsuji and others, Biological Cybernetics 72, 1995", False,
+    ),
+    Known(
+        "the grips here, light to firm",
+        (_LIGHT.mass, _FIRM.mass), (_LIGHT.damping, _FIRM.damping), (_LIGHT.stiffness, _FIRM.stiffness),
+        "chosen for this studio", True,
+    ),
+)  # fmt: skip
+
+
+def _ends(of: Callable[[Known], Range]) -> Range:
+    return min(of(hand)[0] for hand in KNOWN), max(of(hand)[1] for hand in KNOWN)
+
+
+MASS, DAMPING, STIFFNESS = (
+    _ends(of) for of in (lambda hand: hand.mass, lambda hand: hand.damping, lambda hand: hand.stiffness)
+)
+
+
+def words(mass: Range, damping: Range, stiffness: Range) -> str:
+    """Name hands by their ranges, which may be single numbers: "0.02 to 0.1 kg, 2 N·s/m, 400 N/m"."""
+    parts = (mass, "kg"), (damping, "N·s/m"), (stiffness, "N/m")
+    return ", ".join(
+        f"{ends[0]:,.5g}{'' if ends[0] == ends[1] else f' to {ends[1]:,.5g}'} {unit}" for ends, unit in parts
+    )
+
+
+PEOPLE = words(MASS, DAMPING, STIFFNESS)
+
+
+@dataclass(frozen=True)
+class Family:
+    """The least limits in N/m over damping (n,) in N·s/m: of people's hands, and of one mass on a spring.
+
+    worst: the hand of people that each is the limit of.
+    """
+
+    damping: np.ndarray
+    people: np.ndarray
+    worst: tuple[Grip, ...]
+    springy: np.ndarray
+
+
+def family(setting: Setting, damping: np.ndarray) -> Family:
+    """Return the envelope over damping (n,); raise ParameterError for an estimator that is not linear."""
+    grips = _people()
+    limits = np.array([stiffness_limits(_loop(setting, grip), damping) for grip in grips])
+    worst = tuple(grips[k] for k in limits.argmin(axis=0))
+    return Family(damping, limits.min(axis=0), worst, springy(setting, damping))
+
+
+def springy(setting: Setting, damping: np.ndarray, modes: int = 1) -> np.ndarray:
+    """Return the limit (n,) in N/m with the worst of so many heavy masses on springs, without damping."""
+    sampling = setting.rate, setting.delay, setting.estimator, setting.quantum
+    return stiffness_with_modes(setting.viscous, damping, *sampling, modes)
+
+
+@lru_cache(maxsize=1)
+def _people() -> list[Grip]:
+    masses, stiffnesses = np.geomspace(*MASS, _TRIED).tolist(), np.geomspace(*STIFFNESS, _TRIED).tolist()
+    return [Grip(m, b, k) for m, b, k in product(masses, DAMPING, stiffnesses)]
+
+
+def _loop(setting: Setting, grip: Grip) -> Any:
+    sampling = setting.rate, setting.delay, setting.estimator, grip, setting.quantum
+    return checked_loop(setting.mass, setting.viscous, 0.0, *sampling)

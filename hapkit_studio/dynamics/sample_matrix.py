@@ -1,0 +1,88 @@
+"""The whole loop from one sample to the next as a matrix: handle, hold, delay, estimator and a linear law.
+
+For what the characteristic equation of ``sampled_loop`` leaves out: a law with a memory of its own, and
+periods and delays that are others at every sample.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from hapkit_studio.dynamics import estimators
+from hapkit_studio.dynamics.integrators import step
+from hapkit_studio.dynamics.moving_mass import FAR
+from hapkit_studio.dynamics.paddle import apply, transition
+from hapkit_studio.dynamics.sampled_loop import Loop
+
+Law = Callable[[np.ndarray, float, float, float], tuple[float, Sequence[float]]]
+"""Linear in memory (k,), position m and velocity m/s; also takes the s passed; returns N and memory."""
+
+_ESTIMATOR = 6  # numbers that a linear estimator remembers, the last position first
+
+
+def spring(stiffness: float, damping: float) -> Law:
+    """Return the law of a spring and damper to the ground, which remembers nothing."""
+    return lambda memory, x, v, dt: (-stiffness * x - damping * v, ())
+
+
+COUPLED = 5
+"""Numbers that a coupled object remembers: its place, speed and last acceleration, the last handle's two."""
+
+
+def coupled(integrator: float, mass: float, own: tuple[float, float], coupling: tuple[float, float]) -> Law:
+    """Return the law of an object that a spring and damper couple to the handle, pulling as well as pushing.
+
+    own and coupling are a stiffness N/m and a damping N·s/m each. As the scenes do it: the object moves over
+    the sample that has passed, the handle held where it was, then the coupling acts.
+    """
+    (k, b), (contact, pad) = own, coupling
+
+    def force(memory: np.ndarray, x: float, v: float, dt: float) -> tuple[float, Sequence[float]]:
+        place, speed, before, handle, handle_speed = memory
+        pull = contact * handle + pad * handle_speed
+        place, speed, before = step(
+            integrator, place, speed, before, dt, 0.0,
+            mass, b + pad, k + contact, pull, -FAR, 1.0, 0.0, 0.0, 0.0, FAR, 0.0,
+        )  # fmt: skip
+        return -contact * (x - place) - pad * (v - speed), (place, speed, before, x, v)
+
+    return force
+
+
+def sample_matrix(loop: Loop, law: Law, remembered: int, period: float, late: float) -> np.ndarray:
+    """Return the map (s, s) from just after one sample to just after the next, ``period`` s later.
+
+    A command acts ``late`` s after its sample, and after as many samples more as the loop's delay has whole
+    periods. State: x, v, what estimator and law remember, the commands with the newest first. The loop's own
+    damping does not count.
+    """
+    m, c, k = loop.mass, loop.viscous, loop.hand.stiffness
+    first, second = transition(m, c, k, late), transition(m, c, k, period - late)
+    code, coefs = estimators.design(loop.estimator, loop.rate, loop.quantum)
+    whole = math.floor(loop.delay * loop.rate + 1e-9)
+    begin = 2 + _ESTIMATOR
+    end = begin + remembered
+
+    def after(state: np.ndarray) -> np.ndarray:
+        memory, commands = np.zeros(estimators.MEMORY), state[end:]
+        memory[:_ESTIMATOR] = state[2:begin]
+        x, v = apply(first, state[0], state[1], commands[whole + 1], 0.0)
+        x, v = apply(second, x, v, commands[whole], 0.0)
+        velocity = estimators.step(code, coefs, memory, x, period)
+        force, kept = law(state[begin:end], x, velocity, period)
+        return np.r_[x, v, memory[:_ESTIMATOR], kept, force, commands[:-1]]
+
+    return np.column_stack([after(unit) for unit in np.eye(end + whole + 2)])
+
+
+def used(matrices: np.ndarray) -> np.ndarray:
+    """Return the maps (n, s, s) without states that change no other: those a method has no use for."""
+    others = matrices * (1.0 - np.eye(matrices.shape[-1]))
+    kept = np.flatnonzero((others != 0.0).any(axis=(0, 1)))
+    return matrices[:, kept[:, np.newaxis], kept]
+
+
+def radius(matrix: np.ndarray) -> float:
+    """Return the size of the largest eigenvalue."""
+    return float(np.abs(np.linalg.eigvals(matrix)).max())

@@ -1,0 +1,42 @@
+"""How late a recording's samples were: of a session, or of a table that was written from one."""
+
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.sessions.session import Session
+
+_COLUMN = "lateness"
+
+
+def recorded(path: str | Path) -> np.ndarray:
+    """Return how late in s each sample of a session, or of a CSV with a column of lateness, was.
+
+    Raise ParameterError; SessionError for a damaged session.
+    """
+    file = Path(path)
+    if file.suffix.lower() == ".csv":
+        found = _column(file)
+    else:
+        with closing(Session(file)) as session:
+            found = session.read([_COLUMN])[_COLUMN]
+    found = found[np.isfinite(found)]
+    if not found.size:
+        raise ParameterError(f"{file.name} says of no sample how late it was.")
+    return found
+
+
+def _column(file: Path) -> np.ndarray:
+    """Return the column of lateness of a CSV; raise ParameterError."""
+    try:
+        lines = [line for line in file.read_text("utf-8").splitlines() if not line.startswith("#")]
+        names = lines[0].split(",") if lines else []
+        place = next((k for k, name in enumerate(names) if name.startswith(_COLUMN)), None)
+        found = None if place is None else np.loadtxt(lines[1:], delimiter=",", usecols=place, ndmin=1)
+    except (OSError, ValueError) as error:
+        raise ParameterError(f"{file.name} cannot be read: {error}.") from None
+    if found is None:
+        raise ParameterError(f"{file.name} has no column {_COLUMN}.")
+    return found

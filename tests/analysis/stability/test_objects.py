@@ -1,0 +1,71 @@
+"""The limit of handle, contact and object together, 1 % inside and outside it by the tick that renders."""
+
+import numpy as np
+import pytest
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.limits import stiffness_limit
+from hapkit_studio.analysis.stability.objects import contact_limit
+from hapkit_studio.dynamics.hand import Hand
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import headless, rows
+
+SECONDS, PRESSED = 10.0, 4.0
+
+
+def pressing(t):
+    """Press to 40 mm within 3 s, then 1 µm farther."""
+    return 0.040 * (0.5 - 0.5 * np.cos(np.pi * np.clip(t / 3.0, 0.0, 1.0))) + 1e-6 * (t >= PRESSED)
+
+
+def growth(setting, key, values):
+    """Return by how much the motion of a handle that presses an object grows, as a logarithm."""
+    grip = setting.grip
+    hand = Hand(grip.mass, grip.damping, grip.stiffness, pressing, vectorised=True)
+    scene = headless.Scene(environments.named(key), values, setting.device(real=False), setting.loop)
+    out, _ = headless.render(scene, hand, round(SECONDS * setting.rate))
+    x = out[round((PRESSED + 0.5) * setting.rate) :, rows.TRUE_POSITION]
+    halves = np.array_split(np.diff(x, 3), 2)
+    return float(np.log(np.square(halves[1]).sum() / np.square(halves[0]).sum()))
+
+
+LOOPS = [
+    ("mass_spring_damper", "semi_implicit", 0.5, 1000.0, 0.0, "difference"),
+    ("mass_spring_damper", "semi_implicit", 0.08, 1000.0, 0.3e-3, "iir"),
+    ("mass_spring_damper", "verlet", 0.2, 1000.0, 1e-3, "kalman"),
+    ("mass_spring_damper", "exact", 1.0, 2000.0, 0.0, "difference"),
+    ("mass_spring_damper", "lecture", 2.0, 1000.0, 0.0, "difference"),
+    ("puck", "semi_implicit", 0.5, 1000.0, 0.0, "difference"),
+    ("puck", "implicit_euler", 0.1, 700.0, 1e-3, "difference"),
+    ("puck", "rk4", 0.3, 1000.0, 2.5e-3, "difference"),
+    ("puck", "trapezoid", 0.3, 1000.0, 0.0, "butterworth"),
+]
+
+
+@pytest.mark.parametrize(("key", "integrator", "mass", "rate", "delay", "estimator"), LOOPS)
+def test_a_press_calms_just_inside_and_grows_just_outside(key, integrator, mass, rate, delay, estimator):
+    setting = Setting(0.044, 0.5, 0.0, 0.0, rate, delay, estimator, "light")
+    given = {"mass": mass, "integrator": integrator, "contact_damping": 0.0}
+    limit = contact_limit(setting, key, given)
+    for share, grows in ((0.99, False), (1.01, True)):
+        values = environments.named(key).values({**given}) | {"contact_stiffness": share * limit}
+        assert (growth(setting, key, values) > 0.0) == grows
+
+
+def test_an_object_too_heavy_to_move_is_a_wall():
+    """Its limit is that of the spring to the ground; one that is let go has no other."""
+    setting = Setting(viscous=0.5, delay=0.4e-3)
+    given = {"mass": 5.0, "stiffness": 2000.0, "damping": 20.0, "integrator": "exact"}
+    assert contact_limit(setting, "mass_spring_damper", given) == pytest.approx(
+        stiffness_limit(0.044, 0.5, delay=0.4e-3), rel=0.02
+    )
+
+
+def test_explicit_euler_has_no_limit_of_its_own_without_damping():
+    """It adds h² w² to the square of every turn; a light object with no damper grows from the softest on."""
+    setting = Setting(viscous=0.5, hand="firm")
+    given = {"mass": 0.05, "damping": 0.0, "stiffness": 2000.0, "integrator": "explicit_euler"}
+    assert contact_limit(setting, "mass_spring_damper", given) == 0.0
+    with pytest.raises(ParameterError, match="puck"):
+        contact_limit(setting, "spring", {})
