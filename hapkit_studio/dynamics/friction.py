@@ -29,11 +29,10 @@ def tether(x, anchor, stiffness, limit):
 
     stiffness N/m > 0, limit N >= 0. Where it holds, the anchor stays bit for bit: no drift.
     """
-    pull = stiffness * (anchor - x)
-    if abs(pull) <= limit:
-        return pull, anchor
-    force = math.copysign(limit, pull)
-    return force, x + force / stiffness
+    stretch, longest = anchor - x, limit / stiffness
+    if abs(stretch) <= longest:
+        return stiffness * stretch, anchor
+    return math.copysign(limit, stretch), x + math.copysign(longest, stretch)
 
 
 @compiled
@@ -65,12 +64,11 @@ def sticking_tether(x, before, anchor, stuck, stiffness, damping, static, kineti
     shock = damping / dt
     pull = stiffness * (anchor - x) + shock * (before - x)
     turned = pull * (anchor - before) < 0.0
-    held = stuck > 0.5 or turned or abs(pull) < kinetic - stiffness * SLACK
+    held = stuck > 0.0 or turned or abs(pull) < kinetic - stiffness * SLACK
     if held and abs(pull) <= max(static, kinetic):
         return pull, anchor, 1.0
-    force = math.copysign(kinetic, pull)
-    stretch = (force + shock * (anchor - before)) / (stiffness + shock)
-    return force, x + stretch, 0.0
+    force, both = math.copysign(kinetic, pull), stiffness + shock
+    return force, x + math.copysign(kinetic / both, pull) + shock / both * (anchor - before), 0.0
 
 
 @compiled

@@ -37,7 +37,7 @@ NOTICED = 0.07
 
 @law(state={"anchor": 0.0, "stuck": 1.0, "before": 0.0, "started": 0.0})
 def force(p, s, x, v, dt):
-    if s.started < 0.5:
+    if s.started == 0.0:
         s.started = 1.0
         s.before = x
         s.anchor = x
