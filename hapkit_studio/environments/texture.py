@@ -18,39 +18,34 @@ STEEPEST = 16.0 * math.sqrt(3.0) / 9.0
 GRAINS = 251
 
 
-def wrapped(n):
-    """Return a whole number modulo the number of grains."""
-    return n - GRAINS * math.floor(n / GRAINS)
+def centred(n):
+    """Return a whole number modulo the number of grains, from -125 to 125; no rounding moves it."""
+    return n - GRAINS * math.floor(n * (1.0 / GRAINS) + 0.5)
 
 
 def grain(n, seed):
     """Return the height, 0 to 1, of grain n: each of 251 heights once, in an order that seems random."""
-    m = wrapped(n + 17.0 * seed)
-    m = wrapped(m * m * m) + seed + 1.0
-    m = wrapped(m)
-    return wrapped(m * m * m) / (GRAINS - 1.0)
+    m = centred(n + 17.0 * seed)
+    m = centred(centred(m * m * m) + seed + 1.0)
+    m = centred(m * m * m)
+    return (m if m >= 0.0 else m + GRAINS) / (GRAINS - 1.0)
 
 
-def sandpaper(u, amplitude, seed):
-    """Return the force of sandpaper at a place u counted in grains: minus the slope of its heights, scaled.
-
-    A seed >= 0 counts as far as it is whole.
-    """
-    n = math.floor(u)
-    u = u - n
-    seed = math.floor(seed)
-    bend = 4.0 * u * (1.0 - u)
-    return amplitude * (grain(n, seed) - grain(n + 1.0, seed)) * bend * bend
-
-
-@law
+@law(state={"cell": 0.5, "seed": 0.0, "rise": 0.0})
 def force(p, s, x, v, dt):
     u = x / p.wavelength
     if p.kind == "grating":
         return p.amplitude * math.sin(math.tau * u)
     if p.kind == "bands":
         return -p.damping * v if u - math.floor(u) < 0.5 else 0.0
-    return sandpaper(2.0 * u, p.amplitude, p.seed)
+    # Sandpaper pushes by minus the slope of its heights, scaled. Its grains are drawn where a cell begins.
+    u, seed = 2.0 * u, math.floor(p.seed)
+    n = math.floor(u)
+    if n != s.cell or seed != s.seed:
+        s.cell, s.seed, s.rise = n, seed, grain(n + 1.0, seed) - grain(n, seed)
+    u -= n
+    bend = u * (1.0 - u)
+    return -16.0 * p.amplitude * s.rise * bend * bend
 
 
 def impedance(values: Values) -> tuple[float, float]:
