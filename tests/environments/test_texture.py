@@ -8,6 +8,8 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio.environments.base import Conditions
 from hapkit_studio.environments.texture import grain
+from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
+from hapkit_studio.laws.machine import ARENA
 from tests.environments import calling
 from tests.environments.calling import LIBRARY, force, forces, frequency
 
@@ -61,6 +63,28 @@ def test_sandpaper_is_minus_the_slope_of_smooth_grains(seed):
         rise = heights[(n + 1) % 251] - heights[n % 251]
         got = forces("texture", (n + u) * 0.0025, kind="sandpaper", amplitude=1.7, seed=seed)
         assert got == pytest.approx(-1.7 * rise * step(u) * 8.0 / 15.0, abs=1e-9)
+
+
+def test_kept_grains_are_those_of_where_the_handle_is(rng):
+    """Rest, steps within a cell, over one and over many; then another seed where it stands."""
+    x = np.cumsum(rng.choice([0.0, 1e-5, -1e-4, 2e-3, -2e-3, 9e-3, -9e-3], 2000)) * 0.3
+    state = None
+    for place, seed in [*((one, 3) for one in x), (x[-1], 4)]:
+        values = TEXTURE.values({"kind": "sandpaper", "seed": seed})
+        kept, state, _ = calling.call(TEXTURE, values, place, 0.0, state)
+        n, u = divmod(place / 0.0025, 1.0)
+        rise = np.diff(grains(seed)[[int(n) % 251, int(n + 1.0) % 251]])[0] / 250.0
+        assert kept == pytest.approx(-0.25 * rise * 16.0 * (u * (1.0 - u)) ** 2, abs=1e-9)
+
+
+def test_sandpaper_takes_half_the_cycles_and_twice_the_rate_on_the_board():
+    """9,468 cycles and 500 Hz where both grains were drawn at every tick; the delay is 127 µs at 1 kHz."""
+    values = TEXTURE.values({"kind": "sandpaper"})
+    plan = BoardPlanner(ARENA).plan(PlanRequest(TEXTURE, values))
+    assert plan.program.usual <= 9468 / 2
+    assert plan.rate == 1000
+    gained = [hs.stiffness_limit(0.044, 0.5, rate=rate, delay=127e-6) for rate in (500.0, 1000.0)]
+    assert gained[1] > 1.5 * gained[0]
 
 
 def test_grains_are_each_height_once_and_no_seed_is_another_shifted():
