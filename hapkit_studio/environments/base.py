@@ -84,10 +84,6 @@ class MovingObject:
     state: str = ""
     rests: str = ""
 
-    def needed_at(self, values: Values) -> tuple[str, ...]:
-        """Return the device's terms that it needs; () where nobody has looked, as at other values."""
-        return self.needs if all(values[p.key] == p.default for p in self.parameters) else ()
-
     def place(self, values: Values, position: np.ndarray, state: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where it is in m (n,): the handle's position is in m, each state by name, (n,) all."""
         return state[self.state] if self.state else np.maximum(position, values[self.rests])
