@@ -19,7 +19,7 @@ NAME, ORDER = "verdict", 31
 LATE = 1e-3
 # Stiffness of a spring in N/m at 1 kHz and 1 ms: far below its limit of 334 N/m, near it, above, far above.
 STIFFNESS = {"calm": 100.0, "near the limit": 320.0, "above": 500.0, "buzzing": 1800.0}
-PUSHES = (0.5e-3, 4e-3)
+PUSHES = (0.5e-3, 6e-3)  # to either side of where 500 N/m swings on
 
 
 def scenes() -> dict[str, tuple[Asked, str]]:
@@ -43,7 +43,7 @@ def motion(asked: Asked, push: float) -> np.ndarray:
 
 
 def draw(path: Path, mode: str) -> None:
-    """Draw the eight scenes, a push of 0.5 mm and one of 4 mm each."""
+    """Draw the eight scenes, a push of 0.5 mm and one of 6 mm each."""
     figure, c = style.new_figure(path, (13.0, 7.0)), style.colors(mode)
     for axes, (what, (asked, hand)) in zip(figure.subplots(2, 4).T.ravel(), scenes().items(), strict=True):
         style.style_axes(axes, c, "s", "mm")

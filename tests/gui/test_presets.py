@@ -124,9 +124,10 @@ def test_the_next_start_knows_the_preset_s_name_and_what_differs(window, home):
         assert row.button.text() == "Own values"
 
 
-def test_the_loop_is_in_a_preset_only_if_asked_for(window, home):
+@pytest.mark.parametrize("model", ["everything", "frictionless"])
+def test_the_loop_is_in_a_preset_only_if_asked_for(window, home, model):
     studio = window.studio
-    loop = LoopChoice(2000.0, 0.002, "iir", (("cutoff", 50.0),), "everything", True)
+    loop = LoopChoice(2000.0, 0.002, "iir", (("cutoff", 50.0),), model, True)
     studio.set_loop(**vars(loop))
     studio.set_grip("firm")
     window.presets.keep("alone", with_loop=False)

@@ -61,11 +61,12 @@ def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
     assert third.studio.values_of("wall") == again.studio.values_of("wall") != LIBRARY["wall"].values()
 
 
-def test_the_same_question_is_asked_of_stability_after_a_restart(start, qtbot):
+@pytest.mark.parametrize("model", ["everything", "frictionless"])
+def test_the_same_question_is_asked_of_stability_after_a_restart(start, qtbot, model):
     """Scene, values, loop and grip together are what a verdict is about."""
     loop = {
         "rate": 2000.0, "delay": 0.0015, "estimator": "iir", "options": (("cutoff", 20.0),),
-        "controller": True, "model": "everything", "where": "board", "board_rate": 500.0,
+        "controller": True, "model": model, "where": "board", "board_rate": 500.0,
     }  # fmt: skip
     asked = []
     for begins in (True, False):

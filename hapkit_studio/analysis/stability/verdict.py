@@ -199,7 +199,7 @@ def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:
 
     Let go, or in the hand where the scene only pushes the handle out of itself. By the boundary of dry
     friction, and only where a simulated nudge agrees; by nudges alone, to half a look, where nothing brings
-    the handle back. Nothing where no limit is known, or where a parameter does not matter.
+    the handle back from both sides. Nothing where no limit is known, or where a parameter does not matter.
     """
     named = asked.environment.impedance
     if named is None or asked.unknown():
@@ -212,7 +212,7 @@ def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:
     }
     pairs = {key: found for key, found in pairs.items() if np.ptp(found, axis=0).any()}
     setting = asked.setting if asked.centre.pushes else replace(asked.setting, hand=RELEASED)
-    if asked.centre.kick:
+    if not asked.centre.returns:
         return {key: _tried(asked, setting, key, across[key][::2]) for key in pairs}
     dampings = np.unique([found[:, 1] for found in pairs.values()])
     limits = kb_plane.friction_boundary(setting, dampings) if pairs else dampings

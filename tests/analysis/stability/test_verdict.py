@@ -79,6 +79,21 @@ def test_damping_is_too_much_where_a_kick_does_not_settle():
         assert (max(moves) <= 20.7e-6) == settles
 
 
+def test_a_wall_is_too_much_where_a_nudge_in_the_hand_does_not_settle():
+    """Pressed with 1 and 2 N; the range begins within 156 N/m of where a nudge swings on."""
+    ((low, high),) = too_much(asked("wall"))["stiffness"]
+    assert high == 5000.0
+    grip = grip_named("medium")
+    for stiffness, settles in ((low - 200.0, True), (low + 200.0, False)):
+        handle = Handle(
+            0.044, 0.5, 0.1, 20.7e-6, 3.0, 1000.0, 1e-3, stiffness, 0.0, True,
+            (grip.mass, grip.damping, grip.stiffness),
+        )  # fmt: skip
+        places = [press / stiffness for press in (1.0, 2.0)]
+        runs = [handle.let_go(x + 1e-3, x * (1.0 + stiffness / grip.stiffness), 4.0)[-1000:] for x in places]
+        assert (max(map(np.ptp, runs)) <= 20.7e-6) == settles
+
+
 def test_what_does_not_matter_is_never_too_much():
     assert "center" not in too_much(asked("spring", stiffness=1800.0))
     assert too_much(asked("free")) == {}
