@@ -16,7 +16,6 @@ from hapkit_studio.gui.lock import Lock
 from hapkit_studio.gui.quiz import asked_for, comparison, draw, first_calm
 from hapkit_studio.gui.undo import settings_of
 from hapkit_studio.gui.widgets.numbers import Quantity
-from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 from tests.gui.test_actions import press
 from tests.gui.window_support import SIMULATED
@@ -90,7 +89,7 @@ def test_the_hidden_value_is_rendered_and_stands_nowhere(asked):
     window, studio = asked, asked.studio
     true = studio.engine.values["stiffness"]
     assert true != studio.values["stiffness"] == 250.0
-    written = re.compile(rf"(?<![\d.,]){true:,.0f}(?![\d,]|\.\d)")
+    written = re.compile(rf"(?<![\d.,]){true:,.0f}(?!\d|,\d|\.[1-9])")
     window.live.tick()
     assert not [words for words in texts(window) if written.search(words)]
     side, phase = window.quiz.side, window.centre.phase
@@ -109,18 +108,22 @@ def test_the_hidden_value_is_rendered_and_stands_nowhere(asked):
 
 
 def test_pushing_into_the_wall_the_cursors_read_the_hidden_stiffness(asked, qtbot):
-    """Hooke's law: without damping the slope of force over position is the stiffness, to 1 %."""
+    """Hooke's law: without damping the slope of force over position is the stiffness, to 1 %.
+
+    In, out and in again, each for 0.4 s by the loop's own clock, however late it is.
+    """
     window, studio = asked, asked.studio
     live, cursors = window.live, window.centre.time.cursors
-    begun = live.history.changes[-1] + 0.1  # numbers ramp until then
+    ramped = live.history.changes[-1] + 0.1
     depth = 1.5 / studio.engine.values["stiffness"]  # half the force limit
     try:
-        for target in (0.0, studio.values["position"] + 3.0 * depth):  # the hand's spring gives way
-            studio.move_hand(target)
-            pushed = 0.5 if target else 0.0
-            qtbot.waitUntil(lambda pushed=pushed: arrived(live, begun, pushed))
-        pressed = live.history.now + 0.1  # s: a swing in the wall
-        qtbot.waitUntil(lambda: arrived(live, pressed, 0.0))
+        studio.move_hand(0.0)
+        qtbot.waitUntil(lambda: reached(live, ramped))
+        begun = live.history.now
+        for target in (3.0 * depth, 0.0, 3.0 * depth):  # the hand's spring gives way
+            studio.move_hand(studio.values["position"] + target)
+            until = live.history.now + 0.4
+            qtbot.waitUntil(lambda until=until: reached(live, until))
     finally:
         studio.move_hand(None)
     cursors.show(True)
@@ -134,10 +137,10 @@ def test_pushing_into_the_wall_the_cursors_read_the_hidden_stiffness(asked, qtbo
     cursors.show(False)
 
 
-def arrived(live, begun, force):
-    """Take what came, and say whether the wall pushes back with more than a force since a time."""
+def reached(live, time):
+    """Take what came, and say whether it goes beyond a time."""
     live.tick()
-    return live.history.now > begun and abs(live.last[rows.APPLIED]) >= force
+    return live.history.now > time
 
 
 def test_what_would_show_or_change_it_is_refused_in_one_line(asked):

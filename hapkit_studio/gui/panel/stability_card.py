@@ -209,8 +209,7 @@ class StabilityCard(QWidget):
             return
         self._worker.forget()
         self._mapped = False
-        why = (self._studio.hidden, "") if self._studio.hidden else self.facts.why_unknown()
-        self._claim_nothing(*why)
+        self._claim_nothing(*((self._studio.hidden, "") if self._studio.hidden else self.facts.why_unknown()))
 
     def show_judging(self) -> None:
         """Take back what was said: the scene is another one, and its verdict takes its time."""
