@@ -1,11 +1,12 @@
-"""Model no more than a scene needs: what each term of the device and its loop changes, and what it costs.
+"""Model no more than is felt: what each term of the device and its loop changes, and what it costs.
 
-The reference models everything. One term at a time is left out, and every outcome that the scene names is
-compared under every hand that it names. What moves an outcome by more than 2 % of its scale, a third of the
-smallest change of force that people feel (6 %, Jones), is needed.
+The reference models everything. One term at a time is left out, and both runs are compared under every hand
+that the scene names. A term is needed if a person tells them apart, by more than one just-noticeable
+difference (see perception); of the others as many are left out together as nobody tells from everything.
 
-Fingers hold a force to 0.3 N at best and know a length to 0.4 mm (Ho 1996); energy is measured by what went
-to and fro, restitution by 1, and a count is right or wrong.
+Beside it stands a rule that knows no senses: what moves an outcome that the scene names by more than 2 % of
+its scale. Fingers hold a force to 0.3 N at best and know a length to 0.4 mm (Ho 1996); energy is measured by
+what went to and fro, restitution by 1, and a count is right or wrong.
 """
 
 import math
@@ -15,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hapkit_studio.analysis.perception import difference_under
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.hand import hand_named
@@ -24,8 +26,6 @@ from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings import LoopSettings
 
 MOST_CHANGE = 0.02
-# What the terms left out may change together: the smallest change of force that people feel.
-TOGETHER = 0.06
 RATE, FINE_RATE = 1000.0, 16_000.0
 DELAY = 1e-3
 ESTIMATOR = ("iir", {"cutoff": 35.5})
@@ -46,36 +46,41 @@ REPEAT_NS = 3_000_000
 
 @dataclass(frozen=True)
 class Effect:
-    """What leaving out one term changes most: a share of the outcome's scale, None where it was not judged.
+    """What leaving out one term changes most, under any hand; None where it was not judged.
 
-    ns_with and ns_without are the costs in ns of a simulated second.
+    felt: in just-noticeable differences, of which sense, under which hand. change: a share of the outcome's
+    scale. ns_with and ns_without are the costs in ns of a simulated second.
     """
 
     scene: str
     term: str
+    felt: float | None
+    sense: str
+    hand: str
     change: float | None
     outcome: str
-    hand: str
     ns_with: float
     ns_without: float
 
     @property
     def needed(self) -> bool:
+        """Return whether a person tells the difference."""
+        return self.felt is not None and self.felt > 1.0
+
+    @property
+    def moves(self) -> bool:
+        """Return whether an outcome moves by more than 2 % of its scale."""
         return self.change is not None and self.change > MOST_CHANGE
 
 
 @dataclass(frozen=True)
 class Fidelity:
-    """A scene's effects, one a term, and what all terms that it does not need change together."""
+    """A scene's effects, one a term, the terms that it needs, and what all others change together."""
 
     scene: str
     effects: tuple[Effect, ...]
+    needs: tuple[str, ...]
     together: Effect
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """Return the terms that the scene needs."""
-        return tuple(e.term for e in self.effects if e.needed)
 
 
 def _holds(name: str) -> bool:
@@ -85,9 +90,9 @@ def _holds(name: str) -> bool:
 
 
 def _render(environment: Environment, removed: Iterable[str], name: str) -> tuple[int, np.ndarray]:
-    """Render the scene with its defaults, without some terms, under a hand; return its ns and rows.
+    """Render the scene with its defaults, without some terms, under a hand; return its ns, rows at RATE.
 
-    The last row is at the end of the time, whatever the rate.
+    The last row is at the end of the time.
     """
     gone, hand = set(removed), hand_named(name)
     if not _holds(name):
@@ -100,31 +105,37 @@ def _render(environment: Environment, removed: Iterable[str], name: str) -> tupl
     made = headless.prepare_run(scene, hand, round(SECONDS.get(name, OTHER_SECONDS) * rate) + 1)
     begin = time.perf_counter_ns()
     made.run()
-    return time.perf_counter_ns() - begin, made.out
+    return time.perf_counter_ns() - begin, made.out[:: round(rate / RATE)]
 
 
 def _effect(environment: Environment, label: str, removed: Iterable[str], hands: Iterable[str]) -> Effect:
-    """Return the largest change of any outcome under any of the hands where some terms are left out.
+    """Return the largest difference under any of the hands where some terms are left out.
 
     Costs are those of the quickest runs with everything and without the terms, in turns: both see the same
     machine.
     """
     keys, gone = environment.outcomes or USUAL_OUTCOMES, tuple(removed)
     outcomes = [outcome_named(key, environment.state_names) for key in keys]
-    changes: list[tuple[float, str, str]] = []
+    counts = [o.column for o in outcomes if o.column is not None]
+    changes: list[tuple[float, str]] = []
+    felt: list[tuple[float, str, str]] = []
     costs = []
     for name in hands:
         pairs: list[tuple] = []
         while len(pairs) < REPEATS or sum(ns for pair in pairs for ns, _ in pair) < REPEAT_NS:
             pairs.append((_render(environment, (), name), _render(environment, gone, name)))
-        thrown = hand_named(name).release <= 0.0
+        hand = hand_named(name)
         (_, reference), (_, without) = pairs[0]
-        changes += [(o.change(reference, without), o.key, name) for o in outcomes if thrown or not o.thrown]
+        told = difference_under(hand, reference, without, counts)
+        felt.append((told.most, told.word, name))
+        thrown = hand.release <= 0.0
+        changes += [(o.change(reference, without), o.key) for o in outcomes if thrown or not o.thrown]
         seconds = SECONDS.get(name, OTHER_SECONDS)
         costs.append([min(ns for ns, _ in runs) / seconds for runs in zip(*pairs, strict=True)])
     if not costs:
-        return Effect(environment.key, label, None, "", "", math.nan, math.nan)
-    return Effect(environment.key, label, *max(changes), *np.mean(costs, axis=0).tolist())
+        return Effect(environment.key, label, None, "", "", None, "", math.nan, math.nan)
+    cost = np.mean(costs, axis=0).tolist()
+    return Effect(environment.key, label, *max(felt), *max(changes, default=(None, "")), *cost)
 
 
 def compute(environment: Environment, progress: Progress = no_progress) -> Fidelity:
@@ -139,13 +150,18 @@ def compute(environment: Environment, progress: Progress = no_progress) -> Fidel
         held = [name for name in hands if key != "mass" or _holds(name)]
         effects.append(_effect(environment, key, (key,), held))
     progress(steps - 1, steps)
-    removed = [e.term for e in effects if not e.needed]
-    together = _effect(environment, "together", removed, hands)
+    spare = sorted((e for e in effects if not e.needed), key=lambda e: e.felt or 0.0)
+    together = _effect(environment, "together", (e.term for e in spare), hands)
+    while together.needed:
+        spare.pop()
+        together = _effect(environment, "together", (e.term for e in spare), hands)
+    removed = {e.term for e in spare}
     if "sampling" in removed:  # the cost is that at 1 kHz, good enough where no other is needed
-        coarse = _effect(environment, "together", [key for key in removed if key != "sampling"], hands)
+        coarse = _effect(environment, "together", removed - {"sampling"}, hands)
         together = replace(together, ns_with=coarse.ns_with, ns_without=coarse.ns_without)
     progress(steps, steps)
-    return Fidelity(environment.key, tuple(effects), together)
+    needs = tuple(key for key in TERMS if key not in removed)
+    return Fidelity(environment.key, tuple(effects), needs, together)
 
 
 FORCE = 0.3
@@ -161,13 +177,14 @@ MOST = 1e6
 class Outcome:
     """A run's number, taken from its rows (n, ROW_WIDTH), and the scale of a change beside a reference run.
 
-    thrown: it means something only where the handle flies by itself.
+    thrown: it means something only where the handle flies by itself; column: of the rows, where it counts.
     """
 
     key: str
     value: Callable[[np.ndarray], float]
     scale: Callable[[np.ndarray], float]
     thrown: bool = False
+    column: int | None = None
 
     def change(self, reference: np.ndarray, other: np.ndarray) -> float:
         """Return how far the other run's number is from the reference's, as a share of the scale."""
@@ -222,4 +239,5 @@ def outcome_named(key: str, state_names: tuple[str, ...] = ()) -> Outcome:
     if name == key or name not in state_names:
         known = [*OUTCOMES, *(COUNT + state for state in state_names)]
         raise ParameterError(f"An outcome is one of {', '.join(known)}, not {key!r}.")
-    return Outcome(key, _last(rows.STATE + state_names.index(name)), lambda table: 1.0)
+    column = rows.STATE + state_names.index(name)
+    return Outcome(key, _last(column), lambda table: 1.0, column=column)

@@ -12,8 +12,9 @@ if TYPE_CHECKING:
 
 _OFF = ("the hand's alone", "0", "0", "0", "16 kHz", "0", "none", "true velocity")
 _KEY = (
-    "The largest change of any result when one term is left out. Shaded: the scene needs the term, more than "
-    "2 % of the result's scale. Small: which result, with which hand, computing time without ÷ with the term."
+    "What a person feels of one term left out, in just-noticeable differences, JND: 6 % of a force, 15 mN at "
+    "least; 0.4 mm; the least vibration felt; 20 ms of an event. Shaded: more than one, the scene needs it. "
+    "Small: what is felt, with which hand, computing time without ÷ with the term."
 )
 _SCENE_WIDTH, _COST_WIDTH = 1.3, 0.9
 
@@ -28,13 +29,22 @@ def percent(change: float | None) -> str:
     return "> 999 %" if value >= 999.5 else f"{value:.0f} %" if value >= 9.95 else f"{value:.1f} %"
 
 
+def jnd(felt: float | None) -> str:
+    """Write just-noticeable differences, short; an event that is missing is more than any number."""
+    if felt is None:
+        return "–"
+    return (
+        "0" if felt < 0.05 else "> 99" if felt >= 99.5 else f"{felt:.0f}" if felt >= 9.95 else f"{felt:.1f}"
+    )
+
+
 def outcome_word(key: str) -> str:
     """Write an outcome's key as words."""
     return key.removeprefix("count:").replace("_", " ")
 
 
 def fidelity_figure(results: Sequence["Fidelity"], path: str | Path) -> None:
-    """Write the table scene × term: the largest change, of what, under which hand, and the time it costs."""
+    """Write the table scene × term: the most that is felt, as what, under which hand, and its cost."""
     size = (1152, 86 + 62 * len(results))
     save(lambda figure, c: draw(figure, c, results), path, size, caption=_KEY)
 
@@ -65,12 +75,11 @@ def _cell(axes: Any, c: Colors, column: int, row: int, effect: "Effect") -> None
     axes.add_patch(Rectangle((column, row), 1.0, 1.0, facecolor=ground, edgecolor=c.line, linewidth=0.8))
     weight = "bold" if effect.needed else "normal"
     axes.text(
-        column + 0.5, row + 0.27, percent(effect.change), ha="center", va="center",
+        column + 0.5, row + 0.27, jnd(effect.felt), ha="center", va="center",
         size=15, color=ink, weight=weight,
     )  # fmt: skip
-    if effect.change is None:
+    if effect.felt is None:
         return
     time = f"{effect.ns_without / effect.ns_with:.2f} ×"
-    moved = percent(effect.change) != "0 %"
-    words = f"{outcome_word(effect.outcome)}\n{effect.hand} · {time}" if moved else f"\n{time}"
+    words = f"{effect.sense}\n{effect.hand} · {time}" if jnd(effect.felt) != "0" else f"\n{time}"
     axes.text(column + 0.5, row + 0.69, words, ha="center", va="center", size=10.5, color=c.ink)

@@ -104,6 +104,14 @@ def key_values(
     return found
 
 
+def numbers(text: str, what: str, unit: str, like: str) -> tuple[float, ...]:
+    """Return the numbers of ``0,1,2``; raise ParameterError that names what they are."""
+    try:
+        return tuple(float(word) for word in text.split(","))
+    except ValueError:
+        raise ParameterError(f"{what} are numbers in {unit} as {like}, not {text!r}.") from None
+
+
 def estimator_spec(text: str) -> Spec:
     """Return an estimator of ``iir`` or ``iir:cutoff=20``; raise ParameterError."""
     name, colon, options = text.partition(":")

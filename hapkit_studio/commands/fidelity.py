@@ -5,10 +5,11 @@ from collections.abc import Sequence
 
 from hapkit_studio import environments as library
 from hapkit_studio.analysis import fidelity as judge
-from hapkit_studio.charts.fidelity import fidelity_figure, outcome_word, percent
+from hapkit_studio.charts.fidelity import fidelity_figure, jnd, percent
 from hapkit_studio.commands import base
 from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.devices.simulated import TERMS
+from hapkit_studio.formatting import plain
 
 OPTIONS = (
     option("environment", nargs="*", metavar="ENV", help="keys or files; none: all"),
@@ -34,7 +35,7 @@ def as_json(results: Sequence[judge.Fidelity]) -> dict:
     """Return one object: a row a cell, what each scene needs."""
     rows = []
     for effect in (e for result in results for e in (*result.effects, result.together)):
-        row = {k: None if v != v else v for k, v in vars(effect).items()} | {"needed": effect.needed}
+        row = plain(vars(effect)) | {"needed": effect.needed}
         for what in ("with", "without"):
             row[f"ns_per_simulated_s_{what}"] = row.pop(f"ns_{what}")
         rows.append(row)
@@ -47,22 +48,27 @@ def _text(results: Sequence[judge.Fidelity]) -> str:
 
 
 def _table(results: Sequence[judge.Fidelity]) -> str:
-    """Return scene × term: the largest change in %, * where the term is needed."""
+    """Return scene × term: the most that is felt in JND, * where the term is needed; what both rules need."""
     lines = [f"{'':<20}" + "".join(f"{key:>14}" for key in TERMS)]
     for result in results:
-        cells = [percent(e.change) + ("*" if e.needed else " ") for e in result.effects]
+        cells = [jnd(e.felt) + ("*" if e.needed else " ") for e in result.effects]
         lines.append(f"{result.scene:<20}" + "".join(f"{cell:>14}" for cell in cells))
-    return "\n".join(lines) + "\n* needed: an outcome moves by more than 2 % of its scale without it"
+    of = sum(len(result.effects) for result in results)
+    needed, moves = (
+        sum(getattr(e, rule) for r in results for e in r.effects) for rule in ("needed", "moves")
+    )
+    lines.append(f"* needed: what is felt without it differs by more than one JND: {needed} of {of} terms")
+    return "\n".join(lines) + f"\nby the rule of 2 % of an outcome's scale {moves} would be"
 
 
 def _details(result: judge.Fidelity) -> str:
     """Return a scene's terms, a line each."""
-    lines = [f"{result.scene:<14}{'change':>9}  {'most in':<32}{'µs per simulated second':>24}"]
+    lines = [f"{result.scene:<14}{'JND':>9}  {'most in':<24}{'change':>8}{'µs per simulated second':>26}"]
     for e in result.effects:
-        where = f"{outcome_word(e.outcome)} under {e.hand}" if e.change else ""
-        cost = "" if e.change is None else f"{1e-3 * e.ns_with:.0f} → {1e-3 * e.ns_without:.0f}"
+        where = f"{e.sense} under {e.hand}" if e.felt else ""
+        cost = "" if e.felt is None else f"{1e-3 * e.ns_with:.0f} → {1e-3 * e.ns_without:.0f}"
         mark = "*" if e.needed else " "
-        lines.append(f"  {e.term:<12}{percent(e.change):>8}{mark}  {where:<32}{cost:>24}")
+        lines.append(f"  {e.term:<12}{jnd(e.felt):>8}{mark} {where:<24}{percent(e.change):>8}{cost:>26}")
     return "\n".join(lines)
 
 
@@ -70,7 +76,7 @@ def _summary(result: judge.Fidelity) -> str:
     whole = result.together
     share = f"{whole.ns_without / whole.ns_with:.2f} of the cost"
     words = f"{result.scene} needs {', '.join(result.needs) or 'none of them'}"
-    return f"{words}; the others together change {percent(whole.change)}, {share} without them"
+    return f"{words}; without the others {jnd(whole.felt)} JND are felt, at {share}"
 
 
 _HELP = "compute what a scene's simulated device must model, and what each term costs"

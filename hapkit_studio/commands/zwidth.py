@@ -95,12 +95,7 @@ def _device(options: argparse.Namespace) -> object:
 
 def dampings(given: str | None, usual: tuple[float, ...]) -> tuple[float, ...]:
     """Return the dampings in N·s/m of ``0,1,2``; raise ParameterError."""
-    if given is None:
-        return usual
-    try:
-        return tuple(float(word) for word in given.split(","))
-    except ValueError:
-        raise ParameterError(f"Dampings are numbers in N·s/m as 0,1,2,5, not {given!r}.") from None
+    return usual if given is None else base.numbers(given, "Dampings", "N·s/m", "0,1,2,5")
 
 
 COMMAND = base.Command("zwidth", "measure the stiffest wall at each virtual damping", run, OPTIONS, 60)

@@ -103,7 +103,7 @@ class Environment:
     why the scene with its defaults does not come to rest, "" where it does. stored is a law of the energy in
     J that objects hold and may give back; moves is an object whose place is plotted; drives says in words
     that a scene gives energy by itself. outcomes and hands are what fidelity is judged by, needs the device
-    terms it found that they depend on.
+    terms whose absence is felt with the default values.
     """
 
     key: str
@@ -160,10 +160,21 @@ class Environment:
             raise ParameterError(complaint)
         return values
 
+    def needed_at(self, values: Values) -> tuple[str, ...]:
+        """Return the device's terms that it needs; () where nobody has looked, as at other values."""
+        return self.needs if all(values[p.key] == p.default for p in self.parameters) else ()
+
     def place(self, values: Values, position: np.ndarray, state: np.ndarray) -> np.ndarray | None:
         """Return where its object is in m (n,) at positions (n,) and states (n, values), None without one."""
         named = dict(zip(self.state_names, state.T, strict=False))
         return None if self.moves is None else self.moves.place(values, position, named)
+
+    def touched_at(self, values: Values, depth: float) -> float:
+        """Return a place in m where a hand touches a scene: its centre, or so deep in its surface."""
+        place = values.get("position", values.get("center", 0.0))
+        if self.shades and "position" in values:
+            place += depth if values.get("side", 0.0) == 0.0 else -depth
+        return place
 
     def force_terms(self, values: Values) -> ForceTerms:
         """Return the spring, damper and friction that the law asks for at these values."""

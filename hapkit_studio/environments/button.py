@@ -112,6 +112,6 @@ ENVIRONMENT = Environment(
     moves=MovingObject("cap", rests="position"),
     outcomes=("peak_force", "final_position", "count:downs", "count:ups"),
     hands=("press", "pluck", "released"),
-    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
+    needs=("mass", "viscous", "coulomb", "sampling", "delay"),
     order=8,
 )

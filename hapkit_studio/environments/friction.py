@@ -198,6 +198,7 @@ ENVIRONMENT = Environment(
             "Coulomb and smoothed know the speed alone and let go. Karnopp holds within a band of speed. "
             "Tether and projection hold and break away at once, Stribeck and LuGre by degrees.",
             labels=LABELS,
+            method=True,
         ),
         Parameter("kinetic_force", "Kinetic force", "N", 0.4, 0.0, 3.0, "Friction while sliding", "F_k"),
         Parameter("static_force", "Static force", "N", 0.6, 0.0, 3.0, "Pull at which it breaks away", "F_s"),
@@ -239,6 +240,6 @@ ENVIRONMENT = Environment(
     over_velocity=over_velocity,
     outcomes=("peak_force", "final_position", "energy"),
     hands=("stroke", "pluck", "released"),
-    needs=("viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
+    needs=("mass", "viscous", "coulomb", "delay", "filter"),
     order=4,
 )

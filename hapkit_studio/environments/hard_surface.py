@@ -130,6 +130,6 @@ ENVIRONMENT = Environment(
     shades=True,
     outcomes=("peak_force", "peak_position"),
     hands=("tap", "released"),
-    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
+    needs=("mass", "viscous", "coulomb", "sampling", "delay"),
     order=5,
 )

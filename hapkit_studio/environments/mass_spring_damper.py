@@ -95,6 +95,6 @@ ENVIRONMENT = Environment(
     warnings=warnings,
     outcomes=("peak_force", "final_position", "energy"),
     hands=("press", "tap", "released"),
-    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
+    needs=("mass", "viscous", "coulomb", "sampling", "delay"),
     order=10,
 )

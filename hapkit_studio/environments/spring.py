@@ -33,6 +33,6 @@ ENVIRONMENT = Environment(
     ),
     outcomes=("peak_force", "final_position", "restitution"),
     hands=("released", "press", "stroke"),
-    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
+    needs=("mass", "viscous", "coulomb", "delay"),
     order=1,
 )

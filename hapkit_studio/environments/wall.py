@@ -65,6 +65,6 @@ ENVIRONMENT = Environment(
     shades=True,
     outcomes=("peak_force", "final_position", "restitution"),
     hands=("released", "press", "tap"),
-    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
+    needs=("mass", "viscous", "coulomb", "sampling", "delay"),
     order=2,
 )

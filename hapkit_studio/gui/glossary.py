@@ -5,6 +5,10 @@ WORDS = {
         "Time put between sensor and motor on purpose, to show what a slow link does. The force then "
         "answers where the handle was, so a stiff wall begins to buzz."
     ),
+    "Bode": (
+        "A drawing of how much force a motion meets, and how late, over the motion's frequency. A rendered "
+        "wall is stiff for slow motions only: above some frequency it is soft, or gives energy."
+    ),
     "Buzzes": (
         "The handle swings to and fro about a surface and neither rests nor grows. The loop gives it as "
         "much energy in each swing as friction takes away."

@@ -13,7 +13,7 @@ from hapkit_studio.devices.delays import MeasuredDelay
 from hapkit_studio.devices.simulated import MODELS, SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import grip_named
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.haptics import arrays, block, board_plan, health, link, passivity, priority
 from hapkit_studio.haptics.board_plan import BackgroundPlanner, BoardPlan, BoardPlanner, PlanRequest
@@ -126,7 +126,7 @@ class Engine:
             wanted = Wanted(**{**vars(self._wanted), **changes})
             wanted.generation += 1
             wanted.grip, wanted.target = grip_named(self.grip), self._target
-            device = self._modelled(wanted.environment)
+            device = self._modelled(wanted.environment, wanted.values)
             if device is not None:
                 wanted.viscous, wanted.coulomb = device.viscous, device.coulomb_force
                 wanted.quantum, wanted.mass = device.quantum, device.mass
@@ -157,13 +157,13 @@ class Engine:
     @property
     def modelled(self) -> SimulatedHapkit | None:
         """Return the simulated device as the loop models it now, None for a board."""
-        return self._modelled(self.environment)
+        return self._modelled(self.environment, self._wanted.values)
 
-    def _modelled(self, environment: Environment) -> SimulatedHapkit | None:
+    def _modelled(self, environment: Environment, values: Values) -> SimulatedHapkit | None:
         if not isinstance(self.device, SimulatedHapkit):
             return None
         if self.model == "scene":
-            return self.device.reduced(environment.needs)
+            return self.device.reduced(environment.needed_at(values))
         return self.device.without(("coulomb",) if self.model == "frictionless" else ())
 
     @property

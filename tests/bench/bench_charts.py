@@ -16,6 +16,7 @@ COMMANDS = {
     "stability": ("stability", "-K", "620", "-B", "2", *LOOP, "--measure", "--map"),
     "stability-real": ("stability", "-K", "620", "-B", "2", *LOOP, "--measure", "--map", "--real"),
     "zwidth": ("zwidth",),
+    "bode": ("bode", "wall", "-p", "stiffness=300", "--rate", "1000,4000"),
     "bounce": ("break-it", "bounce"),
     "filtered_damping": ("break-it", "filtered_damping"),
     "identify": ("identify",),

@@ -47,10 +47,9 @@ def _scene(live: Live) -> headless.Scene:
     settings: dict[str, Any] = dict(live.loop)
     if "estimator" in settings:
         settings["estimator"] = settings["estimator"], dict(settings.pop("options", ()))
-    device = SimulatedHapkit().reduced(environment.needs)
-    return headless.Scene(
-        environment, environment.values(live.values), device, LoopSettings().changed(**settings)
-    )
+    values = environment.values(live.values)
+    device = SimulatedHapkit().reduced(environment.needed_at(values))
+    return headless.Scene(environment, values, device, LoopSettings().changed(**settings))
 
 
 def _released(live: Live, target: Callable, release: float) -> tuple[np.ndarray, float]:

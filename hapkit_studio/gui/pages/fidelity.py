@@ -1,4 +1,4 @@
-"""Model no more than a scene needs: what each term of the device changes, scene by scene."""
+"""Model no more than is felt: what each term of the device changes, scene by scene."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from hapkit_studio.analysis import fidelity
 from hapkit_studio.analysis.fidelity import DELAY, ESTIMATOR, FORCE, LENGTH, RATE, Effect, Fidelity
 from hapkit_studio.analysis.setting import estimator_words
-from hapkit_studio.charts.fidelity import fidelity_figure, outcome_word, percent
+from hapkit_studio.charts.fidelity import fidelity_figure, jnd, outcome_word, percent
 from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.background import Progress
@@ -23,13 +23,14 @@ if TYPE_CHECKING:
 
 _READ = (
     "Each column leaves one term out of the simulated device and renders every scene again, with each hand "
-    "that the scene has. A cell shows the largest change of any result, and of which. 100 % of a position is "
-    "0.4 mm, 100 % of a force is the largest force, 0.3 N at least: as little as people feel. Above 2 % the "
-    "scene needs the term."
+    "that the scene has. A cell shows the most that a person feels of it, in just-noticeable differences "
+    "(JND): 6 % of a force and 15 mN at least, 0.4 mm of a place, the least vibration that is felt at its "
+    "frequency, 20 ms of an event. Above one the scene needs the term."
 )
 _LIVE = (
-    "The simulated device of the window models only what its scene needs. To model everything, open Loop, "
-    "More in the panel of the Live view."
+    "With the parameters that a scene starts with, the simulated device of the window models only what the "
+    "scene needs; with others, everything. To model everything always, open Loop, More in the panel of the "
+    "Live view."
 )
 
 
@@ -76,16 +77,16 @@ def _column(name: str, index: int) -> Column:
         found = effect(row)
         if found is None:
             return ""
-        return percent(found.change) + (f"\n{outcome_word(found.outcome)}" if found.needed else "")
+        return jnd(found.felt) + (f"\n{found.sense}" if found.needed else "")
 
-    def change(row: Row) -> float:
+    def felt(row: Row) -> float:
         found = effect(row)
-        return found.change if found is not None and found.change is not None else -1.0
+        return found.felt if found is not None and found.felt is not None else -1.0
 
     def look(needed: str, spare: str) -> Callable[[Row], str]:
         return lambda row: needed if (found := effect(row)) is not None and found.needed else spare
 
-    return Column(name, text, change, token=look("accent", "ink3"), ground=look("accentsoft", "surface"))
+    return Column(name, text, felt, token=look("accent", "ink3"), ground=look("accentsoft", "surface"))
 
 
 class FidelityPage(MeasuringPage):
@@ -143,15 +144,17 @@ class FidelityPage(MeasuringPage):
         """Say in words what leaving out one term does to one scene."""
         scene = discover()[effect.scene]
         self.side.heading.setText(f"{scene.title} without {TERMS[effect.term].word}")
-        if effect.change is None:
+        if effect.felt is None:
             self.side.words.setText("No hand of this scene holds the handle, so its mass cannot be left out.")
             self.details.show_pairs([])
             return
         self.side.words.setText(f"The scene {'needs' if effect.needed else 'does not need'} it.")
-        pairs = [("Largest change", percent(effect.change))]
-        if pairs[0][1] != "0 %":
-            pairs += [("Of the", outcome_word(effect.outcome)), ("100 % is", scale_words(effect.outcome)),
-                      ("With the hand", effect.hand)]  # fmt: skip
+        pairs = [("Felt", f"{jnd(effect.felt)} JND")]
+        if jnd(effect.felt) != "0":
+            pairs += [("As a", effect.sense), ("With the hand", effect.hand)]
+        if effect.moves:
+            change = percent(effect.change), outcome_word(effect.outcome), scale_words(effect.outcome)
+            pairs += zip(("Largest change", "Of the", "100 % is"), change, strict=True)
         share = effect.ns_without / effect.ns_with
         self.details.show_pairs([*pairs, ("Computing time", f"{share:.2f} of that with it")])
 

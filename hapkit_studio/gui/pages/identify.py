@@ -246,10 +246,7 @@ class IdentifyPage(MeasuringPage):
 
     def hand_target(self, t: float) -> float:
         """Return where the hand is after t s, in m: about the surface, where there is one."""
-        values = self._studio.values
-        place = values.get("position", values.get("center", 0.0))
-        if self._studio.environment.shades and "position" in values:
-            place += _INTO_SURFACE if values.get("side", 0.0) == 0.0 else -_INTO_SURFACE
+        place = self._studio.environment.touched_at(self._studio.values, _INTO_SURFACE)
         soft = min(t / 0.3, 1.0)
         return place + soft * sum(a * math.sin(2.0 * math.pi * f * t + p) for a, f, p in _SINES)
 

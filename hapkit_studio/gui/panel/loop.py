@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 from hapkit_studio.devices.simulated import MODELS, OPTIONAL, TERMS
 from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
 from hapkit_studio.dynamics.hand import GRIPS
-from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.lock import LOOP
 from hapkit_studio.gui.panel.rendering import RenderingSwitch
@@ -70,10 +70,10 @@ class ModelLine(QWidget):
         self.switch.chosen.connect(lambda index: self.chosen.emit(MODELS[index]))
         down(self.words, self.switch, into=self, gap=4)
 
-    def show_model(self, environment: Environment, model: str, simulated: bool) -> None:
+    def show_model(self, environment: Environment, values: Values, model: str, simulated: bool) -> None:
         """Show what is in force; a real device is not modelled."""
         self.setVisible(simulated)
-        needs = environment.needs
+        needs = environment.needed_at(values)
         # () was never looked at, and gets everything
         spare = [key for key in OPTIONAL if needs and key not in needs]
         left_out = {"everything": [], "frictionless": ["coulomb"]}.get(model, spare)
@@ -87,14 +87,12 @@ def _model_tip(title: str, spare: list[str], judged: bool) -> str:
     """Return what is left out and what it would change."""
     all_of_it = _words(("mass", *OPTIONAL))
     if not judged:
-        return f"{title} was not judged yet, so everything is modelled: {all_of_it}."
+        return f"{title} was not judged with these parameters, so everything is modelled: {all_of_it}."
     if not spare:
-        return (
-            f"{title} needs {all_of_it}: without any one, a force, place or count differs by more than 2 %."
-        )
+        return f"{title} needs {all_of_it}: without any one a hand feels a difference."
     return (
-        f"{title} does without {_words(spare)}: with the parameters it starts with, no force, place or count "
-        "differs by more than about 2 % of its scale. Other parameters may need more."
+        f"{title} does without {_words(spare)}: with the parameters it starts with, no hand feels a "
+        "difference. With others everything is modelled."
     )
 
 
@@ -169,7 +167,7 @@ class LoopPanel(QWidget):
         self.controller.setChecked(loop.controller)
         self.fold.setText(self.summary() if self.folded else "Fold")
         self.fold.setAccessibleName(f"Loop: {self.summary()}")
-        self.model.show_model(studio.environment, loop.model, studio.simulated)
+        self._show_model()
         self.more.setVisible(studio.simulated or bool(self.options[loop.estimator]))
         own_clock = engine is not None and not engine.device.simulated
         self.rate.set_locked("The board samples by its own clock. Its rate is fixed." if own_clock else "")
@@ -197,10 +195,15 @@ class LoopPanel(QWidget):
         engine, plan = self._studio.engine, self._plan()
         return float(plan.rate) if plan is not None else (engine or self._studio).loop.rate
 
-    def _note_rate(self) -> None:
-        """Follow a board that renders another law, or the same by a dearer method, at another rate."""
+    def _note_values(self) -> None:
+        """Show what is modelled; follow a board whose rate is another by a dearer law or method."""
         if self._rate() != self.rate.value:
             self.show_state()
+        self._show_model()
+
+    def _show_model(self) -> None:
+        studio = self._studio
+        self.model.show_model(studio.environment, studio.values, studio.loop.model, studio.simulated)
 
     def _connect(self) -> None:
         studio = self._studio
@@ -208,7 +211,7 @@ class LoopPanel(QWidget):
             studio.loop_changed, studio.engine_changed, studio.environment_changed, studio.lock_changed
         ):  # fmt: skip
             signal.connect(self.show_state)
-        studio.values_changed.connect(self._note_rate)
+        studio.values_changed.connect(self._note_values)
         self.fold.clicked.connect(self._toggle_folded)
         self.more.clicked.connect(self._toggle_more)
         self.model.chosen.connect(lambda name: studio.set_loop(model=name))

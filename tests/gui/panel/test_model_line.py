@@ -33,34 +33,45 @@ def line(qtbot):
             "Modelled: mass, damping, friction",
             "without sensor steps:",
         ),
-        (("mass", "viscous", "coulomb"), "everything", WHOLE, "2 %"),
+        (("mass", "viscous", "coulomb"), "everything", WHOLE, "no hand feels"),
         (("mass", "viscous", "coulomb", "quantization"), "scene", WHOLE, f"Free needs {TERMS}:"),
-        (("quantization", "sampling"), "scene", "Modelled: mass, sensor steps", "2 %"),
-        (("mass", "coulomb"), "frictionless", "Modelled: mass, damping, sensor steps", "2 %"),
-        ((), "scene", WHOLE, "not judged yet"),
+        (("quantization", "sampling"), "scene", "Modelled: mass, sensor steps", "no hand feels"),
+        (("mass", "coulomb"), "frictionless", "Modelled: mass, damping, sensor steps", "no hand feels"),
+        ((), "scene", WHOLE, "not judged with these"),
     ],
 )
 def test_says_what_is_modelled_and_what_is_left_out(line, needs, model, words, tip):
-    line.show_model(scene(*needs), model, simulated=True)
+    line.show_model(scene(*needs), {}, model, simulated=True)
     assert line.words.text() == words
     assert tip in line.toolTip()
 
 
 def test_a_real_device_is_not_modelled(line):
-    line.show_model(scene("mass"), "everything", simulated=True)
+    line.show_model(scene("mass"), {}, "everything", simulated=True)
     assert line.switch.index == 1
-    line.show_model(scene("mass"), "scene", simulated=False)
+    line.show_model(scene("mass"), {}, "scene", simulated=False)
     assert line.isHidden()
 
 
 def test_a_person_switches_and_showing_does_not(kept_window):
     line, studio = kept_window.loop.model, kept_window.studio
     studio.choose("free")
-    line.show_model(studio.environment, "everything", simulated=True)
+    line.show_model(studio.environment, studio.values, "everything", simulated=True)
     assert studio.loop.model == "scene"
     line.switch.button(0).click()
     line.switch.button(1).click()
     assert studio.loop.model == "everything"
+
+
+def test_at_other_parameters_everything_is_modelled(kept_window):
+    """What a scene needs was judged with those that it starts with; a stiffer one may show sensor steps."""
+    studio, line = kept_window.studio, kept_window.loop.model
+    studio.choose("wall")
+    assert (studio.engine.modelled.quantum, line.words.text()) == (0.0, "Modelled: mass, damping, friction")
+    studio.set_value("stiffness", 1000.0)
+    assert (studio.engine.modelled.quantum, line.words.text()) == (studio.engine.device.quantum, WHOLE)
+    studio.set_value("stiffness", studio.environment.values()["stiffness"])
+    assert studio.engine.modelled.quantum == 0.0
 
 
 def test_a_swing_with_and_without_friction_is_one_click_apart_and_one_undo_back(kept_window):

@@ -1,0 +1,162 @@
+"""The rendered impedance on a virtual board: the real firmware, rendered by the computer and by the board.
+
+The board is one of its own, in lockstep. The motion goes by its clock, from a script that is longer than it
+takes; the force in effect and the true position at each sample are in its log of the truth. What a
+busy computer spoils is measured again.
+"""
+
+import contextlib
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hapkit_studio.analysis.bode.drive import MOTIONS, Drive
+from hapkit_studio.analysis.bode.result import Bode, Curve, Spectra, linear_law
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.sweeps import Progress, no_progress
+from hapkit_studio.devices.virtual_board import VirtualBoard, truth
+from hapkit_studio.errors import DeviceError
+from hapkit_studio.haptics import arrays, board_plan, rows
+from hapkit_studio.haptics.board_plan import BoardPlan, PlanRequest
+from hapkit_studio.haptics.engine import BOARD, COMPUTER, Engine
+
+_BEGIN, _GOES = 1.0, 0.5  # s by the board's clock when the handle goes to its place, and how long that takes
+_TURNS = 4  # times that all motions come, in case some are spoilt
+_STEP = 1e-4  # s from one position of the script to the next, in a straight line
+_AROUND = 0.02  # s before and after a motion in which the loop must render as well
+_LOOK_SECONDS = 0.02
+_USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING | rows.GAP
+_BUSY = arrays.STALE_SENSOR, arrays.RUNAWAY  # faults of a busy machine
+
+
+def measure(simulated: Bode, board_rate: float | None = None, progress: Progress = no_progress) -> Bode:
+    """Return what computer and board make of a scene, driven as in a simulated diagram of it.
+
+    Its first setting has the estimator and the added delay. board_rate in Hz, None: the law's fastest. Where
+    the board cannot render the law, its curve is missing, and the notes say why. Raise a StudioError.
+    """
+    setting = simulated.curves[0].setting
+    request = PlanRequest(simulated.environment, simulated.values, setting.estimator, rate=board_rate)
+    computer, plan = _rendered(simulated, request, None, progress)
+    if isinstance(plan, str):
+        return replace(simulated, curves=(computer,), notes=(plan,))
+    board, _ = _rendered(simulated, request, plan, progress)
+    return replace(simulated, curves=(computer, board))
+
+
+def _rendered(
+    simulated: Bode, request: PlanRequest, plan: BoardPlan | None, progress: Progress
+) -> tuple[Curve, BoardPlan | str]:
+    """Return what the computer, or by a plan the board, makes of a scene, and how the board would."""
+    asked = simulated.curves[0].setting
+    drive = Drive(simulated.place, simulated.amplitude, 1000.0 if plan is None else float(plan.rate))
+    where = COMPUTER if plan is None else BOARD
+    with tempfile.TemporaryDirectory() as folder:
+        log, script = Path(folder, "truth.f64"), Path(folder, "script.txt")
+        script.write_text(_script(drive))
+        board = VirtualBoard("lockstep", log, script, ("--answer-timeout", "60"))
+        engine = Engine(board, request.environment, realtime=False)
+        engine.set_environment(request.environment, request.values)
+        engine.set_loop(delay=asked.delay, estimator=asked.estimator, controller=asked.controller)
+        with contextlib.closing(engine):
+            engine.start()
+            assert engine.driver is not None
+            assert engine.driver.planner is not None
+            possible = engine.driver.planner.plan(replace(request, quantum=board.quantum))
+            if plan is not None:
+                engine.set_where(BOARD, plan.rate)
+            begins, clamped = _measured(engine, where, drive, progress)
+            delay = engine.delay_of(where)
+            assert delay is not None
+            spec = asked.estimator if plan is None else board_plan.spec_on_board(asked.estimator)
+            setting = Setting(
+                board.mass, board.viscous, 0.0, board.quantum, drive.rate, delay.mean, spec,
+                controller=asked.controller and plan is None,
+            )  # fmt: skip
+            board.flush()
+        spectra = _spectra(drive, truth(log), begins, delay.mean)
+    law = linear_law(request.environment, request.values, drive.place, drive.amplitude)
+    return spectra.curve(where, setting, clamped, law), possible
+
+
+def _script(drive: Drive) -> str:
+    """Return commands that lead the handle to its place, and through all motions again and again."""
+    count = round(_TURNS * MOTIONS * drive.slot / _STEP)
+    ends = drive.position(np.arange(1, count + 1) * _STEP)
+    begins = _BEGIN + _GOES + np.arange(count) * _STEP
+    lines = [f"0 position 0 0\n{_BEGIN} position {drive.place} {_GOES}\n"]
+    lines += [
+        f"{t:.4f} position {x:.9f} {_STEP}\n" for t, x in zip(begins.tolist(), ends.tolist(), strict=True)
+    ]
+    return "".join(lines)
+
+
+class _Watch:
+    """Reads a running engine's rows: time in s of the newest one, and of the newest that does not count."""
+
+    def __init__(self, engine: Engine, where: str):
+        self._engine, self._where, self._reader = engine, where, engine.reader()
+        self.now = self.spoilt = 0.0
+        self._clamped = self._good = 0
+
+    @property
+    def clamped(self) -> float:
+        """Return the share of samples in which the motor was at its limit."""
+        return self._clamped / max(self._good, 1)
+
+    def wait_until(self, end: float) -> None:
+        """Read until a time by the board's clock; raise DeviceError."""
+        while self.now < end:
+            time.sleep(_LOOK_SECONDS)
+            self._check()
+            found = self._reader.read()
+            if not len(found):
+                continue
+            self.now = float(found[-1, rows.BOARD_TIME])
+            flags = found[:, rows.FLAGS].astype(int)
+            useless = flags & _USELESS != 0
+            if self._engine.rendering != self._where or not self._engine.settled:
+                useless[:] = True
+            if useless.any():
+                self.spoilt = float(found[useless, rows.BOARD_TIME].max())
+            self._good += int(np.count_nonzero(~useless))
+            self._clamped += int(np.count_nonzero(flags[~useless] & rows.CLAMPED))
+
+    def _check(self) -> None:
+        fault = self._engine.fault
+        if fault is not None and fault.code not in _BUSY:
+            raise DeviceError(f"{fault.text} The measurement ended.")
+        if fault is not None:
+            self._engine.clear_fault()
+
+
+def _measured(engine: Engine, where: str, drive: Drive, progress: Progress) -> tuple[list[float], float]:
+    """Return when each motion begins that was rendered well, in s by the board's clock; raise DeviceError.
+
+    And the share of samples in which the motor was at its limit.
+    """
+    watch, found = _Watch(engine, where), dict[int, float]()
+    for number in range(_TURNS * MOTIONS):
+        begin = _BEGIN + _GOES + drive.begin(number)
+        watch.wait_until(begin + drive.period + _AROUND)
+        if watch.spoilt < begin - _AROUND:
+            found.setdefault(number % MOTIONS, begin)
+            progress(len(found), MOTIONS)
+        if len(found) == MOTIONS:
+            return list(found.values()), watch.clamped
+    raise DeviceError("This computer is too busy to measure on the virtual board. Close other programs.")
+
+
+def _spectra(drive: Drive, log: Any, begins: list[float], delay: float) -> Spectra:
+    """Return what the motions had in them; a force is in effect from a delay after the sample before."""
+    spectra = Spectra(drive)
+    for begin in begins:
+        first = int(np.searchsorted(log.time, begin))
+        part = slice(first, first + drive.samples)
+        edges = log.time[first - 1 : first + drive.samples] + delay % (1.0 / drive.rate)
+        spectra.add(log.time[part], log.position[part], edges, log.motor_force[part])
+    return spectra

@@ -1,0 +1,270 @@
+"""Bode diagram of the rendered impedance: what a sampled loop makes of a law, frequency by frequency.
+
+Z(jω) = -F(jω) / X(jω): F is the component at ω of the motor's force in effect, a staircase over continuous
+time, X that of the handle's true position. The motion is imposed, whatever force that takes, and has nothing
+above half the rate. So its samples hold no alias, and for F = -(K x + B v^) it is exactly
+
+    Z(jω) = (K + B V(e^jωT)) · (1 - e^-jωT) / (jωT) · e^-jω td
+
+with V the velocity estimator, T the period, td the delay. A hand feels Z + jω b - m ω², b and m the handle's
+own. Effective stiffness Re Z, damping Im Z / ω, and mass -Re Z / ω² where that is above 0 (Colonnese, Siu,
+Abbott and Okamura, IEEE Trans. Haptics 8(4), 2015). At ω -> 0 the damping is B - K (T/2 + td); where it is
+below -b the loop gives energy (Colgate and Schenkel, J. Robotic Systems 14(1), 1997).
+
+Coherence |Σ F X*|² / (Σ |F|² Σ |X|²), over motions of other phases: below 1
+the force is not linear in the motion.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from hapkit_studio.analysis.bode import COMPARED, LINEAR
+from hapkit_studio.analysis.bode.drive import Drive, component, staircase
+from hapkit_studio.analysis.setting import Setting, estimator_words
+from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, design, parse
+from hapkit_studio.environments.base import Environment, Values
+from hapkit_studio.formatting import hertz, on_screen, plain, with_unit
+
+_FINE = 400
+_DOWN = 1.0 / math.sqrt(2.0)
+# A spring takes at least this share of the force that damping takes, at the lowest frequency.
+_SPRING = 0.1
+_STRAIGHT = 1e-6
+
+
+@dataclass(frozen=True)
+class LinearLaw:
+    """F = -(stiffness x + damping v), about some place: N/m and N·s/m."""
+
+    stiffness: float
+    damping: float
+
+
+def linear_law(environment: Environment, values: Values, place: float, amplitude: float) -> LinearLaw | None:
+    """Return a law's spring and damper; None without force, or if not linear about a place."""
+    terms = environment.force_terms(values)
+    law = LinearLaw(terms.stiffness or 0.0, terms.damping or 0.0)
+    if not terms.simple or terms.one_way or terms.friction or law == LinearLaw(0.0, 0.0):
+        return None
+    away = amplitude * np.linspace(-1.0, 1.0, 9)
+    force = environment.curve(values, place + away)
+    straight = force[4] - law.stiffness * away
+    return law if np.allclose(force, straight, atol=_STRAIGHT, rtol=_STRAIGHT) else None
+
+
+def theory(setting: Setting, law: LinearLaw, frequency: np.ndarray) -> np.ndarray | None:
+    """Return the exact Z (n,) in N/m of a linear law at frequencies (n,) in Hz; None: no linear estimator."""
+    turn = 2j * math.pi * frequency
+    rendered = np.full(frequency.shape, law.stiffness, dtype=complex)
+    if law.damping:
+        response = parse(setting.estimator)[0].response
+        if response is None:
+            return None
+        coefs = design(setting.estimator, setting.rate, setting.quantum or USUAL_QUANTUM)[1]
+        rendered += law.damping * response(coefs, setting.period, np.exp(turn * setting.period))
+    held = -np.expm1(-turn * setting.period) / (turn * setting.period)
+    return rendered * held * np.exp(-turn * setting.delay)
+
+
+@dataclass(frozen=True)
+class Response:
+    """Z (n,) in N/m at frequencies (n,) in Hz."""
+
+    frequency: np.ndarray
+    impedance: np.ndarray
+
+    @property
+    def stiffness(self) -> np.ndarray:
+        """Return the effective stiffness (n,) in N/m."""
+        return self.impedance.real
+
+    @property
+    def damping(self) -> np.ndarray:
+        """Return the effective damping (n,) in N·s/m."""
+        return self.impedance.imag / (2.0 * math.pi * self.frequency)
+
+    @property
+    def mass(self) -> np.ndarray:
+        """Return the effective mass (n,) in kg, nan where it acts as a spring."""
+        mass = -self.stiffness / (2.0 * math.pi * self.frequency) ** 2
+        return np.where(mass > 0.0, mass, math.nan)
+
+    def first(self, below: np.ndarray) -> float:
+        """Return the first frequency in Hz where values (n,) are below 0, nan where they never are."""
+        there = np.flatnonzero(below < 0.0)
+        if not there.size:
+            return math.nan
+        k = int(there[0])
+        if k == 0:
+            return float(self.frequency[0])
+        share = below[k - 1] / (below[k - 1] - below[k])
+        return float(self.frequency[k - 1] + share * (self.frequency[k] - self.frequency[k - 1]))
+
+
+@dataclass(frozen=True)
+class Curve:
+    """What one loop makes of the law: measured, its coherence (n,), and its theory, None where there is none.
+
+    where: "simulated", "computer" or "board"; clamped: the share of samples at the motor's limit, 0 to 1.
+    """
+
+    where: str
+    setting: Setting
+    measured: Response
+    coherence: np.ndarray
+    clamped: float
+    theory: Response | None
+
+    @property
+    def name(self) -> str:
+        """Return what tells it from the others: who renders, and how often."""
+        return f"{self.where}, {with_unit(1e-3 * self.setting.rate, 'kHz')}"
+
+    @property
+    def best(self) -> Response:
+        """Return the theory, else what was measured as far as it is linear: what marks are read from."""
+        if self.theory is not None:
+            return self.theory
+        sure = self.coherence >= LINEAR
+        return Response(self.measured.frequency[sure], self.measured.impedance[sure])
+
+    @property
+    def stiffness(self) -> float:
+        """Return the effective stiffness in N/m at the lowest frequency, 0 where it is no spring there."""
+        lowest = self.best.impedance[0] if self.best.impedance.size else 0.0
+        return float(lowest.real) if lowest.real > _SPRING * abs(lowest.imag) else 0.0
+
+    @property
+    def softens(self) -> float:
+        """Return where in Hz the effective stiffness is down by 3 dB, nan: nowhere, or no spring."""
+        return self.best.first(self.best.stiffness - _DOWN * self.stiffness) if self.stiffness else math.nan
+
+    @property
+    def gives_energy(self) -> float:
+        """Return from where in Hz on the effective damping is more negative than the handle's own; nan."""
+        return self.best.first(self.best.damping + self.setting.viscous)
+
+    @property
+    def outweighed(self) -> float:
+        """Return from where in Hz on the handle's own mass takes more force than the stiffness; nan."""
+        inertia = self.setting.mass * (2.0 * math.pi * self.best.frequency) ** 2
+        return self.best.first(self.best.stiffness - inertia) if self.stiffness else math.nan
+
+    @property
+    def ends(self) -> float:
+        """Return from where in Hz on it is no wall any more: it is soft or gives energy; nan where never."""
+        found = [f for f in (self.softens, self.gives_energy) if not math.isnan(f)]
+        return min(found, default=math.nan)
+
+    @property
+    def error(self) -> tuple[float, float] | None:
+        """Return the worst share of |Z| and angle in degrees off theory, compared up to 0.4 of Nyquist."""
+        if self.theory is None:
+            return None
+        exact = np.interp(self.measured.frequency, self.theory.frequency, self.theory.impedance)
+        low = self.measured.frequency <= 0.5 * COMPARED * self.setting.rate
+        if not exact.any():
+            return None
+        ratio = self.measured.impedance[low] / exact[low]
+        return float(np.abs(np.abs(ratio) - 1.0).max()), float(np.degrees(np.abs(np.angle(ratio))).max())
+
+    @property
+    def sentence(self) -> str:
+        """Say at which frequency the wall stops being one, and why."""
+        start = f"{self.name[0].upper()}{self.name[1:]}: "
+        if not self.best.frequency.size:
+            return f"{start}no force, or none that is linear in the motion."
+        own = f"the handle's own {with_unit(self.setting.viscous, 'N·s/m')}"
+        lowest, highest = (float(f) for f in self.best.frequency[[0, -1]])
+        damping = with_unit(float(self.best.damping[0]), "N·s/m", 2)
+        holds = with_unit(self.stiffness, "N/m") if self.stiffness else f"damping {damping}"
+        if self.gives_energy == lowest:
+            return f"{start}gives energy from {hertz(lowest)} on: damping {damping} outweighs {own}."
+        if self.ends == self.softens:
+            return f"{start}{holds} up to {hertz(self.ends)}, where the stiffness is down by 3 dB."
+        if self.ends == self.gives_energy:
+            return f"{start}{holds} up to {hertz(self.ends)}, where negative damping outweighs {own}."
+        return f"{start}{holds}, without an end up to {hertz(highest)}."
+
+
+class Spectra:
+    """Adds up what motions had in them at each tone: force F and position X, complex (n,)."""
+
+    def __init__(self, drive: Drive):
+        self._tones = drive.tones
+        self._fx = np.zeros(self._tones.size, dtype=complex)
+        self._ff, self._xx = np.zeros((2, self._tones.size))
+
+    def add(self, times: np.ndarray, position: np.ndarray, edges: np.ndarray, force: np.ndarray) -> None:
+        """Take one period of samples: position m at times s, (n,); force (n,) N between edges (n + 1,)."""
+        x, f = component(self._tones, times, position), staircase(self._tones, edges, force)
+        self._fx += f * x.conj()
+        self._ff += np.abs(f) ** 2
+        self._xx += np.abs(x) ** 2
+
+    def curve(self, where: str, setting: Setting, clamped: float, law: LinearLaw | None) -> Curve:
+        """Return what they come to, and the theory of a linear law."""
+        power = self._ff * self._xx
+        coherence = np.divide(np.abs(self._fx) ** 2, power, out=np.zeros_like(power), where=power > 0.0)
+        measured = Response(self._tones, -self._fx / self._xx)
+        fine = np.union1d(self._tones, np.geomspace(self._tones[0], self._tones[-1], _FINE))
+        exact = theory(setting, law, fine) if law else None
+        expected = None if exact is None else Response(fine, exact)
+        return Curve(where, setting, measured, coherence, clamped, expected)
+
+
+@dataclass(frozen=True)
+class Bode:
+    """The rendered impedance of a scene in one loop or several, driven about a place by an amplitude, in m.
+
+    notes: what could not be measured, and why.
+    """
+
+    environment: Environment
+    values: Values
+    place: float
+    amplitude: float
+    curves: tuple[Curve, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def sentence(self) -> str:
+        """Say what each loop makes of it."""
+        return "\n".join([*(curve.sentence for curve in self.curves), *self.notes])
+
+    @property
+    def driven(self) -> str:
+        """Say how it was driven."""
+        about, by = (on_screen(value, "m", 3) for value in (self.place, self.amplitude))
+        pressed = float(-self.environment.curve(self.values, np.array([self.place]))[0])
+        force = f", held there with {with_unit(abs(pressed), 'N', 2)}" if self.environment.shades else ""
+        return f"moved by {by} about {about}{force}"
+
+    def as_json(self) -> dict:
+        """Return it as one object of plain numbers, SI."""
+        return plain({
+            "environment": self.environment.key, "parameters": dict(self.values), "place": self.place,
+            "amplitude": self.amplitude, "curves": [_numbers(curve) for curve in self.curves],
+            "notes": self.notes,
+        })  # fmt: skip
+
+
+def _numbers(curve: Curve) -> dict:
+    def parts(response: Response) -> dict:
+        z = response.impedance
+        return {
+            "frequency_Hz": response.frequency, "magnitude": np.abs(z), "phase_deg": np.degrees(np.angle(z)),
+            "stiffness": response.stiffness, "damping": response.damping, "mass": response.mass,
+        }  # fmt: skip
+
+    s = curve.setting
+    return {
+        "where": curve.where, "rate_Hz": s.rate, "delay_s": s.delay,
+        "estimator": estimator_words(s.estimator)[0],
+        "mass": s.mass, "viscous": s.viscous, "clamped": curve.clamped, **parts(curve.measured),
+        "coherence": curve.coherence, "theory": parts(curve.theory) if curve.theory else None,
+        "off_theory": curve.error, "softens_Hz": curve.softens, "gives_energy_Hz": curve.gives_energy,
+        "outweighed_Hz": curve.outweighed, "ends_Hz": curve.ends, "sentence": curve.sentence,
+    }  # fmt: skip

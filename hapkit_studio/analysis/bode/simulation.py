@@ -1,0 +1,60 @@
+"""The rendered impedance in simulation: the exact loop, the handle's motion imposed."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hapkit_studio.analysis.bode import AMPLITUDE
+from hapkit_studio.analysis.bode.drive import MOTIONS, Drive
+from hapkit_studio.analysis.bode.result import Bode, Curve, Spectra, linear_law
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.environments.base import Environment, Values
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.headless import Scene, new_rows, run_prescribed
+
+# So many amplitudes deep in a surface the motion never leaves it.
+_PRESSED = 1.5
+
+
+def measure(
+    environment: Environment,
+    values: Values,
+    settings: Sequence[Setting],
+    amplitude: float | None = None,
+    place: float | None = None,
+    max_force: float = SimulatedHapkit.max_force,
+) -> Bode:
+    """Return what loops make of a scene; raise ParameterError.
+
+    amplitude in m, None: the usual one, or as many halves of it as keep the motor below its limit in N; place
+    in m, None: the scene's centre, or in its surface.
+    """
+    reach = AMPLITUDE.default if amplitude is None else AMPLITUDE.check(amplitude)
+    while True:
+        at = environment.touched_at(values, _PRESSED * reach) if place is None else place
+        curves = [_curve(environment, values, s, Drive(at, reach, s.rate), max_force) for s in settings]
+        clamped = any(curve.clamped for curve in curves)
+        if amplitude is not None or not clamped or 0.5 * reach < AMPLITUDE.low:
+            return Bode(environment, values, at, reach, tuple(curves))
+        reach *= 0.5
+
+
+def _curve(
+    environment: Environment, values: Values, setting: Setting, drive: Drive, max_force: float
+) -> Curve:
+    device = replace(setting.device(), max_force=max_force)
+    r, body = Scene(environment, values, device, setting.loop).prepare()
+    out = new_rows(round(MOTIONS * drive.slot * setting.rate))
+    times = np.arange(len(out) + 1) / setting.rate
+    position = drive.position(times)
+    run_prescribed(r, body, position, np.gradient(position) * setting.rate, out)
+    spectra, law = Spectra(drive), linear_law(environment, values, drive.place, drive.amplitude)
+    for motion in range(MOTIONS):
+        first = round(drive.begin(motion) * setting.rate)
+        part = slice(first, first + drive.samples)
+        edges = times[first : first + drive.samples + 1] + setting.delay
+        spectra.add(times[part], position[part], edges, out[part, rows.APPLIED])
+    clamped = np.mean(out[:, rows.FLAGS].astype(int) & rows.CLAMPED != 0)
+    return spectra.curve("simulated", setting, float(clamped), law)

@@ -1,0 +1,116 @@
+"""Bode diagram of the rendered impedance; stiffness, damping and mass over frequency; theory under all."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hapkit_studio.analysis.bode import LINEAR
+from hapkit_studio.charts.style import DASH, DOT, TICK, Colors, legend, save, style_axes, unbroken
+from hapkit_studio.formatting import hertz, with_unit
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.bode.result import Bode, Curve, Response
+    from hapkit_studio.analysis.setting import Setting
+
+_SIZE = (1000, 640)
+_HUES = "position", "applied", "velocity", "asked"
+_STIFFNESS, _DAMPING, _MASS = 2, 3, 4  # panels
+_ROOM = 1.3  # of the axes, so that words stand clear
+_TIMES = 4.0  # below and above what was measured
+
+
+def bode_figure(found: "Bode", path: str | Path) -> None:
+    """Write the diagram, in words what each loop makes of the scene, and the conditions."""
+    caption = unbroken(
+        ["Dots: measured; hollow: not linear", "lines: theory", found.driven, *conditions(found)]
+    )
+    save(lambda figure, c: draw(figure, c, found), path, _SIZE, "", f"{found.sentence}\n{caption}")
+
+
+def conditions(found: "Bode") -> list[str]:
+    """Return under which conditions it was measured."""
+    s = found.curves[0].setting
+    own = f"handle {with_unit(1e3 * s.mass, 'g')}, {with_unit(s.viscous, 'N·s/m')}"
+    delays = [f"{curve.name}: delay {with_unit(1e6 * curve.setting.delay, 'µs')}" for curve in found.curves]
+    return [own, *delays]
+
+
+def draw(figure: Any, c: Colors, found: "Bode") -> None:
+    """Draw six quantities over frequency, and where each curve's wall stops being one."""
+    grid = figure.add_gridspec(3, 2, height_ratios=(3, 3, 2))
+    first = figure.add_subplot(grid[0, 0], xscale="log")
+    # as in _values, the coherence last
+    places = (1, 0), (0, 1), (1, 1), (2, 1), (2, 0)
+    panels = [first, *(figure.add_subplot(grid[place], sharex=first) for place in places)]
+    names = "|Z|, N/m", "phase of Z, °", "stiffness, N/m", "damping, N·s/m", "mass, g", "coherence"
+    for axes, name in zip(panels, names, strict=True):
+        lowest = axes in panels[-2:]
+        style_axes(axes, c, "frequency, Hz" if lowest else "", name)
+        axes.tick_params(labelbottom=lowest)
+        axes.locator_params(axis="y", nbins=5)
+    for curve, hue in zip(found.curves, _HUES, strict=False):
+        _curve(panels, curve, getattr(c, hue), c)
+    _handle(panels, c, found.curves[0].setting)
+    for row, (curve, hue) in enumerate(zip(found.curves, _HUES, strict=False)):
+        _mark(panels, curve, getattr(c, hue), row)
+    legend(first, c)
+
+
+def _curve(panels: list, curve: "Curve", color: str, c: Colors) -> None:
+    """Draw theory as lines, what was measured as dots, hollow where it is not linear."""
+    if curve.theory is not None:
+        for axes, values in zip(panels, _values(curve.theory), strict=False):
+            axes.plot(curve.theory.frequency, values, color=color, linewidth=2.2, alpha=0.5)
+    sure, frequency = curve.coherence >= LINEAR, curve.measured.frequency
+    for axes, values in zip(panels, [*_values(curve.measured), curve.coherence], strict=True):
+        axes.plot(frequency[sure], values[sure], "o", color=color, markersize=4.5, label=curve.name)
+        axes.plot(frequency[~sure], values[~sure], "o", color=color, markersize=4.5, markerfacecolor=c.plot)
+
+
+def _mark(panels: list, curve: "Curve", color: str, row: int) -> None:
+    """Draw a line where a curve's wall stops being one, and say why, in a row of words of its own."""
+    if math.isnan(curve.ends):
+        return
+    for axes in panels:
+        axes.axvline(curve.ends, color=color, linewidth=1.4, linestyle=DASH)
+    soft = curve.ends == curve.softens
+    words = f"{hertz(curve.ends)}: {'−3 dB' if soft else 'gives energy'}"
+    near = curve.ends < math.sqrt(math.prod(panels[0].get_xlim()))  # to the middle, words stand on that side
+    panels[_STIFFNESS if soft else _DAMPING].annotate(
+        words, (curve.ends, 1.0), (5 if near else -5, -5 - 1.3 * TICK * row), va="top",
+        xycoords=("data", "axes fraction"), textcoords="offset points", ha="left" if near else "right",
+        size=TICK, color=color, weight="bold",
+    )  # fmt: skip
+
+
+def _values(response: "Response") -> tuple[np.ndarray, ...]:
+    """Return magnitude, phase in degrees, stiffness, damping, and mass in g."""
+    z = response.impedance
+    phase = np.where(z, np.degrees(np.unwrap(np.angle(z))), math.nan)
+    return np.where(z, np.abs(z), math.nan), phase, response.stiffness, response.damping, 1e3 * response.mass
+
+
+def _handle(panels: list, c: Colors, setting: "Setting") -> None:
+    """Draw what the handle's own mass and damping take, dotted; the axes show what was measured."""
+    style = {"color": c.ink2, "linestyle": DOT, "linewidth": 1.6}
+    panels[_DAMPING].axhline(-setting.viscous, **style)
+    panels[_MASS].axhline(1e3 * setting.mass, **style)
+    panels[_STIFFNESS].axhline(0.0, color=c.line, linewidth=1.0)
+    for axes in panels[1:]:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, low + _ROOM * (high - low))
+    low, high = panels[0].get_ylim()
+    panels[0].set_ylim(max(low, 0.01 * high) / _TIMES, high * _TIMES)
+    panels[0].set_yscale("log")
+    panels[_MASS].set_ylim(bottom=0.0)
+    panels[-1].set_ylim(0.0, 1.1)
+    left, right = panels[0].get_xlim()
+    turn = 2.0 * math.pi * np.geomspace(left, right, 300)
+    inertia, frequency = setting.mass * turn**2, turn / (2.0 * math.pi)
+    for axes in panels:
+        axes.xaxis.set_major_formatter("{x:,g}")
+        axes.autoscale(False)
+    panels[0].plot(frequency, np.hypot(inertia, setting.viscous * turn), label="the handle's own", **style)
+    panels[_STIFFNESS].plot(frequency, inertia, **style)

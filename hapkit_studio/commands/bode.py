@@ -1,0 +1,108 @@
+"""The command that draws what a loop makes of a scene, frequency by frequency: simulated, or on a board."""
+
+import argparse
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hapkit_studio import devices
+from hapkit_studio.analysis.bode import AMPLITUDE, COMPARED
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.commands import base
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import hertz, with_unit
+from hapkit_studio.haptics.board_plan import check_rate
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.bode.result import Bode, Curve
+
+NO_HAND = (
+    "{title} has no hand that could drive its handle: leave --device away, and give its loop with --rate, "
+    "--delay, --mass and --viscous."
+)
+_HANDLE = "mass", "viscous", "coulomb", "quantum"  # a board has its own
+_OTHERWISE = "--rate", "--hand"
+_ROW, _APART = "{:>8}{:>10}{:>9}{:>10}{:>12}{:>12}", 3
+
+OPTIONS = (
+    base.ENVIRONMENT,
+    base.TRUST,
+    base.PARAMETER,
+    base.option("--device", metavar="DEVICE", help="virtual-board; without: simulation"),
+    base.option("--rate", metavar="Hz,Hz,…", help="of the loop, one or several; 1000"),
+    base.option("--board-rate", type=float, metavar="Hz", help="of the board, by default the law's fastest"),
+    base.option("--amplitude", type=float, metavar="m", help=f"of the motion; {AMPLITUDE.default:g} or less"),
+    base.option("--at", type=float, metavar="m", help="the place that it goes about; where the scene is"),
+    *(given for given in base.SETTING_OPTIONS if given[0][0] not in _OTHERWISE),
+    base.PLOT,
+)
+
+
+def run(options: argparse.Namespace) -> base.Result:
+    """Drive the handle in the loop or loops; draw where asked."""
+    from hapkit_studio.analysis.bode import on_board, simulation  # takes seconds to import
+    from hapkit_studio.charts.bode import bode_figure
+
+    scene = base.environment_named(options.environment, options.trust)
+    values = scene.values(base.key_values(options.parameter))
+    board = _is_board(options)
+    found = simulation.measure(scene, values, _settings(options), options.amplitude, options.at)
+    if board:
+        found = on_board.measure(found, options.board_rate, base.progress_line("motion"))
+    return base.with_files(_text(found), found.as_json(), base.drawn(options.plot, bode_figure, found))
+
+
+def _is_board(options: argparse.Namespace) -> bool:
+    """Return whether a virtual board is driven; raise ParameterError for what cannot be."""
+    check_rate(options.board_rate)
+    device = devices.named(options.device) if options.device else SimulatedHapkit()
+    if isinstance(device, SimulatedHapkit):
+        if options.board_rate is not None:
+            raise ParameterError("--board-rate is for --device virtual-board.")
+        return False
+    if not isinstance(device, VirtualBoard):
+        raise ParameterError(NO_HAND.format(title=device.title))  # type: ignore[attr-defined]
+    own = next(iter(base.of_options(options, ("rate", *_HANDLE))), None)
+    if own:
+        raise ParameterError(f"{device.title} has its own {own}; leave the option out.")
+    return True
+
+
+def _settings(options: argparse.Namespace) -> list[Setting]:
+    """Return the setting of each rate; raise ParameterError."""
+    given = base.of_options(options, (*_HANDLE, "delay", "estimator"))
+    rates = [Setting.rate] if options.rate is None else base.numbers(options.rate, "Rates", "Hz", "1000,4000")
+    return [Setting(**given, rate=rate, controller=options.controller) for rate in rates]
+
+
+def _text(found: "Bode") -> str:
+    lines = [found.sentence, f"The handle was {found.driven}."]
+    for curve in found.curves:
+        lines += [
+            "",
+            f"{curve.name}{_off(curve)}",
+            _ROW.format("Hz", "|Z| N/m", "°", "k N/m", "b N·s/m", "coherence"),
+        ]
+        one = curve.measured
+        columns = (
+            one.frequency, np.abs(one.impedance), np.degrees(np.angle(one.impedance)), one.stiffness,
+            one.damping, curve.coherence,
+        )  # fmt: skip
+        for row in list(zip(*columns, strict=True))[::_APART]:
+            lines.append(_ROW.format(*(with_unit(float(value)) for value in row)))
+        if curve.clamped:
+            lines.append(f"The motor was at its limit in {100.0 * curve.clamped:.2g} % of the samples.")
+    return "\n".join(lines)
+
+
+def _off(curve: "Curve") -> str:
+    if curve.error is None:
+        return ""
+    share, angle = curve.error
+    highest = hertz(0.5 * COMPARED * curve.setting.rate)
+    return f", within {100.0 * share:.2g} % and {angle:.2g}° of theory up to {highest}"
+
+
+COMMAND = base.Command("bode", "draw what the loop makes of a scene over frequency", run, OPTIONS, 65)

@@ -1,0 +1,150 @@
+"""Bode: what the loop makes of the scene over frequency, in the loop as set, or on a virtual board."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from hapkit_studio.analysis.bode import AMPLITUDE
+from hapkit_studio.devices import virtual_board
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import hertz, on_screen, with_unit
+from hapkit_studio.gui.background import Progress
+from hapkit_studio.gui.pages.base import View
+from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
+from hapkit_studio.gui.pages.table import Column
+from hapkit_studio.gui.panel.limits import LoopFacts
+from hapkit_studio.gui.panel.rows import ParameterRow
+from hapkit_studio.gui.widgets.parts import hint
+from hapkit_studio.gui.widgets.segmented import Segmented
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.bode.result import Bode
+    from hapkit_studio.gui.live.live import Live
+    from hapkit_studio.gui.studio import Studio
+
+SIMULATION, VIRTUAL = range(2)
+_HOW = (
+    "The simulated handle is moved by many swings at once, whatever force that takes; your own handle stays "
+    "where it is. A real Hapkit has no hand to drive it: its loop is simulated with the rate and delay "
+    "measured on it. Virtual board runs the real firmware, once with the computer's law and once its own."
+)
+
+
+def _end(frequency: float) -> str:
+    """Write a frequency, a dash where there is none."""
+    return hertz(frequency) if frequency == frequency else "–"
+
+
+COLUMNS = (
+    Column("Loop", lambda curve: curve.name.replace(", ", "\n"), right=False),
+    Column("−3 dB", lambda curve: _end(curve.softens), lambda curve: curve.softens),
+    Column("Gives\nenergy", lambda curve: _end(curve.gives_energy), lambda curve: curve.gives_energy),
+    Column("Mass\noutweighs", lambda curve: _end(curve.outweighed), lambda curve: curve.outweighed),
+)
+
+
+class BodePage(MeasuringPage):
+    """The diagram of the scene in force; it is out of date once scene, values or loop are others."""
+
+    file = "bode"
+    heading, about = "Bode", "What the loop makes of the scene, over frequency."
+    begin = "Measure up to which frequency the scene keeps its stiffness."
+    drawn, listed = "Impedance, stiffness, damping and mass over frequency", "Where the scene changes"
+    read = (
+        "Dots: measured; hollow: not linear in the motion. Line: theory of the sampled loop. Dashed: from "
+        "there on it is down by 3 dB, or its negative damping outweighs the handle's own. Dotted: what the "
+        "handle's own mass and damping take; where it crosses the "
+        "stiffness, a hand feels the mass instead."
+    )
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        super().__init__(studio, live)
+        self.found: Bode | None = None
+        self._facts = LoopFacts(studio, self)
+        live.health.connect(self._facts.note_health)
+        self.where = Segmented("Where", ("This loop", "Virtual board"))
+        self.where.show_index(SIMULATION)
+        self.where.setVisible(virtual_board.built())
+        self.bar.add(self.where)
+        self.amplitude = ParameterRow(AMPLITUDE)
+        self.amplitude.slider.hide()
+        self._fresh = Freshness(
+            lambda: {
+                "scene": studio.environment,
+                "values": dict(studio.values),
+                "place": self.where.index,
+                "amplitude": self.amplitude.value,
+                **loop_facts(studio, model=False),
+            }
+        )
+        self.build()
+        self.side.section("How it is driven")
+        self.side.add(self.amplitude, hint(_HOW))
+        for changed in (studio.settings_changed, studio.loop_changed, studio.engine_changed):
+            changed.connect(self.show_found)
+        self.where.chosen.connect(lambda _index: self.show_found())
+        self.amplitude.changed.connect(lambda _key, _value: self.show_found())
+        self._facts.changed.connect(self.measure_first)
+        self.show_found()
+
+    def first(self) -> str:
+        known = self._facts.setting() is not None and self.where.index == SIMULATION
+        return "" if self.found or not known else "loop"
+
+    def run(self) -> None:
+        """Measure the scene in force where it was chosen."""
+        setting, studio = self._facts.setting(), self._studio
+        if setting is None or studio.engine is None:
+            raise ParameterError(self._facts.why_unknown()[1])
+        scene, values, on_board = studio.environment, dict(studio.values), self.where.index == VIRTUAL
+        reach, most = self.amplitude.value, float(studio.engine.device.max_force)
+        amplitude = None if reach == AMPLITUDE.default else reach  # the usual one may become less
+
+        def work(progress: Progress) -> "Bode":
+            from hapkit_studio.analysis.bode import on_board as board
+            from hapkit_studio.analysis.bode import simulation
+
+            found = simulation.measure(scene, values, [setting], amplitude, max_force=most)
+            return board.measure(found, progress=progress) if on_board else found
+
+        self._fresh.begin()
+        self.answer.say("Driving the handle…", "hand", "accent")
+        self.job.start(work)
+
+    def show_result(self, found: "Bode") -> None:
+        """Show what was found."""
+        self.found = found
+        self._fresh.keep()
+        self.show_found()
+
+    def show_found(self) -> None:
+        """Show the diagram, and whether it still holds."""
+        found, outdated = self.found, self._fresh.outdated
+        self.bar.export.setEnabled(found is not None)
+        if found is None or self.job.running:
+            return
+        from hapkit_studio.charts.bode import draw
+
+        self.chart.show_drawing(lambda figure, colors: draw(figure, colors, found), pale=bool(outdated))
+        self.table.show_rows(COLUMNS, found.curves)
+        self.point.setText("\n".join(found.notes))
+        pairs = [("Scene", found.environment.title), ("Place", on_screen(found.place, "m"))]
+        pairs += [("Amplitude", on_screen(found.amplitude, "m"))]
+        for curve in found.curves:
+            pairs += [(f"Delay, {curve.where}", with_unit(1e6 * curve.setting.delay, "µs"))]
+            if curve.clamped:
+                pairs += [(f"At the motor's limit, {curve.where}", f"{100.0 * curve.clamped:.2g} %")]
+        self.conditions.show_pairs(pairs)
+        if outdated:
+            self.answer.say(outdated)
+        else:
+            self.answer.say(found.curves[-1].sentence, "info", "ink2")
+
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
+        from hapkit_studio.charts.bode import bode_figure
+
+        found = self.found
+        assert found is not None
+        return lambda path: bode_figure(found, path), found.as_json
+
+
+VIEW = View("bode", "Bode", 55, BodePage, scene=False)

@@ -1,0 +1,37 @@
+"""The command ``bode``: words, JSON and picture; what cannot be driven is said in one line."""
+
+import json
+
+import pytest
+
+from hapkit_studio.cli import main
+
+
+def test_it_says_where_each_wall_ends_and_writes_a_picture(capsys, tmp_path):
+    picture = tmp_path / "wall.png"
+    words = ["bode", "wall", "-p", "stiffness=300", "--rate", "1000,4000", "--quantum", "0"]
+    assert main([*words, "--json", "--plot", str(picture)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [curve["rate_Hz"] for curve in found["curves"]] == [1000.0, 4000.0]
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert main(words) == 0
+    out = capsys.readouterr().out
+    assert "300 N/m up to 221 Hz" in out
+    assert "300 N/m up to 886 Hz" in out
+    assert "° of theory up to 200 Hz" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--board-rate 4000", "--board-rate is for --device virtual-board"),
+        ("--device /dev/ttyUSB9", "has no hand that could drive its handle"),
+        ("--rate fast", "Rates are numbers in Hz as 1000,4000"),
+        ("--amplitude 1", "Amplitude goes from"),
+    ],
+)
+def test_what_cannot_be_is_said_in_one_line(capsys, words, said):
+    assert main(["bode", "spring", *words.split()]) == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert err.count("\n") == 1

@@ -1,0 +1,50 @@
+"""The Bode view: the scene in force in the loop in force, out of date once either is another."""
+
+import pytest
+
+from hapkit_studio.analysis.bode import simulation
+from hapkit_studio.gui.pages.bode import SIMULATION
+from hapkit_studio.gui.pages.measuring import write
+
+
+@pytest.fixture
+def page(kept_window):
+    """Return the view beside a wall of 300 N/m; nothing is measured by itself."""
+    kept_window.studio.choose("wall")
+    kept_window.studio.set_value("stiffness", 300.0)
+    shown = kept_window.views.page("bode")
+    shown.begun.add("loop")
+    kept_window.views.show("bode")
+    shown.job._needs = ""
+    shown.where.show_index(SIMULATION)
+    return shown
+
+
+def test_it_measures_the_scene_in_force_and_says_once_that_is_another(page, kept_window, qtbot, tmp_path):
+    with qtbot.waitSignal(page.job.finished, timeout=20_000):
+        page.bar.run.click()
+    (curve,) = page.found.curves
+    assert page.found.environment.key == "wall"
+    assert page.found.values["stiffness"] == 300.0
+    assert curve.setting.rate == kept_window.studio.engine.loop.rate
+    assert not page.chart.pale
+    figure, numbers = page.exports()
+    assert numbers()["curves"][0]["rate_Hz"] == curve.setting.rate
+    assert write(tmp_path / "a.png", figure, numbers)
+    kept_window.studio.set_value("stiffness", 400.0)
+    assert page.chart.pale
+    kept_window.studio.set_value("stiffness", 300.0)
+    assert not page.chart.pale
+
+
+def test_the_amplitude_that_is_asked_for_is_kept(page, qtbot, monkeypatch):
+    asked = []
+    real = simulation.measure
+    monkeypatch.setattr(
+        simulation, "measure", lambda *given, **more: asked.append(given) or real(*given, **more)
+    )
+    page.amplitude._take(page.amplitude.quantity.factor * 2e-4)
+    with qtbot.waitSignal(page.job.finished, timeout=20_000):
+        page.bar.run.click()
+    assert asked[0][3] == pytest.approx(2e-4)
+    assert page.found.amplitude == pytest.approx(2e-4)
