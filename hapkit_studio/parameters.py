@@ -45,6 +45,7 @@ class Choice:
     """One of a few named options: the law sees its index, files and programs its name, people its label.
 
     Without labels a name is its own label, its underscores as spaces; ParameterError unless all have one.
+    method: the options are ways to compute the same, of other speed and accuracy.
     """
 
     key: str
@@ -55,6 +56,7 @@ class Choice:
     symbol: str = ""
     unit: str = ""
     labels: tuple[str, ...] = ()
+    method: bool = False
 
     discrete = True
     low = 0.0

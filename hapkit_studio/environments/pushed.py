@@ -27,7 +27,7 @@ def contact(what: str) -> tuple[Parameter, Parameter]:
 def integrator(what: str) -> Choice:
     """Return the choice of how an object's motion is computed."""
     words = f"How the {what}'s motion is computed. Explicit Euler and the lecture's rule add energy."
-    return Choice("integrator", "Integrator", INTEGRATORS, "semi_implicit", words, labels=LABELS)
+    return Choice("integrator", "Integrator", INTEGRATORS, "semi_implicit", words, labels=LABELS, method=True)
 
 
 def growth(values: Values, damping: float, stiffness: float, conditions: Conditions) -> Iterator[str]:
