@@ -198,6 +198,7 @@ ENVIRONMENT = Environment(
             "Coulomb and smoothed know the speed alone and let go. Karnopp holds within a band of speed. "
             "Tether and projection hold and break away at once, Stribeck and LuGre by degrees.",
             labels=LABELS,
+            method=True,
         ),
         Parameter("kinetic_force", "Kinetic force", "N", 0.4, 0.0, 3.0, "Friction while sliding", "F_k"),
         Parameter("static_force", "Static force", "N", 0.6, 0.0, 3.0, "Pull at which it breaks away", "F_s"),
