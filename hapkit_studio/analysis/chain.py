@@ -362,17 +362,18 @@ def judge(
     if isinstance(cost, str):
         return cost
     errors = _errors(question, options, spec, cost.rate, cost.delay, exact)
-    limit, words = _limit(question, cost.rate, cost.delay, spec), question.words(options)
-    return Candidate(place.name, options, key, words, *vars(cost).values(), limit, *errors)
+    limit, words = _limit(question, options, cost.rate, cost.delay, spec), question.words(options)
+    times = cost.cost, cost.spread, cost.fastest, cost.rate, cost.delay
+    return Candidate(place.name, options, key, words, *times, limit, *errors)
 
 
-def _limit(question: Question, rate: float, delay: float, spec: Spec) -> float:
+def _limit(question: Question, options: Options, rate: float, delay: float, spec: Spec) -> float:
     """Return the exact stiffness limit of a released handle with the scene's own damping."""
     device, impedance = question.device, question.environment.impedance
     setting = Setting(
         device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay, estimator=spec
     )
-    return float(kb_plane.limit(setting, impedance(question.values)[1] if impedance else 0.0))
+    return float(kb_plane.limit(setting, impedance(question.with_options(options))[1] if impedance else 0.0))
 
 
 def _errors(
