@@ -80,7 +80,8 @@ def shown(chain: "Chain", place: str) -> "list[Candidate]":
     ]  # fmt: skip
 
 
-def _look(candidate: "Candidate", chain: "Chain") -> tuple[str, str]:
+def look(candidate: "Candidate", chain: "Chain") -> tuple[str, str]:
+    """Return marker and colour token of a candidate: its method's, or its estimator's."""
     first = chain.question.choices[0] if chain.question.choices else None
     key = first.text(candidate.options[0][1]) if first else candidate.estimator
     return marker_and_color(key)
@@ -107,6 +108,10 @@ def _panels(figure: Any, c: Colors, chain: "Chain", steps: bool) -> Any:
 def _step(axes: Any, c: Colors, chain: "Chain", names: list[str], step: tuple, named: bool) -> None:
     title, value, places = step
     for place in places:
+        force = chain.in_force(place)
+        if force is not None and place == places[0]:
+            at = names.index(_name(force))
+            axes.axhspan(at - 0.45, at + 0.45, color=c.accentsoft, zorder=0.5)
         for one in shown(chain, place):
             _mark(axes, c, chain, one, value(one), names.index(_name(one)))
     style_axes(axes, c, title, "")
@@ -125,7 +130,7 @@ def _step(axes: Any, c: Colors, chain: "Chain", names: list[str], step: tuple, n
 def _mark(
     axes: Any, c: Colors, chain: "Chain", one: "Candidate", x: float, y: float, size: float = 7.0
 ) -> None:
-    shape, token = _look(one, chain)
+    shape, token = look(one, chain)
     color = getattr(c, token)
     face = color if one.place == BOARD else c.plot
     axes.plot(x, y, shape, markersize=size, markeredgecolor=color, markerfacecolor=face, zorder=4)
@@ -149,6 +154,11 @@ def _joint(axes: Any, c: Colors, chain: "Chain") -> None:
                 *_place(default), "o", markersize=19, markerfacecolor="none", markeredgecolor=c.accent,
                 markeredgewidth=2.2, zorder=5,
             )  # fmt: skip
+        force = chain.in_force(place)
+        if force in known:
+            axes.plot(
+                *_place(force), "o", markersize=13, markerfacecolor="none", markeredgecolor=c.ink, zorder=6
+            )
     for one in known:
         _mark(axes, c, chain, one, *_place(one), size=8.5)
     axes.axhline(SUFFICIENT, color=c.danger, linewidth=1.6, linestyle=DASH, zorder=2)
@@ -172,6 +182,6 @@ def _names(axes: Any, c: Colors, chain: "Chain") -> None:
             chosen = best is not None and (one.options == best.options if best.method else one is best)
             if one.limit > 0.0 and math.isfinite(one.limit) and (chosen or place == BOARD):
                 words = f"{_name(one)}, {place}" if chosen else _name(one)
-                color = c.accent if chosen else getattr(c, _look(one, chain)[1])
+                color = c.accent if chosen else getattr(c, look(one, chain)[1])
                 labels.append(Label(*_place(one), words, color, bold=chosen))
     write_labels(axes, c, labels)

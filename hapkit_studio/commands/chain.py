@@ -30,11 +30,12 @@ def run(options: argparse.Namespace) -> Result:
     draw = partial(chain_figure, steps=len(found) == 1)
     text = "\n\n".join(map(_text, found))
     return base.with_files(
-        text, {"scenes": [_as_json(c) for c in found]}, base.drawn(options.plot, draw, found)
+        text, {"scenes": [as_json(c) for c in found]}, base.drawn(options.plot, draw, found)
     )
 
 
-def _as_json(found: Chain) -> dict:
+def as_json(found: Chain) -> dict:
+    """Return a scene as one object: a row a candidate, an answer a place."""
     question, answers = found.question, {}
     for place in question.places:
         answer = found.answer(place.name)

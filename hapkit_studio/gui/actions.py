@@ -327,6 +327,10 @@ _ENVIRONMENT = (
         "environment.restore_preset", "Restore preset", lambda w: w.presets.restore(),
         enabled=lambda w: bool(w.presets.different),
     ),
+    Action(
+        "environment.use_method", "Use the cheapest sufficient method", lambda w: w.views.shown.use(),
+        enabled=lambda w: w.views.key == "chain" and w.views.shown.use_button.isEnabled(),
+    ),
     Action("environment.import_preset", "Import preset…", lambda w: w.presets.bring()),
     Action("environment.new", "New environment…", lambda w: w.editor.begin_new(), "Ctrl+N", rule=True),
     Action("environment.open", "Open…", lambda w: w.file_actions.open(), "Ctrl+O"),
