@@ -362,18 +362,22 @@ def judge(
     if isinstance(cost, str):
         return cost
     errors = _errors(question, options, spec, cost.rate, cost.delay, exact)
-    limit, words = _limit(question, options, cost.rate, cost.delay, spec), question.words(options)
+    limit, words = _limit(question, cost.rate, cost.delay, spec), question.words(options)
     times = cost.cost, cost.spread, cost.fastest, cost.rate, cost.delay
     return Candidate(place.name, options, key, words, *times, limit, *errors)
 
 
-def _limit(question: Question, options: Options, rate: float, delay: float, spec: Spec) -> float:
-    """Return the exact stiffness limit of a released handle with the scene's own damping."""
+def _limit(question: Question, rate: float, delay: float, spec: Spec) -> float:
+    """Return the exact stiffness limit of a released handle with the damping of the exact method.
+
+    What another method adds near rest, such as the slope of a smoothed friction, makes no spring stiffer.
+    """
     device, impedance = question.device, question.environment.impedance
     setting = Setting(
         device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay, estimator=spec
     )
-    return float(kb_plane.limit(setting, impedance(question.with_options(options))[1] if impedance else 0.0))
+    values = question.with_options(question.exact)
+    return float(kb_plane.limit(setting, impedance(values)[1] if impedance else 0.0))
 
 
 def _errors(

@@ -21,6 +21,7 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
+    from hapkit_studio.gui.pages.chain import ChainPage
     from hapkit_studio.gui.window import MainWindow
 
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
@@ -310,6 +311,18 @@ _DEVICE = (
 )  # fmt: skip
 
 
+def _chain_page(window: "MainWindow") -> "ChainPage | None":
+    from hapkit_studio.gui.pages.chain import ChainPage  # late: its panel needs this table
+
+    page = window.views.shown
+    return page if isinstance(page, ChainPage) and page.use_button.isEnabled() else None
+
+
+def _use_method(window: "MainWindow") -> None:
+    if page := _chain_page(window):
+        page.use()
+
+
 _ENVIRONMENT = (
     Action(
         "environment.reset", "Default values", lambda w: w.studio.reset_values(), enabled=_has_parameters,
@@ -328,8 +341,8 @@ _ENVIRONMENT = (
         enabled=lambda w: bool(w.presets.different),
     ),
     Action(
-        "environment.use_method", "Use the cheapest sufficient method", lambda w: w.views.shown.use(),
-        enabled=lambda w: w.views.key == "chain" and w.views.shown.use_button.isEnabled(),
+        "environment.use_method", "Use the cheapest sufficient method", _use_method,
+        enabled=lambda w: _chain_page(w) is not None,
     ),
     Action("environment.import_preset", "Import preset…", lambda w: w.presets.bring()),
     Action("environment.new", "New environment…", lambda w: w.editor.begin_new(), "Ctrl+N", rule=True),

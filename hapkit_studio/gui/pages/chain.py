@@ -56,6 +56,7 @@ class ChainPage(MeasuringPage):
     begin = "Compute to see what each method's speed buys."
     drawn, listed = "Error felt over achievable stiffness of every method", "Methods with error and stiffness"
     buttons = ("Compute", "Compute again")
+    use_button: QPushButton
     read = (
         "Above, a chart a step: error, cost, rate, stiffness, what is felt. Below, right is stiffer and down "
         "is truer. Filled: the board. Hollow: the computer. Ring: the default. Shaded, and circled in black: "
@@ -93,13 +94,13 @@ class ChainPage(MeasuringPage):
         """Return the scene and loop as they are set, on the device in use."""
         studio, engine = self._studio, self._studio.engine
         loop, device = studio.loop, SimulatedHapkit()
-        rate, delay = loop.rate, loop.delay
+        here = Place(COMPUTER, loop.rate, loop.delay)
         if engine is not None:
             kit = engine.device
             device = replace(device, mass=kit.mass, damping=kit.viscous, quantum=kit.quantum)
-            rate = engine.loop.rate
-            delay = loop.delay if kit.simulated else steady_delay(engine, COMPUTER)
-        places = Place(COMPUTER, rate, delay), Place(BOARD, loop.board_rate or chain.ON_BOARD.rate)
+            if not kit.simulated:
+                here = Place(COMPUTER, engine.loop.rate, steady_delay(engine, COMPUTER))
+        places = here, Place(BOARD, loop.board_rate or chain.ON_BOARD.rate)
         return Question(studio.environment, dict(studio.values), loop.spec, places, device)
 
     def run(self) -> None:
@@ -204,4 +205,4 @@ def _place_words(place: Place) -> str:
     return f"up to {place.rate:,.0f} Hz{late}"
 
 
-VIEW = View("chain", "Chain", 22, ChainPage)
+VIEW = View("chain", "Chain", 22, ChainPage, scene=False)
