@@ -136,7 +136,7 @@ def test_the_reason_in_words():
     assert answered().sentence("board") == "A needs 900 bytes, the board has 768."
 
 
-@pytest.mark.slow
+@pytest.mark.alone
 @pytest.mark.parametrize("key", WITH_METHODS)
 @pytest.mark.parametrize("place", PLACES, ids=lambda place: place.name)
 def test_the_scene_begins_with_the_cheapest_that_nobody_can_tell_from_the_exact(key, place):
