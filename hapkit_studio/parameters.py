@@ -45,7 +45,8 @@ class Choice:
     """One of a few named options: the law sees its index, files and programs its name, people its label.
 
     Without labels a name is its own label, its underscores as spaces; ParameterError unless all have one.
-    method: the options are ways to compute the same, of other speed and accuracy.
+    method: the options are ways to compute the same, of other speed and accuracy; exact: the one that the
+    others are judged by, the default's where none is named.
     """
 
     key: str
@@ -57,6 +58,7 @@ class Choice:
     unit: str = ""
     labels: tuple[str, ...] = ()
     method: bool = False
+    exact: str = ""
 
     discrete = True
     low = 0.0

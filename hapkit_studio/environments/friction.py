@@ -199,6 +199,7 @@ ENVIRONMENT = Environment(
             "Tether and projection hold and break away at once, Stribeck and LuGre by degrees.",
             labels=LABELS,
             method=True,
+            exact="projection",  # it alone holds as dry friction does: without a swing on what holds
         ),
         Parameter("kinetic_force", "Kinetic force", "N", 0.4, 0.0, 3.0, "Friction while sliding", "F_k"),
         Parameter("static_force", "Static force", "N", 0.6, 0.0, 3.0, "Pull at which it breaks away", "F_s"),

@@ -21,6 +21,7 @@ from hapkit_studio.gui.studio import QUIZ, Studio
 from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
+    from hapkit_studio.gui.pages.chain import ChainPage
     from hapkit_studio.gui.window import MainWindow
 
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
@@ -317,6 +318,18 @@ _DEVICE = (
 )  # fmt: skip
 
 
+def _chain_page(window: "MainWindow") -> "ChainPage | None":
+    from hapkit_studio.gui.pages.chain import ChainPage  # late: its panel needs this table
+
+    page = window.views.shown
+    return page if isinstance(page, ChainPage) and page.use_button.isEnabled() else None
+
+
+def _use_method(window: "MainWindow") -> None:
+    if page := _chain_page(window):
+        page.use()
+
+
 _ENVIRONMENT = (
     Action(
         "environment.reset", "Default values", lambda w: w.studio.reset_values(), enabled=_has_parameters,
@@ -333,6 +346,10 @@ _ENVIRONMENT = (
     Action(
         "environment.restore_preset", "Restore preset", lambda w: w.presets.restore(),
         enabled=lambda w: bool(w.presets.different),
+    ),
+    Action(
+        "environment.use_method", "Use the cheapest sufficient method", _use_method,
+        enabled=lambda w: _chain_page(w) is not None,
     ),
     Action("environment.import_preset", "Import preset…", lambda w: w.presets.bring()),
     Action("environment.new", "New environment…", lambda w: w.editor.begin_new(), "Ctrl+N", rule=True),

@@ -114,8 +114,9 @@ class BoardPlanner:
         law = request.environment.force
         numbers = tuple(request.values[p.key] for p in law.parameters)
         title, room = request.environment.title, min(self.arena, 8 * block.PROGRAM_WORDS)
+        bound = RATES[0] if request.rate is None else max(request.rate, RATES[-1])
         for rate in RATES:
-            if request.rate is not None and rate > max(request.rate, RATES[-1]):
+            if rate > bound:
                 continue
             program = _compiled(law, numbers, 1.0 / rate, room)
             if isinstance(program, str):
@@ -128,6 +129,7 @@ class BoardPlanner:
                 return BoardPlan(law, program, rate, *how, moving, share(program, rate))
             hertz = int(fastest(program))
             too_slow = f"{title} takes up to {program.most:,} cycles on the board: {hertz:,} Hz at most"
+            bound = min(bound, CLOCK / (program.most + REST_AT_MOST))  # a longer period makes it no shorter
         return f"{too_slow}, and its slowest rate is {RATES[-1]} Hz."
 
 

@@ -15,7 +15,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 
@@ -34,7 +34,7 @@ class Operation:
     usual: int
     most: int
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Return how many bytes the instruction takes."""
         return 1 + sum(2 if o == "w" else 1 for o in self.operands)

@@ -23,6 +23,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from statistics import mean
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -36,8 +37,33 @@ Prepare = Callable[[], Work]
 Clock = Callable[[], int]
 
 
+class Rival:
+    """What competes by its error and its price, each the less the better."""
+
+    error: float
+    pareto: bool
+
+    @property
+    def price(self) -> tuple[float, float]:
+        """Return what it costs, and how far that is known."""
+        raise NotImplementedError
+
+    def as_cheap(self, other: "Rival") -> bool:
+        """Return whether both cost the same, as far as is known."""
+        (mine, spread), (its, its_spread) = self.price, other.price
+        return abs(mine - its) <= max(spread, its_spread)
+
+    def beats(self, other: "Rival") -> bool:
+        """Return whether the other is better in nothing, and worse in error or cost."""
+        less, tied = self.price[0] < other.price[0], self.as_cheap(other)
+        return (less or tied) and (self.error < other.error or (self.error == other.error and not tied))
+
+
+R = TypeVar("R", bound=Rival)
+
+
 @dataclass(frozen=True)
-class Point:
+class Point(Rival):
     """One method at one step in one scene: its error, and the ns of computing a simulated second.
 
     ns_spread is how far that cost is known; label names the method with its options. extra: what only some
@@ -56,15 +82,9 @@ class Point:
     extra: tuple[tuple[str, float], ...] = ()
     ns_spread: float = 0.0
 
-    def as_cheap(self, other: "Point") -> bool:
-        """Return whether both cost the same, as far as was measured."""
-        spread = max(self.ns_spread, other.ns_spread)
-        return abs(self.ns_per_simulated_s - other.ns_per_simulated_s) <= spread
-
-    def beats(self, other: "Point") -> bool:
-        """Return whether the other is better in nothing, and worse in error or cost."""
-        less, tied = self.ns_per_simulated_s < other.ns_per_simulated_s, self.as_cheap(other)
-        return (less or tied) and (self.error < other.error or (self.error == other.error and not tied))
+    @property
+    def price(self) -> tuple[float, float]:
+        return self.ns_per_simulated_s, self.ns_spread
 
     def row(self) -> dict[str, object]:
         """Return the point as an object for programs; an error that is not finite is None."""
@@ -73,13 +93,14 @@ class Point:
         return plain({**{key: getattr(self, key) for key in keys}, **options, **dict(self.extra)})
 
 
-def mark_front(points: Sequence[Point]) -> tuple[Point, ...]:
+def mark_front(points: Sequence[R]) -> tuple[R, ...]:
     """Return the points, those marked that no other beats: the Pareto front.
 
     Equal points are in it together; one whose error is no number, or endless, never is.
     """
     return tuple(
-        replace(p, pareto=math.isfinite(p.error) and not any(q.beats(p) for q in points)) for p in points
+        replace(p, pareto=math.isfinite(p.error) and not any(q.beats(p) for q in points))  # type: ignore[type-var]
+        for p in points
     )
 
 
@@ -137,22 +158,22 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Answer(Generic[R]):
     """The most accurate of the cheapest points that will do, those as cheap beside it, and the default's.
 
     cheapest is the default where that is as good. None where there is no such point.
     """
 
-    cheapest: Point | None
-    as_cheap: tuple[Point, ...]
-    default: Point | None
+    cheapest: R | None
+    as_cheap: tuple[R, ...]
+    default: R | None
 
     @classmethod
-    def among(cls, points: Sequence[Point], default: Point | None) -> "Answer":
+    def among(cls, points: Sequence[R], default: R | None) -> "Answer[R]":
         """Return the answer from all points that will do."""
         if not points:
             return cls(None, (), default)
-        cheapest = min(points, key=lambda p: p.ns_per_simulated_s)
+        cheapest = min(points, key=lambda p: p.price[0])
         tied = sorted((p for p in points if p.as_cheap(cheapest)), key=lambda p: (p.error, p is not default))
         return cls(tied[0], tuple(tied[1:]), default)
 
@@ -177,7 +198,7 @@ class Sheet:
     points: tuple[Point, ...]
 
     @cached_property
-    def answer(self) -> Answer:
+    def answer(self) -> Answer[Point]:
         """Return the cheapest point within the tolerance, and whether the default is it."""
         default = next((p for p in self.points if self.scene.default.names(p)), None)
         return Answer.among([p for p in self.competing if self.passes(p)], default)
@@ -218,7 +239,7 @@ class Choice:
         return sum(sheet.passes(found) for sheet, found in self.serving(point))
 
     @cached_property
-    def answer(self) -> Answer:
+    def answer(self) -> Answer[Point]:
         """Return the cheapest of those that are within the tolerance in the most sheets."""
         found = [self._overall(p) for p in self.sheets[0].competing]
         default = next((p for p in found if self.sheets[0].scene.default.names(p)), None)

@@ -11,6 +11,16 @@ from hapkit_studio.cli import main
 CHARTS = tuple(accuracy.plans())
 # other programs may disturb a measurement, never three in a row
 TRIES = 3
+# a hand on the puck feels more than these say: what it feels decides, see the tests of the chain
+BY_HAND = {"contact", "stick_slip"}
+
+
+def right(choice):
+    """Return whether a default is as cheap as any, or where a hand decides, within the tolerance."""
+    keys = {sheet.scene.key for sheet in choice.sheets}
+    return choice.answer.tied or (
+        keys <= BY_HAND and choice.passed(choice.answer.default) == len(choice.sheets)
+    )
 
 
 @pytest.mark.alone
@@ -18,7 +28,7 @@ TRIES = 3
 def test_nothing_is_within_the_tolerance_in_more_scenes_and_costs_less_than_the_default(chart):
     for _ in range(TRIES):
         choices = accuracy.compute([chart]).charts[0].choices
-        wrong = [choice for choice in choices if not choice.answer.tied]
+        wrong = [choice for choice in choices if not right(choice)]
         if not wrong:
             break
     assert [words.reason(choice) for choice in wrong] == []
