@@ -5,7 +5,7 @@ from functools import partial
 
 from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
-from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QTabBar, QWidget
+from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QWidget
 
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.devices.serial_ports import is_path
@@ -14,6 +14,7 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import across
 from hapkit_studio.gui.widgets.style import mark
+from hapkit_studio.gui.widgets.tabs import Tabs
 from hapkit_studio.gui.widgets.theme import theme
 
 _DOT = {"running": "ok", "failed": "danger"}  # warn else
@@ -208,9 +209,8 @@ class Header(QWidget):
         self.setObjectName("header")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.devices = DeviceList(studio)
-        self.tabs = QTabBar(drawBase=False, expanding=False, usesScrollButtons=True)
+        self.tabs = Tabs()
         self.tabs.setAccessibleName("Views")
-        self.tabs.setElideMode(Qt.TextElideMode.ElideNone)
         self.tabs.addTab("Live")
         self.pause = ShortcutButton("pause", "Pause", "Space")
         self.pause.setAccessibleName("Pause the picture")
@@ -220,7 +220,6 @@ class Header(QWidget):
         self.record.setToolTip("Write all that comes from the device into a session of its own (R)")
         self.record.clicked.connect(self.record_pressed)
         self._recording: tuple = ()
-        self._has_law = False
         self.panel = ShortcutButton("sidebar", "Panel", "F4")
         self.panel.setToolTip("Parameters, loop, stability (F4)")
         self.panel.clicked.connect(self.panel_pressed)
@@ -282,13 +281,5 @@ class Header(QWidget):
             button.set_cap(self._has_caps and not button.property("recording"))
             button.picture.setHidden(self._compact)
         self.devices.setMinimumWidth(theme.px(breakpoints.GALLERY) - 24 if self._has_caps else 0)
-        self._fit_tabs()
+        mark(self.tabs, "compact", self._compact)
         super().resizeEvent(event)
-
-    def show_law(self, on: bool) -> None:
-        """Let the tabs stand closer where a law is one more."""
-        self._has_law = on
-        self._fit_tabs()
-
-    def _fit_tabs(self) -> None:
-        mark(self.tabs, "compact", self._compact or (self._has_law and not self._has_caps))

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from PySide6.QtCore import QObject
-from PySide6.QtWidgets import QTabBar, QWidget
+from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.gui import pages
 from hapkit_studio.gui.editor.controller import EditorController
@@ -11,6 +11,7 @@ from hapkit_studio.gui.live.centre import Centre
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.pages.base import Page
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.tabs import Tabs
 
 LIVE, LAW = "live", "law"
 
@@ -25,7 +26,7 @@ class Views(QObject):
         self,
         studio: Studio,
         live: Live,
-        bar: QTabBar,
+        bar: Tabs,
         centre: Centre,
         editor: EditorController,
         show_side: Callable[[QWidget | None], None],
@@ -38,6 +39,7 @@ class Views(QObject):
         self._shown: Page | None = None
         self.covered = False
         """Whether no other view than Live can be shown, and the side stays."""
+        self._bar.kept = LAW
         self._bar.setTabData(0, LIVE)
         for key, tab in self._library.items():
             self._bar.setTabData(self._bar.addTab(tab.title), key)

@@ -135,7 +135,6 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(self.body)
         self.gallery.order()
         self.panel.parameters.order()
-        self.editor.shown.connect(self.header.show_law)  # first: a tab that comes has all laid out anew
         self.views = Views(studio, self.live, self.header.tabs, self.centre, self.editor, self.body.show_side)
         self.record_display = RecordingDisplay(
             studio.recording, self.live, self.header, self.status, self.banners,

@@ -128,20 +128,46 @@ def test_nothing_is_cut_off_or_overlaps(window, qapp, quick):
             assert window.header.stop.height() >= 0.95 * 40 * breakpoints.scale(*size)  # its rim stays
             assert window.header.devices.isVisible()
             assert window.status.clamp.isVisible()
-            assert size[0] < 1280 or window.header.tabs.sizeHint().width() <= window.header.tabs.width()
+            assert every_view_is_offered(window)
 
 
-def test_every_tab_is_seen_beside_that_of_a_law(window, qapp):
+def every_view_is_offered(window):
+    """Return whether each tab is seen whole, or its name stands in the menu at their end."""
     tabs = window.header.tabs
-    for size in ((1440, 900), (1280, 720)):
+    seen = [index for index in range(tabs.count()) if tabs.isTabVisible(index)]
+    in_menu = [tabs.tabText(index) for index in range(tabs.count()) if index not in seen]
+    end = tabs.more.geometry().right() if in_menu else tabs.tabRect(seen[-1]).right()
+    assert tabs.more.isVisible() == bool(in_menu)
+    assert in_menu == [action.text() for action in tabs.menu.actions()]
+    assert {0, tabs.currentIndex()} <= set(seen)
+    return tabs.tabRect(0).left() >= 0 and end <= tabs.width()
+
+
+def test_every_view_is_offered_beside_a_law_whose_tab_stays(window, qapp):
+    tabs = window.header.tabs
+    for size in ((1920, 1080), (1280, 720), (1024, 640)):
         settle(qapp, window, size)
         for law in (True, False):
             window.editor.shown.emit(law)
             qapp.processEvents()
             assert (window.views.key == "law") == law
-            assert tabs.tabRect(0).left() >= 0
-            assert tabs.tabRect(tabs.count() - 1).right() <= tabs.width()
-        assert not tabs.property("compact")
+            assert every_view_is_offered(window)
+            if law:
+                window.views.show("live")
+                qapp.processEvents()
+                assert tabs.isTabVisible(tabs.count() - 1)
+                assert every_view_is_offered(window)
+
+
+def test_a_view_from_the_menu_is_shown_with_its_tab(window, qapp):
+    settle(qapp, window, (1280, 720))
+    tabs = window.header.tabs
+    last = tabs.menu.actions()[-1]
+    assert last.text() == "Sessions"
+    last.trigger()
+    qapp.processEvents()
+    assert window.views.key == "sessions"
+    assert every_view_is_offered(window)
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1440, 1200)])

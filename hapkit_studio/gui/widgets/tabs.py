@@ -1,0 +1,78 @@
+"""Tabs, those for which there is no room in a menu at their end."""
+
+from functools import partial
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtWidgets import QMenu, QPushButton, QTabBar, QWidget
+
+from hapkit_studio.gui.widgets import icons
+
+
+class Tabs(QTabBar):
+    """A row of tabs. The last ones give way to a menu, never the first, the current, or the one ``kept``.
+
+    kept: a tab's data.
+    """
+
+    _fitting = True  # until all is there
+
+    def __init__(self, parent: QWidget | None = None):
+        super().__init__(parent, drawBase=False, expanding=False, usesScrollButtons=False)
+        self.setElideMode(Qt.TextElideMode.ElideNone)
+        self.kept: object = None
+        self.more = QPushButton("More", self)
+        self.more.setAccessibleName("More views")
+        self.more.setToolTip("Views for which there is no room")
+        self.more.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.more.setProperty("flat", True)
+        self.more.setLayoutDirection(Qt.LayoutDirection.RightToLeft)
+        icons.bind(self.more, "chevron_down", "ink2", 16)
+        self.menu = QMenu(self)
+        self.more.clicked.connect(
+            lambda: self.menu.popup(self.mapToGlobal(self.more.geometry().bottomLeft()))
+        )
+        self.currentChanged.connect(self._fit)
+        self._fitting = False
+
+    def sizeHint(self) -> QSize:
+        return QSize(sum(self._widths()), super().sizeHint().height())
+
+    def minimumSizeHint(self) -> QSize:
+        return QSize(self.more.sizeHint().width(), super().minimumSizeHint().height())
+
+    def tabLayoutChange(self) -> None:
+        self._fit()
+
+    def resizeEvent(self, event) -> None:
+        super().resizeEvent(event)
+        self._fit()
+
+    def _widths(self) -> list[int]:
+        return [self.tabSizeHint(index).width() for index in range(self.count())]
+
+    def _fit(self) -> None:
+        """Show as many tabs as there is room for, and offer the others in the menu."""
+        if self._fitting:  # each tab that is shown or hidden lays all out anew
+            return
+        self._fitting = True
+        widths, button = self._widths(), self.more.sizeHint()
+        room, hidden = self.width(), set[int]()
+        for index in reversed(range(1, self.count())):
+            left = sum(widths) - sum(widths[i] for i in hidden) + (button.width() if hidden else 0)
+            if left <= room:
+                break
+            if index != self.currentIndex() and (self.kept is None or self.tabData(index) != self.kept):
+                hidden.add(index)
+        for index in range(self.count()):
+            if self.isTabVisible(index) == (index in hidden):  # Qt forgets a change before one that is none
+                self.setTabVisible(index, index not in hidden)
+        self._offer(sorted(hidden))
+        shown = sum(width for index, width in enumerate(widths) if index not in hidden)
+        self.more.setGeometry(shown, (self.height() - button.height()) // 2, button.width(), button.height())
+        self.more.setVisible(bool(hidden))
+        self._fitting = False
+
+    def _offer(self, hidden: list[int]) -> None:
+        self.menu.clear()
+        for index in hidden:
+            self.menu.addAction(self.tabText(index)).triggered.connect(partial(self.setCurrentIndex, index))
