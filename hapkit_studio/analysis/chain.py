@@ -272,18 +272,11 @@ def _rendered(
     return out[moments.astype(int)]
 
 
-def _told(question: Question, name: str, exact: np.ndarray, other: np.ndarray) -> perception.Difference:
-    """Return what is told apart of two runs, before a hand lets go and after."""
-    environment, release = question.environment, hand_named(name).release
-    named = [key.removeprefix(fidelity.COUNT) for key in environment.outcomes if fidelity.COUNT in key]
-    counts = [rows.STATE + environment.state_names.index(state) for state in named]
-    split = len(exact) if math.isinf(release) else round(release * perception.RATE)
-    found = [
-        perception.difference(exact[part], other[part], held=held, counts=counts)
-        for part, held in ((slice(split), True), (slice(split, None), False))
-        if len(exact[part])
-    ]
-    return max(found, key=lambda difference: difference.most)
+def _told(environment: Environment, name: str, exact: np.ndarray, other: np.ndarray) -> perception.Difference:
+    """Return what is told apart of two runs under a hand."""
+    outcomes = [fidelity.outcome_named(key, environment.state_names) for key in environment.outcomes]
+    counts = [outcome.column for outcome in outcomes if outcome.column is not None]
+    return perception.difference_under(hand_named(name), exact, other, counts)
 
 
 def _rms(values: np.ndarray) -> float:
@@ -393,7 +386,7 @@ def _errors(
         reference, found = exact(rate, delay, name), _rendered(question, options, spec, rate, delay, name)
         forces.append(_rms(found[:, rows.APPLIED] - reference[:, rows.APPLIED]))
         velocities.append(_rms(found[:, rows.VELOCITY] - found[:, rows.TRUE_VELOCITY]))
-        told = _told(question, name, reference, found)
+        told = _told(question.environment, name, reference, found)
         felt.append((told.most, told.word, name))
     return max(forces), max(velocities), *max(felt)
 
