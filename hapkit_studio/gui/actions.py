@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
@@ -126,7 +126,7 @@ def _may_play(window: "MainWindow") -> bool:
 def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
     """Return all actions, one per environment among them."""
     views = [("live", "Live"), *((tab.key, tab.title) for tab in pages.discover().values())]
-    tabs = [(key, title, f"Ctrl+{place}") for place, (key, title) in enumerate(views, 1)]
+    tabs = [(key, title, f"Ctrl+{place % 10}") for place, (key, title) in enumerate(views, 1)]
     laws = [(e.key, e.title, e.shortcut) for e in environments]
     return (
         *_SESSION,
@@ -318,16 +318,8 @@ _DEVICE = (
 )  # fmt: skip
 
 
-def _chain_page(window: "MainWindow") -> "ChainPage | None":
-    from hapkit_studio.gui.pages.chain import ChainPage  # late: its panel needs this table
-
-    page = window.views.shown
-    return page if isinstance(page, ChainPage) and page.use_button.isEnabled() else None
-
-
-def _use_method(window: "MainWindow") -> None:
-    if page := _chain_page(window):
-        page.use()
+def _has_method(window: "MainWindow") -> bool:
+    return window.views.key == "chain" and cast("ChainPage", window.views.shown).use_button.isEnabled()
 
 
 _ENVIRONMENT = (
@@ -348,8 +340,8 @@ _ENVIRONMENT = (
         enabled=lambda w: bool(w.presets.different),
     ),
     Action(
-        "environment.use_method", "Use the cheapest sufficient method", _use_method,
-        enabled=lambda w: _chain_page(w) is not None,
+        "environment.use_method", "Use the cheapest sufficient method",
+        lambda w: cast("ChainPage", w.views.shown).use(), enabled=_has_method,
     ),
     Action("environment.import_preset", "Import preset…", lambda w: w.presets.bring()),
     Action("environment.new", "New environment…", lambda w: w.editor.begin_new(), "Ctrl+N", rule=True),
