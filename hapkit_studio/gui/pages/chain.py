@@ -93,13 +93,12 @@ class ChainPage(MeasuringPage):
     def question(self) -> Question:
         """Return the scene and loop as they are set, on the device in use."""
         studio, engine = self._studio, self._studio.engine
-        loop, device = studio.loop, SimulatedHapkit()
+        loop, device = studio.loop, SimulatedHapkit()  # with all that the scene in sight may go without
         here = Place(COMPUTER, loop.rate, loop.delay)
-        if engine is not None:
+        if engine is not None and not engine.device.simulated:
             kit = engine.device
             device = replace(device, mass=kit.mass, damping=kit.viscous, quantum=kit.quantum)
-            if not kit.simulated:
-                here = Place(COMPUTER, engine.loop.rate, steady_delay(engine, COMPUTER))
+            here = Place(COMPUTER, engine.loop.rate, steady_delay(engine, COMPUTER))
         places = here, Place(BOARD, loop.board_rate or chain.ON_BOARD.rate)
         return Question(studio.environment, dict(studio.values), loop.spec, places, device)
 
