@@ -46,9 +46,11 @@ TERMS: dict[str, Term] = {
         Term("filter", "velocity filter"),
     )
 }
-# What a live loop may leave out: a released handle has no other mass, the force limit is the last line of
-# safety, and sampling, delay and filter are the person's own settings.
-OPTIONAL = ("viscous", "coulomb", "quantization")
+# What a live loop may leave out: a released handle has no other mass, plots and velocity filters show the
+# sensor's steps, the force limit is the last line of safety, and sampling, delay and filter are the person's
+# own settings.
+OPTIONAL = ("viscous", "coulomb")
+MODELLED = ("mass", *OPTIONAL, "quantization")
 # What a person chooses between: what the scene needs, all of it, or all but dry friction.
 MODELS = ("scene", "everything", "frictionless")
 
@@ -110,9 +112,9 @@ class SimulatedHapkit:
         return replace(self, **{t.field: t.off for t in gone if t.field})
 
     def reduced(self, needs: Iterable[str]) -> "SimulatedHapkit":
-        """Return the device that a scene needs: damping, friction and sensor steps only where it names them.
+        """Return the device that a scene needs: damping and friction only where it names them.
 
-        Mass and force limit stay. A scene that names nothing was never looked at and gets everything.
+        All else stays. A scene that names nothing was never looked at and gets everything.
         Raise ParameterError.
         """
         needed = {term(key).key for key in needs}

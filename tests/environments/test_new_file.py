@@ -38,7 +38,7 @@ ENVIRONMENT = Environment(
     impedance=lambda p: (p["strength"] / p["reach"] ** 2, 0.0),
     outcomes=("peak_force", "final_position"),
     hands=("released", "stroke"),
-    needs=("viscous", "coulomb", "quantization", "sampling", "delay"),
+    needs=("mass", "viscous", "coulomb", "delay"),
 )
 '''
 OF_ALL = "library or gallery or actions or drawing or up_to_date or every_word"

@@ -28,9 +28,9 @@ _READ = (
     "frequency, 20 ms of an event. Above one the scene needs the term."
 )
 _LIVE = (
-    "With the parameters that a scene starts with, the simulated device of the window models only what the "
-    "scene needs; with others, everything. To model everything always, open Loop, More in the panel of the "
-    "Live view."
+    "The simulated device of the window does without its own damping and friction where a scene does not "
+    "need them with the parameters it starts with. All else it always has: plots and velocity filters show "
+    "the sensor's steps. To model everything always, open Loop, More in the panel of the Live view."
 )
 
 

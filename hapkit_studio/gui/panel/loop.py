@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QSettings, Signal
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
-from hapkit_studio.devices.simulated import MODELS, OPTIONAL, TERMS
+from hapkit_studio.devices.simulated import MODELLED, MODELS, OPTIONAL, TERMS
 from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, parse
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.environments.base import Environment, Values
@@ -77,7 +77,7 @@ class ModelLine(QWidget):
         # () was never looked at, and gets everything
         spare = [key for key in OPTIONAL if needs and key not in needs]
         left_out = {"everything": [], "frictionless": ["coulomb"]}.get(model, spare)
-        modelled = [key for key in ("mass", *OPTIONAL) if key not in left_out]
+        modelled = [key for key in MODELLED if key not in left_out]
         self.words.setText(f"Modelled: {_words(modelled) if left_out else 'everything'}")
         self.switch.show_index(MODELS.index(model))
         self.setToolTip(f"<p>{rich(_model_tip(environment.title, spare, judged=bool(needs)))}</p>")
@@ -85,11 +85,11 @@ class ModelLine(QWidget):
 
 def _model_tip(title: str, spare: list[str], judged: bool) -> str:
     """Return what is left out and what it would change."""
-    all_of_it = _words(("mass", *OPTIONAL))
+    all_of_it = _words(MODELLED)
     if not judged:
         return f"{title} was not judged with these parameters, so everything is modelled: {all_of_it}."
     if not spare:
-        return f"{title} needs {all_of_it}: without any one a hand feels a difference."
+        return f"{title} needs {_words(OPTIONAL)}: without either a hand feels a difference."
     return (
         f"{title} does without {_words(spare)}: with the parameters it starts with, no hand feels a "
         "difference. With others everything is modelled."

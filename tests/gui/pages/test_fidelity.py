@@ -13,13 +13,13 @@ from tests.gui.test_layout import resize
 
 
 def made_up(scene: str) -> Fidelity:
-    """Return a judgement in which each term changes a tenth more than the one before, the last nothing."""
-    changes = [0.1 * (k + 1) for k in range(len(TERMS) - 1)] + [0.0]
+    """Return a judgement in which each term is felt 0.3 JND less than the one before, the last not at all."""
+    felt = [2.1 - 0.3 * k for k in range(len(TERMS) - 1)] + [0.0]
     effects = tuple(
-        Effect(scene, key, change, "peak_force", "press", 100.0, 50.0)
-        for key, change in zip(TERMS, changes, strict=True)
+        Effect(scene, key, jnd, "force", "press", 0.1 * jnd, "peak_force", 100.0, 50.0)
+        for key, jnd in zip(TERMS, felt, strict=True)
     )
-    return Fidelity(scene, effects, effects[-1])
+    return Fidelity(scene, effects, tuple(TERMS)[:4], effects[-1])
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,8 @@ def test_a_cell_is_told_in_words_by_keys_and_clicks(page):
     QTest.mouseClick(page.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
     assert page.side.heading.text() == "Free without sensor steps"
     told = dict(page.details.pairs)
-    assert (told["Largest change"], told["100 % is"]) == ("40 %", "largest force, at least 0.3 N")
+    assert (told["Felt"], told["As a"], told["With the hand"]) == ("1.2 JND", "force", "press")
+    assert (told["Largest change"], told["100 % is"]) == ("12 %", "largest force, at least 0.3 N")
     assert told["Computing time"] == "0.50 of that with it"
 
 

@@ -9,7 +9,6 @@ from hapkit_studio.gui.panel.loop import ModelLine
 
 FREE = environments.named("free")
 WHOLE = "Modelled: everything"
-TERMS = "mass, damping, friction, sensor steps"
 
 
 def scene(*needs):
@@ -27,15 +26,10 @@ def line(qtbot):
 @pytest.mark.parametrize(
     ("needs", "model", "words", "tip"),
     [
-        (
-            ("mass", "viscous", "coulomb"),
-            "scene",
-            "Modelled: mass, damping, friction",
-            "without sensor steps:",
-        ),
-        (("mass", "viscous", "coulomb"), "everything", WHOLE, "no hand feels"),
-        (("mass", "viscous", "coulomb", "quantization"), "scene", WHOLE, f"Free needs {TERMS}:"),
-        (("quantization", "sampling"), "scene", "Modelled: mass, sensor steps", "no hand feels"),
+        (("mass", "viscous"), "scene", "Modelled: mass, damping, sensor steps", "without friction:"),
+        (("mass", "viscous"), "everything", WHOLE, "no hand feels"),
+        (("mass", "viscous", "coulomb"), "scene", WHOLE, "Free needs damping, friction:"),
+        (("delay", "sampling"), "scene", "Modelled: mass, sensor steps", "no hand feels"),
         (("mass", "coulomb"), "frictionless", "Modelled: mass, damping, sensor steps", "no hand feels"),
         ((), "scene", WHOLE, "not judged with these"),
     ],
@@ -63,15 +57,14 @@ def test_a_person_switches_and_showing_does_not(kept_window):
     assert studio.loop.model == "everything"
 
 
-def test_at_other_parameters_everything_is_modelled(kept_window):
-    """What a scene needs was judged with those that it starts with; a stiffer one may show sensor steps."""
-    studio, line = kept_window.studio, kept_window.loop.model
-    studio.choose("wall")
-    assert (studio.engine.modelled.quantum, line.words.text()) == (0.0, "Modelled: mass, damping, friction")
-    studio.set_value("stiffness", 1000.0)
-    assert (studio.engine.modelled.quantum, line.words.text()) == (studio.engine.device.quantum, WHOLE)
-    studio.set_value("stiffness", studio.environment.values()["stiffness"])
-    assert studio.engine.modelled.quantum == 0.0
+@pytest.mark.parametrize(
+    ("stiffness", "words"), [(None, "Modelled: mass, damping, sensor steps"), (100.0, WHOLE)]
+)
+def test_at_other_parameters_everything_is_modelled(line, stiffness, words):
+    """What a scene needs was judged with those that it starts with; a softer one may show friction."""
+    wall = replace(environments.named("wall"), needs=("mass", "viscous"))
+    line.show_model(wall, wall.values({"stiffness": stiffness} if stiffness else {}), "scene", simulated=True)
+    assert line.words.text() == words
 
 
 def test_a_swing_with_and_without_friction_is_one_click_apart_and_one_undo_back(kept_window):

@@ -129,7 +129,7 @@ def test_the_limit_with_a_kalman_filter_is_that_of_the_devices_own_sensor(window
 def test_a_scene_is_judged_as_it_is_modelled(window, monkeypatch):
     facts, bare = window.panel.stability.facts, replace(SPRING, needs=("mass", "viscous"))
     window.studio.choose("spring")
-    for environment, friction, step in ((SPRING, 0.10, 20.7e-6), (bare, 0.0, 0.0)):  # the usual Hapkit's
+    for environment, friction, step in ((SPRING, 0.10, 20.7e-6), (bare, 0.0, 20.7e-6)):  # the usual Hapkit's
         monkeypatch.setattr(type(window.studio.engine), "environment", environment)
         assert (facts.setting().coulomb, facts.setting().quantum) == (friction, step)
 
