@@ -19,6 +19,7 @@ from hapkit_studio.errors import StudioError
 
 Progress = Callable[[int, int], None]
 Task = Callable[[list], list]
+Keep = Callable[[Sequence, list], None]
 
 # A chunk takes about this long, and progress is told at least every LOOK.
 CHUNK_SECONDS = 0.1
@@ -53,6 +54,7 @@ def sweep(
     executor: Executor | None = None,
     progress: Progress = no_progress,
     chunk: int | None = None,
+    keep: Keep | None = None,
 ) -> list:
     """Return task's result of every cell, in the order of the cells.
 
@@ -60,15 +62,16 @@ def sweep(
     and results are numbers and names, for they may travel to another machine. executor: None for threads
     on every core below everything else, which pays where the task is compiled. progress is called in the
     calling thread; what it raises, and what a task raises, comes out once the waiting chunks are cancelled.
-    chunk: how many cells travel together, None for what takes about 0.1 s. Raise ParameterError.
+    chunk: how many cells travel together, None for what takes about 0.1 s. keep is given each chunk's cells
+    and results as they come, in the calling thread; nothing is collected then. Raise ParameterError.
     """
     if chunk is not None:
         chunk = whole_number(chunk, "A chunk", 1)
     if executor is not None:
-        return _swept(task, cells, executor, progress, chunk)
+        return _swept(task, cells, executor, progress, chunk, keep)
     count = min(workers(), max(len(cells), 1))
     with ThreadPoolExecutor(count, "hapkit-sweep", initializer=low_priority) as threads:
-        return _swept(task, cells, threads, progress, chunk)
+        return _swept(task, cells, threads, progress, chunk, keep)
 
 
 def timed(task: Task, cells: list) -> tuple[list, float]:
@@ -78,9 +81,11 @@ def timed(task: Task, cells: list) -> tuple[list, float]:
     return results, time.perf_counter() - begin
 
 
-def _swept(task: Task, cells: Sequence, executor: Executor, progress: Progress, chunk: int | None) -> list:
+def _swept(
+    task: Task, cells: Sequence, executor: Executor, progress: Progress, chunk: int | None, keep: Keep | None
+) -> list:
     """Send chunks, few at a time, and put what comes back in its place; a lost chunk is sent again."""
-    results: list = [None] * len(cells)
+    results: list = [] if keep else [None] * len(cells)
     under_way: dict[Future, tuple[int, int]] = {}
     losses: Counter[int] = Counter()
     size, sent, done = 1, 0, 0
@@ -111,7 +116,10 @@ def _swept(task: Task, cells: Sequence, executor: Executor, progress: Progress, 
                 found, seconds = future.result()
                 if len(found) != last - first:
                     raise ValueError(f"The task gave {len(found)} results for {last - first} cells.")
-                results[first:last] = found
+                if keep:
+                    keep(cells[first:last], found)
+                else:
+                    results[first:last] = found
                 done += last - first
                 growth = CHUNK_SECONDS / seconds if seconds > 0.0 else _GROWTH
                 size = max(int((last - first) * min(growth, _GROWTH)), 1)

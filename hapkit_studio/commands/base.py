@@ -21,6 +21,7 @@ from hapkit_studio.workshop import reading, trial
 from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source, visible_text
 
 QUIET_SECONDS = 1.0
+_BAR = 20
 
 
 Option = tuple[tuple[str, ...], dict[str, Any]]
@@ -71,16 +72,25 @@ class Command:
     order: int = 100
 
 
+def span(seconds: float) -> str:
+    """Write a time roughly, in a unit of which it is several: "40 s", "3 min", "2.5 h"."""
+    size, unit = next((u for u in ((3600.0, "h"), (60.0, "min")) if seconds >= 1.5 * u[0]), (1.0, "s"))
+    return f"{seconds / size:.2g} {unit}"
+
+
 def progress_line(what: str) -> Callable[[int, int], None]:
     """Return a progress callback (done, of) that keeps one line on a terminal, once the work takes long."""
-    begin = time.monotonic()
+    begin, first = time.monotonic(), list[int]()
 
     def say(done: int, of: int) -> None:
-        if time.monotonic() - begin < QUIET_SECONDS or not sys.stderr.isatty():
+        first[:] = first or [done]  # what was there before has cost nothing
+        spent, new = time.monotonic() - begin, done - first[0]
+        if spent < QUIET_SECONDS or not sys.stderr.isatty():
             return
         last = done >= of
-        line = f"{what}: {done} of {of}"
-        print(f"\r{'' if last else line:<60}", end="\r" if last else "", file=sys.stderr, flush=True)
+        left = f", {span(spent * (of - done) / new)} left" if new else ""
+        line = f"{what}: {'█' * (_BAR * done // of):░<{_BAR}} {done:,} of {of:,}{left}"
+        print(f"\r{'' if last else line:<79}", end="\r" if last else "", file=sys.stderr, flush=True)
 
     return say
 

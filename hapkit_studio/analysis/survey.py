@@ -1,0 +1,161 @@
+"""How stiff every loop may be: estimator × rate × delay × hand × damping, millions of points in one file.
+
+A point is the exact stiffness limit in N/m of one loop with the usual handle; a row is one loop with all
+dampings of scenes, computed together. Rows go through a sweep, here or on a cluster, and each chunk is
+written as it comes: whatever ends the work, the same call goes on from there.
+"""
+
+import json
+import sqlite3
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import closing, contextmanager
+from dataclasses import astuple, dataclass
+from functools import partial
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.hands import DAMPING, MASS, STIFFNESS
+from hapkit_studio.analysis.stability.limits import checked_loop
+from hapkit_studio.analysis.sweeps import Progress, no_progress, sweep
+from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.dynamics.hand import GRIPS, Grip
+from hapkit_studio.dynamics.sampled_loop import stiffness_limits
+from hapkit_studio.errors import StudioError
+
+Hand = tuple[float, float, float]
+"""Mass in kg, damping in N·s/m, stiffness in N/m; all 0: nobody holds the handle."""
+_MARK = 0x48504C53  # SQLite's application_id: whose file it is
+_NUMBER = np.dtype("<f4")
+_RATES, _DELAYS, _DAMPINGS = (250.0, 10_000.0), (0.0, 5e-3), (0.0, 20.0)
+
+
+class SurveyError(StudioError):
+    """A file is no survey, or another one; the text says which."""
+
+
+@dataclass(frozen=True)
+class Axes:
+    """What is varied: estimators by name, rates in Hz, delays in s, hands, dampings of scenes in N·s/m."""
+
+    estimators: tuple[str, ...]
+    rates: tuple[float, ...]
+    delays: tuple[float, ...]
+    hands: tuple[Hand, ...]
+    damping: tuple[float, ...]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Return the number of values along each axis; all but the last number the rows."""
+        return tuple(map(len, astuple(self)))
+
+    @property
+    def words(self) -> str:
+        """Write how many values each axis has."""
+        names = "estimators", "rates", "delays", "hands", "dampings"
+        return " × ".join(f"{count} {name}" for count, name in zip(self.shape, names, strict=True))
+
+    def limits(self, row: int) -> np.ndarray:
+        """Return a row's limits (dampings,) in N/m: 0 where the damping alone is unstable."""
+        e, r, d, h = (int(k) for k in np.unravel_index(row, self.shape[:-1]))
+        usual, hand = Setting(), self.hands[h]
+        sampling = self.rates[r], self.delays[d], self.estimators[e]
+        grip = Grip(*hand) if any(hand) else None
+        loop = checked_loop(usual.mass, usual.viscous, 0.0, *sampling, grip, usual.quantum)
+        return stiffness_limits(loop, np.array(self.damping))
+
+
+def usual_axes(rates: int = 25, delays: int = 20) -> Axes:
+    """Return axes with so many rates and delays, every linear estimator, 20 hands and 25 dampings."""
+    grips = [(g.mass, g.damping, g.stiffness) if g else (0.0, 0.0, 0.0) for g in GRIPS.values()]
+    people = product(np.geomspace(*MASS, 4).tolist(), DAMPING, STIFFNESS)
+    return Axes(
+        tuple(key for key, method in ESTIMATORS.items() if method.response is not None),
+        tuple(np.geomspace(*_RATES, rates).tolist()),
+        tuple(np.linspace(*_DELAYS, delays).tolist()),
+        (*grips, *people),
+        tuple(np.linspace(*_DAMPINGS, 25).tolist()),
+    )
+
+
+def compute_rows(axes: Axes, rows: Sequence[int]) -> list[bytes]:
+    """Return each row's limits as float32: the task of the sweep."""
+    return [axes.limits(row).astype(_NUMBER).tobytes() for row in rows]
+
+
+def compute(
+    path: Path, axes: Axes, executor: Executor | None = None, progress: Progress = no_progress
+) -> int:
+    """Compute what a survey's file still misses, and return how many rows; raise SurveyError.
+
+    A new file is made; one of other axes is refused. progress is told of all rows, those that were there too.
+    """
+    with _opened(path, axes) as database:
+        known = {row for (row,) in database.execute("SELECT row FROM limits")}
+        missing = [row for row in range(int(np.prod(axes.shape[:-1]))) if row not in known]
+
+        def keep(rows: Sequence[int], found: list[bytes]) -> None:
+            with database:
+                database.executemany("INSERT INTO limits VALUES (?, ?)", zip(rows, found, strict=True))
+
+        def say(done: int, _of: int) -> None:
+            progress(len(known) + done, len(known) + len(missing))
+
+        sweep(partial(compute_rows, axes), missing, executor=executor, progress=say, keep=keep)
+    return len(missing)
+
+
+def read(path: Path) -> tuple[Axes, np.ndarray]:
+    """Return axes, and limits in N/m in their shape, nan where not yet computed; raise SurveyError."""
+    with _opened(path) as database:
+        axes = _axes(database)
+        table = np.full((int(np.prod(axes.shape[:-1])), axes.shape[-1]), np.nan, _NUMBER)
+        for row, limits in database.execute("SELECT row, limits FROM limits"):
+            table[row] = np.frombuffer(limits, _NUMBER)
+    return axes, table.reshape(axes.shape)
+
+
+def known(limits: np.ndarray) -> int:
+    """Return how many of a survey's limits are computed."""
+    return int(np.count_nonzero(~np.isnan(limits)))
+
+
+def _axes(database: sqlite3.Connection) -> Axes:
+    ((written,),) = database.execute("SELECT axes FROM about")
+    try:
+        estimators, rates, delays, hands, damping = json.loads(written)
+        return Axes(tuple(estimators), tuple(rates), tuple(delays), tuple(map(tuple, hands)), tuple(damping))
+    except (ValueError, TypeError) as error:
+        raise sqlite3.DataError(f"its axes are damaged: {error}") from None
+
+
+@contextmanager
+def _opened(path: Path, axes: Axes | None = None) -> Iterator[sqlite3.Connection]:
+    """Give a survey's file, made anew with axes where there is none; whatever is wrong is a SurveyError."""
+    if axes is None and not path.exists():
+        raise SurveyError(f"There is no survey {path}.")
+    try:
+        with closing(sqlite3.connect(path)) as database:
+            if axes is not None and not database.execute("SELECT name FROM sqlite_master").fetchall():
+                _begin(database, axes)
+            if database.execute("PRAGMA application_id").fetchone() != (_MARK,):
+                raise SurveyError(f"{path.name} is no survey.")
+            there = _axes(database)
+            if axes not in (None, there):
+                raise SurveyError(f"{path.name} holds {there.words}: take these, or another file.")
+            yield database
+    except sqlite3.Error as error:
+        raise SurveyError(f"{path.name} cannot be used: {error}.") from None
+
+
+def _begin(database: sqlite3.Connection, axes: Axes) -> None:
+    database.execute("PRAGMA journal_mode=WAL")
+    database.executescript(
+        f"BEGIN; CREATE TABLE about (axes TEXT); CREATE TABLE limits (row INTEGER PRIMARY KEY, limits BLOB);"
+        f"PRAGMA application_id={_MARK}; COMMIT;"
+    )
+    with database:
+        database.execute("INSERT INTO about VALUES (?)", (json.dumps(astuple(axes)),))

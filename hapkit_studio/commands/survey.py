@@ -1,0 +1,76 @@
+"""The command that computes how stiff millions of loops may be, and goes on with what is in its file."""
+
+import argparse
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import AbstractContextManager
+from multiprocessing import get_context
+from pathlib import Path
+
+from hapkit_studio.analysis.checks import whole_number
+from hapkit_studio.analysis.cluster import cluster
+from hapkit_studio.analysis.sweeps import Progress, low_priority, workers
+from hapkit_studio.commands import base
+from hapkit_studio.formatting import plain
+
+DRAW_SECONDS = 10.0
+
+OPTIONS = (
+    base.option("file", type=Path, help="of the survey: made, or gone on with"),
+    base.option("--rates", type=int, default=25, metavar="N", help="so many from 250 Hz to 10 kHz; 25"),
+    base.option("--delays", type=int, default=20, metavar="N", help="so many up to 5 ms; 20"),
+    base.option("--read", action="store_true", help="compute nothing, show what is there"),
+    base.option("--workers", type=int, metavar="N", help="programs at once; one a core"),
+    base.option("--scheduler", metavar="ADDRESS", help="compute on a cluster: tcp://…"),
+    base.option("--plot", metavar="PATH", help="write a picture, anew while it is computed"),
+)
+
+
+def run(options: argparse.Namespace) -> base.Result:
+    """Compute what is missing; draw it where asked."""
+    from hapkit_studio.analysis import survey  # takes seconds to import
+    from hapkit_studio.charts.survey import survey_figure
+
+    def draw() -> list[str]:
+        return base.drawn(options.plot, survey_figure, survey.read(options.file))
+
+    rows, begin = 0, time.monotonic()
+    if not options.read:
+        counts = [whole_number(getattr(options, name), f"--{name}", 1) for name in ("rates", "delays")]
+        with _executor(options) as executor:
+            rows = survey.compute(options.file, survey.usual_axes(*counts), executor, _progress(draw))
+    seconds = time.monotonic() - begin
+    axes, limits = survey.read(options.file)
+    known, computed = survey.known(limits), rows * axes.shape[-1]
+    text = f"{axes.words}: {known:,} of {limits.size:,} loops known."
+    if computed:
+        each = 1e6 * seconds / computed
+        text += f" {computed:,} computed in {base.span(seconds)}, {each:.3g} µs each."
+    as_json = {"axes": axes, "points": limits.size, "known": known, "computed": computed, "seconds": seconds}
+    return base.with_files(text, plain(as_json), draw())
+
+
+def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor]:
+    if options.scheduler is not None:
+        return cluster(options.scheduler)
+    count = workers() if options.workers is None else whole_number(options.workers, "--workers", 1)
+    # programs, as most of this work holds Python's lock; new ones, as a copy of this one may hold others
+    return ProcessPoolExecutor(count, get_context("spawn"), initializer=low_priority)
+
+
+def _progress(draw: Callable[[], object]) -> Progress:
+    """Return what keeps one line, and draws what there is now and then."""
+    say, drawn = base.progress_line("loops' rows"), time.monotonic()
+
+    def progress(done: int, of: int) -> None:
+        nonlocal drawn
+        say(done, of)
+        if time.monotonic() - drawn > DRAW_SECONDS:
+            draw()
+            drawn = time.monotonic()
+
+    return progress
+
+
+COMMAND = base.Command("survey", "compute how stiff millions of loops may be", run, OPTIONS, 68)
