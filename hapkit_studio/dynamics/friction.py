@@ -55,29 +55,28 @@ def bristle(bend, moved, level, stiffness):
 
 
 @compiled
-def sticking_tether(x, before, anchor, stuck, stiffness, damping, static, kinetic, dt):
-    """Return (force, anchor, stuck): a spring and damper to an anchor that holds up to `static`.
+def sticking_tether(x, before, anchor, slides, stiffness, damping, static, kinetic, dt):
+    """Return (force, anchor, slides): a spring and damper to an anchor that holds up to `static`.
 
-    Beyond that the anchor is dragged along with `kinetic` N > 0 until the tether goes slack: then it sticks
-    again. x and before m, stiffness N/m > 0, damping N·s/m; the implicit step of Kikuuwe et al. 2006.
+    Beyond that the anchor is dragged along with `kinetic` N > 0 until the tether goes slack or turns: then it
+    sticks again. slides has the sign of the force of what slides, 0 where it sticks; x and before m, stiffness
+    N/m > 0, damping N·s/m; the implicit step of Kikuuwe et al. 2006.
     """
-    shock = damping / dt
-    pull = stiffness * (anchor - x) + shock * (before - x)
-    turned = pull * (anchor - before) < 0.0
-    held = stuck > 0.0 or turned or abs(pull) < kinetic - stiffness * SLACK
-    if held and abs(pull) <= max(static, kinetic):
-        return pull, anchor, 1.0
-    force, both = math.copysign(kinetic, pull), stiffness + shock
-    return force, x + math.copysign(kinetic / both, pull) + shock / both * (anchor - before), 0.0
+    lag, taut = damping / (stiffness * dt), kinetic / stiffness
+    stretch = anchor - x + lag * (before - x)
+    if slides * stretch < taut - SLACK and abs(stretch) <= max(static, kinetic) / stiffness:
+        return stiffness * stretch, anchor, 0.0
+    anchor = x + (math.copysign(taut, stretch) + lag * (anchor - before)) / (1.0 + lag)
+    return math.copysign(kinetic, stretch), anchor, math.copysign(1.0, stretch)
 
 
 @compiled
 def banded(x, v, anchor, stiffness, static, kinetic, band):
-    """Return (force, anchor, stuck) by Karnopp's rule: held within a band of speed, sliding beyond it.
+    """Return (force, anchor, slides) by Karnopp's rule: held within a band of speed, sliding beyond it.
 
     It enters the band with a slack tether: one already taut would be energy from nowhere.
     """
     if abs(v) < band:
         hold, anchor = tether(x, anchor, stiffness, static)
-        return hold, anchor, 1.0 if abs(hold) < static else 0.0
-    return -math.copysign(kinetic, v), x, 0.0
+        return hold, anchor, 0.0 if abs(hold) < static else 1.0
+    return -math.copysign(kinetic, v), x, 1.0

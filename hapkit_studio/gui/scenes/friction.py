@@ -35,7 +35,7 @@ def fixed(stage: Stage, values: Values) -> None:
 
 
 def _sticks(motion: Motion) -> bool:
-    return motion.state["started"] > 0.5 and motion.state["stuck"] > 0.5
+    return motion.state["started"] > 0.5 and motion.state["slides"] == 0.0
 
 
 def stretch(motion: Motion) -> float:

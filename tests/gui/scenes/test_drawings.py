@@ -185,14 +185,14 @@ def test_bristles_lean_with_the_tether_and_a_sign_tells_that_they_stick(qtbot):
     view, stage = scene_of(qtbot, "friction", given={"kinetic_force": 0.0})
     row = int(stage.rail - 0.34 * stage.band - 4.5 * stage.u)
 
-    def held(stretch, stuck=1.0):
-        return shot(view, 0.01, state_of("friction", anchor=0.01 + stretch, stuck=stuck, started=1.0))
+    def held(stretch, slides=0.0):
+        return shot(view, 0.01, state_of("friction", anchor=0.01 + stretch, slides=slides, started=1.0))
 
     ends = [np.flatnonzero(has(held(s), "objline", 60)[row]).mean() for s in (-0.0015, 0.0, 0.0008)]
     assert ends[1] == pytest.approx(stage.x(10.0), abs=NEAR)
     # a bristle is a parabola: where it is looked at it has gone 0.70 of the way to its end
     assert np.diff(ends) == pytest.approx(0.70 * stage.per_mm * np.array([1.5, 0.8]), abs=2 * NEAR)
-    held(0.001, stuck=0.0)
+    held(0.001, slides=-1.0)
     words = len(view.text_boxes())
     held(0.001)
     assert len(view.text_boxes()) == words + 1
