@@ -7,10 +7,6 @@ import math
 
 from hapkit_studio.dynamics.jit import compiled
 
-# A dragged tether is as taut as can be, rounding aside: the board's single precision knows a handle's place
-# to 4 nm. This many m slack are more than that, whatever the stiffness, and less than a sensor ever shows.
-SLACK = 2e-8
-
 
 @compiled
 def projected(velocity, limit):
@@ -58,16 +54,18 @@ def bristle(bend, moved, level, stiffness):
 def sticking_tether(x, before, anchor, slides, stiffness, damping, static, kinetic, dt):
     """Return (force, anchor, slides): a spring and damper to an anchor that holds up to `static`.
 
-    Beyond that the anchor is dragged along with `kinetic` N > 0 until the tether goes slack or turns: then it
-    sticks again. slides has the sign of the force of what slides, 0 where it sticks; x and before m, stiffness
-    N/m > 0, damping N·s/m; the implicit step of Kikuuwe et al. 2006.
+    Beyond that it slides, with `kinetic` N > 0, until it turns back: then it sticks to a new anchor, from
+    which the spring pulls with `kinetic`. slides has the sign of the force while it slides, else it is 0;
+    x and before m, stiffness N/m > 0, damping N·s/m.
     """
-    lag, taut = damping / (stiffness * dt), kinetic / stiffness
-    stretch = anchor - x + lag * (before - x)
-    if slides * stretch < taut - SLACK and abs(stretch) <= max(static, kinetic) / stiffness:
-        return stiffness * stretch, anchor, 0.0
-    anchor = x + (math.copysign(taut, stretch) + lag * (anchor - before)) / (1.0 + lag)
-    return math.copysign(kinetic, stretch), anchor, math.copysign(1.0, stretch)
+    if slides != 0.0:
+        if (before - x) * slides >= 0.0:
+            return math.copysign(kinetic, slides), anchor, slides
+        anchor = before + math.copysign(kinetic / stiffness, slides)
+    pull = stiffness * (anchor - x) + damping / dt * (before - x)
+    if abs(pull) <= max(static, kinetic):
+        return pull, anchor, 0.0
+    return math.copysign(kinetic, pull), anchor, math.copysign(1.0, pull)
 
 
 @compiled

@@ -69,8 +69,7 @@ def force(p, s, x, v, dt):
             dry = -math.copysign(kinetic, v)
         s.anchor = x
         s.slides = 1.0
-    if p.model == "projection" or p.model == "lugre":  # no other one looks back
-        s.before = x
+    s.before = x
     return dry - p.viscous * v
 
 

@@ -1,10 +1,12 @@
 """Friction: a brush on rough ground; its bristles lean by the stretch of the tether that holds them."""
 
+import math
+
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainterPath
 
-from hapkit_studio.environments.friction import ENVIRONMENT
+from hapkit_studio.environments.friction import ENVIRONMENT, PROJECTION, TETHER
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values
 from hapkit_studio.gui.scenes.parts import ground
 from hapkit_studio.gui.scenes.stage import Stage
@@ -38,15 +40,18 @@ def _sticks(motion: Motion) -> bool:
     return motion.state["started"] > 0.5 and motion.state["slides"] == 0.0
 
 
-def stretch(motion: Motion) -> float:
-    """Return in mm how far the anchor that holds the bristles' ends lies from the handle."""
+def stretch(values: Values, motion: Motion) -> float:
+    """Return in mm how far what holds the bristles' ends lies from the handle."""
+    slides = motion.state["slides"]
+    if slides and values["model"] in (PROJECTION, TETHER):  # the anchor stays behind
+        return 1e3 * math.copysign(values["kinetic_force"] / values["tether_stiffness"], slides)
     return 1e3 * motion.state["anchor"] - motion.position if motion.state["started"] > 0.5 else 0.0
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw bristles, pad and, while it sticks, what holds it."""
     u, pad = stage.u, _pad(stage, motion)
-    lean = stretch(motion) * stage.per_mm
+    lean = stretch(values, motion) * stage.per_mm
     bent = max(-_REACH * u, min(_REACH * u, lean))
     _bristles(stage, pad, bent)
     if bent != lean:  # the tether goes on to an anchor that is farther than they reach

@@ -2,13 +2,14 @@
 
 import itertools
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PySide6.QtGui import QColor
 
 from hapkit_studio.gui.scenes import base as scenes
-from hapkit_studio.gui.scenes import cat, force_arrow, hard_surface, stage
+from hapkit_studio.gui.scenes import cat, force_arrow, friction, hard_surface, stage
 from hapkit_studio.gui.scenes.base import Motion
 from hapkit_studio.gui.scenes.force_arrow import HEAD
 from hapkit_studio.gui.scenes.parts import BALL
@@ -196,6 +197,14 @@ def test_bristles_lean_with_the_tether_and_a_sign_tells_that_they_stick(qtbot):
     words = len(view.text_boxes())
     held(0.001)
     assert len(view.text_boxes()) == words + 1
+
+
+def test_bristles_lean_by_the_kinetic_force_while_they_slide():
+    """A tether leaves its anchor behind then: 0.4 N on 500 N/m are 0.8 mm, the way that friction pulls."""
+    state = {"anchor": 0.0, "slides": -1.0, "before": 0.02, "started": 1.0}
+    values = LIBRARY["friction"].values()
+    assert friction.stretch(values, SimpleNamespace(position=20.0, state=state)) == pytest.approx(-0.8)
+    assert friction.stretch({**values, "model": 3.0}, SimpleNamespace(position=1.0, state=state)) == -1.0
 
 
 # grounds ----------------------------------------------------------------------------------------
