@@ -19,8 +19,7 @@ from hapkit_studio.parameters import Choice, Parameter
 MODELS = ("coulomb", "smoothed", "karnopp", "stribeck", "projection", "tether", "lugre")
 LABELS = ("Coulomb", "Smoothed", "Karnopp", "Stribeck", "Projection", "Tether", "LuGre")
 COULOMB, SMOOTHED, KARNOPP, STRIBECK, PROJECTION, TETHER, LUGRE = range(len(MODELS))
-# Friction of exactly nothing would have no direction, and what slides could not be seen to turn back.
-# The stiffest tether is stretched by 50 nm then, which the board's single precision can still tell.
+# Friction of exactly nothing has no ratio of kinetic to static.
 LEAST = 1e-3
 
 # LuGre's bristles slide once they bear this much of the kinetic force; all of it they reach only to rounding.
