@@ -76,5 +76,5 @@ def banded(x, v, anchor, stiffness, static, kinetic, band):
     """
     if abs(v) < band:
         hold, anchor = tether(x, anchor, stiffness, static)
-        return hold, anchor, 0.0 if abs(hold) < static else 1.0
-    return -math.copysign(kinetic, v), x, 1.0
+        return hold, anchor, 0.0 if abs(hold) < static else math.copysign(1.0, hold)
+    return -math.copysign(kinetic, v), x, -math.copysign(1.0, v)

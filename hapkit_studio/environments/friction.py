@@ -59,7 +59,7 @@ def force(p, s, x, v, dt):
             dry = -stiffness * bend
             s.anchor = x - bend
             level = SLIDING * kinetic
-        s.slides = 0.0 if abs(dry) < level else 1.0
+        s.slides = 0.0 if abs(dry) < level else math.copysign(1.0, dry)
     else:
         dry = 0.0
         if p.model == "smoothed":
@@ -67,7 +67,7 @@ def force(p, s, x, v, dt):
         elif v != 0.0:
             dry = -math.copysign(kinetic, v)
         s.anchor = x
-        s.slides = 1.0
+        s.slides = 0.0
     s.before = x
     return dry - p.viscous * v
 

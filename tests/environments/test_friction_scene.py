@@ -11,7 +11,7 @@ from hapkit_studio.environments.base import Conditions
 from hapkit_studio.environments.friction import MODELS
 from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
-from tests.environments.calling import LIBRARY, along, warned
+from tests.environments.calling import LIBRARY, along, call, warned
 
 FRICTION = LIBRARY["friction"]
 HOLDING = ("stribeck", "projection", "tether", "lugre")
@@ -173,6 +173,14 @@ def test_it_takes_hold_where_the_handle_is(model):
     got, states = along("friction", [0.03, 0.03], model=model)
     assert not got.any()
     assert (states[:, 0] == 0.03).all()
+
+
+@pytest.mark.parametrize("model", ["coulomb", "smoothed"])
+def test_a_tether_that_takes_over_at_rest_pulls_nowhere(model):
+    state = None
+    for chosen in (model, model, "tether"):
+        got, state, _ = call(FRICTION, FRICTION.values({"model": chosen}), 0.01, 0.0, state)
+    assert got == 0.0
 
 
 @pytest.mark.parametrize("model", MODELS)
