@@ -16,7 +16,7 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.limits import checked_loop
 from hapkit_studio.analysis.stability.objects import first_limit
-from hapkit_studio.dynamics.sample_matrix import radius, sample_matrix, spring, used
+from hapkit_studio.dynamics.sample_matrix import radius, sample_matrix, spring, used, without_law
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
 
@@ -63,12 +63,10 @@ def mean_square_limit(setting: Setting, damping: float, timing: Timing) -> float
         setting.quantum,
     )  # fmt: skip
     pairs, share = timing.common(setting.period)
-    free, sprung = (
-        np.array([sample_matrix(loop, spring(k, damping), 0, *pair) for pair in pairs.tolist()])
-        for k in (0.0, 1.0)
-    )
-    both = used(np.concatenate([free, sprung]))
-    free, slope = both[: len(pairs)], both[len(pairs) :] - both[: len(pairs)]
+    maps = [(without_law(loop, 0, *pair), pair[0]) for pair in pairs.tolist()]
+    both = [sample_matrix(free, spring(k, damping), 0, period) for k in (0.0, 1.0) for free, period in maps]
+    free, sprung = np.split(used(np.array(both)), 2)
+    slope = sprung - free
 
     def products(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         size = a.shape[-1] ** 2

@@ -14,11 +14,11 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.checks import bisected
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.limits import checked_loop
-from hapkit_studio.dynamics.sample_matrix import COUPLED, coupled, radius, sample_matrix, used
+from hapkit_studio.dynamics.sample_matrix import COUPLED, coupled, radius, sample_matrix, used, without_law
 from hapkit_studio.errors import ParameterError
 
 OBJECTS = "mass_spring_damper", "puck"
-_SOFTEST, _STIFFEST, _SCAN, _HALVINGS = 1.0, 1e7, 141, 40
+_SOFTEST, _STIFFEST, _SCAN, _HALVINGS = 1.0, 1e7, 141, 20
 # An object that nothing holds may lie anywhere: that root is 1, and is no growth.
 _STILL = 1.0 + 1e-9
 
@@ -41,10 +41,11 @@ def contact_limit(setting: Setting, key: str, values: Mapping[str, object]) -> f
     )  # fmt: skip
     late = setting.delay % setting.period
     late = 0.0 if min(late, setting.period - late) < 1e-9 * setting.period else late
+    free = without_law(loop, COUPLED, setting.period, late)
 
     def stable(contact: float) -> bool:
         law = coupled(numbers["integrator"], numbers["mass"], own, (contact, numbers["contact_damping"]))
-        return radius(used(sample_matrix(loop, law, COUPLED, setting.period, late)[np.newaxis])[0]) <= _STILL
+        return radius(used(sample_matrix(free, law, COUPLED, setting.period)[np.newaxis])[0]) <= _STILL
 
     return first_limit(stable, np.geomspace(_SOFTEST, _STIFFEST, _SCAN))
 
