@@ -39,9 +39,7 @@ def contact_limit(setting: Setting, key: str, values: Mapping[str, object]) -> f
         setting.mass, setting.viscous, 0.0, setting.rate, setting.delay, setting.estimator, setting.hand,
         setting.quantum,
     )  # fmt: skip
-    late = setting.delay % setting.period
-    late = 0.0 if min(late, setting.period - late) < 1e-9 * setting.period else late
-    free = without_law(loop, COUPLED, setting.period, late)
+    free = without_law(loop, COUPLED, setting.period, setting.parted[1])
 
     def stable(contact: float) -> bool:
         law = coupled(numbers["integrator"], numbers["mass"], own, (contact, numbers["contact_damping"]))
@@ -50,9 +48,9 @@ def contact_limit(setting: Setting, key: str, values: Mapping[str, object]) -> f
     return first_limit(stable, np.geomspace(_SOFTEST, _STIFFEST, _SCAN))
 
 
-def first_limit(stable: Callable[[float], bool], scan: np.ndarray) -> float:
+def first_limit(stable: Callable[[float], bool], scan: np.ndarray, halvings: int = _HALVINGS) -> float:
     """Return the number up to which all is stable, as far as a scan (n,) tells; 0 if its first is not."""
     bad = next((k for k, value in enumerate(scan) if not stable(float(value))), None)
     if not bad:
         return np.inf if bad is None else 0.0
-    return bisected(stable, float(scan[bad - 1]), float(scan[bad]), _HALVINGS)[0]
+    return bisected(stable, float(scan[bad - 1]), float(scan[bad]), halvings)[0]

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.irregular import cost
 from hapkit_studio.analysis.stability.kb_plane import Cells, Points, exact_boundary, plane
+from hapkit_studio.charts import jitter
 from hapkit_studio.charts import stability as charts
 from hapkit_studio.charts.style import colors, new_figure
 from hapkit_studio.cli import main
@@ -197,16 +199,37 @@ def test_what_a_recorded_lateness_costs(capsys, tmp_path):
     """Always late by half a period a spring has half the stiffness, b / (T/2 + lateness)."""
     file = tmp_path / "late.csv"
     file.write_text("lateness (s)\n" + "0.0005\n" * 5)
-    words = ("--viscous", "0.4", "--mass", "0.5", "--jitter", str(file))
-    assert "come 0.5 ms late as a rule, 0.5 ms at most" in run(capsys, *words)[1]
+    words = ("--viscous", "0.4", "--mass", "0.2", "--jitter", str(file))
+    out = run(capsys, *words)[1]
+    assert "come 0.5 ms late as a rule, 0.5 ms at most" in out
+    assert "that costs 400 N/m: 400 instead of 800 N/m." in out
     found = json.loads(run(capsys, *words, "--json")[1])["jitter"]
-    assert [found[key] for key in ("steady", "late", "cost")] == pytest.approx(
-        [800.0, 400.0, 400.0], rel=1e-3
-    )
+    limits = [found[key] for key in ("steady", "late", "cost", "measured")]
+    assert limits == pytest.approx([800.0, 400.0, 400.0, 400.0], rel=2e-3)
+    code, _, err = run(capsys, *words, "--estimator", "foaw")
+    assert (code != 0, err.count("\n")) == (True, 1)
     for wrong in (tmp_path / "none.csv", tmp_path):
         code, _, err = run(capsys, "--jitter", str(wrong))
         assert code != 0
         assert err.count("\n") == 1
+
+
+def test_the_picture_of_jitter_has_theory_and_measurement_and_the_recording_with_its_cost(tmp_path):
+    """Held for T/2 and late by td on average, whatever its spread: b / (T/2 + td), heavy enough."""
+    setting = Setting(mass=0.2, viscous=0.4)
+    late = np.random.default_rng(77).choice([0.0, 0.4e-3], 500)
+    found = cost(setting, 0.0, late, (0.0, 1.0, 2.0), lambda done, of: None)
+    expected = 0.4 / (0.5e-3 + np.array([0.0, 1.0, 2.0]) * late.mean())
+    figure = new_figure(tmp_path / "jitter.png", (11.0, 7.0))
+    jitter.draw(figure, colors(), found)
+    (axes,) = figure.axes
+    by_name = {line.get_label(): line.get_xydata() for line in axes.lines}
+    theory = by_name["Mean square dies out below, theory"]
+    assert theory[:, 0] == pytest.approx(1e3 * np.array([0.0, 1.0, 2.0]) * late.mean())
+    for name in ("Mean square dies out below, theory", "Measured, 300 motions a point"):
+        assert by_name[name][:, 1] == pytest.approx(expected, rel=0.01)
+    assert by_name["This recording"].tolist() == [theory[1].tolist()]
+    assert f"costs {800.0 - expected[1]:,.0f} N/m" in [words.get_text() for words in axes.texts]
 
 
 def test_the_contact_with_an_object(capsys):
