@@ -166,7 +166,7 @@ def _hands(found: hands.Family, damping: float) -> list[str]:
     mass, b, k = worst.mass, worst.damping, worst.stiffness
     return [
         f"In the worst hand of people {_newtons(people)} N/m: {mass:.3g} kg, {b:g} N·s/m, {k:.4g} N/m.",
-        f"With the worst mass on a spring, which no hand is, {_newtons(springy)} N/m.",
+        f"With the worst object, masses on springs, which no hand is, {_newtons(springy)} N/m.",
         *(
             f"  {hand.what}: {hands.words(hand.mass, hand.damping, hand.stiffness)}; {hand.source}"
             f"{'' if hand.read else ' (from memory)'}"

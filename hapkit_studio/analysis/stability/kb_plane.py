@@ -304,7 +304,7 @@ LINES = {
     "simple": ("Simple rule", "k < (b₀ + b) / (T/2 + td), b₀ of handle and hand"),
     "passive": ("Passivity line", "below it stable in any hand"),
     "people": ("Worst hand of people", PEOPLE),
-    "springy": ("Worst mass on a spring", "no damping of its own: an object, no hand"),
+    "springy": ("Worst object", "masses on springs, no damping of its own: no hand"),
     "coulomb": ("Friction hides steps", "below k = 2 Fc / Δ sensor steps start no buzz"),
     "decays": ("Comes to rest", "let go 3 and 200 steps away"),
     "buzzes": ("Buzzes", "goes on moving, does not grow"),
