@@ -106,7 +106,9 @@ class Plane:
     def words(self) -> str:
         """Return what the handle does, or only how far the limit is."""
         said = self.said
-        return " ".join((*said.lines, stable_again(self.margin))).rstrip() if said else sentence(self.margin)
+        if said is None:
+            return sentence(self.margin)
+        return " ".join(filter(None, (*said.lines, said.holds_for, stable_again(self.margin))))
 
     @property
     def pushes(self) -> bool:

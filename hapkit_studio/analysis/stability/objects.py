@@ -32,7 +32,8 @@ def contact_limit(setting: Setting, key: str, values: Mapping[str, object]) -> f
         raise ParameterError(f"An object that the handle pushes is in {', '.join(OBJECTS)}, not in {key!r}.")
     if not setting.linear:
         raise ParameterError("The velocity filter is not linear: there is no exact limit.")
-    numbers = environments.named(key).values(values)
+    others = {name: value for name, value in values.items() if name != "contact_stiffness"}
+    numbers = environments.named(key).values(others)
     # a puck stays in touch with the handle that presses it against its wall, and nowhere else
     own = numbers.get("stiffness", numbers.get("wall_stiffness", 0.0)), numbers.get("damping", 0.0)
     loop = checked_loop(
