@@ -15,6 +15,8 @@ from hapkit_studio.sessions.file import MARKER
 from hapkit_studio.sessions.folder import new_path
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from hapkit_studio.gui.header import Header
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.status_bar import StatusBar
@@ -99,6 +101,11 @@ class Recording(QObject):
             return _written(path)
 
         self._save.start(save)
+
+    def lateness(self, since: float) -> "np.ndarray":
+        """Return how late in s each kept sample was since a time of the rows' clock; for another thread."""
+        assert self._recorder is not None
+        return self._recorder.lateness(since)
 
     def mark(self, text: str, when: float) -> None:
         """Note a marker at a time in s of the rows' clock."""

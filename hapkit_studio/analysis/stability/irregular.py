@@ -25,6 +25,8 @@ from hapkit_studio.haptics import headless, rows
 # Of the simple rule's limit: how far up one is looked for, in so many steps; measured, in so many halvings.
 _FAR, _SCAN = 1.5, 76
 _TRIED, _FINER = 13, 9
+# So much of the recorded lateness is all of it.
+_WHOLE = 0.95
 # Timings closer than this share of a period are one.
 _SAME = 1e-3
 
@@ -129,7 +131,8 @@ class Cost:
     """What a loop's lateness costs: over its size, as shares (n,) of the recorded one, limits (n,) in N/m.
 
     late (n,): in s, by how much the forces come later than without any in the mean; measured (n,): by
-    simulation, empty where that was not asked. The first share is 0; one of the others is 1.
+    simulation, empty where that was not asked. The first share is 0; one of the others is 1. recorded: the
+    mean lateness in s, of which what would come later than the next sample is left out.
     """
 
     setting: Setting
@@ -138,6 +141,7 @@ class Cost:
     late: np.ndarray
     limits: np.ndarray
     measured: np.ndarray
+    recorded: float
 
     def at(self, share: float, numbers: np.ndarray | None = None) -> float:
         """Return the limit, or another of the numbers (n,), at one of the shares."""
@@ -145,11 +149,12 @@ class Cost:
 
     @property
     def words(self) -> str:
-        """Return what the recorded lateness costs: "12 N/m: 453 instead of 465 N/m"."""
+        """Return what the recorded lateness costs, at least: "12 N/m: 453 instead of 465 N/m"."""
         steady, late = round(self.limits[0]), round(self.at(1.0))
         if late >= steady:
             return f"nothing: {late:,} N/m"
-        return f"{steady - late:,} N/m: {late:,} instead of {steady:,} N/m"
+        least = "at least " if self.at(1.0, self.late) < _WHOLE * self.recorded else ""
+        return f"{least}{steady - late:,} N/m: {late:,} instead of {steady:,} N/m"
 
 
 def cost(
@@ -174,4 +179,5 @@ def cost(
         measured.append(measured_limit(setting, damping, timing))
         progress(done + 1, len(timings))
     late = [float(timing.late.mean()) - setting.parted[1] for timing in timings]
-    return Cost(setting, damping, *map(np.array, (shares, late, limits, measured)))
+    recorded = float(np.maximum(lateness, 0.0).mean())
+    return Cost(setting, damping, *map(np.array, (shares, late, limits, measured)), recorded)
