@@ -146,7 +146,7 @@ def _jitter(
     if options.jitter is None:
         return None, {}, []
     lateness = recorded(options.jitter)
-    shares = np.linspace(0.0, 2.0, JITTERS) if options.plot else (0.0, 1.0)
+    shares = np.linspace(0.0, 2.0, JITTERS).tolist() if options.plot else (0.0, 1.0)
     found = irregular.cost(setting, options.damping, lateness, shares, base.progress_line("sizes of jitter"))
     steady, late, measured = found.limits[0], found.at(1.0), found.at(1.0, found.measured)
     middle, most = (on_screen(float(f(lateness)), "s", 2) for f in (np.median, np.max))

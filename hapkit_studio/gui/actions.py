@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
-from PySide6.QtWidgets import QMenu, QMenuBar
+from PySide6.QtWidgets import QMenu, QMenuBar, QPushButton
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui import demos, pages
@@ -305,6 +305,19 @@ def _test(window: "MainWindow") -> object:
     return CheckDialog.open_over(window)
 
 
+def _jitter_button(window: "MainWindow") -> "QPushButton | None":
+    from hapkit_studio.gui.pages.stability.page import StabilityPage  # late: its panel needs this table
+
+    page = window.views.shown
+    button = page.side.jitter.button if isinstance(page, StabilityPage) else None
+    return button if button is not None and button.isEnabled() else None
+
+
+def _ask_jitter(window: "MainWindow") -> None:
+    if button := _jitter_button(window):
+        button.click()
+
+
 _DEVICE = (
     Action("device.setup", "Set up my Hapkit…", _set_up, enabled=_may_set_up),
     Action("device.check", "Test my Hapkit…", _test, enabled=_has_board),
@@ -313,6 +326,10 @@ _DEVICE = (
     Action(
         "device.reconnect", "Reconnect", lambda w: w.studio.device.reconnect(), "Ctrl+R",
         enabled=lambda w: w.studio.link.state not in ("preparing", "connecting"),
+    ),
+    Action(
+        "device.jitter", "What this loop's jitter costs", _ask_jitter,
+        enabled=lambda w: _jitter_button(w) is not None,
     ),
     Action("device.flash", "Flash firmware…", lambda w: w.show_flash()),
 )  # fmt: skip

@@ -175,9 +175,11 @@ def cost(
             f"No limit up to {_farthest(setting, damping):,.0f} N/m that jitter could lower."
         )
     measured = []
-    for done, timing in enumerate(timings if progress else ()):
-        measured.append(measured_limit(setting, damping, timing))
-        progress(done + 1, len(timings))
-    late = [float(timing.late.mean()) - setting.parted[1] for timing in timings]
+    if progress is not None:
+        for done, timing in enumerate(timings):
+            measured.append(measured_limit(setting, damping, timing))
+            progress(done + 1, len(timings))
+    late = np.array([timing.late.mean() for timing in timings]) - setting.parted[1]
     recorded = float(np.maximum(lateness, 0.0).mean())
-    return Cost(setting, damping, *map(np.array, (shares, late, limits, measured)), recorded)
+    size, limit, found = map(np.array, (shares, limits, measured))
+    return Cost(setting, damping, size, late, limit, found, recorded)

@@ -234,7 +234,7 @@ def test_the_loops_own_jitter_is_told_in_newton_per_metre_once_it_has_run_for_a_
         qtbot.waitUntil(lambda: not jitter.job.running, timeout=PATIENCE_MS)
         return jitter.words.text()
 
-    assert answer() == "Ask again in 0 s: the loop has just begun."
+    assert answer() == "Ask again in 1 s: the loop has just begun."
     late = np.append(late, 0.5e-3)
     limits = [stiffness_limit(setting.mass, setting.viscous, delay=delay) for delay in (0.0, 0.5e-3)]
     before, now = (round(limit) for limit in limits)

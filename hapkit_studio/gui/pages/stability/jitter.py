@@ -1,10 +1,12 @@
 """What the jitter that the running loop recorded costs in stiffness, asked for by a button."""
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+from PySide6.QtCore import QTimer, Signal
 from PySide6.QtWidgets import QPushButton, QWidget
 
 from hapkit_studio.analysis.setting import Setting
@@ -17,6 +19,10 @@ from hapkit_studio.haptics.engine import COMPUTER
 
 SECONDS = 10.0
 """So long a loop has to run before anything is said of its jitter."""
+_ABOUT = (
+    "What the samples of the last 10 minutes cost by coming late, while the computer renders: in the limit "
+    "of a spring, so not for objects, nor for a velocity filter that is not linear"
+)
 ASK, ASKING = "What does it cost?", "Computing…"
 
 
@@ -27,7 +33,7 @@ def said(setting: Setting, damping: float, lateness: np.ndarray, simulated: bool
     """
     seconds = lateness.size / setting.rate
     if seconds < SECONDS:
-        raise ParameterError(f"Ask again in {SECONDS - seconds:.0f} s: the loop has just begun.")
+        raise ParameterError(f"Ask again in {math.ceil(SECONDS - seconds)} s: the loop has just begun.")
     if simulated:
         found = irregular.cost(setting, damping, lateness)
         return f"On a real Hapkit this jitter would cost {found.words}. The simulated one is not late."
@@ -36,7 +42,12 @@ def said(setting: Setting, damping: float, lateness: np.ndarray, simulated: bool
 
 
 class LoopJitter(QWidget):
-    """A button and a line; what it says holds for one loop and one damping, and goes with them."""
+    """A button and a line; what it says holds for one loop and one damping, and goes with them.
+
+    Emits ``told`` when the line is there.
+    """
+
+    told = Signal()
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -44,13 +55,14 @@ class LoopJitter(QWidget):
         self._since = time.perf_counter()
         self._about: tuple[Setting, float] | None = None
         self.button, self.words = QPushButton(ASK), label()
-        self.button.setToolTip("What the samples of the last 10 minutes cost by coming late")
+        self.button.setToolTip(_ABOUT)
         self.job = Job(self, needs="verdict")
-        down(self.button, self.words, into=self, gap=6)
+        down(self.button, self.words, into=self, gap=8)
+        self._say("")
         self.button.clicked.connect(self.ask)
         self.job.running_changed.connect(self._look)
-        self.job.finished.connect(self.words.setText)
-        self.job.failed.connect(self.words.setText)
+        self.job.finished.connect(self._say)
+        self.job.failed.connect(self._say)
         for signal in (studio.engine_changed, studio.loop_changed):
             signal.connect(self._begin_anew)
 
@@ -59,7 +71,7 @@ class LoopJitter(QWidget):
         if about != self._about:
             self._about = about
             self.job.cancel()
-            self.words.setText("")
+            self._say("")
         self._look()
 
     def ask(self) -> None:
@@ -68,6 +80,12 @@ class LoopJitter(QWidget):
             read: Callable[[float], np.ndarray] = self._studio.recording.lateness
             about, since, simulated = self._about, self._since, self._studio.simulated
             self.job.start(lambda _progress: said(*about, read(since), simulated))
+
+    def _say(self, text: str) -> None:
+        self.words.setText(text)
+        self.words.setVisible(bool(text))
+        if text:  # once it has its place
+            QTimer.singleShot(0, self.told.emit)
 
     def _begin_anew(self) -> None:
         self._since = time.perf_counter()

@@ -66,6 +66,7 @@ class StabilitySide(SidePanel):
         self.add(self.controller, hint(_CONTROLLER))
         self.section("Jitter of this loop")
         self.jitter = LoopJitter(studio)
+        self.jitter.told.connect(lambda: self.ensureWidgetVisible(self.jitter))
         self.add(self.jitter)
 
 
@@ -187,7 +188,8 @@ class StabilityPage(MeasuringPage):
     def show_lines(self, lines: Lines) -> None:
         """Show the newest lines."""
         self.lines = lines
-        self.side.jitter.follow((lines.question.setting, lines.question.damping))
+        asked, joint = lines.question, lines.plane.said is not None and lines.plane.said.joint
+        self.side.jitter.follow(None if joint else (asked.setting, asked.damping))
         self._show_studio()
         self.verdict_column.show_limits(lines)
         self.bar.export.setEnabled(True)

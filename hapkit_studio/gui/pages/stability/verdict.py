@@ -113,7 +113,7 @@ class VerdictColumn(SidePanel):
         title, pairs = limits(lines) if lines else ("", [])
         self.limits_heading.setText(title)
         self.limits.show_pairs(pairs)
-        self.why.setVisible(bool(pairs))
+        self.why.setVisible("Passive" in dict(pairs))
 
     def show_lines(self, words: dict[str, tuple[str, str]]) -> None:
         """Say what each line of the map means."""
