@@ -273,7 +273,7 @@ def test_a_puck_has_the_limits_of_handle_and_object_and_says_that_the_map_has_no
     assert plane.margin.limit == limits["released"] < 0.95 * hands(plane.setting, 0.0)["released"]
     told = dict(column.limits.pairs)
     assert list(told.values()) == [f"{limit:,.0f} N/m" for limit in limits.values()]
-    assert "a map takes the object for a wall" in column.out.text()
+    assert "pressed together.\nThe map takes the object for a wall." in column.out.text()
 
 
 @pytest.mark.slow
