@@ -4,16 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hapkit_studio.analysis.stability.kb_plane import conditions
-from hapkit_studio.charts.style import (
-    DASH,
-    Colors,
-    Label,
-    legend,
-    save,
-    style_axes,
-    unbroken,
-    write_labels,
-)
+from hapkit_studio.charts import style
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.stability.irregular import Cost
@@ -30,21 +21,21 @@ def jitter_figure(cost: "Cost", path: str | Path) -> None:
     """Write what a recorded lateness costs, theory and measurement, and the conditions."""
     pairs = [("Virtual damping", f"{cost.damping:g} N·s/m"), *conditions(cost.setting)]
     title = f"The recorded jitter costs {cost.words}."
-    caption = f"{_KEY}\n{unbroken([' '.join(pair) for pair in pairs])}"
-    save(lambda figure, c: draw(figure, c, cost), path, _SIZE, title, caption)
+    caption = f"{_KEY}\n{style.unbroken([' '.join(pair) for pair in pairs])}"
+    style.save(lambda figure, c: draw(figure, c, cost), path, _SIZE, title, caption)
 
 
-def draw(figure: Any, c: Colors, cost: "Cost") -> None:
+def draw(figure: Any, c: style.Colors, cost: "Cost") -> None:
     """Draw the limits over the mean lateness; the recorded one is marked with its cost."""
     axes, late = figure.add_subplot(), 1e3 * cost.late
-    style_axes(axes, c, "forces late by, in the mean, ms", "stiffness, N/m")
-    steady, here, limit = cost.limits[0], cost.at(1.0, late), cost.at(1.0)
+    style.style_axes(axes, c, "forces late by, in the mean, ms", "stiffness, N/m")
+    steady, here, limit = cost.limits[0], late[cost.here], cost.limits[cost.here]
     axes.set_xlim(0.0, 1.04 * max(float(late[-1]), 1e-6))
     least, most = min(*cost.limits, *cost.measured), max(*cost.limits, *cost.measured)
     apart = 0.3 * (most - least) + _LEAST * most
     axes.set_ylim(max(least - apart, 0.0), most + apart)
     axes.yaxis.set_major_formatter("{x:,.0f}")
-    axes.axhline(steady, color=c.ink2, linewidth=2, linestyle=DASH, label="Every force on time")
+    axes.axhline(steady, color=c.ink2, linewidth=2, linestyle=style.DASH, label="Every force on time")
     axes.plot(late, cost.limits, color=c.ink, linewidth=3, label="Mean square dies out below, theory")
     axes.plot(
         late, cost.measured, "o", markersize=8, color=c.position, markerfacecolor=c.plot, markeredgewidth=2,
@@ -57,7 +48,7 @@ def draw(figure: Any, c: Colors, cost: "Cost") -> None:
         "", (here, limit), (here, steady), zorder=3,
         arrowprops={"arrowstyle": "-|>", "color": c.accent, "linewidth": 2.2, "mutation_scale": 18},
     )  # fmt: skip
-    legend(axes, c)
+    style.legend(axes, c)
     figure.draw_without_rendering()
     words = f"costs {cost.words.split(':')[0]}"
-    write_labels(axes, c, [Label(here, limit, words, c.accent, bold=True)])
+    style.write_labels(axes, c, [style.Label(here, limit, words, c.accent, bold=True)])

@@ -25,7 +25,7 @@ from hapkit_studio.sessions.lateness import recorded
 
 COLUMNS = 13
 SIDE = 100
-JITTERS = 9
+JITTERS = 4
 
 
 OPTIONS = (
@@ -146,17 +146,17 @@ def _jitter(
     if options.jitter is None:
         return None, {}, []
     lateness = recorded(options.jitter)
-    shares = np.linspace(0.0, 2.0, JITTERS).tolist() if options.plot else (0.0, 1.0)
-    found = irregular.cost(setting, options.damping, lateness, shares, base.progress_line("sizes of jitter"))
-    steady, late, measured = found.limits[0], found.at(1.0), found.at(1.0, found.measured)
+    steps, say = JITTERS if options.plot else 1, base.progress_line("sizes of jitter")
+    found = irregular.cost(setting, options.damping, lateness, steps, say)
+    steady, late, measured = found.limits[0], found.limits[steps], found.measured[steps]
     middle, most = (on_screen(float(f(lateness)), "s", 2) for f in (np.median, np.max))
     words = (
         f"Recorded forces come {middle} late as a rule, {most} at most. On a handle that samples on time "
         f"that costs {found.words}. By 300 simulated motions the limit is {measured:,.0f} N/m."
     )
-    numbers = {"steady": steady, "late": late, "cost": steady - late, "measured": measured}
-    sizes = {key: getattr(found, key) for key in ("shares", "late", "limits", "measured")}
-    return found, {"jitter": {**numbers, "over_size": plain(sizes)}}, [words]
+    sizes = {key: getattr(found, key) for key in ("late", "limits", "measured")}
+    numbers = {"steady": steady, "late": late, "cost": steady - late, "measured": measured, "sizes": sizes}
+    return found, {"jitter": plain(numbers)}, [words]
 
 
 def _hands(found: hands.Family, damping: float) -> list[str]:

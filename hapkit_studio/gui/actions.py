@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 from PySide6.QtCore import QObject, Qt
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
-from PySide6.QtWidgets import QMenu, QMenuBar, QPushButton
+from PySide6.QtWidgets import QMenu, QMenuBar
 
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui import demos, pages
@@ -22,6 +22,8 @@ from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.pages.chain import ChainPage
+    from hapkit_studio.gui.pages.stability.jitter import LoopJitter
+    from hapkit_studio.gui.pages.stability.page import StabilityPage
     from hapkit_studio.gui.window import MainWindow
 
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
@@ -305,17 +307,8 @@ def _test(window: "MainWindow") -> object:
     return CheckDialog.open_over(window)
 
 
-def _jitter_button(window: "MainWindow") -> "QPushButton | None":
-    from hapkit_studio.gui.pages.stability.page import StabilityPage  # late: its panel needs this table
-
-    page = window.views.shown
-    button = page.side.jitter.button if isinstance(page, StabilityPage) else None
-    return button if button is not None and button.isEnabled() else None
-
-
-def _ask_jitter(window: "MainWindow") -> None:
-    if button := _jitter_button(window):
-        button.click()
+def _jitter(window: "MainWindow") -> "LoopJitter":
+    return cast("StabilityPage", window.views.shown).side.jitter
 
 
 _DEVICE = (
@@ -328,8 +321,8 @@ _DEVICE = (
         enabled=lambda w: w.studio.link.state not in ("preparing", "connecting"),
     ),
     Action(
-        "device.jitter", "What this loop's jitter costs", _ask_jitter,
-        enabled=lambda w: _jitter_button(w) is not None,
+        "device.jitter", "What this loop's jitter costs", lambda w: _jitter(w).ask(),
+        enabled=lambda w: w.views.key == "stability" and _jitter(w).button.isEnabled(),
     ),
     Action("device.flash", "Flash firmware…", lambda w: w.show_flash()),
 )  # fmt: skip

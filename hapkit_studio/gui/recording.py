@@ -15,8 +15,6 @@ from hapkit_studio.sessions.file import MARKER
 from hapkit_studio.sessions.folder import new_path
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from hapkit_studio.gui.header import Header
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.status_bar import StatusBar
@@ -102,7 +100,7 @@ class Recording(QObject):
 
         self._save.start(save)
 
-    def lateness(self, since: float) -> "np.ndarray":
+    def lateness(self, since: float) -> Any:
         """Return how late in s each kept sample was since a time of the rows' clock; for another thread."""
         assert self._recorder is not None
         return self._recorder.lateness(since)

@@ -8,7 +8,7 @@ where a few that grow make the mean.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,8 @@ from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.dynamics.sample_matrix import radius, sample_matrix, spring, used, without_law
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
+
+Progress = Callable[[int, int], None]
 
 # Of the simple rule's limit: how far up one is looked for, in so many steps; measured, in so many halvings.
 _FAR, _SCAN = 1.5, 76
@@ -128,58 +130,49 @@ def _farthest(setting: Setting, damping: float) -> float:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a loop's lateness costs: over its size, as shares (n,) of the recorded one, limits (n,) in N/m.
+    """What a loop's lateness costs: limits (n,) in N/m over its size, from none to more than was recorded.
 
-    late (n,): in s, by how much the forces come later than without any in the mean; measured (n,): by
-    simulation, empty where that was not asked. The first share is 0; one of the others is 1. recorded: the
-    mean lateness in s, of which what would come later than the next sample is left out.
+    late (n,): in s, by how much the forces come later in the mean; measured (n,): the limits by simulation,
+    empty where that was not asked. here: which of them is the recorded one; whole: all of that is in it, none
+    came later than the next sample.
     """
 
     setting: Setting
     damping: float
-    shares: np.ndarray
     late: np.ndarray
     limits: np.ndarray
     measured: np.ndarray
-    recorded: float
-
-    def at(self, share: float, numbers: np.ndarray | None = None) -> float:
-        """Return the limit, or another of the numbers (n,), at one of the shares."""
-        return float((self.limits if numbers is None else numbers)[list(self.shares).index(share)])
+    here: int
+    whole: bool
 
     @property
     def words(self) -> str:
         """Return what the recorded lateness costs, at least: "12 N/m: 453 instead of 465 N/m"."""
-        steady, late = round(self.limits[0]), round(self.at(1.0))
+        steady, late = round(self.limits[0]), round(self.limits[self.here])
         if late >= steady:
             return f"nothing: {late:,} N/m"
-        least = "at least " if self.at(1.0, self.late) < _WHOLE * self.recorded else ""
-        return f"{least}{steady - late:,} N/m: {late:,} instead of {steady:,} N/m"
+        return f"{'' if self.whole else 'at least '}{steady - late:,} N/m: {late:,} instead of {steady:,} N/m"
 
 
 def cost(
-    setting: Setting,
-    damping: float,
-    lateness: np.ndarray,
-    shares: Sequence[float] = (0.0, 1.0),
-    progress: Callable[[int, int], None] | None = None,
+    setting: Setting, damping: float, lateness: np.ndarray, steps: int = 1, progress: Progress | None = None
 ) -> Cost:
     """Return what a recorded lateness (n,) in s costs on a handle that samples on time.
 
-    progress: called as progress(done, of) the limits are measured as well. Raise ParameterError.
+    In so many steps up to it; with more than one, as many beyond it. progress: called as progress(done, of)
+    the limits are measured as well. Raise ParameterError.
     """
-    timings = [late_by(setting, share * lateness) for share in shares]
-    limits = [mean_square_limit(setting, damping, timing) for timing in timings]
+    sizes = np.arange(2 * steps + 1 if steps > 1 else 2) / steps
+    timings = [late_by(setting, size * lateness) for size in sizes.tolist()]
+    limits = np.array([mean_square_limit(setting, damping, timing) for timing in timings])
     if not np.isfinite(limits).all():
-        raise ParameterError(
-            f"No limit up to {_farthest(setting, damping):,.0f} N/m that jitter could lower."
-        )
+        top = _farthest(setting, damping)
+        raise ParameterError(f"There is no limit up to {top:,.0f} N/m that jitter could lower.")
     measured = []
     if progress is not None:
-        for done, timing in enumerate(timings):
+        for done, timing in enumerate(timings, 1):
             measured.append(measured_limit(setting, damping, timing))
-            progress(done + 1, len(timings))
+            progress(done, len(timings))
     late = np.array([timing.late.mean() for timing in timings]) - setting.parted[1]
-    recorded = float(np.maximum(lateness, 0.0).mean())
-    size, limit, found = map(np.array, (shares, limits, measured))
-    return Cost(setting, damping, size, late, limit, found, recorded)
+    whole = late[steps] >= _WHOLE * np.maximum(lateness, 0.0).mean()
+    return Cost(setting, damping, late, limits, np.array(measured), steps, bool(whole))

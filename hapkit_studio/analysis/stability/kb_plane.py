@@ -108,7 +108,7 @@ class Plane:
         said = self.said
         if said is None:
             return sentence(self.margin)
-        return " ".join(filter(None, (*said.lines, said.holds_for, said.map_for, stable_again(self.margin))))
+        return " ".join(filter(None, (*said.lines, said.holds_for, stable_again(self.margin))))
 
     @property
     def pushes(self) -> bool:

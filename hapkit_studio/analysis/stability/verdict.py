@@ -107,13 +107,8 @@ class Verdict:
         if not self.margins:
             return ""
         if self.joint:
-            return "Limits are those of handle and object pressed together."
+            return "Limits are those of handle and object pressed together; the stability map is a wall's."
         return "Limits and map are those of a handle fixed to the spring." if self.pushes else ""
-
-    @property
-    def map_for(self) -> str:
-        """Return in a sentence what else a map holds for, "" for what the limits do."""
-        return "The map takes the object for a wall." if self.joint and self.margins else ""
 
     def _said(self, hand: str) -> str:
         """Return what the handle does in a hand, and how far from the linear limit where it is calm."""

@@ -218,18 +218,19 @@ def test_the_picture_of_jitter_has_theory_and_measurement_and_the_recording_with
     """Held for T/2 and late by td on average, whatever its spread: b / (T/2 + td), heavy enough."""
     setting = Setting(mass=0.2, viscous=0.4)
     late = np.random.default_rng(77).choice([0.0, 0.4e-3], 500)
-    found = cost(setting, 0.0, late, (0.0, 1.0, 2.0), lambda done, of: None)
-    expected = 0.4 / (0.5e-3 + np.array([0.0, 1.0, 2.0]) * late.mean())
+    found = cost(setting, 0.0, late, 2, lambda done, of: None)
+    sizes = np.linspace(0.0, 2.0, 5)
+    expected = 0.4 / (0.5e-3 + sizes * late.mean())
     figure = new_figure(tmp_path / "jitter.png", (11.0, 7.0))
     jitter.draw(figure, colors(), found)
     (axes,) = figure.axes
     by_name = {line.get_label(): line.get_xydata() for line in axes.lines}
     theory = by_name["Mean square dies out below, theory"]
-    assert theory[:, 0] == pytest.approx(1e3 * np.array([0.0, 1.0, 2.0]) * late.mean())
+    assert theory[:, 0] == pytest.approx(1e3 * sizes * late.mean())
     for name in ("Mean square dies out below, theory", "Measured, 300 motions a point"):
         assert by_name[name][:, 1] == pytest.approx(expected, rel=0.01)
-    assert by_name["This recording"].tolist() == [theory[1].tolist()]
-    assert f"costs {800.0 - expected[1]:,.0f} N/m" in [words.get_text() for words in axes.texts]
+    assert by_name["This recording"].tolist() == [theory[2].tolist()]
+    assert f"costs {800.0 - expected[2]:,.0f} N/m" in [words.get_text() for words in axes.texts]
 
 
 def test_the_contact_with_an_object(capsys):

@@ -65,8 +65,7 @@ class StabilitySide(SidePanel):
         self.controller = QCheckBox("Passivity controller")
         self.add(self.controller, hint(_CONTROLLER))
         self.section("Jitter of this loop")
-        self.jitter = LoopJitter(studio)
-        self.jitter.told.connect(lambda: self.ensureWidgetVisible(self.jitter))
+        self.jitter = LoopJitter(studio, self)
         self.add(self.jitter)
 
 

@@ -44,7 +44,7 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     said = plane.said
     if said is None:
         return Verdict("", "")
-    more = [said.swings, said.unknown, said.holds_for, said.map_for, stable_again(plane.margin)]
+    more = [said.swings, said.unknown, said.holds_for, stable_again(plane.margin)]
     found = None if measured is None else kind_at(measured, plane.margin.damping, plane.margin.stiffness)
     if measured is not None and found is not None:
         handle = "with friction" if measured.real else "of an ideal handle"
