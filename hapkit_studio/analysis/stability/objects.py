@@ -15,12 +15,18 @@ from hapkit_studio.analysis.checks import bisected
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.limits import checked_loop
 from hapkit_studio.dynamics.sample_matrix import COUPLED, coupled, radius, sample_matrix, used, without_law
+from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 
 OBJECTS = "mass_spring_damper", "puck"
 _SOFTEST, _STIFFEST, _SCAN, _HALVINGS = 1.0, 1e7, 141, 20
 # An object that nothing holds may lie anywhere: that root is 1, and is no growth.
 _STILL = 1.0 + 1e-9
+
+
+def holds(environment: Environment) -> bool:
+    """Return whether a scene is one of OBJECTS, not a person's own of that name."""
+    return any(environments.named(key) is environment for key in OBJECTS)
 
 
 def contact_limit(setting: Setting, key: str, values: Mapping[str, object]) -> float:

@@ -150,7 +150,7 @@ class Asked:
     @property
     def joint(self) -> bool:
         """Say whether the limits are those of handle and object together."""
-        return any(environments.named(key) is self.environment for key in objects.OBJECTS)
+        return objects.holds(self.environment)
 
     def margin(self, hand: str) -> Margin:
         """Return how far the impedance, which there is, is from the limit in a hand."""
