@@ -21,7 +21,7 @@ from hapkit_studio.analysis import fidelity, perception
 from hapkit_studio.analysis.accuracy import plan
 from hapkit_studio.analysis.accuracy.velocity import SHORT
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import kb_plane
+from hapkit_studio.analysis.stability import kb_plane, objects
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, Spec, parse
@@ -359,21 +359,24 @@ def judge(
     if isinstance(cost, str):
         return cost
     errors = _errors(question, options, spec, cost.rate, cost.delay, exact)
-    limit, words = _limit(question, cost.rate, cost.delay, spec), question.words(options)
+    limit, words = _limit(question, options, cost.rate, cost.delay, spec), question.words(options)
     times = cost.cost, cost.spread, cost.fastest, cost.rate, cost.delay
     return Candidate(place.name, options, key, words, *times, limit, *errors)
 
 
-def _limit(question: Question, rate: float, delay: float, spec: Spec) -> float:
-    """Return the exact stiffness limit of a released handle with the damping of the exact method.
+def _limit(question: Question, options: Options, rate: float, delay: float, spec: Spec) -> float:
+    """Return the exact stiffness limit of a released handle, or of it and the object that it is pressed to.
 
-    What another method adds near rest, such as the slope of a smoothed friction, makes no spring stiffer.
+    With the damping of the exact method: what another adds near rest, such as the slope of a smoothed
+    friction, makes no spring stiffer.
     """
-    device, impedance = question.device, question.environment.impedance
+    device, environment = question.device, question.environment
     setting = Setting(
         device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay, estimator=spec
     )
-    values = question.with_options(question.exact)
+    if setting.linear and objects.holds(environment):
+        return objects.contact_limit(setting, environment.key, question.with_options(options))
+    values, impedance = question.with_options(question.exact), environment.impedance
     return float(kb_plane.limit(setting, impedance(values)[1] if impedance else 0.0))
 
 

@@ -63,6 +63,12 @@ class Setting:
         return 1.0 / self.rate
 
     @property
+    def parted(self) -> tuple[int, float]:
+        """Return the delay as a number of whole periods and the rest in s."""
+        whole = math.floor(self.delay * self.rate + 1e-9)
+        return whole, max(self.delay - whole * self.period, 0.0)
+
+    @property
     def grip(self) -> Grip | None:
         """Return what the hand adds to the handle, None for a released one."""
         return grip_named(self.hand)

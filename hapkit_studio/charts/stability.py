@@ -146,7 +146,9 @@ def _lines(axes: Any, c: style.Colors, shown: Map) -> None:
         across, family = plane.family.damping, plane.family
         axes.plot(across, family.people, color=c.lecture, linewidth=2.4, label=names["people"])
         springy = np.where(family.springy > 0.0, family.springy, np.nan)
-        axes.plot(across, springy, color=c.velocity, linewidth=2, linestyle=style.DOT, label=names["springy"])
+        axes.plot(
+            across, springy, color=c.lecture, linewidth=2.4, linestyle=style.DOT, label=names["springy"]
+        )
     if "coulomb" in names:
         axes.axhline(plane.coulomb, color=c.warn, linewidth=2, linestyle=(0, (6, 3)), label=names["coulomb"])
 

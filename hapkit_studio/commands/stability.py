@@ -15,15 +15,17 @@ from hapkit_studio.analysis.stability.kb_plane import RENDERED_DAMPING, WIDTH, P
 from hapkit_studio.analysis.stability.margin import hand_words, sentence
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
 from hapkit_studio.analysis.stability.verdict import of_spring
+from hapkit_studio.charts.jitter import jitter_figure
 from hapkit_studio.charts.stability import stability_figure
 from hapkit_studio.commands import base
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import number, on_screen
+from hapkit_studio.formatting import number, on_screen, plain
 from hapkit_studio.sessions.lateness import recorded
 
 COLUMNS = 13
 SIDE = 100
+JITTERS = 4
 
 
 OPTIONS = (
@@ -34,7 +36,7 @@ OPTIONS = (
     base.option("--hands", action="store_true", help="the worst of all hands, of people's and of objects"),
     base.option("--object", metavar="KEY", help=f"its contact's limit: {', '.join(objects.OBJECTS)}, -p"),
     base.PARAMETER,
-    base.option("--jitter", metavar="FILE", help="what a session's or a CSV's lateness costs"),
+    base.option("--jitter", metavar="FILE", help="what a session's or a CSV's lateness costs; --plot"),
     base.option("--measure", action="store_true", help="find the boundary by rendering, too"),
     base.option("--map", action="store_true", help=f"judge {SIDE} × {SIDE} cells of the plane"),
     base.option("--real", action="store_true", help="measure with friction and sensor steps"),
@@ -56,10 +58,11 @@ def run(options: argparse.Namespace) -> base.Result:
         found = _measured(options, found, executor)
     seconds = time.monotonic() - begin if found.points or found.cells else None
     contact, of_contact = _contact(options, setting)
-    jitter, of_jitter = _jitter(options, setting)
+    cost, jitter, of_jitter = _jitter(options, setting)
     as_json = {**kb_plane.as_json(found), "measuring_seconds": seconds, **contact, **jitter}
     text = "\n".join([_text(found, seconds), *of_contact, *of_jitter])
-    return base.with_files(text, as_json, base.drawn(options.plot, stability_figure, found))
+    draw, what = (stability_figure, found) if cost is None else (jitter_figure, cost)
+    return base.with_files(text, as_json, base.drawn(options.plot, draw, what))
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -136,19 +139,24 @@ def _contact(options: argparse.Namespace, setting: Setting) -> tuple[dict[str, A
     return {"contact": limits}, [f"Limit of the contact with {options.object} in N/m: {words}."]
 
 
-def _jitter(options: argparse.Namespace, setting: Setting) -> tuple[dict[str, Any], list[str]]:
-    """Return what a recorded lateness costs where it is asked for, to keep and in words."""
+def _jitter(
+    options: argparse.Namespace, setting: Setting
+) -> tuple[irregular.Cost | None, dict[str, Any], list[str]]:
+    """Return what a recorded lateness costs where it is asked for: to draw, to keep and in words."""
     if options.jitter is None:
-        return {}, []
+        return None, {}, []
     lateness = recorded(options.jitter)
-    timing, least = irregular.late_by(setting, lateness), irregular.late_by(setting, np.zeros(1))
-    steady, late = (irregular.mean_square_limit(setting, options.damping, t) for t in (least, timing))
+    steps, say = JITTERS if options.plot else 1, base.progress_line("sizes of jitter")
+    found = irregular.cost(setting, options.damping, lateness, steps, say)
+    steady, late, measured = found.limits[0], found.limits[steps], found.measured[steps]
     middle, most = (on_screen(float(f(lateness)), "s", 2) for f in (np.median, np.max))
     words = (
         f"Recorded forces come {middle} late as a rule, {most} at most. On a handle that samples on time "
-        f"that costs {_newtons(steady - late)} N/m: {_newtons(late)} in place of {_newtons(steady)} N/m."
+        f"that costs {found.words}. By 300 simulated motions the limit is {measured:,.0f} N/m."
     )
-    return {"jitter": {"steady": steady, "late": late, "cost": steady - late}}, [words]
+    sizes = {key: getattr(found, key) for key in ("late", "limits", "measured")}
+    numbers = {"steady": steady, "late": late, "cost": steady - late, "measured": measured, "sizes": sizes}
+    return found, {"jitter": plain(numbers)}, [words]
 
 
 def _hands(found: hands.Family, damping: float) -> list[str]:
@@ -158,7 +166,7 @@ def _hands(found: hands.Family, damping: float) -> list[str]:
     mass, b, k = worst.mass, worst.damping, worst.stiffness
     return [
         f"In the worst hand of people {_newtons(people)} N/m: {mass:.3g} kg, {b:g} N·s/m, {k:.4g} N/m.",
-        f"With the worst mass on a spring, which no hand is, {_newtons(springy)} N/m.",
+        f"With the worst object, masses on springs, which no hand is, {_newtons(springy)} N/m.",
         *(
             f"  {hand.what}: {hands.words(hand.mass, hand.damping, hand.stiffness)}; {hand.source}"
             f"{'' if hand.read else ' (from memory)'}"

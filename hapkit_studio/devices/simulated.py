@@ -171,6 +171,12 @@ def configure(
         dev[HAND_FORCE] = 0.0
 
 
+@compiled
+def keep_order(dev: np.ndarray) -> None:
+    """Let the next ``configure`` keep pending commands so many samples away, whatever times that makes."""
+    dev[_PERIOD] = 0.0
+
+
 @internal
 def _store(dev, at, m):
     for i in range(8):

@@ -7,10 +7,6 @@ import math
 
 from hapkit_studio.dynamics.jit import compiled
 
-# A dragged tether is as taut as can be, rounding aside: the board's single precision knows a handle's place
-# to 4 nm. This many m slack are more than that, whatever the stiffness, and less than a sensor ever shows.
-SLACK = 2e-8
-
 
 @compiled
 def projected(velocity, limit):
@@ -55,29 +51,30 @@ def bristle(bend, moved, level, stiffness):
 
 
 @compiled
-def sticking_tether(x, before, anchor, stuck, stiffness, damping, static, kinetic, dt):
-    """Return (force, anchor, stuck): a spring and damper to an anchor that holds up to `static`.
+def sticking_tether(x, before, anchor, slides, stiffness, damping, static, kinetic, dt):
+    """Return (force, anchor, slides): a spring and damper to an anchor that holds up to `static`.
 
-    Beyond that the anchor is dragged along with `kinetic` N > 0 until the tether goes slack: then it sticks
-    again. x and before m, stiffness N/m > 0, damping N·s/m; the implicit step of Kikuuwe et al. 2006.
+    Beyond that it slides, with `kinetic` N > 0, until it turns back: then it sticks to a new anchor, from
+    which the spring pulls with `kinetic`. slides has the sign of the force while it slides, else it is 0;
+    x and before m, stiffness N/m > 0, damping N·s/m.
     """
-    shock = damping / dt
-    pull = stiffness * (anchor - x) + shock * (before - x)
-    turned = pull * (anchor - before) < 0.0
-    held = stuck > 0.0 or turned or abs(pull) < kinetic - stiffness * SLACK
-    if held and abs(pull) <= max(static, kinetic):
-        return pull, anchor, 1.0
-    force, both = math.copysign(kinetic, pull), stiffness + shock
-    return force, x + math.copysign(kinetic / both, pull) + shock / both * (anchor - before), 0.0
+    if slides != 0.0:
+        if (before - x) * slides >= 0.0:
+            return math.copysign(kinetic, slides), anchor, slides
+        anchor = before + math.copysign(kinetic / stiffness, slides)
+    pull = stiffness * (anchor - x) + damping / dt * (before - x)
+    if abs(pull) <= max(static, kinetic):
+        return pull, anchor, 0.0
+    return math.copysign(kinetic, pull), anchor, math.copysign(1.0, pull)
 
 
 @compiled
 def banded(x, v, anchor, stiffness, static, kinetic, band):
-    """Return (force, anchor, stuck) by Karnopp's rule: held within a band of speed, sliding beyond it.
+    """Return (force, anchor, slides) by Karnopp's rule: held within a band of speed, sliding beyond it.
 
     It enters the band with a slack tether: one already taut would be energy from nowhere.
     """
     if abs(v) < band:
         hold, anchor = tether(x, anchor, stiffness, static)
-        return hold, anchor, 1.0 if abs(hold) < static else 0.0
-    return -math.copysign(kinetic, v), x, 0.0
+        return hold, anchor, 0.0 if abs(hold) < static else math.copysign(1.0, hold)
+    return -math.copysign(kinetic, v), x, -math.copysign(1.0, v)

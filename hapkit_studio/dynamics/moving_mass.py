@@ -67,14 +67,14 @@ def acceleration(x, v, m, b, k, f, touch, side, speed, contact, pad, reach, wall
 def pushed(x, v, touch, side, speed, contact, pad):
     """Return the force in N of the handle on an object at x that moves at v, positive to the right.
 
-    The damper acts on the way in only.
+    The damper acts on the way in only; where it is 0, a board does not ask which way that is.
     """
     depth = touch - x
     if side * depth <= 0.0:
         return 0.0
     force = contact * depth
     rate = speed - v
-    if side * rate > 0.0:
+    if pad > 0.0 and side * rate > 0.0:
         force += pad * rate
     return force
 

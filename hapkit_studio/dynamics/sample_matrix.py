@@ -19,6 +19,7 @@ Law = Callable[[np.ndarray, float, float, float], tuple[float, Sequence[float]]]
 """Linear in memory (k,), position m and velocity m/s; also takes the s passed; returns N and memory."""
 
 _ESTIMATOR = 6  # numbers that a linear estimator remembers, the last position first
+_LAW = 2 + _ESTIMATOR  # where in a state what the law remembers begins, its newest command after that
 
 
 def spring(stiffness: float, damping: float) -> Law:
@@ -50,30 +51,39 @@ def coupled(integrator: float, mass: float, own: tuple[float, float], coupling: 
     return force
 
 
-def sample_matrix(loop: Loop, law: Law, remembered: int, period: float, late: float) -> np.ndarray:
-    """Return the map (s, s) from just after one sample to just after the next, ``period`` s later.
+def without_law(loop: Loop, remembered: int, period: float, late: float) -> np.ndarray:
+    """Return the map (s + 1, s) from just after one sample to just after the next, ``period`` s later.
 
     A command acts ``late`` s after its sample, and after as many samples more as the loop's delay has whole
-    periods. State: x, v, what estimator and law remember, the commands with the newest first. The loop's own
-    damping does not count.
+    periods. State: x, v, what estimator and law remember, the commands with the newest first. What the law
+    is to fill is 0; the last row is the velocity that it gets. The loop's own damping does not count.
     """
     m, c, k = loop.mass, loop.viscous, loop.hand.stiffness
     first, second = transition(m, c, k, late), transition(m, c, k, period - late)
     code, coefs = estimators.design(loop.estimator, loop.rate, loop.quantum)
     whole = math.floor(loop.delay * loop.rate + 1e-9)
-    begin = 2 + _ESTIMATOR
-    end = begin + remembered
+    size = _LAW + remembered + whole + 2
 
     def after(state: np.ndarray) -> np.ndarray:
-        memory, commands = np.zeros(estimators.MEMORY), state[end:]
-        memory[:_ESTIMATOR] = state[2:begin]
+        memory, commands = np.zeros(estimators.MEMORY), state[_LAW + remembered :]
+        memory[:_ESTIMATOR] = state[2:_LAW]
         x, v = apply(first, state[0], state[1], commands[whole + 1], 0.0)
         x, v = apply(second, x, v, commands[whole], 0.0)
         velocity = estimators.step(code, coefs, memory, x, period)
-        force, kept = law(state[begin:end], x, velocity, period)
-        return np.r_[x, v, memory[:_ESTIMATOR], kept, force, commands[:-1]]
+        return np.r_[x, v, memory[:_ESTIMATOR], np.zeros(remembered + 1), commands[:-1], velocity]
 
-    return np.column_stack([after(unit) for unit in np.eye(end + whole + 2)])
+    return np.column_stack([after(unit) for unit in np.eye(size)])
+
+
+def sample_matrix(free: np.ndarray, law: Law, remembered: int, period: float) -> np.ndarray:
+    """Return the whole map (s, s): that without a law, with this one in it, ``period`` s passed."""
+    kept = slice(_LAW, _LAW + remembered)
+    felt = np.vstack([np.eye(free.shape[1])[kept], free[0], free[-1]])
+    answers = (law(unit[:-2], unit[-2], unit[-1], period) for unit in np.eye(remembered + 2))
+    columns = np.column_stack([np.r_[memory, force] for force, memory in answers])
+    whole = free[:-1].copy()
+    whole[_LAW : _LAW + remembered + 1] = columns @ felt
+    return whole
 
 
 def used(matrices: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """A mass on a rubbing surface, drawn by a spring whose end moves: friction models show what they are.
 
 A step of one model goes from the velocity v m/s to the next one; the pull on the mass is known, as only a
-simulation knows it. memory holds the anchor, the bend of the bristles and the last position (m), and whether
+simulation knows it. memory holds the anchor, the bend of the bristles and the last position (m), and 0 where
 it sticks. Options stand in numbers in the order of the model's parameters.
 """
 
@@ -18,7 +18,7 @@ from hapkit_studio.parameters import Parameter, resolve
 COULOMB, SMOOTHED, KARNOPP, KARNOPP_BAND, STRIBECK = range(5)
 PROJECTION, TETHER, LUGRE, DAHL, HAYWARD_ARMSTRONG = range(5, 10)
 MEMORY = 4
-_ANCHOR, _BEND, _BEFORE, _STUCK = range(MEMORY)
+_ANCHOR, _BEND, _BEFORE, _SLIDES = range(MEMORY)
 
 
 @internal
@@ -46,8 +46,8 @@ def _hayward_armstrong(x, memory, static, kinetic, stiffness):
 def _strained(model, x, v, memory, static, kinetic, options, dt):
     """Return the friction in N, against positive motion, of the models that strain something."""
     if model == TETHER:
-        drag, memory[_ANCHOR], memory[_STUCK] = sticking_tether(
-            x, memory[_BEFORE], memory[_ANCHOR], memory[_STUCK], options[0], options[1], static, kinetic, dt
+        drag, memory[_ANCHOR], memory[_SLIDES] = sticking_tether(
+            x, memory[_BEFORE], memory[_ANCHOR], memory[_SLIDES], options[0], options[1], static, kinetic, dt
         )
         return -drag
     if model == LUGRE:
@@ -91,7 +91,7 @@ def run(model, times, applied, mass, spring, viscous, static, kinetic, options, 
     m x'' = applied - spring x - viscous v - friction; the new velocity moves the mass.
     """
     for _ in range(times):
-        memory[_ANCHOR], memory[_BEND], memory[_BEFORE], memory[_STUCK] = x[0], 0.0, x[0], 1.0
+        memory[_ANCHOR], memory[_BEND], memory[_BEFORE], memory[_SLIDES] = x[0], 0.0, x[0], 0.0
         for n in range(x.size - 1):
             pull = applied[n] - spring * x[n] - viscous * v[n]
             v[n + 1] = _next(model, x[n], v[n], pull, memory, mass, static, kinetic, options, dt)

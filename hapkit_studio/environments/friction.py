@@ -19,8 +19,7 @@ from hapkit_studio.parameters import Choice, Parameter
 MODELS = ("coulomb", "smoothed", "karnopp", "stribeck", "projection", "tether", "lugre")
 LABELS = ("Coulomb", "Smoothed", "Karnopp", "Stribeck", "Projection", "Tether", "LuGre")
 COULOMB, SMOOTHED, KARNOPP, STRIBECK, PROJECTION, TETHER, LUGRE = range(len(MODELS))
-# Friction of exactly nothing would have no direction, and what slides could not be seen to turn back.
-# The stiffest tether is stretched by 50 nm then, which the board's single precision can still tell.
+# Friction of exactly nothing has no ratio of kinetic to static.
 LEAST = 1e-3
 
 # LuGre's bristles slide once they bear this much of the kinetic force; all of it they reach only to rounding.
@@ -35,7 +34,7 @@ USUAL_PERIOD = 1e-3
 NOTICED = 0.07
 
 
-@law(state={"anchor": 0.0, "stuck": 1.0, "before": 0.0, "started": 0.0})
+@law(state={"anchor": 0.0, "slides": 0.0, "before": 0.0, "started": 0.0})
 def force(p, s, x, v, dt):
     if s.started == 0.0:
         s.started = 1.0
@@ -46,11 +45,11 @@ def force(p, s, x, v, dt):
     stiffness = p.tether_stiffness
     if p.model == "tether" or p.model == "projection":
         damping = stiffness * dt if p.model == "projection" else 0.0
-        dry, s.anchor, s.stuck = sticking_tether(
-            x, s.before, s.anchor, s.stuck, stiffness, damping, static, kinetic, dt
+        dry, s.anchor, s.slides = sticking_tether(
+            x, s.before, s.anchor, s.slides, stiffness, damping, static, kinetic, dt
         )
     elif p.model == "karnopp":
-        dry, s.anchor, s.stuck = banded(x, v, s.anchor, stiffness, static, kinetic, p.stick_velocity)
+        dry, s.anchor, s.slides = banded(x, v, s.anchor, stiffness, static, kinetic, p.stick_velocity)
     elif p.model == "stribeck" or p.model == "lugre":
         level = stribeck(v, static, kinetic, p.stribeck_velocity)
         if p.model == "stribeck":
@@ -60,7 +59,7 @@ def force(p, s, x, v, dt):
             dry = -stiffness * bend
             s.anchor = x - bend
             level = SLIDING * kinetic
-        s.stuck = 1.0 if abs(dry) < level else 0.0
+        s.slides = 0.0 if abs(dry) < level else math.copysign(1.0, dry)
     else:
         dry = 0.0
         if p.model == "smoothed":
@@ -68,7 +67,7 @@ def force(p, s, x, v, dt):
         elif v != 0.0:
             dry = -math.copysign(kinetic, v)
         s.anchor = x
-        s.stuck = 0.0
+        s.slides = 0.0
     s.before = x
     return dry - p.viscous * v
 

@@ -39,32 +39,40 @@ def ringing(since, amplitude, decay, hertz):
     return amplitude * math.exp(-decay * since) * math.sin(math.tau * hertz * since)
 
 
-@law(state={"since": -1.0, "speed": 0.0, "armed": 1.0, "periods": 0.0, "strength": 0.0})
+def ringing_steps(decay, hertz, dt):
+    """Return (first, kept, drawn), by which samples of ``ringing`` follow one another, of amplitude 1.
+
+    The first rise is `first`; each next one is `kept` of the one before less `drawn` of the height between.
+    """
+    shrinks, angle = math.exp(-decay * dt), math.tau * hertz * dt
+    kept = shrinks * shrinks
+    return shrinks * math.sin(angle), kept, 1.0 + kept - 2.0 * shrinks * math.cos(angle)
+
+
+@law(state={"since": -1.0, "speed": 0.0, "ring": 0.0, "rise": 0.0})
 def force(p, s, x, v, dt):
-    """Render the wall, and the ringing as ``ringing`` has it; its strength falls by one share a period."""
-    depth = x - p.position
-    if depth <= -LEFT:
-        s.armed, s.since = 1.0, -1.0
+    """Render the wall, and the ringing as ``ringing`` has it, each sample from the one before."""
+    depth, pull = x - p.position, 0.0
+    if depth > 0.0:
+        pull = -p.stiffness * depth
+        if p.damping > 0.0 and v > 0.0:
+            pull -= p.damping * v
+    elif depth <= -LEFT:
+        s.since = -1.0
         return 0.0
     amplitude, decay, hertz = sound(p.material, p.amplitude, p.decay, p.frequency)
-    if s.since >= 0.0:
-        s.periods += 1.0
-        s.since = s.periods * dt
-        s.strength *= math.exp(-decay * dt)
-    push = 0.0
-    if depth > 0.0:
-        entering = max(v, 0.0)
-        if s.armed > 0.5:
-            s.armed, s.since, s.periods = 0.0, 0.0, 0.0
-            s.speed, s.strength = entering, amplitude * entering
-        push = p.stiffness * depth + p.damping * entering
+    first, kept, drawn = ringing_steps(decay, hertz, dt)
     if s.since < 0.0:
-        return -push
-    if decay * s.since > OVER:
-        s.since = -1.0
-        return -push
-    tap = s.strength * math.sin(math.tau * hertz * s.since)
-    return -push - min(max(tap, -p.limit), p.limit)
+        if depth > 0.0:
+            s.since, s.speed, s.ring = 0.0, max(v, 0.0), 0.0
+            s.rise = amplitude * first * s.speed
+        return pull
+    if s.since > OVER / decay:
+        return pull
+    s.since += dt
+    s.ring += s.rise
+    s.rise = kept * s.rise - drawn * s.ring
+    return pull - min(max(s.ring, -p.limit), p.limit)
 
 
 def unused(values: Values) -> dict[str, str]:

@@ -22,6 +22,8 @@ from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.pages.chain import ChainPage
+    from hapkit_studio.gui.pages.stability.jitter import LoopJitter
+    from hapkit_studio.gui.pages.stability.page import StabilityPage
     from hapkit_studio.gui.window import MainWindow
 
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
@@ -305,6 +307,10 @@ def _test(window: "MainWindow") -> object:
     return CheckDialog.open_over(window)
 
 
+def _jitter(window: "MainWindow") -> "LoopJitter":
+    return cast("StabilityPage", window.views.shown).side.jitter
+
+
 _DEVICE = (
     Action("device.setup", "Set up my Hapkit…", _set_up, enabled=_may_set_up),
     Action("device.check", "Test my Hapkit…", _test, enabled=_has_board),
@@ -313,6 +319,10 @@ _DEVICE = (
     Action(
         "device.reconnect", "Reconnect", lambda w: w.studio.device.reconnect(), "Ctrl+R",
         enabled=lambda w: w.studio.link.state not in ("preparing", "connecting"),
+    ),
+    Action(
+        "device.jitter", "What this loop's jitter costs", lambda w: _jitter(w).ask(),
+        enabled=lambda w: w.views.key == "stability" and _jitter(w).button.isEnabled(),
     ),
     Action("device.flash", "Flash firmware…", lambda w: w.show_flash()),
 )  # fmt: skip

@@ -144,9 +144,11 @@ def compile_laws(*keys: str) -> None:
 def compile_verdict(*_keys: str) -> None:
     """Compile what judges a scene."""
     from hapkit_studio.analysis.setting import Setting
+    from hapkit_studio.analysis.stability.objects import OBJECTS, contact_limit
     from hapkit_studio.analysis.stability.verdict import of_spring
 
     of_spring(Setting(), 300.0, 0.0)
+    contact_limit(Setting(), OBJECTS[0], {})
 
 
 def compile_boards(*_keys: str) -> None:

@@ -100,6 +100,11 @@ class Recording(QObject):
 
         self._save.start(save)
 
+    def lateness(self, since: float) -> Any:
+        """Return how late in s each kept sample was since a time of the rows' clock; for another thread."""
+        assert self._recorder is not None
+        return self._recorder.lateness(since)
+
     def mark(self, text: str, when: float) -> None:
         """Note a marker at a time in s of the rows' clock."""
         if self._recorder is not None:

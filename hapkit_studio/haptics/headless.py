@@ -74,13 +74,20 @@ def run_prescribed(
 
 
 @compiled
-def run_irregular(r: LoopArrays, body: Plant, periods: np.ndarray, late: np.ndarray, out: np.ndarray) -> None:
-    """Fill one row a sample of a released handle: periods, late (n,) in s until the next, until its force."""
+def run_irregular(
+    r: LoopArrays, body: Plant, hand: np.ndarray, periods: np.ndarray, late: np.ndarray, out: np.ndarray
+) -> None:
+    """Fill one row a sample: periods, late (n,) in s until the next sample, until the force of this one.
+
+    hand is mass, damping, stiffness, at rest at 0. A force acts so many samples later as late has periods.
+    """
     settings = r.block.values
     passed, when = settings[block.PERIOD], 0.0
     for k in range(out.shape[0]):
         settings[block.PERIOD], settings[block.DELAY] = periods[k], late[k]
-        simulated_loop.configure(body, settings, settings, False)
+        body.constants[simulated_loop.PERIOD] = math.nan  # other than the last: configure looks at it
+        simulated.keep_order(body.dev)
+        simulated_loop.configure(body, settings, hand, True)
         row = out[k]
         row[rows.BOARD_TIME] = when
         simulated_loop.write_truth(body, math.nan, row)

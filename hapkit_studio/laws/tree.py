@@ -512,7 +512,9 @@ def replaced(value: Expr | Test, name: str, by: Expr):
                 return by
             case Op(op, args):
                 numbers = [a for a in args if isinstance(a, Num)]
-                return (folded(op, numbers) if len(numbers) == len(args) else None) or simplified(op, args)
+                known = folded(op, numbers) if len(numbers) == len(args) else None
+                # what is still a quotient has to meet whole numbers
+                return known or (part if op == "/" else simplified(op, args))
         return part
 
     return rebuilt(value, change)

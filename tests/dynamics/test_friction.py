@@ -70,34 +70,34 @@ def test_a_bristle_bends_to_its_end_and_never_beyond():
 
 
 def follow(path, stiffness, damping, static, kinetic, dt=1e-3):
-    """Return force, anchor and stuck (n,) of a sticking tether along a path (n,)."""
-    anchor, stuck, before, rows = path[0], 1.0, path[0], []
+    """Return force, anchor and whether it slides (n,) of a sticking tether along a path (n,)."""
+    anchor, slides, before, rows = path[0], 0.0, path[0], []
     for x in path:
-        force, anchor, stuck = sticking_tether(
-            x, before, anchor, stuck, stiffness, damping, static, kinetic, dt
+        force, anchor, slides = sticking_tether(
+            x, before, anchor, slides, stiffness, damping, static, kinetic, dt
         )
-        rows.append((force, anchor, stuck))
+        rows.append((force, anchor, slides))
         before = x
     return np.array(rows).T
 
 
 def test_it_breaks_away_at_the_static_force_and_slides_with_the_kinetic_one():
     path = np.arange(2001) * 1e-6
-    force, anchor, stuck = follow(path, 500.0, 0.0, 0.6, 0.4)
-    off = np.flatnonzero(stuck == 0.0)[0]
+    force, anchor, slides = follow(path, 500.0, 0.0, 0.6, 0.4)
+    off = np.flatnonzero(slides)[0]
     assert path[off] == pytest.approx(0.6 / 500.0, abs=1.1e-6)
     assert force[off - 1] == pytest.approx(-0.6, abs=1e-3)
     assert (force[off:] == -0.4).all()
     assert not anchor[:off].any()
-    assert not stuck[off:].any()
+    assert slides[off:].all()
 
 
 def test_it_sticks_again_where_the_tether_goes_slack_and_holds_more():
     """Out, back by half a millimetre, out again: it takes the static force once more."""
     path = np.concatenate([np.arange(0, 2000), np.arange(2000, 1500, -1), np.arange(1500, 3500)]) * 1e-6
-    force, _, stuck = follow(path, 500.0, 0.0, 0.6, 0.4)
-    assert stuck[2001:3400].all()
-    again = 2500 + np.flatnonzero(stuck[2500:] == 0.0)[0]
+    force, _, slides = follow(path, 500.0, 0.0, 0.6, 0.4)
+    assert not slides[2001:3400].any()
+    again = 2500 + np.flatnonzero(slides[2500:])[0]
     assert force[again - 1] == pytest.approx(-0.6, abs=1e-3)
     assert path[again] == pytest.approx(2.0e-3 + 0.2 / 500.0, abs=3e-6)
 
@@ -106,9 +106,9 @@ def test_it_sticks_again_where_the_tether_goes_slack_and_holds_more():
 def test_a_slide_seen_in_counts_is_no_flicker_of_sticking(damping):
     """A count every other period, the tether as taut in between: it slides on."""
     path = 20.7e-6 * np.repeat(np.arange(200), 2)
-    force, _, stuck = follow(path, 500.0, damping, 0.6, 0.4)
-    off = np.flatnonzero(stuck == 0.0)[0]
-    assert not stuck[off:].any()
+    force, _, slides = follow(path, 500.0, damping, 0.6, 0.4)
+    off = np.flatnonzero(slides)[0]
+    assert slides[off:].all()
     assert (force[off:] == -0.4).all()
 
 
@@ -124,9 +124,9 @@ def test_what_sticks_never_gives_energy(rng, damping):
 
 
 def test_karnopps_band_holds_inside_and_slides_outside():
-    assert banded(1e-3, 0.02, 0.0, 500.0, 0.6, 0.4, 0.03) == (-0.5, 0.0, 1.0)
-    force, anchor, stuck = banded(2e-3, -0.0297, 0.0, 500.0, 0.6, 0.4, 0.03)
-    assert (force, stuck) == (-0.6, 0.0)
+    assert banded(1e-3, 0.02, 0.0, 500.0, 0.6, 0.4, 0.03) == (-0.5, 0.0, 0.0)
+    force, anchor, slides = banded(2e-3, -0.0297, 0.0, 500.0, 0.6, 0.4, 0.03)
+    assert (force, slides) == (-0.6, -1.0)
     assert anchor == pytest.approx(0.8e-3)
-    assert banded(2e-3, 0.0303, 0.0, 500.0, 0.6, 0.4, 0.03) == (-0.4, 2e-3, 0.0)
-    assert banded(2e-3, -0.5, 0.0, 500.0, 0.6, 0.4, 0.03) == (0.4, 2e-3, 0.0)
+    assert banded(2e-3, 0.0303, 0.0, 500.0, 0.6, 0.4, 0.03) == (-0.4, 2e-3, -1.0)
+    assert banded(2e-3, -0.5, 0.0, 500.0, 0.6, 0.4, 0.03) == (0.4, 2e-3, 1.0)

@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 
 import hapkit_studio as hs
+from hapkit_studio.dynamics.hand import SCRIPTS
 from hapkit_studio.environments.base import Conditions
+from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
+from hapkit_studio.laws.machine import ARENA
 from tests.environments import calling
 from tests.environments.calling import along
 
 COUNT = 20.7e-6
+SURFACE = calling.LIBRARY["hard_surface"]
 # theory §6, the accelerations as forces on a handle of 0.044 kg
 MATERIALS = {"rubber": (116.7, 60.0, 18.0), "wood": (150.0, 80.0, 100.0), "aluminium": (300.0, 90.0, 300.0)}
 
@@ -91,7 +95,40 @@ def test_rings_again_only_after_leaving_by_two_counts(counts, again):
     ringing = 15.0 * speed * np.exp(-60.0 * tau) * np.sin(2.0 * np.pi * 50.0 * tau)
     assert got[11:] == pytest.approx(-0.25 - ringing, abs=1e-9)
     assert states[-1, 1] == speed
-    assert states[10, 2] == float(again)
+    assert (states[10, 0] == -1.0) == again
+
+
+def by_formula(run, rate, decay, hertz):
+    """Return the force (n,) in N at every sample of a run, the ringing by its formula over time."""
+    out, since, speed = [], None, 0.0
+    for x, v in zip(run.position - 0.005, run.velocity, strict=True):
+        since = None if since is None or x <= -2.0 * COUNT else since + 1
+        if since is None and x > 0.0:
+            since, speed = 0, max(v, 0.0)
+        tau = 0.0 if since is None else since / rate
+        ringing = 15.0 * speed * math.exp(-decay * tau) * math.sin(2.0 * math.pi * hertz * tau)
+        wall = 250.0 * x + 3.0 * max(v, 0.0) if x > 0.0 else 0.0
+        out.append(-wall - min(max(ringing, -1.5), 1.5))
+    return np.array(out)
+
+
+@pytest.mark.parametrize("hand", SCRIPTS)
+@pytest.mark.parametrize(
+    ("rate", "decay", "hertz"), [(1000.0, 60.0, 50.0), (4000.0, 5.0, 400.0), (500.0, 300.0, 5.0)]
+)
+def test_whoever_holds_it_feels_the_formula(hand, rate, decay, hertz):
+    """A step from sample to sample is no approximation: six orders of magnitude below 15 mN."""
+    device = hs.SimulatedHapkit(initial_velocity=0.3)
+    given = {"damping": 3.0, "decay": decay, "frequency": hertz}
+    run = hs.simulate("hard_surface", given, hand=hand, device=device, rate=rate, seconds=3.0)
+    assert run.position.max() > 0.005
+    assert run.force == pytest.approx(by_formula(run, rate, decay, hertz), abs=1e-8)
+
+
+def test_half_the_cycles_on_the_board():
+    """2,999 with sine and exponential at every tick."""
+    program = BoardPlanner(ARENA).plan(PlanRequest(SURFACE, SURFACE.values())).program
+    assert program.usual <= 2999 / 2
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.5e-3])

@@ -8,6 +8,8 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.environments.base import Conditions
+from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
+from hapkit_studio.laws.machine import ARENA
 from tests.dynamics import growth
 from tests.environments import calling
 from tests.environments.calling import LIBRARY, call, column, imposed, smoothly
@@ -91,6 +93,16 @@ def test_contact_damping_acts_on_the_way_in_only():
         assert call(MASS, values, 0.013, v)[0] == pytest.approx(want, rel=1e-12)
     assert call(MASS, values, 0.009, 0.2)[0] == 0.0
     assert MASS.impedance(values) == PUCK.impedance(PUCK.values(contact)) == (100.0, 7.0)
+
+
+@pytest.mark.parametrize(
+    ("key", "method", "rate"),
+    [("mass_spring_damper", "lecture", 2000), ("puck", "lecture", 2000), ("puck", "rk4", 1000)],
+)
+def test_the_board_is_twice_as_fast_without_contact_damping(key, method, rate):
+    for damping, expected in ((0.0, rate), (0.001, rate / 2)):
+        values = LIBRARY[key].values({"integrator": method, "contact_damping": damping})
+        assert BoardPlanner(ARENA).plan(PlanRequest(LIBRARY[key], values)).rate == expected
 
 
 def warned(key, period=1e-3, **values):

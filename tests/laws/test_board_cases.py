@@ -1,5 +1,6 @@
 """Small laws on the board's machine, each of which was compiled wrongly once."""
 
+import numpy as np
 import pytest
 
 from tests.laws import random_laws
@@ -169,3 +170,15 @@ def test_a_law_that_was_wrong_once(case, room, machine, tmp_path):
     program = compile_unrounded(law, values, 1e-3, room)
     found = compare(machine, program, Plain(law, values, 1e-3), random_laws.rows(1), lambda force: 1e-3)
     assert found.compared >= 0.8 * found.rows
+
+
+@pytest.mark.parametrize("divisor", [41.0, 47.0, 109.0])
+def test_a_quotient_meets_its_whole_number(divisor, machine, tmp_path):
+    """In single precision such a number times its inverse is below 1."""
+    body = f"both = x + v\nreturn math.floor(both / {divisor})"
+    law = module(tmp_path, law_text(body, random_laws.STATE, HELPERS)).force
+    law.bind(random_laws.PARAMETERS)
+    program = compile_unrounded(law, {p.key: p.default for p in random_laws.PARAMETERS}, 1e-3, 0)
+    machine.load(program.states, [np.float32(n) for n in program.given], program.slots, program.code)
+    forces, _ = machine.run(np.array([[divisor - 1.0, 1.0]], np.float32))
+    assert forces == [1.0]

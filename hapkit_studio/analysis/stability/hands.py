@@ -2,7 +2,7 @@
 
 People's hands are those of the table, and all between: a mass that moves with the handle, a damper and a
 spring to the ground. Each has damping of its own, so they allow several times what passivity does. What comes
-down to the passivity line is an object without damping, a mass on a spring, which may lean on the handle.
+down to the passivity line is an object without damping, masses on springs, which may lean on the handle.
 """
 
 from collections.abc import Callable
@@ -22,6 +22,8 @@ from hapkit_studio.dynamics.sampled_loop import stiffness_limits
 Range = tuple[float, float]
 # Masses and stiffnesses tried in their ranges: the worst is mostly at an end.
 _TRIED = 7
+# Masses on springs of the worst object: within 10 % of the passivity line up to 0.9 of the passive damping.
+_MODES = 64
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ PEOPLE = words(MASS, DAMPING, STIFFNESS)
 
 @dataclass(frozen=True)
 class Family:
-    """The least limits in N/m over damping (n,) in N·s/m: of people's hands, and of one mass on a spring.
+    """The least limits in N/m over damping (n,) in N·s/m: of people's hands, and of masses on springs.
 
     worst: the hand of people that each is the limit of.
     """
@@ -102,7 +104,7 @@ def family(setting: Setting, damping: np.ndarray) -> Family:
     return Family(damping, limits.min(axis=0), worst, springy(setting, damping))
 
 
-def springy(setting: Setting, damping: np.ndarray, modes: int = 1) -> np.ndarray:
+def springy(setting: Setting, damping: np.ndarray, modes: int = _MODES) -> np.ndarray:
     """Return the limit (n,) in N/m with the worst of so many heavy masses on springs, without damping."""
     sampling = setting.rate, setting.delay, setting.estimator, setting.quantum
     return stiffness_with_modes(setting.viscous, damping, *sampling, modes)

@@ -106,7 +106,9 @@ class Plane:
     def words(self) -> str:
         """Return what the handle does, or only how far the limit is."""
         said = self.said
-        return " ".join((*said.lines, stable_again(self.margin))).rstrip() if said else sentence(self.margin)
+        if said is None:
+            return sentence(self.margin)
+        return " ".join(filter(None, (*said.lines, said.holds_for, stable_again(self.margin))))
 
     @property
     def pushes(self) -> bool:
@@ -304,7 +306,7 @@ LINES = {
     "simple": ("Simple rule", "k < (b₀ + b) / (T/2 + td), b₀ of handle and hand"),
     "passive": ("Passivity line", "below it stable in any hand"),
     "people": ("Worst hand of people", PEOPLE),
-    "springy": ("Worst mass on a spring", "no damping of its own: an object, no hand"),
+    "springy": ("Worst object", "masses on springs, no damping of its own: no hand"),
     "coulomb": ("Friction hides steps", "below k = 2 Fc / Δ sensor steps start no buzz"),
     "decays": ("Comes to rest", "let go 3 and 200 steps away"),
     "buzzes": ("Buzzes", "goes on moving, does not grow"),

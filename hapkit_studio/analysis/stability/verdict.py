@@ -12,7 +12,7 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import kb_plane
+from hapkit_studio.analysis.stability import kb_plane, objects
 from hapkit_studio.analysis.stability.behaviour import (
     NUDGE,
     PLACES,
@@ -41,13 +41,15 @@ class Verdict:
     """What the handle does and how far the limit is, by the grip's name: first in the hand, last let go.
 
     unknown: why no limit can be named, "" where there is one. pushes: the scene only pushes the handle out of
-    itself, and a limit is that of a handle fixed to its spring.
+    itself, and a limit is that of a handle fixed to its spring. joint: the limits are those of handle and
+    object together.
     """
 
     does: dict[str, Behaviour]
     margins: dict[str, Margin]
     unknown: str = ""
     pushes: bool = False
+    joint: bool = False
 
     @property
     def calm(self) -> bool:
@@ -102,11 +104,11 @@ class Verdict:
     @property
     def holds_for(self) -> str:
         """Return in a sentence whose limits they are where that is not the scene itself, "" where it is."""
-        return (
-            "Limits and map are those of a handle fixed to the spring."
-            if self.pushes and self.margins
-            else ""
-        )
+        if not self.margins:
+            return ""
+        if self.joint:
+            return "Limits are those of handle and object pressed together; the stability map is a wall's."
+        return "Limits and map are those of a handle fixed to the spring." if self.pushes else ""
 
     def _said(self, hand: str) -> str:
         """Return what the handle does in a hand, and how far from the linear limit where it is calm."""
@@ -116,7 +118,8 @@ class Verdict:
         if not margin.stable:
             if self.pushes and hand == RELEASED:
                 return f"{one.words}, only pushed out"
-            above = f"{times(1.0 / margin.ratio)} above" if margin.limit > 0.0 else "damping is above"
+            none = "any stiffness is above" if self.joint else "damping is above"
+            above = f"{times(1.0 / margin.ratio)} above" if margin.limit > 0.0 else none
             return f"{one.words}, although {above} the limit"
         if margin.island:
             return f"{one.words}, stable again from {span(margin.island)}"
@@ -143,6 +146,20 @@ class Asked:
     def impedance(self) -> tuple[float, float] | None:
         """Return the stiffness (N/m) and damping (N·s/m) that bound stability, None where nothing does."""
         return self.environment.impedance(self.values) if self.environment.impedance else None
+
+    @property
+    def joint(self) -> bool:
+        """Say whether the limits are those of handle and object together."""
+        return objects.holds(self.environment)
+
+    def margin(self, hand: str) -> Margin:
+        """Return how far the impedance, which there is, is from the limit in a hand."""
+        stiffness, damping = self.impedance or (0.0, 0.0)
+        setting = replace(self.setting, hand=hand)
+        if not (self.joint and setting.linear):
+            return kb_plane.margin_of(setting, stiffness, damping)
+        limit = objects.contact_limit(setting, self.environment.key, self.values)
+        return Margin(stiffness, damping, limit, hand)
 
     @cached_property
     def centre(self) -> Centre:
@@ -186,12 +203,8 @@ def verdict(asked: Asked) -> Verdict:
     grips = dict.fromkeys((asked.setting.hand, RELEASED))
     does = {hand: behaviour(asked.scene, grip_named(hand)) for hand in grips}
     unknown = asked.unknown()
-    margins = {}
-    if not unknown and asked.impedance is not None:
-        stiffness, damping = asked.impedance
-        for hand in grips:
-            margins[hand] = kb_plane.margin_of(replace(asked.setting, hand=hand), stiffness, damping)
-    return Verdict(does, margins, unknown, asked.centre.pushes)
+    margins = {} if unknown else {hand: asked.margin(hand) for hand in grips}
+    return Verdict(does, margins, unknown, asked.centre.pushes, asked.joint)
 
 
 def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:

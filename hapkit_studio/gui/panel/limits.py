@@ -138,7 +138,7 @@ class Answer:
     """The verdict, and for a released handle the boundaries of the map as (damping, limit) points.
 
     edge: the linear limit; friction: up to which dry friction holds what a nudge starts. too_much: the ranges
-    of each parameter beyond that. Empty where no limit is known.
+    of each parameter beyond that. Empty where no limit is known, the boundaries also where they are a wall's.
     """
 
     question: Question
@@ -170,5 +170,6 @@ def answer(question: Question) -> Answer:
     found = verdict(asked)
     if not found.margins:
         return Answer(question, found)
-    edges = boundaries(replace(asked.setting, hand=RELEASED), question.width)
+    setting = replace(asked.setting, hand=RELEASED)
+    edges = ((), ()) if found.joint else boundaries(setting, question.width)
     return Answer(question, found, *edges, too_much(asked))

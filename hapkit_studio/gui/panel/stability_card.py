@@ -132,9 +132,8 @@ def details(answer: Answer) -> str:
     parts = [verdict.swings, f"{number(setting.delay * 1e3, 2)} ms from sensor to motor."]
     margin = verdict.margins.get(RELEASED)
     if margin is not None and (margin.stiffness > 0.0 or margin.limit <= 0.0):
-        what = (
-            f"Limit {number(margin.limit, 0)} N/m" if margin.limit > 0.0 else "The damping alone is too much"
-        )
+        none = "No contact is soft enough" if verdict.joint else "The damping alone is too much"
+        what = f"Limit {number(margin.limit, 0)} N/m" if margin.limit > 0.0 else none
         friction = " without dry friction" if setting.coulomb > 0.0 else ""
         parts.append(f"{what}, let go{friction}.")
         parts.append(verdict.holds_for)

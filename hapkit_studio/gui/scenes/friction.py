@@ -1,10 +1,12 @@
 """Friction: a brush on rough ground; its bristles lean by the stretch of the tether that holds them."""
 
+import math
+
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainterPath
 
-from hapkit_studio.environments.friction import ENVIRONMENT
+from hapkit_studio.environments.friction import COULOMB, ENVIRONMENT, PROJECTION, SMOOTHED, TETHER
 from hapkit_studio.gui.scenes.base import Motion, Scene, Values
 from hapkit_studio.gui.scenes.parts import ground
 from hapkit_studio.gui.scenes.stage import Stage
@@ -34,19 +36,23 @@ def fixed(stage: Stage, values: Values) -> None:
     ground(stage, lambda mm: stage.band * _LEVEL + height * np.interp(mm, places, _GRAINS))
 
 
-def _sticks(motion: Motion) -> bool:
-    return motion.state["started"] > 0.5 and motion.state["stuck"] > 0.5
+def _sticks(values: Values, motion: Motion) -> bool:
+    holds = values["model"] not in (COULOMB, SMOOTHED)
+    return holds and motion.state["started"] > 0.5 and motion.state["slides"] == 0.0
 
 
-def stretch(motion: Motion) -> float:
-    """Return in mm how far the anchor that holds the bristles' ends lies from the handle."""
+def stretch(values: Values, motion: Motion) -> float:
+    """Return in mm how far what holds the bristles' ends lies from the handle."""
+    slides = motion.state["slides"]
+    if slides and values["model"] in (PROJECTION, TETHER):  # the anchor stays behind
+        return 1e3 * math.copysign(values["kinetic_force"] / values["tether_stiffness"], slides)
     return 1e3 * motion.state["anchor"] - motion.position if motion.state["started"] > 0.5 else 0.0
 
 
 def moving(stage: Stage, values: Values, motion: Motion) -> None:
     """Draw bristles, pad and, while it sticks, what holds it."""
     u, pad = stage.u, _pad(stage, motion)
-    lean = stretch(motion) * stage.per_mm
+    lean = stretch(values, motion) * stage.per_mm
     bent = max(-_REACH * u, min(_REACH * u, lean))
     _bristles(stage, pad, bent)
     if bent != lean:  # the tether goes on to an anchor that is farther than they reach
@@ -54,7 +60,7 @@ def moving(stage: Stage, values: Values, motion: Motion) -> None:
         stage.line(pad.center().x() + bent, y, anchor, y, stage.pen("objline", 1.6))
         stage.p.setBrush(theme.color("obj"))
         stage.p.drawEllipse(QPointF(anchor, y), 3 * u, 3 * u)
-    if _sticks(motion):
+    if _sticks(values, motion):
         _hold(stage, pad.center().x() + lean)
     stage.use(stage.pen("objline", 1.8), "obj")
     stage.p.drawRoundedRect(pad, 4 * u, 4 * u)
@@ -83,7 +89,7 @@ def _hold(stage: Stage, x: float) -> None:
 def words(stage: Stage, values: Values, motion: Motion) -> None:
     """Say that it sticks, where that can be read."""
     slow = not motion.trail or max(motion.trail) - min(motion.trail) < _STILL
-    if slow and _sticks(motion):
+    if slow and _sticks(values, motion):
         pad, u = _pad(stage, motion), stage.u
         y = pad.center().y() + 4.5 * u
         stage.say("sticks", [(pad.right() + 9 * u, y, 1), (pad.left() - 9 * u, y, -1)], "ink2", 12, 600)

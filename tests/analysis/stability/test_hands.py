@@ -29,19 +29,16 @@ def passivity(setting, shares):
     return damping, passive_stiffness(setting.viscous, damping, *sampling)
 
 
-def test_never_below_the_passivity_line_and_within_a_tenth_of_it():
-    """One mass on a spring is within 10 % on most loops, sixteen are on every one of forty."""
+def test_what_is_drawn_is_never_below_the_passivity_line_and_within_a_tenth_of_it():
+    """On forty loops, up to nine tenths of the largest passive damping."""
     rng = np.random.default_rng(411)
-    near = 0
     for _ in range(40):
         setting = some_setting(rng)
-        damping, line = passivity(setting, (0.0, 0.25, 0.5))
-        one, many = hands.springy(setting, damping), hands.springy(setting, damping, 16)
-        assert (one >= many * (1.0 - 1e-9)).all()
-        assert (many >= line * (1.0 - 1e-9)).all()
-        assert (many <= 1.1 * line).all()
-        near += bool((one <= 1.1 * line).all())
-    assert near >= 20
+        damping, line = passivity(setting, (0.0, 0.25, 0.5, 0.75, 0.9))
+        drawn = hands.springy(setting, damping)
+        assert (drawn >= line * (1.0 - 1e-9)).all()
+        assert (drawn <= 1.1 * line).all()
+        assert (hands.springy(setting, damping, 1) >= drawn * (1.0 - 1e-9)).all()
 
 
 def test_people_are_above_the_line_and_no_random_hand_is_worse():
@@ -52,6 +49,7 @@ def test_people_are_above_the_line_and_no_random_hand_is_worse():
         damping, line = passivity(setting, (0.0, 0.5, 1.0))
         found = hands.family(setting, damping)
         assert (found.people > line).all()
+        assert found.springy[:2] == pytest.approx(1.05 * line[:2], rel=0.05)
         loop = vars(setting) | {"quantum": None, "coulomb": None, "controller": None}
         loop = {key: value for key, value in loop.items() if value is not None}
         for b, limit, worst in zip(damping, found.people, found.worst, strict=True):
@@ -100,7 +98,7 @@ LOOPS = [(0.0, 0.0), (0.0, 0.45), (0.7e-3, 0.3), (1e-3, 0.2), (1.4e-3, 0.0)]
 @pytest.mark.parametrize(("delay", "damping"), LOOPS)
 def test_the_worst_mass_on_a_spring_swings_just_above_its_limit(delay, damping):
     setting = Setting(viscous=0.5, delay=delay)
-    limit = hands.springy(setting, np.array([damping]))[0]
+    limit = hands.springy(setting, np.array([damping]), 1)[0]
     swings = np.r_[np.geomspace(3.0, 300.0, 20), np.linspace(300.0, math.pi * 1e3, 400)]
     inside, outside = (
         max(object_root(setting, damping, share * limit, [w]) for w in swings) for share in (0.98, 1.02)

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability.irregular import Timing, growth, late_by, mean_square_limit
+from hapkit_studio.analysis.stability.irregular import (
+    Timing,
+    growth,
+    late_by,
+    mean_square_limit,
+    measured_limit,
+)
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.sessions.lateness import recorded
@@ -58,6 +64,23 @@ def test_a_steady_loop_has_its_exact_limit(estimator):
     for damping in (0.0, 1.0):
         exact = stiffness_limit(0.044, 0.5, damping=damping, delay=1.3e-3, estimator=estimator)
         assert mean_square_limit(setting, damping, steady) == pytest.approx(exact, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("rate", "delay", "hand"),
+    [(700.0, 5 / 700.0, "released"), (1000.0, 2.4e-3, "medium"), (1000.0, 0.0, "light")],
+)
+def test_whole_periods_of_delay_and_a_hand_count_in_theory_and_measurement(rate, delay, hand):
+    """On time both have the exact limit; late at random the tick calms 2 % inside and grows 2 % outside."""
+    setting = Setting(rate=rate, delay=delay, hand=hand, viscous=0.6)
+    exact = stiffness_limit(0.044, 0.6, rate=rate, delay=delay, hand=hand)
+    assert mean_square_limit(setting, 0.0, late_by(setting, np.zeros(1))) == pytest.approx(exact, rel=1e-5)
+    assert measured_limit(setting, 0.0, late_by(setting, np.zeros(1))) == pytest.approx(exact, rel=0.005)
+    timing = late_by(setting, np.random.default_rng(733).choice([0.0, 0.9e-3], 400, p=(0.7, 0.3)))
+    limit = mean_square_limit(setting, 0.0, timing)
+    assert limit < 0.98 * exact
+    inside, outside = (growth(setting, 0.0, share * limit, timing, seed=6) for share in (0.98, 1.02))
+    assert inside < 0.0 < outside
 
 
 def test_energy_of_a_held_force_says_the_limit_of_drawn_periods():

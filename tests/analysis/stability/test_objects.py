@@ -7,6 +7,7 @@ from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.analysis.stability.objects import contact_limit
+from hapkit_studio.analysis.stability.verdict import Asked, verdict
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
@@ -51,6 +52,29 @@ def test_a_press_calms_just_inside_and_grows_just_outside(key, integrator, mass,
     for share, grows in ((0.99, False), (1.01, True)):
         values = environments.named(key).values({**given}) | {"contact_stiffness": share * limit}
         assert (growth(setting, key, values) > 0.0) == grows
+
+
+SCENES = [
+    ("mass_spring_damper", "semi_implicit", 0.3, 1000.0, 0.4e-3),
+    ("mass_spring_damper", "lecture", 1.5, 1000.0, 1e-3),
+    ("puck", "verlet", 0.2, 1000.0, 0.5e-3),
+]
+
+
+@pytest.mark.parametrize(("key", "integrator", "mass", "rate", "delay"), SCENES)
+def test_the_verdict_says_where_a_press_begins_to_grow_and_not_where_a_wall_does(
+    key, integrator, mass, rate, delay
+):
+    setting = Setting(0.05, 0.6, 0.0, 0.0, rate, delay, hand="light")
+    values = environments.named(key).values({"mass": mass, "integrator": integrator})
+    limit = verdict(Asked(environments.named(key), values, setting)).margins["light"].limit
+    wall = stiffness_limit(0.05, 0.6, rate=rate, delay=delay, hand="light")
+    assert abs(limit / wall - 1.0) > 0.03
+    for share in (0.99, 1.01):
+        asked = Asked(environments.named(key), values | {"contact_stiffness": share * limit}, setting)
+        said = verdict(asked)
+        assert said.margins["light"].stable == (growth(setting, key, asked.values) < 0.0) == (share < 1.0)
+        assert said.holds_for.startswith("Limits are those of handle and object")
 
 
 def test_an_object_too_heavy_to_move_is_a_wall():

@@ -2,13 +2,14 @@
 
 import itertools
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from PySide6.QtGui import QColor
 
 from hapkit_studio.gui.scenes import base as scenes
-from hapkit_studio.gui.scenes import cat, force_arrow, hard_surface, stage
+from hapkit_studio.gui.scenes import cat, force_arrow, friction, hard_surface, stage
 from hapkit_studio.gui.scenes.base import Motion
 from hapkit_studio.gui.scenes.force_arrow import HEAD
 from hapkit_studio.gui.scenes.parts import BALL
@@ -185,17 +186,25 @@ def test_bristles_lean_with_the_tether_and_a_sign_tells_that_they_stick(qtbot):
     view, stage = scene_of(qtbot, "friction", given={"kinetic_force": 0.0})
     row = int(stage.rail - 0.34 * stage.band - 4.5 * stage.u)
 
-    def held(stretch, stuck=1.0):
-        return shot(view, 0.01, state_of("friction", anchor=0.01 + stretch, stuck=stuck, started=1.0))
+    def held(stretch, slides=0.0):
+        return shot(view, 0.01, state_of("friction", anchor=0.01 + stretch, slides=slides, started=1.0))
 
     ends = [np.flatnonzero(has(held(s), "objline", 60)[row]).mean() for s in (-0.0015, 0.0, 0.0008)]
     assert ends[1] == pytest.approx(stage.x(10.0), abs=NEAR)
     # a bristle is a parabola: where it is looked at it has gone 0.70 of the way to its end
     assert np.diff(ends) == pytest.approx(0.70 * stage.per_mm * np.array([1.5, 0.8]), abs=2 * NEAR)
-    held(0.001, stuck=0.0)
+    held(0.001, slides=-1.0)
     words = len(view.text_boxes())
     held(0.001)
     assert len(view.text_boxes()) == words + 1
+
+
+def test_bristles_lean_by_the_kinetic_force_while_they_slide():
+    """A tether leaves its anchor behind then: 0.4 N on 500 N/m are 0.8 mm, the way that friction pulls."""
+    state = {"anchor": 0.0, "slides": -1.0, "before": 0.02, "started": 1.0}
+    values = LIBRARY["friction"].values()
+    assert friction.stretch(values, SimpleNamespace(position=20.0, state=state)) == pytest.approx(-0.8)
+    assert friction.stretch({**values, "model": 3.0}, SimpleNamespace(position=1.0, state=state)) == -1.0
 
 
 # grounds ----------------------------------------------------------------------------------------

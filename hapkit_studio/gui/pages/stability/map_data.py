@@ -10,7 +10,7 @@ import numpy as np
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane
 from hapkit_studio.analysis.stability.kb_plane import Cells, Plane, Points
-from hapkit_studio.analysis.stability.margin import nice_top
+from hapkit_studio.analysis.stability.margin import Margin, nice_top
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
 from hapkit_studio.analysis.stability.verdict import Asked, verdict
 from hapkit_studio.dynamics.hand import GRIPS
@@ -35,6 +35,12 @@ class LinesQuestion:
     every_hand: bool = False
     asked: Asked | None = None
 
+    def margin(self, hand: str) -> Margin:
+        """Return how far the impedance is from the limit in a hand, as the scene's verdict has it."""
+        if self.asked is not None:
+            return self.asked.margin(hand)
+        return kb_plane.margin_of(replace(self.setting, hand=hand), self.stiffness, self.damping)
+
 
 @dataclass(frozen=True)
 class Lines:
@@ -54,11 +60,11 @@ def solve(ask: LinesQuestion) -> Lines:
     axes = ask.axes
     if axes is None or ask.damping > _EDGE * axes[0] or ask.stiffness > _EDGE * axes[1]:
         axes = _axes(ask)
-    limits = kb_plane.hands(ask.setting, ask.damping)
+    margins = {hand: ask.margin(hand) for hand in GRIPS}
+    limits = {hand: margin.limit for hand, margin in margins.items()}
     hand = min(limits, key=lambda name: limits[name]) if ask.every_hand else ask.setting.hand
-    margin = kb_plane.margin_of(replace(ask.setting, hand=hand), ask.stiffness, ask.damping)
     said = verdict(ask.asked) if ask.asked else None
-    plane = replace(_plane(ask.setting, *axes), margin=margin, hands=limits, said=said)
+    plane = replace(_plane(ask.setting, *axes), margin=margins[hand], hands=limits, said=said)
     every = _every(ask.setting, axes[0]) if ask.every_hand else {}
     return Lines(ask, plane, every, {} if ask.stiffness else damping_limits(ask.setting))
 

@@ -70,8 +70,10 @@ def limits(lines: Lines) -> tuple[str, list[tuple[str, str]]]:
     else:
         unit, digits, own = "N/m", 0, plane.hands
         passive = float(np.interp(across, plane.edge_damping, plane.edge, right=0.0))
-    found = {"Passive": passive, **{hand_words(hand).capitalize(): limit for hand, limit in own.items()}}
-    if plane.setting.coulomb > 0.0 and not lines.dampings:
+    joint = plane.said is not None and plane.said.joint
+    found = {} if joint else {"Passive": passive}
+    found |= {hand_words(hand).capitalize(): limit for hand, limit in own.items()}
+    if plane.setting.coulomb > 0.0 and not lines.dampings and not joint:
         name = f"{hand_words(plane.setting.hand).capitalize()}, friction"
         found[name] = float(np.interp(across, plane.damping, plane.friction))
     return title, [(name, f"{number(k, digits)} {unit}" if k > 0.0 else "none") for name, k in found.items()]
@@ -111,7 +113,7 @@ class VerdictColumn(SidePanel):
         title, pairs = limits(lines) if lines else ("", [])
         self.limits_heading.setText(title)
         self.limits.show_pairs(pairs)
-        self.why.setVisible(bool(pairs))
+        self.why.setVisible("Passive" in dict(pairs))
 
     def show_lines(self, words: dict[str, tuple[str, str]]) -> None:
         """Say what each line of the map means."""
