@@ -12,7 +12,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
 
 from hapkit_studio.analysis.checks import whole_number
 from hapkit_studio.errors import StudioError
@@ -30,6 +30,7 @@ _AHEAD = 2
 _UNKNOWN_WORKERS = 16
 # How often a chunk is sent again after its executor has given it up with one of its ``lost`` exceptions.
 _MOST_LOSSES = 3
+GAVE_UP = "The executor gave up a part of the work: it was shut down or cut off, or a worker was killed."
 
 
 class Cancelled(StudioError):
@@ -106,8 +107,8 @@ def _swept(
                     break
             for future in wait(under_way, LOOK_SECONDS, FIRST_COMPLETED).done:
                 first, last = under_way.pop(future)
-                if future.cancelled():
-                    raise StudioError("The executor gave up a part of the work: it was shut down or cut off.")
+                if future.cancelled() or isinstance(future.exception(), BrokenExecutor):
+                    raise StudioError(GAVE_UP)
                 if isinstance(future.exception(), getattr(executor, "lost", ())):
                     losses[first] += 1
                     if losses[first] <= _MOST_LOSSES:

@@ -1,0 +1,151 @@
+"""A survey: each point is the loop's own limit; what is computed stays, whatever ends the work."""
+
+import itertools
+import os
+import signal
+import sqlite3
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.analysis import survey
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.survey import Axes, SurveyError
+from hapkit_studio.charts.survey import survey_figure
+from hapkit_studio.cli import main
+from hapkit_studio.commands import base
+from hapkit_studio.errors import StudioError
+from tests.analysis.sweep_tasks import Serial
+
+HELD = 0.05, 4.0, 200.0
+AXES = Axes(("difference", "kalman"), (500.0, 2000.0), (0.0, 1e-3), ((0.0, 0.0, 0.0), HELD), (0.0, 1.5, 4.0))
+
+
+class Stops(Executor):
+    """Computes so many chunks, then is gone as a killed program is."""
+
+    def __init__(self, chunks: int):
+        self.left, self.serial = chunks, Serial()
+
+    def submit(self, fn, /, *args, **kwargs):
+        self.left -= 1
+        if self.left >= 0:
+            return self.serial.submit(fn, *args, **kwargs)
+        lost: Future = Future()
+        lost.cancel()
+        lost.set_running_or_notify_cancel()
+        return lost
+
+
+def test_each_point_is_the_limit_of_that_loop_and_hand(tmp_path):
+    path = tmp_path / "limits.survey"
+    assert survey.compute(path, AXES, Serial()) == 16
+    axes, limits = survey.read(path)
+    assert axes == AXES
+    usual = Setting()
+    places = (enumerate(values) for values in (AXES.estimators, AXES.rates, AXES.delays, AXES.damping))
+    for (e, estimator), (r, rate), (d, delay), (b, damping) in itertools.product(*places):
+        for h, hand in enumerate((None, "medium")):
+            wanted = hs.stiffness_limit(
+                usual.mass, usual.viscous, damping=damping, rate=rate, delay=delay, estimator=estimator,
+                hand=hand, quantum=usual.quantum,
+            )  # fmt: skip
+            assert limits[e, r, d, h, b] == pytest.approx(wanted, rel=1e-6)
+
+
+def test_what_was_ended_is_gone_on_with_and_nothing_is_computed_twice(tmp_path, monkeypatch):
+    path, computed = tmp_path / "limits.survey", []
+    rows = Axes.limits
+    monkeypatch.setattr(Axes, "limits", lambda axes, row: computed.append(row) or rows(axes, row))
+    with pytest.raises(StudioError, match="gave up a part"):
+        survey.compute(path, AXES, Stops(2))
+    there = len(computed)
+    assert 0 < there < 16
+    _, partial = survey.read(path)
+    assert survey.known(partial) == 3 * there
+    told = []
+    assert survey.compute(path, AXES, Serial(), lambda done, of: told.append((done, of))) == 16 - there
+    assert (told[0], told[-1]) == ((there, 16), (16, 16))
+    assert sorted(computed) == list(range(16))
+    assert survey.compute(path, AXES, Serial()) == 0
+
+
+@pytest.mark.slow
+def test_a_killed_worker_costs_its_chunks_alone(tmp_path):
+    path, axes = tmp_path / "limits.survey", survey.usual_axes(2, 2)
+    with ProcessPoolExecutor(2, get_context("spawn")) as programs:
+
+        def kill(done, _of):
+            if done:
+                os.kill(next(iter(programs._processes)), signal.SIGKILL)
+
+        with pytest.raises(StudioError, match="a worker was killed"):
+            survey.compute(path, axes, programs, kill)
+    _, before = survey.read(path)
+    assert 0 < survey.known(before) < before.size
+    survey.compute(path, axes, Serial())
+    _, after = survey.read(path)
+    assert survey.known(after) == after.size
+    there = ~np.isnan(before)
+    np.testing.assert_array_equal(after[there], before[there])
+
+
+def test_another_survey_and_what_is_none_are_refused_in_one_line(tmp_path):
+    path = tmp_path / "limits.survey"
+    survey.compute(path, AXES, Serial())
+    before = path.read_bytes()
+    with pytest.raises(SurveyError, match=r"holds 2 estimators × 2 rates × 2 delays × 2 hands × 3 dampings"):
+        survey.compute(path, survey.usual_axes(3, 2), Serial())
+    assert path.read_bytes() == before
+    for name, content in (
+        ("foreign", b"not a database " * 90),
+        ("cut", before[:5000]),
+        ("mixed", before[::-1]),
+    ):
+        path = tmp_path / name
+        path.write_bytes(content)
+        with pytest.raises(SurveyError, match=f"^{name} .*$") as error:
+            survey.compute(path, AXES, Serial())
+        assert "\n" not in str(error.value)
+        assert path.read_bytes() == content
+    with sqlite3.connect(tmp_path / "other.db") as other:
+        other.execute("CREATE TABLE limits (a)")
+    with pytest.raises(SurveyError, match=r"^other.db is no survey\.$"):
+        survey.read(tmp_path / "other.db")
+    with pytest.raises(SurveyError, match="There is no survey"):
+        survey.read(tmp_path / "none")
+
+
+@pytest.mark.slow
+def test_the_command_goes_on_draws_and_reads(tmp_path, capsys):
+    path, picture = tmp_path / "limits.survey", tmp_path / "limits.png"
+    with pytest.raises(StudioError):
+        survey.compute(path, survey.usual_axes(2, 1), Stops(1))
+    survey_figure(survey.read(path), picture)  # drawn unfinished
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+    assert main(["survey", str(path), "--read"]) == 0
+    assert "25 of 4,000 loops known" in capsys.readouterr().out
+    words = ["survey", str(path), "--rates", "2", "--delays", "1", "--workers", "2", "--plot", str(picture)]
+    assert main(words) == 0
+    assert "4,000 of 4,000 loops known. 3,975 computed in " in capsys.readouterr().out
+    assert main(["survey", str(path), "--rates", "0"]) != 0
+    assert "takes a whole number, 1 or more" in capsys.readouterr().err
+
+
+def test_the_time_left_counts_from_what_was_there(monkeypatch, capsys):
+    """600 of 1,000 were there; 100 took 10 s, so the last 300 take 30 s."""
+    now = itertools.chain([0.0, 0.0, 10.0]).__next__
+    monkeypatch.setattr(base.time, "monotonic", now)
+    monkeypatch.setattr(base.sys.stderr, "isatty", lambda: True, raising=False)
+    say = base.progress_line("rows")
+    say(600, 1000)
+    say(700, 1000)
+    assert capsys.readouterr().err.strip() == f"rows: {'█' * 14}{'░' * 6} 700 of 1,000, 30 s left"
+
+
+@pytest.mark.parametrize(("seconds", "words"), [(89.0, "89 s"), (91.0, "1.5 min"), (5401.0, "1.5 h")])
+def test_a_time_is_in_a_unit_of_which_it_is_several(seconds, words):
+    assert base.span(seconds) == words
