@@ -50,7 +50,11 @@ def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window, q
     studio, loop = board_window.studio, board_window.loop
     studio.set_loop(where="board")
     rates = []
-    for key, values in (("wall", {}), ("puck", {}), ("puck", {"integrator": "rk4"})):
+    for key, values in (
+        ("wall", {}),
+        ("puck", {"integrator": "semi_implicit"}),
+        ("puck", {"integrator": "verlet"}),
+    ):
         studio.choose(key)
         studio.set_values(values)
         answered(board_window, qtbot)
@@ -91,7 +95,7 @@ def test_what_was_known_stays_in_sight_until_the_board_has_answered(board_window
     switch, studio = board_window.loop.where, board_window.studio
     before = column(board_window, 1)
     monkeypatch.setattr(BackgroundPlanner, "plan", lambda self, planner, request: planner.known(request))
-    studio.choose("friction")
+    studio.choose("hard_surface")
     board_window.live.look()
     assert column(board_window, 1)[1] == before[1]
     assert switch.switch.button(1).isEnabled()
