@@ -95,7 +95,9 @@ def compute(
     """
     with _opened(path, axes) as database:
         known = {row for (row,) in database.execute("SELECT row FROM limits")}
-        missing = [row for row in range(int(np.prod(axes.shape[:-1]))) if row not in known]
+        missing = np.setdiff1d(np.arange(np.prod(axes.shape[:-1])), list(known))
+        # in a drawn order: what is there is a fair sample long before it is all
+        missing = np.random.default_rng(0).permutation(missing).tolist()
 
         def keep(rows: Sequence[int], found: list[bytes]) -> None:
             with database:
