@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hapkit_studio.analysis import survey
 from hapkit_studio.analysis.cluster import ClusterError, cluster
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import rendered
@@ -98,6 +99,23 @@ def test_same_numbers_and_nothing_is_lost_with_a_worker_and_a_scheduler_that_die
         with pytest.raises(StudioError, match="gave up a part"):
             sweep(sweep_tasks.busy_roots, CELLS, executor=executor, progress=kill_the_scheduler, chunk=50)
     assert "Traceback" not in capfd.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_survey_on_a_cluster_is_that_of_one_program_also_when_a_worker_dies(dask, tmp_path):
+    axes, there, here = survey.usual_axes(2, 1), tmp_path / "cluster", tmp_path / "here"
+
+    def kill_in_the_middle(done, of):
+        if done > of // 3 and dask.workers[0].poll() is None:
+            dask.workers[0].send_signal(signal.SIGKILL)
+            dask.workers[0].wait(30.0)
+
+    with cluster(dask.address, timeout=PATIENCE) as executor:
+        executor.client.wait_for_workers(2, timeout=PATIENCE)
+        survey.compute(there, axes, executor, kill_in_the_middle)
+    assert dask.workers[0].poll() == -signal.SIGKILL
+    survey.compute(here, axes)
+    np.testing.assert_array_equal(survey.read(there)[1], survey.read(here)[1])
 
 
 def test_nobody_at_the_address_is_said_in_one_line():
