@@ -1,6 +1,7 @@
 """The command that computes how stiff millions of loops may be, and goes on with what is in its file."""
 
 import argparse
+import signal
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -56,7 +57,13 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor]:
         return cluster(options.scheduler)
     count = workers() if options.workers is None else whole_number(options.workers, "--workers", 1)
     # programs, as most of this work holds Python's lock; new ones, as a copy of this one may hold others
-    return ProcessPoolExecutor(count, get_context("spawn"), initializer=low_priority)
+    return ProcessPoolExecutor(count, get_context("spawn"), initializer=_begin_worker)
+
+
+def _begin_worker() -> None:
+    """Leave Ctrl+C, which a terminal sends to every program, to the one that asks."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    low_priority()
 
 
 def _progress(draw: Callable[[], object]) -> Progress:
