@@ -116,7 +116,10 @@ def read(path: Path) -> tuple[Axes, np.ndarray]:
         axes = _axes(database)
         table = np.full((int(np.prod(axes.shape[:-1])), axes.shape[-1]), np.nan, _NUMBER)
         for row, limits in database.execute("SELECT row, limits FROM limits"):
-            table[row] = np.frombuffer(limits, _NUMBER)
+            try:
+                table[row] = np.frombuffer(limits, _NUMBER)
+            except (ValueError, TypeError, IndexError):
+                raise sqlite3.DataError(f"its row {row} is damaged") from None
     return axes, table.reshape(axes.shape)
 
 

@@ -111,6 +111,14 @@ def test_another_survey_and_what_is_none_are_refused_in_one_line(tmp_path):
             survey.compute(path, AXES, Serial())
         assert "\n" not in str(error.value)
         assert path.read_bytes() == content
+    for number, blob in ((3, b"12345678"), (3, None), (99, before[:12])):
+        damaged = tmp_path / f"damaged{number}"
+        damaged.write_bytes(before)
+        with sqlite3.connect(damaged) as database:
+            database.execute("INSERT OR REPLACE INTO limits VALUES (?, ?)", (number, blob))
+        with pytest.raises(SurveyError, match=f"its row {number} is damaged"):
+            survey.read(damaged)
+        damaged.unlink()
     with sqlite3.connect(tmp_path / "other.db") as other:
         other.execute("CREATE TABLE limits (a)")
     with pytest.raises(SurveyError, match=r"^other.db is no survey\.$"):
