@@ -87,6 +87,7 @@ class VerdictColumn(SidePanel):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Ignored)
         self.setObjectName("beside")
         self.body.setObjectName("beside")
+        self._cover.setObjectName("besideEnd")
         self.sign, self.out, self.why, self.lines = Sign(24), label(), hint(_WHY_SO_MANY), hint()
         self.words.hide()
         self.answers = AnswerLines()
