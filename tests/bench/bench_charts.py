@@ -20,6 +20,7 @@ COMMANDS = {
     "bounce": ("break-it", "bounce"),
     "filtered_damping": ("break-it", "filtered_damping"),
     "identify": ("identify",),
+    "fidelity": ("fidelity",),
     "chain": ("chain", "puck", "friction", "mass_spring_damper"),
 }
 

@@ -1,0 +1,142 @@
+"""A blind comparison: does anybody tell a scene from itself without the terms that it says it can spare?
+
+The judge shares no code with what found those terms. It gets two tables of rows in any order, and nothing
+that says what is missing in which. Every pair lies in one shuffled deck; labels are read when all are judged.
+
+What it knows of people, each one just-noticeable difference (JND):
+
+| what | one JND | source |
+|---|---|---|
+| force between fingers and handle | 6 %, at least 15 mN | Jones, J. Motor Behavior 1989 |
+| place | 0.4 mm | Ho and Srinivasan 1996 |
+| vibration of a handle that is held | 10, 0.5, 0.1 µm at 26, 100, 250 Hz | Brisben et al. 1999 |
+| event | its presence, or 20 ms | Levitin et al. 1999 |
+"""
+
+import math
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import pytest
+from numpy.lib.stride_tricks import sliding_window_view
+from scipy.signal import butter, sosfilt
+
+from hapkit_studio import environments
+from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
+from hapkit_studio.dynamics.hand import hand_named
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.haptics import headless, rows
+from hapkit_studio.haptics.settings import LoopSettings
+
+LIBRARY = environments.discover()
+FAST, RATE = 16_000, 1000  # Hz: as good as continuous; that of a student's loop
+MOMENT, SUMMED = 20, 250  # samples: nobody tells moments apart; a vibration is summed (Verrillo 1965)
+SECONDS = 2.0
+BANDS = 1000.0 * 2.0 ** (np.arange(-16, -3) / 3.0)  # thirds of an octave, 25 to 400 Hz
+LEAST = np.exp(
+    np.interp(np.log(BANDS), np.log([25.0, 26.0, 100.0, 250.0]), np.log([10.8e-6, 1e-5, 5e-7, 1e-7]))
+)
+
+
+# --- the judge
+
+
+def judged(one: np.ndarray, two: np.ndarray, counts: Sequence[int]) -> dict[str, float]:
+    """Return what a person feels of the difference in JND, by sense; who has let go only sees and counts."""
+    pair = one, two
+    found = {"place": furthest(*(t[:, rows.TRUE_POSITION] for t in pair), 0.0, 0.4e-3)}
+    found["event"] = max((events(*(t[:, column] for t in pair)) for column in counts), default=0.0)
+    held = int(np.isfinite(one[:, rows.HAND_TARGET]).sum())
+    if held:
+        forces = [sliding_window_view(t[:held, rows.HAND_FORCE], MOMENT).mean(axis=1) for t in pair]
+        found["force"] = furthest(*forces, 0.06, 0.015)
+        places = [t[:held, rows.TRUE_POSITION] for t in pair]
+        found["vibration"] = max(
+            furthest(*(level(p, f) for p in places), 0.0, a) for f, a in zip(BANDS, LEAST, strict=True)
+        )
+    return found
+
+
+def furthest(one: np.ndarray, two: np.ndarray, share: float, least: float) -> float:
+    """Return how far either is at most from all that the other is within a moment, in JND."""
+    return max(beyond(one, two, share, least), beyond(two, one, share, least))
+
+
+def beyond(values: np.ndarray, other: np.ndarray, share: float, least: float) -> float:
+    around = sliding_window_view(np.pad(other, MOMENT, mode="edge"), 2 * MOMENT + 1)
+    nearest = np.clip(values, around.min(axis=1), around.max(axis=1))
+    return float((np.abs(values - nearest) / np.maximum(share * np.abs(values), least)).max())
+
+
+def level(place: np.ndarray, frequency: float) -> np.ndarray:
+    """Return the amplitude in m in a third of an octave, by the energy of a quarter of a second."""
+    edges = frequency * 2.0 ** np.array([-1.0 / 6.0, 1.0 / 6.0])
+    band = sosfilt(butter(3, edges, "bandpass", fs=RATE, output="sos"), place - place[0])
+    energy = np.convolve(band * band, np.full(SUMMED, 2.0 / SUMMED))
+    return np.sqrt(np.maximum(energy, 0.0))
+
+
+def events(one: np.ndarray, two: np.ndarray) -> float:
+    times = [np.flatnonzero(np.diff(column) >= 1.0) for column in (one, two)]
+    if len(times[0]) != len(times[1]):
+        return math.inf
+    return float(np.abs(times[0] - times[1]).max(initial=0)) / MOMENT
+
+
+# --- the deck
+
+
+def rendered(scene: Environment, gone: Iterable[str], name: str) -> np.ndarray:
+    """Return the rows at RATE of a scene with its defaults, without some terms, under a hand."""
+    hand, without = hand_named(name), set(gone)
+    device = SimulatedHapkit(initial_velocity=0.5 if hand.release <= 0.0 else 0.0).without(without)
+    rate = FAST if "sampling" in without else RATE
+    loop = LoopSettings(rate, 0.0 if "delay" in without else 1e-3, ("iir", {"cutoff": 35.5}))
+    made = headless.Scene(scene, scene.values(), device, loop, true_velocity="filter" in without)
+    return headless.render(made, hand, round(SECONDS * rate) + 1)[0][:: rate // RATE]
+
+
+def deck(scene: Environment) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Return pairs of tables in a drawn order, with what is missing in one of the two: "all" it can spare."""
+    rng, cards = np.random.default_rng(sum(map(ord, scene.key))), []
+    for name in scene.hands:
+        whole, hand = rendered(scene, (), name), hand_named(name)
+        stays = hand.mass > 0.0 and math.isinf(hand.release)
+        spared = {term for term in TERMS if term not in scene.needs}
+        for label, gone in (("all", spared), *((term, {term}) for term in scene.needs)):
+            if label != "mass" or stays:  # else nothing is left that could move
+                pair = [whole, rendered(scene, gone, name)]
+                rng.shuffle(pair)
+                cards.append((label, *pair))
+    rng.shuffle(cards)
+    return cards
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", LIBRARY)
+def test_nobody_tells_what_a_scene_can_spare_and_somebody_what_it_needs(key):
+    scene = LIBRARY[key]
+    counts = [
+        rows.STATE + scene.state_names.index(outcome.removeprefix("count:"))
+        for outcome in scene.outcomes
+        if outcome.startswith("count:")
+    ]
+    felt: dict[str, float] = defaultdict(float)
+    for label, one, two in deck(scene):
+        felt[label] = max(felt[label], *judged(one, two, counts).values())
+    assert felt.pop("all") < 1.0
+    assert max(felt.values()) > 1.5
+    # this judge and the one that chose may differ about a term that is just felt
+    assert {term for term, jnd in felt.items() if jnd < 0.75} == set()
+
+
+def test_the_judge_tells_a_tenth_of_a_force_and_half_a_millimetre_and_no_less():
+    table = np.zeros((500, rows.ROW_WIDTH))
+    table[:, rows.HAND_TARGET], table[:, rows.HAND_FORCE] = 0.0, 1.0
+    for column, change in ((rows.HAND_FORCE, 0.06), (rows.TRUE_POSITION, 0.4e-3)):
+        for share, told in ((0.99, False), (1.01, True)):
+            other = table.copy()
+            other[:, column] += share * change
+            found = {sense: jnd for sense, jnd in judged(other, table, ()).items() if sense != "vibration"}
+            assert (max(found.values()) > 1.0) == told
