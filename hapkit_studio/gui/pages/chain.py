@@ -36,10 +36,9 @@ def columns(found: Chain) -> tuple[Column, ...]:
     best = [found.answer(place).cheapest for place in (COMPUTER, BOARD)]
     return (
         Column(
-            "Method", lambda one: one.method or one.label, right=False,
+            "Method", lambda one: f"{one.method or one.label}\n{one.place}", right=False,
             sign=lambda one: sign(*look(one, found)), token=lambda one: "accent" if one in best else "ink",
         ),
-        Column("On", lambda one: one.place, right=False),
         Column("JND", lambda one: chain.jnd(one.error).removesuffix(" JND"), lambda one: one.error,
                lambda one: "ok" if one.sufficient else "danger"),
         Column("N/m", lambda one: chain.stiffness_words(one.limit).removesuffix(" N/m"),

@@ -55,7 +55,7 @@ def test_use_it_sets_what_is_chosen_and_undo_takes_it_back(page, shared_window):
 def test_both_places_are_answered_and_listed(page):
     lines = page.answer.words.text().split("\n")
     assert [line.split(":")[0] for line in lines] == ["Computer", "Board"]
-    listed = {(row[0], row[1]) for row in page.table.texts()[1:]}
+    listed = {tuple(row[0].split("\n")) for row in page.table.texts()[1:]}
     assert listed == {
         (word, place) for word in page.found.question.choices[0].words for place in (COMPUTER, BOARD)
     }
