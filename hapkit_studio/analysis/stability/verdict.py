@@ -120,7 +120,8 @@ class Verdict:
                 return f"{one.words}, only pushed out"
             none = "any stiffness is above" if self.joint else "damping is above"
             above = f"{times(1.0 / margin.ratio)} above" if margin.limit > 0.0 else none
-            return f"{one.words}, although {above} the limit"
+            but = " while nothing presses it," if self.joint and hand == RELEASED else ", although"
+            return f"{one.words}{but} {above} the limit"
         if margin.island:
             return f"{one.words}, stable again from {span(margin.island)}"
         return f"{one.words}, {times(margin.ratio) if margin.ratio < FAR else 'over 100 ×'} below the limit"

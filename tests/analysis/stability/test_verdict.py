@@ -8,6 +8,7 @@ import pytest
 import hapkit_studio as hs
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.objects import contact_limit
 from hapkit_studio.analysis.stability.verdict import Asked, differs, of_spring, too_much, verdict
 from hapkit_studio.dynamics.hand import grip_named
 from tests.analysis.stability.independent import Handle
@@ -117,3 +118,14 @@ def test_no_run_is_unstable_in_silence(stiffness, calm):
     still = np.ptp(run.true_position[-400:]) < 2e-5
     assert still == calm
     assert ("Let go: settles below" in " ".join(run.warnings)) != calm
+
+
+@pytest.mark.parametrize(
+    ("share", "words"), [(0.99, "1.01 × below the limit"), (1.01, "while nothing presses it")]
+)
+def test_a_handle_let_go_presses_no_object(share, words):
+    scene, loop = environments.named("puck"), Setting()
+    stiffness = share * contact_limit(loop, "puck", scene.values())
+    found = verdict(Asked(scene, scene.values({"contact_stiffness": stiffness}), loop))
+    assert found.does["released"].calm
+    assert words in found.lines[-1]
