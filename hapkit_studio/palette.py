@@ -13,6 +13,9 @@ TOKENS: dict[str, tuple[str, str, str]] = {
     "ink":        ("#15202B", "#EEF2F6", "#000000"),
     "ink2":       ("#43505D", "#BBC5CF", "#000000"),
     "ink3":       ("#5A6774", "#97A3AF", "#1C1C1C"),
+    # what cannot be used now
+    "off":        ("#5A6774", "#97A3AF", "#6B6B6B"),
+    "offedge":    ("#D3DAE2", "#2B3641", "#8C8C8C"),
     # meaning
     "accent":     ("#0A5AA8", "#6DB3F7", "#003B8E"),
     "accentsoft": ("#DCEAF8", "#1B3653", "#D6E6FF"),

@@ -52,7 +52,7 @@ def icon(name: str, color: str = "ink", size: int = 20) -> QIcon:
     ratios = {1.0, 2.0} | {s.devicePixelRatio() for s in QGuiApplication.screens()}
     for ratio in sorted(ratios):
         result.addPixmap(pixmap(name, size, color, ratio), QIcon.Mode.Normal)
-        result.addPixmap(pixmap(name, size, "ink3", ratio), QIcon.Mode.Disabled)
+        result.addPixmap(pixmap(name, size, "off", ratio), QIcon.Mode.Disabled)
     return result
 
 

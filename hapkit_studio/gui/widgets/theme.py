@@ -121,7 +121,7 @@ class Theme(QObject):
         for key, token in pairs.items():
             palette.setColor(key, self.color(token))
         for key in (role.WindowText, role.Text, role.ButtonText):
-            palette.setColor(QPalette.ColorGroup.Disabled, key, self.color("ink3"))
+            palette.setColor(QPalette.ColorGroup.Disabled, key, self.color("off"))
         return palette
 
     def font(self, role: str) -> QFont:
