@@ -262,13 +262,12 @@ def _rendered(
     question: Question, options: Options, spec: Spec, rate: float, delay: float, name: str, true: bool = False
 ) -> np.ndarray:
     """Return the rows at perception.RATE of the scene under a hand; true: with the true velocity."""
-    hand = hand_named(name)
-    handle = replace(question.device, initial_velocity=fidelity.THROWN if hand.release <= 0.0 else 0.0)
+    trial = fidelity.script(name)
+    handle = replace(question.device, initial_velocity=trial.thrown)
     values, loop = question.with_options(options), LoopSettings(rate, delay, spec)
     scene = headless.Scene(question.environment, values, handle, loop, true_velocity=true)
-    seconds = fidelity.SECONDS.get(name, fidelity.OTHER_SECONDS)
-    out = headless.prepare_run(scene, hand, math.ceil(seconds * rate) + 1).run()
-    moments = np.arange(round(seconds * perception.RATE)) * (rate / perception.RATE)
+    out = headless.prepare_run(scene, trial.hand, math.ceil(trial.seconds * rate) + 1).run()
+    moments = np.arange(round(trial.seconds * perception.RATE)) * (rate / perception.RATE)
     return out[moments.astype(int)]
 
 

@@ -3,6 +3,8 @@
 The reference models everything. One term at a time is left out, and both runs are compared under every hand
 that the scene names. A term is needed if a person tells them apart, by more than one just-noticeable
 difference (see perception); of the others as many are left out together as nobody tells from everything.
+A hand does what its script says; where that shows no difference, it also throws the handle at other speeds,
+goes on for longer, and lets go at many moments: a handle that flies by itself shows what a hand hides.
 
 Beside it stands a rule that knows no senses: what moves an outcome that the scene names by more than 2 % of
 its scale. Fingers hold a force to 0.3 N at best and know a length to 0.4 mm (Ho 1996); energy is measured by
@@ -11,7 +13,7 @@ what went to and fro, restitution by 1, and a count is right or wrong.
 
 import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +21,7 @@ import numpy as np
 from hapkit_studio.analysis.perception import difference_under
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
-from hapkit_studio.dynamics.hand import hand_named
+from hapkit_studio.dynamics.hand import Hand, hand_named
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import headless, rows
@@ -29,13 +31,16 @@ MOST_CHANGE = 0.02
 RATE, FINE_RATE = 1000.0, 16_000.0
 DELAY = 1e-3
 ESTIMATOR = ("iir", {"cutoff": 35.5})
-# A released handle is thrown from the middle to the right, or nothing would happen.
+# A released handle is thrown from the middle to the right, or nothing would happen; in m/s.
 THROWN = 0.5
+THROWS = np.linspace(0.3, 0.7, 81)
 SECONDS = {
     "released": 1.0, "press": 1.5, "tap": 0.8, "stroke": 2.4, "sweep": 1.8, "hold": 0.8, "pluck": 2.0,
     "shake": 2.0, "pet": 9.6, "rub": 2.4,
 }  # fmt: skip
 OTHER_SECONDS = 2.0
+# The longer run; how often, from when on and how long watched a hand lets go of the handle instead.
+LONG, MOMENTS, EARLIEST, WATCHED = 3.0, 60, 0.15, 1.0
 # Of an environment that names none, a student's own.
 HANDS = ("released", "press", "stroke")
 USUAL_OUTCOMES = ("peak_force", "final_position", "energy")
@@ -64,7 +69,7 @@ class Effect:
 
     @property
     def needed(self) -> bool:
-        """Return whether a person tells the difference."""
+        """Return whether a person tells the difference of this one alone."""
         return self.felt is not None and self.felt > 1.0
 
     @property
@@ -83,29 +88,66 @@ class Fidelity:
     together: Effect
 
 
-def _holds(name: str) -> bool:
-    """Return whether the hand stays on the handle and brings a mass of its own."""
+@dataclass(frozen=True)
+class Trial:
+    """A hand at a scene, for how many seconds, and how fast the handle starts in m/s."""
+
+    words: str
+    hand: Hand
+    seconds: float
+    thrown: float = 0.0
+
+    @property
+    def holds(self) -> bool:
+        """Return whether the hand stays on the handle and brings a mass of its own."""
+        return self.hand.mass > 0.0 and math.isinf(self.hand.release)
+
+
+def script(name: str) -> Trial:
+    """Return what a named hand does."""
     hand = hand_named(name)
-    return hand.mass > 0.0 and math.isinf(hand.release)
+    return Trial(name, hand, SECONDS.get(name, OTHER_SECONDS), THROWN if hand.release <= 0.0 else 0.0)
 
 
-def _render(environment: Environment, removed: Iterable[str], name: str) -> tuple[int, np.ndarray]:
-    """Render the scene with its defaults, without some terms, under a hand; return its ns, rows at RATE.
+def variants(name: str) -> Iterator[Trial]:
+    """Yield what else a named hand may do: throw at other speeds; go on for longer, let go at some moment."""
+    usual = script(name)
+    if usual.thrown:
+        for speed in THROWS:
+            yield Trial(f"thrown {speed:.3g} m/s", usual.hand, LONG, speed)
+        return
+    if usual.seconds < LONG:
+        yield replace(usual, words=f"{name} for {LONG:g} s", seconds=LONG)
+    for moment in np.linspace(EARLIEST, usual.seconds, MOMENTS):
+        let_go = replace(usual.hand, release=moment)
+        yield Trial(f"{name} until {moment:.2f} s", let_go, moment + WATCHED)
+
+
+def _render(environment: Environment, removed: Iterable[str], trial: Trial) -> tuple[int, np.ndarray]:
+    """Render the scene with its defaults, without some terms, in a trial; return its ns, rows at RATE.
 
     The last row is at the end of the time.
     """
-    gone, hand = set(removed), hand_named(name)
-    if not _holds(name):
+    gone = set(removed)
+    if not trial.holds:
         gone.discard("mass")
-    device = SimulatedHapkit(initial_velocity=THROWN if hand.release <= 0.0 else 0.0).without(gone)
+    device = SimulatedHapkit(initial_velocity=trial.thrown).without(gone)
     rate = FINE_RATE if "sampling" in gone else RATE
     loop = LoopSettings(rate, 0.0 if "delay" in gone else DELAY, ESTIMATOR)
     values, true = environment.values(), "filter" in gone
     scene = headless.Scene(environment, values, device, loop, true_velocity=true)
-    made = headless.prepare_run(scene, hand, round(SECONDS.get(name, OTHER_SECONDS) * rate) + 1)
+    made = headless.prepare_run(scene, trial.hand, round(trial.seconds * rate) + 1)
     begin = time.perf_counter_ns()
     made.run()
     return time.perf_counter_ns() - begin, made.out[:: round(rate / RATE)]
+
+
+def _told(
+    trial: Trial, reference: np.ndarray, other: np.ndarray, counts: list[int]
+) -> tuple[float, str, str]:
+    """Return the largest difference that is felt in a trial, as which sense, in which trial."""
+    found = difference_under(trial.hand, reference, other, counts)
+    return found.most, found.word, trial.words
 
 
 def _effect(environment: Environment, label: str, removed: Iterable[str], hands: Iterable[str]) -> Effect:
@@ -120,20 +162,20 @@ def _effect(environment: Environment, label: str, removed: Iterable[str], hands:
     changes: list[tuple[float, str]] = []
     felt: list[tuple[float, str, str]] = []
     costs = []
-    for name in hands:
+    for trial in map(script, hands):
         pairs: list[tuple] = []
         while len(pairs) < REPEATS or sum(ns for pair in pairs for ns, _ in pair) < REPEAT_NS:
-            pairs.append((_render(environment, (), name), _render(environment, gone, name)))
-        hand = hand_named(name)
+            pairs.append((_render(environment, (), trial), _render(environment, gone, trial)))
         (_, reference), (_, without) = pairs[0]
-        told = difference_under(hand, reference, without, counts)
-        felt.append((told.most, told.word, name))
-        thrown = hand.release <= 0.0
-        changes += [(o.change(reference, without), o.key) for o in outcomes if thrown or not o.thrown]
-        seconds = SECONDS.get(name, OTHER_SECONDS)
-        costs.append([min(ns for ns, _ in runs) / seconds for runs in zip(*pairs, strict=True)])
+        felt.append(_told(trial, reference, without, counts))
+        changes += [(o.change(reference, without), o.key) for o in outcomes if trial.thrown or not o.thrown]
+        costs.append([min(ns for ns, _ in runs) / trial.seconds for runs in zip(*pairs, strict=True)])
     if not costs:
         return Effect(environment.key, label, None, "", "", None, "", math.nan, math.nan)
+    if max(felt)[0] <= 1.0:
+        for trial in (variant for name in hands for variant in variants(name)):
+            (_, reference), (_, without) = (_render(environment, terms, trial) for terms in ((), gone))
+            felt.append(_told(trial, reference, without, counts))
     cost = np.mean(costs, axis=0).tolist()
     return Effect(environment.key, label, *max(felt), *max(changes, default=(None, "")), *cost)
 
@@ -147,7 +189,7 @@ def compute(environment: Environment, progress: Progress = no_progress) -> Fidel
     effects: list[Effect] = []
     for key in TERMS:
         progress(len(effects) + 1, steps)
-        held = [name for name in hands if key != "mass" or _holds(name)]
+        held = [name for name in hands if key != "mass" or script(name).holds]
         effects.append(_effect(environment, key, (key,), held))
     progress(steps - 1, steps)
     spare = sorted((e for e in effects if not e.needed), key=lambda e: e.felt or 0.0)

@@ -13,8 +13,9 @@ if TYPE_CHECKING:
 _OFF = ("the hand's alone", "0", "0", "0", "16 kHz", "0", "none", "true velocity")
 _KEY = (
     "What a person feels of one term left out, in just-noticeable differences, JND: 6 % of a force, 15 mN at "
-    "least; 0.4 mm; the least vibration felt; 20 ms of an event. Shaded: more than one, the scene needs it. "
-    "Small: what is felt, with which hand, computing time without ÷ with the term."
+    "least; 0.4 mm; the least vibration felt; 20 ms of an event. Shaded: the scene needs it; felt "
+    "alone, above one, or where several are left out together. "
+    "Small: what is felt and computing time without ÷ with the term; with which hand."
 )
 _SCENE_WIDTH, _COST_WIDTH = 1.3, 0.9
 
@@ -63,17 +64,17 @@ def draw(figure: Any, c: Colors, results: Sequence["Fidelity"]) -> None:
     for row, result in enumerate(results):
         axes.text(-0.1, row + 0.5, result.scene, ha="right", va="center", size=15, color=c.ink)
         for column, effect in enumerate(result.effects):
-            _cell(axes, c, column, row, effect)
+            _cell(axes, c, column, row, effect, effect.term in result.needs)
         saved = result.together.ns_without / result.together.ns_with
         axes.text(columns + 0.5, row + 0.5, f"{saved:.2f} ×", ha="center", va="center", size=14, color=c.ink)
 
 
-def _cell(axes: Any, c: Colors, column: int, row: int, effect: "Effect") -> None:
+def _cell(axes: Any, c: Colors, column: int, row: int, effect: "Effect", needed: bool) -> None:
     from matplotlib.patches import Rectangle
 
-    ground, ink = (c.accentsoft, c.accent) if effect.needed else (c.surface, c.ink3)
+    ground, ink = (c.accentsoft, c.accent) if needed else (c.surface, c.ink3)
     axes.add_patch(Rectangle((column, row), 1.0, 1.0, facecolor=ground, edgecolor=c.line, linewidth=0.8))
-    weight = "bold" if effect.needed else "normal"
+    weight = "bold" if needed else "normal"
     axes.text(
         column + 0.5, row + 0.27, jnd(effect.felt), ha="center", va="center",
         size=15, color=ink, weight=weight,
@@ -81,5 +82,5 @@ def _cell(axes: Any, c: Colors, column: int, row: int, effect: "Effect") -> None
     if effect.felt is None:
         return
     time = f"{effect.ns_without / effect.ns_with:.2f} ×"
-    words = f"{effect.sense}\n{effect.hand} · {time}" if jnd(effect.felt) != "0" else f"\n{time}"
+    words = f"{effect.sense} · {time}\n{effect.hand}" if jnd(effect.felt) != "0" else time
     axes.text(column + 0.5, row + 0.69, words, ha="center", va="center", size=10.5, color=c.ink)

@@ -34,8 +34,10 @@ def fidelity(options: argparse.Namespace) -> Result:
 def as_json(results: Sequence[judge.Fidelity]) -> dict:
     """Return one object: a row a cell, what each scene needs."""
     rows = []
-    for effect in (e for result in results for e in (*result.effects, result.together)):
-        row = plain(vars(effect)) | {"needed": effect.needed}
+    for effect, needs in (
+        (e, result.needs) for result in results for e in (*result.effects, result.together)
+    ):
+        row = plain(vars(effect)) | {"needed": effect.term in needs}
         for what in ("with", "without"):
             row[f"ns_per_simulated_s_{what}"] = row.pop(f"ns_{what}")
         rows.append(row)
@@ -51,24 +53,24 @@ def _table(results: Sequence[judge.Fidelity]) -> str:
     """Return scene × term: the most that is felt in JND, * where the term is needed; what both rules need."""
     lines = [f"{'':<20}" + "".join(f"{key:>14}" for key in TERMS)]
     for result in results:
-        cells = [jnd(e.felt) + ("*" if e.needed else " ") for e in result.effects]
+        cells = [jnd(e.felt) + ("*" if e.term in result.needs else " ") for e in result.effects]
         lines.append(f"{result.scene:<20}" + "".join(f"{cell:>14}" for cell in cells))
     of = sum(len(result.effects) for result in results)
-    needed, moves = (
-        sum(getattr(e, rule) for r in results for e in r.effects) for rule in ("needed", "moves")
+    needed, moves = sum(len(r.needs) for r in results), sum(e.moves for r in results for e in r.effects)
+    lines.append(
+        f"* needed: more than one JND is felt without it, or without several: {needed} of {of} terms"
     )
-    lines.append(f"* needed: what is felt without it differs by more than one JND: {needed} of {of} terms")
     return "\n".join(lines) + f"\nby the rule of 2 % of an outcome's scale {moves} would be"
 
 
 def _details(result: judge.Fidelity) -> str:
     """Return a scene's terms, a line each."""
-    lines = [f"{result.scene:<14}{'JND':>9}  {'most in':<24}{'change':>8}{'µs per simulated second':>26}"]
+    lines = [f"{result.scene:<14}{'JND':>9}  {'most in':<32}{'change':>8}{'µs per simulated second':>26}"]
     for e in result.effects:
         where = f"{e.sense} under {e.hand}" if e.felt else ""
         cost = "" if e.felt is None else f"{1e-3 * e.ns_with:.0f} → {1e-3 * e.ns_without:.0f}"
-        mark = "*" if e.needed else " "
-        lines.append(f"  {e.term:<12}{jnd(e.felt):>8}{mark} {where:<24}{percent(e.change):>8}{cost:>26}")
+        mark = "*" if e.term in result.needs else " "
+        lines.append(f"  {e.term:<12}{jnd(e.felt):>8}{mark} {where:<32}{percent(e.change):>8}{cost:>26}")
     return "\n".join(lines)
 
 

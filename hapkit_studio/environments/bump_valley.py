@@ -111,6 +111,6 @@ ENVIRONMENT = Environment(
     terms=no_terms,
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
-    needs=("mass", "viscous", "coulomb", "delay"),
+    needs=("mass", "viscous", "coulomb", "sampling", "delay"),
     order=6,
 )

@@ -26,6 +26,6 @@ ENVIRONMENT = Environment(
     terms=lambda p: ForceTerms(0.0, p["damping"], terms=("stiffness", "damping")),
     outcomes=("peak_force", "final_position", "energy"),
     hands=("released", "stroke", "sweep"),
-    needs=("mass", "viscous", "coulomb", "filter"),
+    needs=("mass", "viscous", "coulomb", "delay", "filter"),
     order=3,
 )

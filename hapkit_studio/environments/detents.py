@@ -39,6 +39,6 @@ ENVIRONMENT = Environment(
     terms=no_terms,
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
-    needs=("mass", "viscous", "coulomb", "sampling", "delay", "filter"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
     order=9,
 )

@@ -138,6 +138,6 @@ ENVIRONMENT = Environment(
     shades=True,
     outcomes=("peak_force", "peak_position"),
     hands=("tap", "released"),
-    needs=("mass", "viscous", "coulomb", "sampling", "delay"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
     order=5,
 )

@@ -105,6 +105,6 @@ ENVIRONMENT = Environment(
     outcomes=("peak_force", "final_position", "energy"),
     hands=("tap", "shake", "released"),
     restless="Without friction the puck goes to and fro between the walls for ever.",
-    needs=("mass", "viscous", "coulomb", "sampling", "delay"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
     order=11,
 )

@@ -33,6 +33,6 @@ ENVIRONMENT = Environment(
     ),
     outcomes=("peak_force", "final_position", "restitution"),
     hands=("released", "press", "stroke"),
-    needs=("mass", "viscous", "coulomb", "delay"),
+    needs=("mass", "viscous", "coulomb", "sampling", "delay"),
     order=1,
 )

@@ -123,6 +123,6 @@ ENVIRONMENT = Environment(
     over_velocity=over_velocity,
     outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
-    needs=("mass", "viscous", "coulomb", "delay"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
     order=7,
 )

@@ -151,6 +151,7 @@ def computed():
     return {key: fidelity.compute(e) for key, e in LIBRARY.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", LIBRARY)
 def test_what_a_file_says_it_needs_is_what_it_needs(computed, key):
     """Where a term changes about as much as is just felt, another machine's rounding may decide."""
@@ -163,6 +164,23 @@ def test_what_a_file_says_it_needs_is_what_it_needs(computed, key):
     assert found.together.felt <= 1.0
     if LIBRARY[key].impedance is not None:  # its limit is that of the paddle's own damping
         assert not said or "viscous" in said
+
+
+@pytest.mark.parametrize(
+    ("key", "hand", "term", "how"),
+    [
+        ("texture", "released", "quantization", "thrown 0"),
+        ("spring", "stroke", "sampling", "stroke until"),
+        ("puck", "shake", "quantization", "shake for 3 s"),
+    ],
+)
+def test_what_a_script_hides_is_felt_at_another_throw_or_moment_or_later(key, hand, term, how, monkeypatch):
+    made = replace(LIBRARY[key], hands=(hand,))
+    found = {e.term: e for e in fidelity.compute(made).effects}[term]
+    assert found.hand.startswith(how)
+    assert found.felt > 1.1
+    monkeypatch.setattr(fidelity, "variants", lambda name: ())
+    assert {e.term: e for e in fidelity.compute(made).effects}[term].felt < 0.9
 
 
 @pytest.mark.alone

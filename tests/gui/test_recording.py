@@ -97,10 +97,11 @@ def test_header_and_status_bar_say_how_it_stands(window, qtbot):
 def test_a_long_recording_leaves_room_for_device_and_tabs(window, qapp, qtbot, monkeypatch, size):
     resize(qapp, window, size)
     header, show = window.header, window.header.show_recording
-    monkeypatch.setattr(header, "show_recording", lambda *_: None)  # the display's clock says nothing in between
+    monkeypatch.setattr(header, "show_recording", lambda *_: None)  # the display's clock is quiet
+    parts = header.record, header.devices
     for time in ("", "1:02:03"):
         show(time)
-        qtbot.waitUntil(lambda: all(part.width() >= part.sizeHint().width() for part in (header.record, header.devices)))
+        qtbot.waitUntil(lambda: all(part.width() >= part.sizeHint().width() for part in parts))
         assert header.tabs.isTabVisible(0)
 
 

@@ -23,9 +23,12 @@ if TYPE_CHECKING:
 
 _READ = (
     "Each column leaves one term out of the simulated device and renders every scene again, with each hand "
-    "that the scene has. A cell shows the most that a person feels of it, in just-noticeable differences "
-    "(JND): 6 % of a force and 15 mN at least, 0.4 mm of a place, the least vibration that is felt at its "
-    "frequency, 20 ms of an event. Above one the scene needs the term."
+    "that the scene has. Where the hands' scripts show no difference, they also throw the handle at "
+    f"{fidelity.THROWS[0]:g} to {fidelity.THROWS[-1]:g} m/s, go on for {fidelity.LONG:g} s, and let go at "
+    f"{fidelity.MOMENTS} moments. A cell shows the most that a person feels of it, in just-noticeable "
+    "differences (JND): 6 % of a force and 15 mN at least, 0.4 mm of a place, the least vibration that is "
+    "felt at its frequency, 20 ms of an event. A scene needs the shaded terms: felt alone, above one, or "
+    "where several are left out together."
 )
 _LIVE = (
     "The simulated device of the window does without its own damping and friction where a scene does not "
@@ -70,21 +73,18 @@ def columns() -> tuple[Column, ...]:
 
 
 def _column(name: str, index: int) -> Column:
-    def effect(row: Row) -> Effect | None:
-        return row.result.effects[index] if row.result else None
-
     def text(row: Row) -> str:
-        found = effect(row)
-        if found is None:
+        if row.result is None:
             return ""
-        return jnd(found.felt) + (f"\n{found.sense}" if found.needed else "")
+        found = row.result.effects[index]
+        return jnd(found.felt) + (f"\n{found.sense}" if found.term in row.result.needs else "")
 
     def felt(row: Row) -> float:
-        found = effect(row)
-        return found.felt if found is not None and found.felt is not None else -1.0
+        found = row.result.effects[index].felt if row.result else None
+        return -1.0 if found is None else found
 
     def look(needed: str, spare: str) -> Callable[[Row], str]:
-        return lambda row: needed if (found := effect(row)) is not None and found.needed else spare
+        return lambda row: needed if row.result and tuple(TERMS)[index] in row.result.needs else spare
 
     return Column(name, text, felt, token=look("accent", "ink3"), ground=look("accentsoft", "surface"))
 
@@ -138,9 +138,9 @@ class FidelityPage(MeasuringPage):
 
     def _choose(self, row: Row, column: int) -> None:
         if row.result is not None:
-            self.show_effect(row.result.effects[max(column - 1, 0)])
+            self.show_effect(row.result.effects[max(column - 1, 0)], row.result.needs)
 
-    def show_effect(self, effect: Effect) -> None:
+    def show_effect(self, effect: Effect, needs: tuple[str, ...]) -> None:
         """Say in words what leaving out one term does to one scene."""
         scene = discover()[effect.scene]
         self.side.heading.setText(f"{scene.title} without {TERMS[effect.term].word}")
@@ -148,7 +148,9 @@ class FidelityPage(MeasuringPage):
             self.side.words.setText("No hand of this scene holds the handle, so its mass cannot be left out.")
             self.details.show_pairs([])
             return
-        self.side.words.setText(f"The scene {'needs' if effect.needed else 'does not need'} it.")
+        self.side.words.setText(
+            "The scene needs it." if effect.term in needs else "The scene does not need it."
+        )
         pairs = [("Felt", f"{jnd(effect.felt)} JND")]
         if jnd(effect.felt) != "0":
             pairs += [("As a", effect.sense), ("With the hand", effect.hand)]
