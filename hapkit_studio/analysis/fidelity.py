@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hapkit_studio.analysis.perception import difference_under
+from hapkit_studio.analysis.perception import MOMENT, difference_under
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.dynamics.hand import Hand, hand_named
@@ -39,8 +39,8 @@ SECONDS = {
     "shake": 2.0, "pet": 9.6, "rub": 2.4,
 }  # fmt: skip
 OTHER_SECONDS = 2.0
-# The longer run; how often, from when on and how long watched a hand lets go of the handle instead.
-LONG, MOMENTS, EARLIEST, WATCHED = 3.0, 60, 0.15, 1.0
+# The longer run, and how long the handle is watched after a hand let go, in s.
+LONG, WATCHED = 3.0, 1.0
 # Of an environment that names none, a student's own.
 HANDS = ("released", "press", "stroke")
 USUAL_OUTCOMES = ("peak_force", "final_position", "energy")
@@ -118,9 +118,9 @@ def variants(name: str) -> Iterator[Trial]:
         return
     if usual.seconds < LONG:
         yield replace(usual, words=f"{name} for {LONG:g} s", seconds=LONG)
-    for moment in np.linspace(EARLIEST, usual.seconds, MOMENTS):
+    for moment in np.arange(MOMENT, usual.seconds, MOMENT):
         let_go = replace(usual.hand, release=moment)
-        yield Trial(f"{name} until {moment:.2f} s", let_go, moment + WATCHED)
+        yield Trial(f"{name} until {moment:.3g} s", let_go, moment + WATCHED)
 
 
 def _render(environment: Environment, removed: Iterable[str], trial: Trial) -> tuple[int, np.ndarray]:

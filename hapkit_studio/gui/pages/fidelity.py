@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from hapkit_studio.analysis import fidelity
 from hapkit_studio.analysis.fidelity import DELAY, ESTIMATOR, FORCE, LENGTH, RATE, Effect, Fidelity
+from hapkit_studio.analysis.perception import MOMENT
 from hapkit_studio.analysis.setting import estimator_words
 from hapkit_studio.charts.fidelity import fidelity_figure, jnd, outcome_word, percent
 from hapkit_studio.devices.simulated import TERMS
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 _READ = (
     "Each column leaves one term out of the simulated device and renders every scene again, with each hand "
     "that the scene has. Where the hands' scripts show no difference, they also throw the handle at "
-    f"{fidelity.THROWS[0]:g} to {fidelity.THROWS[-1]:g} m/s, go on for {fidelity.LONG:g} s, and let go at "
-    f"{fidelity.MOMENTS} moments. A cell shows the most that a person feels of it, in just-noticeable "
+    f"{fidelity.THROWS[0]:g} to {fidelity.THROWS[-1]:g} m/s, go on for {fidelity.LONG:g} s, and let go "
+    f"every {1e3 * MOMENT:g} ms. A cell shows the most that a person feels of it, in just-noticeable "
     "differences (JND): 6 % of a force and 15 mN at least, 0.4 mm of a place, the least vibration that is "
     "felt at its frequency, 20 ms of an event. A scene needs the shaded terms: felt alone, above one, or "
     "where several are left out together."
