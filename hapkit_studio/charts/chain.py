@@ -115,6 +115,7 @@ def _step(axes: Any, c: Colors, chain: "Chain", names: list[str], step: tuple, n
         for one in shown(chain, place):
             _mark(axes, c, chain, one, value(one), names.index(_name(one)))
     style_axes(axes, c, title, "")
+    axes.margins(x=0.1)  # no mark is cut off at the end
     if value is _STEPS[0][1] or value is _STEPS[-1][1]:
         axes.set_xscale("log")
         axes.minorticks_off()
