@@ -102,10 +102,12 @@ def _crossings(curve: Curve, w: np.ndarray, columns: int) -> tuple[np.ndarray, n
     column, place = np.nonzero(negative[:, :-1] != negative[:, 1:])
     low, high, below = w[place], w[place + 1], negative[column, place]
     at_low, at_high = values.imag[column, place], values.imag[column, place + 1]
-    middle, was_left = low, np.full(len(low), -1)
+    middle, was_left, found = low, np.full(len(low), -1), np.zeros(len(low), bool)
     for _ in range(_MOST_STEPS):  # the Illinois rule: a secant, an end that stays twice weighs half
-        last, middle = middle, high - at_high * (high - low) / (at_high - at_low)
-        if (np.abs(middle - last) <= _CLOSE * middle).all():
+        last = middle  # what is found stays, whatever is looked for beside it
+        middle = np.where(found, last, high - at_high * (high - low) / (at_high - at_low))
+        found |= np.abs(middle - last) <= _CLOSE * middle
+        if found.all():
             break
         at_middle = curve(middle, column).imag
         left = np.signbit(at_middle) == below
