@@ -3,10 +3,8 @@
 The last eleven arguments of every step are those of ``moving_mass``; now is the acceleration at (x, v).
 """
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import astuple, dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -274,35 +272,3 @@ def integrate(
     body = Body(value["mass"], value["damping"], value["stiffness"])
     drive(number, 1, value["dt"], body.numbers(), pull, touch, x, v)
     return t, x, v
-
-
-@lru_cache(maxsize=64)
-def _rk4_limit(ratio: float) -> float:
-    """Return the first step at which the method amplifies an eigenvalue, its polynomial beyond 1."""
-    eigenvalues = np.roots([1.0, 2.0 * ratio, 1.0])
-    steps = np.geomspace(1e-4, 3.0, 12_000)
-    z = steps[:, None] * eigenvalues
-    grows = np.abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))).max(axis=1) > 1.0 + 1e-12
-    return float(steps[np.argmax(grows)])
-
-
-# Over the damping ratio r, in 1 / omega; the closed forms follow from the characteristic polynomials.
-_LIMITS: dict[str, Callable[[float], float]] = {
-    "explicit_euler": lambda r: 2.0 * r if r <= 1.0 else 2.0 / (r + math.sqrt(r * r - 1.0)),
-    # (1 + 2 r^2 - sqrt(1 + 4 r^4)) / r, written so that it keeps its digits for small r
-    "lecture": lambda r: 4.0 * r / (1.0 + 2.0 * r**2 + math.sqrt(1.0 + 4.0 * r**4)),
-    "semi_implicit": lambda r: 2.0 / (math.sqrt(1.0 + r * r) + r),
-    "verlet": lambda r: 2.0,
-    "rk4": _rk4_limit,
-}
-
-
-def longest_step(method: str, mass: float, damping: float, stiffness: float) -> float:
-    """Return the longest step in s at which a mass on a spring (> 0 N/m) and damper gains no energy.
-
-    inf for those of INTEGRATORS that have no such limit.
-    """
-    if method not in _LIMITS:
-        return math.inf
-    omega = math.sqrt(stiffness / mass)
-    return _LIMITS[method](damping / (2.0 * mass * omega)) / omega

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator
 
-from hapkit_studio.dynamics.integrators import INTEGRATORS, longest_step
+from hapkit_studio.dynamics.integrator_stability import longest_step
+from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.environments.base import Conditions, Values
 from hapkit_studio.parameters import Choice, Parameter
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import hapkit_studio as hs
-from hapkit_studio.dynamics.integrators import INTEGRATORS, longest_step
+from hapkit_studio.dynamics.integrator_stability import longest_step, spectral_radius
+from hapkit_studio.dynamics.integrators import INTEGRATORS
 from tests.dynamics import growth
 
 RATIOS = (0.01, 0.05, 0.2, 0.5, 1.0, 2.0)
@@ -92,3 +93,36 @@ COURSE = {"mass": 2.0, "damping": 1.0, "x0": 0.01, "v0": 0.0, "seconds": 4.0}
 def test_the_course_s_mass_grows_as_its_table_says(method, case, stiffness, dt):
     x = hs.integrate(method, stiffness=stiffness, dt=dt, **COURSE)[1]
     assert growth.rate(x[20:], dt) == pytest.approx(growth.COURSE_RATES[method][case], rel=0.02)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.0291, 0.3, 1.0, 3.0])
+@pytest.mark.parametrize("method", [method for method in INTEGRATORS if method != "lecture"])
+def test_the_spectral_radius_is_that_of_the_map_of_one_rendered_step(method, ratio):
+    """The map's columns are where one step takes (1, 0) and (0, 1)."""
+    for step in (0.05, 0.7, 1.9, 2.4, 3.5):
+        given = {"mass": 1.0, "damping": 2.0 * ratio, "stiffness": 1.0, "dt": step, "seconds": step}
+        columns = [hs.integrate(method, x0=x0, v0=1.0 - x0, **given)[1:] for x0 in (1.0, 0.0)]
+        largest = np.abs(np.linalg.eigvals([[x[-1] for x, _ in columns], [v[-1] for _, v in columns]])).max()
+        assert spectral_radius(method, step, ratio) == pytest.approx(largest, rel=1e-7)
+
+
+def test_the_spectral_radius_takes_grids():
+    step, ratio = np.linspace(0.1, 3.0, 7), np.array([[0.1], [0.5], [2.0]])
+    for method in INTEGRATORS:
+        grid = spectral_radius(method, step, ratio)
+        assert grid.shape == (3, 7)
+        assert grid[2, 4] == spectral_radius(method, step[4], 2.0)
+
+
+@pytest.mark.parametrize(
+    ("damping", "longest"), [(0.0582, 2.88139), (0.0, 8**0.5), (2.0, 2.785294), (10.0, 0.281372)]
+)
+def test_rk4_s_longest_step_is_the_root_of_its_amplification_polynomial(damping, longest):
+    """|1 + z + z²/2 + z³/6 + z⁴/24|² = 1 as a polynomial in the step, solved by its companion matrix."""
+    assert longest_step("rk4", 1.0, damping, 1.0) == pytest.approx(longest, rel=1e-6)
+    roots = []
+    for value in np.roots([1.0, damping, 1.0]):
+        factor = np.array([value**4 / 24.0, value**3 / 6.0, value**2 / 2.0, value, 1.0])
+        found = np.roots(np.polysub(np.polymul(factor, factor.conj()), [1.0])[:-1])
+        roots += [z.real for z in found if abs(z.imag) < 1e-9 and z.real > 1e-3]
+    assert longest_step("rk4", 1.0, damping, 1.0) == pytest.approx(min(roots), rel=1e-9)

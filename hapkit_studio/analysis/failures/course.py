@@ -9,7 +9,8 @@ from hapkit_studio.analysis.failures import base
 from hapkit_studio.analysis.failures.integrators import METHOD, growth_per_radian, method_of
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Prescribed
-from hapkit_studio.dynamics.integrators import INTEGRATORS, longest_step
+from hapkit_studio.dynamics.integrator_stability import longest_step
+from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.settings import LoopSettings
 

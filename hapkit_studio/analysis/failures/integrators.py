@@ -1,43 +1,17 @@
 """A step too long for its integrator: each method's limit of ω dt at six damping ratios."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from hapkit_studio.analysis.failures import base
-from hapkit_studio.dynamics.integrators import INTEGRATORS, integrate, longest_step
+from hapkit_studio.dynamics.integrator_stability import longest_step, spectral_radius
+from hapkit_studio.dynamics.integrators import INTEGRATORS, integrate
 from hapkit_studio.environments.pushed import LABELS
 from hapkit_studio.formatting import with_unit
 
 
-def _verlet(r: float, h: float) -> np.ndarray:
-    """x1 = x + h v + h² a / 2, v1 = v + h (a + a1) / 2 with a1 = -x1 - 2 r v1, solved for v1."""
-    x = np.array([1.0 - 0.5 * h * h, h - r * h * h])
-    v = np.array([-0.5 * h, 1.0 - r * h]) - 0.5 * h * x
-    return np.linalg.eigvals(np.array([x, v / (1.0 + r * h)]))
-
-
-def _rk4(r: float, h: float) -> np.ndarray:
-    z = h * np.roots([1.0, 2.0 * r, 1.0])
-    return 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))
-
-
-# The roots of one step of each method, by damping ratio r and h = ω dt.
-_ROOTS: dict[str, Callable[[float, float], np.ndarray]] = {
-    "explicit_euler": lambda r, h: np.roots([1.0, 2.0 * r * h - 2.0, 1.0 - 2.0 * r * h + h * h]),
-    "lecture": lambda r, h: np.roots(
-        [1.0, 0.25 * h * h + r * h - 2.0, 1.0 + 0.5 * h * h, 0.25 * h * h - r * h]
-    ),
-    "semi_implicit": lambda r, h: np.roots([1.0, 2.0 * r * h + h * h - 2.0, 1.0 - 2.0 * r * h]),
-    "verlet": _verlet,
-    "rk4": _rk4,
-    "exact": lambda r, h: np.exp(h * np.roots([1.0, 2.0 * r, 1.0])),
-}
-
-
 def growth_per_radian(method: str, ratio: float, step: float) -> float:
     """Return the growth of the largest root over ω t; ratio is the damping ratio, step ω dt."""
-    return float(np.log(np.abs(_ROOTS[method](ratio, step)).max()) / step)
+    return float(np.log(spectral_radius(method, step, ratio)) / step)
 
 
 METHODS = ("explicit_euler", "lecture", "semi_implicit", "verlet", "rk4")

@@ -1,0 +1,104 @@
+"""Where the integrators of a mass on a spring are stable: spectral radius of one step, and longest step.
+
+Dimensionless throughout: step is ω dt, ratio is the damping ratio ζ = b / (2 m ω). The closed forms follow
+from the characteristic polynomials of one step.
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import brentq
+
+
+def _eigenvalues(ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the two eigenvalues of x″ = −x − 2 ratio x′."""
+    root = np.sqrt(np.asarray(ratio * ratio - 1.0, complex))
+    return -ratio + root, -ratio - root
+
+
+def _one_step(amplification: Callable[[np.ndarray], np.ndarray]) -> Callable:
+    """Return the spectral radius of a method whose step multiplies each mode by a function of step · λ."""
+
+    def radius(step: np.ndarray, ratio: np.ndarray) -> np.ndarray:
+        return np.maximum(*(np.abs(amplification(step * value)) for value in _eigenvalues(ratio)))
+
+    return radius
+
+
+def _quadratic(trace: np.ndarray, determinant: np.ndarray) -> np.ndarray:
+    """Return the larger absolute root of z² − trace z + determinant."""
+    root = np.sqrt(np.asarray(trace * trace - 4.0 * determinant, complex))
+    return 0.5 * np.maximum(np.abs(trace + root), np.abs(trace - root))
+
+
+def _verlet(step: np.ndarray, ratio: np.ndarray) -> np.ndarray:
+    """x1 = x + h v + h² a / 2 and v1 = v + h (a + a1) / 2 with a1 = −x1 − 2 ratio v1, solved for v1."""
+    square, loss = step * step, ratio * step
+    trace = 1.0 - 0.5 * square + ((1.0 - loss) - 0.5 * step * (step - loss * step)) / (1.0 + loss)
+    return _quadratic(trace, (1.0 - loss) / (1.0 + loss))
+
+
+def _lecture(step: np.ndarray, ratio: np.ndarray) -> np.ndarray:
+    """z³ + (h²/4 + ratio h − 2) z² + (1 + h²/2) z + (h²/4 − ratio h) = 0, by its companion matrices."""
+    quarter = 0.25 * step * step
+    companion = np.zeros((*np.broadcast(step, ratio).shape, 3, 3))
+    companion[..., 0, 0] = 2.0 - quarter - ratio * step
+    companion[..., 0, 1] = -1.0 - 2.0 * quarter
+    companion[..., 0, 2] = ratio * step - quarter
+    companion[..., 1, 0] = companion[..., 2, 1] = 1.0
+    return np.abs(np.linalg.eigvals(companion)).max(axis=-1)
+
+
+def _rk4(z: np.ndarray) -> np.ndarray:
+    return 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))
+
+
+_RADIUS: dict[str, Callable] = {
+    "explicit_euler": _one_step(lambda z: 1.0 + z),
+    "lecture": _lecture,
+    "semi_implicit": lambda h, r: _quadratic(2.0 - 2.0 * r * h - h * h, 1.0 - 2.0 * r * h),
+    "verlet": _verlet,
+    "rk4": _one_step(_rk4),
+    "implicit_euler": _one_step(lambda z: 1.0 / (1.0 - z)),
+    "trapezoid": _one_step(lambda z: (1.0 + 0.5 * z) / (1.0 - 0.5 * z)),
+    "exact": _one_step(np.exp),
+}
+
+
+def spectral_radius(method: str, step: ArrayLike, ratio: ArrayLike) -> np.ndarray:
+    """Return the largest factor by which one step multiplies a motion; above 1 it grows.
+
+    method: one of INTEGRATORS; step and ratio broadcast together.
+    """
+    return _RADIUS[method](np.asarray(step, float), np.asarray(ratio, float))
+
+
+def _rk4_limit(ratio: float) -> float:
+    """Return the step at which the spectral radius passes 1; above ratio 1 the faster mode sets it."""
+    damped = min(ratio, 1.0)
+    limit = float(brentq(lambda h: float(spectral_radius("rk4", h, damped)) - 1.0, 1.0, 4.0, xtol=1e-13))
+    return limit / (ratio + math.sqrt(ratio * ratio - 1.0)) if ratio > 1.0 else limit
+
+
+# Over the damping ratio r, in 1 / ω.
+_LONGEST: dict[str, Callable[[float], float]] = {
+    "explicit_euler": lambda r: 2.0 * r if r <= 1.0 else 2.0 / (r + math.sqrt(r * r - 1.0)),
+    # (1 + 2 r² − sqrt(1 + 4 r⁴)) / r, written so that it keeps its digits for small r
+    "lecture": lambda r: 4.0 * r / (1.0 + 2.0 * r**2 + math.sqrt(1.0 + 4.0 * r**4)),
+    "semi_implicit": lambda r: 2.0 / (math.sqrt(1.0 + r * r) + r),
+    "verlet": lambda r: 2.0,
+    "rk4": _rk4_limit,
+}
+
+
+def longest_step(method: str, mass: float, damping: float, stiffness: float) -> float:
+    """Return the longest step in s at which a mass on a spring (> 0 N/m) and damper gains no energy.
+
+    inf for those of INTEGRATORS that have no such limit.
+    """
+    if method not in _LONGEST:
+        return math.inf
+    omega = math.sqrt(stiffness / mass)
+    return _LONGEST[method](damping / (2.0 * mass * omega)) / omega
