@@ -7,6 +7,7 @@ from pathlib import Path
 from hapkit_studio.analysis.failures import failures, named
 from hapkit_studio.analysis.failures.base import Shown, Try, as_json, show, try_json
 from hapkit_studio.charts.failures import failure_figure
+from hapkit_studio.charts.plane import plane_figure
 from hapkit_studio.commands.base import Command, Result, drawn, key_values, option, progress_line, with_files
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import on_screen
@@ -21,6 +22,7 @@ OPTIONS = (
     ),
     option("--at", type=float, metavar="VALUE", help="try the knob at this value as well, SI"),
     option("--plot", metavar="PATH", help="draw it; without KEY one picture for each"),
+    option("--plane", action="store_true", help="draw the failure's plane of dimensionless numbers instead"),
 )
 
 
@@ -28,17 +30,28 @@ def run(options: argparse.Namespace) -> Result:
     """Try one failure or all on both sides of their limits; draw them where asked."""
     if options.failure is None and (options.given or options.at is not None):
         raise ParameterError("Options and --at belong to one failure: name it, e.g. break-it sampled_spring.")
+    planes = [failure.key for failure in failures().values() if failure.plane]
+    if options.plane and options.failure not in planes:
+        raise ParameterError(f"--plane belongs to one of {', '.join(planes)}: name it before --plane.")
     chosen = [named(options.failure)] if options.failure else list(failures().values())
     given = key_values(options.given, "An option", "rate=1000")
     results: list[Shown] = []
     written: list[str] = []
     for failure in chosen:
         say = progress_line(f"{failure.key}")
-        results.append(show(failure, given, chart=bool(options.plot), progress=say))
+        results.append(
+            show(
+                failure,
+                given,
+                chart=bool(options.plot) and not options.plane,
+                plane=options.plane,
+                progress=say,
+            )
+        )
         path = options.plot
         if path and not options.failure:
             path = str(Path(path).with_stem(f"{Path(path).stem}-{failure.key}"))
-        written += drawn(path, failure_figure, results[-1])
+        written += drawn(path, plane_figure if options.plane else failure_figure, results[-1])
     tried = [Try(options.at, chosen[0].try_at(options.at, given))] if options.at is not None else []
     text = _details(results[0], tried) if options.failure else _table(results)
     found = {"failures": [as_json(r) for r in results], "tried": [try_json(t) for t in tried]}

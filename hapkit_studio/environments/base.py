@@ -77,12 +77,14 @@ def no_terms(values: Values) -> ForceTerms:
 class MovingObject:
     """What moves besides the handle: its name in a few letters, and the law's state that is its place in m.
 
-    One without a state rests where a parameter says, and the handle pushes it to the right.
+    One without a state rests where a parameter says, and the handle pushes it to the right. swing: its mass
+    kg, damping N·s/m and stiffness N/m in contact, which decide how long an integrator's step may be.
     """
 
     name: str
     state: str = ""
     rests: str = ""
+    swing: Callable[[Values], tuple[float, float, float]] | None = None
 
     def place(self, values: Values, position: np.ndarray, state: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return where it is in m (n,): the handle's position is in m, each state by name, (n,) all."""

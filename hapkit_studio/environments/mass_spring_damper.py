@@ -57,10 +57,14 @@ def pushed_slowly(p: Values, x: np.ndarray) -> np.ndarray:
     return -both * np.maximum(x - p["rest_position"], 0.0)
 
 
+def swing(p: Values) -> tuple[float, float, float]:
+    """Return mass, damping and stiffness of the object in contact."""
+    return p["mass"], p["damping"], p["stiffness"] + p["contact_stiffness"]
+
+
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     """Tell where the chosen integrator makes the mass gain energy in contact."""
-    stiffness = values["stiffness"] + values["contact_stiffness"]
-    return growth(values, values["damping"], stiffness, conditions)
+    return growth(values, swing(values), conditions)
 
 
 ENVIRONMENT = Environment(
@@ -91,7 +95,7 @@ ENVIRONMENT = Environment(
     terms=no_terms,
     over_position=pushed_slowly,
     stored=stored,
-    moves=MovingObject("mass", state="object"),
+    moves=MovingObject("mass", state="object", swing=swing),
     warnings=warnings,
     outcomes=("peak_force", "final_position", "energy"),
     hands=("press", "tap", "released"),

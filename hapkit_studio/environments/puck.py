@@ -67,10 +67,14 @@ def stored(p, s, x, v, dt):
     return 0.5 * (moving + p.contact_stiffness * depth * depth + p.wall_stiffness * beyond * beyond)
 
 
+def swing(p: Values) -> tuple[float, float, float]:
+    """Return mass, damping and stiffness of the puck between wall and handle."""
+    return p["mass"], 0.0, p["wall_stiffness"] + p["contact_stiffness"]
+
+
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     """Tell where the chosen integrator makes the puck gain energy in contact."""
-    stiffness = values["wall_stiffness"] + values["contact_stiffness"]
-    return growth(values, 0.0, stiffness, conditions)
+    return growth(values, swing(values), conditions)
 
 
 ENVIRONMENT = Environment(
@@ -101,7 +105,7 @@ ENVIRONMENT = Environment(
     over_position=lambda values, x: np.full_like(x, np.nan),
     warnings=warnings,
     stored=stored,
-    moves=MovingObject("puck", state="object"),
+    moves=MovingObject("puck", state="object", swing=swing),
     outcomes=("peak_force", "final_position", "energy"),
     hands=("tap", "shake", "released"),
     restless="Without friction the puck goes to and fro between the walls for ever.",

@@ -33,10 +33,10 @@ def integrator(what: str, default: str = "semi_implicit") -> Choice:
     )
 
 
-def growth(values: Values, damping: float, stiffness: float, conditions: Conditions) -> Iterator[str]:
-    """Say where the chosen integrator makes an object of that damping, stiffness in contact gain energy."""
+def growth(values: Values, swing: tuple[float, float, float], conditions: Conditions) -> Iterator[str]:
+    """Say where the chosen integrator makes an object of that mass, damping and stiffness gain energy."""
     index = int(values["integrator"])
-    longest = longest_step(INTEGRATORS[index], values["mass"], damping, stiffness)
+    longest = longest_step(INTEGRATORS[index], *swing)
     if conditions.period > longest:
         long = f"steps above {1e3 * longest:.3g} ms; they take {1e3 * conditions.period:.3g} ms"
         yield f"{LABELS[index]} adds energy in contact at {long if longest else 'every step'}."

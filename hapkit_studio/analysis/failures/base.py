@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio import environments
+from hapkit_studio.analysis.failures.plane import Plane
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import Hand, Prescribed
@@ -155,8 +156,8 @@ class Failure:
     knob is what is turned, low to high all that may be tried; below limit(case) the method holds, above it
     fails, for certain from ``margin`` (a share of the limit) on: 0.01 where the boundary is sharp. The limit
     is inf where nothing fails, 0 where nothing holds. A case has one number for each of options. probe tries
-    one value of the knob by the code that renders; plot draws many and the formula beside them. span: the
-    shares of the limit worth turning to.
+    one value of the knob by the code that renders; plot draws many and the formula beside them. plane: the
+    same limit in dimensionless numbers, for every device. span: the shares of the limit worth turning to.
     """
 
     key: str
@@ -170,6 +171,7 @@ class Failure:
     plot: Plot
     options: tuple[AnyParameter, ...] = ()
     live: Callable[[float, Case], Live] | None = None
+    plane: Callable[[Case], Plane] | None = None
     margin: float = 0.01
     span: tuple[float, float] = (0.5, 1.5)
     order: int = 100
@@ -259,6 +261,7 @@ class Shown:
     inside: Try | None = None
     outside: Try | None = None
     chart: Chart | None = None
+    plane: Plane | None = None
     old: set[str] = field(default_factory=set)
 
     @property
@@ -277,13 +280,17 @@ def show(
     options: Mapping[str, object] | None = None,
     *,
     chart: bool = True,
+    plane: bool = False,
     progress: Progress = no_progress,
 ) -> Shown:
     """Return a failure tried on both sides of its limit; raise ParameterError for options without a limit."""
     case = failure.case(options)
     limit, values = failure.bound(case), (failure.inside(case), failure.outside(case))
     inside, outside = (Try(value, failure.probe(value, case)) for value in values)
-    return Shown(failure, case, limit, inside, outside, failure.curve(case, progress) if chart else None)
+    curve = failure.curve(case, progress) if chart else None
+    return Shown(
+        failure, case, limit, inside, outside, curve, failure.plane(case) if plane and failure.plane else None
+    )
 
 
 def as_json(shown: Shown, traces: bool = False) -> dict[str, Any]:

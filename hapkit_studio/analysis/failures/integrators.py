@@ -1,8 +1,12 @@
 """A step too long for its integrator: each method's limit of ω dt at six damping ratios."""
 
+from functools import partial
+
 import numpy as np
 
+from hapkit_studio import environments
 from hapkit_studio.analysis.failures import base
+from hapkit_studio.analysis.failures.plane import Boundary, Field, Panel, Plane
 from hapkit_studio.dynamics.integrator_stability import longest_step, spectral_radius
 from hapkit_studio.dynamics.integrators import INTEGRATORS, integrate
 from hapkit_studio.environments.pushed import LABELS
@@ -78,6 +82,46 @@ def live(step: float, case: base.Case) -> base.Live:
     return base.Live("mass_spring_damper", values, {"rate": rate}, advice=advice)
 
 
+# of the plane: ends of both axes, grid points each way, spectral radii that get a line
+_STEPS, _PLANE_RATIOS, _GRID, _LEVELS = (0.01, 4.0), (0.003, 3.0), 161, (0.5, 0.9, 0.99)
+
+
+def swing_points(rate: float = 1000.0) -> list[tuple[float, float, str]]:
+    """Return ω dt, damping ratio and name of every object in contact, at the default values of its scene."""
+    found = []
+    for environment in environments.discover().values():
+        if environment.moves and environment.moves.swing:
+            mass, damping, stiffness = environment.moves.swing(environment.values())
+            omega = (stiffness / mass) ** 0.5
+            ratio = max(damping / (2.0 * mass * omega), _PLANE_RATIOS[0])  # none is at the axis
+            found.append((omega / rate, ratio, environment.title))
+    return found
+
+
+def plane(case: base.Case) -> Plane:
+    """Return the stability regions of all integrators over step and damping ratio, closed form."""
+    steps, ratios = np.geomspace(*_STEPS, _GRID), np.geomspace(*_PLANE_RATIOS, _GRID)
+    panels = []
+    for method, name in zip(INTEGRATORS, LABELS, strict=True):
+        radius = spectral_radius(method, steps, ratios[:, np.newaxis])
+        field = Field(steps, ratios, np.where(radius > 1.0, 3.0, radius), _LEVELS)
+        longest = np.array([longest_step(method, 1.0, 2.0 * ratio, 1.0) for ratio in ratios])
+        limits = (Boundary("longest stable step", longest, ratios),) if np.isfinite(longest).all() else ()
+        panels.append(Panel(field, name, limits, marks=tuple(swing_points())))
+    return Plane(
+        "Green: the motion decays. The lines say by what factor per step; stars: the scenes at 1,000 Hz",
+        "ω dt, angle per step",
+        "damping ratio ζ",
+        tuple(panels),
+        partial(_place, ratio=_ratio(case)),
+        own=INTEGRATORS.index(method_of(case)),
+    )
+
+
+def _place(step: float, ratio: float) -> tuple[float, float]:
+    return step, ratio
+
+
 FAILURE = base.Failure(
     key="integrators",
     title="A step too long for its integrator",
@@ -103,5 +147,6 @@ FAILURE = base.Failure(
     ),
     options=(METHOD, base.Choice("ratio", "Damping ratio", tuple(f"{r:g}" for r in RATIOS), "0.2")),
     live=live,
+    plane=plane,
     order=2,
 )

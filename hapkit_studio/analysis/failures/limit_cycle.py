@@ -2,10 +2,22 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from hapkit_studio.analysis.failures import base, spring
+from hapkit_studio.analysis.failures.plane import (
+    BOUNDED,
+    PUSHED,
+    STABLE,
+    UNSTABLE,
+    Boundary,
+    Field,
+    Panel,
+    Plane,
+    Points,
+)
 from hapkit_studio.formatting import with_unit
 
 # The handle is let go this many counts away.
@@ -46,11 +58,86 @@ def buzz(stiffness: float, case: base.Case) -> float:
     return math.nan if word == spring.GROWS else size
 
 
+# of the rendered plane: b₀/(kT) and F_c/(kΔ), chosen off the boundaries; a small and a large push in counts
+_BETAS = (0.2, 0.3, 0.4, 0.6, 0.9, 1.5, 2.5)
+_SIGMAS = (0.15, 0.25, 0.4, 0.6, 0.9, 1.5, 2.5)
+LARGE = 200.3
+_LOW, _HIGH = 0.12, 4.0
+_WORDS = {
+    STABLE: "comes to rest",
+    BOUNDED: "buzzes, bounded",
+    PUSHED: "grows after a large push",
+    UNSTABLE: "grows",
+}
+
+
+def edges(case: base.Case) -> tuple[float, float]:
+    """Return the boundaries of b₀/(kT), which the delay moves, and of F_c/(kΔ)."""
+    return 0.5 + case["delay"] * case["rate"], 0.5
+
+
+def outcome(case: base.Case, stiffness: float, beta: float, sigma: float) -> str:
+    """Render the spring on a handle at (beta, sigma), let go after a small and after a large push."""
+    given = {
+        **case,
+        "viscous": beta * stiffness / case["rate"],
+        "coulomb": sigma * stiffness * case["quantum"],
+    }
+    ends = []
+    for counts in (START, LARGE):
+        start = counts * case["quantum"]
+        ends.append(
+            spring.judged(
+                spring.released_with_friction(**given, stiffness=stiffness, start=start), start, case["rate"]
+            )[0]
+        )
+    if spring.GROWS in ends:
+        return UNSTABLE if ends[0] == spring.GROWS else PUSHED
+    return STABLE if ends[0] == spring.RESTS else BOUNDED
+
+
+def plane(case: base.Case) -> Plane:
+    """Return F_c/(kΔ) over b₀/(kT) (Diolaiti and others, 2006): boundaries, and what rendered springs do."""
+    stiffness = spring.STIFFNESS.default
+    found: dict[str, list[tuple[float, float]]] = {word: [] for word in _WORDS}
+    enough, steady = edges(case)
+    for beta in np.array(_BETAS) * enough / 0.5:
+        for sigma in _SIGMAS:
+            found[outcome(case, stiffness, beta, sigma)].append((beta, sigma))
+    low, high = _LOW * enough / 0.5, _HIGH * enough / 0.5
+    across, up = np.geomspace(low, high, 120), np.geomspace(_LOW, _HIGH, 120)
+    damped, hidden = across > enough, up[:, np.newaxis] > steady
+    z = np.where(damped & hidden, 0.5, np.where(damped | hidden, 1.5, 2.5))
+    panel = Panel(
+        Field(across, up, z),
+        boundaries=(
+            Boundary(
+                "b₀/(kT) = ½ + td/T" if case["delay"] else "b₀/(kT) = ½", np.full(2, enough), up[[0, -1]]
+            ),
+            Boundary("$F_c$/(kΔ) = ½", across[[0, -1]], np.full(2, steady)),
+        ),
+        points=tuple(
+            Points(f"rendered: {_WORDS[word]}", word, *np.array(at).T) for word, at in found.items() if at
+        ),
+    )
+    return Plane(
+        "Rest needs enough friction (top) and enough damping (right)",
+        "b₀/(k T), damping over sampling",
+        "$F_c$/(k Δ), dry friction over one sensor step",
+        (panel,),
+        partial(_place, case=dict(case)),
+    )
+
+
+def _place(stiffness: float, case: base.Case) -> tuple[float, float]:
+    return case["viscous"] * case["rate"] / stiffness, case["coulomb"] / (stiffness * case["quantum"])
+
+
 FAILURE = base.Failure(
     key="limit_cycle",
     title="A buzz smaller than one count",
     summary="Where the force of half a count exceeds dry friction, the handle never comes to rest",
-    formula="k < 2 F_c/Δ, while k < 2 b₀/T (Abbott and Okamura; σ = F_c/(k Δ) > ½ in Diolaiti's plane)",
+    formula="k < 2 F_c/Δ, while k < b₀/(T/2 + td) (Abbott and Okamura; F_c/(k Δ) > ½ in Diolaiti's plane)",
     explanation="A sensor with steps Δ turns the spring's force into steps of k Δ. If the handle would "
     "rest at the edge between two counts, the force there is +½ k Δ on one side and −½ k Δ on the other, "
     "never 0. Dry friction F_c holds the handle as long as ½ k Δ is smaller. Beyond that the handle is "
@@ -64,7 +151,7 @@ FAILURE = base.Failure(
         _SHARES,
         (base.Curve("rendered", buzz),),
         "2 F_c/Δ",
-        lambda case: {"2 b₀/T": 2.0 * case["viscous"] * case["rate"]},
+        lambda case: {"b₀/(T/2 + td)": case["viscous"] * case["rate"] / edges(case)[0]},
         y_label="buzz, counts p-p",
         level=None,
     ),
@@ -74,7 +161,9 @@ FAILURE = base.Failure(
         replace(spring.COULOMB, default=0.01, low=1e-4),
         spring.QUANTUM,
         spring.RATE,
+        spring.DELAY,
     ),
+    plane=plane,
     span=(0.6, 1.9),
     order=7,
 )

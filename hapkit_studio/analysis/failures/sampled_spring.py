@@ -1,9 +1,15 @@
 """A spring too stiff for its loop: the force is held for a period, and pushes longer than it resisted."""
 
+from functools import partial
+
 import numpy as np
 
 from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.filters import bound
+from hapkit_studio.analysis.failures.plane import STABLE, UNSTABLE, Boundary, Field, Panel, Plane, Points
+from hapkit_studio.analysis.stability.limits import checked_loop
+from hapkit_studio.dynamics import sampled_loop
+from hapkit_studio.formatting import with_unit
 
 
 def limit(case: base.Case) -> float:
@@ -20,6 +26,73 @@ def live(stiffness: float, case: base.Case) -> base.Live:
     """Return the spring in the window; there the handle has friction, which holds it far beyond the limit."""
     given = {"damping": case["damping"]}
     return spring.live(stiffness, limit(case), spring.STIFFNESS, given, spring.loop_of(case))
+
+
+# b₀T/m of the other curves: a handle whose own damping acts slowly, and one on which it acts fast
+_OTHER_HANDLES = (0.1, 0.001)
+_CURVE_POINTS, _MEASURED_POINTS = 120, 9
+_GRID = 80
+# measured this fraction of the boundary inside and outside
+_BESIDE = 0.03
+
+
+def boundary(mass: float, case: base.Case, points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return total damping over the handle's own (n,), and k T/b₀ (n,) up to which the loop is stable."""
+    loop = checked_loop(mass, case["viscous"], rate=case["rate"], delay=case["delay"])
+    highest = sampled_loop.damping_limit(loop)
+    total = np.geomspace(1.0, 1.0 + 0.999 * highest / case["viscous"], points)
+    stiffness = sampled_loop.stiffness_limits(loop, (total - 1.0) * case["viscous"])
+    return total, stiffness / (case["viscous"] * case["rate"])
+
+
+def plane(case: base.Case) -> Plane:
+    """Return k T/b₀ over (b₀ + b)/b₀: exact boundaries, the rule, and springs rendered beside them."""
+    viscous, rate, delay = case["viscous"], case["rate"], case["delay"]
+    where, scale = spring.setting(case), viscous * rate
+    total, exact = boundary(case["mass"], case, _CURVE_POINTS)
+    others = []
+    for number in _OTHER_HANDLES:
+        others.append(
+            Boundary(
+                f"b₀T/m = {number:g}", *boundary(viscous / rate / number, case, _CURVE_POINTS), strong=False
+            )
+        )
+    reach = np.array([1.0, total[-1]])
+    rule = Boundary("rule (b₀ + b)/(T/2 + td)", reach, reach / (0.5 + delay * rate), strong=False)
+
+    at, limits = boundary(case["mass"], case, _MEASURED_POINTS)
+    outcomes: dict[bool, list[tuple[float, float]]] = {True: [], False: []}
+    for x, limit_here in zip(at.tolist(), limits.tolist(), strict=True):
+        for y in ((1.0 - _BESIDE) * limit_here, (1.0 + _BESIDE) * limit_here):
+            holds = spring.evidence(where, (x - 1.0) * viscous, y * scale).holds
+            outcomes[holds].append((x, y))
+    points = [
+        Points(words, outcome, *np.array(outcomes[holds]).reshape(-1, 2).T)
+        for holds, outcome, words in (
+            (True, STABLE, "rendered: decays"),
+            (False, UNSTABLE, "rendered: grows"),
+        )
+    ]
+    across = np.geomspace(0.9, 1.3 * total[-1], _GRID)
+    up = np.geomspace(0.2 * exact[0], 2.0 * exact.max(), _GRID)
+    top = np.interp(across, total, exact, right=0.0)
+    own = f"this handle, b₀T/m = {viscous / (rate * case['mass']):.3g}"
+    panel = Panel(
+        Field(across, up, np.where(up[:, np.newaxis] <= top, 0.5, 2.5)),
+        boundaries=(Boundary(own, total, exact), *others, rule),
+        points=tuple(points),
+    )
+    return Plane(
+        f"Every handle and loop in one chart, delay {with_unit(delay * rate, 'periods')}",
+        "(b₀ + b)/b₀, total damping over the handle's own",
+        "k T/b₀, stiffness",
+        (panel,),
+        partial(_place, damping=case["damping"], viscous=viscous, rate=rate),
+    )
+
+
+def _place(stiffness: float, damping: float, viscous: float, rate: float) -> tuple[float, float]:
+    return 1.0 + damping / viscous, stiffness / (viscous * rate)
 
 
 FAILURE = base.Failure(
@@ -48,6 +121,7 @@ FAILURE = base.Failure(
     ),
     options=(*spring.HANDLE, spring.DAMPING),
     live=live,
+    plane=plane,
     span=(0.5, 2.0),
     order=1,
 )

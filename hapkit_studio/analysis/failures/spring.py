@@ -145,6 +145,7 @@ def released_with_friction(
     stiffness: float,
     start: float,
     seconds: float = FRICTION_SECONDS,
+    delay: float = 0.0,
 ) -> np.ndarray:
     """Return the place (n,) in m of a handle let go ``start`` m from the edge it comes to rest at.
 
@@ -154,7 +155,7 @@ def released_with_friction(
     edge = quantum
     device = SimulatedHapkit(mass, viscous, coulomb, quantum, math.inf, edge + start)
     given = {"stiffness": stiffness, "damping": 0.0, "center": 0.5 * quantum}
-    out = base.render("spring", given, device, LoopSettings(rate), round(seconds * rate))
+    out = base.render("spring", given, device, LoopSettings(rate, delay), round(seconds * rate))
     x = out[:, rows.TRUE_POSITION] - edge
     return x[: base.before_lost(x, LOST * abs(start))]
 

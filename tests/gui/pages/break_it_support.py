@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from hapkit_studio.analysis.failures.base import Curve, Evidence, Failure, Live, Plot
+from hapkit_studio.analysis.failures.plane import Field, Panel, Plane
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Choice, Parameter
 
@@ -56,6 +57,16 @@ def made(**given):
     return Failure(**{**words, **parts, **given})
 
 
+def plane(case):
+    """Return a map whose stable half lies below 100 N/m per N·s/m."""
+    grid = np.geomspace(10.0, 1000.0, 20)
+    z = np.where(grid < 100.0, 0.5, 3.0) * np.ones((20, 1))
+    return Plane(
+        "Only the ratio counts", "stiffness over damping", "anything", (Panel(Field(grid, grid, z)),),
+        lambda value: (value / case["damping"], 50.0),
+    )  # fmt: skip
+
+
 class Gate:
     """A plot that waits until it is let go, then says its progress."""
 
@@ -75,12 +86,13 @@ def refuse(case):
 
 
 def library(gate):
-    """Return four failures by key: ordinary, slow, refusing, and one felt nowhere over a step in s."""
+    """Return failures by key: ordinary, slow, refusing, mapped, and one felt nowhere over a step in s."""
     step = Parameter("step", "Step", "s", 1e-3, 1e-5, 0.2, "Of the loop", "dt")
     return {
         "grows": made(),
         "slow": made(key="slow", title="A spring measured slowly", plot=gate.plot),
         "refuses": made(key="refuses", title="A limit that nobody knows", limit=refuse),
+        "mapped": made(key="mapped", title="A spring on a map", plane=plane),
         "step": made(
             key="step", title="A step too long", knob=step, live=None, margin=0.05, span=(0.2, 2.0),
             limit=lambda case: 2e-3,

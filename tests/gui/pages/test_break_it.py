@@ -115,7 +115,7 @@ def test_a_knob_in_seconds_is_shown_in_milliseconds_and_run_all_tries_the_rest(p
     qtbot.waitUntil(lambda: not page.job.running)
     both = (True, False)
     done = {key: record.signs for key, record in page.records.items()}
-    assert done == {"grows": both, "slow": both, "refuses": (None, None), "step": both}
+    assert done == {"grows": both, "slow": both, "refuses": (None, None), "step": both, "mapped": both}
     assert page.records["refuses"].wrong.startswith("Damping of 2 N·s/m")
     assert page.all.isEnabled()
 
@@ -200,3 +200,23 @@ def test_in_the_window_nothing_is_cut_off_and_space_presses_no_button(gate, idle
         assert idle_window.rect().contains(page.mapTo(idle_window, page.rect().bottomRight()))
         bars = page.detail.verticalScrollBar(), page.detail.horizontalScrollBar()
         assert [bar.maximum() for bar in bars] == [0, 0]
+
+
+def test_the_map_is_drawn_in_place_of_the_curve_and_exported(page, qtbot, tmp_path):
+    detail = page.detail
+    assert not detail.which.isVisibleTo(page)
+    page.choose("mapped")
+    measured(page, qtbot)
+    assert detail.which.isVisibleTo(page)
+    detail.which.button(1).click()
+    (axes,) = drawn(detail.chart)
+    assert axes.get_xlabel() == "stiffness over damping"
+    ring = next(line for line in axes.lines if line.get_markersize() > 14.0)
+    assert ring.get_xdata()[0] == pytest.approx(99.0)
+    page.turn(1.2)
+    assert ring.get_xdata()[0] == pytest.approx(120.0)
+    figure, _numbers = page.exports()
+    figure(str(tmp_path / "map.png"))
+    assert (tmp_path / "map.png").stat().st_size > 10_000
+    page.choose("grows")
+    assert len(drawn(detail.chart)) == 3

@@ -6,6 +6,7 @@ from operator import is_
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import QPushButton, QScrollArea, QSizePolicy, QWidget
 
+from hapkit_studio.charts import plane, style
 from hapkit_studio.charts.failures import Knob, clauses, draw, measured_there
 from hapkit_studio.formatting import on_screen
 from hapkit_studio.gui.pages.break_it.record import Record
@@ -13,6 +14,7 @@ from hapkit_studio.gui.pages.drawing import Drawing
 from hapkit_studio.gui.panel.rows import ParameterRow
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import Sign, across, down, label
+from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.style import mark
 
 
@@ -129,22 +131,28 @@ class Detail(QScrollArea):
         chart.clicked.connect(self._pick)
         chart.dragged.connect(self._pick)
         self._record = record
-        self._parts: tuple = (None,) * 4
+        self._parts: tuple = ()
         self._state: tuple = ()
-        self._stands: Knob | None = None
+        self._stands: Knob | plane.KnobPoint | None = None
+        self.which = Segmented("Chart", ("Curve", "Map"))
+        self.which.button(1).setToolTip("The same limit in dimensionless numbers, with measured points")
+        self.which.show_index(0)
+        self.which.chosen.connect(lambda _index: self.show_results(self._record))
         sheet = QWidget()
         sheet.setMinimumSize(560, 350)
         sheet.setObjectName("sheet")
-        down(self.knob, self.verdict, (chart, 1), into=sheet, margins=(14, 8, 12, 10), gap=8)
+        verdict = across((self.verdict, 1), self.which)
+        down(self.knob, verdict, (chart, 1), into=sheet, margins=(14, 8, 12, 10), gap=8)
         self.setWidgetResizable(True)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self.setWidget(sheet)
 
     def show_results(self, record: Record) -> None:
-        """Show traces and curve as far as known; where only the knob was turned, move only its marker."""
-        parts = (record.failure, record.inside, record.outside, record.chart)
-        state = (record.limit, record.old - {"here"})
-        same = all(map(is_, parts, self._parts)) and state == self._state
+        """Show curve or plane as far as known; where only the knob was turned, move only its marker."""
+        self.which.setVisible(record.failure.plane is not None)
+        parts = (record.failure, record.inside, record.outside, record.chart, record.plane)
+        state = (record.limit, record.old - {"here"}, self.which.index)
+        same = len(parts) == len(self._parts) and all(map(is_, parts, self._parts)) and state == self._state
         self._record, self._parts, self._state = record, parts, state
         if same:
             self._place()
@@ -152,14 +160,30 @@ class Detail(QScrollArea):
         else:
             self.chart.show_drawing(self._paint)
 
+    @property
+    def shows_plane(self) -> bool:
+        """Return whether the plane is chosen and measured; until then the curve is shown."""
+        return (
+            bool(self.which.index)
+            and self._record.plane is not None
+            and self._record.failure.plane is not None
+        )
+
     def _paint(self, figure, colors):
-        self._stands = draw(figure, colors, self._record)
+        found = self._record.plane
+        if found is not None and self.shows_plane:
+            old = "plane" in self._record.old
+            self._stands = plane.draw(figure, style.pale(colors) if old else colors, found)
+        else:
+            self._stands = draw(figure, colors, self._record)
         self._place()
         return self._stands.artists if self._stands else ()
 
     def _place(self) -> None:
         """Move the knob's marker, and the dot of what was measured there."""
-        if self._stands is not None:
+        if isinstance(self._stands, plane.KnobPoint):
+            self._stands.place(self._record.value)
+        elif self._stands is not None:
             here, chart = self._record.here, self._record.chart
             self._stands.place(self._record.value, measured_there(chart, here.evidence) if here else None)
 

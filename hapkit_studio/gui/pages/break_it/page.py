@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QPushButton, QWidget
 from hapkit_studio.analysis import failures
 from hapkit_studio.analysis.failures import base
 from hapkit_studio.charts.failures import failure_figure
+from hapkit_studio.charts.plane import plane_figure
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.pages.break_it.detail import Detail
 from hapkit_studio.gui.pages.break_it.feel import Feel
@@ -113,7 +114,8 @@ class BreakItPage(MeasuringPage):
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         shown = copy(self.record)
         shown.old = set(shown.old)
-        return lambda path: failure_figure(shown, path), lambda: base.as_json(shown, traces=True)
+        figure = plane_figure if self.detail.shows_plane else failure_figure
+        return lambda path: figure(shown, path), lambda: base.as_json(shown, traces=True)
 
     # the page's life
 

@@ -15,7 +15,7 @@ _SAME = 1e-9
 
 
 class Part(NamedTuple):
-    """A piece of a result as it arrives: a failure's "limit", "chart" or a "try", of some conditions."""
+    """A part of a result as it arrives: a failure's "limit", "chart", "plane" or a "try", of one case."""
 
     key: str
     case: dict[str, float]
@@ -49,7 +49,8 @@ class Record(Shown):
     @property
     def complete(self) -> bool:
         """Say whether all of it was measured under the present conditions."""
-        return self.chart is not None and self.limit is not None and not self.old - {"here"}
+        missing = self.failure.plane is not None and self.plane is None
+        return self.chart is not None and self.limit is not None and not missing and not self.old - {"here"}
 
     @property
     def signs(self) -> tuple[bool | None, ...]:
@@ -63,6 +64,7 @@ class Record(Shown):
             self.case = {**self.case, key: value}
             self.wrong, self.stopped = "", False
             self.old = {"inside", "outside", "chart", "limit", "here"}
+            self.old |= {"plane"} if self.failure.plane else set()
 
     def turn(self, share: float) -> None:
         """Turn the knob; what it showed before is old."""
@@ -100,13 +102,15 @@ def try_value(failure: Failure, value: float, case: dict[str, float]) -> Part:
 
 
 def measure(failure: Failure, case: dict[str, float], share: float, progress: Progress) -> Iterator[Part]:
-    """Find the limit, try just inside it, just outside and where the knob stands, then measure the curve."""
+    """Find the limit, try both sides of it and the knob's value, then measure the curve and the plane."""
     limit = failure.bound(case)
     yield Part(failure.key, case, "limit", limit)
     beside = (1.0 - failure.margin) * limit, (1.0 + failure.margin) * limit
     for value in dict.fromkeys((*beside, knob_value(failure, share * limit))):
         yield try_value(failure, value, case)
     yield Part(failure.key, case, "chart", failure.curve(case, progress))
+    if failure.plane:
+        yield Part(failure.key, case, "plane", failure.plane(case))
 
 
 class FailureRunner(QObject):
