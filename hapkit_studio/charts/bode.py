@@ -18,6 +18,7 @@ _SIZE = (1000, 640)
 _HUES = "position", "applied", "velocity", "asked"
 _STIFFNESS, _DAMPING, _MASS = 2, 3, 4  # panels
 _ROOM = 1.3  # of the axes, so that words stand clear
+_WIDEST = 2.0  # of the range of the dampings: wider bars would hide everything else
 _TIMES = 4.0  # below and above what was measured
 
 
@@ -67,6 +68,11 @@ def _curve(panels: list, curve: "Curve", color: str, c: Colors) -> None:
     for axes, values in zip(panels, [*_values(curve.measured), curve.coherence], strict=True):
         axes.plot(frequency[sure], values[sure], "o", color=color, markersize=4.5, label=curve.name)
         axes.plot(frequency[~sure], values[~sure], "o", color=color, markersize=4.5, markerfacecolor=c.plot)
+    damping, wide = curve.measured.damping, curve.damping_interval
+    seen = wide < _WIDEST * np.ptp(damping)  # at the lowest tones a sensor step outweighs the damping force
+    panels[_DAMPING].errorbar(
+        frequency[seen], damping[seen], wide[seen], fmt="none", ecolor=color, elinewidth=1.0, capsize=2.0
+    )
 
 
 def _mark(panels: list, curve: "Curve", color: str, row: int) -> None:
@@ -104,6 +110,7 @@ def _handle(panels: list, c: Colors, setting: "Setting") -> None:
     low, high = panels[0].get_ylim()
     panels[0].set_ylim(max(low, 0.01 * high) / _TIMES, high * _TIMES)
     panels[0].set_yscale("log")
+    panels[0].yaxis.set_major_formatter("{x:,g}")
     panels[_MASS].set_ylim(bottom=0.0)
     panels[-1].set_ylim(0.0, 1.1)
     left, right = panels[0].get_xlim()

@@ -24,7 +24,7 @@ NO_HAND = (
 )
 _HANDLE = "mass", "viscous", "coulomb", "quantum"  # a board has its own
 _OTHERWISE = "--rate", "--hand"
-_ROW, _APART = "{:>8}{:>10}{:>9}{:>10}{:>12}{:>12}", 3
+_ROW, _APART = "{:>8}{:>10}{:>9}{:>10}{:>12}{:>9}{:>12}", 3
 
 OPTIONS = (
     base.ENVIRONMENT,
@@ -83,12 +83,12 @@ def _text(found: "Bode") -> str:
         lines += [
             "",
             f"{curve.name}{_off(curve)}",
-            _ROW.format("Hz", "|Z| N/m", "°", "k N/m", "b N·s/m", "coherence"),
+            _ROW.format("Hz", "|Z| N/m", "°", "k N/m", "b N·s/m", "± 95 %", "coherence"),
         ]
         one = curve.measured
         columns = (
             one.frequency, np.abs(one.impedance), np.degrees(np.angle(one.impedance)), one.stiffness,
-            one.damping, curve.coherence,
+            one.damping, curve.damping_interval, curve.coherence,
         )  # fmt: skip
         for row in list(zip(*columns, strict=True))[::_APART]:
             lines.append(_ROW.format(*(with_unit(float(value)) for value in row)))
@@ -98,10 +98,12 @@ def _text(found: "Bode") -> str:
 
 
 def _off(curve: "Curve") -> str:
-    if curve.error is None:
-        return ""
-    share, angle = curve.error
+    share, angle = curve.uncertainty
     highest = hertz(0.5 * COMPARED * curve.setting.rate)
+    if curve.error is None:
+        known = f", each point known to {100.0 * share:.2g} % up to {highest}" if share == share else ""
+        return f", by single sines{known}"
+    share, angle = curve.error
     return f", within {100.0 * share:.2g} % and {angle:.2g}° of theory up to {highest}"
 
 

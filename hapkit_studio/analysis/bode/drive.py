@@ -1,8 +1,10 @@
-"""How the handle is driven for a Bode diagram: multisines about a place, and what is at their frequencies.
+"""How the handle is driven for a Bode diagram, and the Fourier components at the driven frequencies.
 
-A multisine repeats after a whole number of samples, and each tone has a whole number of swings in it, so that
-nothing leaks from one frequency to another (Pintelon and Schoukens, System Identification, 2012). Several
-motions with the same tones in other phases tell what is linear from what is not.
+A linear law is driven by multisines, all tones at once; any other by one sine after the other, because its
+response to a sum is not the sum of its responses. A motion repeats after a whole number of samples, and each
+tone has a whole number of cycles in it, so that nothing leaks from one frequency to another (Pintelon and
+Schoukens, System Identification, 2012). Motions that repeat the same tones with other phases give each point
+its confidence interval.
 """
 
 import math
@@ -11,10 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
-MOTIONS = 4
+REPEATS = 4  # motions with the same tones and other phases
 PERIOD, SETTLE = 1.0, 0.5  # s of a motion that are looked at, and s before, in which it fades in
 HIGHEST = 0.8  # of half the rate
-_TONES = 32
+_TONES, _SINES = 32, 16  # together in a multisine; one after the other
 # Hz: up to here all tones go as far, beyond as fast, as no handle goes at tens of m/s.
 _EVEN = 200.0
 _LOOKS = 4  # instants in a swing of the fastest tone, to find how far all go together
@@ -22,11 +24,16 @@ _LOOKS = 4  # instants in a swing of the fastest tone, to find how far all go to
 
 @dataclass(frozen=True)
 class Drive:
-    """Motions about a place in m, by an amplitude in m at most, for a loop of a rate in Hz; over and over."""
+    """Motions about a place in m, by an amplitude in m at most, for a loop of a rate in Hz; over and over.
+
+    sines: each motion has one tone instead of all; repeats: motions for each set of tones.
+    """
 
     place: float
     amplitude: float
     rate: float
+    sines: bool = False
+    repeats: int = REPEATS
 
     @cached_property
     def samples(self) -> int:
@@ -48,39 +55,69 @@ class Drive:
         """Return the s from one motion to the next."""
         return self.settle + self.period
 
+    @property
+    def motions(self) -> int:
+        """Return the number of different motions."""
+        return self.repeats * (self.tones.size if self.sines else 1)
+
     @cached_property
     def tones(self) -> np.ndarray:
-        """Return the frequencies (n,) in Hz, even on a logarithmic axis, each a whole number of swings."""
-        most = int(0.5 * HIGHEST * self.samples)
-        return np.unique(np.rint(np.geomspace(1, most, _TONES))) / self.period
+        """Return the frequencies (n,) in Hz, even on a logarithmic axis, each a whole number of cycles."""
+        most, count = int(0.5 * HIGHEST * self.samples), _SINES if self.sines else _TONES
+        return np.unique(np.rint(np.geomspace(1, most, count))) / self.period
+
+    def tones_in(self, motion: int) -> np.ndarray:
+        """Return the indices of the tones in a motion."""
+        return np.array([motion // self.repeats]) if self.sines else np.arange(self.tones.size)
 
     @cached_property
     def _phases(self) -> np.ndarray:
-        return np.random.default_rng(0).uniform(0.0, 2.0 * math.pi, (MOTIONS, self.tones.size))
+        return np.random.default_rng(0).uniform(0.0, 2.0 * math.pi, (self.motions, self.tones.size))
 
     @cached_property
     def _shares(self) -> np.ndarray:
-        """Return how far each tone goes in each motion (MOTIONS, n), all together up to 1."""
+        """Return the amplitude of each tone in each motion (motions, n); a motion's peak is at most 1."""
         even = np.minimum(1.0, _EVEN / self.tones)
+        if self.sines:
+            return np.broadcast_to(even, self._phases.shape)
         instants = np.arange(_LOOKS * self.samples) / (_LOOKS * self.rate)
-        peaks = [np.abs(self._sum(instants, even, phases)).max() for phases in self._phases]
-        return even / np.array(peaks)[:, np.newaxis]
+        shares = np.empty_like(self._phases)
+        for motion in range(self.motions):
+            shares[motion] = even
+            shares[motion] /= np.abs(self._sum(instants, motion, shares)).max()
+        return shares
 
-    def _sum(self, times: np.ndarray, shares: np.ndarray, phases: np.ndarray) -> np.ndarray:
+    def _sum(self, times: np.ndarray, motion: int, shares: np.ndarray) -> np.ndarray:
         found = np.zeros_like(times)
-        for tone, share, phase in zip(self.tones, shares, phases, strict=True):
-            found += share * np.sin(2.0 * math.pi * tone * times + phase)
+        for tone in self.tones_in(motion):
+            angle = 2.0 * math.pi * self.tones[tone] * times + self._phases[motion, tone]
+            found += shares[motion, tone] * np.sin(angle)
         return found
 
     def position(self, times: np.ndarray) -> np.ndarray:
-        """Return where the handle is (n,) in m at times (n,) in s; before the first motion at its place."""
+        """Return where the handle is (n,) in m at times (n,) in s; before the first motion at its place.
+
+        While a motion fades in, the one before it fades out, so that the handle never jumps.
+        """
         turn, since = np.divmod(times, self.slot)
-        found = np.zeros_like(times)
-        for which in range(MOTIONS):
-            mine = (turn % MOTIONS == which) & (times >= 0.0)
-            fade = np.sin(0.5 * math.pi * np.minimum(since[mine] / self.settle, 1.0)) ** 2
-            found[mine] = fade * self._sum(since[mine], self._shares[which], self._phases[which])
+        fade = np.sin(0.5 * math.pi * np.minimum(since / self.settle, 1.0)) ** 2
+        found = np.where(turn >= 0.0, fade * self._moved(turn, since), 0.0)
+        fading = (turn >= 1.0) & (fade < 1.0)
+        found[fading] += (1.0 - fade[fading]) * self._moved(turn[fading] - 1.0, since[fading] + self.slot)
         return self.place + self.amplitude * found
+
+    def _moved(self, turn: np.ndarray, since: np.ndarray) -> np.ndarray:
+        """Return the motion (n,) of each turn at times (n,) in s since its begin, before any fading."""
+        which = turn.astype(int) % self.motions
+        if self.sines:
+            tone = which // self.repeats
+            angle = 2.0 * math.pi * self.tones[tone] * since + self._phases[which, tone]
+            return self._shares[which, tone] * np.sin(angle)
+        found = np.empty_like(since)
+        for motion in range(self.motions):
+            mine = which == motion
+            found[mine] = self._sum(since[mine], motion, self._shares)
+        return found
 
     def begin(self, motion: int) -> float:
         """Return the time in s from which a motion is looked at, for a period."""

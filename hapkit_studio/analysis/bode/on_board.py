@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio.analysis.bode.drive import MOTIONS, Drive
+from hapkit_studio.analysis.bode.drive import Drive
 from hapkit_studio.analysis.bode.result import Bode, Curve, Spectra, linear_law
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.sweeps import Progress, no_progress
@@ -26,6 +26,7 @@ from hapkit_studio.haptics.engine import BOARD, COMPUTER, Engine
 
 _BEGIN, _GOES = 1.0, 0.5  # s by the board's clock when the handle goes to its place, and how long that takes
 _TURNS = 4  # times that all motions come, in case some are spoilt
+_SINE_TURNS, _SINE_REPEATS = 2, 2  # each sine takes one and a half seconds
 _STEP = 1e-4  # s from one position of the script to the next, in a straight line
 _AROUND = 0.02  # s before and after a motion in which the loop must render as well
 _LOOK_SECONDS = 0.02
@@ -53,7 +54,10 @@ def _rendered(
 ) -> tuple[Curve, BoardPlan | str]:
     """Return what the computer, or by a plan the board, makes of a scene, and how the board would."""
     asked = simulated.curves[0].setting
-    drive = Drive(simulated.place, simulated.amplitude, 1000.0 if plan is None else float(plan.rate))
+    law = linear_law(request.environment, request.values, simulated.place, simulated.amplitude)
+    rate = 1000.0 if plan is None else float(plan.rate)
+    drive = Drive(simulated.place, simulated.amplitude, rate, sines=law is None)
+    drive = replace(drive, repeats=_SINE_REPEATS) if drive.sines else drive
     where = COMPUTER if plan is None else BOARD
     with tempfile.TemporaryDirectory() as folder:
         log, script = Path(folder, "truth.f64"), Path(folder, "script.txt")
@@ -79,13 +83,16 @@ def _rendered(
             )  # fmt: skip
             board.flush()
         spectra = _spectra(drive, truth(log), begins, delay.mean)
-    law = linear_law(request.environment, request.values, drive.place, drive.amplitude)
     return spectra.curve(where, setting, clamped, law), possible
+
+
+def _turns(drive: Drive) -> int:
+    return _SINE_TURNS if drive.sines else _TURNS
 
 
 def _script(drive: Drive) -> str:
     """Return commands that lead the handle to its place, and through all motions again and again."""
-    count = round(_TURNS * MOTIONS * drive.slot / _STEP)
+    count = round(_turns(drive) * drive.motions * drive.slot / _STEP)
     ends = drive.position(np.arange(1, count + 1) * _STEP)
     begins = _BEGIN + _GOES + np.arange(count) * _STEP
     lines = [f"0 position 0 0\n{_BEGIN} position {drive.place} {_GOES}\n"]
@@ -140,23 +147,23 @@ def _measured(engine: Engine, where: str, drive: Drive, progress: Progress) -> t
     And the share of samples in which the motor was at its limit.
     """
     watch, found = _Watch(engine, where), dict[int, float]()
-    for number in range(_TURNS * MOTIONS):
+    for number in range(_turns(drive) * drive.motions):
         begin = _BEGIN + _GOES + drive.begin(number)
         watch.wait_until(begin + drive.period + _AROUND)
         if watch.spoilt < begin - _AROUND:
-            found.setdefault(number % MOTIONS, begin)
-            progress(len(found), MOTIONS)
-        if len(found) == MOTIONS:
-            return list(found.values()), watch.clamped
+            found.setdefault(number % drive.motions, begin)
+            progress(len(found), drive.motions)
+        if len(found) == drive.motions:
+            return [found[motion] for motion in range(drive.motions)], watch.clamped
     raise DeviceError("This computer is too busy to measure on the virtual board. Close other programs.")
 
 
 def _spectra(drive: Drive, log: Any, begins: list[float], delay: float) -> Spectra:
     """Return what the motions had in them; a force is in effect from a delay after the sample before."""
     spectra = Spectra(drive)
-    for begin in begins:
+    for motion, begin in enumerate(begins):
         first = int(np.searchsorted(log.time, begin))
         part = slice(first, first + drive.samples)
         edges = log.time[first - 1 : first + drive.samples] + delay % (1.0 / drive.rate)
-        spectra.add(log.time[part], log.position[part], edges, log.motor_force[part])
+        spectra.add(motion, log.time[part], log.position[part], edges, log.motor_force[part])
     return spectra

@@ -11,16 +11,21 @@ own. Effective stiffness Re Z, damping Im Z / ω, and mass -Re Z / ω² where th
 Abbott and Okamura, IEEE Trans. Haptics 8(4), 2015). At ω -> 0 the damping is B - K (T/2 + td); where it is
 below -b the loop gives energy (Colgate and Schenkel, J. Robotic Systems 14(1), 1997).
 
-Coherence |Σ F X*|² / (Σ |F|² Σ |X|²), over motions of other phases: below 1
-the force is not linear in the motion.
+A law that is not linear is driven by one sine after the other; Z is then its describing function, and
+π Im Z times the amplitude squared the work per cycle that it takes from the hand, whatever the waveform.
+
+Coherence of a multisine: |Σ F X*|² / (Σ |F|² Σ |X|²) over motions of other phases; of single sines: the
+fraction of the force's power that is at the sine's frequency. Below 1 the force is not linear in the motion.
+The intervals of Z are 95 % ones of its mean over the motions, by Student's t.
 """
 
 import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import t as student
 
-from hapkit_studio.analysis.bode import COMPARED, LINEAR
+from hapkit_studio.analysis.bode import COMPARED
 from hapkit_studio.analysis.bode.drive import Drive, component, staircase
 from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, design, parse
@@ -107,12 +112,14 @@ class Response:
 class Curve:
     """What one loop makes of the law: measured, its coherence (n,), and its theory, None where there is none.
 
-    where: "simulated", "computer" or "board"; clamped: the share of samples at the motor's limit, 0 to 1.
+    where: "simulated", "computer" or "board"; interval: half-widths (n,) in N/m of the real and imaginary
+    parts of Z, as a complex number; clamped: the share of samples at the motor's limit, 0 to 1.
     """
 
     where: str
     setting: Setting
     measured: Response
+    interval: np.ndarray
     coherence: np.ndarray
     clamped: float
     theory: Response | None
@@ -124,11 +131,25 @@ class Curve:
 
     @property
     def best(self) -> Response:
-        """Return the theory, else what was measured as far as it is linear: what marks are read from."""
+        """Return the theory, else what single sines measured: what marks are read from."""
         if self.theory is not None:
             return self.theory
-        sure = self.coherence >= LINEAR
-        return Response(self.measured.frequency[sure], self.measured.impedance[sure])
+        there = self.coherence > 0.0
+        return Response(self.measured.frequency[there], self.measured.impedance[there])
+
+    @property
+    def damping_interval(self) -> np.ndarray:
+        """Return the half-width (n,) in N·s/m of the 95 % interval of the effective damping."""
+        return self.interval.imag / (2.0 * math.pi * self.measured.frequency)
+
+    @property
+    def uncertainty(self) -> tuple[float, float]:
+        """Return the largest half-widths up to 0.4 of Nyquist: of |Z| as a fraction, of its angle in °."""
+        low = (self.measured.frequency <= 0.5 * COMPARED * self.setting.rate) & (self.coherence > 0.0)
+        if not low.any():
+            return math.nan, math.nan
+        share = float((np.abs(self.interval) / np.abs(self.measured.impedance))[low].max())
+        return share, math.degrees(share)
 
     @property
     def stiffness(self) -> float:
@@ -142,8 +163,13 @@ class Curve:
         return self.best.first(self.best.stiffness - _DOWN * self.stiffness) if self.stiffness else math.nan
 
     @property
+    def negative(self) -> float:
+        """Return from where in Hz on the effective damping is negative: the loop gives energy; nan."""
+        return self.best.first(self.best.damping)
+
+    @property
     def gives_energy(self) -> float:
-        """Return from where in Hz on the effective damping is more negative than the handle's own; nan."""
+        """Return from where in Hz on the loop gives more energy than the handle's own damping takes; nan."""
         return self.best.first(self.best.damping + self.setting.viscous)
 
     @property
@@ -175,44 +201,65 @@ class Curve:
         """Say at which frequency the wall stops being one, and why."""
         start = f"{self.name[0].upper()}{self.name[1:]}: "
         if not self.best.frequency.size:
-            return f"{start}no force, or none that is linear in the motion."
+            return f"{start}no force that follows the motion."
         own = f"the handle's own {with_unit(self.setting.viscous, 'N·s/m')}"
         lowest, highest = (float(f) for f in self.best.frequency[[0, -1]])
         damping = with_unit(float(self.best.damping[0]), "N·s/m", 2)
         holds = with_unit(self.stiffness, "N/m") if self.stiffness else f"damping {damping}"
         if self.gives_energy == lowest:
-            return f"{start}gives energy from {hertz(lowest)} on: damping {damping} outweighs {own}."
+            return (
+                f"{start}gives energy from {hertz(lowest)} on: damping {damping}, more than {own} takes away."
+            )
         if self.ends == self.softens:
             return f"{start}{holds} up to {hertz(self.ends)}, where the stiffness is down by 3 dB."
         if self.ends == self.gives_energy:
-            return f"{start}{holds} up to {hertz(self.ends)}, where negative damping outweighs {own}."
-        return f"{start}{holds}, without an end up to {hertz(highest)}."
+            return f"{start}{holds} up to {hertz(self.ends)}; above, it gives more energy than {own} takes."
+        return f"{start}keeps {holds} up to {hertz(highest)}, the highest frequency measured."
 
 
 class Spectra:
-    """Adds up what motions had in them at each tone: force F and position X, complex (n,)."""
+    """Collects the components of every motion at its tones: force F and position X, complex (motions, n)."""
 
     def __init__(self, drive: Drive):
-        self._tones = drive.tones
-        self._fx = np.zeros(self._tones.size, dtype=complex)
-        self._ff, self._xx = np.zeros((2, self._tones.size))
+        self._drive = drive
+        self._force: list[np.ndarray] = []
+        self._position: list[np.ndarray] = []
+        self._power: list[np.ndarray] = []
 
-    def add(self, times: np.ndarray, position: np.ndarray, edges: np.ndarray, force: np.ndarray) -> None:
+    def add(
+        self, motion: int, times: np.ndarray, position: np.ndarray, edges: np.ndarray, force: np.ndarray
+    ) -> None:
         """Take one period of samples: position m at times s, (n,); force (n,) N between edges (n + 1,)."""
-        x, f = component(self._tones, times, position), staircase(self._tones, edges, force)
-        self._fx += f * x.conj()
-        self._ff += np.abs(f) ** 2
-        self._xx += np.abs(x) ** 2
+        x, f, sampled = np.zeros((3, self._drive.tones.size), dtype=complex)
+        own = self._drive.tones_in(motion)
+        tones = self._drive.tones[own]
+        x[own], f[own] = component(tones, times, position), staircase(tones, edges, force)
+        sampled[own] = component(tones, times, force)
+        self._position.append(x)
+        self._force.append(f)
+        self._power.append(
+            np.divide(0.5 * np.abs(sampled) ** 2, force.var(), where=force.var() > 0.0, out=np.zeros(x.size))
+        )
 
     def curve(self, where: str, setting: Setting, clamped: float, law: LinearLaw | None) -> Curve:
         """Return what they come to, and the theory of a linear law."""
-        power = self._ff * self._xx
-        coherence = np.divide(np.abs(self._fx) ** 2, power, out=np.zeros_like(power), where=power > 0.0)
-        measured = Response(self._tones, -self._fx / self._xx)
-        fine = np.union1d(self._tones, np.geomspace(self._tones[0], self._tones[-1], _FINE))
+        tones, x, f = self._drive.tones, np.array(self._position), np.array(self._force)
+        there = x != 0.0
+        fx, xx, ff = (f * x.conj()).sum(axis=0), (np.abs(x) ** 2).sum(axis=0), (np.abs(f) ** 2).sum(axis=0)
+        if self._drive.sines:
+            coherence = np.array(self._power).sum(axis=0) / there.sum(axis=0)
+        else:
+            coherence = np.divide(np.abs(fx) ** 2, ff * xx, out=np.zeros_like(xx), where=ff > 0.0)
+        impedance = -fx / xx
+        away = np.where(there, -f / np.where(there, x, 1.0) - impedance, 0.0)
+        count = there.sum(axis=0)
+        with np.errstate(divide="ignore"):
+            wide = student.ppf(0.975, count - 1) / np.sqrt(count * (count - 1))
+        interval = wide * (np.sqrt((away.real**2).sum(axis=0)) + 1j * np.sqrt((away.imag**2).sum(axis=0)))
+        fine = np.union1d(tones, np.geomspace(tones[0], tones[-1], _FINE))
         exact = theory(setting, law, fine) if law else None
         expected = None if exact is None else Response(fine, exact)
-        return Curve(where, setting, measured, coherence, clamped, expected)
+        return Curve(where, setting, Response(tones, impedance), interval, coherence, clamped, expected)
 
 
 @dataclass(frozen=True)
@@ -264,7 +311,9 @@ def _numbers(curve: Curve) -> dict:
         "where": curve.where, "rate_Hz": s.rate, "delay_s": s.delay,
         "estimator": estimator_words(s.estimator)[0],
         "mass": s.mass, "viscous": s.viscous, "clamped": curve.clamped, **parts(curve.measured),
+        "damping_interval": curve.damping_interval, "stiffness_interval": curve.interval.real,
         "coherence": curve.coherence, "theory": parts(curve.theory) if curve.theory else None,
-        "off_theory": curve.error, "softens_Hz": curve.softens, "gives_energy_Hz": curve.gives_energy,
+        "off_theory": curve.error, "softens_Hz": curve.softens,
+        "negative_damping_Hz": curve.negative, "gives_energy_Hz": curve.gives_energy,
         "outweighed_Hz": curve.outweighed, "ends_Hz": curve.ends, "sentence": curve.sentence,
     }  # fmt: skip

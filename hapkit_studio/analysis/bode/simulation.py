@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from hapkit_studio.analysis.bode import AMPLITUDE
-from hapkit_studio.analysis.bode.drive import MOTIONS, Drive
+from hapkit_studio.analysis.bode.drive import Drive
 from hapkit_studio.analysis.bode.result import Bode, Curve, Spectra, linear_law
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.devices.simulated import SimulatedHapkit
@@ -14,8 +14,9 @@ from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.headless import Scene, new_rows, run_prescribed
 
-# So many amplitudes deep in a surface the motion never leaves it.
-_PRESSED = 1.5
+_PRESSED = 1.1  # amplitudes deep in a surface: the motion never leaves it
+_REPEATS = 16  # a stiff wall leaves the motion few sensor steps; the mean over repeats averages them out
+_SMALLER = 0.8  # the next amplitude tried where the motor reached its limit
 
 
 def measure(
@@ -28,17 +29,21 @@ def measure(
 ) -> Bode:
     """Return what loops make of a scene; raise ParameterError.
 
-    amplitude in m, None: the usual one, or as many halves of it as keep the motor below its limit in N; place
-    in m, None: the scene's centre, or in its surface.
+    amplitude in m, None: the usual one, or as much of it as keeps the motor below its limit in N; place in m,
+    None: the scene's centre, or in its surface. A law that is not linear is driven by single sines.
     """
     reach = AMPLITUDE.default if amplitude is None else AMPLITUDE.check(amplitude)
     while True:
         at = environment.touched_at(values, _PRESSED * reach) if place is None else place
-        curves = [_curve(environment, values, s, Drive(at, reach, s.rate), max_force) for s in settings]
+        sines = linear_law(environment, values, at, reach) is None
+        drives = [Drive(at, reach, s.rate, sines, _REPEATS) for s in settings]
+        curves = [
+            _curve(environment, values, *each, max_force) for each in zip(settings, drives, strict=True)
+        ]
         clamped = any(curve.clamped for curve in curves)
-        if amplitude is not None or not clamped or 0.5 * reach < AMPLITUDE.low:
+        if amplitude is not None or not clamped or _SMALLER * reach < AMPLITUDE.low:
             return Bode(environment, values, at, reach, tuple(curves))
-        reach *= 0.5
+        reach *= _SMALLER
 
 
 def _curve(
@@ -46,15 +51,15 @@ def _curve(
 ) -> Curve:
     device = replace(setting.device(), max_force=max_force)
     r, body = Scene(environment, values, device, setting.loop).prepare()
-    out = new_rows(round(MOTIONS * drive.slot * setting.rate))
+    out = new_rows(round(drive.motions * drive.slot * setting.rate))
     times = np.arange(len(out) + 1) / setting.rate
     position = drive.position(times)
     run_prescribed(r, body, position, np.gradient(position) * setting.rate, out)
     spectra, law = Spectra(drive), linear_law(environment, values, drive.place, drive.amplitude)
-    for motion in range(MOTIONS):
+    for motion in range(drive.motions):
         first = round(drive.begin(motion) * setting.rate)
         part = slice(first, first + drive.samples)
         edges = times[first : first + drive.samples + 1] + setting.delay
-        spectra.add(times[part], position[part], edges, out[part, rows.APPLIED])
+        spectra.add(motion, times[part], position[part], edges, out[part, rows.APPLIED])
     clamped = np.mean(out[:, rows.FLAGS].astype(int) & rows.CLAMPED != 0)
     return spectra.curve("simulated", setting, float(clamped), law)

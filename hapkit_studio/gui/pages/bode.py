@@ -37,8 +37,8 @@ def _end(frequency: float) -> str:
 COLUMNS = (
     Column("Loop", lambda curve: curve.name.replace(", ", "\n"), right=False),
     Column("−3 dB", lambda curve: _end(curve.softens), lambda curve: curve.softens),
+    Column("Damping\n< 0", lambda curve: _end(curve.negative), lambda curve: curve.negative),
     Column("Gives\nenergy", lambda curve: _end(curve.gives_energy), lambda curve: curve.gives_energy),
-    Column("Mass\noutweighs", lambda curve: _end(curve.outweighed), lambda curve: curve.outweighed),
 )
 
 
@@ -50,10 +50,10 @@ class BodePage(MeasuringPage):
     begin = "Measure up to which frequency the scene keeps its stiffness."
     drawn, listed = "Impedance, stiffness, damping and mass over frequency", "Where the scene changes"
     read = (
-        "Dots: measured; hollow: not linear in the motion. Line: theory of the sampled loop. Dashed: from "
-        "there on it is down by 3 dB, or its negative damping outweighs the handle's own. Dotted: what the "
-        "handle's own mass and damping take; where it crosses the "
-        "stiffness, a hand feels the mass instead."
+        "Dots: measured, bars: 95 % interval; hollow: not linear in the motion. Line: theory of the sampled "
+        "loop. Dashed: the stiffness is down by 3 dB, or the loop gives more energy than the handle's own "
+        "damping takes. Dotted: the handle's own mass and damping; where that crosses the stiffness, a hand "
+        "feels the mass instead. A law that is not linear is driven by one sine after the other."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):

@@ -157,10 +157,12 @@ def test_every_tone_has_whole_swings_and_all_together_go_as_far_as_said():
         np.testing.assert_allclose(drive.tones * drive.period, np.rint(drive.tones * drive.period), atol=1e-9)
         times = np.arange(0.0, 4 * drive.slot, 0.2 / rate)
         away = np.abs(drive.position(times) - drive.place)
-        assert 0.95 * 2e-3 < away.max() <= 1.01 * 2e-3
+        looked_at = times % drive.slot > drive.settle
+        assert 0.95 * 2e-3 < away[looked_at].max() <= 1.01 * 2e-3
         for motion in range(5):
             one = drive.begin(motion) + np.arange(drive.samples // 2) / rate
-            assert drive.position(np.array([motion * drive.slot])) == pytest.approx(0.01)
+            around = motion * drive.slot + np.array([-1e-9, 1e-9])
+            assert np.ptp(drive.position(around)) < 1e-8, "the handle does not jump"
             np.testing.assert_allclose(
                 drive.position(one[:1]), drive.position(one[:1] + drive.period - 1e-12), atol=1e-8
             )
@@ -182,8 +184,8 @@ def test_a_wall_ends_where_its_stiffness_is_down_by_3_db(rate):
     assert curve.ends == curve.softens == pytest.approx(rate * where(math.sqrt(0.5)), rel=1e-3)
     assert math.isnan(curve.gives_energy)
     assert curve.outweighed == pytest.approx(math.sqrt(300.0 / 0.044) / (2.0 * math.pi), rel=2e-3)
-    # contact is kept: 1.5 amplitudes deep in the surface at 5 mm
-    assert found.place == pytest.approx(0.005 + 1.5 * found.amplitude)
+    # contact is kept: 1.1 amplitudes deep in the surface at 5 mm
+    assert found.place == pytest.approx(0.005 + 1.1 * found.amplitude)
     assert "down by 3 dB" in curve.sentence
 
 
@@ -200,7 +202,8 @@ def test_a_spring_beyond_2b_over_t_gives_energy_from_the_lowest_frequency_on(tim
 def test_a_motion_that_the_motor_cannot_follow_becomes_smaller_unless_it_was_asked_for():
     values, setting = WALL.values({"stiffness": 4000.0}), Setting(quantum=0.0)
     found = simulation.measure(WALL, values, [setting])
-    assert found.amplitude == 0.25 * AMPLITUDE.default  # (1.5 + 1) * 4000 N/m * 0.25 mm = 2.5 N, below 3 N
+    # (1.1 + 1) * 4000 N/m * 0.328 mm = 2.75 N, below 3 N; the next larger one tried needs 3.44 N
+    assert found.amplitude == pytest.approx(0.8**5 * AMPLITUDE.default)
     assert found.curves[0].clamped == 0.0
     (forced,) = simulation.measure(WALL, values, [setting], 1e-3).curves
     assert forced.clamped > 0.5
@@ -214,9 +217,9 @@ def test_coherence_falls_and_theory_is_missing_where_the_force_is_not_linear():
     assert inside.theory is not None
     assert inside.coherence.min() > 0.9999
     assert across.theory is None
-    assert across.coherence.min() < 0.98
+    assert across.coherence.max() < 0.9
     # half of the time in the wall: half the stiffness
-    assert across.stiffness == pytest.approx(0.5 * inside.stiffness, rel=0.15)
+    assert across.stiffness == pytest.approx(0.5 * inside.stiffness, rel=0.01)
 
 
 def test_numbers_are_plain_json_and_bad_ones_refused():
