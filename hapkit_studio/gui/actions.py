@@ -274,6 +274,10 @@ _VIEW = (
         "view.lock", "Lock axes", lambda w: w.centre.view.set_locked(not w.centre.view.locked), "Y",
         checked=lambda w: w.centre.view.locked, rule=True,
     ),
+    Action(
+        "view.as_felt", "Force as felt", lambda w: w.centre.phase.felt.toggle(),
+        enabled=lambda w: w.centre.phase.felt.isEnabled(), checked=lambda w: w.centre.phase.felt.isChecked(),
+    ),
     Action("view.fit", "Fit axes", lambda w: w.fit_axes(), "F"),
     Action("view.grid", "Grid", lambda w: w.toggle_grid(), "G", checked=lambda _w: theme.grid),
     Action(

@@ -55,6 +55,7 @@ class LiveDisplay(QObject):
         self._studio, self._live, self._centre, self._status = studio, live, centre, status
         self._seen: np.ndarray | None = None
         self._acting: float | None = None
+        self._measured_delay = 0.0
         self._since, self._bar = QElapsedTimer(), QTimer(centre, interval=_BAR_MS)
         self._since.start()
         self._bar.timeout.connect(self._show_preparing)
@@ -126,6 +127,8 @@ class LiveDisplay(QObject):
         """Show the newest row everywhere; while paused its force only, in the status bar."""
         if self._moves:
             self._show_scene(row)
+        if self._live.replaying:
+            self._show_delay()
         self._centre.refresh()
         self._status.show_clamp(clamped, self.max_force, self._acting)
 
@@ -178,6 +181,8 @@ class LiveDisplay(QObject):
     def show_health(self, health: "Health") -> None:
         """Show the loop's health in the status bar; without frames the pictures follow it as well."""
         self._centre.view.keep()
+        self._measured_delay = health.delay
+        self._show_delay()
         if self._live.last is None or self._live.last is self._seen:
             self._centre.refresh()
         self._seen = self._live.last
@@ -189,6 +194,17 @@ class LiveDisplay(QObject):
             self._take_acting()
             if not self._live.paused:
                 self._show_oscillation()
+
+    def _show_delay(self) -> None:
+        """Tell the plot of force and the held traces the delay of the samples that are shown."""
+        delay: float | None = self._measured_delay
+        if self._live.replaying:
+            recorded = self._replay.settings.get("delay_s")
+            delay = float(recorded) if isinstance(recorded, int | float) else None
+        elif delay == 0.0 and not self._studio.simulated:
+            delay = None  # not measured yet
+        self._centre.phase.set_delay(delay)
+        self._centre.held.delay = delay
 
     def _show_oscillation(self) -> None:
         history = self._centre.view.history

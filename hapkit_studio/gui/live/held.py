@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QPainter
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
+from hapkit_studio.analysis.felt import as_felt
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import CHANNELS, History
@@ -38,6 +39,7 @@ LOOKS = (
 )
 """How held traces look, no two alike: as many are kept."""
 _COLUMNS = 2000  # that a held stretch is reduced to
+_FELT_SECONDS = 10.0  # the newest ones of it are held sample by sample, too: the plot of force shows no more
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,7 @@ class PastTrace:
     """A past stretch: its samples at the times in s at which they are shown, in SI units; words name it.
 
     pinned: its times count from the zero of the plots; where those follow, it ends at the newest sample.
+    felt: position in m and force in N (m,) as felt, None where the delay was not known.
     """
 
     words: str
@@ -52,6 +55,7 @@ class PastTrace:
     values: dict[str, np.ndarray]
     look: Look
     pinned: bool
+    felt: tuple[np.ndarray, np.ndarray] | None = None
 
 
 def paint_past(painter: QPainter, x: np.ndarray, y: np.ndarray, look: Look) -> None:
@@ -75,6 +79,8 @@ class HeldTraces(QObject):
     def __init__(self, parent: QObject | None = None):
         super().__init__(parent)
         self.traces: dict[int, PastTrace] = {}
+        self.delay: float | None = None
+        """Of the loop whose samples are held next, in s; None where it is not known."""
         self.off: set[int] = set()
 
     def hold(
@@ -103,7 +109,11 @@ class HeldTraces(QObject):
         others = {trace.words for trace in self.traces.values()}
         names = chain([words], (f"{words} ({number})" for number in count(2)))
         words = next(name for name in names if name not in others)
-        self.traces[place] = PastTrace(words, time, values, LOOKS[place], pinned)
+        felt = None
+        if self.delay is not None:
+            last = history.between(max(stretch[0], stretch[1] - _FELT_SECONDS), edges[-1])
+            felt = as_felt(last.x, last.y["position"], last.y["applied"], self.delay)
+        self.traces[place] = PastTrace(words, time, values, LOOKS[place], pinned, felt)
         self._tell()
         return self.traces[place]
 

@@ -8,6 +8,7 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF
 from PySide6.QtGui import QPainter, QPixmap, QPolygonF
 
+from hapkit_studio.analysis.felt import Cycle, as_felt, last_cycle
 from hapkit_studio.analysis.statistics import Line
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
@@ -26,6 +27,7 @@ _TURNS = 5  # to each side: the end of a well at the centre, then two wells more
 _BEYOND = 1.1  # a bend wants to be inside the frame, not on it
 _WORDS = 14  # px: of a line of words below a line
 _MOST_A_SECOND = 1000  # points of the curve that are drawn
+LEAST_CYCLE = 0.5e-3  # m, peak to peak: a smaller motion is noise
 
 Range = tuple[float, float]
 Mapping = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -131,6 +133,9 @@ class PhaseCanvas(Canvas):
         self._fitted = False
         self._held: tuple[PastTrace, ...] = ()
         self._line: Line | None = None
+        self.delay: float | None = None
+        self._delay_since = -math.inf
+        self.felt = False
         self.bottom.label.setCacheMode(self.bottom.cacheMode())
         self.set_plot(plot)
 
@@ -146,8 +151,26 @@ class PhaseCanvas(Canvas):
         """Show these held stretches under the curve."""
         self._held = held
         for past in held:
-            self._widen(past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied"])
+            self._widen(*self._past(past))
         self._repaint()
+
+    def set_felt(self, felt: bool, delay: float | None) -> None:
+        """Draw each force at the position of the time it acted, a delay in s after its sample, or at its own.
+
+        Without a known delay it is drawn at its own.
+        """
+        if (felt, delay) != (self.felt, self.delay):
+            if delay != self.delay and self.delay is not None:
+                self._delay_since = self._seen.live.now
+            self.felt, self.delay = felt, delay
+            self._repaint()
+
+    def cycle(self) -> Cycle | None:
+        """Return the newest complete cycle of the last seconds; None without one or without a delay."""
+        window = self._recent()
+        if self.delay is None or window.dense:
+            return None
+        return last_cycle(window.x, window.y["position"], window.y["applied"], self.delay, LEAST_CYCLE)
 
     def show_line(self, line: Line | None) -> None:
         """Draw the line that was fitted to force over position, SI; None: no line."""
@@ -203,8 +226,9 @@ class PhaseCanvas(Canvas):
     # data ---------------------------------------------------------------------------------------
 
     def _first(self) -> float:
-        """Return from when on samples are shown in s: none, though paused, of another environment."""
-        return max(self._seen.history.begin, self._seen.live.begin)
+        """Return from when on samples are shown in s: of this environment, as felt of this delay."""
+        first = max(self._seen.history.begin, self._seen.live.begin)
+        return max(first, self._delay_since) if self._shows_felt and self._delay_since <= self._now else first
 
     @property
     def _now(self) -> float:
@@ -218,8 +242,22 @@ class PhaseCanvas(Canvas):
     def _recent(self) -> Window:
         return self._since(self._now - SECONDS)
 
+    @property
+    def _shows_felt(self) -> bool:
+        return self.felt and self.delay is not None and self.plot_of.channel == "position"
+
     def _points(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
-        return window.y[self.plot_of.channel] * self.plot_of.scale, window.y["applied"]
+        """Return the points of a stretch: one a sample, as felt two."""
+        x, force = window.y[self.plot_of.channel], window.y["applied"]
+        if self._shows_felt and self.delay is not None and not window.dense:
+            x, force = as_felt(window.x, x, force, self.delay)
+        return x * self.plot_of.scale, force
+
+    def _past(self, past: PastTrace) -> tuple[np.ndarray, np.ndarray]:
+        """Return the points of a held stretch."""
+        if self._shows_felt and past.felt is not None:
+            return past.felt[0] * self.plot_of.scale, past.felt[1]
+        return past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied"]
 
     def _state(self) -> tuple:
         """Return what the picture of the older seconds depends on."""
@@ -258,7 +296,10 @@ class PhaseCanvas(Canvas):
             painter.drawLine(QPointF(x[0], y[0]), QPointF(x[1], y[1]))
 
     def _paint_curve(self, painter: QPainter, window: Window, part: slice = slice(None)) -> None:
-        x, y = (values[part] for values in self.to_pixels(*self._points(window)))
+        x, y = self._points(window)
+        each = len(x) // max(len(window.x), 1)
+        part = slice(*(None if end is None else each * end for end in (part.start, part.stop)))
+        x, y = (values[part] for values in self.to_pixels(x, y))
         step = max(len(x) // _MOST_A_SECOND, 1)
         if len(x):
             strokes.trace(painter, x[::step], y[::step], theme.color("applied"))
@@ -288,8 +329,7 @@ class PhaseCanvas(Canvas):
         for limit in (self.max_force, -self.max_force):
             self._paint_limit(painter, box, limit)
         for past in self._held:
-            x = past.values[self.plot_of.channel] * self.plot_of.scale
-            paint_past(painter, *self.to_pixels(x, past.values["applied"]), past.look)
+            paint_past(painter, *self.to_pixels(*self._past(past)), past.look)
         if not math.isnan(self._now):
             self._paint_older(painter)
         painter.end()

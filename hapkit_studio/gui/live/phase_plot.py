@@ -6,9 +6,10 @@ from collections.abc import Mapping
 import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QLabel, QStackedWidget, QWidget
+from PySide6.QtWidgets import QCheckBox, QLabel, QStackedWidget, QWidget
 
 from hapkit_studio.environments.base import Environment
+from hapkit_studio.formatting import with_unit
 from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.cursors import CursorCard, Cursors
 from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
@@ -20,6 +21,7 @@ from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import theme
 
 _DEBOUNCE_MS = 30
+_CYCLE_FRAMES = 30  # frames from one look at the energy per cycle to the next
 _LOW = 450  # px: lower, there is room for the plot or for the table of the cursors, not for both
 
 
@@ -36,7 +38,8 @@ class ForcePosition(QWidget):
         self._values: dict[str, float] = {}
         self._max_force = math.inf
         self._found: dict[str, np.ndarray | None] = {}
-        self._odd = self._by_hand = self._hidden = False
+        self._by_hand = self._hidden = False
+        self._frames = 0
         self._unseen = ""
         self.view = cursors.view
         self.canvas = PhaseCanvas(self.plots[0], self.view)
@@ -54,6 +57,16 @@ class ForcePosition(QWidget):
         self.note = hint()
         self.note.setContentsMargins(14, 0, RIGHT, 4)
         self.note.hide()
+        self.felt = QCheckBox("As felt")
+        self.felt.setToolTip(
+            "Draw each force at the position the handle had while that force acted: delay and hold included. "
+            "The loop's area is the energy it gives you in each cycle"
+        )
+        self.felt.toggled.connect(self._show_felt)
+        self.cycle = label(role="fact", wrap=False)
+        self._felt_row = QWidget()
+        across(self.felt, None, self.cycle, into=self._felt_row, margins=(14, 0, RIGHT, 2), gap=7)
+        self._delay: float | None = None
         self._stack = QStackedWidget()
         self._stack.addWidget(self.canvas)
         for pane in self.beside:
@@ -62,7 +75,7 @@ class ForcePosition(QWidget):
         self.cursors = CursorCard(cursors)
         self.cursors.fitted.connect(self.canvas.show_line)
         self.cursors.unfolded.connect(lambda: self._stack.setHidden(self.cursors.covers))
-        down(head, self.note, (self._stack, 1), self.cursors, into=self, margins=(2, 0, 2, 8))
+        down(head, self._felt_row, self.note, (self._stack, 1), self.cursors, into=self, margins=(2, 0, 2, 8))
         self._later = QTimer(self, singleShot=True, interval=_DEBOUNCE_MS)
         self._later.timeout.connect(self._compute)
 
@@ -85,6 +98,29 @@ class ForcePosition(QWidget):
             self._show(self.switch.index if self.pane else self._most_telling())
         else:
             self._later.start()
+
+    def set_delay(self, delay: float | None) -> None:
+        """Take the delay in s from a sample to its force; None where it is not known."""
+        if delay != self._delay or self.felt.isEnabled() != (delay is not None):
+            self._delay = delay
+            self.felt.setEnabled(delay is not None)
+            self._show_felt()
+
+    def _show_felt(self) -> None:
+        self.canvas.set_felt(self.felt.isChecked(), self._delay)
+        self._show_cycle()
+
+    def _show_cycle(self) -> None:
+        cycle = self.canvas.cycle() if self.felt.isChecked() and self._over_position else None
+        words = ""
+        if cycle is not None:
+            way = "gives" if cycle.energy >= 0.0 else "takes"
+            words = f"The loop {way} {with_unit(abs(1e3 * cycle.energy), 'mJ', 2)} per cycle"
+        self.cycle.setText(words)
+
+    @property
+    def _over_position(self) -> bool:
+        return self.pane is None and self.canvas.plot_of.channel == "position"
 
     def hide_theory(self, on: bool) -> None:
         """Leave the theory out, as what is rendered is hidden, or show it again."""
@@ -119,6 +155,7 @@ class ForcePosition(QWidget):
             self._take_theory()
             if other or not self.view.locked:
                 self.canvas.fit_theory()
+        self._felt_row.setVisible(self._over_position)
 
     @property
     def pane(self) -> TimePlots | None:
@@ -138,9 +175,11 @@ class ForcePosition(QWidget):
 
     def refresh(self) -> None:
         """Draw the newest data; call once per frame, every other one counts."""
-        self._odd = not self._odd
-        if self._odd:
+        self._frames += 1
+        if self._frames % 2:
             (self.pane or self.canvas).refresh()
+        if self._frames % _CYCLE_FRAMES == 0:
+            self._show_cycle()
 
     def _most_telling(self) -> int:
         """Return the plot in which this environment's law is a line, over velocity where it declares so."""

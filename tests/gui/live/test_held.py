@@ -86,3 +86,16 @@ def test_without_data_nothing_is_held(held, history):
     history.clear()
     assert not held.hold(history, (9.0, 14.0), "One")
     assert held.traces == {}
+
+
+def test_a_trace_is_held_as_felt_with_the_delay_of_its_loop(held, history, phase):
+    """Each force at the positions between which it acted: a delay after its sample, for a period."""
+    held.delay = 5e-3
+    past = held.hold(history, (11.0, 13.0), "late")
+    places, force = past.felt
+    samples = history.between(11.0, 13.0)
+    assert force[2000:2010:2] == pytest.approx(samples.y["applied"][1000:1005])
+    assert places[2000:2010:2] == pytest.approx(0.015 * np.sin(3.0 * (samples.x[1000:1005] + 5e-3)), abs=1e-7)
+    assert places[2001:2010:2] == pytest.approx(places[2002:2011:2])
+    held.delay = None
+    assert held.hold(history, (11.0, 13.0), "unknown").felt is None

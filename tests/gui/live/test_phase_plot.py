@@ -252,3 +252,59 @@ def test_a_widening_axis_hides_nothing_of_the_past(phase, history, qapp):
         ]
         assert min(color.lightness() for color in near) < 170
     assert widenings > 5
+
+
+STIFFNESS, AWAY, DELAY = 300.0, 5e-3, 60e-3  # N/m, m, s
+
+
+def swing(phase):
+    """Leave two cycles of a spring's handle in the history, 1 Hz at 1 kHz."""
+    use(phase, "spring", stiffness=STIFFNESS)
+    history = phase.view.live
+    history.clear()
+    new = telemetry(2200)
+    new[:, rows.POSITION] = AWAY * np.sin(2.0 * np.pi * new[:, rows.HOST_TIME])
+    new[:, rows.APPLIED] = -STIFFNESS * new[:, rows.POSITION]
+    history.append(new)
+
+
+def off_the_line(phase):
+    """Return how far the drawn curve is from the spring's line in N, and a pixel in N."""
+    x, force, _, up = drawn(phase, "applied")
+    return np.abs(force + 1e-3 * STIFFNESS * x).max(), 1.0 / abs(up)
+
+
+def test_as_felt_a_delayed_spring_is_a_loop_and_its_energy_per_cycle_is_said(phase):
+    """It is k a sin(2π f (t_d + T/2)) off the line and gives π k a² sin(2π f (t_d + T/2)) a cycle."""
+    swing(phase)
+    phase.set_delay(DELAY)
+    away, pixel = off_the_line(phase)
+    assert away < 6.0 * pixel, "as computed: on the line, the newest sample's dot aside"
+    assert phase.cycle.text() == ""
+    phase.felt.setChecked(True)
+    wide = STIFFNESS * AWAY * np.sin(2.0 * np.pi * (DELAY + 0.5e-3))
+    away, pixel = off_the_line(phase)
+    assert away == pytest.approx(wide, abs=6.0 * pixel)
+    assert away > 10.0 * pixel
+    assert phase.cycle.text() == f"The loop gives {1e3 * np.pi * AWAY * wide:.2g} mJ per cycle"
+    phase.choose(1)
+    assert not phase.felt.isVisibleTo(phase)
+
+
+def test_without_a_known_delay_nothing_is_drawn_as_felt(phase):
+    swing(phase)
+    phase.felt.setChecked(True)
+    phase.set_delay(None)
+    assert not phase.felt.isEnabled()
+    assert phase.cycle.text() == ""
+    away, pixel = off_the_line(phase)
+    assert away < 6.0 * pixel
+
+
+def test_as_felt_shows_only_samples_of_the_present_delay(phase):
+    swing(phase)
+    phase.felt.setChecked(True)
+    phase.set_delay(DELAY)
+    assert len(phase.canvas._recent().x) == 2200
+    phase.set_delay(0.5 * DELAY)
+    assert len(phase.canvas._recent().x) <= 1

@@ -1,0 +1,71 @@
+"""Force as felt: the area of its loop by theory and by the loop's own energy; lost samples; cycles."""
+
+import math
+
+import numpy as np
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.analysis.felt import as_felt, energy_given, last_cycle
+from hapkit_studio.dynamics.hand import Prescribed
+
+
+def sine(amplitude=2e-3, tone=4.0, rate=1000.0, seconds=3.0):
+    """Return time and a sine (n,)."""
+    time = np.arange(round(rate * seconds)) / rate
+    return time, amplitude * np.sin(2.0 * math.pi * tone * time)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.4e-3, 2e-3, 5.3e-3])
+def test_a_delayed_spring_gives_the_area_of_its_ellipse(delay):
+    """π k a² sin(ω (t_d + T/2)) a cycle for a force held for T, up to the hold's sinc."""
+    stiffness, amplitude, tone = 300.0, 2e-3, 4.0
+    time, x = sine(amplitude, tone)
+    cycle = last_cycle(time, x, -stiffness * x, delay, 1e-3)
+    want = math.pi * stiffness * amplitude**2 * math.sin(2.0 * math.pi * tone * (delay + 0.5e-3))
+    assert cycle.energy == pytest.approx(want, rel=2e-3)
+    assert cycle.seconds == pytest.approx(1.0 / tone, abs=1e-3)
+
+
+def test_as_computed_a_spring_is_its_line_and_as_felt_it_is_not():
+    time, x = sine()
+    places, force = as_felt(time, x, -300.0 * x, 2e-3)
+    seen = np.isfinite(places)
+    width = np.abs(force[seen] + 300.0 * places[seen]).max()
+    assert width == pytest.approx(300.0 * 2e-3 * 2.0 * math.pi * 4.0 * 3e-3, rel=0.02)  # k v (t_d + T)
+
+
+def test_the_energy_is_that_of_a_simulated_loop_with_delay():
+    """Simulated with an imposed motion: force times the true way of the handle, written out."""
+    delay, rate = 1.7e-3, 1000.0
+    moved = lambda t: 0.008 + 0.002 * np.sin(2.0 * math.pi * 3.0 * t)  # noqa: E731
+    run = hs.simulate(
+        "wall", {"stiffness": 400.0}, hand=Prescribed(moved), seconds=2.0, delay=delay, rate=rate,
+        device=hs.SimulatedHapkit(quantum=0.0, initial_position=0.008),
+    )  # fmt: skip
+    fine = np.arange(0.5, 1.5, 1e-5)
+    acting = run.applied_force[np.floor((fine - delay) * rate + 1e-9).astype(int)]
+    want = np.sum(acting[:-1] * np.diff(moved(fine)))
+    part = slice(round((0.5 - delay) * rate), None)
+    time, x, f = run.time[part], run.true_position[part], run.applied_force[part]
+    f = np.where((time + delay >= 0.5 - 1e-9) & (time + delay < 1.5 - 1e-9), f, 0.0)
+    assert energy_given(time, x, f, delay) == pytest.approx(want, rel=0.02)
+
+
+def test_what_is_lost_or_not_known_yet_is_left_out():
+    time, x = sine(seconds=0.1)
+    time[40] = x[40] = np.nan
+    places, force = as_felt(time, x, -x, 2e-3)
+    assert len(places) == len(force) == 200
+    assert np.isnan(places[78:82]).all()
+    assert np.isnan(places[-6:]).any()
+    assert np.isfinite(places[:78]).all()
+    places, force = as_felt(np.empty(0), np.empty(0), np.empty(0), 1e-3)
+    assert len(places) == len(force) == 0
+
+
+@pytest.mark.parametrize(("size", "found"), [(0.99, False), (1.01, True)])
+def test_a_motion_smaller_than_the_least_is_no_cycle(size, found):
+    time, x = sine(amplitude=0.5e-3 * size)
+    assert (last_cycle(time, x, -x, 0.0, 1e-3) is not None) is found
+    assert last_cycle(time[:200], x[:200], -x[:200], 0.0, 1e-9) is None, "less than one cycle"
