@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
+from scipy.optimize import brentq
 
 from hapkit_studio.dynamics import sampled_loop
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, count_seen
@@ -32,6 +33,7 @@ REST = 1e-6
 USUAL_PERIOD = 1e-3
 # The share of a force that a hand can tell (Jones: 6 to 7 %).
 NOTICED = 0.07
+SMALL_LACK = 0.01  # of the friction: less is not worth a line
 
 
 @law(state={"anchor": 0.0, "slides": 0.0, "before": 0.0, "started": 0.0})
@@ -157,12 +159,20 @@ def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
         return
     static, kinetic = levels(values)
     lack = (1.0 - kinetic / static) * -math.expm1(-((fastest / values["stribeck_velocity"]) ** 2))
-    if lack > NOTICED:
-        yield f"{step}: slow slides have up to {100.0 * lack:.0f} % too little friction. Smooth the velocity."
+    if lack > SMALL_LACK:
+        advice = "Smooth the velocity" if lack > NOTICED else "A hand does not notice that"
+        yield f"{step}: slow slides have up to {100.0 * lack:.0f} % too little friction. {advice}."
+
+
+def creep_speed(pull: float, values: Values) -> float:
+    """Return the steady speed in m/s at which smoothed friction gives way to a pull in N below it."""
+    kinetic, width, viscous = levels(values)[1], values["stick_velocity"], values["viscous"]
+    fastest = width * math.atanh(pull / kinetic)  # as without viscous friction
+    return float(brentq(lambda v: kinetic * math.tanh(v / width) + viscous * v - pull, 0.0, fastest))
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell which model is beyond its limit."""
+    """Tell which model is beyond its limit, and which cannot hold."""
     model, period = values["model"], conditions.period
     kinetic = levels(values)[1]
     if model == COULOMB:
@@ -170,15 +180,21 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
         if 0.0 < most < kinetic:
             yield f"Above {most:.2g} N plain Coulomb friction chatters over several counts: try tether."
         elif kinetic > LEAST:
-            yield "The speed's sign flips near rest, and plain Coulomb friction with it: try tether."
+            yield "Plain Coulomb friction flips with the speed's sign and creeps when pulled: try tether."
         return
     if model == SMOOTHED:
         slope, most = kinetic / values["stick_velocity"], sampled_loop.damping_limit(conditions.loop())
         if slope > most:
             yield f"Friction begins as {slope:.3g} N·s/m, above {most:.3g} N·s/m: raise the stick velocity."
+        if kinetic > LEAST:
+            pull = 0.5 * kinetic
+            creep = 1e3 * creep_speed(pull, values)
+            yield f"Smoothed friction cannot hold: a pull of {pull:.2g} N creeps at {creep:.2g} mm/s."
         return
     if model in (KARNOPP, STRIBECK, LUGRE):
         yield from slow_slide(values, conditions)
+    if model == LUGRE and kinetic > LEAST and conditions.quantum > 0.0:
+        yield "Under a steady pull LuGre creeps by some 0.5 mm/s: its bristles give way at every count seen."
     if model == LUGRE and values["tether_stiffness"] * conditions.speed * period > 2.0 * kinetic:
         most = 2.0 * kinetic / (values["tether_stiffness"] * period)
         yield f"Above {most:.2g} m/s LuGre's bristles are at their end within a period: plain sliding."

@@ -210,8 +210,9 @@ def test_static_friction_is_never_below_the_kinetic_one(model):
 def test_what_is_beyond_a_models_limit_is_said_in_one_line(inside, outside, words):
     """Theory §1: for the smoothed 2 m/T + 4 b/3, where B n0 / T is 1."""
     assert not any(words in line.replace("Above", "above") for line in warned("friction", **inside))
-    (line,) = warned("friction", **(inside | outside))
-    assert words in line.replace("Above", "above")
+    (line,) = [
+        one for one in warned("friction", **(inside | outside)) if words in one.replace("Above", "above")
+    ]
     assert "\n" not in line
 
 
@@ -226,13 +227,16 @@ def slide(speed, **given):
 @pytest.mark.parametrize("estimator", ["difference", "kalman", "iir", "butterworth", "foaw"])
 @pytest.mark.parametrize("model", ["stribeck", "lugre"])
 def test_the_friction_that_a_slow_slide_lacks_is_what_is_said(model, rate, estimator, stribeck_velocity):
-    """A tenth of a count a period: what is measured of 0.6 N, to 1 %; nothing is said up to 7 %."""
+    """A tenth of a count a period: what is measured of 0.6 N, to 1 %; nothing is said up to 1 %."""
     run = slide(7e-4, model=model, rate=rate, estimator=estimator, stribeck_velocity=stribeck_velocity)
     want = 0.4 + 0.2 * math.exp(-((7e-4 / stribeck_velocity) ** 2))
     lack = 100.0 * (1.0 + np.mean(run.force[-len(run.force) // 4 :]) / want)
-    found = [float(line.split("up to ")[1].split()[0]) for line in run.warnings]
-    assert found == ([pytest.approx(lack, abs=1.0)] if found or lack > 7.2 else [])
-    assert lack > 6.8 or not found
+    said = [line for line in run.warnings if "too little friction" in line]
+    found = [float(line.split("up to ")[1].split()[0]) for line in said]
+    assert found == ([pytest.approx(lack, abs=1.0)] if found or lack > 2.0 else [])
+    assert lack > 0.0 or not found
+    if abs(lack - 7.0) > 0.2:
+        assert all(("A hand does not notice" in line) == (lack < 7.0) for line in said)
 
 
 def test_a_finer_estimate_lets_karnopp_hold_in_a_narrower_band():
@@ -255,3 +259,29 @@ def test_plain_friction_chatters_the_sooner_the_later_it_comes(late, limit):
         )
         assert said in next(iter(lines))
     assert chatter(0.6 * limit, late) < 2.0 < chatter(1.6 * limit, late)
+
+
+def creep(model, pull, **given):
+    """Return the mean speed in m/s of a handle pulled steadily, by a soft spring that hardly slackens."""
+    hand = Hand(0.0, 1.0, 1.0, lambda t: pull)
+    device = hs.SimulatedHapkit(coulomb_force=0.0, quantum=given.pop("quantum", 20.7e-6))
+    run = hs.simulate("friction", {"model": model, **given}, hand=hand, device=device, seconds=3.0)
+    return (run.true_position[3000 - 1] - run.true_position[1000]) / 2.0
+
+
+def test_the_creep_that_is_said_of_smoothed_friction_is_that_of_a_rendered_pull():
+    (said,) = warned("friction", model="smoothed")
+    assert "a pull of 0.2 N creeps at 15 mm/s" in said
+    got = creep("smoothed", 0.2, viscous=1.0)
+    # the hand's own damper of 1 N·s/m and the slackening of its spring take a share of the pull
+    assert 0.010 < got < 0.0155
+
+
+def test_lugre_creeps_where_there_are_sensor_steps_and_says_so():
+    said = warned("friction", model="lugre")
+    assert any("LuGre creeps by some 0.5 mm/s" in line for line in said)
+    assert not any("creeps" in line for line in warned("friction", Conditions(quantum=0.0), model="lugre"))
+    assert 0.2e-3 < creep("lugre", 0.2) < 1e-3
+    assert abs(creep("lugre", 0.2, quantum=0.0)) < 0.02e-3
+    for model in ("tether", "projection", "stribeck"):
+        assert abs(creep(model, 0.2)) < 0.02e-3

@@ -74,8 +74,8 @@ class Behaviour:
     nowhere. From farther away it leaves, thrown beyond 60 mm, or swings on: sensor steps let several
     swings last side by side; least and most are the smallest and the largest of all pushes that were
     tried, the same where they are one; often: Hz of the slowest and the fastest. flick: where nothing
-    brings it back a push of 1 m is a speed of so many m/s; 0 elsewhere. trembles: it settles to a sensor
-    step to either side, and its force goes on changing.
+    brings it back a push of 1 m is a speed of so many m/s; 0 elsewhere. trembles: it goes on moving by less
+    than one sensor step from peak to peak, and its force goes on changing.
     """
 
     push: float = math.inf
@@ -205,14 +205,13 @@ class Trials:
         return all(self._settled(self.end(side * push, known=True)) for side in self.sides)
 
     def _settled(self, end: int) -> bool:
-        """Return whether the last run ended quietly: nobody sees less than a step, nothing holds a drift."""
+        """Return whether the last run ended at rest, or moves by less than one sensor step, peak to peak."""
         if end in (RESTS, SHRINKS):
             return True
         if end == LEAVES:
             return self.centre.pushes
         if self.centre.kick and math.isnan(self._swing.frequency[0]):
             return True
-        # a step to either side is what is said: a rare push does more than those that are tried
         small = end != GROWS and self._reach < self.step
         self.trembles |= small
         return small
