@@ -87,14 +87,14 @@ class Board {
   }
 
   void sample(uint16_t raw) {
-    const uint8_t quarters = quarters_;  // a new length begins with the next period
-    quarters_ = fake::quarters;
+    const uint16_t ticks = ticks_;  // a new length begins with the next period
+    ticks_ = fake::ticks;
     const uint8_t missed = raw & 0x4000 ? 1 : 0;
     const bool failed = !missed && raw & 0x2000;
     seq_ = static_cast<uint16_t>(seq_ + 1 + missed);
-    fake::now_us += (1u + missed) * quarters * 250u;
+    fake::now_us += (1u + missed) * ticks / 2u;
     fake::room = static_cast<uint8_t>(raw >> 4);
-    controller_.sample({seq_, reading(raw), missed, quarters, failed});
+    controller_.sample({seq_, reading(raw), missed, ticks, failed});
     check_motor();
     if (raw & 0x1000) poll();
   }
@@ -120,7 +120,7 @@ class Board {
 
   Controller controller_;
   uint16_t seq_ = 0;
-  uint8_t quarters_ = 4;
+  uint16_t ticks_ = board::kTicksPerMs;
 };
 
 Bytes framed(const uint8_t* data, std::size_t size) {

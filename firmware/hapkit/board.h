@@ -9,6 +9,8 @@ namespace board {
 
 constexpr uint32_t kCpu = 16000000;  // cycles in a second
 constexpr float kTickUs = 0.5f;  // resolution of the clock [us]
+constexpr uint16_t kTicksPerMs = 2000;
+constexpr uint16_t kShortest = 500, kLongest = 4000;  // sample period: 4 kHz to 500 Hz [ticks]
 constexpr uint8_t kQueue = 112;  // bytes that can wait to be sent
 
 // One reading of the sensor.
@@ -16,7 +18,7 @@ struct Sampling {
   uint16_t seq;      // counts every sample period, also those that had to be skipped
   uint16_t raw;      // the sensor's reading itself
   uint8_t missed;    // sample periods that were skipped just before this one
-  uint8_t quarters;  // of a millisecond in the period that ended with this one
+  uint16_t ticks;    // of the clock in the period that ended with this one
   bool failed;       // the sensor's own check says that the reading is wrong
 };
 
@@ -29,8 +31,8 @@ void configure(const protocol::Board& kit);
 // While on, no reading is handled: what the sample interrupt uses may change. Main program only.
 void hold(bool on);
 
-// Take a sample every so many quarters of a millisecond, from the next one on.
-void set_period(uint8_t quarters);
+// Take a sample every so many ticks, from the next one on.
+void set_period(uint16_t ticks);
 
 // Called once per sample period, from an interrupt that lets other interrupts through.
 void on_sample(const Sampling& sampling);
@@ -38,7 +40,7 @@ void on_sample(const Sampling& sampling);
 // When the sample was taken that on_sample() is handling, for us_of().
 uint32_t stamp();
 
-// Board clock at a stamp [us]. Main program only, and at least every 8 s.
+// Board clock at a stamp [us]. Main program only, and at least every 17 minutes.
 uint32_t us_of(uint32_t stamp);
 
 // How long ago that was [us].

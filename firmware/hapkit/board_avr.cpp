@@ -12,28 +12,23 @@
 namespace {
 
 constexpr uint8_t kTicksPerUs = 1 / board::kTickUs;
-constexpr uint8_t kQuarterUs = 250;
+constexpr uint16_t kUsual = profile::kPeriodUs * kTicksPerUs;
 
-constexpr uint16_t ticks_of(uint16_t us) { return us * kTicksPerUs; }
-constexpr uint16_t top_of(uint8_t quarters) { return quarters * ticks_of(kQuarterUs) - 1; }
-
-volatile uint8_t quarters = 4;  // of a millisecond in the present period
-volatile uint8_t quarters_wanted = 4;  // in the next one
-volatile uint16_t top_wanted = top_of(4);
+volatile uint16_t period = kUsual;         // the present one, in ticks
+volatile uint16_t period_wanted = kUsual;  // the next one
 volatile bool sampling_busy = false;  // from the start of a reading to the end of its handling
 volatile bool held = false;
 Clock board_clock;
 board::Sampling sampling;         // the latest one: untouched while it is handled
-volatile uint16_t passed = 0;     // quarters of a millisecond before the present period; wraps after 16 s
+volatile uint32_t passed = 0;     // ticks before the present period
 volatile uint8_t missed = 0;      // periods since the latest sampling
-uint16_t sampled_ticks = 0;       // when in its period it was
-uint16_t sampled_quarters = 0;    // and what had passed before
+uint32_t sampled = 0;             // when it was, in ticks
 
 // Timer 1 counts one sample period over and over: it is the clock and starts every sample.
 void begin_clock() {
   TCCR1A = 0;
   TCCR1B = _BV(WGM12) | _BV(CS11);  // up to OCR1A, prescaler 8
-  OCR1A = ticks_of(profile::kPeriodUs) - 1;
+  OCR1A = kUsual - 1;
   TCNT1 = 0;
   TIFR1 = _BV(OCF1A);
   TIMSK1 = _BV(OCIE1A);
@@ -44,12 +39,12 @@ void begin_clock() {
 // Starts a reading and notes when; or notes that one is missed. The timer is below every limit that it may get,
 // because it has just begun anew.
 ISR(TIMER1_COMPA_vect) {
-  const uint8_t ended = quarters;
-  const uint16_t now = passed + ended;
+  const uint16_t ended = period;
+  const uint32_t now = passed + ended;
   passed = now;
-  if (ended != quarters_wanted) {
-    quarters = quarters_wanted;
-    OCR1A = top_wanted;
+  if (ended != period_wanted) {
+    period = period_wanted;
+    OCR1A = period - 1;
   }
   if (sampling_busy) {
     missed = missed + 1;
@@ -62,9 +57,8 @@ ISR(TIMER1_COMPA_vect) {
     TIMSK1 |= _BV(OCIE1B);
   }
   sampling_busy = true;
-  sampled_ticks = TCNT1;
-  sampled_quarters = now;
-  sampling.quarters = ended;
+  sampled = now + TCNT1;
+  sampling.ticks = ended;
   sampling.missed = missed;
   missed = 0;
 }
@@ -101,35 +95,29 @@ void board::configure(const protocol::Board& kit) {
 
 void board::hold(bool on) { held = on; }
 
-void board::set_period(uint8_t wanted) {
+void board::set_period(uint16_t ticks) {
   const Lock lock;
-  quarters_wanted = wanted;
-  top_wanted = top_of(wanted);
-}
-
-static uint32_t stamp_of(uint16_t quarters_passed, uint16_t ticks) {
-  return static_cast<uint32_t>(quarters_passed) << 16 | ticks;
+  period_wanted = ticks;
 }
 
 uint32_t board::us_of(uint32_t stamp) { return board_clock.us_of(stamp); }
 
-uint32_t board::stamp() { return stamp_of(sampled_quarters, sampled_ticks); }
+uint32_t board::stamp() { return sampled; }
 
 // Periods may have begun meanwhile.
 uint16_t board::age_us() {
   const Lock lock;
-  uint16_t ticks = TCNT1 - sampled_ticks;
-  if (missed) ticks += static_cast<uint16_t>(passed - sampled_quarters) * ticks_of(kQuarterUs);
+  const uint16_t ticks = TCNT1 + static_cast<uint16_t>(passed) - static_cast<uint16_t>(sampled);
   return ticks / kTicksPerUs;
 }
 
 uint32_t board::now_us() {
   const Lock lock;
   const uint16_t ticks = TCNT1;
-  uint16_t before = passed;
-  const bool wrapped = (TIFR1 & _BV(OCF1A)) && ticks < ticks_of(kQuarterUs) / 2;
-  if (wrapped) before += quarters;
-  return us_of(stamp_of(before, ticks));
+  uint32_t before = passed;
+  const bool wrapped = (TIFR1 & _BV(OCF1A)) && ticks < board::kShortest / 2;
+  if (wrapped) before += period;
+  return us_of(before + ticks);
 }
 
 #endif

@@ -19,7 +19,7 @@ const Message& as(const uint8_t* body) {
 }
 
 // How the computer's own rendering is watched over.
-estimator::Loop usual() { return {profile::kSampleRate, protocol::kEstimatorDifference, 0.0f, 0.0f}; }
+estimator::Loop usual() { return {profile::kPeriodUs * board::kTicksPerMs / 1000, protocol::kEstimatorDifference, 0.0f, 0.0f}; }
 
 }  // namespace
 
@@ -183,7 +183,7 @@ void Controller::redesign(const estimator::Loop& loop) {
   estimator::design(loop, settings::now().quantum, kFastest, &next_);
   fence();
   next_ready_ = true;
-  board::set_period(next_.quarters);
+  board::set_period(next_.ticks);
 }
 
 void Controller::off() {

@@ -77,7 +77,7 @@ class Controller {
   float asked_ = 0.0f;
   uint16_t delays_us_ = 0;  // summed up since a tick was shown
   int16_t pwm_ = 0;
-  uint8_t since_shown_ = 0;  // quarters of a millisecond
+  uint8_t since_shown_ = 0;  // ticks of the loop
   volatile bool next_ready_ = false;
   Safety safety_;
   render::Fade fade_;

@@ -1,5 +1,6 @@
 #include "estimator.h"
 
+#include "board.h"
 #include "protocol.h"
 
 namespace estimator {
@@ -11,15 +12,6 @@ constexpr uint32_t kNone = 0xffffffff;
 // A coefficient as Design has it; kNone unless 0 <= value < 2.
 __attribute__((noinline)) uint32_t half(float value) {
   return value >= 0.0f && value < 2.0f ? static_cast<uint32_t>(value * 2147483648.0f) : kNone;
-}
-
-// Of a millisecond in a period; 0 for a rate that no loop has.
-uint8_t quarters_of(uint16_t rate) {
-  uint16_t fitting = 4000;
-  for (uint8_t quarters = 1; quarters <= 8; quarters <<= 1, fitting >>= 1) {
-    if (rate == fitting) return quarters;
-  }
-  return 0;
 }
 
 }  // namespace
@@ -36,9 +28,10 @@ uint32_t share(uint32_t value, uint32_t half) {
 #endif
 
 bool design(const Loop& loop, float quantum, float fastest, Design* made) {
-  const uint8_t quarters = quarters_of(loop.rate);
-  const float period = quarters * 0.25e-3f;
-  if (quarters == 0 || loop.estimator > protocol::kEstimatorKalman) return false;
+  const uint16_t ticks = loop.period;
+  if (ticks < board::kShortest || ticks > board::kLongest) return false;
+  if (loop.estimator > protocol::kEstimatorKalman) return false;
+  const float period = ticks * (1e-6f * board::kTickUs);
   uint32_t first = kWhole, second = kWhole;
   if (loop.estimator != protocol::kEstimatorDifference) {
     first = second = half(loop.first);
@@ -47,7 +40,7 @@ bool design(const Loop& loop, float quantum, float fastest, Design* made) {
     else first = kWhole;
     if (second == kNone) return false;
   }
-  made->quarters = quarters;
+  made->ticks = ticks;
   made->first = first;
   made->second = second;
   made->scale = quantum / (period * kOne);
@@ -55,12 +48,6 @@ bool design(const Loop& loop, float quantum, float fastest, Design* made) {
   const float limit = fastest * period / quantum;
   made->fastest = limit < kMostCounts ? static_cast<int16_t>(limit) + 1 : kMostCounts;
   return true;
-}
-
-void Estimator::change(uint8_t quarters_before, uint8_t quarters) {
-  for (; quarters_before < quarters; quarters_before <<= 1) speed_ <<= 1;
-  for (; quarters_before > quarters; quarters_before >>= 1) speed_ = static_cast<uint32_t>(speed() >> 1);
-  rest_ = 0;
 }
 
 // After a single one, a division would take so long that the next one might be missed for its sake.

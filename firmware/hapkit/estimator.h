@@ -3,13 +3,14 @@
 
 #include <stdint.h>
 
+#include "board.h"
 #include "times.h"
 
 namespace estimator {
 
 // How often and how velocity is estimated, as the computer says it.
 struct Loop {
-  uint16_t rate;      // [Hz]
+  uint16_t period;    // [ticks of the board's clock]
   uint8_t estimator;  // protocol::kEstimator...
   float first;        // its coefficients
   float second;       // [1/s]
@@ -20,10 +21,17 @@ struct Design {
   uint32_t second;   // half of the coefficients, in 2^-32: of the speed
   uint32_t first;    // and of the place; whole where a filter follows no place
   int16_t fastest;   // limit of the speed, in counts per period
-  uint8_t quarters;  // of a millisecond in one period
+  uint16_t ticks;    // of the board's clock in one period
   float scale;       // m/s in 2^-16 counts per period
   float quantum;     // m in a count
 };
+
+// Return how many periods of so many ticks there are to a frame of telemetry, so that none comes sooner than a
+// millisecond.
+inline uint8_t shown_every(uint16_t ticks) {
+  constexpr uint16_t kMs = board::kTicksPerMs;
+  return ticks >= kMs ? 1 : ticks >= kMs / 2 ? 2 : 3 * ticks >= kMs ? 3 : 4;
+}
 
 constexpr int16_t kMostCounts = 4095;  // in one period; what jumps farther is no motion
 constexpr float kOne = 65536.0f;       // a count
@@ -43,8 +51,8 @@ class Estimator {
     rest_ = speed_ = 0;
   }
 
-  // Go on at the same velocity with another design.
-  void change(uint8_t quarters_before, uint8_t quarters);
+  // Begin with another period: at rest, as the force fades in besides.
+  void change() { rest_ = speed_ = 0; }
 
   // Take a count whose period is not the design's.
   void skip(int32_t count) { last_ = count; }

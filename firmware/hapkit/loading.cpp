@@ -56,6 +56,7 @@ machine::Refusal Loading::check() const {
   uint32_t cycles;
   const machine::Refusal found = machine::verify(shape(), &cycles);
   if (found != machine::Refusal::kNone) return found;
-  const uint32_t period = board::kCpu / law_.rate;
+  constexpr uint8_t kCyclesPerTick = board::kCpu / 1000 / board::kTicksPerMs;
+  const uint16_t period = law_.period * kCyclesPerTick;
   return cycles + machine::kRestAtMost > period ? machine::Refusal::kTooSlow : machine::Refusal::kNone;
 }

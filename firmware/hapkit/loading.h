@@ -23,7 +23,7 @@ class Loading {
   bool take(const protocol::Piece& piece);
 
   machine::Shape shape() const { return {law_.states, law_.given, law_.slots, law_.code}; }
-  estimator::Loop loop() const { return {law_.rate, law_.estimator, law_.first, law_.second}; }
+  estimator::Loop loop() const { return {law_.period, law_.estimator, law_.first, law_.second}; }
 
   // What samples tell of the law that is coming or came last; generation 0 is none since the start.
   uint8_t generation() const { return law_.generation; }

@@ -7,7 +7,7 @@
 
 namespace protocol {
 
-constexpr uint16_t kVersion = 3;
+constexpr uint16_t kVersion = 4;
 constexpr uint32_t kBaud = 1000000;
 constexpr uint8_t kLargestToBoard = 69;  // payload bytes
 constexpr uint8_t kLargestFromBoard = 71;
@@ -81,7 +81,7 @@ struct __attribute__((packed)) Law {
   static constexpr uint8_t kId = 0x06;
   static constexpr uint8_t kSize = 19;
   uint8_t generation;  // any number but the last law's; samples and telemetry repeat it
-  uint16_t rate;  // ticks per second: 500, 1000, 2000 or 4000 [Hz]
+  uint16_t period;  // half microseconds from one tick to the next, 500 to 4000: 4 kHz to 500 Hz
   uint8_t estimator;  // Estimator
   float first;  // its first coefficient
   float second;  // its second coefficient [1/s]
@@ -212,7 +212,10 @@ struct __attribute__((packed)) Sample {
 };
 static_assert(sizeof(Sample) == Sample::kSize, "Sample has gaps");
 
-// What the board renders by itself, in place of Sample while a law of its own is in force; 1 kHz.
+// What the board renders by itself, in place of Sample while a law of its own is in force.
+//
+// Each tick that comes a millisecond or more after the one shown last: every tick up to 1 kHz, above that every
+// second, third or fourth one.
 struct __attribute__((packed)) Telemetry {
   static constexpr uint8_t kId = 0x83;
   static constexpr uint8_t kSize = 31;

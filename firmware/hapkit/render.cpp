@@ -20,15 +20,15 @@ static_assert(2 * sizeof(kShares) / sizeof(*kShares) == kRampMs, "a step every o
 
 }  // namespace
 
-float Fade::weighted(float force, uint8_t quarters) {
-  uint8_t gone = gone_;
+float Fade::weighted(float force, uint16_t ticks) {
+  uint16_t gone = gone_;
   if (leaving_) {
-    gone = gone > kQuarters ? kQuarters : gone > quarters ? gone - quarters : 0;
-  } else if (gone < kQuarters) {
-    gone += quarters;
+    gone = gone > kWhole ? kWhole : gone > ticks ? gone - ticks : 0;
+  } else if (gone < kWhole) {
+    gone += ticks;
   }
   gone_ = gone;
-  return gone < kQuarters ? force * times(gone, 1.0f / kQuarters) : force;
+  return gone < kWhole ? force * times(gone, 1.0f / kWhole) : force;
 }
 
 void Renderer::start(const machine::Shape& shape, uint8_t generation) {

@@ -3,6 +3,8 @@
 
 #include <stdint.h>
 
+#include "board.h"
+#include "lock.h"
 #include "machine.h"
 #include "protocol.h"
 
@@ -17,18 +19,21 @@ class Fade {
   void leave() { leaving_ = true; }
   void stay() { leaving_ = false; }
   bool leaving() const { return leaving_; }
-  bool out() const { return leaving_ && gone_ == 0; }
+  bool out() const {
+    const Lock lock;
+    return leaving_ && gone_ == 0;
+  }
 
   // Whether a force is felt as it is.
-  bool whole() const { return gone_ >= kQuarters && !leaving_; }
+  bool whole() const { return gone_ >= kWhole && !leaving_; }
 
   // Return the force, weighted, one period later.
-  float weighted(float force, uint8_t quarters);
+  float weighted(float force, uint16_t ticks);
 
  private:
-  static constexpr uint8_t kQuarters = 4 * 30;  // of a millisecond
+  static constexpr uint16_t kWhole = 30 * board::kTicksPerMs;
 
-  volatile uint8_t gone_ = 0;
+  volatile uint16_t gone_ = 0;
   volatile bool leaving_ = false;
 };
 

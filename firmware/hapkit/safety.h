@@ -3,6 +3,8 @@
 
 #include <stdint.h>
 
+#include "board.h"
+#include "lock.h"
 #include "protocol.h"
 
 class Safety {
@@ -22,13 +24,16 @@ class Safety {
   }
 
   // The computer has been heard.
-  void alive() { patience_ = kPatience; }
+  void alive() {
+    const Lock lock;
+    patience_ = kPatience;
+  }
 
-  // Count a sample period, in quarters of a millisecond. A message falls somewhere into its first period, so
-  // that the motor is off before the full time is over.
-  void period(uint8_t quarters) {
-    const uint8_t left = patience_ > quarters ? patience_ - quarters : 0;
-    patience_ = left < quarters ? 0 : left;
+  // Count a sample period, in ticks of the clock. A message falls somewhere into its first period, so that the
+  // motor is off before the full time is over.
+  void period(uint16_t ticks) {
+    const uint16_t left = patience_ > ticks ? patience_ - ticks : 0;
+    patience_ = left < ticks ? 0 : left;
   }
 
   // Take the right to drive away until the next message.
@@ -52,10 +57,10 @@ class Safety {
   }
 
  private:
-  static constexpr uint8_t kPatience = 4 * 25;  // quarters of a millisecond
+  static constexpr uint16_t kPatience = 25 * board::kTicksPerMs;
 
   uint8_t command_flags_ = 0;
   uint8_t latched_ = 0;
   uint8_t sensor_ = 0;
-  uint8_t patience_ = 0;  // left until the motor goes off
+  uint16_t patience_ = 0;  // ticks left until the motor goes off
 };

@@ -6,27 +6,27 @@
 
 // The handle went evenly on its way, as far as anybody knows.
 void Controller::miss(const board::Sampling& sampling, int32_t count) {
-  for (uint8_t missed = sampling.missed; missed; --missed) safety_.period(sampling.quarters);
+  for (uint8_t missed = sampling.missed; missed; --missed) safety_.period(sampling.ticks);
   overruns_ += sampling.missed;
   estimator_.miss(sampling.missed, count);
 }
 
 // Until the length of the period has changed, the old design is the right one.
 void Controller::adopt() {
-  if (design_.quarters) estimator_.change(design_.quarters, next_.quarters);
+  if (design_.ticks != next_.ticks) estimator_.change();
   design_ = next_;
   next_ready_ = false;
 }
 
 inline void Controller::watch(const board::Sampling& sampling, int32_t count) {
   if (sampling.missed) miss(sampling, count);
-  safety_.period(sampling.quarters);
+  safety_.period(sampling.ticks);
   const uint8_t news = sensor::news;
   safety_.sensor(news & sensor::kFaulty);
   if (news & (sensor::kMoved | sensor::kFaulty)) {
     sensor::take_moved();
     estimator_.restart(count);
-  } else if (sampling.quarters != design_.quarters) {
+  } else if (sampling.ticks != design_.ticks) {
     estimator_.skip(count);
   } else if (!estimator_.update(design_, count)) {
     safety_.over_speed();
@@ -34,7 +34,7 @@ inline void Controller::watch(const board::Sampling& sampling, int32_t count) {
 }
 
 inline void Controller::follow() {
-  const motor::Duty duty = motor::duty_of(fade_.whole() ? asked_ : fade_.weighted(asked_, design_.quarters));
+  const motor::Duty duty = motor::duty_of(fade_.whole() ? asked_ : fade_.weighted(asked_, design_.ticks));
   safety_.rendered(duty.flags);
   drive(duty.pwm);
 }
@@ -52,10 +52,9 @@ __attribute__((always_inline)) inline void Controller::render(int32_t count) {
   delays_us_ += age;
 }
 
-// Once a millisecond, or at every tick if they are rarer.
+// Each tick that comes a millisecond or more after the one shown last: a whole fraction of all, 500 Hz or more.
 inline void Controller::show(const board::Sampling& sampling, int32_t count, bool rendered) {
-  since_shown_ += sampling.quarters;
-  if (since_shown_ >= 4) show_now(sampling, count, rendered);
+  if (++since_shown_ >= estimator::shown_every(sampling.ticks)) show_now(sampling, count, rendered);
 }
 
 void Controller::vouch() {
@@ -83,7 +82,7 @@ void Controller::show_now(const board::Sampling& sampling, int32_t count, bool r
 }
 
 void Controller::sample(const board::Sampling& sampling) {
-  if (next_ready_ && sampling.quarters == next_.quarters) adopt();
+  if (next_ready_ && sampling.ticks == next_.ticks) adopt();
   const int32_t count = sensor::count(sampling.raw, sampling.failed);
   watch(sampling, count);
   const bool renders = renderer_.active() && !next_ready_;  // a law that begins waits for its rate
@@ -110,9 +109,11 @@ void Controller::show_sample(const board::Sampling& sampling, int32_t count) {
   shown_.sample.flags = doubt_flag();
 }
 
-// Of all ticks in a millisecond. A division would take 200 cycles.
-static uint16_t mean(uint16_t sum, uint8_t quarters) {
-  for (; quarters < 4; quarters <<= 1) sum >>= 1;
+// Of one to four ticks. A division would take 200 cycles.
+static uint16_t mean(uint16_t sum, uint8_t ticks) {
+  constexpr uint32_t kThird = 21846;  // in 2^-16
+  if (ticks == 3) return static_cast<uint16_t>(sum * kThird >> 16);
+  for (; ticks > 1; ticks >>= 1) sum >>= 1;
   return sum;
 }
 
@@ -123,7 +124,7 @@ void Controller::show_law(const board::Sampling& sampling, int32_t count) {
   shown_.law.asked = asked_;
   shown_.law.pwm = pwm_;
   shown_.law.flags = safety_.flags() | doubt_flag();
-  shown_.law.delay_us = mean(delays_us_, sampling.quarters);
+  shown_.law.delay_us = mean(delays_us_, estimator::shown_every(sampling.ticks));
   shown_.law.overruns = overruns_;
   shown_.law.generation = renderer_.generation();
   renderer_.show_state(&shown_.law);

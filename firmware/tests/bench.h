@@ -27,11 +27,11 @@ class Bench {
 
   // One sample period later, or several with all but the last one missed; the main program sees to nothing.
   void tick(uint16_t raw = 500, uint8_t missed = 0) {
-    const uint8_t ended = quarters_;
-    quarters_ = fake::quarters;
-    time_us_ += 250u * ended * (missed + 1);
+    const uint16_t ended = ticks_;
+    ticks_ = fake::ticks;
+    time_ticks_ += static_cast<uint64_t>(ended) * (missed + 1);
     seq_ = static_cast<uint16_t>(seq_ + missed + 1);
-    fake::now_us = time_us_;
+    fake::now_us = static_cast<uint32_t>(time_ticks_ / 2);
     controller_.sample({seq_, raw, missed, ended, false});
   }
 
@@ -70,6 +70,6 @@ class Bench {
  private:
   Controller controller_;
   uint16_t seq_ = 65533;  // wraps soon
-  uint32_t time_us_ = 0xfffff000;
-  uint8_t quarters_ = 4;
+  uint64_t time_ticks_ = 2 * UINT64_C(0xfffff000);
+  uint16_t ticks_ = board::kTicksPerMs;
 };

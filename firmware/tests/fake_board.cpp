@@ -12,7 +12,7 @@ bool held = false;
 std::function<void()> let_go;
 protocol::Board configured = {};
 int configurations = 0;
-uint8_t quarters = 4;
+uint16_t ticks = board::kTicksPerMs;
 uint16_t age_us = 0;
 int pats = 0;
 std::vector<uint8_t> sent;
@@ -20,7 +20,7 @@ static uint8_t queue[256];
 
 void reset() {
   now_us = 0;
-  quarters = 4;
+  ticks = board::kTicksPerMs;
   age_us = 0;
   pats = 0;
   pwm = 0;
@@ -117,7 +117,7 @@ void board::wake() {}
 void board::set_motor(int16_t pwm) { fake::pwm = pwm; }
 uint32_t board::now_us() { return fake::now_us; }
 uint8_t board::lost_bytes() { return fake::lost; }
-void board::set_period(uint8_t quarters) { fake::quarters = quarters; }
+void board::set_period(uint16_t ticks) { fake::ticks = ticks; }
 uint32_t board::stamp() { return fake::now_us; }
 
 uint32_t board::us_of(uint32_t stamp) { return stamp; }

@@ -18,7 +18,7 @@ extern bool held;                  // readings are, by board::hold
 extern std::function<void()> let_go;  // what happens at the very end of a hold, once
 extern protocol::Board configured;  // by board::configure, which was called so often
 extern int configurations;
-extern uint8_t quarters;            // of a millisecond, by board::set_period
+extern uint16_t ticks;              // of a period, by board::set_period
 extern uint16_t age_us;
 extern int pats;
 extern std::vector<uint8_t> sent;

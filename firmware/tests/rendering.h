@@ -52,7 +52,9 @@ inline Law counter(double start) {
 }
 
 // Differences of the readings, as often as that.
-inline estimator::Loop at(uint16_t rate) { return {rate, protocol::kEstimatorDifference, 0.0f, 0.0f}; }
+inline estimator::Loop at(int rate) {
+  return {static_cast<uint16_t>(std::lround(2e6 / rate)), protocol::kEstimatorDifference, 0.0f, 0.0f};
+}
 
 inline protocol::Law head_of(const Law& law, uint8_t generation, const estimator::Loop& loop) {
   const std::vector<uint8_t> all = law.bytes();
@@ -60,7 +62,7 @@ inline protocol::Law head_of(const Law& law, uint8_t generation, const estimator
   for (uint8_t byte : all) check = crc::update(check, byte);
   const auto given = static_cast<uint8_t>(law.given.size());
   const auto slots = static_cast<uint8_t>(law.slots ? law.slots : kFirst + given);
-  return {generation, loop.rate, loop.estimator, loop.first, loop.second, law.states, given, slots,
+  return {generation, loop.period, loop.estimator, loop.first, loop.second, law.states, given, slots,
           static_cast<uint16_t>(law.code.size()), check};
 }
 
@@ -89,7 +91,7 @@ class Rendering : public Bench {
   }
 
   // One that renders a law, at so many ticks a second.
-  explicit Rendering(const Law& law, uint16_t rate = 1000) : Rendering() {
+  explicit Rendering(const Law& law, int rate = 1000) : Rendering() {
     change(law, 1, at(rate));
     period(kStill);
     period(kStill);
@@ -105,7 +107,7 @@ class Rendering : public Bench {
   // Send a law; the one in force goes out first.
   void change(const Law& law, uint8_t generation, const estimator::Loop& loop = at(1000)) {
     say(head_of(law, generation, loop));
-    alive((kFadeMs + 2) * 4);  // quarters of a millisecond: no period is shorter
+    alive((kFadeMs + 2) * 4);  // no period is shorter than a quarter of a millisecond
     send(law, generation);
   }
 

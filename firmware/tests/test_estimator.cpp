@@ -12,7 +12,7 @@ constexpr int kMost = estimator::kMostCounts;
 
 estimator::Design design(uint8_t method, float first, float second) {
   estimator::Design made{};
-  CHECK(estimator::design({1000, method, first, second}, kCount, kFastest, &made));
+  CHECK(estimator::design({board::kTicksPerMs, method, first, second}, kCount, kFastest, &made));
   return made;
 }
 
@@ -29,7 +29,7 @@ TEST(a_filter_that_swings_up_takes_no_undefined_step) {
       for (int k = 0; k < 2000; ++k) {
         count += static_cast<int>(random() % (2 * kMost + 1)) - kMost;
         filter.update(made, count);
-        if (k % 100 == 0) filter.change(1, 8);
+        if (k % 100 == 0) filter.change();
       }
       filter.restart(count);
       made = design(protocol::kEstimatorDifference, 0.0f, 0.0f);

@@ -117,9 +117,9 @@ TEST(a_law_as_large_as_can_be_leaves_room_for_what_moves) {
 }
 
 TEST(rates_and_estimators_that_no_board_has_are_refused_at_once) {
-  const estimator::Loop loops[] = {{999, 0, 0, 0},       {0, 0, 0, 0},          {1000, 3, 0, 0},
-                                   {1000, 1, NAN, 0},    {1000, 1, 1.01f, 0},   {1000, 2, 0.5f, 2000},
-                                   {1000, 2, -0.1f, 0}};
+  const estimator::Loop loops[] = {{499, 0, 0, 0},     {4001, 0, 0, 0},     {0, 0, 0, 0},
+                                   {2000, 3, 0, 0},    {2000, 1, NAN, 0},   {2000, 1, 1.01f, 0},
+                                   {2000, 2, 0.5f, 2000}, {2000, 2, -0.1f, 0}};
   for (const auto& loop : loops) {
     Rendering board;
     board.say(head_of(spring(100), 7, loop));

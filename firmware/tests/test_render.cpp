@@ -13,15 +13,15 @@ TEST(a_law_is_rendered_and_told) {
 }
 
 TEST(the_force_fades_in_over_30_ms) {
-  for (uint16_t rate : {500, 1000, 2000, 4000}) {
+  for (int rate : {500, 900, 1000, 1600, 2000, 3400, 4000}) {
     Rendering board;
     board.change(spring(400), 2, at(rate));
     board.period(kStill);  // of a millisecond
-    const int ticks = kFadeMs * rate / 1000;
+    const int ticks = kFadeMs * 2000 / at(rate).period;
     for (int tick = rate == 1000 ? 2 : 1; tick <= ticks; ++tick) {
       board.say(protocol::Alive{});
       board.tick(kStill);
-      const double force = pull(400, kStill) * tick / ticks;
+      const double force = pull(400, kStill) * tick * at(rate).period / (kFadeMs * 2000.0);
       const double pwm = 255.0 * std::sqrt(-force * 0.090 * 0.005 / 0.074 / 0.0183);
       CHECK_NEAR(-fake::pwm, std::fmin(pwm, 255.0), 1.0);
     }
@@ -30,7 +30,7 @@ TEST(the_force_fades_in_over_30_ms) {
 
 // A law reckons with its period: no tick of another length asks it.
 TEST(a_law_begins_with_its_own_rate) {
-  for (uint16_t rate : {500, 1000, 2000, 4000}) {
+  for (int rate : {500, 900, 1000, 1600, 2000, 3400, 4000}) {
     Rendering board;
     board.change(counter(0), 2, at(rate));
     CHECK(machine::slots()[kFirst] == 0.0f);
@@ -194,7 +194,7 @@ TEST(leaving_the_rendering_to_the_computer_switches_off_until_its_force) {
   board.alive(kFadeMs * 2);
   CHECK(fake::pwm != 0 && std::abs(fake::pwm) < std::abs(full));
   board.alive(kFadeMs * 2 + 3);
-  CHECK(fake::pwm == 0 && fake::quarters == 4);
+  CHECK(fake::pwm == 0 && fake::ticks == board::kTicksPerMs);
   board.say(protocol::Alive{});
   board.period(kStill);
   CHECK(fake::pwm == 0);
@@ -214,11 +214,13 @@ TEST(leaving_twice_switches_off_at_once) {
   board.sample(kStill);
 }
 
-TEST(telemetry_comes_every_millisecond_and_its_states_take_turns) {
-  for (uint16_t rate : {1000, 2000, 4000}) {
+TEST(telemetry_is_a_whole_fraction_of_the_ticks_and_its_states_take_turns) {
+  const std::pair<int, int> cases[] = {{500, 1},  {900, 1},  {1000, 1}, {1100, 2}, {1900, 2},
+                                       {2000, 2}, {2100, 3}, {3000, 3}, {3400, 4}, {4000, 4}};
+  for (const auto& [rate, ticks] : cases) {
     Rendering board(counter(0), rate);
-    board.alive(10 * rate / 1000);
-    for (int i = 0; i < 10 * rate / 1000; ++i) board.period(kStill);
+    board.alive(10 * ticks);
+    for (int i = 0; i < 10 * ticks; ++i) board.period(kStill);
     const auto bodies = fake::take_bodies();
     CHECK(bodies.size() == 10);
     uint8_t at = 255;
@@ -229,6 +231,34 @@ TEST(telemetry_comes_every_millisecond_and_its_states_take_turns) {
       at = shown.state_at;
       CHECK((shown.state > 0.0f) == (at == 0 || shown.state == 0.0f));
     }
+  }
+}
+
+TEST(the_velocity_is_in_metres_a_second_at_every_rate_and_over_a_change_of_it) {
+  for (int rate : {500, 900, 1600, 3400, 4000}) {
+    Rendering board(counter(0), rate);
+    int count = kStill;
+    for (int i = 0; i < 40; ++i) {
+      count += 3;
+      board.say(protocol::Alive{});
+      board.period(raw_of(count));
+    }
+    protocol::Telemetry shown{};
+    const auto bodies = fake::take_bodies();
+    std::memcpy(&shown, bodies.back().data() + 1, sizeof(shown));
+    CHECK_NEAR(shown.velocity, 3 * kQuantum * 2e6 / at(rate).period, 1e-5);
+  }
+}
+
+TEST(constants_move_in_20_to_45_ms_at_every_rate) {
+  for (int rate : {500, 700, 900, 1000, 1100, 1600, 3400, 4000}) {
+    Rendering board(spring(100), rate);
+    board.alive(60 * rate / 1000);
+    board.say(tune(1, 9, {{kFirst, -300.0f}}));
+    board.alive(20 * rate / 1000);
+    CHECK(machine::slots()[kFirst] < -120.0f && machine::slots()[kFirst] > -300.0f);
+    board.alive(25 * rate / 1000 + 4);
+    CHECK(machine::slots()[kFirst] == -300.0f);
   }
 }
 

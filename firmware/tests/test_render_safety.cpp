@@ -8,7 +8,7 @@
 #include "settings.h"
 
 TEST(silence_switches_off_within_25_ms_at_every_rate_and_life_fades_in) {
-  for (uint16_t rate : {500, 1000, 2000, 4000}) {
+  for (int rate : {500, 900, 1000, 1600, 2000, 3400, 4000}) {
     for (int words = 0; words < 2; ++words) {
       Rendering board(spring(300), rate);
       board.alive(60 * rate / 1000);

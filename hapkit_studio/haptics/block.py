@@ -28,7 +28,7 @@ SEQUENCE, LAW, N_PARAMS, N_STATE, DISCRETE, ESTIMATOR, GENERATION, HAND_ON, STOR
 CODE_ID = 9  # all of its law, rate and estimator but constants, 0: the computer renders
 PROGRAM_ID = 10  # the law's bytes, constants included; equal where they are equal
 BOARD_LAW = 11  # the law that it is, by its address here
-BOARD_RATE, BOARD_ESTIMATOR, BOARD_STATES, BOARD_GIVEN = range(12, 16)
+BOARD_PERIOD, BOARD_ESTIMATOR, BOARD_STATES, BOARD_GIVEN = range(12, 16)
 BOARD_SLOTS, BOARD_CODE, BOARD_CHECK = range(16, 19)
 BOARD_MOVING = 19  # constants that the board has room to move at a time
 RELEASES = 20  # how often the handle was let go at rest

@@ -1,6 +1,7 @@
 """What a board can render by itself, and how a law is to be rendered there."""
 
 import hashlib
+import math
 import traceback
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -23,8 +24,10 @@ from hapkit_studio.protocol.messages import Board, Estimator, MotorMap, Origin, 
 if TYPE_CHECKING:
     from hapkit_studio.laws.board import Program
 
-RATES = (4000, 2000, 1000, 500)  # Hz at which a board renders, the fastest first
 CLOCK = 16e6  # cycles a second of its processor
+TICKS = 2e6  # a second of its timer, which counts every period
+RATES = tuple(range(4000, 499, -100))
+"""Hz at which a board is asked to render, the fastest first; it keeps the nearest whole number of ticks."""
 _SHARE = 0.8  # of its processor, which a law takes as a rule at most
 _KEPT = 64
 
@@ -34,26 +37,31 @@ INSTEAD = "kalman"  # the estimator of a board that does not have the one that w
 
 @dataclass(frozen=True)
 class BoardPlan:
-    """How a board is to render a law: its program, rate in Hz, estimator and its coefficients.
+    """How a board is to render a law: its program, period in ticks of its timer, estimator and coefficients.
 
     moving: constants that it has room to move at a time; share: of its processor, from 0 to 1, as a rule.
     """
 
     law: Law
     program: "Program"
-    rate: int
+    period: int
     estimator: int
     first: float
     second: float
     moving: int
     share: float
 
+    @property
+    def rate(self) -> float:
+        """Return the rate in Hz."""
+        return TICKS / self.period
+
     @cached_property
     def code_id(self) -> int:
         """Return a number that stands for all of it but the constants."""
         p = self.program
         start = p.given[: p.states]
-        shape = p.code, start, len(p.given), p.slots, self.rate, self.estimator, self.first, self.second
+        shape = p.code, start, len(p.given), p.slots, self.period, self.estimator, self.first, self.second
         return _digest(repr(shape).encode())
 
     @cached_property
@@ -110,27 +118,28 @@ class BoardPlanner:
         return answer
 
     def _work_out(self, request: PlanRequest) -> BoardPlan | str:
-        """Try one rate after the other, from the fastest that is not above the one asked for."""
+        """Try the fastest rate that is not above the one asked for, then what the law's cycles leave time for."""
         law = request.environment.force
         numbers = tuple(request.values[p.key] for p in law.parameters)
         title, room = request.environment.title, min(self.arena, 8 * block.PROGRAM_WORDS)
-        bound = RATES[0] if request.rate is None else max(request.rate, RATES[-1])
-        for rate in RATES:
-            if rate > bound:
-                continue
-            program = _compiled(law, numbers, 1.0 / rate, room)
+        rate = RATES[0] if request.rate is None else max(request.rate, RATES[-1])
+        while True:
+            period = round(TICKS / rate)
+            program = _compiled(law, numbers, period / TICKS, room)
             if isinstance(program, str):
                 return f"{title} cannot be rendered on the board. {program}"
             if program.size > room:
                 return f"{title} needs {program.size:,} bytes, the board has {room:,}."
-            if rate <= fastest(program):
-                how = coefficients(request.estimator, rate, request.quantum)
+            if fits(program, TICKS / period):
+                how = coefficients(request.estimator, TICKS / period, request.quantum)
                 moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP
-                return BoardPlan(law, program, rate, *how, moving, share(program, rate))
-            hertz = int(fastest(program))
-            too_slow = f"{title} takes up to {program.most:,} cycles on the board: {hertz:,} Hz at most"
-            bound = min(bound, CLOCK / (program.most + REST_AT_MOST))  # a longer period makes it no shorter
-        return f"{too_slow}, and its slowest rate is {RATES[-1]} Hz."
+                return BoardPlan(law, program, period, *how, moving, share(program, TICKS / period))
+            slower = [other for other in RATES if other < rate and fits(program, TICKS / round(TICKS / other))]
+            if not slower:
+                hertz = int(fastest(program))
+                too_slow = f"{title} takes up to {program.most:,} cycles on the board: {hertz:,} Hz at most"
+                return f"{too_slow}, and its slowest rate is {RATES[-1]} Hz."
+            rate = slower[0]
 
 
 class BackgroundPlanner:
@@ -183,11 +192,21 @@ def _compiled(law: Law, numbers: tuple[float, ...], period: float, room: int) ->
 
 def share(program: "Program", rate: float) -> float:
     """Return the share of the board's processor that a law takes as a rule at a rate in Hz."""
-    return (rate * (program.usual + REST) + 1000 * FRAME) / CLOCK
+    return (rate * (program.usual + REST) + frames(rate) * FRAME) / CLOCK
+
+
+def frames(rate: float) -> float:
+    """Return the frames of telemetry a second at a rate in Hz: a whole fraction of it, 500 to 1000."""
+    return rate / math.ceil(rate / 1000.0 - 1e-9)
+
+
+def fits(program: "Program", rate: float) -> bool:
+    """Return whether a law takes its share at most at a rate in Hz, and never more than a period."""
+    return share(program, rate) <= _SHARE and rate * (program.most + REST_AT_MOST) <= CLOCK
 
 
 def fastest(program: "Program") -> float:
-    """Return the highest rate in Hz at which a law takes its share at most, and fits its period always."""
+    """Return a rate in Hz that a law can surely have: with a frame of telemetry every millisecond."""
     as_a_rule = (_SHARE * CLOCK - 1000 * FRAME) / (program.usual + REST)
     return min(as_a_rule, CLOCK / (program.most + REST_AT_MOST))
 
@@ -208,8 +227,10 @@ def refusal_text(why: int) -> str:
 def check_rate(request: float | None) -> None:
     """Raise ParameterError for a rate that no board has."""
     if request is not None and request not in RATES:
-        rates = ", ".join(f"{rate:,}" for rate in reversed(RATES))
-        raise ParameterError(f"A board renders at {rates} Hz, not at {request:,g} Hz.")
+        raise ParameterError(
+            f"A board renders at {RATES[-1]} to {RATES[0]:,} Hz in steps of {RATES[0] - RATES[1]} Hz, "
+            f"not at {request:,g} Hz."
+        )
 
 
 def spec_on_board(spec: Spec) -> Spec:

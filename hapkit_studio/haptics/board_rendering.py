@@ -19,9 +19,18 @@ from hapkit_studio.haptics.tick import due, latch, recover, refresh
 from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.law_frames import PIECE, TUNED
 
-FRAME = 1e-3  # s between two frames of telemetry, where the board does not render more slowly
+FRAME = 1e-3  # s: the least from one frame of telemetry to the next
+TICK = 0.5e-6  # s: the unit of a board's period
 _FADE = 0.030
 _OFF = codec.FLAG_WATCHDOG | codec.FLAG_REFUSED | codec.FLAG_OVER_SPEED | codec.FLAG_STOPPED
+
+
+@internal
+def frame_seconds(period: int) -> float:
+    """Return the s from one frame of telemetry to the next at a board's period; at least FRAME."""
+    if period <= 0:
+        return FRAME
+    return TICK * period * math.ceil(FRAME / (TICK * period) - 1e-9)
 
 
 @internal
@@ -44,9 +53,8 @@ def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
     delays.note_delay(conn.delays, delays.OF_BOARD, sample[codec.DELAY])
     n[link.SEEN_SPEED] = (position - r.real[arrays.LAST_POSITION]) / period
     fill_row(r, conn, sample, row, position, period)
-    rate = conn.law[link.RATE]
-    frames = period / max(FRAME, 1.0 / rate) if rate > 0 else period / FRAME
-    if sample[codec.LOST] > 0.0 and rate > 0:  # ticks are not all shown
+    frames = period / frame_seconds(conn.law[link.PERIOD])
+    if sample[codec.LOST] > 0.0 and conn.law[link.PERIOD] > 0:  # ticks are not all shown
         conn.reader[codec.LOST_FRAMES] += max(int(frames + 0.5) - 1, 0)
     r.word[arrays.FLAGS] = flags_of(r, conn, sample, now, frames >= 1.5)
     row[rows.FLAGS] = r.word[arrays.FLAGS]
@@ -259,7 +267,7 @@ def take_law(r: LoopArrays, conn: Link, k: int, code_id: int) -> None:
     for i in range(block.PROGRAM_WORDS):
         conn.program[i] = r.program[i]
     for i in range(conn.law.size):
-        conn.law[i] = r.words[block.BOARD_RATE + i]
+        conn.law[i] = r.words[block.BOARD_PERIOD + i]
     conn.unsure[:] = 0
     words[link.LAW_DUE] = words[link.RECEIVED] = words[link.SENT] = words[link.TUNING] = 0
     n[link.FIRST], n[link.SECOND] = r.values[block.BOARD_FIRST], r.values[block.BOARD_SECOND]
@@ -286,7 +294,7 @@ def encode_law(conn: Link, frame: np.ndarray) -> int:
     return law_frames.encode_law(
         frame,
         conn.words[link.LAW_GENERATION],
-        law[link.RATE],
+        law[link.PERIOD],
         law[link.ESTIMATOR],
         n[link.FIRST],
         n[link.SECOND],

@@ -73,8 +73,8 @@ _ROUNDING = 1e-9
 
 _MOTOR_OFF = codec.FLAG_WATCHDOG | codec.FLAG_STOPPED | codec.FLAG_REFUSED
 
-# --- what the law is like that the board gets, in the order of the block's words from BOARD_RATE on
-RATE, ESTIMATOR, STATES, CONSTANTS, SLOTS, CODE, CHECK = range(7)
+# --- what the law is like that the board gets, in the order of the block's words from BOARD_PERIOD on
+PERIOD, ESTIMATOR, STATES, CONSTANTS, SLOTS, CODE, CHECK = range(7)
 
 
 class Link(NamedTuple):

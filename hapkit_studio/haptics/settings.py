@@ -132,7 +132,7 @@ class Wanted:
         program[:] = law_frames.packed(data, block.PROGRAM_WORDS)
         words[block.CODE_ID], words[block.PROGRAM_ID] = plan.code_id, plan.program_id
         words[block.BOARD_LAW] = plan.law.compiled().address
-        words[block.BOARD_RATE], words[block.BOARD_ESTIMATOR] = plan.rate, plan.estimator
+        words[block.BOARD_PERIOD], words[block.BOARD_ESTIMATOR] = plan.period, plan.estimator
         words[block.BOARD_STATES], words[block.BOARD_GIVEN] = plan.program.states, len(plan.program.given)
         words[block.BOARD_SLOTS], words[block.BOARD_CODE] = plan.program.slots, len(plan.program.code)
         words[block.BOARD_CHECK], words[block.BOARD_MOVING] = crc16(data), plan.moving

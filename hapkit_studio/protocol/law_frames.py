@@ -56,7 +56,7 @@ def put_constant(words: np.ndarray, i: int, bits: int) -> None:
 def encode_law(
     out: np.ndarray,
     generation: int,
-    rate: int,
+    period: int,
     estimator: int,
     first: float,
     second: float,
@@ -68,7 +68,7 @@ def encode_law(
 ) -> int:
     """Write the frame of Law to out; return its length."""
     shape = (float(states), float(given), float(slots), float(code), float(check))
-    head = (float(generation), float(rate), float(estimator), float(first), float(second))
+    head = (float(generation), float(period), float(estimator), float(first), float(second))
     return codec.enclose(out, codec.put_fields(out, _LAW_ID, _LAW, head + shape))
 
 

@@ -99,7 +99,7 @@ class Message:
         return cls(*values)
 
 
-PROTOCOL_VERSION = 3
+PROTOCOL_VERSION = 4
 BAUD = 1_000_000
 
 PIECE = 32
@@ -223,7 +223,7 @@ class Law(Message, id=0x06):
     """
 
     generation: int = wire("B", "any number but the last law's; samples and telemetry repeat it")
-    rate: int = wire("H", "ticks per second: 500, 1000, 2000 or 4000", "Hz")
+    period: int = wire("H", "half microseconds from one tick to the next, 500 to 4000: 4 kHz to 500 Hz")
     estimator: int = wire("B", "Estimator")
     first: float = wire("f", "its first coefficient")
     second: float = wire("f", "its second coefficient", "1/s")
@@ -349,7 +349,11 @@ class Sample(Message, id=0x82):
 
 @dataclass(frozen=True)
 class Telemetry(Message, id=0x83):
-    """What the board renders by itself, in place of Sample while a law of its own is in force; 1 kHz."""
+    """What the board renders by itself, in place of Sample while a law of its own is in force.
+
+    Each tick that comes a millisecond or more after the one shown last: every tick up to 1 kHz, above that every
+    second, third or fourth one.
+    """
 
     seq: int = wire("H", "number of the tick shown, wraps at 65536")
     time_us: int = wire("I", "board clock at its sampling, wraps at 2^32", "us")

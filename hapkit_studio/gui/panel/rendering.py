@@ -46,7 +46,7 @@ TIP = (
     "line. The board: parameters go down once, its own processor runs the same law."
 )
 RATE = Choice(
-    "board_rate", "Board's rate", ("fastest", "4000", "2000", "1000", "500"), "fastest",
+    "board_rate", "Board's rate", ("fastest", *(str(rate) for rate in range(4000, 499, -500))), "fastest",
     "How often the board computes the force. A law that takes long allows no more than its own fastest rate.",
     labels=("fastest", "4,000 Hz", "2,000 Hz", "1,000 Hz", "500 Hz"),
 )  # fmt: skip
