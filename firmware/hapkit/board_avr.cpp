@@ -20,9 +20,10 @@ volatile bool sampling_busy = false;  // from the start of a reading to the end 
 volatile bool held = false;
 Clock board_clock;
 board::Sampling sampling;         // the latest one: untouched while it is handled
-volatile uint32_t passed = 0;     // ticks before the present period
+volatile uint16_t passed = 0;     // ticks before the present period, lower half
+volatile uint16_t wraps = 0;      // and upper half
 volatile uint8_t missed = 0;      // periods since the latest sampling
-uint32_t sampled = 0;             // when it was, in ticks
+uint16_t sampled = 0;             // when it was, lower half of the ticks
 
 // Timer 1 counts one sample period over and over: it is the clock and starts every sample.
 void begin_clock() {
@@ -40,8 +41,9 @@ void begin_clock() {
 // because it has just begun anew.
 ISR(TIMER1_COMPA_vect) {
   const uint16_t ended = period;
-  const uint32_t now = passed + ended;
+  const uint16_t now = passed + ended;
   passed = now;
+  if (now < ended) wraps = wraps + 1;
   if (ended != period_wanted) {
     period = period_wanted;
     OCR1A = period - 1;
@@ -100,21 +102,28 @@ void board::set_period(uint16_t ticks) {
   period_wanted = ticks;
 }
 
+// Ticks before the present period; interrupts are off.
+static uint32_t all_passed() { return static_cast<uint32_t>(wraps) << 16 | passed; }
+
 uint32_t board::us_of(uint32_t stamp) { return board_clock.us_of(stamp); }
 
-uint32_t board::stamp() { return sampled; }
+// The sample is less than 16 ms away from the beginning of the present period.
+uint32_t board::stamp() {
+  const Lock lock;
+  return all_passed() + static_cast<int16_t>(sampled - passed);
+}
 
 // Periods may have begun meanwhile.
 uint16_t board::age_us() {
   const Lock lock;
-  const uint16_t ticks = TCNT1 + static_cast<uint16_t>(passed) - static_cast<uint16_t>(sampled);
+  const uint16_t ticks = TCNT1 + passed - sampled;
   return ticks / kTicksPerUs;
 }
 
 uint32_t board::now_us() {
   const Lock lock;
   const uint16_t ticks = TCNT1;
-  uint32_t before = passed;
+  uint32_t before = all_passed();
   const bool wrapped = (TIFR1 & _BV(OCF1A)) && ticks < board::kShortest / 2;
   if (wrapped) before += period;
   return us_of(before + ticks);

@@ -41,6 +41,8 @@ bool design(const Loop& loop, float quantum, float fastest, Design* made) {
     if (second == kNone) return false;
   }
   made->ticks = ticks;
+  made->shown = 1;
+  for (uint16_t passed = ticks; passed < board::kTicksPerMs; passed += ticks) ++made->shown;
   made->first = first;
   made->second = second;
   made->scale = quantum / (period * kOne);

@@ -22,16 +22,10 @@ struct Design {
   uint32_t first;    // and of the place; whole where a filter follows no place
   int16_t fastest;   // limit of the speed, in counts per period
   uint16_t ticks;    // of the board's clock in one period
+  uint8_t shown;     // periods to a frame of telemetry, so that none comes sooner than a millisecond
   float scale;       // m/s in 2^-16 counts per period
   float quantum;     // m in a count
 };
-
-// Return how many periods of so many ticks there are to a frame of telemetry, so that none comes sooner than a
-// millisecond.
-inline uint8_t shown_every(uint16_t ticks) {
-  constexpr uint16_t kMs = board::kTicksPerMs;
-  return ticks >= kMs ? 1 : ticks >= kMs / 2 ? 2 : 3 * ticks >= kMs ? 3 : 4;
-}
 
 constexpr int16_t kMostCounts = 4095;  // in one period; what jumps farther is no motion
 constexpr float kOne = 65536.0f;       // a count

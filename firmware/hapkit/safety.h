@@ -32,8 +32,7 @@ class Safety {
   // Count a sample period, in ticks of the clock. A message falls somewhere into its first period, so that the
   // motor is off before the full time is over.
   void period(uint16_t ticks) {
-    const uint16_t left = patience_ > ticks ? patience_ - ticks : 0;
-    patience_ = left < ticks ? 0 : left;
+    patience_ = patience_ < 2 * ticks ? 0 : patience_ - ticks;
   }
 
   // Take the right to drive away until the next message.

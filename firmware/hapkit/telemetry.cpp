@@ -15,7 +15,7 @@ void Controller::poll() {
   due_ = false;
   board::pat();
   renderer_.move();
-  if (estimator::shown_every(next_.ticks) * next_.ticks > board::kTicksPerMs * 3 / 2) renderer_.move();
+  if (next_.shown * next_.ticks > board::kTicksPerMs * 3 / 2) renderer_.move();
 }
 
 void Controller::report(uint32_t time_us) {

@@ -54,7 +54,7 @@ __attribute__((always_inline)) inline void Controller::render(int32_t count) {
 
 // Each tick that comes a millisecond or more after the one shown last: a whole fraction of all, 500 Hz or more.
 inline void Controller::show(const board::Sampling& sampling, int32_t count, bool rendered) {
-  if (++since_shown_ >= estimator::shown_every(sampling.ticks)) show_now(sampling, count, rendered);
+  if (++since_shown_ >= design_.shown) show_now(sampling, count, rendered);
 }
 
 void Controller::vouch() {
@@ -124,7 +124,7 @@ void Controller::show_law(const board::Sampling& sampling, int32_t count) {
   shown_.law.asked = asked_;
   shown_.law.pwm = pwm_;
   shown_.law.flags = safety_.flags() | doubt_flag();
-  shown_.law.delay_us = mean(delays_us_, estimator::shown_every(sampling.ticks));
+  shown_.law.delay_us = mean(delays_us_, design_.shown);
   shown_.law.overruns = overruns_;
   shown_.law.generation = renderer_.generation();
   renderer_.show_state(&shown_.law);

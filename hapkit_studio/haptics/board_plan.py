@@ -134,7 +134,9 @@ class BoardPlanner:
                 how = coefficients(request.estimator, TICKS / period, request.quantum)
                 moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP
                 return BoardPlan(law, program, period, *how, moving, share(program, TICKS / period))
-            slower = [other for other in RATES if other < rate and fits(program, TICKS / round(TICKS / other))]
+            slower = [
+                other for other in RATES if other < rate and fits(program, TICKS / round(TICKS / other))
+            ]
             if not slower:
                 hertz = int(fastest(program))
                 too_slow = f"{title} takes up to {program.most:,} cycles on the board: {hertz:,} Hz at most"

@@ -57,7 +57,7 @@ def _rows(key: str, given: dict[str, str]) -> list[Row]:
     filter = Estimator(way.estimator), way.first, way.second
     with tempfile.TemporaryDirectory() as folder:
         run = render(Path(folder), way.program, way.rate, SECONDS, SWEEP, filter)
-    what, off = f"{what} at {way.rate:,} Hz", run.summary["interrupts_off_cycles"]
+    what, off = f"{what} at {way.rate:,.0f} Hz", run.summary["interrupts_off_cycles"]
     told = f" ({run.skipped} ticks skipped)" if run.skipped else ""
     reached = run.share <= MOST and not run.skipped
     share, most = 100.0 * run.share, f"≤ {100 * MOST:.0f} %"

@@ -51,7 +51,7 @@ def program(environment: Environment, values: Mapping[str, float], rate: int, ro
 def announced(law: Program, rate: int, filter: Filter, generation: int) -> Law:
     """Return the message that begins to send a law."""
     shape = (law.states, len(law.given), law.slots, len(law.code))
-    return Law(generation, rate, *filter, *shape, crc16(law.data))
+    return Law(generation, round(2e6 / rate), *filter, *shape, crc16(law.data))
 
 
 def piece(law: Program, generation: int, at: int) -> Piece:

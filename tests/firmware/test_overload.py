@@ -178,7 +178,7 @@ AHEAD = 2500
 KITS = 8
 """Turns of the talk with another kit, half of which come through; then it is saved, which takes 0.25 s."""
 LAWS = ("wall", "texture", "friction", "cat", "button", "spring")
-RATES = (4000, 2000, 1000, 500)
+RATES = (4000, 3400, 2000, 1600, 1000, 900, 500)
 COEFFICIENTS = ((0.0, 0.0), (0.2, 0.0), (0.35, 120.0))
 MOTION = [(0.02, 4.0, 0.5), (0.01, 11.0, 0.7)]
 

@@ -109,7 +109,7 @@ def test_another_law_or_rate_or_filter_is_sent_whole(rendering):
         setup.compiled()
         setup.until(lambda laws=laws: len(setup.told(Law)) == laws + 1)
         setup.until(lambda: setup.engine.rendering == "board")
-        assert setup.kit.loaded.law.rate == setup.engine.board_plan.rate
+        assert setup.kit.loaded.law.period == setup.engine.board_plan.period
         assert setup.kit.loaded.data == setup.engine.board_plan.program.data
     generations = [law.generation for law in setup.told(Law)]
     assert len(set(generations)) == len(generations)
@@ -206,7 +206,7 @@ def test_the_law_in_force_is_told_and_changes_are_one_constant_more(rendering):
     setup.go(rate=500)
     (law,) = setup.told(Law)
     coefs = design("kalman", 500, setup.engine.device.quantum)[1]
-    assert (law.rate, law.estimator) == (500, 2)
+    assert (law.period, law.estimator) == (4000, 2)
     assert (law.first, law.second) == pytest.approx((coefs[0], coefs[1] * 500.0), rel=1e-6)
     spring = environments.named("spring")
     program = board.compile(spring.force, spring.values(SPRING), 1.0 / 500.0, ARENA)

@@ -57,7 +57,7 @@ def count(question: Question) -> Count:
         words = f"{cost}. {found}"
     else:
         share, most = 100.0 * found.share, board_plan.fastest(program)
-        words = f"{cost}: {found.rate:,} Hz with {share:.0f} % of its processor, {most:,.0f} Hz at most."
+        words = f"{cost}: {found.rate:,.0f} Hz with {share:.0f} % of its processor, {most:,.0f} Hz at most."
     return Count(question, program.cycles_by_line(), words)
 
 
