@@ -5,7 +5,7 @@ import math
 import traceback
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
@@ -100,6 +100,7 @@ class BoardPlanner:
     arena: int
     settings: Settings | None = None
     _answers: dict[tuple, BoardPlan | str] = field(default_factory=dict, compare=False, repr=False)
+    _latest: dict[tuple, BoardPlan] = field(default_factory=dict, compare=False, repr=False)
 
     def known(self, request: PlanRequest) -> BoardPlan | str | None:
         """Return the answer to a request that was worked out before: how it is rendered, or why not."""
@@ -118,14 +119,24 @@ class BoardPlanner:
         return answer
 
     def _work_out(self, request: PlanRequest) -> BoardPlan | str:
-        """Try the fastest rate that is not above the one asked for, then what the law's cycles leave time for."""
+        """Try the fastest rate up to the one asked for, then those that the law's cycles leave time for."""
         law = request.environment.force
         numbers = tuple(request.values[p.key] for p in law.parameters)
         title, room = request.environment.title, min(self.arena, 8 * block.PROGRAM_WORDS)
+        key = law, repr(request.estimator), request.quantum, request.rate
+        before = self._latest.get(key)
+        if before is not None:  # other constants of the same code keep its rate: it need not be sent again
+            program = _compiled(law, numbers, 1.0 / before.rate, room)
+            if (
+                not isinstance(program, str)
+                and program.code == before.program.code
+                and fits(program, before.rate)
+            ):
+                return replace(before, program=program, share=share(program, before.rate))
         rate = RATES[0] if request.rate is None else max(request.rate, RATES[-1])
         while True:
             period = round(TICKS / rate)
-            program = _compiled(law, numbers, period / TICKS, room)
+            program = _compiled(law, numbers, 1.0 / (TICKS / period), room)
             if isinstance(program, str):
                 return f"{title} cannot be rendered on the board. {program}"
             if program.size > room:
@@ -133,7 +144,9 @@ class BoardPlanner:
             if fits(program, TICKS / period):
                 how = coefficients(request.estimator, TICKS / period, request.quantum)
                 moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP
-                return BoardPlan(law, program, period, *how, moving, share(program, TICKS / period))
+                found = BoardPlan(law, program, period, *how, moving, share(program, TICKS / period))
+                self._latest[key] = found
+                return found
             slower = [
                 other for other in RATES if other < rate and fits(program, TICKS / round(TICKS / other))
             ]

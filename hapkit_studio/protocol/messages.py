@@ -351,8 +351,8 @@ class Sample(Message, id=0x82):
 class Telemetry(Message, id=0x83):
     """What the board renders by itself, in place of Sample while a law of its own is in force.
 
-    Each tick that comes a millisecond or more after the one shown last: every tick up to 1 kHz, above that every
-    second, third or fourth one.
+    Each tick that comes a millisecond or more after the one shown last: every tick up to 1 kHz, above that
+    every second, third or fourth one.
     """
 
     seq: int = wire("H", "number of the tick shown, wraps at 65536")

@@ -10,6 +10,7 @@ import pytest
 from hapkit_studio.devices import profiles
 from hapkit_studio.protocol.framing import Decoder, encode
 from hapkit_studio.protocol.messages import (
+    PROTOCOL_VERSION,
     Board,
     Hello,
     HelloRequest,
@@ -23,9 +24,9 @@ from hapkit_studio.protocol.messages import (
 from tests.waiting import PATIENCE
 
 HELLO_FIELDS = dict(
-    version=3, quantum=2e-5, max_force=2.5, motor_constant=0.0183, handle_radius=0.09, pulley_radius=0.005,
-    sector_radius=0.074, tick_us=0.5, counts_per_flip=921, sample_rate=1000, watchdog_ms=25, pwm_top=255,
-    profile=1, arena=0, origin=0, reset=1, build="test",
+    version=PROTOCOL_VERSION, quantum=2e-5, max_force=2.5, motor_constant=0.0183, handle_radius=0.09,
+    pulley_radius=0.005, sector_radius=0.074, tick_us=0.5, counts_per_flip=921, sample_rate=1000,
+    watchdog_ms=25, pwm_top=255, profile=1, arena=0, origin=0, reset=1, build="test",
 )  # fmt: skip
 UNPLUG = b"unplug"
 

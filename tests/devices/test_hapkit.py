@@ -119,7 +119,7 @@ def test_asks_again_while_the_board_starts_past_half_a_frame_and_noise(opened):
 
 
 @pytest.mark.parametrize(
-    "noise", [None, b"x=0.0123,F=0.5\r\n", b"\x00\x00", frame(b"\x81"), frame(b"\x81\x03\x00abc")]
+    "noise", [None, b"x=0.0123,F=0.5\r\n", b"\x00\x00", frame(b"\x81"), frame(b"\x81\x04\x00abc")]
 )
 def test_something_else_answers_or_nothing(lined, noise):
     what = "answers, but not as a Hapkit" if noise else "does not answer"
@@ -129,13 +129,13 @@ def test_something_else_answers_or_nothing(lined, noise):
 
 
 @pytest.mark.parametrize(
-    ("version", "remedy", "step"), [(2, "Update firmware.", "update"), (4, "Update the studio.", "")]
+    ("version", "remedy", "step"), [(3, "Update firmware.", "update"), (5, "Update the studio.", "")]
 )
 @pytest.mark.parametrize("rest", [b"", b"another layout altogether"])
 def test_another_version_of_the_protocol(lined, version, remedy, step, rest):
     other = frame(bytes([Hello.ID]) + version.to_bytes(2, "little") + rest)
     lined(lambda m: other)
-    words = f"Firmware speaks version {version}; this studio needs 3. {remedy}"
+    words = f"Firmware speaks version {version}; this studio needs 4. {remedy}"
     assert refused(errors.WrongProtocolError, words).step == step
 
 

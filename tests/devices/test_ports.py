@@ -109,10 +109,10 @@ def test_a_kit_says_firmware_and_settings_in_words_and_in_the_command(plugged, c
     entry, _ = plugged(FakeKit())
     found = probe(entry)
     assert found["ok"]
-    assert (found["build"], found["version"], found["arena"]) == ("test", 3, 760)
+    assert (found["build"], found["version"], found["arena"]) == ("test", 4, 760)
     assert (found["settings"]["label"], found["settings"]["origin"]) == ("fake kit", "default")
     assert found["text"].startswith(
-        "Firmware test, version 3, 760 bytes for a law. "
+        "Firmware test, version 4, 760 bytes for a law. "
         "Kit 'fake kit', 20.0 µm a count, limit 2.5 N. "
         "Settings are the usual kit's: nothing is stored. USB latency timer 16 ms"
     )

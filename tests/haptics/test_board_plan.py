@@ -88,6 +88,17 @@ def test_the_answer_is_worked_out_once():
     assert made.known(request()) is None  # what is old is forgotten
 
 
+def test_other_constants_of_the_same_code_keep_the_rate_as_long_as_it_fits():
+    button = environments.named("button")
+    made, numbers = planner(), [p for p in button.parameters if not p.discrete]
+    first = made.plan(request(button))
+    moved = made.plan(request(button, **{p.key: 0.9 * p.default + 0.1 * p.high for p in numbers}))
+    assert moved.program.code == first.program.code
+    assert moved.program.given != first.program.given
+    assert moved.period == first.period
+    assert moved.share <= 0.8
+
+
 def test_only_constants_make_no_other_form():
     made = planner()
     first, stiffer = made.plan(request()), made.plan(request(stiffness=90.0))
