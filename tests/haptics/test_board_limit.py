@@ -30,6 +30,20 @@ def test_the_boundary_is_where_theory_has_it(swing):
     assert swing((1.0 + SHARE) * limit).rate > 0.0
 
 
+@pytest.mark.parametrize("rate", [1600, 2900, 3500])
+def test_the_boundary_of_a_rate_in_between_is_where_theory_has_it(rate):
+    """The rates that puck, bump and hard surface get; each is kept to half a microsecond of its period."""
+    real = 2e6 / round(2e6 / rate)
+
+    def swing(stiffness):
+        return board_limit.on_board(stiffness, 0.0, "difference", SECONDS, real)
+
+    inside = swing(300.0)
+    limit = board_limit.theory(0.0, "difference", real, inside.delay)
+    assert inside.skipped == 0
+    assert swing((1.0 - SHARE) * limit).rate < 0.0 < swing((1.0 + SHARE) * limit).rate
+
+
 def test_the_board_answers_sooner_and_holds_more():
     here, there = computer(300.0).delay, board(300.0).delay
     assert there < 0.5 * here
