@@ -48,9 +48,11 @@ def run(options: argparse.Namespace) -> base.Result:
         "rate_Hz": rate,
         "stiffness_limit": verdict.limit,
         "stable": verdict.calm,
+        "remarks": [{"line": remark.line, "text": remark.text} for remark in found.force.remarks],
     }
     lines = f"wrote {path}\nfor {whose}; open it in the Arduino IDE, board Arduino Uno, and upload"
-    lines = "\n".join([lines, words, *switched_off(found)])
+    drifts = [str(remark) for remark in found.force.remarks]
+    lines = "\n".join([lines, words, *drifts, *switched_off(found)])
     return base.Result(lines, {"environment": found.key, **numbers})
 
 

@@ -47,6 +47,8 @@ def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
     run = _as_run(played.table, engine, options, played.found)
     got = float(run.time[-1])
     remarks = [*played.remarks, *switched_off(chosen)]
+    if options.render != live_run.COMPUTER:
+        remarks += map(str, chosen.force.remarks)
     if got < _WHOLE * took and not live_run.is_gone(fault):
         remarks.append(f"Only {got:.2f} s of samples came in {took:g} s.")
     if took < seconds and fault is None:

@@ -140,7 +140,8 @@ class BoardPlanner:
             if isinstance(program, str):
                 return f"{title} cannot be rendered on the board. {program}"
             if program.size > room:
-                return f"{title} needs {program.size:,} bytes, the board has {room:,}."
+                tables = f" Its tables take {program.tables:,}." if program.tables else ""
+                return f"{title} needs {program.size:,} bytes, the board has {room:,}.{tables}"
             if fits(program, TICKS / period):
                 how = coefficients(request.estimator, TICKS / period, request.quantum)
                 moving = (self.arena - 4 * program.slots - len(program.code)) // RAMP

@@ -158,7 +158,7 @@ def describe_fault(code: int, r: LoopArrays) -> Fault | None:
     gone = silent("The board", value) if value > 0.0 else "The device is gone."
     found = {
         arrays.NOT_A_NUMBER: (f"the law returned {name} at {place}{at}.", ""),
-        arrays.LAW_INDEX: (f"line {line} of the law reaches beyond its state.", ""),
+        arrays.LAW_INDEX: (f"line {line} of the law reaches beyond its state or table.", ""),
         arrays.LAW_FUEL: (f"line {line} of the law does not come to an end.", ""),
         arrays.LAW_DIVISION: (f"line {line} of the law divides by zero at {place}.", ""),
         arrays.OVER_SPEED: (f"over-speed, {_beyond(abs(value), limit)} (limit {limit:.1f} m/s).", ""),

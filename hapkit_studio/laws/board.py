@@ -23,9 +23,9 @@ _SMALL = (60, 14, 6)
 class Program:
     """A law for the board. Where only constants differ, the code is the same bytes.
 
-    states: values of state; given: what the slots from FIRST on begin with, state first, then constants;
-    slots: how many there are in all; most: cycles that one call takes on its longest way; lines: the source
-    line of each instruction.
+    states: values of state; given: what the slots from FIRST on begin with, state first, then constants,
+    then tables; slots: how many there are in all; most: cycles that one call takes on its longest way;
+    lines: the source line of each instruction; tables: bytes of the tables.
     """
 
     code: bytes
@@ -34,6 +34,7 @@ class Program:
     slots: int
     most: int
     lines: tuple[int, ...] = field(compare=False)
+    tables: int = field(default=0, compare=False)
 
     @property
     def usual(self) -> float:
@@ -132,8 +133,18 @@ def assemble(law: t.Specialised, start: Sequence[float]) -> Program:
         if isinstance(one, t.Num) and one.key not in numbers:
             numbers[one.key] = FIRST + len(given)
             given.append(one.value)
+    constants = len(given)
+    for table in dict.fromkeys(o for o in operands if isinstance(o, str)):
+        numbers[table] = FIRST + len(given)
+        given += law.tables[table]
+    in_tables = 4 * (len(given) - constants)
     first = FIRST + len(given)
     slots = first + max(section.top for section in (*sections, main))
+    if in_tables and slots > machine.MOST_SLOTS:
+        raise LawError(
+            f"The tables of this law take {in_tables:,} bytes; "
+            f"the board has {machine.ARENA} for the whole law."
+        )
     for count, most, what in (
         (slots, machine.MOST_SLOTS, "values at a time"),
         (len(sections), machine.MOST_SUBROUTINES, "functions that are called from several places"),
@@ -143,7 +154,8 @@ def assemble(law: t.Specialised, start: Sequence[float]) -> Program:
         if count > most:
             raise LawError(f"This law has {count} {what}; the board takes up to {most}.")
     code, lines = _Encoder(numbers, first).encoded([*sections, main])
-    return Program(code, len(start), tuple(map(_single, given)), slots, machine.longest_path(code), lines)
+    most = machine.longest_path(code)
+    return Program(code, len(start), tuple(map(_single, given)), slots, most, lines, in_tables)
 
 
 def _single(value: float) -> float:
@@ -322,6 +334,8 @@ class _Section:
                 self.put("LOAD", value)
             case t.At(index, start, size):
                 self.put("LOAD_AT", index, FIRST + start, size)
+            case t.Entry(index, table, size):
+                self.put("LOAD_AT", index, table, size)
             case t.Select(test, yes, no):
                 other, end = Label(), Label()
                 self.jump(test, other, False)
@@ -586,7 +600,7 @@ def _colour(section: _Section) -> None:
 
 # --- bytes
 class _Encoder:
-    """Turns sections into bytes; numbers: the slots of constants, first: that of the first variable."""
+    """Turns sections into bytes; numbers: the slots of constants and tables, first: the first variable's."""
 
     def __init__(self, numbers: Mapping[str, int], first: int):
         self.numbers, self.first = numbers, first
@@ -648,6 +662,8 @@ class _Encoder:
                         return None
                 case t.Function():
                     number = self.starts[operand.name]
+                case str():  # a table
+                    number = self.numbers[operand]
                 case int():
                     number = operand
                     if number > 0xFFFF:

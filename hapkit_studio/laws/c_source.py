@@ -11,7 +11,7 @@ import numpy as np
 from hapkit_studio.laws import tree as t
 from hapkit_studio.laws.law import Law
 from hapkit_studio.laws.readable import specialise
-from hapkit_studio.laws.translate import checked
+from hapkit_studio.laws.translate import TABLE_PREFIX, checked
 from hapkit_studio.parameters import Choice
 
 # What C++ or an Arduino core has taken; its core defines some of them as macros, which know no scope.
@@ -25,7 +25,7 @@ using virtual void volatile wchar_t while xor xor_eq
 abs bit bitClear bitRead bitSet bitWrite boolean byte cli constrain degrees highByte interrupts lowByte map
 max min noInterrupts radians random round sei sq word main setup loop assert errno
 j0 j1 jn y0 y1 yn sin cos tan exp log pow sqrt floor ceil fabs gamma
-p s law stopped smaller larger modulo floorDivide divisor index expMinusOne logOnePlus
+p s law stopped smaller larger modulo floorDivide divisor index entry expMinusOne logOnePlus
 """
 _TAKEN = frozenset(_WORDS.split())
 WIDTH, _SHORT = 105, 80  # of a line, and of two declarations that may stand in one
@@ -34,7 +34,7 @@ _SUM, _PRODUCT, _SIGN, _ATOM = 6, 7, 8, 9
 # What C has under another name, and what the sketch's helpers do.
 _NAMES = {"abs": "fabsf", "**": "powf", "min": "smaller", "max": "larger", "//": "floorDivide", "%": "modulo"}
 _NAMES |= {"expm1": "expMinusOne", "log1p": "logOnePlus"}
-_HELPERS = frozenset((*_NAMES.values(), "divisor", "index")) - {"fabsf", "powf"}
+_HELPERS = frozenset((*_NAMES.values(), "divisor", "index", "entry")) - {"fabsf", "powf"}
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def translate(law: Law, values: Sequence[float]) -> Source:
     functions = {f.name: f for f in made.functions}
     used = {n.name for n in t.walk([made.body, [f.body for f in made.functions]]) if isinstance(n, t.Var)}
     given = [n for n in ("x", "v") if n in used]
-    writer = _Writer(names, functions)
+    writer = _Writer(names, functions, {r.line: f"{r.text}." for r in law.remarks})
     sizes = sorted({len(f.results) for f in made.functions} - {1})
     pieces = [f"struct Values{n} {{ float {', '.join('abcdefghijklmnop'[:n])}; }};" for n in sizes]
     text = ["\n".join(["// What a function gives back that has several results.", *pieces])] if pieces else []
@@ -69,6 +69,8 @@ def translate(law: Law, values: Sequence[float]) -> Source:
         text.append(writer.function(about, result, function.name, function.parameters, function.body.body))
     about = law.function.__doc__ or "Return the force in N, positive to the right."
     text.append(writer.function(about, "float", "force", given, made.body))
+    if writer.tables:
+        text.insert(0, "\n\n".join(_table(name, made.tables[name]) for name in writer.tables))
     if writer.states:
         text.insert(0, _memory(law, writer.states))
     places = frozenset(int(n[2:-1]) for n in used if n.startswith("p["))
@@ -87,13 +89,25 @@ def _memory(law: Law, used: set[str]) -> str:
     return "\n".join([head, "struct {", *wrapped(f"  float {', '.join(rows)};"), "} s;"])
 
 
-class _Writer:
-    """Writes functions in C, and notes which helpers and which state they use."""
+def _table(name: str, numbers: Sequence[float]) -> str:
+    rows = textwrap.wrap(
+        ", ".join(map(number, numbers)), WIDTH, initial_indent="    ", subsequent_indent="    "
+    )
+    name = mangled(name.removeprefix(TABLE_PREFIX))
+    return "\n".join([f"const float {name}[{len(numbers)}] PROGMEM = {{", *rows, "};"])
 
-    def __init__(self, names: Mapping[str, str], functions: Mapping[str, t.Function]):
+
+class _Writer:
+    """Writes functions in C, and notes which helpers, which state and which tables they use."""
+
+    def __init__(
+        self, names: Mapping[str, str], functions: Mapping[str, t.Function], remarks: Mapping[int, str]
+    ):
         self.names, self.functions = names, functions
+        self.remarks = dict(remarks)  # by line of the law, until they are written
         self.helpers: set[str] = set()
         self.states: set[str] = set()
+        self.tables: dict[str, None] = {}
         self.sets: Counter[str] = Counter()  # how often each name is set
         self.read: set[str] = set()  # names that are read
         self.truths: set[str] = set()  # names that are true or false
@@ -118,6 +132,8 @@ class _Writer:
         declared, lines = set(outside), []
         for i, s in enumerate(statements):
             behind = statements[i + 1 :]
+            remark = comment(self.remarks.pop(s.line, None), WIDTH - len(indent))
+            lines += [indent + line for line in remark]
             if isinstance(s, t.If | t.Loop):
                 inner = dict.fromkeys(n.to for n in t.walk(s) if isinstance(n, t.Assign))
                 names = [n for n in inner if self.is_new(n, declared) and _is_read(n, behind)]
@@ -238,6 +254,13 @@ class _Writer:
                 self.helpers.add("index")
                 name = self.place(f"s[{start}]").removesuffix("[0]")
                 return f"{name}[index({self.text(index)}, {size})]", _ATOM
+            case t.Entry(index, table, size):
+                self.helpers.add("entry")
+                self.tables[table] = None
+                return (
+                    f"entry({mangled(table.removeprefix(TABLE_PREFIX))}, {size}, {self.text(index)})",
+                    _ATOM,
+                )
             case t.Select(test, yes, no):
                 one, level = self.test(test)
                 words = one if level > _LEVELS["?"] else f"({one})"
@@ -317,10 +340,10 @@ def number(value: float) -> str:
     return "0.0f" if abs(single) < np.finfo(np.float32).tiny else f"{single!s}f"
 
 
-def comment(text: str | None) -> list[str]:
+def comment(text: str | None, width: int = WIDTH) -> list[str]:
     """Return the first paragraph of a docstring as a comment, in lines."""
     words = " ".join((text or "").split("\n\n")[0].replace("\\", " ").split())
-    return textwrap.wrap(words, WIDTH, initial_indent="// ", subsequent_indent="// ", break_on_hyphens=False)
+    return textwrap.wrap(words, width, initial_indent="// ", subsequent_indent="// ", break_on_hyphens=False)
 
 
 def wrapped(line: str) -> list[str]:

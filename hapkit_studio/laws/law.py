@@ -3,13 +3,14 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import SimpleNamespace
 
 import numpy as np
 
 from hapkit_studio.errors import LawError
-from hapkit_studio.laws import native
-from hapkit_studio.laws.translate import translate
+from hapkit_studio.laws import drift, native
+from hapkit_studio.laws.translate import checked, translate
 from hapkit_studio.parameters import AnyParameter, Choice
 
 MAX_PARAMETERS = 32
@@ -67,6 +68,11 @@ class Law:
             flat += list(value) if isinstance(value, tuple) else [value]
         return np.array(flat, dtype=float)
 
+    @cached_property
+    def remarks(self) -> tuple[drift.Remark, ...]:
+        """Return what drifts in single precision, on the board and in a sketch, by lines; once bound."""
+        return drift.remarks(checked(self.function, self.parameters, self.state), self.state_names)
+
     def compiled(self) -> CompiledLaw:
         """Return the machine code's address, compiled on first use and kept in numba's cache."""
         if self._compiled is None:
@@ -88,7 +94,7 @@ class Law:
         p, s = SimpleNamespace(**{**values, **choices}), SimpleNamespace(**state)
         try:
             return float(self.function(p, s, x, v, dt))
-        except (ArithmeticError, ValueError, LookupError):
+        except (ArithmeticError, LookupError, TypeError, ValueError):
             return math.nan
 
 

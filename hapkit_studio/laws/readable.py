@@ -21,7 +21,7 @@ def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]
     moving: set[tuple[str, str]] = set()
     while True:
         walk = _Readable(law, values, choices, inlined, moving)
-        made = t.Specialised(walk.law(), [])
+        made = t.Specialised(walk.law(), [], law.tables)
         if not moving >= walk.differing:
             moving |= walk.differing
             continue
@@ -160,7 +160,7 @@ class _Readable(Specialiser):
         for leave, values in found:
             leave.moves += [t.Assign(r, v) for r, v in zip(results, values, strict=True)]
         function = t.Function(key, name, (), results, block)
-        t.drop_unused(t.Specialised([], [function]))
+        t.drop_unused(t.Specialised([], [function], {}))
         read = {n.name for n in t.walk(block) if isinstance(n, t.Var)}
         function.parameters = tuple(n for n in moving if n in read)
         fails = any(isinstance(n, t.Op) and n.name == "divisor()" for n in t.walk(block))

@@ -4,6 +4,7 @@ Every parameter and the period are known numbers. For a sketch, ``readable`` let
 """
 
 import ast
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -31,7 +32,7 @@ def specialise(law: CheckedLaw, known: Mapping[int, float], period: float, small
     inlined: set[str] = set()
     while True:
         walk = Specialiser(law, known, period, inlined)
-        made = t.Specialised(walk.law(), list(walk.functions.values()))
+        made = t.Specialised(walk.law(), list(walk.functions.values()), law.tables)
         sizes: dict[str, int] = {}  # of functions, with all that they call
         for key, function in walk.functions.items():
             sizes[key] = t.weight(function.body) + sum(sizes[k] for k in t.called(function.body))
@@ -432,6 +433,8 @@ class Specialiser:
             case ast.Subscript(value=ast.Name(id="s")):
                 place = self.place(node)
                 return place if isinstance(place, t.At) else self.states.get(place.name, place)
+            case ast.Subscript(ast.Name(table), ast.Call(args=[index, ast.Constant(int() as size), *_])):
+                return self.entry(table, self.value(index), size)
             case ast.UnaryOp(op=ast.UAdd(), operand=operand):
                 return self.value(operand)
             case ast.UnaryOp(op=ast.USub(), operand=operand):
@@ -455,6 +458,10 @@ class Specialiser:
                 sides = (self.keep(self.value(quotient.left)), self.keep(self.value(quotient.right)))
                 both = all(isinstance(side, t.Num) for side in sides)
                 return self.op(name, self.op("/", *sides) if both else t.Op("/", sides))
+            case ast.Call(func=ast.Attribute(attr="log10"), args=[operand]) if self.folds:
+                argument = self.value(operand)
+                known = t.folded("log10", [argument]) if isinstance(argument, t.Num) else None
+                return known or self.op("*", self.op("log", argument), t.literal(1.0 / math.log(10.0)))
             case ast.Call(func=ast.Attribute(attr=name), args=args):
                 return self.op("abs" if name == "fabs" else name, *(self.value(a) for a in args))
         return self.truth(node)
@@ -549,6 +556,12 @@ class Specialiser:
                     return t.Var(f"s[{start + int(at.value)}]")
                 return t.At(self.keep(at), start, count)
         raise AssertionError(ast.dump(node))
+
+    def entry(self, table: str, index: t.Expr, size: int) -> t.Expr:
+        """Return the number of a table at an index, known where the index is."""
+        if isinstance(index, t.Num) and 0.0 <= index.value < size:
+            return t.literal(self.source.tables[table][int(index.value)])
+        return t.Entry(self.keep(index) if self.folds else index, table, size)
 
     def op(self, name: str, *args: t.Expr) -> t.Expr:
         """Return an operation, computed where all is known, simpler where it can be."""

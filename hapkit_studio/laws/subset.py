@@ -1,33 +1,94 @@
 """The law language: which Python a force law may use, said in a student's words where it does not.
 
-Allowed are arithmetic, comparisons, ``if``, ``for`` over a constant ``range``, the functions of ``MATH``,
-parameters ``p.name``, state ``s.name`` or ``s.name[i]``, and helper functions of the same file.
+Allowed are arithmetic, comparisons, ``if``, ``for`` over a constant ``range``, the functions of ``MATH`` and
+``BUILTINS``, parameters ``p.name``, state ``s.name`` or ``s.name[i]``, tables ``NAME[i]`` and helper
+functions of the same file.
 """
 
 import ast
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 from hapkit_studio.errors import LawError
 
 ARGUMENTS = ("p", "s", "x", "v", "dt")
-# how many arguments each function takes, from least to most
-MATH = dict.fromkeys(
-    ("sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "exp", "expm1", "log", "log1p"), (1, 1)
-)
-MATH |= dict.fromkeys(("floor", "ceil", "fabs", "sinh", "cosh", "tanh"), (1, 1))
-MATH |= dict.fromkeys(("atan2", "hypot", "copysign", "pow", "fmod"), (2, 2))
-MATH_CONSTANTS = frozenset(("pi", "e", "tau", "inf"))
-BUILTINS = {"abs": (1, 1), "min": (2, 8), "max": (2, 8), "int": (1, 1), "float": (1, 1)}
+
+
+class Function(NamedTuple):
+    """A function of the law language: fewest and most arguments, what it returns, an example."""
+
+    fewest: int
+    most: int
+    returns: str
+    example: str
+
+
+MATH = {
+    "sqrt": Function(1, 1, "square root", "rate = math.sqrt(p.stiffness / 0.044)"),
+    "sin": Function(1, 1, "sine of an angle in rad", "bump = math.sin(2 * math.pi * x / 0.004)"),
+    "cos": Function(1, 1, "cosine of an angle in rad", "slope = math.cos(2 * math.pi * x / 0.004)"),
+    "tan": Function(1, 1, "tangent of an angle in rad", "side = x * math.tan(0.3)"),
+    "asin": Function(1, 1, "arc sine in rad, of -1 to 1", "angle = math.asin(min(1.0, abs(x) / 0.05))"),
+    "acos": Function(1, 1, "arc cosine in rad, of -1 to 1", "angle = math.acos(min(1.0, abs(x) / 0.05))"),
+    "atan": Function(1, 1, "arc tangent in rad", "angle = math.atan(x / 0.05)"),
+    "exp": Function(1, 1, "e to a power", "share = math.exp(-abs(x) / 0.01)"),
+    "expm1": Function(1, 1, "exp(a) - 1, exact for small a", "push = math.expm1(abs(x) / 0.01)"),
+    "log": Function(1, 1, "natural logarithm", "push = math.log(1.0 + abs(x) / 0.01)"),
+    "log1p": Function(1, 1, "log(1 + a), exact for small a", "push = math.log1p(abs(x) / 0.01)"),
+    "log10": Function(1, 1, "logarithm to base 10", "level = math.log10(1e-6 + abs(v))"),
+    "floor": Function(1, 1, "largest whole number up to a", "notch = math.floor(x / 0.004)"),
+    "ceil": Function(1, 1, "smallest whole number from a on", "notch = math.ceil(x / 0.004)"),
+    "trunc": Function(1, 1, "whole number towards zero", "notch = math.trunc(x / 0.004)"),
+    "fabs": Function(1, 1, "absolute value, as `abs`", "speed = math.fabs(v)"),
+    "sinh": Function(1, 1, "hyperbolic sine", "push = math.sinh(x / 0.02)"),
+    "cosh": Function(1, 1, "hyperbolic cosine", "push = math.cosh(x / 0.02)"),
+    "tanh": Function(1, 1, "hyperbolic tangent, -1 to 1", "drag = -0.4 * math.tanh(v / 0.01)"),
+    "radians": Function(1, 1, "degrees as rad", "angle = math.radians(30)"),
+    "degrees": Function(1, 1, "rad as degrees", "turned = math.degrees(x / 0.07)"),
+    "atan2": Function(2, 2, "angle of (b, a) in rad, for `atan2(a, b)`", "angle = math.atan2(x, 0.05)"),
+    "hypot": Function(2, 2, "square root of a² + b²", "distance = math.hypot(x, 0.01)"),
+    "copysign": Function(2, 2, "|a| with the sign of b", "drag = -math.copysign(0.4, v)"),
+    "pow": Function(2, 2, "a to the power b, as `a ** b`", "push = math.pow(abs(x) / 0.01, 1.5)"),
+    "fmod": Function(2, 2, "remainder with the sign of a; `%` has that of b", "rest = math.fmod(x, 0.004)"),
+}
+"""Functions of the module `math`."""
+BUILTINS = {
+    "abs": Function(1, 1, "absolute value", "depth = abs(x) - 0.01"),
+    "min": Function(2, 8, "smallest of 2 to 8 numbers", "push = min(3.0, p.stiffness * abs(x))"),
+    "max": Function(2, 8, "largest of 2 to 8 numbers", "depth = max(0.0, x - 0.005)"),
+    "int": Function(1, 1, "whole number towards zero", "notch = int(x / 0.004)"),
+    "float": Function(1, 1, "the number itself; a comparison as 1.0 or 0.0", "inside = float(x > 0.005)"),
+    "len": Function(1, 1, "numbers in a table, or in a state of several values", "last = len(FORCES) - 1"),
+}
+MATH_CONSTANTS = {"pi": "3.14159…", "tau": "2 π", "e": "2.71828…", "inf": "infinity"}
 MOST_TURNS = 2**31
+MOST_IN_TABLE = 256
+LARGEST_IN_TABLE = 3e38
+"""What single precision, of the board and the sketch, can hold."""
+
+OPERATORS: Mapping[type[ast.operator], tuple[str, str]] = {
+    ast.Add: ("+", "sum"),
+    ast.Sub: ("-", "difference"),
+    ast.Mult: ("*", "product"),
+    ast.Div: ("/", "quotient; a divisor of 0 is a fault"),
+    ast.FloorDiv: ("//", "quotient rounded down; a divisor of 0 is a fault"),
+    ast.Mod: ("%", "remainder with the sign of the divisor; a divisor of 0 is a fault"),
+    ast.Pow: ("**", "power"),
+}
+COMPARISONS: Mapping[type[ast.cmpop], str] = {
+    ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=",
+}  # fmt: skip
 
 # what else no law may contain is named as Python names it
 _INSTEAD: dict[Any, str] = {
     ast.While: "`while` is not allowed in a law: use `for i in range(10)`",
     ast.Try: "`try` is not allowed in a law: nothing in it can raise an error",
     (ast.Import, ast.ImportFrom): "`import` stands at the top of the file, not in a law",
-    ast.Lambda: "`lambda` is not allowed in a law: write a function beside it",
+    ast.Lambda: ("`lambda` is not allowed in a law: write a function above it, `def f(a):` and `return …`"),
     ast.FunctionDef: "a function inside a law is not allowed: write it beside the law",
-    (ast.List, ast.ListComp): "a list is not allowed in a law: use numbers and the state `s`",
+    (ast.List, ast.ListComp): (
+        "a list is not allowed in a law: write a table above it, `TABLE = (0.0, 1.0)`, or use the state `s`"
+    ),
     (ast.Dict, ast.DictComp): "a dictionary is not allowed in a law: use numbers and the state `s`",
     (ast.Set, ast.SetComp): "a set is not allowed in a law: use numbers and the state `s`",
     ast.Tuple: "several values at once stand only in `a, b = ...` and in a helper's `return a, b`",
@@ -43,8 +104,6 @@ _INSTEAD: dict[Any, str] = {
     ast.Yield: "`yield` is not allowed in a law: end it with `return`",
     ast.AST: "`{}` is not allowed in a law",
 }
-_OPERATORS = (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.FloorDiv, ast.Mod, ast.Pow)
-_COMPARISONS = (ast.Eq, ast.NotEq, ast.Lt, ast.LtE, ast.Gt, ast.GtE)
 
 
 def fail(node: ast.AST, message: str) -> LawError:
@@ -52,13 +111,8 @@ def fail(node: ast.AST, message: str) -> LawError:
     return LawError(message, getattr(node, "lineno", 0))
 
 
-def check_range(node: ast.For) -> None:
-    """Raise LawError unless the loop runs over ``range`` of whole constants."""
-    match node.iter:
-        case ast.Call(ast.Name("range"), [_] | [_, _] | [_, _, _] as args, []) if all(map(_is_whole, args)):
-            numbers = [ast.literal_eval(a) for a in args]
-        case _:
-            raise fail(node, "a loop runs over a constant range: `for i in range(10)`")
+def check_loop(node: ast.For, numbers: Sequence[int]) -> None:
+    """Raise LawError unless a loop counts with one name over ``range`` of these numbers."""
     if any(abs(n) > MOST_TURNS for n in numbers) or (len(numbers) == 3 and numbers[2] == 0):
         raise fail(node, "a loop's range goes up to 2147483648, in steps other than 0")
     if not isinstance(node.target, ast.Name):
@@ -67,41 +121,37 @@ def check_range(node: ast.For) -> None:
         raise fail(node, "`else` after a loop is not allowed in a law")
 
 
-def _is_whole(node: ast.expr) -> bool:
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        node = node.operand
-    return isinstance(node, ast.Constant) and type(node.value) is int
-
-
 def check_arguments(tree: ast.FunctionDef, is_law: bool) -> None:
     """Raise LawError unless a law takes its five arguments and a helper plain ones."""
     found = tree.args
     names = [a.arg for a in found.args]
     more = found.posonlyargs or found.kwonlyargs or found.vararg or found.kwarg
-    if is_law and (more or tuple(names) != ARGUMENTS):
-        raise fail(tree, "a law takes exactly (p, s, x, v, dt)")
-    if more or found.defaults or any(n.startswith("_") for n in names):
-        raise fail(tree, "the arguments of a law's function are plain names, without `*` and default values")
+    if is_law and (more or found.defaults or tuple(names) != ARGUMENTS):
+        raise fail(tree, "a law takes exactly (p, s, x, v, dt), without default values")
+    if more or any(n.startswith("_") for n in names):
+        raise fail(tree, "the arguments of a law's function are plain names, without `*`")
 
 
-def check_count(node: ast.Call, name: str, bounds: tuple[int, int]) -> None:
+def check_count(node: ast.Call, name: str, fewest: int, most: int) -> None:
     """Raise LawError unless a call has as many arguments as the function takes."""
-    low, high = bounds
-    if not low <= len(node.args) <= high:
-        wanted = f"{low}" if low == high else f"{low} to {high}"
-        raise fail(node, f"`{name}` takes {wanted} argument{'s' * (high != 1)}, not {len(node.args)}")
+    if not fewest <= len(node.args) <= most:
+        wanted = f"{fewest}" if fewest == most else f"{fewest} to {most}"
+        raise fail(node, f"`{name}` takes {wanted} argument{'s' * (most != 1)}, not {len(node.args)}")
 
 
 def check_operator(node: ast.BinOp | ast.AugAssign) -> None:
     """Raise LawError for an operator outside arithmetic."""
-    if not isinstance(node.op, _OPERATORS):
-        raise fail(node, "this operator is not allowed in a law: use + - * / // % **")
+    if isinstance(node.op, ast.BitXor):
+        raise fail(node, "`^` is not a power in Python: write `**`, as in `x ** 2`")
+    if type(node.op) not in OPERATORS:
+        signs = " ".join(sign for sign, _ in OPERATORS.values())
+        raise fail(node, f"this operator is not allowed in a law: use {signs}")
 
 
 def check_comparison(node: ast.Compare) -> None:
     """Raise LawError for `in`, `is` and their like."""
-    if not all(isinstance(op, _COMPARISONS) for op in node.ops):
-        raise fail(node, "this comparison is not allowed in a law: use == != < <= > >=")
+    if not all(type(op) in COMPARISONS for op in node.ops):
+        raise fail(node, f"this comparison is not allowed in a law: use {' '.join(COMPARISONS.values())}")
 
 
 def refuse(node: ast.AST) -> LawError:

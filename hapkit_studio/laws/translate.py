@@ -16,23 +16,38 @@ from types import FunctionType
 from hapkit_studio.dynamics import jit
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws import subset, watch
-from hapkit_studio.laws.subset import MATH, fail
+from hapkit_studio.laws.mistakes import NOT_CONSTANT, instead_of
+from hapkit_studio.laws.subset import BUILTINS, MATH, fail
 from hapkit_studio.parameters import AnyParameter, Choice
 
 # Generated names begin with an underscore, a law's own never do.
-PREFIX = "_of_"
+PREFIX, TABLE_PREFIX = "_of_", "_table_"
 # The studio's own numbers are proven to end and to have a value wherever a law may call them.
 _PROVEN = "hapkit_studio.dynamics."
 
 
 class Helpers(dict[FunctionType, str]):
-    """The functions one law calls, each with its name in the generated file; no two have the same."""
+    """The functions one law calls, each with its name in the generated file; no two have the same.
+
+    tables: the numbers of each table that they and the law read, by its name in that file.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.tables: dict[str, tuple[float, ...]] = {}
 
     def __missing__(self, function: FunctionType) -> str:
         wanted = PREFIX + function.__name__
         while wanted in self.values():
             wanted += "_"
         self[function] = wanted
+        return wanted
+
+    def table(self, name: str, numbers: tuple[float, ...]) -> str:
+        """Return the name in the generated file of a table; of two files, two tables may have one name."""
+        wanted = TABLE_PREFIX + name
+        while repr(self.tables.setdefault(wanted, numbers)) != repr(numbers):
+            wanted += "_"
         return wanted
 
 
@@ -100,6 +115,21 @@ class Names:
             return None
         return found if found.__globals__ is self.globals or is_proven(found) else None
 
+    def table(self, node: ast.expr) -> tuple[float, ...] | None:
+        """Return the numbers of a table at the top of the file, None for anything else; raise LawError."""
+        found = self.globals.get(node.id) if isinstance(node, ast.Name) else None
+        if not isinstance(found, tuple | list):
+            return None
+        assert isinstance(node, ast.Name)
+        if not 1 <= len(found) <= subset.MOST_IN_TABLE:
+            raise fail(node, f"`{node.id}` has {len(found)} numbers: a table has 1 to {subset.MOST_IN_TABLE}")
+        for i, number in enumerate(found):
+            usable = isinstance(number, int | float) and abs(number) <= subset.LARGEST_IN_TABLE
+            if not usable:  # nan is not, either
+                wanted = f"a table holds numbers up to {subset.LARGEST_IN_TABLE:g}"
+                raise fail(node, f"`{node.id}[{i}]` is {number!r:.40}: {wanted}")
+        return tuple(map(float, found))
+
     def parameter(self, node: ast.Attribute) -> int:
         if node.attr not in self.parameters:
             raise fail(node, f"'p.{node.attr}' is not a parameter; there is: {', '.join(self.parameters)}")
@@ -115,15 +145,20 @@ class Names:
     def state(self, node: ast.Attribute) -> tuple[int, int]:
         if node.attr not in self.places:
             known = ", ".join(self.places) or "none"
-            raise fail(node, f"'s.{node.attr}' is not a state of this law; there is: {known}")
+            words = f"'s.{node.attr}' is not a state of this law; there is: {known}"
+            raise fail(node, f'{words}. Add it above the law: `@law(state={{"{node.attr}": 0.0}})`')
         return self.places[node.attr]
 
 
 # Whole numbers stay floats: what has no end, or is no number, remains so.
 FUNCTIONS = {"int": "_np.trunc", "float": "_float", "floor": "_np.floor", "ceil": "_np.ceil"}
-FUNCTIONS |= {"fmod": "_np.fmod"}
+FUNCTIONS |= {"fmod": "_np.fmod", "trunc": "_np.trunc"}
+# What is a product, as Python computes it.
+_FACTORS = {"radians": math.pi / 180.0, "degrees": 180.0 / math.pi}
 # What has no value, or no end, for some arguments.
-RISKY = frozenset(("sqrt", "tan", "asin", "acos", "exp", "expm1", "log", "log1p", "sinh", "cosh", "pow"))
+RISKY = frozenset(
+    ("sqrt", "tan", "asin", "acos", "exp", "expm1", "log", "log1p", "log10", "sinh", "cosh", "pow")
+)
 
 
 class Rewriter(ast.NodeTransformer):
@@ -162,6 +197,8 @@ class Rewriter(ast.NodeTransformer):
     def visit_Expr(self, node: ast.Expr) -> ast.stmt:
         if isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             return ast.Pass()
+        if isinstance(node.value, ast.Call):
+            self.visit(node.value)  # a mistake in the call itself is said first
         raise fail(node, "this line computes nothing: assign it to a name or return it")
 
     def visit_Assign(self, node: ast.Assign) -> ast.stmt:
@@ -204,7 +241,8 @@ class Rewriter(ast.NodeTransformer):
         return ast.If(test, body or [ast.Pass()], orelse)
 
     def visit_For(self, node: ast.For) -> ast.stmt:
-        subset.check_range(node)
+        numbers = self._turns(node.iter)
+        subset.check_loop(node, numbers)
         before = set(self.known)
         target = self._target(node.target)
         assert isinstance(target, ast.Name)
@@ -212,7 +250,40 @@ class Rewriter(ast.NodeTransformer):
         start = parse(f"{target.id} = _float({count})").body + self.burn(node)
         body = start + self.block(node.body)
         self.known = before
-        return ast.For(ast.Name(count, ast.Store()), node.iter, body, [])
+        turns = ast.Call(ast.Name("range", ast.Load()), [ast.Constant(n) for n in numbers], [])
+        return ast.For(ast.Name(count, ast.Store()), turns, body, [])
+
+    def _turns(self, node: ast.expr) -> list[int]:
+        """Return the arguments of a loop's ``range``; raise LawError unless they are whole constants."""
+        if self._is_table(node):
+            name = node.id  # type: ignore[attr-defined]
+            raise fail(node, f"a loop counts: write `for i in range(len({name}))`, and `{name}[i]` in it")
+        match node:
+            case ast.Call(ast.Name("range"), [_] | [_, _] | [_, _, _] as args, []):
+                numbers = [n for n in map(self._whole, args) if n is not None]
+                if len(numbers) == len(args):
+                    return numbers
+        raise fail(node, NOT_CONSTANT)
+
+    def _whole(self, node: ast.expr) -> int | None:
+        """Return the whole number that constants of the file come to, None where they do not."""
+        match node:
+            case ast.Constant(value=int() as number) if type(number) is int:
+                return number
+            case ast.Name(id=name) if name not in self.local and name != "range":
+                constant = self.names.globals.get(name)
+                return constant if type(constant) is int else None
+            case ast.Call(ast.Name("len"), [_], []):
+                return self._length(node)
+            case ast.UnaryOp(op=ast.USub(), operand=operand):
+                inner = self._whole(operand)
+                return None if inner is None else -inner
+            case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mult() as op, right=right):
+                a, b = self._whole(left), self._whole(right)
+                if a is None or b is None:
+                    return None
+                return a + b if isinstance(op, ast.Add) else a - b if isinstance(op, ast.Sub) else a * b
+        return None
 
     def visit_Return(self, node: ast.Return) -> ast.stmt:
         if node.value is None:
@@ -235,6 +306,9 @@ class Rewriter(ast.NodeTransformer):
                 raise fail(node, f"`{node.id}` cannot be assigned; choose another name")
             self.known.add(node.id)
             return ast.Name(node.id, ast.Store())
+        if isinstance(node, ast.Subscript) and self._is_table(node.value):
+            name = node.value.id  # type: ignore[attr-defined]
+            raise fail(node, f"`{name}` is a table and stays as it is: keep what changes in the state `s`")
         place = self._state(node)
         if place is None:
             raise fail(node, "only names and the state `s` can be assigned")
@@ -309,10 +383,52 @@ class Rewriter(ast.NodeTransformer):
                 raise fail(node, f"`{node.id}` is used with a name: `{node.id}.name`")
             return node
         constant = self.names.globals.get(node.id)
-        if node.id in self.local or not isinstance(constant, int | float):
-            where = " on every path to here: set it before" if node.id in self.local else ""
-            raise fail(node, f"'{node.id}' is not defined{where}")
+        if self._is_table(node):
+            raise fail(node, f"`{node.id}` is a table: use one of its numbers, `{node.id}[i]`")
+        if node.id in self.local:
+            raise fail(node, f"'{node.id}' is not defined on every path to here: set it before")
+        if not isinstance(constant, int | float):
+            raise fail(node, self._undefined(node.id))
         return ast.Constant(self._number(node, constant))
+
+    def _undefined(self, name: str) -> str:
+        """Return the message about a name that nothing has."""
+        for owner, known in (("p", self.names.parameters), ("s", self.names.places)):
+            if name in known:
+                return f"'{name}' is not defined: write `{owner}.{name}`"
+        return instead_of(name) or f"'{name}' is not defined"
+
+    def _is_table(self, node: ast.expr) -> bool:
+        return isinstance(node, ast.Name) and node.id not in self.local and bool(self.names.table(node))
+
+    def _entry(self, node: ast.Subscript) -> ast.expr:
+        """Return the number of a table that an index names, checked at run time if it varies."""
+        assert isinstance(node.value, ast.Name)
+        numbers = self.names.table(node.value)
+        assert numbers is not None
+        name, size, index = node.value.id, len(numbers), self._whole(node.slice)
+        if index is not None and not 0 <= index < size:
+            last = f"; the last is `{name}[len({name}) - 1]`" if index == -1 else ""
+            raise fail(node, f"`{name}` has {size} numbers: its index goes from 0 to {size - 1}{last}")
+        table = ast.Name(self.helpers.table(name, numbers), ast.Load())
+        return ast.Subscript(table, self._index(node, size), ast.Load())
+
+    def _index(self, node: ast.Subscript, size: int) -> ast.Call:
+        """Return an index that is checked at run time to be from 0 to below a size."""
+        call = _watched("_index", self.visit(node.slice), node.lineno)
+        call.args.insert(1, ast.Constant(size))
+        return call
+
+    def _length(self, node: ast.Call) -> int:
+        """Return how many numbers the table or the state has of which ``len`` is asked; raise LawError."""
+        subset.check_count(node, "len", *BUILTINS["len"][:2])
+        (what,) = node.args
+        if self._is_table(what):
+            return len(self.names.table(what) or ())
+        match what:
+            case ast.Attribute(value=ast.Name("s")) if self.is_law and self.names.state(what)[1]:
+                return self.names.state(what)[1]
+        raise fail(node, "`len` is asked of a table, or of a state of several values")
 
     def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
         owner = node.value.id if isinstance(node.value, ast.Name) else ""
@@ -335,11 +451,24 @@ class Rewriter(ast.NodeTransformer):
         return True
 
     def visit_Subscript(self, node: ast.Subscript | ast.Attribute) -> ast.expr:
+        if isinstance(node, ast.Subscript) and self._is_table(node.value):
+            return self._entry(node)
         place = self._state(node)
         if place is None:
-            known = "`p.name`, `s.name`" if self.is_law else "its own arguments"
-            raise fail(node, f"only {known} and `math` are known here")
+            raise fail(node, self._unknown(node))
         return ast.Subscript(ast.Name("s", ast.Load()), place, ast.Load())
+
+    def _unknown(self, node: ast.Subscript | ast.Attribute) -> str:
+        """Return the message about a value that belongs to no known owner."""
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+            owner = node.value.id
+            if owner in ("p", "s") and owner not in self.local:
+                one = f"{owner}.{node.attr}"
+                return f"`{owner}` is known in the law only: give the helper `{one}` as an argument"
+            if said := instead_of(f"math.{node.attr}" if owner == "math" else owner):
+                return said
+        known = "`p.name`, `s.name`, tables" if self.is_law else "its own arguments, tables"
+        return f"only {known} and `math` are known here"
 
     def _state(self, node: ast.expr) -> ast.expr | None:
         """Return the index expression of ``s.name`` or ``s.name[i]``, checked at run time if it varies."""
@@ -355,9 +484,7 @@ class Rewriter(ast.NodeTransformer):
             return ast.Constant(start)
         if not size:
             raise fail(node, "this state has one value: use it without an index")
-        call = _watched("_index", self.visit(node.slice), node.lineno)
-        call.args.insert(1, ast.Constant(size))
-        return ast.BinOp(ast.Constant(start), ast.Add(), call)
+        return ast.BinOp(ast.Constant(start), ast.Add(), self._index(node, size))
 
     def visit_Call(self, node: ast.Call) -> ast.expr:
         if node.keywords:
@@ -365,30 +492,39 @@ class Rewriter(ast.NodeTransformer):
         func = node.func
         if isinstance(func, ast.Name) and self._helper(func.id):
             return self.call_of(node, 1)
-        args = [self.visit(a) for a in node.args]
         match func:
             case ast.Attribute(value=ast.Name(id="math"), attr=name):
                 if name not in MATH or not self._is_math(func):
-                    raise fail(func, f"math.{name} is not in the law language")
-                return self._math_call(node, name, args)
+                    said = instead_of(f"math.{name}")
+                    raise fail(func, said or f"math.{name} is not in the law language")
+                return self._math_call(node, name)
             case ast.Name(id=name):
-                return self._builtin_call(node, name, args)
+                return self._builtin_call(node, name)
+            case ast.Attribute(value=ast.Name(id=owner)) if said := instead_of(owner):
+                raise fail(func, said)
         raise fail(func, "this call is not allowed in a law")
 
-    def _math_call(self, node: ast.Call, name: str, args: list[ast.expr]) -> ast.expr:
-        subset.check_count(node, f"math.{name}", MATH[name])
+    def _math_call(self, node: ast.Call, name: str) -> ast.expr:
+        args = [self.visit(a) for a in node.args]
+        subset.check_count(node, f"math.{name}", *MATH[name][:2])
+        if name in _FACTORS:
+            return ast.BinOp(args[0], ast.Mult(), ast.Constant(_FACTORS[name]))
         if name == "fmod" and not self.proven:
             args[1] = _watched("_divisor", args[1], node.lineno)
         value = _call(FUNCTIONS.get(name, f"_math.{name}"), args)
         return self._noted(value, node.lineno) if name in RISKY else value
 
-    def _builtin_call(self, node: ast.Call, name: str, args: list[ast.expr]) -> ast.expr:
+    def _builtin_call(self, node: ast.Call, name: str) -> ast.expr:
         scope = self.names.globals
         if name not in self.local and name in MATH and scope.get(name) is getattr(math, name):
-            return self._math_call(node, name, args)  # imported by itself
-        if name in self.local or name in scope or name not in subset.BUILTINS:
-            raise fail(node, f"'{name}' is not a function that a law can call")
-        subset.check_count(node, name, subset.BUILTINS[name])
+            return self._math_call(node, name)  # imported by itself
+        if name in self.local or name in scope or name not in BUILTINS:
+            said = None if name in self.local or name in scope else instead_of(name)
+            raise fail(node, said or f"'{name}' is not a function that a law can call")
+        if name == "len":
+            return ast.Constant(float(self._length(node)))
+        args = [self.visit(a) for a in node.args]
+        subset.check_count(node, name, *BUILTINS[name][:2])
         return _call(FUNCTIONS.get(name, name), args)
 
     def _helper(self, name: str) -> FunctionType | None:
@@ -409,13 +545,28 @@ class Rewriter(ast.NodeTransformer):
             raise fail(node, f"`{name}` returns {values}, taken apart with `{names} = {name}(…)`")
         if node.keywords:
             raise fail(node, "arguments are given in order in a law, without names")
-        subset.check_count(node, name, (found.__code__.co_argcount, found.__code__.co_argcount))
+        most, defaults = found.__code__.co_argcount, found.__defaults__ or ()
+        subset.check_count(node, name, most - len(defaults), most)
         self.called.append(found)
         args: list[ast.expr] = []
         for one in node.args:
+            self._check_given(one, name)
             is_choice = self.is_law and self.names.choice(one)  # which arrives as its option's number
             args.append(self._parameter(one) if is_choice else _call("_float", [self.visit(one)]))
+        missing = defaults[len(defaults) - (most - len(args)) :] if len(args) < most else ()
+        args += [ast.Constant(self._number(node, default)) for default in missing]
         return _call(self.helpers[found], [*args, ast.Name("_fault", ast.Load())])
+
+    def _check_given(self, node: ast.expr, name: str) -> None:
+        """Raise LawError where a helper is given all parameters, the whole state or a whole table."""
+        if not isinstance(node, ast.Name):
+            return
+        if self.is_law and node.id in ("p", "s"):
+            one = next(iter(self.names.parameters if node.id == "p" else self.names.places), "name")
+            words = f"give it what it needs of `{node.id}`, as in `{name}({node.id}.{one})`"
+            raise fail(node, f"a helper is given numbers: {words}")
+        if self._is_table(node):
+            raise fail(node, f"a helper is given numbers: use `{node.id}[i]` in it, by that name")
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
         raise subset.refuse(node)
@@ -502,13 +653,15 @@ def rewritten(
 class CheckedLaw:
     """A law and the functions that it calls as checked trees: p, s and helpers by their numbers and names.
 
-    own: names of the functions that stand in the law's own file; documents: the functions' docstrings.
+    own: names of the functions that stand in the law's own file; documents: the functions' docstrings;
+    tables: the numbers of each table by its name.
     """
 
     tree: ast.FunctionDef
     helpers: dict[str, ast.FunctionDef]
     own: frozenset[str]
     documents: dict[str, str]
+    tables: Mapping[str, tuple[float, ...]]
 
 
 def checked(
@@ -535,7 +688,7 @@ def checked(
     same = function.__code__.co_filename
     own = frozenset(name for f, name in helpers.items() if f.__code__.co_filename == same)
     documents = {name: f.__doc__ or "" for f, name in helpers.items()}
-    return CheckedLaw(tree, trees, own, documents)
+    return CheckedLaw(tree, trees, own, documents, helpers.tables)
 
 
 def translate(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> str:
@@ -544,6 +697,7 @@ def translate(function: Callable, parameters: Sequence[AnyParameter], state: Map
     law.tree.body[:0] = parse(LAW_START).body
     for tree in (law.tree, *law.helpers.values()):
         ast.fix_missing_locations(tree)
-    parts = [HEADER, *(f"@_helper\n{ast.unparse(helper)}" for helper in law.helpers.values())]
+    parts = [HEADER, *(f"{name} = _np.array({list(numbers)!r})" for name, numbers in law.tables.items())]
+    parts += [f"@_helper\n{ast.unparse(helper)}" for helper in law.helpers.values()]
     parts.append(f'@cfunc(_SIGNATURE, cache=True, error_model="numpy", _nrt=False)\n{ast.unparse(law.tree)}')
     return "\n\n".join(parts) + "\n"

@@ -7,7 +7,7 @@ one place only is computed in that place (forward substitution).
 import math
 import operator
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -53,6 +53,15 @@ class At:
 
 
 @dataclass(frozen=True)
+class Entry:
+    """The number int(index) of a table, 0 <= index < size; else the law has no force."""
+
+    index: "Expr"
+    table: str
+    size: int
+
+
+@dataclass(frozen=True)
 class Select:
     """One of two values, by a test whose operands stay; for the board both are known."""
 
@@ -61,7 +70,7 @@ class Select:
     no: "Expr"
 
 
-Expr = Num | Var | Op | At | Select
+Expr = Num | Var | Op | At | Entry | Select
 
 
 # --- tests
@@ -182,10 +191,11 @@ class Function:
 
 @dataclass
 class Specialised:
-    """A law's body and the functions that it calls, each after those that it calls itself."""
+    """A law's body, the functions that it calls, each after those that it calls itself, and its tables."""
 
     body: list[Statement]
     functions: list[Function]
+    tables: Mapping[str, tuple[float, ...]]
 
 
 def literal(value: float) -> Num:
@@ -238,7 +248,7 @@ def reads(value: object) -> Iterator[str]:
     for n in walk(value):
         if isinstance(n, Var):
             yield n.name
-        elif isinstance(n, At):
+        elif isinstance(n, At | Entry):
             # its index stays a variable: as if it were read twice
             yield from reads(n.index)
 
@@ -285,7 +295,7 @@ def may_fail(value: object) -> bool:
     """Return whether an expression or a test may end the law: by a divisor of zero, an index outside."""
     for n in walk(value):
         match n:
-            case At():
+            case At() | Entry():
                 return True
             case Op("/" | "//" | "%" | "fmod", (_, right)):
                 if not (isinstance(right, Num) and right.value):

@@ -14,6 +14,7 @@ from types import ModuleType, TracebackType
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.laws import Law
+from hapkit_studio.laws.mistakes import in_unreadable
 from hapkit_studio.laws.translate import parse
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
 from hapkit_studio.workshop.functions import GIVES
@@ -259,7 +260,8 @@ def execute(source: Source) -> Environment:
         if error.filename not in (name, None):
             raise law_error(error, name) from None
         line = min(error.lineno or 1, max(len(lines), 1))
-        words = _indentation(error, lines) or f"Python cannot read this line: {error.msg}"
+        usual = in_unreadable(lines[line - 1]) if lines else None
+        words = usual or _indentation(error, lines) or f"Python cannot read this line: {error.msg}"
         raise LawError(_short(words), line) from None
     except (Exception, SystemExit) as error:
         raise law_error(error, name) from None

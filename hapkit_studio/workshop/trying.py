@@ -46,13 +46,15 @@ class Problem:
 class TrialResult:
     """A trial's outcome; the environment may go to the loop where there is no problem.
 
-    ns_per_call and calls are 0 where the law was not called.
+    warnings are about the whole law, remarks about single lines. ns_per_call and calls are 0 where the law
+    was not called.
     """
 
     problems: tuple[Problem, ...] = ()
     warnings: tuple[str, ...] = ()
     ns_per_call: float = 0.0
     calls: int = 0
+    remarks: tuple[Problem, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -61,9 +63,12 @@ class TrialResult:
     @classmethod
     def from_json(cls, found: dict) -> "TrialResult":
         """Return the verdict of asdict's object; raise ValueError, TypeError or KeyError for any other."""
-        problems = tuple(Problem(int(p["line"]), str(p["text"])) for p in found["problems"])
+        problems, remarks = (
+            tuple(Problem(int(p["line"]), str(p["text"])) for p in found[key])
+            for key in ("problems", "remarks")
+        )
         warnings = tuple(str(w) for w in found["warnings"])
-        return cls(problems, warnings, float(found["ns_per_call"]), int(found["calls"]))
+        return cls(problems, warnings, float(found["ns_per_call"]), int(found["calls"]), remarks)
 
 
 def failed(text: str, line: int = 0) -> TrialResult:
@@ -147,7 +152,10 @@ def _ends(p: AnyParameter) -> list[float]:
 SLOW_NS = 5_000.0
 ALONG = np.linspace(-FAR, FAR, 25)
 _SAID = {
-    arrays.LAW_INDEX: ("the index lies beyond the state", "keep it from 0 to below the number of values"),
+    arrays.LAW_INDEX: (
+        "the index lies beyond the state or table",
+        "keep it from 0 to below the number of values",
+    ),
     arrays.LAW_FUEL: ("this does not come to an end", "use fewer turns"),
     arrays.LAW_DIVISION: (
         "a division by zero",
@@ -222,7 +230,8 @@ def _try_law(environment: Environment) -> TrialResult:
         calls += len(force)
         pushes = pushes or bool(force.any())
     cost = float(np.median(costs))  # other load on the machine does not count
-    return TrialResult((), tuple(_remarks(environment, cost, pushes)), cost, calls)
+    remarks = tuple(Problem(r.line, r.text) for r in environment.force.remarks)
+    return TrialResult((), tuple(_warnings(environment, cost, pushes)), cost, calls, remarks)
 
 
 def _words(environment: Environment, sequence: Sequence, call: int, code: int) -> str:
@@ -234,7 +243,7 @@ def _words(environment: Environment, sequence: Sequence, call: int, code: int) -
     return f"{what} at {', '.join(at).replace('-', '−')}: {to_do}"
 
 
-def _remarks(environment: Environment, cost: float, pushes: bool) -> Iterator[str]:
+def _warnings(environment: Environment, cost: float, pushes: bool) -> Iterator[str]:
     """Yield what is no problem, but worth a look."""
     if cost > SLOW_NS:
         yield f"One call of the law takes {cost / 1000:,.0f} µs: the loop may not keep 10 kHz."

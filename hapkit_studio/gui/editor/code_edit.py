@@ -229,11 +229,12 @@ def _standing(notes: Iterable[_Note]) -> Iterator[tuple[QtGui.QTextBlock, Any]]:
 
 
 class CodeEdit(QPlainTextEdit):
-    """A plain text with marks; ``mark`` takes (line from 1, words), kept until the line changes."""
+    """A plain text with marks and remarks by line: (line from 1, words), kept until the line changes."""
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
         self._marks: list[_Note] = []
+        self._remarks: list[_Note] = []
         self._counts: list[_Note] | None = None
         self.setObjectName("code")
         self.setFrameShape(QPlainTextEdit.Shape.NoFrame)
@@ -257,9 +258,17 @@ class CodeEdit(QPlainTextEdit):
         """Return what is wrong by line, lines counted from 1 as they now stand."""
         return {block.blockNumber() + 1: words for block, words in _standing(self._marks)}
 
-    def mark(self, problems: Iterable[tuple[int, str]]) -> None:
+    @property
+    def remarks(self) -> dict[int, str]:
+        """Return advice by line, as ``marks``."""
+        return {block.blockNumber() + 1: words for block, words in _standing(self._remarks)}
+
+    def mark(self, problems: Iterable[tuple[int, str]], remarks: Iterable[tuple[int, str]] = ()) -> None:
         """Mark lines anew; a line beyond the text is its last one, line 0 marks nothing."""
-        self._marks = [_note(self.block(line), words) for line, words in problems if line > 0]
+        self._marks, self._remarks = (
+            [_note(self.block(line), words) for line, words in given if line > 0]
+            for given in (problems, remarks)
+        )
         self._show_lines()
         self.viewport().update()  # the words may change where the coloured lines do not
         self.gutter.update()
@@ -305,8 +314,9 @@ class CodeEdit(QPlainTextEdit):
     def _show_lines(self) -> None:
         """Colour the ground of the current line and of the marked ones."""
         grounds = [] if self.isReadOnly() else [self._ground(self.textCursor(), "contact")]
-        marked = [self._ground(QTextCursor(block), "dangersoft") for block, _ in _standing(self._marks)]
-        self.setExtraSelections(grounds + marked)
+        for notes, token in ((self._remarks, "warnsoft"), (self._marks, "dangersoft")):
+            grounds += [self._ground(QTextCursor(block), token) for block, _ in _standing(notes)]
+        self.setExtraSelections(grounds)
 
     @staticmethod
     def _ground(cursor: QTextCursor, token: str) -> QTextEdit.ExtraSelection:
@@ -321,17 +331,18 @@ class CodeEdit(QPlainTextEdit):
         """Paint the text, then behind each marked line what is wrong with it."""
         super().paintEvent(event)
         painter = QPainter(self.viewport())
-        painter.setPen(theme.color("danger"))
         painter.setFont(theme.font("label"))
         metrics = painter.fontMetrics()
-        for block, words in _standing(self._marks):
-            box = self.box(block)
-            left = box.left() + block.layout().lineAt(0).naturalTextWidth() + _GAP
-            room = self.viewport().width() - left - 8
-            if room >= _LEAST_WORDS:
-                text = metrics.elidedText("✕ " + words, Qt.TextElideMode.ElideRight, int(room))
-                middle = box.top() + (box.height() + metrics.capHeight()) / 2
-                painter.drawText(QPointF(left, middle), text)
+        for notes, token, sign in ((self._remarks, "warn", "! "), (self._marks, "danger", "✕ ")):
+            painter.setPen(theme.color(token))
+            for block, words in _standing(notes):
+                box = self.box(block)
+                left = box.left() + block.layout().lineAt(0).naturalTextWidth() + _GAP
+                room = self.viewport().width() - left - 8
+                if room >= _LEAST_WORDS:
+                    text = metrics.elidedText(sign + words, Qt.TextElideMode.ElideRight, int(room))
+                    middle = box.top() + (box.height() + metrics.capHeight()) / 2
+                    painter.drawText(QPointF(left, middle), text)
 
     # typing
 

@@ -35,8 +35,8 @@ def outcome(verdict: TrialResult, unsaved: bool = False) -> tuple[str, str]:
     if verdict.problems:
         return " ".join([*map(str, verdict.problems), _GOES_ON, *since]), "danger"
     cost = [f"Tried in {verdict.calls:,} calls, {verdict.ns_per_call:.0f} ns each."] if verdict.calls else []
-    words = " ".join(["In force.", *(verdict.warnings or cost), *since])
-    return words, "warn" if verdict.warnings else "ok"
+    said = [*verdict.warnings, *map(str, verdict.remarks)]
+    return " ".join(["In force.", *(said or cost), *since]), "warn" if said else "ok"
 
 
 def write_error(error: OSError) -> str:
@@ -251,7 +251,8 @@ class EditorController(QObject):
             self.edit(path)
         if path != self.path:
             return
-        self.page.code.mark([(p.line, p.text) for p in verdict.problems])
+        problems, remarks = ([(p.line, p.text) for p in s] for s in (verdict.problems, verdict.remarks))
+        self.page.code.mark(problems, remarks)
         self.message.say(*outcome(verdict, self.page.unsaved))
         if verdict.problems and verdict.problems[0].line:
             self.page.code.bring_into_sight(verdict.problems[0].line)

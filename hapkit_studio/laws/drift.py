@@ -1,0 +1,426 @@
+"""Find states that add up time: in the single precision of the board and the sketch they drift.
+
+A float32 clock that adds 1/4000 s in each call is 10 s late after 10 minutes: all sums between two powers of
+two are rounded by the same amount. Whole numbers stay exact up to 2^24, which is 70 minutes at 4 kHz. States
+that fade, are limited, or follow the handle or another state forget their rounding errors; they are not
+reported.
+
+The law is evaluated with forms in place of numbers. A form tells which state a value contains as a plain
+term, and what is added to that state.
+"""
+
+import ast
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+from hapkit_studio.laws.translate import CheckedLaw
+
+DT, MOTION, FRACTION = "dt", "motion", "fraction"
+_MOST_FORMS = 16
+_PERIODIC = ("sin", "cos", "tan")
+_UPPER, _LOWER = 1, -1
+
+
+@dataclass(frozen=True)
+class Remark:
+    """Advice on a line of a law that is correct."""
+
+    line: int
+    text: str
+
+    def __str__(self) -> str:
+        return f"Line {self.line}: {self.text}."
+
+
+@dataclass(frozen=True)
+class Form:
+    """What a value is made of: the state `base`, if any, plus a step.
+
+    parts: what the step depends on: DT, MOTION, FRACTION (a parameter, or a number that is not whole), states
+    by their numbers; signs: of what is added, 0 where it is unknown; number: the value, where it is known;
+    bounded, wrapped: the sum is limited, or taken modulo something; line: where it was assigned to its state.
+    """
+
+    base: int | None = None
+    parts: frozenset[str | int] = frozenset()
+    signs: frozenset[int] = frozenset((0,))
+    number: float | None = None
+    bounded: bool = False
+    wrapped: bool = False
+    line: int = 0
+
+    @property
+    def depends(self) -> frozenset[str | int]:
+        return self.parts if self.base is None else self.parts | {self.base}
+
+
+Forms = frozenset[Form]
+Guards = frozenset[tuple[int, int]]  # states that a test compares, and from which side it limits them
+_UNKNOWN: Forms = frozenset((Form(),))
+_PARAMETER: Forms = frozenset((Form(parts=frozenset((FRACTION,))),))
+
+
+def _number(value: float) -> Form:
+    whole = abs(value) < 2**24 and value == int(value)
+    signs = frozenset(((value > 0.0) - (value < 0.0),)) if value else frozenset[int]()
+    return Form(None, frozenset() if whole else frozenset((FRACTION,)), signs, value)
+
+
+def _limited(forms: Iterable[Form]) -> Forms:
+    """Return the same forms; where they are many, those of one base as one."""
+    found = frozenset(forms)
+    if len(found) <= _MOST_FORMS:
+        return found
+    merged: dict[int | None, Form] = {}
+    for one in found:
+        other = merged.setdefault(one.base, one)
+        merged[one.base] = Form(
+            one.base,
+            one.parts | other.parts,
+            one.signs | other.signs,
+            None,
+            one.bounded and other.bounded,
+            one.wrapped and other.wrapped,
+            max(one.line, other.line),
+        )
+    return frozenset(merged.values())
+
+
+def _made_of(*values: Forms) -> Forms:
+    """Return a value that depends on others in an unknown way."""
+    return frozenset((Form(parts=frozenset(part for forms in values for f in forms for part in f.depends)),))
+
+
+def _times(a: Form, b: Form) -> Form:
+    for one, other in ((a, b), (b, a)):
+        if one.number == 1.0:
+            return other
+    if a.number is not None and b.number is not None:
+        return _number(a.number * b.number)
+    return Form(None, a.depends | b.depends, frozenset(m * n for m, n in product(a.signs, b.signs)))
+
+
+def _negative(a: Form) -> Form:
+    return _times(a, _number(-1.0))
+
+
+class _Evaluation:
+    """One walk through the law, and through its helpers at each of their calls."""
+
+    def __init__(self, law: CheckedLaw):
+        self.law = law
+        self.names: dict[str, Forms] = {"dt": frozenset((Form(None, frozenset((DT,)), frozenset((1,))),))}
+        self.names |= dict.fromkeys(("x", "v"), frozenset((Form(parts=frozenset((MOTION,))),)))
+        self.states: dict[int, Forms] = {}
+        self.guards: Guards = frozenset()
+        self.ends: list[dict[int, Forms]] = []  # the states wherever the law returns
+        self.returned: list[list[Forms]] | None = None  # of the helper that is walked
+        self.angles: list[tuple[int, Form]] = []  # arguments of sin, cos, tan, with their lines
+        self.line = 0  # of the law
+        self.walk(law.tree.body)
+
+    # --- statements
+    def walk(self, statements: Sequence[ast.stmt]) -> bool:
+        """Take statements in order; return whether all ways through them return."""
+        return any(self.statement(s) for s in statements)
+
+    def statement(self, node: ast.stmt) -> bool:
+        if self.returned is None:
+            self.line = node.lineno
+        match node:
+            case ast.Assign(targets=[ast.Tuple(elts=targets)], value=value):
+                whole = isinstance(value, ast.Tuple)
+                values = [self.value(v) for v in value.elts] if whole else self.call(value)  # type: ignore
+                for target, forms in zip(targets, values, strict=True):
+                    self.assign(target, forms)
+            case ast.Assign(targets=[target], value=value):
+                self.assign(target, self.value(value))
+            case ast.If(test=ast.Call(func=ast.Name(id="_spent"))):
+                pass
+            case ast.If():
+                return self.branch(node)
+            case ast.For():
+                for _ in range(2):
+                    before = dict(self.names), dict(self.states)
+                    self.walk(node.body)
+                    self.join(*before)
+            case ast.Return(value=ast.Tuple(elts=several)):
+                self.leave([self.value(one) for one in several])
+                return True
+            case ast.Return(value=ast.expr() as value):
+                self.leave([self.value(value)])
+                return True
+        return False
+
+    def assign(self, target: ast.expr, forms: Forms) -> None:
+        if isinstance(target, ast.Name):
+            self.names[target.id] = forms
+        elif isinstance(target, ast.Subscript):
+            place, exact = _place(target)
+            forms = frozenset(replace(f, line=self.line) for f in forms)
+            self.states[place] = forms if exact else _limited(forms | self.state(place))
+
+    def state(self, place: int) -> Forms:
+        return self.states.get(place, _untouched(place))
+
+    def leave(self, values: list[Forms]) -> None:
+        if self.returned is None:
+            self.ends.append(dict(self.states))
+        else:
+            self.returned.append(values)
+
+    def branch(self, node: ast.If) -> bool:
+        self.value(node.test)
+        when, otherwise = self.limits(node.test)
+        before, guards = (dict(self.names), dict(self.states)), self.guards
+        self.guards = guards | when
+        left = self.walk(node.body)
+        after = self.names, self.states
+        (self.names, self.states), self.guards = before, guards | otherwise
+        gone = self.walk(node.orelse)
+        if left:
+            return gone  # what follows is only reached the other way, under its guards
+        if gone:
+            (self.names, self.states), self.guards = after, guards | when
+        else:
+            self.join(*after)
+            self.guards = guards
+        return False
+
+    def join(self, names: Mapping[str, Forms], states: Mapping[int, Forms]) -> None:
+        """Let names and states have their values of here or those of another way."""
+        for name, forms in names.items():
+            self.names[name] = _limited(forms | self.names.get(name, frozenset()))
+        for place in {*states, *self.states}:
+            other = states.get(place, _untouched(place))
+            self.states[place] = _limited(other | self.state(place))
+
+    def limits(self, test: ast.expr) -> tuple[Guards, Guards]:
+        """Return how a test limits states where it holds, and where it does not."""
+        none: Guards = frozenset()
+        match test:
+            case ast.UnaryOp(op=ast.Not(), operand=inner):
+                when, otherwise = self.limits(inner)
+                return otherwise, when
+            case ast.BoolOp(op=op, values=values):
+                both = [self.limits(one) for one in values]
+                if isinstance(op, ast.And):
+                    return none.union(*(when for when, _ in both)), none
+                return none, none.union(*(otherwise for _, otherwise in both))
+            case ast.Compare(
+                left=left, ops=[ast.Lt() | ast.LtE() | ast.Gt() | ast.GtE() as op], comparators=[right]
+            ):
+                less = isinstance(op, ast.Lt | ast.LtE)
+                low, high = (left, right) if less else (right, left)
+                pairs = ((low, _UPPER), (high, _LOWER))
+                when = frozenset((k, side) for node, side in pairs for k in self.compared(node))
+                return when, frozenset((k, -side) for k, side in when)
+        return none, none
+
+    def compared(self, node: ast.expr) -> set[int]:
+        """Return the states that a side of a comparison is, up to constants and dt."""
+        return {f.base for f in self.value(node) if f.base is not None and f.parts <= {DT, FRACTION}}
+
+    # --- values
+    def value(self, node: ast.expr) -> Forms:
+        match node:
+            case ast.Constant(value=bool() | int() | float() as number):
+                return frozenset((_number(float(number)),))
+            case ast.Name(id=name):
+                return self.names.get(name, _UNKNOWN)
+            case ast.Subscript(value=ast.Name(id="p")):
+                return _PARAMETER
+            case ast.Subscript(value=ast.Name(id="s")):
+                return self.state(_place(node)[0])
+            case ast.Subscript(slice=index):
+                return _made_of(self.value(index), _PARAMETER)
+            case ast.UnaryOp(op=ast.USub(), operand=operand):
+                return frozenset(map(_negative, self.value(operand)))
+            case ast.UnaryOp(op=ast.UAdd(), operand=operand):
+                return self.value(operand)
+            case ast.BinOp(left=left, op=op, right=right):
+                return self.combined(op, self.value(left), self.value(right))
+            case ast.IfExp(test=test, body=body, orelse=orelse):
+                guards, (when, otherwise) = self.guards, self.limits(test)
+                self.guards = guards | when
+                yes = self.value(body)
+                self.guards = guards | otherwise
+                no = self.value(orelse)
+                self.guards = guards
+                return _limited(yes | no)
+            case ast.BoolOp(values=values):
+                return _limited(frozenset().union(*map(self.value, values)))
+            case ast.Call():
+                return self.called(node)
+            case ast.Compare(left=left, comparators=others):
+                for one in (left, *others):
+                    self.value(one)
+        return _UNKNOWN  # a test: it decides, but is not added up
+
+    def combined(self, op: ast.operator, left: Forms, right: Forms) -> Forms:
+        pairs = list(product(left, right))
+        match op:
+            case ast.Add():
+                return _limited(self.sum(a, b) for a, b in pairs)
+            case ast.Sub():
+                return _limited(self.difference(a, b) for a, b in pairs)
+            case ast.Mult():
+                return _limited(_times(a, b) for a, b in pairs)
+            case ast.Div() if all(b.number for b in right):
+                return _limited(_times(a, _number(1.0 / (b.number or 1.0))) for a, b in pairs)
+            case ast.Mod():
+                return _wrapped(left, right)
+        return _made_of(left, right)
+
+    def sum(self, a: Form, b: Form) -> Form:
+        if a.base is None and b.base is None and a.number is not None and b.number is not None:
+            return _number(a.number + b.number)
+        if a.base is None:
+            a, b = b, a
+        signs = a.signs | b.signs
+        needed = {(a.base, side) for side in ((_UPPER, _LOWER) if 0 in signs else signs)}
+        held = needed & self.guards if 0 in signs else needed and needed <= self.guards
+        return Form(
+            a.base, a.parts | b.depends, signs, None, a.bounded or bool(held), a.wrapped or b.wrapped, a.line
+        )
+
+    def difference(self, a: Form, b: Form) -> Form:
+        if a.base is not None and a.base == b.base:
+            return Form(parts=a.parts | b.parts)
+        return self.sum(a, _negative(b))
+
+    def called(self, node: ast.Call) -> Forms:
+        match node.func:
+            case ast.Name(id=name) if name in self.law.helpers:
+                return self.call(node)[0]
+            case ast.Name(id="_float" | "_noted" | "_force" | "_divisor"):
+                return self.value(node.args[0])
+            case ast.Name(id="min" | "max"):
+                given = [self.value(one) for one in node.args]
+                bases = sum(any(f.base is not None for f in forms) for forms in given)
+                every = frozenset[Form]().union(*given)
+                return _limited(replace(f, bounded=True) for f in every) if bases < len(given) else every
+            case ast.Attribute(attr="fmod"):
+                return _wrapped(*(self.value(one) for one in node.args))
+        given = [self.value(one) for one in node.args]
+        if isinstance(node.func, ast.Attribute) and node.func.attr in _PERIODIC:
+            self.angles += [(self.line, form) for form in given[0]]
+        return _made_of(*given)
+
+    def call(self, node: ast.expr) -> list[Forms]:
+        """Return what a helper returns for its arguments."""
+        assert isinstance(node, ast.Call)
+        assert isinstance(node.func, ast.Name)
+        tree = self.law.helpers[node.func.id]
+        names = [a.arg for a in tree.args.args]
+        given = dict(zip(names, map(self.value, node.args), strict=True))
+        outside = self.names, self.returned, self.guards
+        self.names, self.returned = given, []
+        self.walk(tree.body)
+        found = self.returned
+        self.names, self.returned, self.guards = outside
+        return [_limited(frozenset().union(*column)) for column in zip(*found, strict=True)]
+
+
+def _wrapped(left: Forms, right: Forms) -> Forms:
+    """Return a remainder: of a sum it still adds up."""
+    parts = frozenset(part for f in right for part in f.depends)
+    return frozenset(f if f.base is None else replace(f, parts=f.parts | parts, wrapped=True) for f in left)
+
+
+def _place(node: ast.Subscript) -> tuple[int, bool]:
+    """Return the number of a state, of several values the first one's, and whether it is exactly that."""
+    match node.slice:
+        case ast.Constant(value=int() as place):
+            return place, True
+        case ast.BinOp(left=ast.Constant(value=int() as start)):
+            return start, False
+    raise AssertionError(ast.dump(node))
+
+
+def remarks(law: CheckedLaw, state_names: Sequence[str]) -> tuple[Remark, ...]:
+    """Return what drifts in a law, by lines: states that add up dt, and angles that grow without end."""
+    evaluation = _Evaluation(law)
+    finals: dict[int, set[Form]] = {}
+    for end in evaluation.ends:
+        for place in {*end, *finals}:
+            finals.setdefault(place, set()).update(end.get(place, _untouched(place)))
+    found = []
+    for place, forms in finals.items():
+        drifting = [f for f in forms if _drifts(place, f, forms, finals)]
+        if drifting:
+            periodic = any(f.wrapped or FRACTION in f.parts for f in drifting)
+            instead = _PERIOD if periodic else _COUNT
+            line = max(f.line for f in drifting)
+            found.append(Remark(line, (_ADDS_UP + instead).format(_name(state_names[place]))))
+    counters = {place for place, forms in finals.items() if _grows(place, forms)}
+    for line, angle in evaluation.angles:
+        if counter := _one_of(counters, angle):
+            found.append(Remark(line, _ANGLE.format(_name(state_names[counter[0]]))))
+    for place, forms in finals.items():
+        for form in forms:
+            if form.base is None and DT in form.parts and (counter := _one_of(counters, form)):
+                names = (_name(state_names[k]) for k in (place, *counter))
+                found.append(Remark(form.line, _KEPT.format(*names)))
+    return tuple(sorted(dict.fromkeys(found), key=lambda r: r.line))
+
+
+_ADDS_UP = (
+    "`s.{0}` adds up time and drifts in single precision, on the board and in a sketch: by 3 ms in 10 s, by "
+    "seconds in 10 min. "
+)
+_COUNT = "Count calls instead, `s.{0} += 1`, and multiply by `dt` last, as in `(s.{0} - s.start) * dt`"
+_PERIOD = "Let a period be a whole number of calls instead: `s.{0} = (s.{0} + 1) % calls`"
+_KEPT = (
+    "`s.{0}` keeps a time that grows without end and gets coarse in single precision, on the board and in a "
+    "sketch. Keep the count, `s.{0} = s.{1}`, and multiply by `dt` last, as in `(s.{1} - s.{0}) * dt`"
+)
+_ANGLE = (
+    "this angle grows with `s.{0}` and gets coarse in single precision, on the board and in a sketch. Start "
+    "again after a whole number of calls: `s.{0} = (s.{0} + 1) % calls`"
+)
+
+
+def _untouched(place: int) -> Forms:
+    return frozenset((Form(place, signs=frozenset()),))
+
+
+def _name(state: str) -> str:
+    return state.partition("[")[0]
+
+
+def _drifts(place: int, form: Form, forms: set[Form], finals: Mapping[int, set[Form]]) -> bool:
+    """Return whether a state is the sum of itself and time, without a limit or taken back by a step."""
+    if form.base != place:
+        return False
+    # what is added in every call is a time as well
+    always = FRACTION in form.parts and all(f.base == place and FRACTION in f.parts for f in forms)
+    taken_back = any(f.base == place and f.signs and DT not in f.parts for f in forms)
+    if not (DT in form.parts or always) or (form.bounded and not taken_back):
+        return False
+    return not _causes(form.parts, finals) & {MOTION, place}
+
+
+def _causes(parts: Iterable[str | int], finals: Mapping[int, set[Form]]) -> set[str | int]:
+    """Return what parts depend on, through other states too."""
+    found, open_ = set[str | int](), set(parts)
+    while open_:
+        part = open_.pop()
+        found.add(part)
+        if isinstance(part, int):
+            open_ |= {d for f in finals.get(part, ()) for d in f.depends} - found - {part}
+    return found
+
+
+def _one_of(counters: set[int], form: Form) -> tuple[int, ...]:
+    """Return the counter that a value grows with: the only state in it, for a difference does not grow."""
+    states = tuple(part for part in form.depends if isinstance(part, int))
+    return states if len(states) == 1 and states[0] in counters else ()
+
+
+def _grows(place: int, forms: set[Form]) -> bool:
+    """Return whether a state counts without end: nothing sets it back."""
+    return any(f.signs for f in forms) and all(
+        f.base == place and not (f.bounded or f.wrapped) for f in forms
+    )

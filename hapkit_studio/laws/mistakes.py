@@ -1,0 +1,166 @@
+"""Mistakes that are often made in a law, each with the message that says what to write instead.
+
+They come from other Python, from C and from the Arduino IDE. The reference page lists them, and a test writes
+each into a law.
+"""
+
+import re
+from dataclasses import dataclass
+
+from hapkit_studio.laws.subset import MATH
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """One mistake: a line as it is written, and the message.
+
+    names: undefined names, or functions of `math`, that get this message, with their name for ``{}``;
+    pattern: marks the mistake in a line that Python cannot read. With neither, the checks of the language
+    give the message themselves.
+    """
+
+    wrong: str
+    message: str
+    names: tuple[str, ...] = ()
+    pattern: str = ""
+
+    @property
+    def said(self) -> str:
+        """Return the message about the line ``wrong``."""
+        return self.message.format(self.names[0]) if self.names else self.message
+
+
+NOT_CONSTANT = "a loop counts to a constant: `for i in range(10)`, or `range(N)` with `N = 10` above the law"
+
+MISTAKES = (
+    # functions of other Python
+    Mistake("a = round(x)", "`{}` is not in the law language: write `math.floor(a + 0.5)`", ("round",)),
+    Mistake(
+        "a = sign(x)",
+        "`{}` is not in the law language: write `math.copysign(1.0, a)`",
+        ("sign", "sgn", "signum"),
+    ),
+    Mistake("a = bool(x)", "`{}` is not in the law language: write `a != 0.0`", ("bool",)),
+    Mistake(
+        "print(x)",
+        "a law cannot print: keep the value in the state, `s.seen = a`, which is plotted and recorded",
+        ("print",),
+    ),
+    Mistake("a = sum(x, v)", "`{}` is not in the law language: write `a + b`, or a loop", ("sum",)),
+    Mistake(
+        "a = constrain(x, -1.0, 1.0)",
+        "`{}` is not in the law language: write `max(low, min(high, a))`",
+        ("constrain", "clip", "clamp"),
+    ),
+    Mistake("a = sq(x)", "`{}` is not in the law language: write `a * a`", ("sq", "square")),
+    Mistake(
+        "a = sin(x)",
+        "`{0}` belongs to the module math: write `math.{0}(a)`",
+        ("sin", *MATH),
+    ),
+    Mistake(
+        "a = math.max(x, v)",
+        "`{0}` is not in the law language: write the name without `math.`, as in `max(a, b)`",
+        ("math.max", "math.min", "math.abs", "math.int", "math.float"),
+    ),
+    Mistake(
+        "a = np.sin(x)",
+        "`{}` is not in the law language: write `math.sin(a)`; numbers stand in a table above the law",
+        ("np", "numpy"),
+    ),
+    Mistake(
+        "a = random.random()",
+        "a law has no random numbers: write a pattern of the position, as `math.sin(9000.0 * x)`",
+        ("random", "rand"),
+    ),
+    Mistake(
+        "a = time.time()",
+        "a law has no clock: count its calls, `s.calls += 1`; the time is `s.calls * dt`",
+        ("time", "millis", "micros"),
+    ),
+    Mistake("a = PI * x", "'{}' is not defined: write `math.pi`", ("PI", "pi", "M_PI", "math.PI")),
+    Mistake("a = true", "'{}' is not defined: write `True`", ("true", "TRUE")),
+    Mistake("a = false", "'{}' is not defined: write `False`", ("false", "FALSE")),
+    Mistake(
+        "a = self.last",
+        "'{}' is not defined: parameters are `p.name`, the memory from call to call is `s.name`",
+        ("self", "this"),
+    ),
+    Mistake(
+        "a = position",
+        "'{}' is not defined: the position is `x` in m, the velocity `v` in m/s",
+        ("position", "velocity", "pos", "vel"),
+    ),
+    # C and the Arduino IDE
+    Mistake("if x > 0.0 && v > 0.0:", "`&&` is C: write `and`", pattern=r"&&"),
+    Mistake("if x > 0.0 || v > 0.0:", "`||` is C: write `or`", pattern=r"\|\|"),
+    Mistake("if !(x > 0.0):", "`!` is C: write `not`", pattern=r"!(?!=)"),
+    Mistake("else if x > 0.0:", "`else if` is C: write `elif`", pattern=r"\belse\s+if\b|\belseif\b"),
+    Mistake("s.last++", "`++` is C: write `+= 1`", pattern=r"\w\s*\+\+\s*;?\s*$"),
+    Mistake("s.last--", "`--` is C: write `-= 1`", pattern=r"\w\s*--\s*;?\s*$"),
+    Mistake("a = x > 0.0 ? 1.0 : 2.0", "`? :` is C: write `a if test else b`", pattern=r"\?"),
+    Mistake(
+        "if (x > 0.0) {",
+        "`{` and `}` are C: write a colon and indent the lines after it",
+        pattern=r"\)\s*\{\s*$|\belse\s*\{\s*$|^\s*\}",
+    ),
+    Mistake(
+        "float a = x",
+        "a type is C: write the name alone, `a = 0.0`",
+        pattern=r"^\s*(const\s+)?(unsigned\s+)?(float|double|int|long|bool|byte|u?int\d+_t)\s+\w+\s*=",
+    ),
+    Mistake("// the wall", "`//` is a comment in C: write `#`", pattern=r"^\s*//|;\s*//"),
+    Mistake("a = x ^ 2", "`^` is not a power in Python: write `**`, as in `x ** 2`"),
+    # the law language itself
+    Mistake("if x = 0.0:", "`=` sets a name: compare by `==`", pattern=r"^\s*(el)?if\b.*[^=!<>]=[^=]"),
+    Mistake(
+        "if x > 0.0",
+        "a colon is missing at the end of this line",
+        pattern=r"^\s*(if|elif|else|for|while|def)\b[^:]*$",
+    ),
+    Mistake(
+        "f = lambda a: 2.0 * a",
+        "`lambda` is not allowed in a law: write a function above it, `def f(a):` and `return …`",
+    ),
+    Mistake(
+        "a = half(p)",
+        "a helper is given numbers: give it what it needs of `p`, as in `half(p.stiffness)`",
+    ),
+    Mistake("a = half(s)", "a helper is given numbers: give it what it needs of `s`, as in `half(s.last)`"),
+    Mistake("while x > 0.0: a = 1.0", "`while` is not allowed in a law: use `for i in range(10)`"),
+    Mistake(
+        "a = [0.0, 1.0]",
+        "a list is not allowed in a law: write a table above it, `TABLE = (0.0, 1.0)`, or use the state `s`",
+    ),
+    Mistake(
+        "for a in FORCES: pass",
+        "a loop counts: write `for i in range(len(FORCES))`, and `FORCES[i]` in it",
+    ),
+    Mistake(
+        "FORCES[0] = x",
+        "`FORCES` is a table and stays as it is: keep what changes in the state `s`",
+    ),
+    Mistake("a = FORCES", "`FORCES` is a table: use one of its numbers, `FORCES[i]`"),
+    Mistake(
+        "a = FORCES[-1]",
+        "`FORCES` has 3 numbers: its index goes from 0 to 2; the last is `FORCES[len(FORCES) - 1]`",
+    ),
+    Mistake("for i in range(x): pass", NOT_CONSTANT),
+)
+
+_BY_NAME = {name: one for one in MISTAKES for name in one.names}
+_QUOTED = re.compile(r"\"[^\"]*\"|'[^']*'|#.*")
+
+
+def instead_of(name: str) -> str | None:
+    """Return the message about an undefined name, or a function of `math`; None where there is none."""
+    for known in (name, name.removeprefix("math.")):
+        if known in _BY_NAME:
+            return _BY_NAME[known].message.format(known)
+    return None
+
+
+def in_unreadable(line: str) -> str | None:
+    """Return the message about a line that Python cannot read; None where no usual mistake is in it."""
+    code = _QUOTED.sub("", line)
+    return next((m.message for m in MISTAKES if m.pattern and re.search(m.pattern, code)), None)
