@@ -196,15 +196,23 @@ def check_outputs(options: argparse.Namespace) -> None:
 YES = ("y", "yes")
 
 
+_SKETCHES = (".ino", ".pde", ".c", ".cpp", ".h")
+
+
 def environment_named(wanted: str, trusting: bool) -> Environment:
     """Return an environment by its key or its Python file; raise ParameterError, or LawError with the line.
 
     A file that nobody agreed to is shown first, and executed if a person at the terminal says so; trusting
     stands for having said so.
     """
-    if not wanted.endswith(".py"):
-        return environments.named(wanted)
     file = Path(wanted).expanduser().absolute()
+    if file.suffix in _SKETCHES:
+        raise ParameterError(
+            f"{file.name} is an Arduino sketch: upload it with the Arduino IDE. This command takes an "
+            f"environment's key, as wall, or its Python file, as {file.stem}.py."
+        )
+    if file.suffix != ".py":
+        return environments.named(wanted)
     try:
         source = read(file)
         _consent(source, trusting)

@@ -402,6 +402,7 @@ _TEACH = (
 _HELP = (
     Action("help.find", "Find a command…", lambda w: w.show_commands(), "Ctrl+K"),
     Action("help.keys", "Keys and words", lambda w: w.show_keys(), "F1", extra=("?",)),
+    Action("help.law", "Law language", lambda w: w.show_law_language()),
     Action("help.priority", "Real-time priority", lambda w: w.show_priority(), enabled=_has_engine),
     Action("help.about", "About", lambda w: w.show_about(), rule=True),
 )

@@ -29,6 +29,7 @@ HAND_KEYS = (
     ("Slider, number: limits", "Home, End"),
     ("Time plots: zoom, move", "Wheel, drag"),
     ("Time plots: zoom into values", "Ctrl+wheel"),
+    ("Code: the law language", "F1"),
 )
 _LINE = 20
 _SHEET_WIDE, _SHEET_HIGH = 520, 440

@@ -54,9 +54,11 @@ class ExportDialog(FormDialog):
         self.show_limit()
 
     def show_limit(self) -> None:
-        """Say how stiff the sketch may be at its rate on its kit."""
+        """Say how stiff the sketch may be at its rate on its kit, and which lines of the law drift."""
         words, safe = self._limit()
-        self.verdict.say(f"Not saved yet. {words}".rstrip(), *(() if safe else ("triangle", "warn")))
+        remarks = list(map(str, self._studio.environment.force.remarks))
+        words = " ".join(["Not saved yet.", *filter(None, [words]), *remarks])
+        self.verdict.say(words, *(() if safe and not remarks else ("triangle", "warn")))
 
     def _limit(self) -> tuple[str, bool]:
         """Return limit and verdict in words, and whether the handle is calm."""

@@ -195,6 +195,12 @@ class MainWindow(QMainWindow):
         """Open the dialog of keys and words."""
         KeysDialog(self.actions_by_key.entries, self).show()
 
+    def show_law_language(self, word: str = "") -> None:
+        """Open the reference page of the law language, at a word."""
+        from hapkit_studio.gui.editor.language import LanguageDialog  # late: the page takes time to lay out
+
+        LanguageDialog(word, self).show()
+
     def show_commands(self) -> None:
         """Open the list of every action."""
         CommandPalette(self).show()
@@ -324,6 +330,7 @@ class MainWindow(QMainWindow):
         self.notices.flash.connect(self.show_flash)
         self.gallery.new_pressed.connect(self.editor.begin_new)
         self.gallery.edit_pressed.connect(self.editor.edit)
+        self.editor.page.help_pressed.connect(self.show_law_language)
         self.gallery.reveal_pressed.connect(self.file_actions.reveal)
         self.gallery.delete_pressed.connect(self.file_actions.delete)
         self.live.frame.connect(self.file_watcher.on_row)

@@ -270,7 +270,7 @@ class _Evaluation:
             case ast.Div() if all(b.number for b in right):
                 return _limited(_times(a, _number(1.0 / (b.number or 1.0))) for a, b in pairs)
             case ast.Mod():
-                return _wrapped(left, right)
+                return _wrapped(left)
         return _made_of(left, right)
 
     def sum(self, a: Form, b: Form) -> Form:
@@ -302,7 +302,7 @@ class _Evaluation:
                 every = frozenset[Form]().union(*given)
                 return _limited(replace(f, bounded=True) for f in every) if bases < len(given) else every
             case ast.Attribute(attr="fmod"):
-                return _wrapped(*(self.value(one) for one in node.args))
+                return _wrapped(self.value(node.args[0]))
         given = [self.value(one) for one in node.args]
         if isinstance(node.func, ast.Attribute) and node.func.attr in _PERIODIC:
             self.angles += [(self.line, form) for form in given[0]]
@@ -323,10 +323,9 @@ class _Evaluation:
         return [_limited(frozenset().union(*column)) for column in zip(*found, strict=True)]
 
 
-def _wrapped(left: Forms, right: Forms) -> Forms:
-    """Return a remainder: of a sum it still adds up."""
-    parts = frozenset(part for f in right for part in f.depends)
-    return frozenset(f if f.base is None else replace(f, parts=f.parts | parts, wrapped=True) for f in left)
+def _wrapped(forms: Forms) -> Forms:
+    """Return a remainder of a value: a sum goes on adding up in it."""
+    return frozenset(replace(f, wrapped=True) for f in forms)
 
 
 def _place(node: ast.Subscript) -> tuple[int, bool]:
@@ -353,7 +352,7 @@ def remarks(law: CheckedLaw, state_names: Sequence[str]) -> tuple[Remark, ...]:
             periodic = any(f.wrapped or FRACTION in f.parts for f in drifting)
             instead = _PERIOD if periodic else _COUNT
             line = max(f.line for f in drifting)
-            found.append(Remark(line, (_ADDS_UP + instead).format(_name(state_names[place]))))
+            found.append(Remark(line, instead.format(_name(state_names[place]))))
     counters = {place for place, forms in finals.items() if _grows(place, forms)}
     for line, angle in evaluation.angles:
         if counter := _one_of(counters, angle):
@@ -366,19 +365,21 @@ def remarks(law: CheckedLaw, state_names: Sequence[str]) -> tuple[Remark, ...]:
     return tuple(sorted(dict.fromkeys(found), key=lambda r: r.line))
 
 
-_ADDS_UP = (
-    "`s.{0}` adds up time and drifts in single precision, on the board and in a sketch: by 3 ms in 10 s, by "
-    "seconds in 10 min. "
+_DRIFTS = "`s.{0}` drifts on the board and in a sketch: "
+_HOW_FAR = ". In single precision a sum of `dt` is off by 3 ms after 10 s, by seconds after 10 min"
+_COUNT = (
+    _DRIFTS
+    + "count calls, `s.{0} += 1`, and multiply by `dt` last, as in `(s.{0} - s.start) * dt`"
+    + _HOW_FAR
 )
-_COUNT = "Count calls instead, `s.{0} += 1`, and multiply by `dt` last, as in `(s.{0} - s.start) * dt`"
-_PERIOD = "Let a period be a whole number of calls instead: `s.{0} = (s.{0} + 1) % calls`"
+_PERIOD = _DRIFTS + "let a period be a whole number of calls, `s.{0} = (s.{0} + 1) % calls`" + _HOW_FAR
 _KEPT = (
-    "`s.{0}` keeps a time that grows without end and gets coarse in single precision, on the board and in a "
-    "sketch. Keep the count, `s.{0} = s.{1}`, and multiply by `dt` last, as in `(s.{1} - s.{0}) * dt`"
+    "`s.{0}` is a time that gets coarse on the board and in a sketch: keep the count, `s.{0} = s.{1}`, and "
+    "multiply by `dt` last, as in `(s.{1} - s.{0}) * dt`"
 )
 _ANGLE = (
-    "this angle grows with `s.{0}` and gets coarse in single precision, on the board and in a sketch. Start "
-    "again after a whole number of calls: `s.{0} = (s.{0} + 1) % calls`"
+    "this angle grows with `s.{0}` and gets coarse on the board and in a sketch: start again after a whole "
+    "number of calls, `s.{0} = (s.{0} + 1) % calls`"
 )
 
 

@@ -47,7 +47,7 @@ MATH = {
     "degrees": Function(1, 1, "rad as degrees", "turned = math.degrees(x / 0.07)"),
     "atan2": Function(2, 2, "angle of (b, a) in rad, for `atan2(a, b)`", "angle = math.atan2(x, 0.05)"),
     "hypot": Function(2, 2, "square root of a² + b²", "distance = math.hypot(x, 0.01)"),
-    "copysign": Function(2, 2, "|a| with the sign of b", "drag = -math.copysign(0.4, v)"),
+    "copysign": Function(2, 2, "size of a with the sign of b", "drag = -math.copysign(0.4, v)"),
     "pow": Function(2, 2, "a to the power b, as `a ** b`", "push = math.pow(abs(x) / 0.01, 1.5)"),
     "fmod": Function(2, 2, "remainder with the sign of a; `%` has that of b", "rest = math.fmod(x, 0.004)"),
 }

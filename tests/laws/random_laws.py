@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hapkit_studio.laws.law import Law
+from hapkit_studio.laws.law import Law, _Values
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
 from tests.laws.law_files import written
 
@@ -28,13 +28,16 @@ from hapkit_studio.laws import law
 GAIN = 2.5
 STEPS = 3
 SMALL = 0.125
+CURVE = (0.5, -1.25, 0.0, 2.0, -0.75)
 
 
 """
+CURVE = 5  # numbers in it
+TURNS = {"STEPS": 3, "len(CURVE) - 2": 3}
 # Functions whose argument may be anything, and what the others want.
-ANY = ("sin", "cos", "tan", "atan", "tanh", "fabs", "floor", "ceil")
+ANY = ("sin", "cos", "tan", "atan", "tanh", "fabs", "floor", "ceil", "trunc", "radians", "degrees")
 KEPT_IN = {
-    "sqrt": "abs({})", "asin": "max(-1.0, min(1.0, {}))", "acos": "min(1.0, max({}, -1.0))",
+    "log10": "(abs({}) + 0.25)", "sqrt": "abs({})", "asin": "max(-1.0, min(1.0, {}))", "acos": "min(1.0, max({}, -1.0))",
     "exp": "min(3.0, {})", "expm1": "min(2.0, {})", "log": "(abs({}) + 0.25)", "log1p": "abs({})",
     "sinh": "max(-3.0, min(3.0, {}))", "cosh": "max(-2.0, min(2.0, {}))",
 }  # fmt: skip
@@ -47,6 +50,7 @@ class _Helper:
     name: str
     arguments: int
     results: int
+    defaults: int = 0
 
 
 class _Writer:
@@ -84,23 +88,25 @@ class _Writer:
         if self.inside_law:
             options += [self.pick(("x", "v", "x", "v", "dt")), self.pick(("p.a", "p.b", "p.c"))]
             options += [f"s.{self.pick(SINGLE)}", self.element()]
-        return self.pick(options)
+        return f"CURVE[{self.index(CURVE)}]" if self.chance(0.08) else self.pick(options)
 
     def element(self) -> str:
         name = self.pick(TABLES)
-        size = TABLES[name]
+        return f"s.{name}[{self.index(TABLES[name])}]"
+
+    def index(self, size: int) -> str:
         index = self.pick(
             (
                 str(self.random.randrange(size)),
-                f"s.count % {size}",
+                f"{'s.count' if self.inside_law else self.pick(self.names)} % {size}",
                 f"int(abs({self.pick(self.names)})) % {size}",
                 f"min({size - 1}, max(0, {self.pick(self.names)}))",
-                f"{size - 1} - int(min({size - 0.5}, abs(10.0 * v)))",
+                f"{size - 1} - int(min({size - 0.5}, abs(10.0 * {self.pick(self.names)})))",
             )
         )
         if self.chance(0.04):
-            index = self.pick((f"int({self.pick(self.names)})", "s.count / 8.0"))
-        return f"s.{name}[{index}]"
+            index = self.pick((f"int({self.pick(self.names)})", f"{self.pick(self.names)} / 8.0"))
+        return index
 
     def value(self, depth: int) -> str:
         """Return an expression of so many levels."""
@@ -168,7 +174,7 @@ class _Writer:
         if not options or self.turns > 2:
             return ""
         one = self.pick(options)
-        given = [self.value(1) for _ in range(one.arguments)]
+        given = [self.value(1) for _ in range(one.arguments - self.random.randint(0, one.defaults))]
         if self.inside_law and self.chance(0.2):
             given[0] = "p.mode"
         return f"{one.name}({', '.join(given)})"
@@ -268,8 +274,8 @@ class _Writer:
             self.block(self.random.randint(1, 2), leave)
 
     def loop(self, leave: str) -> None:
-        turns = self.pick(("3", "2", "1, 4", "5, 0, -2", "0, -3, -1", "-1, 2", "4", "2, 2"))
-        size = len(range(*map(int, turns.split(","))))
+        turns = self.pick((*TURNS, "3", "2", "1, 4", "5, 0, -2", "0, -3, -1", "-1, 2", "4", "2, 2"))
+        size = TURNS.get(turns) or len(range(*map(int, turns.split(","))))
         if self.turns * size > 6:
             return
         counter = self.new_name() if self.chance(0.7) else self.pick(self.names)
@@ -298,7 +304,9 @@ class _Writer:
     def write_helper(self, number: int) -> None:
         one = _Helper(f"helper_{number}", self.random.randint(1, 3), self.random.randint(1, 2))
         self.names = [f"q{i}" for i in range(one.arguments)]
-        self.put_head(f"def {one.name}({', '.join(self.names)}):")
+        one.defaults = int(one.arguments > 1 and self.chance(0.3))
+        default = f"={self.pick(('SMALL', '2', '-0.75'))}" * one.defaults
+        self.put_head(f"def {one.name}({', '.join(self.names)}{default}):")
         for _ in range(2 - len(self.names) + 1):
             name = self.new_name()
             self.put(f"{name} = {self.value(1)}")
@@ -339,9 +347,10 @@ def text(seed: int) -> str:
 
 def law(folder: Path, seed: int) -> Law:
     """Return a random law, its file in a folder; raise LawError where it leaves the language after all."""
-    made = written(folder / f"random_{seed}.py", text(seed)).force
-    made.bind(PARAMETERS)
-    return made
+    made = written(folder / f"random_{seed}.py", text(seed))
+    made.CURVE = _Values(made.CURVE)  # plain Python counts negative indices from the end
+    made.force.bind(PARAMETERS)
+    return made.force
 
 
 def settings(seed: int) -> dict[str, float]:

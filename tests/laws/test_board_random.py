@@ -76,7 +76,7 @@ def hold(seen: Seen, count: int) -> None:
 
 
 def test_random_laws(machine, tmp_path):
-    hold(run(machine, tmp_path, range(1016, 1036), Plain), 20)
+    hold(run(machine, tmp_path, range(1120, 1140), Plain), 20)
 
 
 @pytest.mark.slow

@@ -28,7 +28,7 @@ pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="no g++")
 
 PERIOD = 2.0**-10
 _IN_DOUBLE = (
-    "sin cos tan asin acos atan sinh cosh tanh exp log sqrt fabs floor ceil trunc round fmod pow atan2 "
+    "sin cos tan asin acos atan sinh cosh tanh exp log log10 sqrt fabs floor ceil trunc round fmod pow atan2 "
 )
 HEAD = "\n".join(
     [
@@ -36,6 +36,8 @@ HEAD = "\n".join(
         "#include <stdint.h>",
         "#define float double",
         *(f"#define {name}f {name}" for name in [*_IN_DOUBLE.split(), "hypot", "copysign"]),
+        "#define PROGMEM",
+        "#define pgm_read_float(at) (*(at))",
         f"static bool stopped; constexpr double kPeriod = {PERIOD!r};",
     ]
 )

@@ -4,7 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from PySide6.QtCore import Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, Qt, QTimer, Signal
+from PySide6.QtGui import QKeyEvent, QTextCursor
 from PySide6.QtWidgets import QProgressBar, QPushButton, QToolButton, QWidget
 
 from hapkit_studio.gui.editor.code_edit import CodeEdit
@@ -89,12 +90,14 @@ class CodePage(QWidget):
     """Emits ``save_pressed`` and ``close_pressed``; ``unsaved_changed`` when the marker comes or goes.
 
     ``opened``: another file's text is shown, or none. ``count`` is pressed while cycles are wanted.
+    ``help_pressed(word)``: the page of the law language is wanted, at the word under the cursor.
     """
 
     opened = Signal()
     save_pressed = Signal()
     close_pressed = Signal()
     unsaved_changed = Signal()
+    help_pressed = Signal(str)
 
     def __init__(self, parent: QWidget | None = None):
         super().__init__(parent)
@@ -114,15 +117,19 @@ class CodePage(QWidget):
         self.close_law = QToolButton()
         self.close_law.setToolTip("Back to the plots (Ctrl+W)")
         self.close_law.setAccessibleName("Close the law")
+        self.language = QToolButton()
+        self.language.setToolTip("Law language (F1)")
+        self.language.setAccessibleName("Law language")
         icons.bind(self.save, "play", "accent", 18)
+        icons.bind(self.language, "help", "ink2", 18)
         icons.bind(self.close_law, "close", "ink2", 18)
-        head = across(
-            (self.name, 1), self.marker, self.count, self.save, self.close_law, margins=(12, 5, 8, 5), gap=10
-        )
+        parts = self.marker, self.count, self.save, self.language, self.close_law
+        head = across((self.name, 1), *parts, margins=(12, 5, 8, 5), gap=10)
         down(head, rule(), self.cycles, (self.code, 1), rule(), self.message, into=self)
         self._draft = QTimer(self, interval=DRAFT_MS, singleShot=True)
         self._draft.timeout.connect(self.keep_draft)
         self.save.clicked.connect(self.save_pressed)
+        self.language.clicked.connect(lambda: self.help_pressed.emit(""))
         self.close_law.clicked.connect(self.close_pressed)
         self.code.document().modificationChanged.connect(self._show_marker)
         self.code.textChanged.connect(self._note_typing)
@@ -193,6 +200,17 @@ class CodePage(QWidget):
         if self.path is not None and self.unsaved:
             with suppress(OSError):  # on a full or read-only disk there is none
                 draft_path(self.path).write_text(self.text, encoding="utf-8")
+
+    def event(self, event: QEvent) -> bool:
+        """Keep F1 in here from the window, whose own F1 explains its keys."""
+        if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_F1:
+            if event.type() == QEvent.Type.KeyPress:
+                cursor = self.code.textCursor()
+                cursor.select(QTextCursor.SelectionType.WordUnderCursor)
+                self.help_pressed.emit(cursor.selectedText())
+            event.accept()
+            return True
+        return super().event(event)
 
     def _note_typing(self) -> None:
         if self.unsaved:

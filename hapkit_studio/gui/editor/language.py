@@ -1,0 +1,69 @@
+"""The reference page of the law language, beside the editor."""
+
+from PySide6.QtGui import QTextBlockFormat, QTextCursor, QTextFormat, QTextTable
+from PySide6.QtWidgets import QLineEdit, QTextBrowser, QWidget
+
+from hapkit_studio.gui.dialogs import TextDialog
+from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.laws import reference
+
+_WIDE, _HIGH = 860, 480
+_MARGIN, _PADDING, _ABOVE_HEADING, _APART = 12, 4, 18, 8
+
+
+class LanguageDialog(TextDialog):
+    """The page, and a field that finds words in it; it begins at the first place of `word`."""
+
+    def __init__(self, word: str = "", parent: QWidget | None = None):
+        super().__init__("Law language", parent)
+        self.field = QLineEdit(placeholderText="Find in this page; Enter: next place")
+        self.field.setAccessibleName("Find in this page")
+        self.page = QTextBrowser()
+        self.page.setAccessibleName("Law language")
+        self.page.setMarkdown(reference.page().split("\n", 2)[2])  # the dialog has the title
+        self.page.document().setDocumentMargin(_MARGIN)
+        self.page.setMinimumSize(theme.px(_WIDE), theme.px(_HIGH))
+        self.field.textChanged.connect(self.find_first)
+        self.field.returnPressed.connect(self.find_next)
+        theme.changed.connect(self._dress)
+        self.leave.setAutoDefault(False)  # Enter belongs to the field
+        self.column.addWidget(self.field)
+        self.column.addWidget(self.page)
+        self.column.addLayout(across(None, self.leave))
+        self._dress()
+        self.field.setText(word)
+
+    def find_first(self, word: str) -> None:
+        """Select the first place of a word, nothing where there is none."""
+        self.page.moveCursor(QTextCursor.MoveOperation.Start)
+        self.page.find(word)
+
+    def find_next(self) -> None:
+        """Select the next place of the word, after the last one the first again."""
+        if not self.page.find(self.field.text()):
+            self.find_first(self.field.text())
+
+    def _dress(self) -> None:
+        """Give headings and code their distance, and code and tables the colours of the theme."""
+        document, was_code = self.page.document(), False
+        block = document.begin()
+        while block.isValid():
+            form, found = QTextBlockFormat(), block.blockFormat()
+            is_code = found.hasProperty(QTextFormat.Property.BlockCodeLanguage)
+            if found.headingLevel():
+                form.setTopMargin(_ABOVE_HEADING)
+                form.setBottomMargin(_APART)
+            elif is_code != was_code:
+                form.setTopMargin(_APART)
+            if is_code:
+                form.setBackground(theme.color("side"))
+            QTextCursor(block).mergeBlockFormat(form)
+            block, was_code = block.next(), is_code
+        for frame in document.rootFrame().childFrames():
+            if isinstance(frame, QTextTable):
+                table = frame.format()
+                table.setBorderBrush(theme.color("line"))
+                table.setBorderCollapse(True)
+                table.setCellPadding(_PADDING)
+                frame.setFormat(table)

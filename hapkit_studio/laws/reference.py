@@ -1,0 +1,307 @@
+"""The reference page of the law language, made from the tables that the checker uses.
+
+``python -m hapkit_studio.laws.reference`` writes it to the documentation; the editor shows it at F1.
+"""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from string import Template
+
+from hapkit_studio.laws import machine, subset
+from hapkit_studio.laws.law import MAX_PARAMETERS, MAX_STATE
+from hapkit_studio.laws.mistakes import MISTAKES
+from hapkit_studio.laws.translate import FUEL
+
+PAGE = Path(__file__).resolve().parents[2] / "assets" / "docs" / "law-language.md"
+
+FILE = '''\
+"""A wall that clicks: what stands here is for readers."""
+
+import math
+
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Choice, Parameter
+
+CLICK = (0.0, 0.3, 0.5, 0.3, 0.0)  # a table: force in N, every 0.5 mm
+
+
+@law(state={"touches": 0, "inside": False})
+def force(p, s, x, v, dt):
+    depth = x - 0.005 if p.side == "right" else -x - 0.005
+    if depth > 0.0 and not s.inside:
+        s.touches += 1
+    s.inside = depth > 0.0
+    if depth <= 0.0:
+        return 0.0
+    place = min(int(depth / 0.0005), len(CLICK) - 1)
+    push = p.stiffness * depth + CLICK[place]
+    return -push if p.side == "right" else push
+
+
+ENVIRONMENT = Environment(
+    key="clicking_wall",
+    title="Clicking wall",
+    summary="A wall with a click",
+    parameters=(
+        # name in the law, label, unit, default, lowest, highest
+        Parameter("stiffness", "Stiffness", "N/m", 300.0, 0.0, 2000.0),
+        Choice("side", "Side", ("right", "left")),
+    ),
+    force=force,
+)
+'''
+GIVEN = (
+    ("`x`", "position of the handle in m, positive to the right", "depth = x - 0.005"),
+    ("`v`", "its velocity in m/s", "push = -p.damping * v"),
+    ("`dt`", "time from one call to the next in s", "step = v * dt"),
+    ("`p.name`", "a parameter, set by its slider", "push = -p.stiffness * x"),
+    (
+        "`p.name`",
+        "a choice, compared with the names of its options",
+        'side = 1.0 if p.side == "right" else -1.0',
+    ),
+    ("`s.name`", "the state: memory from call to call", "s.calls += 1"),
+    ("`s.name[i]`", "one of several values of a state", "s.ring[i] = x"),
+    ("`NAME`", "a number at the top of the file", "push = GAIN * x"),
+    ("`NAME[i]`", "a number of a table at the top of the file", "push = FORCES[i]"),
+)
+STATEMENTS = (
+    ("set a name", "push = 1.0"),
+    ("set several names", "push, rate = 1.0, v"),
+    ("change a name", "push *= 2.0"),
+    ("branch", "if x > 0.0: push = 1.0"),
+    ("choose a value", "push = 1.0 if x > 0.0 else 2.0"),
+    ("combine tests: `and`, `or`, `not`", "inside = x > 0.0 and not v > 1.0"),
+    ("compare in a row", "inside = 0.0 < x < 0.005"),
+    ("loop over a constant range", "for k in range(TURNS): push += 0.1"),
+    ("leave a loop, or go on with its next turn", "for k in range(len(FORCES) - 1): break"),
+    ("call a helper of the same file", "push = half(x)"),
+    ("take its results apart", "push, rate = both(x)"),
+    ("do nothing", "pass"),
+    ("end the law with its force in N", "return -p.stiffness * x"),
+)
+STATE = """\
+@law(state={"calls": 0, "ring": (0.0, 0.0, 0.0)})  # 4 numbers
+def force(p, s, x, v, dt):
+    s.calls += 1
+    s.ring[s.calls % len(s.ring)] = x
+    return -p.stiffness * (s.ring[0] + s.ring[1] + s.ring[2]) / 3
+"""
+TABLE = """\
+FORCES = (0.0, -0.2, -0.6, -1.1, -0.9, -0.4)  # N, every 2 mm from 0
+
+
+@law
+def force(p, s, x, v, dt):
+    place = x / 0.002
+    if place < 0.0 or place >= len(FORCES) - 1:
+        return 0.0
+    i = math.floor(place)
+    share = place - i
+    return FORCES[i] * (1.0 - share) + FORCES[i + 1] * share
+"""
+HELPER = """\
+def wall(depth, stiffness, damping=0.0, rate=0.0):
+    if depth <= 0.0:
+        return 0.0
+    return stiffness * depth + damping * max(rate, 0.0)
+
+
+@law
+def force(p, s, x, v, dt):
+    return wall(-x - 0.01, p.stiffness) - wall(x - 0.01, p.stiffness, p.damping, v)
+"""
+CLOCK = """\
+@law(state={"calls": 0, "touched": -1e6, "inside": False})
+def force(p, s, x, v, dt):
+    s.calls += 1
+    contact = x >= 0.015
+    if contact and not s.inside:
+        s.touched = s.calls
+    s.inside = contact
+    since = (s.calls - s.touched) * dt  # subtract first: whole numbers are exact
+    if contact and since < 0.1:
+        return 0.5 * math.sin(2 * math.pi * 40 * since)
+    return 0.0
+"""
+VIBRATION = """\
+@law(state={"calls": 0})
+def force(p, s, x, v, dt):
+    period = math.floor(1.0 / (p.frequency * dt) + 0.5)  # a whole number of calls
+    s.calls = (s.calls + 1) % period
+    return 0.3 * math.sin(2 * math.pi * s.calls / period)
+"""
+DIFFERENCES = (
+    ("all numbers are floating-point numbers; `True` is 1.0", "push = 7 // 2 + (x > 0.0)"),
+    ("an index goes from 0 to below the size, and its fraction is cut off", "push = FORCES[1.7]"),
+    ("a division by zero is a fault with its line", "push = 1.0 / (abs(x) + 0.001)"),
+    (
+        "other functions raise no error: `math.sqrt(-1.0)` is no number, and a fault if it reaches the force",
+        "push = math.sqrt(max(0.0, x))",
+    ),
+    ("a name must be set on every path to where it is read", "push = x if x > 0.0 else 0.0"),
+    ("names are forgotten after each call; the state stays", "s.last = x"),
+    ("arguments are given in order, without their names", "push = half(x)"),
+    ("text is only compared with a choice", 'push = 1.0 if p.side == "left" else 0.0'),
+    ("board and sketch compute with 7 digits, the loop with 16", "push = p.stiffness * x"),
+)
+
+
+_TEXT = Template("""\
+# The law language
+
+A force law is a Python function that returns the force on the handle in N, positive to the right. The studio
+calls it once per tick and compiles it three times: for the loop, for the board and for an Arduino sketch. It
+therefore allows only a part of Python. The editor says at each line what is not allowed and what to write
+instead.
+
+$file
+
+## What a law knows
+
+$given
+
+## Statements
+
+$statements
+
+## Operators
+
+$operators
+
+Comparisons are $comparisons.
+
+## Functions
+
+$functions
+
+Numbers of the module math: $constants. `import math` stands at the top of the file.
+
+## State
+
+The state `s` is the memory from call to call. It is declared above the law with its start values, up to
+$states numbers in all. It is plotted and recorded.
+
+$state
+
+## Tables
+
+A tuple or list at the top of the file is a table: 1 to $numbers numbers, which stay as they are. Its index
+goes from 0 to below its size. Any other index is a fault: the force is 0, and the loop names the line. On the
+board each number of a table takes 4 of the $arena bytes that there are for the whole law; a law that needs
+more is refused with its size. In a sketch a table is a `const` array in the program's memory.
+
+$table
+
+## Helpers
+
+A helper is a function of the same file. It knows its arguments, the numbers and tables at the top of the
+file, and `math`; parameters and state are given to it. It may have default values, return several numbers
+(`return a, b`) and call other helpers, but not itself.
+
+$helper
+
+## Time
+
+Count calls, not seconds. A sum of `dt` drifts in the single precision of the board and the sketch, by 3 ms in
+10 s and by seconds in 10 minutes. A count is exact up to 2²⁴, which is 70 minutes at 4 kHz. Subtract counts
+first and multiply by `dt` last:
+
+$clock
+
+The sine of a time that grows without end gets coarse, too. Start again after a whole number of calls:
+
+$vibration
+
+## Limits
+
+$limits
+
+## Differences from Python
+
+$differences
+
+## What to write instead
+
+$mistakes
+""")
+
+
+def page() -> str:
+    """Return the page, in Markdown."""
+    functions = [
+        (f"`{prefix}{name}`", _count(one), one.returns, _code(one.example))
+        for prefix, known in (("math.", subset.MATH), ("", subset.BUILTINS))
+        for name, one in known.items()
+    ]
+    return _TEXT.substitute(
+        file=_block(FILE),
+        given=_table(("name", "what it is", "example"), [(a, b, _code(c)) for a, b, c in GIVEN]),
+        statements=_table(("to", "example"), [(what, _code(line)) for what, line in STATEMENTS]),
+        operators=_table(
+            ("operator", "result"), [(f"`{sign}`", what) for sign, what in subset.OPERATORS.values()]
+        ),
+        comparisons=", ".join(f"`{sign}`" for sign in subset.COMPARISONS.values()),
+        functions=_table(("function", "arguments", "returns", "example"), functions),
+        constants=", ".join(f"`math.{name}` ({what})" for name, what in subset.MATH_CONSTANTS.items()),
+        states=MAX_STATE,
+        state=_block(STATE),
+        numbers=subset.MOST_IN_TABLE,
+        arena=machine.ARENA,
+        table=_block(TABLE),
+        helper=_block(HELPER),
+        clock=_block(CLOCK),
+        vibration=_block(VIBRATION),
+        limits=_table(("what", "limit"), _limits()),
+        differences=_table(("in a law", "example"), [(what, _code(line)) for what, line in DIFFERENCES]),
+        mistakes=_table(("written", "message"), [(_code(m.wrong), _escaped(m.said)) for m in MISTAKES]),
+    )
+
+
+def _limits() -> list[tuple[str, str]]:
+    return [
+        ("parameters", f"{MAX_PARAMETERS}"),
+        ("values of state", f"{MAX_STATE}"),
+        ("numbers in a table", f"{subset.MOST_IN_TABLE}, each up to {subset.LARGEST_IN_TABLE:g}"),
+        ("turns of all loops and calls of helpers, per call of the law", f"{FUEL:,}"),
+        ("`min` and `max`", f"{subset.BUILTINS['min'].most} numbers"),
+        ("on the board: values, tables and code", f"{machine.ARENA} bytes"),
+        ("on the board: turns of one loop", f"{0xFFFF:,}"),
+        ("on the board: loops inside one another", f"{machine.MOST_COUNTERS}"),
+        (
+            "on the board: cycles of one call, at 4,000 and at 1,000 Hz",
+            f"{_cycles(4000):,} and {_cycles(1000):,}",
+        ),
+    ]
+
+
+def _cycles(rate: int) -> int:
+    """Return the cycles that a call may take at a rate in Hz, at 80 % load of the board's processor."""
+    return int((0.8 * 16e6 - 1000 * machine.FRAME) / rate - machine.REST)
+
+
+def _count(function: subset.Function) -> str:
+    fewest, most = function.fewest, function.most
+    return f"{fewest}" if fewest == most else f"{fewest} to {most}"
+
+
+def _escaped(text: str) -> str:
+    return text.replace("|", "\\|")
+
+
+def _code(line: str) -> str:
+    return f"`{_escaped(line)}`"
+
+
+def _block(code: str) -> str:
+    return f"```python\n{code}```"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
