@@ -7,12 +7,13 @@ import subprocess
 import sys
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from hapkit_studio import __version__, commands, environments
+from hapkit_studio import __version__, commands, environments, resources
 from hapkit_studio.cli import main
 from hapkit_studio.commands import live_run
 from hapkit_studio.devices import DeviceEntry, flash
@@ -96,6 +97,21 @@ def test_export_writes_a_folder_that_the_ide_opens(tmp_path, monkeypatch, capsys
     assert main(["export", "wall", "-o", "mine", "--force"]) == 0
     assert main(["export", "spring"]) == 0
     assert (tmp_path / "spring" / "spring.ino").is_file()
+
+
+def test_export_names_the_line_of_a_clock_that_drifts(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = resources.path("templates", "spring.py").read_text("utf-8")
+    for old, new in (("return -", "s.t += dt\n    return -s.t * "), ("@law\n", '@law(state={"t": 0.0})\n')):
+        text = text.replace(old, new)
+    Path("clock.py").write_text(text, "utf-8")
+    line = text.splitlines().index("    s.t += dt") + 1
+    assert main(["export", "clock.py", "--trust", "-o", "mine"]) == 0
+    said = capsys.readouterr().out
+    assert f"\nLine {line}: `s.t` drifts on the board and in a sketch: count calls, `s.t += 1`" in said
+    assert "// `s.t` drifts" in (tmp_path / "mine" / "mine.ino").read_text("utf-8")
+    assert main(["export", "clock.py", "--force", "--json", "-o", "mine"]) == 0
+    assert [r["line"] for r in json.loads(capsys.readouterr().out)["remarks"]] == [line]
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pseudo-terminals")
@@ -201,6 +217,9 @@ WRONG = [
     ("export wall --kit hapkit9", "There is no kit 'hapkit9'; there are: hapkit3"),
     ("export wall --rate 3000", "not at 3,000 Hz"),
     ("export wall --estimator butterworth", "not by butterworth"),
+    ("run sketch.ino", "sketch.ino is an Arduino sketch: upload it with the Arduino IDE."),
+    ("export mine/wall.ino", "its Python file, as wall.py."),
+    ("run wall.cpp", "wall.cpp is an Arduino sketch"),
 ]
 
 

@@ -39,20 +39,26 @@ class Form:
 
     parts: what the step depends on: DT, MOTION, FRACTION (a parameter, or a number that is not whole), states
     by their numbers; signs: of what is added, 0 where it is unknown; number: the value, where it is known;
-    bounded, wrapped: the sum is limited, or taken modulo something; line: where it was assigned to its state.
+    limits: the sides on which the sum is limited; wrapped: it is taken modulo something; line: where it was
+    first assigned to its state.
     """
 
     base: int | None = None
     parts: frozenset[str | int] = frozenset()
     signs: frozenset[int] = frozenset((0,))
     number: float | None = None
-    bounded: bool = False
+    limits: frozenset[int] = frozenset()
     wrapped: bool = False
     line: int = 0
 
     @property
     def depends(self) -> frozenset[str | int]:
         return self.parts if self.base is None else self.parts | {self.base}
+
+    @property
+    def bounded(self) -> bool:
+        """Return whether what is added meets a limit."""
+        return bool(self.limits) if 0 in self.signs else bool(self.signs) and self.signs <= self.limits
 
 
 Forms = frozenset[Form]
@@ -80,7 +86,7 @@ def _limited(forms: Iterable[Form]) -> Forms:
             one.parts | other.parts,
             one.signs | other.signs,
             None,
-            one.bounded and other.bounded,
+            one.limits & other.limits,
             one.wrapped and other.wrapped,
             max(one.line, other.line),
         )
@@ -158,7 +164,7 @@ class _Evaluation:
             self.names[target.id] = forms
         elif isinstance(target, ast.Subscript):
             place, exact = _place(target)
-            forms = frozenset(replace(f, line=self.line) for f in forms)
+            forms = frozenset(f if f.line and f.base == place else replace(f, line=self.line) for f in forms)
             self.states[place] = forms if exact else _limited(forms | self.state(place))
 
     def state(self, place: int) -> Forms:
@@ -278,12 +284,9 @@ class _Evaluation:
             return _number(a.number + b.number)
         if a.base is None:
             a, b = b, a
+        limits = a.limits | b.limits | {side for place, side in self.guards if place == a.base}
         signs = a.signs | b.signs
-        needed = {(a.base, side) for side in ((_UPPER, _LOWER) if 0 in signs else signs)}
-        held = needed & self.guards if 0 in signs else needed and needed <= self.guards
-        return Form(
-            a.base, a.parts | b.depends, signs, None, a.bounded or bool(held), a.wrapped or b.wrapped, a.line
-        )
+        return Form(a.base, a.parts | b.depends, signs, None, limits, a.wrapped or b.wrapped, a.line)
 
     def difference(self, a: Form, b: Form) -> Form:
         if a.base is not None and a.base == b.base:
@@ -296,11 +299,10 @@ class _Evaluation:
                 return self.call(node)[0]
             case ast.Name(id="_float" | "_noted" | "_force" | "_divisor"):
                 return self.value(node.args[0])
-            case ast.Name(id="min" | "max"):
-                given = [self.value(one) for one in node.args]
-                bases = sum(any(f.base is not None for f in forms) for forms in given)
-                every = frozenset[Form]().union(*given)
-                return _limited(replace(f, bounded=True) for f in every) if bases < len(given) else every
+            case ast.Name(id="min" | "max" as name):
+                side = frozenset((_UPPER if name == "min" else _LOWER,))
+                every = frozenset[Form]().union(*(self.value(one) for one in node.args))
+                return _limited(replace(f, limits=f.limits | side) for f in every)
             case ast.Attribute(attr="fmod"):
                 return _wrapped(self.value(node.args[0]))
         given = [self.value(one) for one in node.args]

@@ -83,12 +83,12 @@ MISTAKES = (
     Mistake("a = false", "'{}' is not defined: write `False`", ("false", "FALSE")),
     Mistake(
         "a = self.last",
-        "'{}' is not defined: parameters are `p.name`, the memory from call to call is `s.name`",
+        "'{}' is not defined: write `p.name` for a parameter, `s.name` for a value of the state",
         ("self", "this"),
     ),
     Mistake(
         "a = position",
-        "'{}' is not defined: the position is `x` in m, the velocity `v` in m/s",
+        "'{}' is not defined: write `x` for the position in m, `v` for the velocity in m/s",
         ("position", "velocity", "pos", "vel"),
     ),
     # C and the Arduino IDE
@@ -149,7 +149,7 @@ MISTAKES = (
 )
 
 _BY_NAME = {name: one for one in MISTAKES for name in one.names}
-_QUOTED = re.compile(r"\"[^\"]*\"|'[^']*'|#.*")
+_QUOTED = re.compile(r"\"[^\"]*(\"|$)|'[^']*('|$)|#.*")
 
 
 def instead_of(name: str) -> str | None:

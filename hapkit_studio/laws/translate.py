@@ -546,11 +546,12 @@ class Rewriter(ast.NodeTransformer):
         if node.keywords:
             raise fail(node, "arguments are given in order in a law, without names")
         most, defaults = found.__code__.co_argcount, found.__defaults__ or ()
+        for one in node.args:
+            self._check_given(one, name)
         subset.check_count(node, name, most - len(defaults), most)
         self.called.append(found)
         args: list[ast.expr] = []
         for one in node.args:
-            self._check_given(one, name)
             is_choice = self.is_law and self.names.choice(one)  # which arrives as its option's number
             args.append(self._parameter(one) if is_choice else _call("_float", [self.visit(one)]))
         missing = defaults[len(defaults) - (most - len(args)) :] if len(args) < most else ()

@@ -17,7 +17,7 @@ from hapkit_studio.workshop import reading
 from hapkit_studio.workshop.own import built_in
 from tests.firmware import board_runs
 from tests.firmware.vb import QUANTUM, needs_board, opened
-from tests.laws import random_laws
+from tests.laws import clock_law, random_laws, table_law
 from tests.laws.error_analysis import Analysis, Fault, Unclear, compile_unrounded, single
 from tests.laws.machine_pc import Machine, build, needs_compiler
 from tests.laws.twins import Compiled, NoNumber, Plain
@@ -199,6 +199,14 @@ def test_a_file_in_a_persons_folder_renders_on_the_board_as_it_is(twin, tmp_path
     file.write_text(OWN, encoding="utf-8")
     environment = reading.load(file)
     assert np.abs(hold_to_python(environment, environment.values(), twin, tmp_path)).max() > 0.5
+
+
+@pytest.mark.parametrize("text", [table_law.TEXT, clock_law.TEXT], ids=["tables", "clock"])
+def test_a_law_renders_its_tables_and_its_clock(text, twin, tmp_path):
+    file = tmp_path / "own.py"
+    file.write_text(text, encoding="utf-8")
+    environment = reading.load(file)
+    assert np.abs(hold_to_python(environment, environment.values(), twin, tmp_path)).max() > 0.45
 
 
 @pytest.mark.parametrize("seed", wide(range(2000, 2075), lambda seed: seed in SAMPLE))

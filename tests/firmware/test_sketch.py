@@ -22,6 +22,7 @@ from hapkit_studio.workshop import own, reading, sketch, source
 from tests.firmware.board_runs import program, render
 from tests.firmware.test_firmware import FREE, SKETCH, stack_counted
 from tests.firmware.vb import QUANTUM, duty_step, opened, run
+from tests.laws import clock_law, table_law
 from tests.wide import wide
 
 ARDUINO = Path("/usr/share/arduino/hardware/arduino/avr")
@@ -161,6 +162,13 @@ def test_a_sketch_renders_the_law_as_tuned_at_rate_and_velocity_chosen(key, give
 def written(folder, text):
     """Return the environment that a person wrote."""
     return reading.load_source(source.typed(folder / "ramp.py", text))
+
+
+@needs_ide
+@pytest.mark.parametrize("text", [table_law.TEXT, clock_law.TEXT], ids=["tables", "clock"])
+def test_a_sketch_renders_its_tables_and_its_clock(text, archive, tmp_path):
+    environment = written(tmp_path, text)
+    compare(environment, environment.values(), archive, tmp_path)
 
 
 EVERY_MS = ("--log-period", "0.001")

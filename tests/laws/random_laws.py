@@ -37,7 +37,8 @@ TURNS = {"STEPS": 3, "len(CURVE) - 2": 3}
 # Functions whose argument may be anything, and what the others want.
 ANY = ("sin", "cos", "tan", "atan", "tanh", "fabs", "floor", "ceil", "trunc", "radians", "degrees")
 KEPT_IN = {
-    "log10": "(abs({}) + 0.25)", "sqrt": "abs({})", "asin": "max(-1.0, min(1.0, {}))", "acos": "min(1.0, max({}, -1.0))",
+    "log10": "(abs({}) + 0.25)", "sqrt": "abs({})",
+    "asin": "max(-1.0, min(1.0, {}))", "acos": "min(1.0, max({}, -1.0))",
     "exp": "min(3.0, {})", "expm1": "min(2.0, {})", "log": "(abs({}) + 0.25)", "log1p": "abs({})",
     "sinh": "max(-3.0, min(3.0, {}))", "cosh": "max(-2.0, min(2.0, {}))",
 }  # fmt: skip

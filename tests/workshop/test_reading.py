@@ -107,7 +107,7 @@ def wrong(folder, whole):
 
 # (what is replaced, by what, what the line with the error holds, what is said)
 MISTAKES = [
-    (LAW, LAW[:-1], "def force", "Python cannot read this line: expected ':'"),
+    (LAW, LAW[:-1], "def force", "a colon is missing at the end of this line"),
     ("return -p", "  return (-p", "return (-p", "'(' was never closed"),
     ("return -p", "a = 1\n      return -p", "      return", "indent this line by 4 spaces; it has 6"),
     (LAW, f"{LAW}\n    if x > 0.0:", "    return -p", "indent this line by 8 spaces; it has 4"),

@@ -21,7 +21,7 @@ FAULTS = [
     ("a = 1.0\nreturn a / (v + 3.0)", "", "return a", "v = −3 m/s"),
     ("return math.sqrt(x)", "", "math.sqrt", "finite number at x = −"),
     ("return math.exp(1e6 * abs(x))", "", "math.exp", "this gives no finite number at x = "),
-    (GROW, RING, "s.ring[s.n", "the index lies beyond the state at x ="),
+    (GROW, RING, "s.ring[s.n", "the index lies beyond the state or table at x ="),
     ("return s.ring[p.stiffness]", RING, "return s", "the index lies beyond the state"),
     (LATE, RING, "return 1.0", "a division by zero at x ="),
     ("for i in range(2000000000):\n    a = i\nreturn x", "", "for i", "does not come to an end at x ="),

@@ -6,7 +6,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
+from hapkit_studio.gui.dialogs import KeysDialog
 from hapkit_studio.gui.editor import code_page
+from hapkit_studio.gui.editor.language import LanguageDialog
+from hapkit_studio.gui.export_dialog import ExportDialog
 from hapkit_studio.haptics import rows
 from hapkit_studio.workshop.source import is_trusted, read, typed
 from hapkit_studio.workshop.trying import TrialResult, failed
@@ -106,6 +109,50 @@ def test_an_error_stands_at_its_line_and_the_old_law_goes_on(opened, qtbot):
     assert words.startswith(f"Line {LAW_LINE}: 'p.stifness'")
     assert words.endswith("The old law goes on.")
     assert window.gallery.own_rows[window.editor.path].summary == "Does not run yet"
+
+
+DRIFTING = spring(force="-p.stiffness * s.t").replace("@law\n", '@law(state={"t": 0.0})\n')
+DRIFTING = DRIFTING.replace("    return", "    s.t += dt\n    return")
+
+
+def test_a_law_that_drifts_is_in_force_with_advice_at_its_line(opened, qtbot):
+    window = opened(DRIFTING)
+    verdict = wait_for_verdict(window, qtbot, window.editor.save)
+    assert verdict.ok
+    code, message = window.editor.page.code, window.editor.message
+    assert code.marks == {}
+    assert list(code.remarks) == [LAW_LINE]
+    assert "count calls, `s.t += 1`" in code.remarks[LAW_LINE]
+    assert message.tone == "warn"
+    assert message.words.text().startswith(f"In force. Line {LAW_LINE}: `s.t` drifts")
+    window.actions_by_key.run("environment.export")
+    (sheet,) = window.findChildren(ExportDialog)
+    assert f"Line {LAW_LINE}: `s.t` drifts" in sheet.verdict.words.text()
+    code.go_to(LAW_LINE)
+    QTest.keyClicks(code, "#")  # what was said is about another line
+    assert code.remarks == {}
+
+
+def test_f1_shows_the_language_at_the_word_under_the_cursor(opened):
+    window = opened()
+    page = window.editor.page
+    QTest.keyClicks(page.code, "math.hypot ")
+    QTest.keyClick(page.code, Qt.Key.Key_Left)
+    QTest.keyClick(page.code, Qt.Key.Key_F1)
+    (sheet,) = window.findChildren(LanguageDialog)
+    assert sheet.field.text() == sheet.page.textCursor().selectedText() == "hypot"
+    first = sheet.page.textCursor().position()
+    QTest.keyClick(sheet.field, Qt.Key.Key_Return)
+    assert sheet.page.textCursor().position() > first
+    QTest.keyClick(sheet.field, Qt.Key.Key_Return)
+    assert sheet.page.textCursor().position() == first  # the page names it twice
+    assert sheet.isVisible()
+    page.language.click()
+    assert [s.field.text() for s in window.findChildren(LanguageDialog) if s.isVisible()] == [""]
+    assert not window.findChildren(KeysDialog)
+    window.centre.scene.setFocus()
+    QTest.keyClick(window.centre.scene, Qt.Key.Key_F1)
+    assert len(window.findChildren(KeysDialog)) == 1
 
 
 def test_what_is_typed_during_a_trial_stays_and_is_not_called_saved(opened, no_trials):
