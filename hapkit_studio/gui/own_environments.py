@@ -20,7 +20,7 @@ from hapkit_studio.workshop import folder, trial
 from hapkit_studio.workshop.own import OwnEnvironment, built_in
 from hapkit_studio.workshop.reading import calls, load_source, without_line
 from hapkit_studio.workshop.source import Source, is_trusted, read
-from hapkit_studio.workshop.trying import TrialResult, failed
+from hapkit_studio.workshop.trying import TrialResult, failed, remarks
 
 _LONGEST = 60
 BARE = "bare handle"
@@ -247,6 +247,8 @@ class OwnEnvironments(QObject):
     def _put_in_force(self, environment: OwnEnvironment, verdict: TrialResult) -> None:
         """Put a loaded environment in force, in the place of its older version."""
         path = environment.source.path
+        if verdict == TrialResult():  # it was tried before
+            verdict = TrialResult(remarks=remarks(environment))
         old = self._loaded.get(path)
         self._loaded[path] = environment
         self._broken.pop(path, None)

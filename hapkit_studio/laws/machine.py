@@ -1,9 +1,9 @@
 """The board's machine: its operations, how they are coded, and what code of them takes.
 
 A law on the board is a table of float32 slots and code that works on one accumulator A, which begins as the
-position. Slot 0 is the position, slot 1 the velocity; then come the law's state, its constants and
-tables, its temporaries. Every instruction is one byte of operation, then its operands: slots of one byte; distances to
-jump over, counted from the end of the instruction, of one byte or two (little endian). Code is a row of
+position. Slot 0 is the position, slot 1 the velocity; then come the law's state, its constants and tables,
+its temporaries. Every instruction is one byte of operation, then its operands: slots of one byte; distances
+to jump over, counted from the end of the instruction, of one byte or two (little endian). Code is a row of
 sections, each begun by SUBROUTINE or, the last, MAIN. A section ends with RETURN, or with a jump so that
 nothing runs on into the next one, and may call those before it.
 

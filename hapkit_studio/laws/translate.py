@@ -155,6 +155,7 @@ FUNCTIONS = {"int": "_np.trunc", "float": "_float", "floor": "_np.floor", "ceil"
 FUNCTIONS |= {"fmod": "_np.fmod", "trunc": "_np.trunc"}
 # What is a product, as Python computes it.
 _FACTORS = {"radians": math.pi / 180.0, "degrees": 180.0 / math.pi}
+_TABLE_IS = "a table is a tuple of numbers, as `(0.0, 1.0)` or `tuple(…)`"
 # What has no value, or no end, for some arguments.
 RISKY = frozenset(
     ("sqrt", "tan", "asin", "acos", "exp", "expm1", "log", "log1p", "log10", "sinh", "cosh", "pow")
@@ -396,6 +397,9 @@ class Rewriter(ast.NodeTransformer):
         for owner, known in (("p", self.names.parameters), ("s", self.names.places)):
             if name in known:
                 return f"'{name}' is not defined: write `{owner}.{name}`"
+        found = self.names.globals.get(name)
+        if found is not None and not callable(found):
+            return f"`{name}` is a `{type(found).__name__}`: {_TABLE_IS}"
         return instead_of(name) or f"'{name}' is not defined"
 
     def _is_table(self, node: ast.expr) -> bool:
@@ -467,6 +471,9 @@ class Rewriter(ast.NodeTransformer):
                 return f"`{owner}` is known in the law only: give the helper `{one}` as an argument"
             if said := instead_of(f"math.{node.attr}" if owner == "math" else owner):
                 return said
+        match node:
+            case ast.Subscript(value=ast.Name(id=name)) if name not in self.local:
+                return self._undefined(name)
         known = "`p.name`, `s.name`, tables" if self.is_law else "its own arguments, tables"
         return f"only {known} and `math` are known here"
 

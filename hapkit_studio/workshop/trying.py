@@ -230,8 +230,12 @@ def _try_law(environment: Environment) -> TrialResult:
         calls += len(force)
         pushes = pushes or bool(force.any())
     cost = float(np.median(costs))  # other load on the machine does not count
-    remarks = tuple(Problem(r.line, r.text) for r in environment.force.remarks)
-    return TrialResult((), tuple(_warnings(environment, cost, pushes)), cost, calls, remarks)
+    return TrialResult((), tuple(_warnings(environment, cost, pushes)), cost, calls, remarks(environment))
+
+
+def remarks(environment: Environment) -> tuple[Problem, ...]:
+    """Return the advice on single lines of a law."""
+    return tuple(Problem(r.line, r.text) for r in environment.force.remarks)
 
 
 def _words(environment: Environment, sequence: Sequence, call: int, code: int) -> str:

@@ -105,6 +105,9 @@ class EditorController(QObject):
         path = source.path
         if path != self.path or (source.text != self.page.text and not self.page.unsaved):
             self.page.open(path, source.text)
+            loaded = self.own.loaded(path)
+            if loaded is not None and loaded.source.text == self.page.text:
+                self.page.code.mark((), [(r.line, r.text) for r in loaded.force.remarks])
         self.editor.setCurrentWidget(self.page)
         self.shown.emit(True)
         self.page.code.setFocus()

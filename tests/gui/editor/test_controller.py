@@ -11,6 +11,7 @@ from hapkit_studio.gui.editor import code_page
 from hapkit_studio.gui.editor.language import LanguageDialog
 from hapkit_studio.gui.export_dialog import ExportDialog
 from hapkit_studio.haptics import rows
+from hapkit_studio.workshop import trial
 from hapkit_studio.workshop.source import is_trusted, read, typed
 from hapkit_studio.workshop.trying import TrialResult, failed
 from tests.gui.own_support import LAW_LINE, law_tab, put, spring, wait_for_verdict
@@ -128,9 +129,20 @@ def test_a_law_that_drifts_is_in_force_with_advice_at_its_line(opened, qtbot):
     window.actions_by_key.run("environment.export")
     (sheet,) = window.findChildren(ExportDialog)
     assert f"Line {LAW_LINE}: `s.t` drifts" in sheet.verdict.words.text()
+    path = window.editor.path
+    window.editor.close()
+    window.editor.edit(path)
+    assert list(code.remarks) == [LAW_LINE]
     code.go_to(LAW_LINE)
     QTest.keyClicks(code, "#")  # what was said is about another line
     assert code.remarks == {}
+
+
+def test_a_law_that_was_tried_before_has_its_advice_at_once(opened, qtbot):
+    window = opened(DRIFTING)
+    trial.remember(read(window.editor.path), True)
+    wait_for_verdict(window, qtbot, lambda: window.own.choose(window.editor.path))
+    assert list(window.editor.page.code.remarks) == [LAW_LINE]
 
 
 def test_f1_shows_the_language_at_the_word_under_the_cursor(opened):
