@@ -94,7 +94,7 @@ def _limited(forms: Iterable[Form]) -> Forms:
 
 
 def _made_of(*values: Forms) -> Forms:
-    """Return a value that depends on others in an unknown way."""
+    """Return a value that is an unknown function of others."""
     return frozenset((Form(parts=frozenset(part for forms in values for f in forms for part in f.depends)),))
 
 
@@ -262,7 +262,7 @@ class _Evaluation:
             case ast.Compare(left=left, comparators=others):
                 for one in (left, *others):
                     self.value(one)
-        return _UNKNOWN  # a test: it decides, but is not added up
+        return _UNKNOWN  # a test: 1.0 or 0.0
 
     def combined(self, op: ast.operator, left: Forms, right: Forms) -> Forms:
         pairs = list(product(left, right))
@@ -326,7 +326,7 @@ class _Evaluation:
 
 
 def _wrapped(forms: Forms) -> Forms:
-    """Return a remainder of a value: a sum goes on adding up in it."""
+    """Return the remainder of a value, in which a sum goes on adding up."""
     return frozenset(replace(f, wrapped=True) for f in forms)
 
 
@@ -341,17 +341,18 @@ def _place(node: ast.Subscript) -> tuple[int, bool]:
 
 
 def remarks(law: CheckedLaw, state_names: Sequence[str]) -> tuple[Remark, ...]:
-    """Return what drifts in a law, by lines: states that add up dt, and angles that grow without end."""
+    """Return a law's remarks, by line: states that add up dt, times that are kept, angles that grow."""
     evaluation = _Evaluation(law)
-    finals: dict[int, set[Form]] = {}
-    for end in evaluation.ends:
-        for place in {*end, *finals}:
-            finals.setdefault(place, set()).update(end.get(place, _untouched(place)))
+    places = sorted({place for end in evaluation.ends for place in end})
+    finals = {
+        place: {form for end in evaluation.ends for form in end.get(place, _untouched(place))}
+        for place in places
+    }
     found = []
     for place, forms in finals.items():
         drifting = [f for f in forms if _drifts(place, f, forms, finals)]
         if drifting:
-            periodic = any(f.wrapped or FRACTION in f.parts for f in drifting)
+            periodic = any(f.wrapped or FRACTION in f.parts or f.signs >= {1, -1} for f in drifting)
             instead = _PERIOD if periodic else _COUNT
             line = max(f.line for f in drifting)
             found.append(Remark(line, instead.format(_name(state_names[place]))))
@@ -394,10 +395,10 @@ def _name(state: str) -> str:
 
 
 def _drifts(place: int, form: Form, forms: set[Form], finals: Mapping[int, set[Form]]) -> bool:
-    """Return whether a state is the sum of itself and time, without a limit or taken back by a step."""
+    """Return whether a state adds up time without a limit, or is set back by a step that is no limit."""
     if form.base != place:
         return False
-    # what is added in every call is a time as well
+    # a fraction that is added in every call acts as time
     always = FRACTION in form.parts and all(f.base == place and FRACTION in f.parts for f in forms)
     taken_back = any(f.base == place and f.signs and DT not in f.parts for f in forms)
     if not (DT in form.parts or always) or (form.bounded and not taken_back):
@@ -406,7 +407,7 @@ def _drifts(place: int, form: Form, forms: set[Form], finals: Mapping[int, set[F
 
 
 def _causes(parts: Iterable[str | int], finals: Mapping[int, set[Form]]) -> set[str | int]:
-    """Return what parts depend on, through other states too."""
+    """Return the transitive dependencies of parts, through states."""
     found, open_ = set[str | int](), set(parts)
     while open_:
         part = open_.pop()
@@ -423,7 +424,7 @@ def _one_of(counters: set[int], form: Form) -> tuple[int, ...]:
 
 
 def _grows(place: int, forms: set[Form]) -> bool:
-    """Return whether a state counts without end: nothing sets it back."""
+    """Return whether a state counts without end, never set back."""
     return any(f.signs for f in forms) and all(
         f.base == place and not (f.bounded or f.wrapped) for f in forms
     )
