@@ -64,7 +64,7 @@ MATH_CONSTANTS = {"pi": "3.14159…", "tau": "2 π", "e": "2.71828…", "inf": "
 MOST_TURNS = 2**31
 MOST_IN_TABLE = 256
 LARGEST_IN_TABLE = 3e38
-"""What single precision, of the board and the sketch, can hold."""
+"""Within the range of single precision, which the board and the sketch compute with."""
 
 OPERATORS: Mapping[type[ast.operator], tuple[str, str]] = {
     ast.Add: ("+", "sum"),

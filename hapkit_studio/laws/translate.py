@@ -393,7 +393,7 @@ class Rewriter(ast.NodeTransformer):
         return ast.Constant(self._number(node, constant))
 
     def _undefined(self, name: str) -> str:
-        """Return the message about a name that nothing has."""
+        """Return the message about an undefined name."""
         for owner, known in (("p", self.names.parameters), ("s", self.names.places)):
             if name in known:
                 return f"'{name}' is not defined: write `{owner}.{name}`"

@@ -51,7 +51,7 @@ MORE = [
     ("mass_spring_damper", {}),
     ("puck", {}),
 ]
-SAMPLE = (2000, 2002, 2005, 2016)
+SAMPLE = (2002, 2005, 2007, 2017)
 
 
 @dataclass
