@@ -9,6 +9,10 @@ class ParameterError(StudioError, ValueError):
     """A name is unknown, or a value is out of range or not a number."""
 
 
+class FileError(ParameterError):
+    """A file cannot be read, or a value in it cannot be used; the text names file, place, value and limit."""
+
+
 class LawError(StudioError):
     """A force law leaves the law language; carries the line it stands on."""
 

@@ -1,9 +1,159 @@
-"""Files that are written whole or not at all."""
+"""Foreign files read with limits, their values checked before use; files written whole or not at all."""
 
+import json
+import math
 import os
+import re
+import stat
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, BinaryIO
+
+from hapkit_studio.errors import FileError
+
+MOST_BYTES = 65_536  # of a file with settings, unless its reader names another limit
+MOST_NESTED = 32  # brackets inside one another; Python's parsers recurse once for each
+LONGEST_WORD = 256  # characters of a key or number; tomllib takes 13 s for a dotted key of 40 KB
+_LONGEST_SHOWN = 40  # characters of a value in a message
+_SKIPPED = re.compile(
+    r"""#[^\n]*|\"{3}(?:\\.|[^\\])*?(?:\"{3}|\Z)|'{3}.*?(?:'{3}|\Z)|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?""", re.S
+)  # comments and strings of TOML; those of JSON are among them
+_STRUCTURE = re.compile(r"[\[{]|[\]}]|[\w+-]+(?:[ \t]*\.[ \t]*[\w+-]+)*")
+
+
+def open_regular(path: str | Path) -> BinaryIO:
+    """Open a file for reading bytes; raise FileError unless it is a regular file.
+
+    Opened without blocking and then tested, as opening a FIFO would wait for its writer.
+    """
+    try:
+        file = open(path, "rb", opener=_open_without_blocking)  # noqa: SIM115, the caller closes it
+    except OSError as error:
+        raise FileError(f"Cannot read {path}: {error.strerror}.") from None
+    except ValueError as error:  # a null character in the path
+        raise FileError(f"Cannot read {str(path)!r}: {error}.") from None
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise FileError(f"Cannot read {path}: it is not a regular file.")
+    return file
+
+
+def _open_without_blocking(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
+    """Return a regular file's bytes; raise FileError, also where there are more than ``most``."""
+    with open_regular(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        try:
+            data = b"" if size > most else file.read(most + 1)
+        except OSError as error:
+            raise FileError(f"Cannot read {path}: {error.strerror}.") from None
+    if max(size, len(data)) > most:
+        raise FileError(f"{Path(path).name} has {max(size, len(data)):,} bytes; the limit is {most:,} bytes.")
+    return data
+
+
+def read_text(path: str | Path, most: int = MOST_BYTES) -> str:
+    """Return a regular file's text, UTF-8 with or without byte-order mark; raise FileError with the line."""
+    data = read_bytes(path, most)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise FileError(f"{Path(path).name}, line {line}: not text in UTF-8. Save it as UTF-8.") from None
+
+
+def read_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
+    """Return the table in a TOML file; raise FileError with the line."""
+    text, name = read_text(path, most), Path(path).name
+    _check_structure(text, name)
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise FileError(f"{name}: {error}.") from None
+
+
+def parse_json(text: str, name: str) -> Any:
+    """Return the value of a JSON text; raise FileError that begins with the name of its file or setting."""
+    _check_structure(text, name)
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise FileError(f"{name}: {error}.") from None
+
+
+def _check_structure(text: str, name: str) -> None:
+    """Raise FileError where a JSON or TOML text would take its parser too deep or too long."""
+    bare = _SKIPPED.sub(lambda found: "s" * (found[0][0] != "#") + "\n" * found[0].count("\n"), text)
+    depth = 0
+    for found in _STRUCTURE.finditer(bare):
+        depth += (found[0] in "[{") - (found[0] in "]}")
+        if depth > MOST_NESTED:
+            wrong = f"brackets are nested deeper than {MOST_NESTED}"
+        elif len(found[0]) > LONGEST_WORD:
+            wrong = f"a key or number has {len(found[0]):,} characters; the limit is {LONGEST_WORD}"
+        else:
+            continue
+        raise FileError(f"{name}, line {bare.count(chr(10), 0, found.start()) + 1}: {wrong}.")
+
+
+def checked_number(
+    value: object, place: str, low: float = -math.inf, high: float = math.inf, unit: str = ""
+) -> float:
+    """Return a file's value as a float from low to high; raise FileError beginning with its place.
+
+    True, False, NaN and infinities are no numbers.
+    """
+    try:
+        number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
+    except OverflowError:
+        number = math.inf
+    if not (math.isfinite(number) and low <= number <= high):
+        raise _wrong(value, place, f"a number{_range(low, high)} {unit}".rstrip())
+    return number
+
+
+def checked_integer(value: object, place: str, low: float = -math.inf, high: float = math.inf) -> int:
+    """Return a file's value as a whole number from low to high; raise FileError beginning with its place."""
+    if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
+        raise _wrong(value, place, f"a whole number{_range(low, high)}")
+    return value
+
+
+def checked_text(value: object, place: str, longest: int) -> str:
+    """Return a file's value as one line of printable text; raise FileError beginning with its place."""
+    if not isinstance(value, str) or len(value) > longest or not value.isprintable():
+        raise _wrong(value, place, f"a line of at most {longest} printable characters")
+    return value
+
+
+def checked_table(value: object, place: str) -> dict[str, Any]:
+    """Return a file's value as a table with names as keys; raise FileError beginning with its place."""
+    if not isinstance(value, dict):
+        raise _wrong(value, place, "a table")
+    return value
+
+
+def _range(low: float, high: float) -> str:
+    if math.isinf(low) and math.isinf(high):
+        return ""
+    if math.isinf(high):
+        return f" of at least {low:,g}"
+    return f" of at most {high:,g}" if math.isinf(low) else f" from {low:,g} to {high:,g}"
+
+
+def _wrong(value: object, place: str, wanted: str) -> FileError:
+    try:
+        shown = repr(value)
+    except ValueError:  # a whole number with more digits than Python prints
+        shown = "a very long number"
+    if len(shown) > _LONGEST_SHOWN:
+        shown = f"{shown[:_LONGEST_SHOWN]}…"
+    return FileError(f"{place} is {shown}; it must be {wanted}.")
 
 
 @contextmanager

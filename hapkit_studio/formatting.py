@@ -1,5 +1,6 @@
 """Numbers and units as a person reads them: a true minus, commas between thousands, no exponent."""
 
+import json
 import math
 import re
 from collections.abc import Mapping
@@ -14,6 +15,7 @@ _WITH_NUMBER = re.compile(
 )
 _SLASH = re.compile(r"(?<=[Nms1])/(?=[ms](?![a-z]))")
 _WHOLE_HERTZ = 20.0
+_KEPT = "\n\N{NO-BREAK SPACE}\N{WORD JOINER}"  # not printable by Python's definition, but harmless
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -66,6 +68,16 @@ def unbroken(words: str) -> str:
     """Return words that wrap neither between a number and its unit nor within a unit."""
     joined = _WITH_NUMBER.sub(lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), words)
     return _SLASH.sub("/\N{WORD JOINER}", joined)
+
+
+def printable(text: str) -> str:
+    """Return a text with every control, invisible or direction-changing character escaped as JSON does.
+
+    For all that goes to a terminal or into a window and may come from a file. JSON stays the same value.
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in _KEPT else json.dumps(c)[1:-1] for c in text)
 
 
 def plain(value: Any) -> Any:

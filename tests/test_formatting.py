@@ -1,11 +1,21 @@
 """Numbers and units as people read them."""
 
+import json
 import math
 
 import pytest
 
 from hapkit_studio.analysis.stability.behaviour import Behaviour, Lasting
-from hapkit_studio.formatting import hertz, number, on_screen, power_of_ten, significant, unbroken, with_unit
+from hapkit_studio.formatting import (
+    hertz,
+    number,
+    on_screen,
+    power_of_ten,
+    printable,
+    significant,
+    unbroken,
+    with_unit,
+)
 
 
 def test_numbers_have_a_true_minus_commas_between_thousands_and_no_sign_on_zero():
@@ -53,3 +63,19 @@ def test_a_number_stays_on_the_line_of_its_unit_and_other_words_may_wrap():
         "5\u00a0mm and 30\u00a0% in 4 more steps, 10 mixed."
     )
     assert unbroken("either/or, 9.8 m/s² in /media/sound") == "either/or, 9.8\u00a0m/\u2060s² in /media/sound"
+
+
+HIDDEN = "a\x1b[2K\r\u202eb\u200b\x9b\x7f\0\t\ud800\U000e0001c"
+
+
+def test_no_control_or_invisible_character_is_printed():
+    shown = printable(f"{HIDDEN}\nN·s/m −\u00a0Zoë\n")
+    escaped = r"a\u001b[2K\r\u202eb\u200b\u009b\u007f\u0000\t\ud800\udb40\udc01c"
+    assert shown == f"{escaped}\nN·s/m −\u00a0Zoë\n"
+
+
+def test_a_printable_json_text_has_the_same_value():
+    value = {HIDDEN: [HIDDEN, "\\x1b", 1.5]}
+    shown = printable(json.dumps(value, ensure_ascii=False))
+    assert shown.isprintable()
+    assert json.loads(shown) == value

@@ -17,8 +17,9 @@ from hapkit_studio.dynamics.estimators import ESTIMATORS, Spec
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError, ParameterError
+from hapkit_studio.formatting import printable
 from hapkit_studio.workshop import reading, trial
-from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source, visible_text
+from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source
 
 QUIET_SECONDS = 1.0
 _BAR = 20
@@ -230,7 +231,7 @@ def _consent(source: Source, trusting: bool) -> None:
     if not trusting:
         if not (sys.stdin.isatty() and sys.stderr.isatty()):
             raise LawError("not executed, as nobody agreed to it yet: read it, then pass --trust")
-        print(visible_text(source.text), file=sys.stderr)
+        print(printable(source.text), file=sys.stderr)
         question = f"Execute {source.path.name} as it stands above? [y/N] "
         print(question, end="", file=sys.stderr, flush=True)
         if sys.stdin.readline().strip().lower() not in YES:

@@ -64,10 +64,5 @@ def trust_source(source: Source) -> None:
         known.write(source.digest + "\n")
 
 
-def visible_text(text: str) -> str:
-    """Return a text for review: invisible characters and those that change direction as escape codes."""
-    return "".join(c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in text)
-
-
 def _list() -> Path:
     return Path(platformdirs.user_data_dir("hapkit-studio", appauthor=False)) / "trusted"

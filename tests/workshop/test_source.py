@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from hapkit_studio.workshop.source import is_trusted, trust_source, typed, visible_text
+from hapkit_studio.workshop.source import is_trusted, trust_source, typed
 
 TEXT = "import os\nprint('−')\n"
 
@@ -27,8 +27,3 @@ def test_a_list_that_cannot_be_read_trusts_nobody(tmp_path):
     (file,) = (tmp_path / "data").rglob("trusted")
     file.write_bytes(b"\xff\xfe\x00")
     assert not is_trusted(of(TEXT))
-
-
-def test_nothing_hides_in_a_text_that_is_shown():
-    shown = visible_text("a = 1\x1b[2K\r\u202eb\u200b = 2\nN·s/m −\n")
-    assert shown == "a = 1\\x1b[2K\\r\\u202eb\\u200b = 2\nN·s/m −\n"
