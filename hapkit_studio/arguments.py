@@ -3,12 +3,14 @@
 import argparse
 from pathlib import Path
 
+from hapkit_studio.formatting import printable
+
 
 class LineParser(argparse.ArgumentParser):
     """Says what is wrong in one line, exit code 2."""
 
     def error(self, message: str):
-        self.exit(2, f"{self.prog}: {message}\n")
+        self.exit(2, printable(f"{self.prog}: {message}\n"))
 
 
 def window_parser() -> LineParser:

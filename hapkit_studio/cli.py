@@ -10,6 +10,7 @@ from io import TextIOWrapper
 
 from hapkit_studio.arguments import LineParser, window_parser
 from hapkit_studio.errors import StudioError
+from hapkit_studio.formatting import printable
 
 INTERRUPTED = 130
 
@@ -28,15 +29,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         base.check_outputs(options)
         result = options.command(options)
-        print(json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text, flush=True)
+        text = json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text
+        print(printable(text), flush=True)
     except StudioError as error:
         # the step that a window would offer, for the port that was named
         port = getattr(options, "port", None) or getattr(options, "device", None)
         step = f" Run `hapkit-studio flash {port}`." if port and getattr(error, "step", "") else ""
-        print(f"hapkit-studio: {error}{step}", file=sys.stderr)
+        print(printable(f"hapkit-studio: {error}{step}"), file=sys.stderr)
         return 2
     except OSError as error:
-        print(f"hapkit-studio: {error.filename or 'output'}: {error.strerror}", file=sys.stderr)
+        print(printable(f"hapkit-studio: {error.filename or 'output'}: {error.strerror}"), file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return INTERRUPTED

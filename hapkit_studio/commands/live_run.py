@@ -15,6 +15,7 @@ from hapkit_studio.commands.base import option
 from hapkit_studio.devices.port_errors import no_data
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.errors import DeviceError, ParameterError
+from hapkit_studio.formatting import printable
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.arrays import DEVICE_GONE, SLOW_LINK
 from hapkit_studio.haptics.engine import BOARD, COMPUTER, RENDERERS, Engine
@@ -151,7 +152,7 @@ def say_doubt(engine: Engine) -> Callable[[float], None]:
         done = True
         words = "" if _is_over(engine.fault) else on_board.link_warning(engine)
         if words:
-            print(words, file=sys.stderr, flush=True)
+            print(printable(words), file=sys.stderr, flush=True)
 
     return look
 

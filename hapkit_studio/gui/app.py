@@ -7,21 +7,24 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from subprocess import Popen
 
-from PySide6.QtCore import QObject, QRect, QSettings, QSize, QTimer
+from PySide6.QtCore import QObject, QRect, QSize, QTimer
 from PySide6.QtWidgets import QApplication
 
 from hapkit_studio import devices
 from hapkit_studio.arguments import window_parser
 from hapkit_studio.environments import named
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import printable
 from hapkit_studio.gui import demos, prepare, session
+from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import style
-from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.gui.widgets.theme import MODES, theme
 from hapkit_studio.gui.window import MainWindow
 
 FIRST_SIZE = QSize(1440, 900)
 LOOK_MS = 50
+_REJECTED = "Some stored settings cannot be used. Their default values are in force."
 SWITCH_SECONDS = 0.5e-3
 """s after which one thread lets another have its turn. A law is translated for the board in a thread: with
 Python's 5 ms a picture meanwhile took 0.7 s, so 0.09 s."""
@@ -38,12 +41,11 @@ def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> in
     application.setApplicationName("hapkit-studio")
     sys.setswitchinterval(SWITCH_SECONDS)
     application.setApplicationDisplayName("Hapkit Studio")
-    theme.mode = options.theme or str(QSettings("hapkit-studio", "hapkit-studio").value("theme", "system"))
     style.apply(application)
     try:
         window = build(options)
     except ParameterError as error:
-        print(error, file=sys.stderr)
+        print(printable(str(error)), file=sys.stderr)
         return 2
     window.show()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -55,8 +57,7 @@ def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> in
 
 def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
     """Give the window the size asked for, else the one it had, else one that fits the screen."""
-    geometry = window.settings.value("geometry")
-    if size is None and geometry is not None and window.restoreGeometry(geometry):
+    if size is None and window.settings.geometry("geometry", window.restoreGeometry):
         frameless = window.settings.value("frameless")  # Qt has left room for a frame that nobody draws
         if isinstance(frameless, QRect) and window.screen().availableGeometry().contains(frameless):
             window.setGeometry(frameless)
@@ -65,10 +66,15 @@ def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
 
 
 def build(options: argparse.Namespace) -> MainWindow:
-    """Return the window, no device opened yet; leave with a line if an option names what is not there."""
+    """Return the window, no device opened yet; leave with a line if an option names what is not there.
+
+    A notice names the stored settings that could not be used.
+    """
+    settings = StoredSettings()
+    theme.set_mode(options.theme or settings.choice("theme", "system", MODES))
     studio = Studio(devices.available)
     key = named(options.environment).key if options.environment is not None else None
-    window = MainWindow(studio)
+    window = MainWindow(studio, settings)
     if key is None or studio.why_fixed("environment", key):
         session.restore(window)
     if key is not None:
@@ -79,6 +85,8 @@ def build(options: argparse.Namespace) -> MainWindow:
     if not options.screenshot:
         window.closed.connect(partial(session.save, window))
     _place(window, options.size)
+    if not options.screenshot and (words := window.settings.new_notice()):
+        window.banners.warn("settings", _REJECTED, words)
     return window
 
 

@@ -1,7 +1,6 @@
 """The environments that can be chosen, the values of each, and which are compiled already."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from subprocess import Popen
 
 from PySide6.QtCore import QObject, QTimer, Signal
@@ -11,6 +10,8 @@ from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.parameters import AnyParameter, Choice
 
 LOOK_MS = 100
+Reject = Callable[[ParameterError], object]
+"""Gets the error of each value that is left out."""
 # What a row says instead of its summary.
 WORDS = {"preparing": "Preparing…", "next": "Preparing, comes next…", "broken": "Its law cannot be compiled"}
 
@@ -46,21 +47,36 @@ def carried(old: Environment, values: Mapping[str, float], new: Environment) -> 
     return kept
 
 
-def checked(parameters: Iterable[AnyParameter], given: Mapping[str, object]) -> dict[str, float]:
-    """Return those of some given values that are valid, by key; the others are left out one by one."""
+def ignore(_error: ParameterError) -> None:
+    """Leave an invalid value out without a word."""
+
+
+def checked(
+    parameters: Iterable[AnyParameter],
+    given: Mapping[str, object],
+    reject: Reject = ignore,
+) -> dict[str, float]:
+    """Return the valid ones of some values by key; ``reject`` gets the error of each of the others."""
     kept: dict[str, float] = {}
     for parameter in parameters:
         if parameter.key in given:
-            with suppress(ParameterError):
+            try:
                 kept[parameter.key] = parameter.check(given[parameter.key])
+            except ParameterError as error:
+                reject(error)
     return kept
 
 
-def usable(environment: Environment, given: Mapping[str, object]) -> dict[str, float]:
+def usable(
+    environment: Environment,
+    given: Mapping[str, object],
+    reject: Reject = ignore,
+) -> dict[str, float]:
     """Return an environment's values, with what it can use of others; with none where they do not agree."""
     try:
-        return environment.values(checked(environment.parameters, given))
-    except ParameterError:
+        return environment.values(checked(environment.parameters, given, reject))
+    except ParameterError as error:
+        reject(error)
         return environment.values()
 
 

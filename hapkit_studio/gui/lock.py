@@ -4,9 +4,13 @@ entry can be deleted by whoever owns the machine."""
 import hashlib
 import hmac
 import json
+import re
 import secrets
 from collections.abc import Iterable
 from dataclasses import dataclass
+
+from hapkit_studio.errors import FileError
+from hapkit_studio.files import checked_table, parse_json
 
 Place = tuple[str, ...]
 """A setting: ("environment", key), ("value", environment, parameter), LOOP with the grip, or DEVICE."""
@@ -14,6 +18,8 @@ LOOP, GRIP, DEVICE = ("loop",), ("grip",), ("device",)
 ENTRY = "lock"
 """Under which it stands in the settings."""
 _COST = {"n": 2**14, "r": 8, "p": 1}
+_SALT, _DIGEST = 16, 64  # bytes
+_LENGTHS = {"environment": 2, "value": 3, "loop": 1, "grip": 1, "device": 1}  # of places, by their first part
 
 
 @dataclass(frozen=True)
@@ -27,7 +33,7 @@ class Lock:
     @classmethod
     def closed(cls, places: Iterable[Place], code: str) -> "Lock":
         """Return a lock of some settings with a new salt."""
-        salt = secrets.token_bytes(16)
+        salt = secrets.token_bytes(_SALT)
         return cls(frozenset(places), salt, _digest(code, salt))
 
     def opens(self, code: str) -> bool:
@@ -46,14 +52,32 @@ class Lock:
         return json.dumps({"places": places, "salt": self.salt.hex(), "digest": self.digest.hex()})
 
     @classmethod
-    def read(cls, text: str) -> "Lock":
-        """Return what ``text`` wrote; what cannot be read is open, as no code would open it."""
-        try:
-            kept = json.loads(text)
-            places = frozenset(tuple(map(str, place)) for place in kept["places"])
-            return cls(places, bytes.fromhex(kept["salt"]), bytes.fromhex(kept["digest"]))
-        except (ValueError, KeyError, TypeError):
+    def read(cls, text: object) -> "Lock":
+        """Return what ``text`` wrote; raise FileError where no code would open it."""
+        if text == "":
             return cls()
+        stored = checked_table(parse_json(str(text), ENTRY), ENTRY)
+        given = stored.get("places")
+        places = [_place(place) for place in given] if isinstance(given, list) else []
+        if not places or None in places:
+            raise FileError(f"{ENTRY}.places holds no settings that can be locked.")
+        salt, digest = (
+            _bytes(stored.get(name), size) for name, size in (("salt", _SALT), ("digest", _DIGEST))
+        )
+        return cls(frozenset(place for place in places if place), salt, digest)
+
+
+def _place(given: object) -> Place | None:
+    """Return a setting that can be locked, None for anything else."""
+    if not isinstance(given, list) or not given or not all(isinstance(part, str) for part in given):
+        return None
+    return tuple(given) if len(given) == _LENGTHS.get(given[0]) else None
+
+
+def _bytes(given: object, size: int) -> bytes:
+    if not isinstance(given, str) or not re.fullmatch(rf"[0-9a-f]{{{2 * size}}}", given):
+        raise FileError(f"{ENTRY}: salt and digest must be {_SALT} and {_DIGEST} bytes in hexadecimal.")
+    return bytes.fromhex(given)
 
 
 def _digest(code: str, salt: bytes) -> bytes:

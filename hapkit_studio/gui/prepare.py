@@ -14,6 +14,7 @@ from pathlib import Path
 
 import platformdirs
 
+from hapkit_studio.formatting import printable
 from hapkit_studio.resources import sources_stamp
 
 # What the loop begins with in any case: no force for the first tick, and the engine's own environment.
@@ -138,7 +139,7 @@ def compile_laws(*keys: str) -> None:
             if key in library:
                 library[key].force.compiled()
         except LawError as error:
-            print(f"{key}: {error}", file=sys.stderr, flush=True)
+            print(printable(f"{key}: {error}"), file=sys.stderr, flush=True)
 
 
 def compile_verdict(*_keys: str) -> None:

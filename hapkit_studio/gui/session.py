@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from hapkit_studio.devices.simulated import MODELS
 from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import pages
-from hapkit_studio.gui.environment_library import checked, usable
+from hapkit_studio.gui.environment_library import Reject, checked, ignore, usable
 from hapkit_studio.gui.live import trigger
 from hapkit_studio.gui.panel.loop import DELAY, ESTIMATOR, GRIP, RATE
 from hapkit_studio.gui.panel.rendering import RATE as BOARD_RATE
@@ -15,8 +16,7 @@ from hapkit_studio.gui.panel.rendering import RENDERERS
 from hapkit_studio.parameters import AnyParameter, Choice
 
 if TYPE_CHECKING:
-    from PySide6.QtCore import QSettings
-
+    from hapkit_studio.gui.stored import StoredSettings
     from hapkit_studio.gui.studio import Studio
     from hapkit_studio.gui.window import MainWindow
 
@@ -55,36 +55,42 @@ def restore(window: "MainWindow") -> None:
 
 def _restore(window: "MainWindow") -> None:
     studio, settings = window.studio, window.settings
-    key, view = (str(settings.value(name, "")) for name in (_ENVIRONMENT, _VIEW))
-    if view in pages.discover():
+    key = str(settings.value(_ENVIRONMENT, ""))
+    if view := settings.choice(_VIEW, "", pages.discover()):
         window.views.show(view)
-    values = _remembered(settings, _VALUES)
+    values = settings.table(_VALUES)
     for known in values.keys() & studio.environments.keys():
-        studio.set_values_of(known, usable(studio.environments[known], _mapping(values[known])))
-    _restore_loop(studio, _remembered(settings, _LOOP))
-    for name, value in checked(trigger.PARAMETERS, _remembered(settings, _TRIGGER)).items():
+        reject = _rejection(settings, _VALUES, f"{_VALUES}.{known}")
+        studio.set_values_of(known, usable(studio.environments[known], _table(values[known], reject), reject))
+    _restore_loop(studio, settings)
+    given = settings.table(_TRIGGER)
+    for name, value in checked(trigger.PARAMETERS, given, _rejection(settings, _TRIGGER)).items():
         window.centre.trigger.set_value(name, value)
-    window.presets.remember(_remembered(settings, _PRESETS))
+    window.presets.remember(settings.table(_PRESETS))
     if key in studio.environments:
         studio.choose(key)
     studio.restored = bool(key)
 
 
-def _restore_loop(studio: "Studio", given: Mapping[str, Any]) -> None:
-    loop = loop_from(given, studio.loop.estimator)
+def _restore_loop(studio: "Studio", settings: "StoredSettings") -> None:
+    given, reject = settings.table(_LOOP), _rejection(settings, _LOOP)
+    loop = loop_from(given, studio.loop.estimator, reject)
     studio.set_grip(loop.pop(GRIP.key, studio.grip))
     rate = given.get("board_rate")
-    studio.set_loop(**loop, board_rate=rate if rate in _BOARD_RATES else None)
+    if rate not in _BOARD_RATES:
+        reject(ParameterError(f"{BOARD_RATE.label} is one of {', '.join(BOARD_RATE.options)}."))
+        rate = None
+    studio.set_loop(**loop, board_rate=rate)
 
 
-def loop_from(given: Mapping[str, Any], estimator: str) -> dict[str, Any]:
+def loop_from(given: Mapping[str, Any], estimator: str, reject: Reject = ignore) -> dict[str, Any]:
     """Return what is valid of a loop and a hand ("grip") that were written down, by the studio's names.
 
-    estimator: the one whose options they are where none is named.
+    estimator: the one whose options they are where none is named. reject: gets the errors of the rest.
     """
-    loop = _by_name(_OF_LOOP, checked(_OF_LOOP, given))
+    loop = _by_name(_OF_LOOP, checked(_OF_LOOP, given, reject))
     method = ESTIMATORS[loop.get(ESTIMATOR.key, estimator)]
-    options = checked(method.parameters, _mapping(given.get("options")))
+    options = checked(method.parameters, _table(given.get("options", {}), reject), reject)
     return {**loop, "options": tuple(options.items()), "controller": given.get("controller") is True}
 
 
@@ -94,13 +100,14 @@ def _by_name(parameters: Iterable[AnyParameter], values: Mapping[str, Any]) -> d
     return {p.key: p.text(values[p.key]) if isinstance(p, Choice) else values[p.key] for p in known}
 
 
-def _remembered(settings: "QSettings", name: str) -> Mapping[str, Any]:
-    """Return what was written under a name; nothing where it cannot be read."""
-    try:
-        return _mapping(json.loads(str(settings.value(name, ""))))
-    except ValueError:
-        return {}
+def _rejection(settings: "StoredSettings", name: str, place: str = "") -> Reject:
+    """Return a callback that notes an error as the reason why a part of a setting is not used."""
+    return lambda error: settings.reject(name, f"{place or name}: {error}")
 
 
-def _mapping(given: object) -> Mapping[str, Any]:
-    return given if isinstance(given, dict) else {}
+def _table(given: object, reject: Reject) -> Mapping[str, Any]:
+    """Return a table that was written down, {} where it is none."""
+    if isinstance(given, dict):
+        return given
+    reject(ParameterError("it must be a table of names and values."))
+    return {}

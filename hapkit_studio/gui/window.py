@@ -3,7 +3,7 @@
 import gc
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, QObject, QSettings, Qt, QTimer, Signal
+from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
 from PySide6.QtWidgets import QAbstractButton, QApplication, QMainWindow, QSplitter, QStackedWidget, QWidget
 from shiboken6 import isValid
@@ -30,7 +30,7 @@ from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
 from hapkit_studio.gui.live.canvas import Canvas
-from hapkit_studio.gui.live.centre import Centre, fill, remembered
+from hapkit_studio.gui.live.centre import Centre, fill
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.dividers import Dividers
@@ -50,6 +50,7 @@ from hapkit_studio.gui.projector import Projector
 from hapkit_studio.gui.quiz import Quiz
 from hapkit_studio.gui.recording import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
+from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.trigger_dialog import TriggerDialog
 from hapkit_studio.gui.undo import UndoHistory
@@ -92,16 +93,16 @@ class MainWindow(QMainWindow):
     export: LiveExport
     single_keys: bool
 
-    def __init__(self, studio: Studio):
+    def __init__(self, studio: Studio, settings: StoredSettings | None = None):
         super().__init__()
         self.setWindowTitle("Hapkit Studio")
         self.setMinimumSize(*_SMALLEST)
         self.studio = studio
         studio.setParent(self)  # its signals hold what they are connected to for as long as it lives
         Collector(self)
-        self.settings = QSettings("hapkit-studio", "hapkit-studio")
-        studio.device.padding = PACKET if self.settings.value("padding", 0, int) == PACKET else 0
-        studio.set_lock(Lock.read(str(self.settings.value(ENTRY, ""))))
+        self.settings = settings or StoredSettings()
+        studio.device.padding = self.settings.choice("padding", 0, (0, PACKET))
+        studio.set_lock(self.settings.read(ENTRY, Lock(), Lock.read))
         self.body = WindowLayout(self)
         self.history = UndoHistory(studio, self)
         self.live = Live(studio, self)
@@ -129,8 +130,8 @@ class MainWindow(QMainWindow):
         self.notices = Notices(studio, self.live, self.banners)
         self.energy = EnergyWatch(studio, self.live, self.status, lambda: self.stability.calm)
         self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
-        self.single_keys = bool(self.settings.value("single_keys", True, bool))
-        theme.grid = bool(self.settings.value("grid", True, bool))
+        self.single_keys = self.settings.flag("single_keys", True)
+        theme.grid = self.settings.flag("grid", True)
         self.body.arrange()
         self.setCentralWidget(self.body)
         self.gallery.order()
@@ -384,8 +385,8 @@ class WindowLayout(QWidget):
         self._window = window
         self._drawer_open: bool | None = None
         settings = window.settings
-        self._gallery_width = remembered(settings, "gallery_width", breakpoints.GALLERY)
-        self._panel_width = remembered(settings, "panel_width", breakpoints.PANEL)
+        self._gallery_width = settings.pixels("gallery_width", breakpoints.GALLERY)
+        self._panel_width = settings.pixels("panel_width", breakpoints.PANEL)
         # each part is made inside its place: moved there later, all of it would be styled once more
         self.borders = QSplitter(self)
         self._left, self.side = QWidget(self.borders), QStackedWidget(self.borders)

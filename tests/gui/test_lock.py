@@ -1,11 +1,13 @@
 """What an instructor locks stays as it is by every path, until the code is entered; stopping stays free."""
 
+import json
+
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractSpinBox
 
-from hapkit_studio.errors import ParameterError
+from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.gui import session
 from hapkit_studio.gui.lock import DEVICE, ENTRY, LOOP, Lock
 from hapkit_studio.gui.lock_dialog import LockDialog
@@ -52,8 +54,20 @@ def test_a_code_opens_its_lock_alone_and_stands_nowhere(closed):
     for code in ("", "1235", "12345", closed.digest.hex()):
         assert not closed.opens(code)
     assert Lock.closed(PLACES, "1234").digest != closed.digest  # another salt
-    for damage in ("", "{", "[]", '{"places": 3, "salt": "", "digest": ""}', text.replace("salt", "salz")):
-        assert Lock.read(damage) == Lock()
+    assert Lock.read("") == Lock()
+
+
+def test_a_lock_that_no_code_opens_is_refused(closed):
+    text = closed.text()
+    whole = json.loads(text)
+    damaged = [
+        {**whole, name: value}
+        for name in whole
+        for value in (None, 3, "", [], {}, "x" * 32, [1], [[]], [["moon"]], [["loop", "x"]], [[1, 2]])
+    ]
+    for damage in ("{", "[]", "3", "[" * 5000, text.replace("salt", "salz"), *map(json.dumps, damaged)):
+        with pytest.raises(FileError, match=r"^lock[^\n]+\.$"):
+            Lock.read(damage)
 
 
 @pytest.mark.parametrize(

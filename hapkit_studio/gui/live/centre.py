@@ -1,6 +1,6 @@
 """The middle of the Live view: scene on top, time plots and force–position below."""
 
-from PySide6.QtCore import QSettings, QSize, Qt
+from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QSplitter, QStackedWidget, QWidget
 
@@ -12,6 +12,7 @@ from hapkit_studio.gui.live.time_plots import TimePlots
 from hapkit_studio.gui.live.time_view import SPANS, TimeView
 from hapkit_studio.gui.live.trigger import Trigger
 from hapkit_studio.gui.scenes import SceneView
+from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import across, down
 from hapkit_studio.gui.widgets.segmented import Segmented
@@ -37,12 +38,6 @@ def fill(splitter: QSplitter, gap: int, stretched: int, *parts: QWidget) -> None
     for part in parts:
         splitter.addWidget(part)
     splitter.setStretchFactor(stretched, 1)
-
-
-def remembered(settings: QSettings, name: str, usual: float) -> float:
-    """Return a size in px at the usual scale that was kept, or the usual one."""
-    size = settings.value(name, usual, float)
-    return size if isinstance(size, float) else usual
 
 
 def _flat(icon: str, tip: str) -> QPushButton:
@@ -122,7 +117,7 @@ class Toolbar(QWidget):
 class Centre(QWidget):
     """Scene above, plots below: the borders between them can be dragged, and are remembered."""
 
-    def __init__(self, settings: QSettings, parent: QWidget | None = None):
+    def __init__(self, settings: StoredSettings, parent: QWidget | None = None):
         super().__init__(parent)
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
         self.setObjectName("centre")  # first: the parts are styled by it as they are made
@@ -144,12 +139,12 @@ class Centre(QWidget):
         self._narrow, self._settings, self._projected = False, settings, False
         self._page: QWidget | None = None
         self._shows_scene, self._is_law = True, False
-        self._scene_height = remembered(settings, "scene_height", 0)  # 0: nobody dragged it
-        self._phase_width = remembered(settings, "phase_width", 0)
+        self._scene_height = settings.pixels("scene_height", 0.0)  # 0: nobody dragged it
+        self._phase_width = settings.pixels("phase_width", 0.0)
         fill(self.columns, GAP, 0, self.time_card, self.phase_card, self.values_card)
         fill(self.rows, GAP, 1, self.scene_card, self.columns)
         down(self.rows, into=self, margins=(GAP,) * 4)
-        self.scene.set_hint(not settings.value("dragged", False, bool))
+        self.scene.set_hint(not settings.flag("dragged", False))
         self.scene.taken.connect(lambda: settings.setValue("dragged", True))
         self.toolbar.views.chosen.connect(self.stack.setCurrentIndex)
         self.time.pointed.connect(self.phase.point)

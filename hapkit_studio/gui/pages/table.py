@@ -8,6 +8,7 @@ from PySide6.QtCore import QAbstractTableModel, QItemSelection, QModelIndex, QPe
 from PySide6.QtGui import QFontMetrics, QGuiApplication, QKeyEvent, QKeySequence, QMouseEvent, QResizeEvent
 from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QSizePolicy, QTableView
 
+from hapkit_studio.formatting import printable
 from hapkit_studio.gui.widgets.theme import theme
 
 _ROW, _GAP = 28, 8  # px
@@ -57,7 +58,7 @@ class Rows(QAbstractTableModel):
     def data(self, index: Index, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         column, row = self.columns[index.column()], self.rows[index.row()]
         if role in (Qt.ItemDataRole.DisplayRole, Qt.ItemDataRole.ToolTipRole):
-            return column.text(row)
+            return printable(column.text(row))
         if role == Qt.ItemDataRole.ForegroundRole:
             return theme.color(column.token(row))
         if role == Qt.ItemDataRole.BackgroundRole and column.ground is not None:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from functools import partial
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSettings, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from hapkit_studio.devices.simulated import MODELLED, MODELS, OPTIONAL, TERMS
@@ -15,6 +15,7 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.lock import LOOP
 from hapkit_studio.gui.panel.rendering import RenderingSwitch
 from hapkit_studio.gui.panel.rows import ChoiceRow, ParameterRow
+from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.parts import Sign, across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
@@ -104,7 +105,7 @@ class LoopPanel(QWidget):
 
     opened = Signal(QWidget)
 
-    def __init__(self, studio: Studio, settings: QSettings):
+    def __init__(self, studio: Studio, settings: StoredSettings):
         super().__init__()
         self._studio, self._settings = studio, settings
         self.fold, self.more = QPushButton(autoDefault=True), QPushButton(autoDefault=True)
@@ -129,8 +130,8 @@ class LoopPanel(QWidget):
         head = across(label("Loop", "section"), 6, self.padlock, None, self.fold, gap=0)
         down(head, self.where, self._body, into=self)
         self._connect()
-        self.set_folded(bool(settings.value("loop_folded", True, bool)))
-        self.set_more(bool(settings.value("loop_more", False, bool)))
+        self.set_folded(settings.flag("loop_folded", True))
+        self.set_more(settings.flag("loop_more", False))
 
     def set_folded(self, folded: bool) -> None:
         """Fold the rows into one line, or unfold them."""

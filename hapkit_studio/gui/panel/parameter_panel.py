@@ -2,7 +2,7 @@
 
 import re
 
-from PySide6.QtCore import QCoreApplication, QEvent, QSettings, Qt
+from PySide6.QtCore import QCoreApplication, QEvent, Qt
 from PySide6.QtGui import QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 
@@ -14,6 +14,7 @@ from hapkit_studio.gui.panel.rows import ParameterRow, Row, row_of
 from hapkit_studio.gui.panel.stability_card import StabilityCard
 from hapkit_studio.gui.panel.two_settings import TwoSettings, TwoSettingsRow
 from hapkit_studio.gui.panel.warnings import WarningLines
+from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import SIDE, ScrollColumn, Sign, across, down, label, refill, rule
@@ -157,7 +158,7 @@ class ParameterPanel(QWidget):
     """
 
     def __init__(
-        self, studio: Studio, presets: Presets, two: TwoSettings, settings: QSettings, parent: QWidget
+        self, studio: Studio, presets: Presets, two: TwoSettings, settings: StoredSettings, parent: QWidget
     ):
         super().__init__(parent)
         self.setObjectName("panelBody")

@@ -19,7 +19,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from hapkit_studio.formatting import unbroken
+from hapkit_studio.formatting import printable, unbroken
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import theme
@@ -81,7 +81,7 @@ class Words(QLabel):
 
     def setText(self, text: str) -> None:
         self._text = text
-        super().setText(unbroken(text))
+        super().setText(unbroken(printable(text)))
 
     def text(self) -> str:
         return self._text

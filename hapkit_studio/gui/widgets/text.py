@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPainterPath, 
 from PySide6.QtGui import Qt as Rich
 from PySide6.QtWidgets import QLabel
 
-from hapkit_studio.formatting import unbroken
+from hapkit_studio.formatting import printable, unbroken
 from hapkit_studio.gui.widgets.theme import theme
 
 _ALLOWED = re.compile(r"&lt;(/?(?:i|b|sub|sup))&gt;|&amp;(nbsp;)")
@@ -19,7 +19,7 @@ _ALLOWED = re.compile(r"&lt;(/?(?:i|b|sub|sup))&gt;|&amp;(nbsp;)")
 
 def rich(words: str) -> str:
     """Return words as HTML in which nothing but <i>, <b>, <sub>, <sup> and &nbsp; means anything."""
-    escaped = html.escape(words, quote=False)
+    escaped = html.escape(printable(words), quote=False)
     return _ALLOWED.sub(lambda found: f"<{found[1]}>" if found[1] else f"&{found[2]}", escaped)
 
 
@@ -31,6 +31,7 @@ def plain(label: QLabel) -> QLabel:
 
 def plain_tip(words: str) -> str:
     """Return words for a tooltip, whose format cannot be chosen: escaped where Qt sees HTML in them."""
+    words = printable(words)
     return Rich.convertFromPlainText(words) if Rich.mightBeRichText(words) else words
 
 

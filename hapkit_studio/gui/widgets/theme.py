@@ -7,8 +7,9 @@ from PySide6.QtWidgets import QApplication
 from hapkit_studio.formatting import MINUS, number
 from hapkit_studio.palette import table
 
-__all__ = ["MINUS", "ROLES", "Theme", "number", "theme"]
+__all__ = ["MINUS", "MODES", "ROLES", "Theme", "number", "theme"]
 
+MODES = ("system", "light", "dark", "contrast")
 # role: pixels, weight
 ROLES = {
     "tick": (12, 400),
@@ -67,9 +68,9 @@ class Theme(QObject):
         self.set_mode(self.mode)
 
     def set_mode(self, mode: str) -> None:
-        """Choose "system", "light", "dark" or "contrast"; raise ValueError on another."""
-        if mode not in ("system", "light", "dark", "contrast"):
-            raise ValueError(f"The theme is system, light, dark or contrast, not {mode!r}.")
+        """Choose one of MODES; raise ValueError on another."""
+        if mode not in MODES:
+            raise ValueError(f"The theme is one of {', '.join(MODES)}, not {mode!r}.")
         self.mode = mode
         self._switch(self._system() if mode == "system" else mode)
 
