@@ -31,13 +31,17 @@ def open_regular(path: str | Path) -> BinaryIO:
     try:
         file = open(path, "rb", opener=_open_without_blocking)  # noqa: SIM115, the caller closes it
     except OSError as error:
-        raise FileError(f"Cannot read {path}: {error.strerror}.") from None
+        raise FileError(f"Cannot read {_name(path)}: {error.strerror}.") from None
     except ValueError as error:  # a null character in the path
-        raise FileError(f"Cannot read {str(path)!r}: {error}.") from None
+        raise FileError(f"Cannot read {_name(path)}: {error}.") from None
     if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
         file.close()
-        raise FileError(f"Cannot read {path}: it is not a regular file.")
+        raise FileError(f"Cannot read {_name(path)}: it is not a regular file.")
     return file
+
+
+def _name(path: str | Path) -> str:
+    return Path(path).name or str(path)
 
 
 def _open_without_blocking(path: str, flags: int) -> int:
@@ -51,7 +55,7 @@ def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
         try:
             data = b"" if size > most else file.read(most + 1)
         except OSError as error:
-            raise FileError(f"Cannot read {path}: {error.strerror}.") from None
+            raise FileError(f"Cannot read {_name(path)}: {error.strerror}.") from None
     if max(size, len(data)) > most:
         raise FileError(f"{Path(path).name} has {max(size, len(data)):,} bytes; the limit is {most:,} bytes.")
     return data

@@ -18,12 +18,15 @@ from hapkit_studio.devices.avrdude import CONNECTING, Output, Progress, no_boot_
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.serial_ports import holder
 from hapkit_studio.errors import FlashError, ParameterError, PortBusyError, PortGoneError
+from hapkit_studio.files import read_bytes
 from hapkit_studio.protocol.messages import BAUD, Hello
 
 FLASH_BYTES = 32256
 """Of the ATmega328P beside the Arduino Uno's boot loader."""
 OLD_FLASH_BYTES = 30720
 """Beside the boot loader of boards from before 2010, which is larger."""
+_HEX_BYTES = 1_000_000
+"""Most bytes of a .hex file; one that fills the chip has 90,000."""
 _DATA, _END, _SEGMENT, _HIGHER = 0, 1, 2, 4
 _HARMLESS = (3, 5)  # where to start, which a chip knows by itself
 
@@ -31,11 +34,11 @@ _HARMLESS = (3, 5)  # where to start, which a chip knows by itself
 def read_image(path: Path) -> bytes:
     """Return the bytes by address in an Intel hex file, from 0 on; gaps hold 0xFF as erased flash does.
 
-    Raise ParameterError that names what is wrong with it, OSError.
+    Raise ParameterError that names what is wrong with it.
     """
     memory: dict[int, int] = {}
     base, ended = 0, False
-    for number, line in enumerate(path.read_text("ascii", "replace").split(), 1):
+    for number, line in enumerate(read_bytes(path, _HEX_BYTES).decode("ascii", "replace").split(), 1):
         address, kind, data = _record(path, number, line)
         if kind == _DATA:
             memory.update((base + address + at, byte) for at, byte in enumerate(data))
@@ -94,15 +97,10 @@ def shipped() -> Path:
 def image_of(given: str | Path | None = None) -> tuple[Path, bytes]:
     """Return what is to be written, the shipped firmware by default, checked; raise ParameterError."""
     path = shipped() if given is None else Path(given)
-    try:
-        return path, read_image(path)
-    except FileNotFoundError:
-        if given is not None:
-            raise ParameterError(f"There is no file {path}. Give the path of a .hex file.") from None
+    if given is None and not path.exists():
         what = f"The studio's own firmware, {path.parent.name}/{path.name}, is missing."
-        raise ParameterError(f"{what} Install Hapkit Studio again.") from None
-    except OSError as error:
-        raise ParameterError(f"{path} cannot be read: {error.strerror}. Make it readable.") from error
+        raise ParameterError(f"{what} Install Hapkit Studio again.")
+    return path, read_image(path)
 
 
 def flash(

@@ -71,7 +71,7 @@ def shipped() -> dict[str, Path]:
 
 def title(path: Path) -> str:
     """Return the title of a demo that ships with the studio."""
-    return str(presets.load(path, "demo")["title"])
+    return str(presets.load(path)["title"])
 
 
 def named(name: str) -> Path:
@@ -85,7 +85,7 @@ def named(name: str) -> Path:
 
 def read(path: str | Path, environments: Mapping[str, Environment]) -> Demo:
     """Return the demo in a file, all of it checked; raise PresetError."""
-    table = presets.load(Path(path), "demo")
+    table = presets.load(Path(path))
     try:
         _check_keys(table, _DEMO, "demo")
         name = _text(table, "title", _LONGEST_TITLE)

@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,13 +11,13 @@ from hapkit_studio.devices import calibration_file
 from hapkit_studio.devices.simulated import MODELS
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.errors import ParameterError
+from hapkit_studio.errors import FileError, ParameterError
+from hapkit_studio.files import read_toml
 from hapkit_studio.gui.panel.loop import DELAY, GRIP, RATE
 from hapkit_studio.gui.undo import ENVIRONMENT, HAND, LOOP, Settings
 from hapkit_studio.parameters import AnyParameter, Choice
 
 FOLDER = "presets"
-MOST_BYTES = 65_536
 _LONGEST = 160  # letters of a line that says what is wrong
 _NAME = re.compile(r"\w[\w ,.()+-]{0,23}")
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
@@ -39,7 +38,8 @@ def folder(environment: str) -> Path:
 
 def found(environment: str) -> dict[str, Path]:
     """Return the files of an environment's presets by their names."""
-    return {path.stem: path for path in sorted(folder(environment).glob("*.toml"))}
+    found = sorted(folder(environment).glob("*.toml"))
+    return {path.stem: path for path in found if path.stem.isprintable()}
 
 
 def checked_name(name: str) -> str:
@@ -63,25 +63,19 @@ def write(environment: Environment, name: str, settings: Settings) -> Path:
 def read(path: str | Path, environments: Mapping[str, Environment]) -> Settings:
     """Return the settings in a preset, checked against its environment; raise PresetError."""
     path = Path(path)
-    table = load(path, "preset")
+    table = load(path)
     key = table.pop("environment", None)
     if not isinstance(key, str) or key not in environments:
         raise PresetError([f"{path.name} is no preset: the environment {key!r} is not known here."])
     return checked(table, environments[key])
 
 
-def load(path: Path, kind: str) -> dict[str, Any]:
-    """Return the table in a small file that should be a preset or of another kind; raise PresetError."""
+def load(path: Path) -> dict[str, Any]:
+    """Return the table in a preset or a demo; raise PresetError."""
     try:
-        with path.open("rb") as file:
-            text = file.read(MOST_BYTES + 1)
-        if len(text) > MOST_BYTES:
-            raise ValueError(f"it has more than {MOST_BYTES // 1024} KiB")
-        return tomllib.loads(text.decode())
-    except OSError as error:
-        raise PresetError([f"Cannot read {path.name}: {error.strerror}."]) from None
-    except (ValueError, RecursionError) as error:
-        raise PresetError([f"{path.name} is no {kind}: {error}."]) from None
+        return read_toml(path)
+    except FileError as error:
+        raise PresetError([str(error)]) from None
 
 
 def checked(table: dict[str, Any], environment: Environment) -> Settings:

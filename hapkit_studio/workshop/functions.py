@@ -101,7 +101,7 @@ class Functions:
             try:
                 self._hello.result(START_SECONDS)  # type: ignore[union-attr]
                 return json.loads(self._ask([name, *args]).result(CALL_SECONDS))
-            except (TimeoutError, OSError, ValueError):
+            except (TimeoutError, OSError, ValueError, RecursionError):
                 isolated.end(self._process)  # type: ignore[arg-type]
                 self._process.wait()  # type: ignore[union-attr]
                 self.off = (

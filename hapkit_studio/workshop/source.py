@@ -6,7 +6,8 @@ from pathlib import Path
 
 import platformdirs
 
-from hapkit_studio.errors import LawError
+from hapkit_studio import files
+from hapkit_studio.errors import FileError, LawError
 
 MOST_BYTES = 1_000_000
 
@@ -23,14 +24,9 @@ class Source:
 def read(path: Path) -> Source:
     """Read a file; raise LawError with the line of what is no text."""
     try:
-        with open(path, "rb") as file:
-            data = file.read(MOST_BYTES + 1)
-    except FileNotFoundError:
-        raise LawError(f"there is no file {path.name}") from None
-    except OSError as error:
-        raise LawError(f"{path.name} cannot be read: {error.strerror}") from None
-    if len(data) > MOST_BYTES:
-        raise LawError("the file is larger than 1 MB")
+        data = files.read_bytes(path, MOST_BYTES)
+    except FileError as error:
+        raise LawError(str(error)) from None
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -49,8 +45,8 @@ def typed(path: Path, text: str) -> Source:
 def is_trusted(source: Source) -> bool:
     """Say whether a person agreed to exactly this file before."""
     try:
-        return source.digest in _list().read_text(encoding="ascii").split()
-    except (OSError, ValueError):
+        return source.digest in files.read_text(_list(), MOST_BYTES).split()
+    except FileError:
         return False
 
 

@@ -17,6 +17,8 @@ from pathlib import Path
 import platformdirs
 
 import hapkit_studio
+from hapkit_studio import files
+from hapkit_studio.errors import FileError
 from hapkit_studio.laws.native import KEPT_SECONDS
 from hapkit_studio.workshop import isolated, source, trying
 from hapkit_studio.workshop.source import Source
@@ -51,8 +53,8 @@ def remember(source: Source, passed: bool) -> None:
 
 def _outcome(source: Source) -> str:
     try:
-        return _record(source).read_text(encoding="ascii")
-    except (OSError, ValueError):
+        return files.read_text(_record(source))
+    except FileError:
         return ""
 
 
@@ -110,11 +112,11 @@ def _verdict(words: bytes, otherwise: str) -> TrialResult:
     """Return the verdict that was printed last; where there is none, what happened to whatever ran then."""
     name, line = "the file", 0
     try:
-        found = json.loads(words.decode().splitlines()[-1])
+        found = files.parse_json(words.decode().splitlines()[-1], "verdict")
         if "problems" in found:
             return TrialResult.from_json(found)
         name, line = f"`{found['function']}`", int(found["line"])
-    except (ValueError, KeyError, TypeError, IndexError):
+    except (ValueError, KeyError, TypeError, IndexError, OverflowError):
         pass
     return failed(f"{name} {otherwise}", line)
 

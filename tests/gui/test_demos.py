@@ -12,6 +12,7 @@ from PySide6.QtTest import QTest
 import hapkit_studio as hs
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.files import MOST_BYTES
 from hapkit_studio.gui import demos, presets
 from hapkit_studio.gui.undo import settings_of
 from hapkit_studio.haptics import rows
@@ -315,7 +316,7 @@ def damaged(rng, good):
         what = rng.choice([b"3000.0", b"400.0", b"36.0", b"9.0", b"0.003"])
         return good.replace(what, wrong.encode(), 1)
     if kind == 3:
-        return good + rng.choice([b"#" * presets.MOST_BYTES, b"x = " + b"[" * 30_000, rng.randbytes(99)])
+        return good + rng.choice([b"#" * MOST_BYTES, b"x = " + b"[" * 30_000, rng.randbytes(99)])
     word = rng.choice([b"step", b"at", b"set", b"hand", b"caption", b"stiffness", b"title"])
     return good.replace(word, rng.choice([b"__import__('os')", b"_", b'"\\u0000"', b"loop.x"]), 1)
 

@@ -6,6 +6,7 @@ import tomllib
 import pytest
 
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.files import MOST_BYTES
 from hapkit_studio.gui import presets, session
 from hapkit_studio.gui.panel.preset_row import CompareDialog, SavePresetDialog
 from hapkit_studio.gui.studio import LoopChoice
@@ -212,7 +213,7 @@ def damaged(rng, good):
     if kind == 3:
         return good + b"\nx = " + b"[" * rng.choice([500, 30_000])
     if kind == 4:
-        return good + b"#" * presets.MOST_BYTES
+        return good + b"#" * MOST_BYTES
     return good.replace(b"stiffness", rng.choice([b"__import__('os')", b"_", b'"\\u0000"', b"values.x"]))
 
 

@@ -130,7 +130,7 @@ def test_at_a_terminal_its_source_is_shown_and_a_person_asked(tmp_path, answer, 
     assert is_trusted(read(tmp_path / "mine.py")) == (code == 0)
     words = shown.decode().replace("\r\n", "\n")
     assert "pathlib.Path(" in words
-    assert "A law \\x1b[8mof\\u202e mine" in words
+    assert "A law \\u001b[8mof\\u202e mine" in words
     assert "\x1b" not in words
 
 

@@ -167,7 +167,7 @@ def test_a_mistake_is_said_at_its_line(tmp_path, old, new, where, said):
         (b"a = 1\nb = '\xff'\n", "not text in UTF-8", 2),
         ("a = 1\n".encode("utf-16"), "not text in UTF-8", 1),
         (b"a = 1\nb = 2\0\n", "the file is not text", 1),
-        (b"#" * 1_000_001, "larger than 1 MB", 0),
+        (b"#" * 1_000_001, "has 1,000,001 bytes; the limit is 1,000,000", 0),
         (b"a = " + b"(" * 500, "nested", 1),
         (b"a = " + b"-" * 100_000 + b"1\n", "", 0),
         (b"a = " + b"9" * 5000 + b"\n", "", 1),

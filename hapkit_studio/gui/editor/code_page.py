@@ -8,10 +8,13 @@ from PySide6.QtCore import QEvent, Qt, QTimer, Signal
 from PySide6.QtGui import QKeyEvent, QTextCursor
 from PySide6.QtWidgets import QProgressBar, QPushButton, QToolButton, QWidget
 
+from hapkit_studio.errors import FileError
+from hapkit_studio.files import read_text
 from hapkit_studio.gui.editor.code_edit import CodeEdit
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import Sign, across, down, label, rule
 from hapkit_studio.gui.widgets.style import mark
+from hapkit_studio.workshop.source import MOST_BYTES
 
 Button = tuple[str, Callable[[], object]]
 
@@ -34,8 +37,8 @@ def draft_path(path: Path) -> Path:
 def load_draft(path: Path) -> str | None:
     """Return a file's draft, None where there is none."""
     try:
-        return draft_path(path).read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
+        return read_text(draft_path(path), MOST_BYTES)
+    except FileError:
         return None
 
 
