@@ -143,11 +143,12 @@ def checked_table(value: object, place: str) -> dict[str, Any]:
 
 
 def _range(low: float, high: float) -> str:
+    least, most = (f"{limit:,}" if isinstance(limit, int) else f"{limit:,g}" for limit in (low, high))
     if math.isinf(low) and math.isinf(high):
         return ""
     if math.isinf(high):
-        return f" of at least {low:,g}"
-    return f" of at most {high:,g}" if math.isinf(low) else f" from {low:,g} to {high:,g}"
+        return f" of at least {least}"
+    return f" of at most {most}" if math.isinf(low) else f" from {least} to {most}"
 
 
 def _wrong(value: object, place: str, wanted: str) -> FileError:

@@ -5,7 +5,6 @@ import itertools
 import json
 import os
 import re
-import tomllib
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -13,13 +12,13 @@ from typing import Any
 import numpy as np
 import platformdirs
 
-from hapkit_studio.devices.profiles import default, numbered
-from hapkit_studio.errors import ParameterError
+from hapkit_studio.devices.profiles import numbered
+from hapkit_studio.errors import FileError, ParameterError
+from hapkit_studio.files import checked_integer, checked_number, checked_table, checked_text, read_toml
 from hapkit_studio.formatting import number
-from hapkit_studio.protocol.messages import Board, MotorMap, Origin, Pins, Sensor
+from hapkit_studio.protocol.messages import Board, MotorMap, Origin, Pins, Sensor, Wire
 
 FOLDER = "calibrations"
-_KINDS = {int: "a whole number", float: "a number", str: "text", tuple: "eight whole numbers"}
 VARIABLE = "HAPKIT_STUDIO_FOLDER"
 _CHOICES: dict[str, tuple[str, dict[int, str]]] = {
     "pins": (
@@ -105,30 +104,33 @@ def write(board: Board, notes: dict[str, str], day: date | None = None) -> Path:
 
 def read(path: str | Path) -> Board:
     """Return the settings in a calibration; raise ParameterError with one line."""
-    try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8")).get("board")
-    except OSError as error:
-        raise ParameterError(f"Cannot read {path}: {error.strerror}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ParameterError(f"{Path(path).name} is no calibration: {error}.") from None
-    if not isinstance(table, dict):
-        raise ParameterError(f"{Path(path).name} is no calibration: it has no [board].")
-    return _board(table, Path(path).name)
+    name = Path(path).name
+    table = checked_table(read_toml(path).get("board"), f"{name}: board")
+    wires = Board.layout()
+    return Board(**{wire.name: _checked(table, wire, f"{name}: board.{wire.name}") for wire in wires})
 
 
-def _board(table: dict[str, Any], name: str) -> Board:
-    """Return a table's settings; every number must be there and of the kind that a board keeps."""
-    usual = default().board
-    values: dict[str, Any] = {}
-    for field in Board.layout():
-        value, like = table.get(field.name), getattr(usual, field.name)
-        value = tuple(value) if isinstance(value, list) else value
-        value = float(value) if isinstance(like, float) and isinstance(value, int) else value
-        kind = int if isinstance(like, int) else type(like)
-        if not isinstance(value, kind):
-            raise ParameterError(f"{name}: {field.name} is missing, or not {_KINDS[kind]}.")
-        values[field.name] = value
-    return Board(**values)
+def _checked(table: dict[str, Any], wire: Wire, place: str) -> Any:
+    """Return a setting that the message to the board can carry; raise FileError."""
+    if wire.name not in table:
+        raise FileError(f"{place} is missing.")
+    value = table[wire.name]
+    if wire.code.endswith("s"):
+        text = checked_text(value, place, wire.size)
+        if not text.isascii():
+            raise FileError(f"{place} is {text!r}; it must be at most {wire.size} ASCII characters.")
+        return text
+    if wire.code.endswith("f"):
+        return checked_number(value, place, *wire.limits, wire.unit.replace("*", "·"))
+    if wire.numbers > 1:
+        if not isinstance(value, list) or len(value) != wire.numbers:
+            raise FileError(f"{place} must be a list of {wire.numbers} whole numbers.")
+        return tuple(checked_integer(one, f"{place}[{at}]", *wire.limits) for at, one in enumerate(value))
+    number = checked_integer(value, place, *wire.limits)
+    if wire.name in _CHOICES and number not in _CHOICES[wire.name][1]:
+        known = ", ".join(f"{option:d} ({words})" for option, words in _CHOICES[wire.name][1].items())
+        raise FileError(f"{place} is {number}; it must be one of {known}.")
+    return number
 
 
 def _text(board: Board, notes: dict[str, str], written: str) -> str:

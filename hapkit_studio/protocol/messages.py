@@ -9,6 +9,7 @@ from enum import IntEnum, IntFlag
 from typing import Any, ClassVar, NamedTuple, Self
 
 FROM_BOARD = 0x80
+FLOAT_MAX = (2.0 - 2.0**-23) * 2.0**127  # greatest finite float32
 
 
 class Wire(NamedTuple):
@@ -27,6 +28,15 @@ class Wire(NamedTuple):
     def numbers(self) -> int:
         """How many numbers the field holds; text is one value."""
         return 1 if self.code.endswith("s") else int(self.code[:-1] or 1)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Least and greatest value of each of its numbers."""
+        kind = self.code[-1]
+        if kind == "f":
+            return -FLOAT_MAX, FLOAT_MAX
+        bits = 8 * struct.calcsize("<" + kind)
+        return (-(1 << bits - 1), (1 << bits - 1) - 1) if kind.islower() else (0, (1 << bits) - 1)
 
 
 def wire(code: str, help: str, unit: str = "") -> Any:

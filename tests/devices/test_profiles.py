@@ -2,6 +2,7 @@
 
 import math
 import re
+import struct
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
@@ -9,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from hapkit_studio.devices import calibration_file, profiles
-from hapkit_studio.errors import ParameterError
+from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.protocol.messages import Board
 
 HEADER = Path(__file__).resolve().parents[2] / "firmware" / "hapkit" / "profile.h"
@@ -97,6 +98,79 @@ def test_what_is_no_calibration_is_said_in_one_line(own, text):
         calibration_file.read(path)
     with pytest.raises(ParameterError, match="Cannot read"):
         calibration_file.read(own / "nowhere.toml")
+
+
+WHOLE = "it must be a whole number from"
+EDITED = {
+    'label = "Zoë 7"': "label is 'Zoë 7'; it must be at most 12 ASCII characters.",
+    'label = "Hapkit number seven"': "label is 'Hapkit number seven'; it must be a line of at most 12",
+    'label = "\\u001b[2J"': r"label is '\x1b[2J'; it must be a line of at most 12 printable characters.",
+    "label = 7": "label is 7; it must be a line of at most 12 printable characters.",
+    "profile = 300": f"profile is 300; {WHOLE} 0 to 255.",
+    "profile = true": f"profile is True; {WHOLE} 0 to 255.",
+    "pins = -1": f"pins is -1; {WHOLE} 0 to 255.",
+    "pins = 2": "pins is 2; it must be one of 0 (PWM D5, direction D8), 1 (PWM D3, direction D12).",
+    "sensor = 1.0": f"sensor is 1.0; {WHOLE} 0 to 255.",
+    "direction = 0": "direction is 0; it must be one of 1 (right), -1 (left).",
+    "sense = 128": f"sense is 128; {WHOLE} -128 to 127.",
+    "counts_per_flip = 70000": f"counts_per_flip is 70000; {WHOLE} 0 to 65,535.",
+    "zero = 99999999999": f"zero is 99999999999; {WHOLE} -2,147,483,648 to 2,147,483,647.",
+    "zero = 0x" + "f" * 200: "zero is 6668014432879854274079851790721257797144…; it must be",
+    "dead_band = 300": f"dead_band is 300; {WHOLE} 0 to 255.",
+    "mass = nan": "mass is nan; it must be a number from -3.40282e+38 to 3.40282e+38 kg.",
+    "viscous = 1e39": "viscous is 1e+39; it must be a number from -3.40282e+38 to 3.40282e+38 N·s/m.",
+    "quantum = [1.0]": "quantum is [1.0]; it must be a number from -3.40282e+38 to 3.40282e+38 m.",
+    "table = [1, 2, 3]": "table must be a list of 8 whole numbers.",
+    "table = [1, 2, 3, 4, 5, 6, 7, 256]": f"table[7] is 256; {WHOLE} 0 to 255.",
+    "table = 3": "table must be a list of 8 whole numbers.",
+    "coulomb": "coulomb is missing.",
+}
+
+
+@pytest.fixture
+def edited(own):
+    """Return a maker of calibrations in which one line is replaced."""
+    path = calibration_file.write(profiles.default().board, {})
+    whole = path.read_text(encoding="utf-8")
+
+    def make(line):
+        pattern, new = rf"^{line.split(' =')[0]} = .*$", line if "=" in line else ""
+        text, count = re.subn(pattern, lambda _: new, whole, flags=re.M)
+        assert count == 1
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return make
+
+
+@pytest.mark.parametrize("line", EDITED)
+def test_a_value_that_the_board_cannot_keep_is_refused_in_the_file_s_own_terms(edited, line):
+    path = edited(line)
+    with pytest.raises(FileError) as error:
+        calibration_file.read(path)
+    assert str(error.value).startswith(f"{path.name}: board.{EDITED[line]}")
+    assert "\n" not in str(error.value)
+
+
+def test_numbers_are_read_if_and_only_if_their_type_on_the_wire_can_carry_them(edited):
+    """Which ones it can, Python's struct decides."""
+    for field in Board.layout():
+        if field.code.endswith("s") or field.name in ("pins", "sensor", "motor_map", "sense", "direction"):
+            continue
+        for bits in (7, 8, 15, 16, 31, 32, 127, 128):
+            for value in (2**bits - 1, 2**bits, -(2**bits), -(2**bits) - 1):
+                given = [value] * field.numbers
+                try:
+                    carried = struct.unpack(f"<{field.code}", struct.pack(f"<{field.code}", *given))
+                except (struct.error, OverflowError):
+                    carried = None
+                path = edited(f"{field.name} = {given if field.numbers > 1 else value}")
+                if carried is None:
+                    with pytest.raises(FileError, match=field.name):
+                        calibration_file.read(path)
+                else:
+                    again = getattr(Board.unpack(calibration_file.read(path).pack()), field.name)
+                    assert again == (carried if field.numbers > 1 else carried[0])
 
 
 @pytest.mark.parametrize(
