@@ -142,6 +142,13 @@ def checked_table(value: object, place: str) -> dict[str, Any]:
     return value
 
 
+def checked_list(value: object, place: str, count: int | None = None) -> list[Any]:
+    """Return a file's value as a list of ``count`` values, or of at least one; raise FileError."""
+    if not isinstance(value, list) or len(value) != (count or len(value) or 1):
+        raise _wrong(value, place, f"a list of {count} values" if count else "a list of values")
+    return value
+
+
 def _range(low: float, high: float) -> str:
     least, most = (f"{limit:,}" if isinstance(limit, int) else f"{limit:,g}" for limit in (low, high))
     if math.isinf(low) and math.isinf(high):

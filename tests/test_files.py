@@ -171,5 +171,9 @@ def test_values_within_their_limits_are_returned():
     assert files.checked_integer(255, "x", 0, 255) == 255
     assert files.checked_text("Zoë 7", "x", 5) == "Zoë 7"
     assert files.checked_table({"a": 1}, "x") == {"a": 1}
+    assert files.checked_list([1, 2], "x") == files.checked_list([1, 2], "x", 2) == [1, 2]
+    for value, count in (([], None), ((1,), 1), ([1], 2), ("ab", 2)):
+        with pytest.raises(FileError, match=r"^table is .*; it must be a list of"):
+            files.checked_list(value, "table", count)
     with pytest.raises(FileError, match=r"^board is \[1\]; it must be a table\.$"):
         files.checked_table([1], "board")

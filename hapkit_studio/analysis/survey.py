@@ -6,29 +6,39 @@ written as it comes: whatever ends the work, the same call goes on from there.
 """
 
 import json
+import math
 import sqlite3
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, contextmanager
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, fields
 from functools import partial
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 
+from hapkit_studio import discovery
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.hands import DAMPING, MASS, STIFFNESS
 from hapkit_studio.analysis.stability.limits import checked_loop
-from hapkit_studio.analysis.sweeps import Progress, no_progress, sweep
+from hapkit_studio.analysis.sweeps import LostWorkers, Progress, no_progress, sweep
 from hapkit_studio.dynamics.estimators import ESTIMATORS
 from hapkit_studio.dynamics.hand import GRIPS, Grip
 from hapkit_studio.dynamics.sampled_loop import stiffness_limits
 from hapkit_studio.errors import StudioError
+from hapkit_studio.files import checked_list, checked_number, open_regular, parse_json
 
 Hand = tuple[float, float, float]
 """Mass in kg, damping in N·s/m, stiffness in N/m; all 0: nobody holds the handle."""
 _MARK = 0x48504C53  # SQLite's application_id: whose file it is
+_TABLES = {
+    "about": "CREATE TABLE about (axes TEXT)",
+    "limits": "CREATE TABLE limits (row INTEGER PRIMARY KEY, limits BLOB)",
+}
+_MOST_LOOPS = 1 << 26  # of a survey, 256 MB of limits
+_LONGEST = 1 << 20  # bytes of one value in the file
+_RATE, _DELAY, _PART = (1.0, 1e5), (0.0, 1.0), (0.0, 1e6)  # of axes in a file: Hz, s; damping, hands
 _NUMBER = np.dtype("<f4")
 _RATES, _DELAYS, _DAMPINGS = (250.0, 10_000.0), (0.0, 5e-3), (0.0, 20.0)
 
@@ -93,8 +103,9 @@ def compute(
 
     A new file is made; one of other axes is refused. progress is told of all rows, those that were there too.
     """
+    _check_size(axes)
     with _opened(path, axes) as database:
-        known = {row for (row,) in database.execute("SELECT row FROM limits")}
+        known = {row for row, _ in _rows(database, axes)}
         missing = np.setdiff1d(np.arange(np.prod(axes.shape[:-1])), list(known))
         # in a drawn order: what is there is a fair sample long before it is all
         missing = np.random.default_rng(0).permutation(missing).tolist()
@@ -106,20 +117,21 @@ def compute(
         def say(done: int, _of: int) -> None:
             progress(len(known) + done, len(known) + len(missing))
 
-        sweep(partial(compute_rows, axes), missing, executor=executor, progress=say, keep=keep)
+        try:
+            sweep(partial(compute_rows, axes), missing, executor=executor, progress=say, keep=keep)
+        except LostWorkers as error:
+            kept = f"What was computed is kept in {path.name}: run the same command again."
+            raise SurveyError(f"{error} {kept}") from error
     return len(missing)
 
 
 def read(path: Path) -> tuple[Axes, np.ndarray]:
     """Return axes, and limits in N/m in their shape, nan where not yet computed; raise SurveyError."""
     with _opened(path) as database:
-        axes = _axes(database)
-        table = np.full((int(np.prod(axes.shape[:-1])), axes.shape[-1]), np.nan, _NUMBER)
-        for row, limits in database.execute("SELECT row, limits FROM limits"):
-            try:
-                table[row] = np.frombuffer(limits, _NUMBER)
-            except (ValueError, TypeError, IndexError):
-                raise sqlite3.DataError(f"its row {row} is damaged") from None
+        axes = _axes(database, path.name)
+        table = np.full((math.prod(axes.shape[:-1]), axes.shape[-1]), np.nan, _NUMBER)
+        for row, limits in _rows(database, axes):
+            table[row] = limits
     return axes, table.reshape(axes.shape)
 
 
@@ -128,13 +140,47 @@ def known(limits: np.ndarray) -> int:
     return int(np.count_nonzero(~np.isnan(limits)))
 
 
-def _axes(database: sqlite3.Connection) -> Axes:
-    ((written,),) = database.execute("SELECT axes FROM about")
-    try:
-        estimators, rates, delays, hands, damping = json.loads(written)
-        return Axes(tuple(estimators), tuple(rates), tuple(delays), tuple(map(tuple, hands)), tuple(damping))
-    except (ValueError, TypeError) as error:
-        raise sqlite3.DataError(f"its axes are damaged: {error}") from None
+def _rows(database: sqlite3.Connection, axes: Axes) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield each computed row and its limits (dampings,) in N/m; raise DataError for one that cannot be."""
+    rows, dampings = math.prod(axes.shape[:-1]), axes.shape[-1]
+    for row, blob in database.execute("SELECT row, limits FROM limits"):
+        fits = isinstance(blob, bytes) and len(blob) == dampings * _NUMBER.itemsize
+        limits = np.frombuffer(blob if fits else b"", _NUMBER)
+        if not (0 <= row < rows and fits and np.all(limits >= 0.0)):  # False for NaN
+            raise sqlite3.DataError(f"its row {row} is damaged; there are rows 0 to {rows - 1:,}")
+        yield row, limits
+
+
+def _axes(database: sqlite3.Connection, name: str) -> Axes:
+    """Return the axes in a survey's file, each value checked; raise FileError, DataError."""
+    found, place = database.execute("SELECT axes FROM about").fetchall(), f"{name}: axes"
+    if len(found) != 1 or not isinstance(found[0][0], str):
+        raise sqlite3.DataError("its axes are damaged")
+    names = [axis.name for axis in fields(Axes)]
+    given = checked_list(parse_json(found[0][0], place), place, len(names))
+    lists = (checked_list(values, f"{place}.{axis}") for axis, values in zip(names, given, strict=True))
+    estimators, rates, delays, hands, damping = lists
+    for estimator in estimators:
+        discovery.named(ESTIMATORS, estimator, f"estimator (of {place})")
+
+    def numbers(axis: str, values: list, limits: tuple[float, float]) -> tuple[float, ...]:
+        return tuple(checked_number(value, f"{place}.{axis}", *limits) for value in values)
+
+    axes = Axes(
+        tuple(estimators),
+        numbers("rates", rates, _RATE),
+        numbers("delays", delays, _DELAY),
+        tuple(numbers("hands", checked_list(hand, f"{place}.hands", 3), _PART) for hand in hands),  # type: ignore[misc]
+        numbers("damping", damping, _PART),
+    )
+    _check_size(axes)
+    return axes
+
+
+def _check_size(axes: Axes) -> None:
+    loops = math.prod(axes.shape)
+    if loops > _MOST_LOOPS:
+        raise SurveyError(f"A survey has at most {_MOST_LOOPS:,} loops, not {loops:,}.")
 
 
 @contextmanager
@@ -142,13 +188,18 @@ def _opened(path: Path, axes: Axes | None = None) -> Iterator[sqlite3.Connection
     """Give a survey's file, made anew with axes where there is none; whatever is wrong is a SurveyError."""
     if axes is None and not path.exists():
         raise SurveyError(f"There is no survey {path}.")
+    if path.exists():
+        open_regular(path).close()
+    mode = "ro" if axes is None else "rwc"
     try:
-        with closing(sqlite3.connect(path)) as database:
+        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True)) as database:
+            database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST)
             if axes is not None and not database.execute("SELECT name FROM sqlite_master").fetchall():
                 _begin(database, axes)
-            if database.execute("PRAGMA application_id").fetchone() != (_MARK,):
+            mark = database.execute("PRAGMA application_id").fetchone()
+            if mark != (_MARK,) or dict(database.execute("SELECT name, sql FROM sqlite_master")) != _TABLES:
                 raise SurveyError(f"{path.name} is no survey.")
-            there = _axes(database)
+            there = _axes(database, path.name)
             if axes not in (None, there):
                 raise SurveyError(f"{path.name} holds {there.words}: take these, or another file.")
             yield database
@@ -158,9 +209,6 @@ def _opened(path: Path, axes: Axes | None = None) -> Iterator[sqlite3.Connection
 
 def _begin(database: sqlite3.Connection, axes: Axes) -> None:
     database.execute("PRAGMA journal_mode=WAL")
-    database.executescript(
-        f"BEGIN; CREATE TABLE about (axes TEXT); CREATE TABLE limits (row INTEGER PRIMARY KEY, limits BLOB);"
-        f"PRAGMA application_id={_MARK}; COMMIT;"
-    )
+    database.executescript(f"BEGIN; {'; '.join(_TABLES.values())}; PRAGMA application_id={_MARK}; COMMIT;")
     with database:
         database.execute("INSERT INTO about VALUES (?)", (json.dumps(astuple(axes)),))

@@ -6,7 +6,9 @@ and only a few chunks are under way, so that a sweep of any length costs its exe
 
 import contextlib
 import ctypes
+import multiprocessing
 import os
+import signal
 import sys
 import threading
 import time
@@ -30,7 +32,13 @@ _AHEAD = 2
 _UNKNOWN_WORKERS = 16
 # How often a chunk is sent again after its executor has given it up with one of its ``lost`` exceptions.
 _MOST_LOSSES = 3
-GAVE_UP = "The executor gave up a part of the work: it was shut down or cut off, or a worker was killed."
+
+
+class LostWorkers(StudioError):
+    """An executor gave up a part of the work."""
+
+    def __init__(self) -> None:
+        super().__init__("A part of the work was given up: a worker was killed, or its executor shut down.")
 
 
 class Cancelled(StudioError):
@@ -107,8 +115,8 @@ def _swept(
                     break
             for future in wait(under_way, LOOK_SECONDS, FIRST_COMPLETED).done:
                 first, last = under_way.pop(future)
-                if future.cancelled() or isinstance(future.exception(), BrokenExecutor):
-                    raise StudioError(GAVE_UP)
+                if future.cancelled():
+                    raise LostWorkers
                 if isinstance(future.exception(), getattr(executor, "lost", ())):
                     losses[first] += 1
                     if losses[first] <= _MOST_LOSSES:
@@ -125,11 +133,30 @@ def _swept(
                 growth = CHUNK_SECONDS / seconds if seconds > 0.0 else _GROWTH
                 size = max(int((last - first) * min(growth, _GROWTH)), 1)
             progress(done, len(cells))
-    except BaseException:
+    except BaseException as error:
         for future in under_way:
             future.cancel()
+        if isinstance(error, BrokenExecutor):  # raised by a future, or already by submit()
+            raise LostWorkers from error
         raise
     return results
+
+
+def begin_worker() -> None:
+    """Set up a worker process: it ignores Ctrl+C, has low priority, and ends with its parent.
+
+    A terminal sends Ctrl+C to every process; the parent obeys it. A parent that is killed tells nobody.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    low_priority()
+    threading.Thread(target=_exit_with_parent, name="parent", daemon=True).start()
+
+
+def _exit_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 _NICEST = 19

@@ -1,7 +1,6 @@
 """The command that computes how stiff millions of loops may be, and goes on with what is in its file."""
 
 import argparse
-import signal
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -11,7 +10,7 @@ from pathlib import Path
 
 from hapkit_studio.analysis.checks import whole_number
 from hapkit_studio.analysis.cluster import cluster
-from hapkit_studio.analysis.sweeps import Progress, low_priority, workers
+from hapkit_studio.analysis.sweeps import Progress, begin_worker, workers
 from hapkit_studio.commands import base
 from hapkit_studio.formatting import plain
 
@@ -57,13 +56,7 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor]:
         return cluster(options.scheduler)
     count = workers() if options.workers is None else whole_number(options.workers, "--workers", 1)
     # programs, as most of this work holds Python's lock; new ones, as a copy of this one may hold others
-    return ProcessPoolExecutor(count, get_context("spawn"), initializer=_begin_worker)
-
-
-def _begin_worker() -> None:
-    """Leave Ctrl+C, which a terminal sends to every program, to the one that asks."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    low_priority()
+    return ProcessPoolExecutor(count, get_context("spawn"), initializer=begin_worker)
 
 
 def _progress(draw: Callable[[], object]) -> Progress:

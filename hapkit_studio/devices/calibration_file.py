@@ -14,7 +14,14 @@ import platformdirs
 
 from hapkit_studio.devices.profiles import numbered
 from hapkit_studio.errors import FileError, ParameterError
-from hapkit_studio.files import checked_integer, checked_number, checked_table, checked_text, read_toml
+from hapkit_studio.files import (
+    checked_integer,
+    checked_list,
+    checked_number,
+    checked_table,
+    checked_text,
+    read_toml,
+)
 from hapkit_studio.formatting import number
 from hapkit_studio.protocol.messages import Board, MotorMap, Origin, Pins, Sensor, Wire
 
@@ -123,9 +130,8 @@ def _checked(table: dict[str, Any], wire: Wire, place: str) -> Any:
     if wire.code.endswith("f"):
         return checked_number(value, place, *wire.limits, wire.unit.replace("*", "·"))
     if wire.numbers > 1:
-        if not isinstance(value, list) or len(value) != wire.numbers:
-            raise FileError(f"{place} must be a list of {wire.numbers} whole numbers.")
-        return tuple(checked_integer(one, f"{place}[{at}]", *wire.limits) for at, one in enumerate(value))
+        parts = enumerate(checked_list(value, place, wire.numbers))
+        return tuple(checked_integer(part, f"{place}[{at}]", *wire.limits) for at, part in parts)
     number = checked_integer(value, place, *wire.limits)
     if wire.name in _CHOICES and number not in _CHOICES[wire.name][1]:
         known = ", ".join(f"{option:d} ({words})" for option, words in _CHOICES[wire.name][1].items())

@@ -2,8 +2,13 @@
 
 import math
 import os
-from concurrent.futures import Executor, Future
+import sys
+import threading
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from functools import partial
+from multiprocessing import get_context
+
+from hapkit_studio.analysis.sweeps import begin_worker
 
 
 def roots(cells: list[float]) -> list[float]:
@@ -86,3 +91,20 @@ class Forgetful(Serial):
         future: Future = Future()
         future.set_exception(Lost("gone"))
         return future
+
+
+def wait_for_a_minute() -> None:
+    """Print this process's number, then wait."""
+    print(os.getpid(), flush=True)
+    threading.Event().wait(60.0)
+
+
+def main() -> None:
+    """Let two worker processes wait, for a test that kills this one."""
+    with ProcessPoolExecutor(2, get_context("spawn"), initializer=begin_worker) as programs:
+        for future in [programs.submit(wait_for_a_minute) for _ in range(2)]:
+            future.result()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -96,7 +96,7 @@ def test_same_numbers_and_nothing_is_lost_with_a_worker_and_a_scheduler_that_die
             if done:
                 dask.scheduler.kill()
 
-        with pytest.raises(StudioError, match="gave up a part"):
+        with pytest.raises(StudioError, match="A part of the work was given up"):
             sweep(sweep_tasks.busy_roots, CELLS, executor=executor, progress=kill_the_scheduler, chunk=50)
     assert "Traceback" not in capfd.readouterr().err
 

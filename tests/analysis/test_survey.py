@@ -1,10 +1,13 @@
 """A survey: each point is the loop's own limit; what is computed stays, whatever ends the work."""
 
 import itertools
+import json
+import math
 import os
 import signal
 import sqlite3
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import closing
 from multiprocessing import get_context
 
 import numpy as np
@@ -60,7 +63,10 @@ def test_what_was_ended_is_gone_on_with_and_nothing_is_computed_twice(tmp_path, 
     path, computed = tmp_path / "limits.survey", []
     rows = Axes.limits
     monkeypatch.setattr(Axes, "limits", lambda axes, row: computed.append(row) or rows(axes, row))
-    with pytest.raises(StudioError, match="gave up a part"):
+    with pytest.raises(
+        StudioError,
+        match=r"A part of the work was given up: .* kept in limits\.survey: run the same command again\.",
+    ):
         survey.compute(path, AXES, Stops(2))
     there = len(computed)
     assert 0 < there < 16
@@ -111,13 +117,15 @@ def test_another_survey_and_what_is_none_are_refused_in_one_line(tmp_path):
             survey.compute(path, AXES, Serial())
         assert "\n" not in str(error.value)
         assert path.read_bytes() == content
-    for number, blob in ((3, b"12345678"), (3, None), (99, before[:12])):
+    good, bad = np.ones(3, "<f4").tobytes(), np.array([1.0, math.nan, 1.0], "<f4").tobytes()
+    for number, blob in ((3, b"12345678"), (3, None), (3, "text"), (3, bad), (16, good), (-5, good)):
         damaged = tmp_path / f"damaged{number}"
         damaged.write_bytes(before)
         with sqlite3.connect(damaged) as database:
             database.execute("INSERT OR REPLACE INTO limits VALUES (?, ?)", (number, blob))
-        with pytest.raises(SurveyError, match=f"its row {number} is damaged"):
-            survey.read(damaged)
+        for use in (survey.read, lambda path: survey.compute(path, AXES, Serial())):
+            with pytest.raises(SurveyError, match=f"its row {number} is damaged; there are rows 0 to 15"):
+                use(damaged)
         damaged.unlink()
     with sqlite3.connect(tmp_path / "other.db") as other:
         other.execute("CREATE TABLE limits (a)")
@@ -125,6 +133,52 @@ def test_another_survey_and_what_is_none_are_refused_in_one_line(tmp_path):
         survey.read(tmp_path / "other.db")
     with pytest.raises(SurveyError, match="There is no survey"):
         survey.read(tmp_path / "none")
+
+
+WRONG_AXES = {
+    "no list": 5,
+    "four lists": [["kalman"], [1.0], [0.0], [[0, 0, 0]]],
+    "empty": [[], [1.0], [0.0], [[0, 0, 0]], [0.0]],
+    "unknown estimator": [["kalmann"], [1.0], [0.0], [[0, 0, 0]], [0.0]],
+    "number as estimator": [[1], [1.0], [0.0], [[0, 0, 0]], [0.0]],
+    "text as rate": [["kalman"], ["1000"], [0.0], [[0, 0, 0]], [0.0]],
+    "rate 0": [["kalman"], [0.0], [0.0], [[0, 0, 0]], [0.0]],
+    "infinite delay": [["kalman"], [1.0], [1e999], [[0, 0, 0]], [0.0]],
+    "hand of two numbers": [["kalman"], [1.0], [0.0], [[0, 0]], [0.0]],
+    "true as damping": [["kalman"], [1.0], [0.0], [[0, 0, 0]], [True]],
+    "too many loops": [["kalman"], [1.0] * 1000, [0.0] * 1000, [[0, 0, 0]] * 1000, [0.0]],
+}
+
+
+@pytest.mark.parametrize("given", WRONG_AXES.values(), ids=WRONG_AXES)
+def test_axes_in_a_file_are_checked_value_by_value(tmp_path, given, capsys):
+    path = tmp_path / "x.survey"
+    survey.compute(path, AXES, Serial())
+    with closing(sqlite3.connect(path)) as database, database:
+        database.execute("UPDATE about SET axes = ?", (json.dumps(given),))
+    before = path.read_bytes()
+    assert main(["survey", str(path), "--read"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("hapkit-studio: ")
+    assert error.count("\n") == 1
+    assert path.read_bytes() == before
+
+
+def test_a_file_with_other_tables_is_no_survey(tmp_path):
+    """A view in place of a table could compute for ever."""
+    path = tmp_path / "x.survey"
+    survey.compute(path, AXES, Serial())
+    with closing(sqlite3.connect(path)) as database, database:
+        database.execute("DROP TABLE limits")
+        endless = "WITH RECURSIVE n(row) AS (SELECT 1 UNION ALL SELECT row + 1 FROM n)"
+        database.execute(f"CREATE VIEW limits AS {endless} SELECT row, NULL AS limits FROM n")
+    with pytest.raises(SurveyError, match=r"^x\.survey is no survey\.$"):
+        survey.read(path)
+
+
+def test_more_loops_than_memory_can_hold_are_refused(tmp_path):
+    with pytest.raises(SurveyError, match="at most 67,108,864 loops"):
+        survey.compute(tmp_path / "x.survey", survey.usual_axes(1000, 1000), Serial())
 
 
 @pytest.mark.slow

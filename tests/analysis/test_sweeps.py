@@ -3,14 +3,17 @@
 import math
 import multiprocessing
 import os
+import signal
+import subprocess
 import sys
 import threading
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
+from contextlib import suppress
 
 import pytest
 
 from hapkit_studio.analysis import sweeps
-from hapkit_studio.analysis.sweeps import Cancelled, sweep
+from hapkit_studio.analysis.sweeps import Cancelled, LostWorkers, sweep
 from hapkit_studio.errors import ParameterError
 from tests.analysis import sweep_tasks
 from tests.analysis.sweep_tasks import Forgetful, Held, Lost, Serial
@@ -108,3 +111,34 @@ def test_refuses_what_is_no_chunk_and_a_task_that_loses_cells():
 def test_the_default_threads_are_low():
     policies = sweep(lambda cells: [os.sched_getscheduler(0) for _ in cells], range(20), chunk=1)
     assert set(policies) == {os.SCHED_IDLE}
+
+
+class Broken(Serial):
+    """Computes some chunks, then raises from submit() as a pool does whose worker was killed."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        self.left = getattr(self, "left", 3) - 1
+        if self.left < 0:
+            raise BrokenExecutor
+        return super().submit(fn, *args, **kwargs)
+
+
+def test_a_pool_that_breaks_at_submit_is_an_error_in_words():
+    with pytest.raises(LostWorkers, match=r"^A part of the work was given up: a worker was killed, or"):
+        sweep(sweep_tasks.roots, CELLS, executor=Broken(), chunk=10)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="kills as POSIX does")
+def test_workers_end_with_a_parent_that_is_killed():
+    """They hold the parent's output: it is at its end once the last of them has ended."""
+    program = [sys.executable, "-m", "tests.analysis.sweep_tasks"]
+    with subprocess.Popen(program, stdout=subprocess.PIPE) as parent:
+        numbers = {int(parent.stdout.readline()) for _ in range(2)}
+        assert len(numbers - {parent.pid}) == 2
+        parent.kill()
+        try:
+            assert parent.communicate(timeout=50.0)[0] == b""
+        finally:
+            for number in numbers:
+                with suppress(ProcessLookupError):
+                    os.kill(number, signal.SIGKILL)

@@ -120,9 +120,9 @@ EDITED = {
     "mass = nan": "mass is nan; it must be a number from -3.40282e+38 to 3.40282e+38 kg.",
     "viscous = 1e39": "viscous is 1e+39; it must be a number from -3.40282e+38 to 3.40282e+38 N·s/m.",
     "quantum = [1.0]": "quantum is [1.0]; it must be a number from -3.40282e+38 to 3.40282e+38 m.",
-    "table = [1, 2, 3]": "table must be a list of 8 whole numbers.",
+    "table = [1, 2, 3]": "table is [1, 2, 3]; it must be a list of 8 values.",
     "table = [1, 2, 3, 4, 5, 6, 7, 256]": f"table[7] is 256; {WHOLE} 0 to 255.",
-    "table = 3": "table must be a list of 8 whole numbers.",
+    "table = 3": "table is 3; it must be a list of 8 values.",
     "coulomb": "coulomb is missing.",
 }
 
