@@ -1,0 +1,198 @@
+"""Foreign files through every command that reads them: an answer or one line, never more, and in time."""
+
+import io
+import json
+import os
+import shutil
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from pathlib import Path
+
+import pytest
+
+from hapkit_studio.analysis import survey
+from hapkit_studio.cli import main
+from hapkit_studio.errors import StudioError
+from hapkit_studio.formatting import printable
+from tests import foreign_files
+from tests.analysis.sweep_tasks import Serial
+
+COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {
+    "session": (
+        ("sessions", "list", "{folder}"),
+        ("sessions", "show", "{file}"),
+        ("sessions", "check", "{file}"),
+        ("sessions", "export", "{file}", "--output", "{out}.csv"),
+        ("sessions", "repair", "{file}", "--output", "{out}.hapkit"),
+        ("identify", "{file}"),
+        ("stability", "--jitter", "{file}"),
+    ),
+    "calibration": (("calibrate", "no-such-port", "--from", "{file}"),),
+    "csv": (
+        ("identify", "{file}"),
+        ("identify", "{file}", "--from", "0.01", "--released"),
+        ("stability", "--jitter", "{file}"),
+    ),
+    "survey": (("survey", "{file}", "--read"),),
+}
+"""What each kind is given to; {out} is a new path, which may be written."""
+
+
+class Hang(BaseException):
+    """Something took too long."""
+
+
+@contextmanager
+def limited(seconds: float = 2.0, waiting: float = 30.0) -> Iterator[None]:
+    """Raise Hang after some seconds of the processor's time, or after waiting in vain."""
+    if sys.platform == "win32":
+        yield
+        return
+
+    def end(number: int, _frame: object) -> None:
+        raise Hang(signal.Signals(number).name)
+
+    kept = [(number, signal.signal(number, end)) for number in (signal.SIGPROF, signal.SIGALRM)]
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    signal.setitimer(signal.ITIMER_REAL, waiting)
+    try:
+        yield
+    finally:
+        for timer in (signal.ITIMER_PROF, signal.ITIMER_REAL):
+            signal.setitimer(timer, 0.0)
+        for number, handler in kept:
+            signal.signal(number, handler)
+
+
+def run(words: list[str]) -> tuple[int, str, str]:
+    """Run a command in this process; return its exit code and what it printed."""
+    out, error = io.StringIO(), io.StringIO()
+    with limited(), redirect_stdout(out), redirect_stderr(error):
+        try:
+            code = main(words)
+        except SystemExit as exit:
+            code = exit.code
+    return code, out.getvalue(), error.getvalue()
+
+
+@pytest.fixture(scope="module")
+def originals(tmp_path_factory) -> dict[str, bytes]:
+    """Return a good file of each kind, each accepted by what reads it."""
+    return foreign_files.originals(tmp_path_factory.mktemp("originals"))
+
+
+@pytest.fixture
+def try_file(originals, tmp_path) -> Callable[[str, int], list[str]]:
+    """Return what gives one file to its commands and returns in words what was wrong."""
+
+    def try_one(kind: str, seed: int) -> list[str]:
+        folder = tmp_path / f"{kind} {seed}"
+        folder.mkdir()
+        neighbour = folder / f"neighbour{foreign_files.SUFFIXES[kind]}"
+        neighbour.write_bytes(originals[kind])
+        file = foreign_files.write(kind, seed, originals[kind], folder)
+        before, wrong = stamp(file), []
+        for number, command in enumerate(COMMANDS[kind]):
+            for more in ([], ["--json"]):
+                places = {
+                    "folder": folder,
+                    "file": file,
+                    "out": tmp_path / f"out {kind} {seed} {number} {more}",
+                }
+                words = [*(word.format(**places) for word in command), *more]
+                try:
+                    code, out, error = run(words)
+                except (Exception, Hang) as failure:
+                    wrong.append(f"{command}: {type(failure).__name__}: {failure!s:.200}")
+                    continue
+                wrong += [f"{command}: {words}" for words in complaints(code, out, error, bool(more))]
+                if "list" in command and neighbour.stem not in out:
+                    wrong.append(f"{command}: the neighbour is not listed")
+        if stamp(file) != before:
+            wrong.append("the file was changed")
+        if neighbour.read_bytes() != originals[kind]:
+            wrong.append("the neighbour was changed")
+        shutil.rmtree(folder)
+        return [f"{kind} {seed}: {words}" for words in wrong]
+
+    return try_one
+
+
+def stamp(file: Path) -> tuple:
+    """Return what tells a changed file from an unchanged one; one that is mostly a hole is not read."""
+    facts = file.stat()
+    return facts.st_size, facts.st_mtime_ns, file.read_bytes() if facts.st_size < 1 << 24 else b""
+
+
+def complaints(code: int, out: str, error: str, as_json: bool) -> Iterator[str]:
+    """Say what is wrong with a command's answer."""
+    if code not in (0, 2):
+        yield f"exit code {code}"
+    if "Traceback" in out + error:
+        yield "traceback"
+    if printable(out + error) != out + error:
+        yield f"control characters: {out + error!r:.200}"
+    if (
+        code == 2
+        and error
+        and (error.count("\n") != 1 or len(error) > 600 or not error.startswith("hapkit-studio"))
+    ):
+        yield f"not one line: {error!r:.200}"
+    if as_json and out:
+        try:
+            json.loads(out)
+        except ValueError:
+            yield f"no JSON: {out!r:.200}"
+
+
+@pytest.mark.parametrize("kind", COMMANDS)
+def test_a_good_file_is_accepted(originals, tmp_path, kind):
+    """And compiles what the limits of time are not meant for."""
+    file = tmp_path / f"good{foreign_files.SUFFIXES[kind]}"
+    file.write_bytes(originals[kind])
+    for number, command in enumerate(COMMANDS[kind]):
+        places = {"folder": tmp_path, "file": file, "out": tmp_path / f"out {number}"}
+        code = main([word.format(**places) for word in command])
+        refused = command[0] == "calibrate" or "--jitter" in command  # there is no such port, nor a lateness
+        assert code == (2 if refused else 0), command
+
+
+@pytest.mark.parametrize("kind", COMMANDS)
+def test_some_foreign_files_give_an_answer_or_one_line(try_file, kind):
+    assert [words for seed in range(4) for words in try_file(kind, seed)] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", COMMANDS)
+def test_many_foreign_files_give_an_answer_or_one_line(try_file, kind):
+    found = [words for seed in range(4, 290) for words in try_file(kind, seed)]
+    assert not found, "\n".join([f"{len(found)} complaints", *found])
+
+
+@pytest.mark.slow
+def test_a_survey_is_gone_on_with_or_refused(originals, tmp_path):
+    """Computing adds to a file, so each is a copy."""
+    for seed in range(100):
+        file = foreign_files.write("survey", seed, originals["survey"], tmp_path)
+        with limited():
+            try:
+                survey.compute(file, foreign_files.AXES, Serial())
+                whole = survey.known(survey.read(file)[1]) == 32
+            except StudioError as error:
+                whole = "\n" not in str(error)
+        assert whole, seed
+        file.unlink()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no FIFO in its file system")
+@pytest.mark.parametrize("kind", COMMANDS)
+def test_a_fifo_is_refused_at_once(tmp_path, kind):
+    file = tmp_path / f"x{foreign_files.SUFFIXES[kind]}"
+    os.mkfifo(file)
+    for number, command in enumerate(COMMANDS[kind]):
+        places = {"folder": tmp_path, "file": file, "out": tmp_path / f"out {number}"}
+        code, out, error = run([word.format(**places) for word in command])
+        assert not list(complaints(code, out, error, False)), command
+        assert code == 2 or "list" in command
