@@ -46,43 +46,51 @@ AXES = Axes(
     ("difference", "kalman"), (500.0, 2000.0), (0.0, 1e-3), ((0.0, 0.0, 0.0), (0.05, 4.0, 200.0)), (0.0, 1.5)
 )
 _NUMBERS = (
-    "0", "-1", "1", "0.5", "2", "7", "127", "128", "255", "256", "300", "65535", "65536", "70000", "-2147483649",
-    "2147483648", "99999999999", "18446744073709551616", "1e-320", "1e39", "1e308", "-1e308", "9" * 400, "9" * 5000,
-)  # fmt: skip
-_TEXTS = ("", " ", "x", "wall", "1", "Zoë 7", "../../x", "/dev/zero", "%s%n{0}", "=1+1", HIDDEN, LONG)
+    *[
+        "0",
+        "-1",
+        "1",
+        "0.5",
+        "2",
+        "7",
+        "127",
+        "128",
+        "255",
+        "256",
+        "300",
+        "65535",
+        "65536",
+        "70000",
+        "2147483648",
+        "-2147483649",
+        "99999999999",
+    ],
+    *["18446744073709551616", "1e-320", "1e39", "1e308", "-1e308"],
+)
+_HUGE = "9" * 400, "9" * 5000
+_TEXTS = ("", " ", "x", "wall", "1", "Zoë 7", "../../x", "/dev/zero", "%s%n{0}", "=1+1", HIDDEN)
+_OF_BOTH = (*_NUMBERS, *_HUGE, *map(json.dumps, (*_TEXTS, LONG)), "true", "false", "1e999", "[]", "[1]", "{}")
+_OF_BOTH += ("[" * 40 + "]" * 40, "[" * DEEP, "[" * DEEP + "]" * DEEP)
 JSON_VALUES = (
-    *_NUMBERS, *map(json.dumps, _TEXTS), "null", "true", "false", "NaN", "-Infinity", "1e999", '"\\ud800"', "[]",
-    "[1]", "[null]", '["a", "b"]', "[[]]", "{}", '{"a": 1}', '{"": null}', "[" * 40 + "]" * 40, "[" * DEEP,
-    "[" * DEEP + "]" * DEEP, '{"a":' * DEEP,
+    *_OF_BOTH, "null", "NaN", "-Infinity", '"\\ud800"', "[null]", '["a", "b"]', "[[]]", '{"a": 1}',
+    '{"": null}', '{"a":' * DEEP,
 )  # fmt: skip
 TOML_VALUES = (
-    *_NUMBERS, *map(json.dumps, _TEXTS), "true", "false", "nan", "-inf", "1e999", "0x" + "f" * 60, "0x" + "f" * 9000,
-    "[]", "[1]", "[[1, 2]]", '["a", 1]', "{}", "{a = 1}", "{a.b.c = 1}", "1979-05-27", "07:32:00", "'''\n'''",
-    "[" * 40 + "]" * 40, "[" * DEEP, "{a = " * DEEP, "{a" + ".a" * 20_000 + " = 1}",
+    *_OF_BOTH, "nan", "-inf", "0x" + "f" * 60, "0x" + "f" * 9000, "[[1, 2]]", '["a", 1]', "{a = 1}",
+    "1979-05-27", "{a.b.c = 1}", "07:32:00", "'''\n'''", "{a = " * DEEP, "{a" + ".a" * 20_000 + " = 1}",
 )  # fmt: skip
 SQL_VALUES = (
-    None, 0, 1, -1, -5, 255, 2**31, 2**63 - 1, -(2**63), 0.5, -1.0, 1e308, float("inf"), *_TEXTS, b"", b"x",
-    b"\xff" * 10, bytes(100_000),
+    None, 0, 1, -1, -5, 255, 2**31, 2**63 - 1, -(2**63), 0.5, -1.0, 1e308, float("inf"), *_TEXTS, LONG,
+    b"", b"x", b"\xff" * 10, bytes(100_000),
 )  # fmt: skip
 INI_VALUES = (
-    *_NUMBERS[:-2], *_TEXTS[1:-1], "purple", "true", "a, b", "@Invalid()", "@ByteArray()", "@ByteArray(\\x1\\xd9\\xd0\\xcb)",
-    "@Rect(0 0 99999999 -5)", "@Rect(x)", "@Size(1 1)", "@Variant(\\0\\0\\0\\x7f\\0\\0)", "@Variant(\\0\\0\\0\\t\\xff)", LONG,
+    *_NUMBERS, *_TEXTS[1:], LONG, "purple", "true", "a, b", "@Invalid()", "@ByteArray()", "@Rect(x)",
+    "@Size(1 1)", "@ByteArray(\\x1\\xd9\\xd0\\xcb)", "@Rect(0 0 99999999 -5)", "@Variant(\\0\\0\\0\\x7f\\0\\0)",
+    "@Variant(\\0\\0\\0\\t\\xff)",
 )  # fmt: skip
 CSV_VALUES = (
-    *_NUMBERS,
-    *_TEXTS[:-1],
-    "nan",
-    "inf",
-    "1e999",
-    "true",
-    '"',
-    '"1',
-    "1,5",
-    "1;5",
-    "1\t5",
-    "\0",
-    "0x10",
-)
+    *_NUMBERS, *_HUGE, *_TEXTS, "nan", "inf", "1e999", "true", '"', '"1', "1,5", "1;5", "1\t5", "\0", "0x10",
+)  # fmt: skip
 
 
 def literal_in_json(text: str, rng: random.Random) -> str:
@@ -262,7 +270,8 @@ SUFFIXES = {
     "settings": ".conf", "session": ".hapkit", "preset": ".toml", "demo": ".toml", "calibration": ".toml",
     "csv": ".csv", "survey": ".survey",
 }  # fmt: skip
-KINDS = tuple(SUFFIXES)
+COUNTS = {kind: 140 if kind == "settings" else 310 for kind in SUFFIXES}
+"""2,000 in all; each file of settings takes another window."""
 NAMES = ("mutant", "a file of someone else's", "\x1b[31mred\x07", "Zoë−\u202e", "-p", "100 %s")
 """Of files, without their endings."""
 
@@ -316,7 +325,8 @@ def _session(folder: Path) -> Path:
         "environment": "wall", "parameters": {"stiffness": 300.0, "damping": 0.0, "side": "right"},
         "units": {"stiffness": "N/m", "damping": "N·s/m"}, "state_names": [], "hand": "own", "grip": "medium",
         "render": "computer", "rate_Hz": 1000.0, "delay_s": 0.0, "estimator": ["iir", {"cutoff": 20.0}],
-        "controller": False, "max_force_N": 3.0, "device": {"mass": 0.044, "damping": 0.5, "coulomb_force": 0.1},
+        "controller": False, "max_force_N": 3.0,
+        "device": {"mass": 0.044, "damping": 0.5, "coulomb_force": 0.1},
     }  # fmt: skip
     writer = SessionWriter(path)
     writer.note(Event(95.0, ABOUT, {"device": "Simulated Hapkit", "quantum_m": 2e-5, "studio": "1.0"}))
@@ -345,13 +355,14 @@ def _survey(folder: Path) -> Path:
 
 
 _SETTINGS = {
-    "environment": "wall", "view": "live", "theme": "dark", "grid": "true", "single_keys": "true", "padding": "0",
-    "dragged": "true", "loop_folded": "true", "loop_more": "false", "panel_width": "300.5", "gallery_width": "200",
-    "scene_height": "240", "phase_width": "400", "frameless": "@Rect(10 10 1280 720)",
-    "geometry": "@ByteArray(\\x1\\xd9\\xd0\\xcb\\0\\x3\\0\\0\\0\\0\\0\\n\\0\\0\\0\\n)", "sessions_elsewhere": "/tmp/x.hapkit",
+    "environment": "wall", "view": "live", "theme": "dark", "grid": "true", "single_keys": "true",
+    "padding": "0", "dragged": "true", "loop_folded": "true", "loop_more": "false", "panel_width": "300.5",
+    "gallery_width": "200", "scene_height": "240", "phase_width": "400",
+    "sessions_elsewhere": "/nowhere/x.hapkit", "frameless": "@Rect(10 10 1280 720)",
+    "geometry": "@ByteArray(\\x1\\xd9\\xd0\\xcb\\0\\x3\\0\\0\\0\\0\\0\\n\\0\\0\\0\\n)",
 }  # fmt: skip
 _JSON_SETTINGS = {
-    "values": {"wall": {"stiffness": 300.0, "damping": 1.0, "side": "left"}, "cat": {}, "spring": {"stiffness": 99.0}},
+    "values": {"wall": {"stiffness": 300.0, "damping": 1.0, "side": "left"}, "cat": {}, "spring": {}},
     "loop": {
         "rate": 2000.0, "delay": 0.001, "estimator": "iir", "options": {"cutoff": 20.0}, "controller": True,
         "model": "everything", "where": "computer", "board_rate": 500.0, "grip": "firm",

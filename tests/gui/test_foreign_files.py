@@ -11,30 +11,36 @@ from PySide6.QtGui import QAction
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialog, QLabel
 
+from hapkit_studio.arguments import window_parser
 from hapkit_studio.formatting import printable
-from hapkit_studio.gui import presets
+from hapkit_studio.gui import app, presets
 from hapkit_studio.gui.panel.preset_row import CompareDialog
 from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.sessions.folder import folder as session_folder
 from tests import foreign_files
+from tests.gui.conftest import deleted_in_the_end
 from tests.gui.window_support import delete_the_given_up, put_back
 from tests.test_foreign_files import Hang, limited, originals, stamp  # noqa: F401
 
 WAIT_MS = 20_000
+FEW = 3
+"""Files of each kind that the quick test tries."""
 
 
-def read_settings(start_window, file: Path) -> list[str]:
-    """Start a window with a settings file; return what was wrong."""
+def read_settings(_window, file: Path) -> list[str]:
+    """Start another window with a settings file; return what was wrong."""
     place = Path(QSettings("hapkit-studio", "hapkit-studio").fileName())
     place.parent.mkdir(parents=True, exist_ok=True)
-    place.write_bytes(file.read_bytes()[: 1 << 20])
+    with open(file, "rb") as given:
+        place.write_bytes(given.read(1 << 20))
     StoredSettings().sync()
-    window = start_window()
-    wrong = words_shown(window)
-    notice = window.banners.get("settings")
+    with deleted_in_the_end() as windows:
+        windows.append(app.build(window_parser().parse_args([])))
+        wrong = words_shown(windows[0])
+        notice = windows[0].banners.get("settings")
     if notice is not None and ("\n" in notice.text or len(notice.text) > 200):
         wrong.append(f"notice: {notice.text!r:.200}")
-    window.settings.clear()
+    StoredSettings().clear()
     return wrong
 
 
@@ -117,7 +123,7 @@ def words_shown(window) -> list[str]:
 
 
 @pytest.fixture
-def try_file(originals, kept_idle_window, start_window, home, qtbot):  # noqa: F811
+def try_file(originals, kept_idle_window, home, qtbot):  # noqa: F811
     """Return what gives one file to its reader and returns in words what was wrong."""
 
     def try_one(kind: str, seed: int) -> list[str]:
@@ -128,7 +134,7 @@ def try_file(originals, kept_idle_window, start_window, home, qtbot):  # noqa: F
         neighbour.write_bytes(originals[kind])
         file = foreign_files.write(kind, seed, originals[kind], folder)
         before, error, wrong = stamp(file), io.StringIO(), []
-        window = start_window if kind == "settings" else kept_idle_window
+        window = kept_idle_window
         with qtbot.captureExceptions() as raised, redirect_stderr(error):
             try:
                 with limited():
@@ -142,13 +148,12 @@ def try_file(originals, kept_idle_window, start_window, home, qtbot):  # noqa: F
             wrong.append("the file was changed")
         for path in (file, neighbour):
             path.unlink()
-        if kind != "settings":
-            for dialog in window.findChildren(QDialog):
-                dialog.close()
-                dialog.deleteLater()
-            delete_the_given_up()
-            window.history.forget()
-            window.presets._chosen.clear()
+        for dialog in window.findChildren(QDialog):
+            dialog.close()
+            dialog.deleteLater()
+        delete_the_given_up()
+        window.history.forget()
+        window.presets._chosen.clear()
         return [f"{kind} {seed}: {words}" for words in wrong]
 
     yield try_one
@@ -162,7 +167,7 @@ KINDS = ("settings", *READERS)
 def test_some_foreign_files_are_refused_in_words_and_all_else_goes_on(try_file, kind):
     if kind == "csv":
         pytest.importorskip("hapkit_studio.gui.open_recording")
-    assert [words for seed in range(3) for words in try_file(kind, seed)] == []
+    assert [words for seed in range(FEW) for words in try_file(kind, seed)] == []
 
 
 @pytest.mark.slow
@@ -170,5 +175,5 @@ def test_some_foreign_files_are_refused_in_words_and_all_else_goes_on(try_file, 
 def test_many_foreign_files_are_refused_in_words_and_all_else_goes_on(try_file, kind):
     if kind == "csv":
         pytest.importorskip("hapkit_studio.gui.open_recording")
-    found = [words for seed in range(3, 290) for words in try_file(kind, seed)]
+    found = [words for seed in range(FEW, foreign_files.COUNTS[kind]) for words in try_file(kind, seed)]
     assert not found, "\n".join([f"{len(found)} complaints", *found])

@@ -10,6 +10,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLineEdit, QMenu, QPushButton, QWidget
 
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import printable
 from hapkit_studio.gui import presets
 from hapkit_studio.gui.dialogs import FormDialog, text_dialog
 from hapkit_studio.gui.panel.differences import DifferenceTable
@@ -76,7 +77,7 @@ class Presets(QObject):
         """Put a preset in force; where it cannot be, say so line by line, change nothing, return {}."""
         try:
             settings = presets.read(path, self._studio.environments)
-            self._put(path.stem, settings)
+            self._put(printable(path.stem), settings)
         except ParameterError as error:
             lines = str(error).splitlines()
             more = [f"And {len(lines) - _MOST_LINES} lines more."] if len(lines) > _MOST_LINES else []
