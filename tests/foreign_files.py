@@ -85,8 +85,8 @@ SQL_VALUES = (
 )  # fmt: skip
 INI_VALUES = (
     *_NUMBERS, *_TEXTS[1:], LONG, "purple", "true", "a, b", "@Invalid()", "@ByteArray()", "@Rect(x)",
-    "@Size(1 1)", "@ByteArray(\\x1\\xd9\\xd0\\xcb)", "@Rect(0 0 99999999 -5)", "@Variant(\\0\\0\\0\\x7f\\0\\0)",
-    "@Variant(\\0\\0\\0\\t\\xff)",
+    "@Size(1 1)", "@ByteArray(\\x1\\xd9\\xd0\\xcb)", "@Rect(0 0 99999999 -5)",
+    "@Variant(\\0\\0\\0\\x7f\\0\\0)", "@Variant(\\0\\0\\0\\t\\xff)",
 )  # fmt: skip
 CSV_VALUES = (
     *_NUMBERS, *_HUGE, *_TEXTS, "nan", "inf", "1e999", "true", '"', '"1', "1,5", "1;5", "1\t5", "\0", "0x10",
