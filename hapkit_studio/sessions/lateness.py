@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hapkit_studio.errors import ParameterError
+from hapkit_studio import tables
+from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.sessions.session import Session
 
 _COLUMN = "lateness"
@@ -29,14 +30,9 @@ def recorded(path: str | Path) -> np.ndarray:
 
 
 def _column(file: Path) -> np.ndarray:
-    """Return the column of lateness of a CSV; raise ParameterError."""
-    try:
-        lines = [line for line in file.read_text("utf-8").splitlines() if not line.startswith("#")]
-        names = lines[0].split(",") if lines else []
-        place = next((k for k, name in enumerate(names) if name.startswith(_COLUMN)), None)
-        found = None if place is None else np.loadtxt(lines[1:], delimiter=",", usecols=place, ndmin=1)
-    except (OSError, ValueError) as error:
-        raise ParameterError(f"{file.name} cannot be read: {error}.") from None
-    if found is None:
-        raise ParameterError(f"{file.name} has no column {_COLUMN}.")
-    return found
+    """Return the column of lateness of a CSV; raise FileError."""
+    table = tables.read(file)
+    name = next((name for name in table.names if name.startswith(_COLUMN)), None)
+    if name is None:
+        raise FileError(f"{table.file} has no column {_COLUMN}.")
+    return table.values([name])[:, 0]

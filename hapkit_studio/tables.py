@@ -1,0 +1,285 @@
+"""Tables of samples in text files, the studio's own and foreign ones: read whatever their dialect.
+
+Delimiter and decimal sign are found out from the rows; UTF-8, UTF-16 and Windows' own text are understood.
+Columns are chosen by name and converted to SI by their unit.
+"""
+
+import codecs
+import csv
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from hapkit_studio.errors import FileError, ParameterError
+from hapkit_studio.files import read_bytes
+from hapkit_studio.formatting import printable
+
+MOST_BYTES = 256 << 20  # ten minutes of the studio's own columns at 4 kHz
+DELIMITERS = (";", "\t", ",", "|", " ")
+"""Tried in this order; the first wins among equals."""
+UNITS: dict[str, dict[str, float]] = {
+    "time": {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "us": 1e-6, "min": 60.0},
+    "position": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "um": 1e-6},
+    "velocity": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3},
+    "force": {"N": 1.0, "mN": 1e-3},
+}
+"""Units that a column of each quantity may have, and how much one is in SI."""
+NEEDED = ("time", "position", "force")
+"""Quantities that a recording must have; a velocity that is missing is made of the positions."""
+
+_LOOKED_AT = 200  # lines from which the dialect is found out
+_LONGEST_LINE = 65_536  # characters
+_SHOWN = 4  # rows of a preview
+_NAMED, _LONGEST_SHOWN = 12, 40  # columns in a message; characters of a cell in it
+_PADDING = "".join(DELIMITERS)
+_BLANK = _PADDING + '"'  # a line of nothing else is empty
+_NUMBER = re.compile(r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?|[-+]?(?:inf|nan)", re.I)
+_MARKS = {
+    codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
+}  # fmt: skip
+# Words that a column's name begins with, in lower case.
+_CALLED = {
+    "velocity": ("velocity", "vel", "speed", "dx", "v"),
+    "time": ("time", "timestamp", "zeit", "t"),
+    "position": ("position", "pos", "displacement", "weg", "x"),
+    "force": ("force", "kraft", "f"),
+}
+_MORE_UNITS = {"mms": "mm/s", "mm_s": "mm/s", "m_s": "m/s", "ms-1": "m/s", "sec": "s", "seconds": "s"}
+
+
+@dataclass(frozen=True)
+class TableColumn:
+    """A column by its name in the file, and the unit of its numbers."""
+
+    name: str
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.name}:{self.unit}"
+
+
+TableColumns = Mapping[str, TableColumn]
+"""Columns by their quantity, one of UNITS."""
+
+
+def parse_column(quantity: str, text: str) -> TableColumn:
+    """Return the column that NAME:UNIT names; raise ParameterError."""
+    name, colon, unit = text.rpartition(":")
+    unit = unit.strip()
+    if not colon or not name or unit not in UNITS[quantity]:
+        known = ", ".join(UNITS[quantity])
+        raise ParameterError(
+            f"The column of the {quantity} is NAME:UNIT, the unit one of {known}, not {text!r}."
+        )
+    return TableColumn(name.strip(), unit)
+
+
+class UnknownColumnsError(FileError):
+    """A file's columns are not the studio's own: a person has to name them; carries the table."""
+
+    def __init__(self, table: "Table", missing: str):
+        found = guess(table.names)
+        like = " ".join(f"--{quantity} {found.get(quantity, 'NAME:UNIT')}" for quantity in NEEDED)
+        more = ["…"][: len(table.names) - _NAMED]
+        names = printable(", ".join([*table.names[:_NAMED], *more]))
+        super().__init__(
+            f"{table.file} has no column {printable(missing)}. "
+            f"Name its columns and units, as {printable(like)}. It has: {names}."
+        )
+        self.table = table
+
+
+@dataclass(frozen=True)
+class Table:
+    """A text file's rows of numbers under names; comments are the lines before them, without their "#"."""
+
+    file: str
+    names: tuple[str, ...]
+    comments: tuple[str, ...]
+    delimiter: str
+    decimal: str
+    first: int
+    """Number of the line with the first row."""
+    lines: list[str] = field(repr=False)
+    """Every line from there on."""
+
+    @property
+    def preview(self) -> list[list[str]]:
+        """Return the cells of the first rows."""
+        return [_cells(line, self.delimiter) for _, line in islice(self._rows(), _SHOWN)]
+
+    def line_of(self, row: int) -> int:
+        """Return the number of the line in which a row of ``values`` stands."""
+        return next(islice((number for number, _ in self._rows()), row, None))
+
+    def values(self, names: Sequence[str]) -> np.ndarray:
+        """Return the numbers (n, len(names)) below some names; raise FileError for a cell without one."""
+        for name in names:
+            if self.names.count(name) > 1:
+                raise FileError(f"{self.file} has {self.names.count(name)} columns {printable(name)}.")
+        places = [self.names.index(name) for name in names]
+        rows, delimiter = [line for _, line in self._rows()], self.delimiter
+        if self.decimal == ",":
+            if any("." in line for line in rows) and (error := self._wrong(places)):
+                raise error
+            if delimiter == ",":  # each number stands in quotes
+                rows, delimiter = [";".join(_cells(line, ",")) for line in rows], ";"
+            rows = [line.replace(",", ".") for line in rows]
+        try:
+            split = None if delimiter == " " else delimiter
+            return np.loadtxt(rows, delimiter=split, usecols=places, quotechar='"', comments=None, ndmin=2)
+        except ValueError as error:
+            raise self._wrong(places) or FileError(
+                f"{self.file} is not a table of numbers: {error}."
+            ) from None
+
+    def _rows(self) -> Iterator[tuple[int, str]]:
+        """Yield the number of every line that is not empty, and the line."""
+        for number, line in enumerate(self.lines, self.first):
+            if line.strip(_BLANK):
+                yield number, line
+
+    def _wrong(self, places: Sequence[int]) -> FileError | None:
+        """Return what is wrong with the first cell that holds no number."""
+        for number, line in self._rows():
+            cells = _cells(line, self.delimiter)
+            for place in places:
+                cell = cells[place] if place < len(cells) else ""
+                if not _is_number(cell, self.decimal):
+                    what = f"is {cell[:_LONGEST_SHOWN]!r}" if cell else "is missing"
+                    where = f"line {number}, {printable(self.names[place])}"
+                    other = "; its decimal sign is a comma" if self.decimal == "," and "." in cell else ""
+                    return FileError(f"{self.file} is not a table of numbers: {where} {what}{other}.")
+        return None
+
+
+def read(path: str | Path) -> Table:
+    """Return the table in a text file; raise FileError."""
+    file = printable(Path(path).name)
+    lines = _decoded(read_bytes(path, MOST_BYTES)).replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    longest = max(map(len, lines))
+    if longest > _LONGEST_LINE:
+        at = next(at for at, line in enumerate(lines, 1) if len(line) == longest)
+        raise FileError(f"{file}, line {at} has {longest:,} characters; the limit is {_LONGEST_LINE:,}.")
+    body = [(at, line) for at, line in enumerate(lines) if line.strip(_BLANK) and not _is_comment(line)]
+    places, looked_at = zip(*body[:_LOOKED_AT], strict=True) if body else ((), ())
+    delimiter = max(DELIMITERS, key=lambda d: _fit(looked_at, d))
+    cells = [_cells(line, delimiter) for line in looked_at]
+    kinds = [tuple(bool(_NUMBER.fullmatch(cell)) for cell in row) for row in cells]
+    usual = Counter(kind for kind in kinds if any(kind)).most_common(1)
+    if not usual:
+        raise FileError(f"{file} has 0 rows of numbers. A recording is a table as text (CSV) or a session.")
+    numbers, width = sum(usual[0][0]), len(usual[0][0])
+    start = next(at for at, kind in enumerate(kinds) if 2 * sum(kind) > numbers)
+    first = places[start]
+    comments = tuple(_comment(line, delimiter) for line in lines[:first] if _is_comment(line))
+    names = _names(cells[:start], comments, delimiter, width)
+    if not width <= len(names) <= len(_split(lines[first], delimiter)):
+        shape = f"rows of {width} numbers for {len(names)} names"
+        raise FileError(f"{file} has {shape}: it is no recording.")
+    return Table(file, names, comments, delimiter, _decimal(file, cells[start:]), first + 1, lines[first:])
+
+
+def guess(names: Sequence[str]) -> dict[str, TableColumn]:
+    """Return the columns that names suggest, as "t_ms" does the time in ms; in SI where no unit is found."""
+    found: dict[str, TableColumn] = {}
+    for name in names:
+        words = [word for word in re.split(r"[^\w/µ-]+|_", name) if word]
+        lower = words[0].lower() if words else ""
+        quantity = next((key for key, called in _CALLED.items() if lower in called), None)
+        if quantity is None or quantity in found:
+            continue
+        known = UNITS[quantity]
+        rest = [*words[1:], "/".join(words[-2:]), name.partition("_")[2].replace("_per_", "/")]
+        units = (_MORE_UNITS.get(word, word) for word in rest)
+        found[quantity] = TableColumn(
+            name, next((unit for unit in units if unit in known), next(iter(known)))
+        )
+    return found
+
+
+# --- lines
+
+
+def _decoded(data: bytes) -> str:
+    """Return a file's text: by its byte-order mark, else UTF-8, else what Windows programs write."""
+    for mark, coding in _MARKS.items():
+        if data.startswith(mark):
+            return data.decode(coding, "replace")
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("cp1252", "replace")
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip(' "').startswith("#")
+
+
+def _comment(line: str, delimiter: str) -> str:
+    """Return a comment without its "#", as it was before a spreadsheet quoted it, or split it at commas."""
+    line = line.strip()
+    if line.startswith('"'):
+        line = ",".join(_split(line, delimiter))
+    return line.rstrip(_PADDING).removeprefix("#").strip()
+
+
+def _split(line: str, delimiter: str) -> list[str]:
+    """Return a line's cells."""
+    if delimiter == " ":
+        return line.replace('"', " ").split()
+    if '"' in line:
+        with suppress(csv.Error):  # a null character
+            return next(csv.reader([line], delimiter=delimiter), [])
+    return line.split(delimiter)
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    """Return a line's cells without the empty ones at its end."""
+    cells = [cell.strip() for cell in _split(line, delimiter)]
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _fit(lines: Sequence[str], delimiter: str) -> tuple[int, int]:
+    """Return how well a delimiter fits: lines of nothing but numbers and empty cells, and numbers in all."""
+    rows = [[bool(_NUMBER.fullmatch(cell)) for cell in _cells(line, delimiter) if cell] for line in lines]
+    return sum(all(row) for row in rows if row), sum(map(sum, rows))
+
+
+def _names(
+    above: Sequence[Sequence[str]], comments: Sequence[str], delimiter: str, width: int
+) -> tuple[str, ...]:
+    """Return the columns' names: the row above the numbers, or above their units, else 1, 2, …"""
+    found = [row for row in above[-2:] if len(row) > 1 or width == 1]
+    if len(found) == 2 and all(_is_unit(cell) for cell in found[1]):
+        return tuple(found[0])
+    if found:
+        return tuple(found[-1])
+    last = _cells(comments[-1], delimiter) if comments else []
+    last = last if len(last) == width else comments[-1].split() if comments else []
+    return tuple(last) if len(last) == width else tuple(map(str, range(1, width + 1)))
+
+
+def _is_unit(cell: str) -> bool:
+    return any(cell.strip("()[]") in units for units in UNITS.values())
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    return bool(_NUMBER.fullmatch(cell)) and ("." if decimal == "," else ",") not in cell
+
+
+def _decimal(file: str, rows: Sequence[Sequence[str]]) -> str:
+    """Return the decimal sign of the numbers in rows; raise FileError where both are used."""
+    numbers = [cell for row in rows for cell in row if _NUMBER.fullmatch(cell)]
+    with_comma, with_point = (next((c for c in numbers if sign in c), "") for sign in ",.")
+    if with_comma and with_point:
+        raise FileError(f"{file} has a decimal comma in {with_comma} and a point in {with_point}.")
+    return "," if with_comma else "."
