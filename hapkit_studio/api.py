@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import Grip, Hand, Prescribed, hand_named
 from hapkit_studio.environments.base import Conditions, Environment
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.files import open_regular
 from hapkit_studio.haptics import arrays, headless, health, rows
 from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Parameter
@@ -22,8 +23,13 @@ from hapkit_studio.sessions import export
 from hapkit_studio.sessions import settings as settings_of
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.columns import COLUMNS
-from hapkit_studio.sessions.file import ABOUT, FAULT, SETTINGS, SUFFIX, Event, SessionWriter
-from hapkit_studio.sessions.session import Session
+from hapkit_studio.sessions.file import FAULT, SETTINGS, SUFFIX, Event, SessionWriter
+from hapkit_studio.sessions.session import SQLITE, Session
+from hapkit_studio.settings_log import Log
+from hapkit_studio.tables import TableColumns
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.identify import Recording
 
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.0, 86_400.0)
 SPEED = Parameter("max_speed", "Largest speed", "m/s", 3.0, 0.0, 1e6)
@@ -54,6 +60,7 @@ class Run:
     what the law asked at sample k, applied_force that after fade, clamp and safety; state is (n, values).
     moves holds the place in m (n,) of what moves besides the handle, by its name.
     hand_target is where a Hand given as an object pulls to, None for other hands.
+    settings are those at the end; where they changed, settings_log has all of them from each time in s on.
     warnings say what could not be rendered well at these settings and speeds.
     """
 
@@ -72,28 +79,37 @@ class Run:
     faults: tuple[str, ...]
     warnings: tuple[str, ...] = ()
     settings: dict = field(default_factory=dict)
+    settings_log: Log = ()
     hand_target: np.ndarray | None = None
     moves: Mapping[str, np.ndarray] = field(default_factory=dict)
 
+    @property
+    def log(self) -> Log:
+        """Return the settings at the start and after each change, with their times in s."""
+        return self.settings_log or ((0.0, self.settings),)
+
     def columns(self) -> dict[str, np.ndarray]:
-        """Return every column by its name with its unit."""
+        """Return every column by its name with its unit.
+
+        What moves besides the handle is "object.name_m", a state variable of the law "state.name".
+        """
         named = {"time_s": self.time}
         named |= {header: getattr(self, name) for name, (header, _) in _COLUMNS.items()}
         named = {header: values for header, values in named.items() if not np.isnan(values).all()}
         if self.hand_target is not None:
             named["hand_target_m"] = self.hand_target
-        named |= {f"{name}_m": place for name, place in self.moves.items()}
-        return {**named, **{name: self.state[:, i] for i, name in enumerate(self.state_names)}}
+        named |= {f"object.{name}_m": place for name, place in self.moves.items()}
+        return {**named, **{f"state.{name}": self.state[:, i] for i, name in enumerate(self.state_names)}}
 
     def save(self, path: str | Path, decimal: str = ".") -> None:
-        """Write settings and all columns as CSV, Parquet, .mat or a session (.hapkit), by the name's ending.
+        """Write columns, settings and their changes as CSV, Parquet, .mat or a session, by the name's ending.
 
         decimal: the mark in a CSV's numbers, "." or ",". Raise ParameterError, SessionError, OSError.
         """
         if Path(path).suffix == SUFFIX:
             self._save_session(path)
             return
-        export.write(path, self.columns(), self.settings, decimal)
+        export.write(path, self.columns(), self.log, decimal)
 
     def _save_session(self, path: str | Path) -> None:
         table = np.zeros((len(self.time), rows.ROW_WIDTH))
@@ -105,16 +121,17 @@ class Run:
         states = len(self.state_names)
         table[:, rows.STATE : rows.STATE + states] = self.state
         writer = SessionWriter(path)
-        writer.note(Event(0.0, SETTINGS, {**self.settings, "state_names": self.state_names}))
+        for time, settings in self.log:
+            writer.note(Event(time, SETTINGS, {**settings, "state_names": self.state_names}))
         for first in range(0, len(table), _CHUNK):
-            writer.add(pack(table[first : first + _CHUNK], self.settings["device"]["quantum"], states, True))
+            writer.add(pack(table[first : first + _CHUNK], _quantum(self.settings), states, True))
         writer.close()
 
     def plot(self, path: str | Path) -> None:
         """Write a picture: position, velocity, force over time, and force over position."""
         from hapkit_studio.charts.run import run_figure
 
-        run_figure(self, path)
+        run_figure(self, path, settings_of.words(self.log))
 
 
 def simulate(
@@ -187,14 +204,16 @@ def simulate(
 def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -> Run:
     """Read the samples of a session from start to stop, in s since it began, as those of a run.
 
-    time is the device's own clock where it goes on; settings are those at the end, warnings name every change
-    before. What a session was not asked to keep, a simulation's true motion and its hand, is NaN. Raise
-    SessionError, ParameterError where there is no sample.
+    time is the device's own clock where it goes on; settings are those at the end, settings_log has those
+    before, warnings name every change. A state variable that only one of several environments has is NaN
+    beside the others, and so is what a session was not asked to keep, a simulation's true motion and its
+    hand. Raise SessionError, ParameterError where there is no sample.
     """
     session = Session(path)
     try:
         zero = session.starts[0]
-        found = session.read((*_KEPT.values(), "time", "board_time", "state"), zero + start, zero + stop)
+        names = *_KEPT.values(), "time", "board_time", "hand_target", "state"
+        found = session.read(names, zero + start, zero + stop)
     finally:
         session.close()
     time = found["time"]
@@ -203,19 +222,58 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
         raise ParameterError(f"{session.path.name} has {whole}, none from {start:g} to {stop:g} s.")
     own = found["board_time"]
     own = own if (np.diff(own) > 0.0).all() else time
-    settings = session.latest(ABOUT, time[-1]) | session.latest(SETTINGS, time[-1])
-    names = (*settings.get("state_names", ()), *(f"state_{i}" for i in range(found["state"].shape[1])))
+    log = settings_of.log(session.events, float(time[0]), float(time[-1]))
+    log = [(float(np.interp(time[0] + when, time, own - own[0])), settings) for when, settings in log]
+    state_names, state = _states(own - own[0], found["state"], log)
     said = [event for event in session.events if time[0] <= event.time <= zero + stop]
     columns: dict[str, Any] = {name: found[column] for name, column in _KEPT.items()}
     return Run(
         time=own - own[0],
         **columns | {"flags": found["flags"].astype(int)},
-        state=found["state"],
-        state_names=names[: found["state"].shape[1]],
+        state=state,
+        state_names=state_names,
         faults=tuple(event.what["text"] for event in said if event.kind == FAULT and event.what["text"]),
         warnings=(*settings_of.changes(session.events, time[0], zero + stop), *session.damage),
-        settings=settings,
+        settings=dict(log[-1][1]),
+        settings_log=log,
+        hand_target=found["hand_target"] if np.isfinite(found["hand_target"]).any() else None,
     )
+
+
+def open_recording(path: str | Path, columns: TableColumns | None = None) -> "Recording":
+    """Read the recording in a session, a table of the studio's, or with its columns named a foreign table.
+
+    What identification takes and the plots hold. Raise SessionError, FileError, UnknownColumnsError.
+    """
+    from hapkit_studio.analysis.identify import from_csv, from_run  # takes seconds to import
+
+    with open_regular(path) as file:
+        is_session = file.read(len(SQLITE)) == SQLITE
+    if is_session or Path(path).suffix == SUFFIX:
+        return from_run(open_session(path))
+    return from_csv(path, columns)
+
+
+def _states(time: np.ndarray, state: np.ndarray, log: Log) -> tuple[tuple[str, ...], np.ndarray]:
+    """Return the names of all state variables and their values (n, names), NaN where the law has none."""
+    width = state.shape[1]
+    unnamed = [f"state_{i}" for i in range(width)]
+    pieces = [(when, list(settings.get("state_names", unnamed))[:width]) for when, settings in log]
+    names = list(dict.fromkeys(name for _, piece in pieces for name in piece))
+    found = np.full((len(time), len(names)), math.nan)
+    ends = [*(when for when, _ in pieces[1:]), math.inf]
+    for (when, piece), end in zip(pieces, ends, strict=True):
+        there = (time >= when) & (time < end)
+        for place, name in enumerate(piece):
+            found[there, names.index(name)] = state[there, place]
+    return tuple(names), found
+
+
+def _quantum(settings: Mapping) -> float:
+    """Return the sensor's step in m that settings tell, 0 where they do not."""
+    device = settings.get("device")
+    known = device.get("quantum") if isinstance(device, Mapping) else settings.get("quantum_m")
+    return float(known) if isinstance(known, int | float) else 0.0
 
 
 def _unrest(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.ndarray) -> list[str]:

@@ -1,6 +1,5 @@
 """``simulate`` exactly as promised: samples, timing, delay, sensor, clamp, hands, energy, errors."""
 
-import json
 import math
 from dataclasses import replace
 
@@ -117,13 +116,19 @@ def test_saved_run_reads_back(tmp_path):
     path = tmp_path / "run.csv"
     run.save(path)
     lines = path.read_text(encoding="utf-8").splitlines()
-    settings = json.loads(lines[0].removeprefix("# "))
+    header = [line for line in lines if line.startswith("#")]
+    settings = dict(line.removeprefix("# ").split(": ") for line in header)
     assert settings["environment"] == "wall"
-    assert settings["parameters"]["side"] == "left"
-    assert settings["device"]["mass"] == pytest.approx(0.05)
-    assert settings["seed"] == 3
-    names = lines[1].split(",")
-    table = np.loadtxt(path, delimiter=",", skiprows=2)
+    assert settings["stiffness"] == "250 N/m"
+    assert settings["side"] == "left"
+    assert settings["rate"] == "1000 Hz"
+    assert (settings["estimator"], settings["estimator.cutoff"]) == ("iir", "20 Hz")
+    assert settings["device.max_force"] == "inf N"
+    assert settings["seed"] == "3"
+    value, unit = settings["device.mass"].split(" ")
+    assert (float(value), unit) == (pytest.approx(0.05), "kg")
+    names = lines[len(header)].split(",")
+    table = np.loadtxt(path, delimiter=",", skiprows=len(header) + 1)
     assert table.shape == (2000, len(names))
     for name, column in run.columns().items():
         assert table[:, names.index(name)] == pytest.approx(column, rel=1e-8, abs=1e-15)

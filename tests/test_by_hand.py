@@ -64,7 +64,7 @@ def test_two_pushes_are_felt_compared_recorded_and_exported(display, tmp_path):
 
 def read_csv(path):
     """Return a table's columns by the names in its header."""
-    with path.open(encoding="utf-8") as file:
-        assert file.readline().startswith("# {")
-        names = file.readline().strip().split(",")
-        return dict(zip(names, np.loadtxt(file, delimiter=",").T, strict=True))
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert lines[0].startswith("# ")
+    names, *rows = [line for line in lines if not line.startswith("#")]
+    return dict(zip(names.split(","), np.loadtxt(rows, delimiter=",").T, strict=True))

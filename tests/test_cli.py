@@ -75,8 +75,8 @@ def test_run_agrees_with_the_file_it_writes(capsys, tmp_path):
     found = as_json(capsys, "run", "spring", "--hand", "press", "--csv", str(csv), "--plot", str(picture))
     assert found["written"] == [str(csv), str(picture)]
     assert picture.read_bytes().startswith(b"\x89PNG")
-    names = csv.read_text(encoding="utf-8").splitlines()[1].split(",")
-    table = dict(zip(names, np.loadtxt(csv, delimiter=",", skiprows=2).T, strict=True))
+    names, *rows = [x for x in csv.read_text(encoding="utf-8").splitlines() if not x.startswith("#")]
+    table = dict(zip(names.split(","), np.loadtxt(rows, delimiter=",").T, strict=True))
     assert found["position_max"] == pytest.approx(table["position_m"].max())
     assert found["final_force"] == pytest.approx(table["force_applied_N"][-1])
     assert found["energy_given"] == pytest.approx(table["energy_J"][-1])

@@ -1,6 +1,6 @@
 """A run: position, velocity and force over time, and force over position."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio.charts.style import TICK, Colors, legend, save, style_axes, unbroken
+from hapkit_studio.sessions import settings as settings_of
+from hapkit_studio.settings_log import Log
 
 _SIZE = (792, 450)
 _LETTER = 0.016  # of the time axis: what a letter of a mark's words takes there
+_MOST_CHANGES = 4  # lines of a caption
 _ROOM = 0.25  # of the range: what is left free above the lines for words
 
 Mark = tuple[float, str]
@@ -31,8 +34,12 @@ class Past:
 
 
 def run_figure(run: Any, path: str | Path, marks: Sequence[Mark] = (), past: Sequence[Past] = ()) -> None:
-    """Write a Run's position, velocity and force over time and its force over position."""
-    save(lambda figure, c: draw(figure, c, run, marks, past), path, _SIZE, caption=_caption(run.settings))
+    """Write a Run's position, velocity and force over time and its force over position.
+
+    The caption has the settings at the start, and below them each change with its time.
+    """
+    caption = "\n".join([_caption(run.log[0][1]), *_changes(run.log)])
+    save(lambda figure, c: draw(figure, c, run, marks, past), path, _SIZE, caption=caption)
 
 
 def draw(figure: Any, c: Colors, run: Any, marks: Sequence[Mark] = (), past: Sequence[Past] = ()) -> None:
@@ -83,7 +90,19 @@ def _write_marks(axes: Any, c: Colors, marks: Sequence[Mark], begin: float, end:
         right = min(right, when)
 
 
-def _caption(settings: dict) -> str:
+def _changes(log: Log) -> list[str]:
+    """Return a line for each change, another environment with all its values; count the last of many."""
+    found = [
+        f"At {when:.2f} s: {words if before.get('environment') == now.get('environment') else _caption(now)}"
+        for (_, before), (_, now), (when, words) in zip(log, log[1:], settings_of.words(log), strict=False)
+    ]
+    more = len(found) - _MOST_CHANGES
+    return (
+        found if more <= 0 else [*found[:_MOST_CHANGES], f"and {more} more, the last at {log[-1][0]:.2f} s"]
+    )
+
+
+def _caption(settings: Mapping) -> str:
     units, device = settings.get("units", {}), settings.get("device")
     words = [settings.get("environment", "")] + [
         f"{k} {v}" if isinstance(v, str) else f"{k} {v:,g} {units.get(k, '')}".rstrip()

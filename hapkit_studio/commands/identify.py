@@ -2,19 +2,32 @@
 
 import argparse
 import math
+from typing import TYPE_CHECKING
 
+from hapkit_studio import api
 from hapkit_studio.commands.base import PLOT, Command, Result, drawn, option, with_files
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.tables import UNITS, parse_column
 
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.identify import Identified, Recording
+
+_COLUMN = "of a foreign table: its {} as NAME:UNIT, in {}"
 _HELP = "what was rendered, and what the handle is, from a recording, with 95 % intervals"
 
 
 OPTIONS = (
-    option("recording", metavar="CSV", help="a file written by: run … --csv run.csv"),
+    option(
+        "recording", metavar="FILE", help="a session, a CSV of the studio's, or a table of another program"
+    ),
     option("--from", dest="begin", type=float, metavar="s", help="where the piece begins"),
     option("--to", dest="end", type=float, metavar="s", help="where the piece ends"),
     option(
         "--terms", metavar="LIST", help="of the rendered force: stiffness,damping,friction; none: the scene's"
+    ),
+    *(
+        option(f"--{quantity}", metavar="COLUMN", help=_COLUMN.format(quantity, ", ".join(units)))
+        for quantity, units in UNITS.items()
     ),
     option("--released", action="store_true", help="no hand holds the handle in this piece"),
     PLOT,
@@ -30,15 +43,20 @@ def run(options: argparse.Namespace) -> Result:
         if limit is not None and not math.isfinite(limit):
             raise ParameterError(f"A piece begins and ends at a number of seconds, not {limit:g} s.")
     terms = tuple(word.strip() for word in options.terms.split(",")) if options.terms is not None else None
-    recording = work.from_csv(options.recording)
+    given = {quantity: getattr(options, quantity) for quantity in UNITS}
+    columns = {quantity: parse_column(quantity, text) for quantity, text in given.items() if text is not None}
+    recording = api.open_recording(options.recording, columns)
     found = work.identify(
         recording, begin=options.begin, end=options.end, terms=terms, released=options.released
     )
-    return with_files(_text(found), found.as_json(), drawn(options.plot, identify_figure, found))
+    return with_files(_text(found, recording), found.as_json(), drawn(options.plot, identify_figure, found))
 
 
-def _text(found) -> str:
+def _text(found: "Identified", recording: "Recording") -> str:
     lines = [f"The piece from {found.begin:.3g} s to {found.end:.3g} s:"]
+    if recording.later:
+        changes = f"The settings changed at {recording.change_times} s; a piece has no change in it."
+        lines.insert(0, changes)
     handle = "What the handle is"
     if found.handle.estimates:
         handle += ", let go" if found.handle.released else ", the hand's mass with it"

@@ -1,21 +1,33 @@
-"""Tables of samples as files of other programs: CSV for spreadsheets, Parquet, and MATLAB's .mat."""
+"""Tables of samples as files of other programs: CSV for spreadsheets, Parquet, and MATLAB's .mat.
 
-import json
-from collections.abc import Callable, Mapping
+Each holds the settings at the start and every later change with its time. A column named "group.name" belongs
+to a group, such as "state" for the law's state variables, and never meets a column of the studio.
+"""
+
+import csv
+import re
+import unicodedata
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from hapkit_studio import settings_log
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.files import replacing
+from hapkit_studio.settings_log import Log
 
 Columns = Mapping[str, np.ndarray]
 DECIMALS = (".", ",")
+_LONGEST_NAME = 63  # characters of a MATLAB identifier
+_KEYWORDS = (  # of MATLAB
+    "break", "case", "catch", "classdef", "continue", "else", "elseif", "end", "for", "function", "global",
+    "if", "otherwise", "parfor", "persistent", "return", "spmd", "switch", "try", "while",
+)  # fmt: skip
 
 
-def write(path: str | Path, columns: Columns, settings: Mapping[str, Any], decimal: str = ".") -> None:
-    """Write columns (n,), named with their units, and what was set; the name's ending says as what.
+def write(path: str | Path, columns: Columns, log: Log, decimal: str = ".") -> None:
+    """Write columns (n,), named with their units, and the log of the settings, by the name's ending.
 
     decimal: the mark in a CSV's numbers; with a comma, semicolons stand between them. Raise ParameterError
     for an ending or a mark that is unknown, or where a library is missing; OSError.
@@ -25,38 +37,80 @@ def write(path: str | Path, columns: Columns, settings: Mapping[str, Any], decim
         raise ParameterError(f"A table ends in {', '.join(WRITERS)}, not {ending or 'nothing'!r}.")
     if decimal not in DECIMALS:
         raise ParameterError(f"The decimal mark is a point or a comma, not {decimal!r}.")
-    said = json.dumps(settings, ensure_ascii=False, default=float)
     with replacing(path) as part:
-        WRITERS[ending](part, columns, said, decimal)
+        WRITERS[ending](part, columns, log, decimal)
 
 
-def _csv(path: Path, columns: Columns, settings: str, decimal: str) -> None:
-    """Write a comment line of settings (JSON), then names with units, then the samples."""
+def _csv(path: Path, columns: Columns, log: Log, decimal: str) -> None:
+    """Write a comment line for each setting, then names with units, then the samples."""
     between = ";" if decimal == "," else ","
     table = np.column_stack(list(columns.values()))
-    with path.open("w", encoding="utf-8") as file:
-        file.write(f"# {settings}\n{between.join(columns)}\n")
+    with path.open("w", encoding="utf-8", newline="\n") as file:
+        file.writelines(f"{line}\n" for line in settings_log.lines(log))
+        csv.writer(file, delimiter=between, lineterminator="\n").writerow(columns)
         line = between.join(["%.9g"] * table.shape[1]) + "\n"
         for row in table.tolist():
             text = line % tuple(row)
             file.write(text.replace(".", ",") if decimal == "," else text)
 
 
-def _parquet(path: Path, columns: Columns, settings: str, _decimal: str) -> None:
+def _parquet(path: Path, columns: Columns, log: Log, _decimal: str) -> None:
     try:
         from pyarrow import parquet, table
     except ImportError:
         raise ParameterError("Parquet needs pyarrow: pip install 'hapkit-studio[parquet]'.") from None
-    parquet.write_table(table(dict(columns)).replace_schema_metadata({"settings": settings}), path)
+    named = table(dict(columns)).replace_schema_metadata({"settings": settings_log.as_json(log)})
+    parquet.write_table(named, path)
 
 
-def _mat(path: Path, columns: Columns, settings: str, _decimal: str) -> None:
+def _mat(path: Path, columns: Columns, log: Log, _decimal: str) -> None:
+    """Write each column as a variable, each group as a struct."""
     from scipy.io import savemat
 
-    savemat(path, {**columns, "settings": settings}, do_compression=True, long_field_names=True)
+    groups: dict[str, dict[str, np.ndarray]] = {}
+    for name, values in columns.items():
+        group, _, inner = name.rpartition(".")
+        groups.setdefault(group, {})[inner] = values
+    own, settings = groups.pop("", {}), {"settings": settings_log.as_json(log)}
+    structs = {name: _with_identifiers(inner) for name, inner in groups.items()}
+    savemat(
+        path, {**_with_identifiers(own), **structs, **settings}, do_compression=True, long_field_names=True
+    )
 
 
-WRITERS: dict[str, Callable[[Path, Columns, str, str], None]] = {
+def _with_identifiers(columns: Columns) -> dict[str, np.ndarray]:
+    return dict(zip(matlab_names(columns), columns.values(), strict=True))
+
+
+def matlab_names(names: Iterable[str]) -> list[str]:
+    """Return a MATLAB identifier for each name, no two the same: "old[0]" is old_0, "größe" grosse."""
+    found: list[str] = []
+    for name in names:
+        plain = re.sub(r"\W+", "_", "".join(map(_ascii, unicodedata.normalize("NFKD", name)))).strip("_")
+        if not plain[:1].isalpha() or plain in _KEYWORDS:
+            plain = f"x_{plain}".rstrip("_")
+        made, number = plain[:_LONGEST_NAME], 2
+        while made in found:
+            end = f"_{number}"
+            made, number = plain[: _LONGEST_NAME - len(end)] + end, number + 1
+        found.append(made)
+    return found
+
+
+def _ascii(letter: str) -> str:
+    """Return a letter in ASCII: without its accent, or by its name, as omega for ω."""
+    if letter.isascii():
+        return letter
+    if unicodedata.combining(letter):
+        return ""
+    if (folded := letter.casefold()).isascii():  # ß is ss
+        return folded
+    kind, _, name = unicodedata.name(letter, "").partition(" LETTER ")
+    name = re.sub(r"\W+", "_", name.partition(" WITH ")[0])
+    return (name.lower() if "CAPITAL" not in kind else name.capitalize()) or f"u{ord(letter):x}"
+
+
+WRITERS: dict[str, Callable[[Path, Columns, Log, str], None]] = {
     ".csv": _csv, ".parquet": _parquet, ".mat": _mat,
 }  # fmt: skip
 """What is written by the ending of a name."""

@@ -35,6 +35,8 @@ _TYPES: dict[str, type | tuple[type, ...]] = {
     "INTEGER": int, "REAL": float, "TEXT": str, "BLOB": (bytes, type(None)),
 }  # fmt: skip
 _HEAD = ("count", "start", "stop", "states", "extremes")
+SQLITE = b"SQLite format 3\0"
+"""The first bytes of a session's file."""
 _LONGEST = 1 << 24  # bytes of one value
 _MOST_ROWS = 1 << 32
 _MOST_SAMPLES, _MOST_STATES = 1 << 16, 64  # of a chunk
@@ -231,7 +233,7 @@ def _open(path: Path) -> sqlite3.Connection:
     except OSError as error:
         raise SessionError(f"{path} cannot be read: {error.strerror}.") from None
     none = SessionError(f"{path.name} is no session of the studio.")
-    if not header.startswith(b"SQLite format 3\0") or int.from_bytes(header[68:72], "big") != MARK:
+    if not header.startswith(SQLITE) or int.from_bytes(header[68:72], "big") != MARK:
         raise none
     version = int.from_bytes(header[60:64], "big")
     if version > VERSION:

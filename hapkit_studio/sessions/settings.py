@@ -1,14 +1,16 @@
 """What is set on an engine, and what its device is, by the names that a run's settings have."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 from hapkit_studio import __version__
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import plain
 from hapkit_studio.haptics.engine import Engine
-from hapkit_studio.sessions.file import SETTINGS, Event
+from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event
+from hapkit_studio.settings_log import Log, Settings
 
 _NESTED = ("parameters", "units", "state_names", "device")
 
@@ -52,7 +54,29 @@ def about_device(engine: Engine) -> dict[str, Any]:
     return found
 
 
-def differences(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
+def log(events: Sequence[Event], start: float, stop: float) -> Log:
+    """Return the settings in force at the time start and every change until stop, times in s after start.
+
+    Each holds what is known of the device, too. A recorder notes the first ones up to 0.1 s after the first
+    sample, so they count from the start.
+    """
+    timed: list[tuple[float, Event]] = []
+    for kind in (ABOUT, SETTINGS):
+        own = [event for event in events if event.kind == kind]
+        timed += [(-math.inf, event) for event in own[:1]] + [(event.time, event) for event in own[1:]]
+    found: list[tuple[float, Settings]] = [(0.0, {})]
+    known: dict[str, Settings] = {ABOUT: {}, SETTINGS: {}}
+    for time, event in sorted(timed, key=lambda pair: pair[0]):
+        known[event.kind] = event.what
+        settings = {**known[ABOUT], **known[SETTINGS]}
+        if time <= start:
+            found[0] = 0.0, settings
+        elif time <= stop and settings != found[-1][1]:
+            found.append((time - start, settings))
+    return found
+
+
+def differences(before: Settings, after: Settings) -> list[str]:
     """Say in words what of the settings is another now, each with both values."""
     old, new = ({**kept, **kept.get("parameters", {})} for kept in (before, after))
     units = {"rate_Hz": "Hz", "delay_s": "s", "max_force_N": "N", **after.get("units", {})}
@@ -65,20 +89,20 @@ def differences(before: dict[str, Any], after: dict[str, Any]) -> list[str]:
     ]
 
 
-def changes(events: Iterable[Event], start: float, stop: float) -> list[str]:
+def changes(events: Sequence[Event], start: float, stop: float) -> list[str]:
     """Say every change of the settings from start to stop, both in s, each with its time after start."""
     return [f"At {when:.2f} s: {what}." for when, what in timed_changes(events, start, stop)]
 
 
-def timed_changes(events: Iterable[Event], start: float, stop: float) -> list[tuple[float, str]]:
+def timed_changes(events: Sequence[Event], start: float, stop: float) -> list[tuple[float, str]]:
     """Return every change of the settings from start to stop: when, in s after start, and in words what."""
-    said, before = [], None
-    for event in events:
-        if event.kind == SETTINGS:
-            if before is not None and start <= event.time <= stop:
-                said.append((event.time - start, ", ".join(differences(before, event.what))))
-            before = event.what
-    return said
+    return words(log(events, start, stop))
+
+
+def words(log: Log) -> list[tuple[float, str]]:
+    """Return each change in a log: its time in s, and in words what changed."""
+    pairs = ((time, differences(before, after)) for (_, before), (time, after) in pairwise(log))
+    return [(time, ", ".join(found) or "device changed") for time, found in pairs]
 
 
 def _word(key: str) -> str:

@@ -41,8 +41,8 @@ def test_a_file_runs_like_a_built_in_environment(tmp_path, capsys):
     mine = json.loads(out)
     assert (mine["environment"], mine["parameters"]["stiffness"]) == ("my_spring", 200.0)
     assert mine["samples"] == 2000
-    table = np.loadtxt(csv, delimiter=",", skiprows=2)
-    names = csv.read_text(encoding="utf-8").splitlines()[1].split(",")
+    names, *rows = [x for x in csv.read_text(encoding="utf-8").splitlines() if not x.startswith("#")]
+    table, names = np.loadtxt(rows, delimiter=","), names.split(",")
     force, position = (table[:, names.index(name)] for name in ("force_asked_N", "position_m"))
     assert np.abs(position).max() > 1e-3
     assert np.allclose(force, -200.0 * position)

@@ -83,12 +83,14 @@ def identify(
     """Identify the piece from begin to end in s of a recording; None: from its start, to its end.
 
     terms of RENDERED_TERMS; None: those that the environment has. released: no hand holds the handle, where
-    the recording does not know. Raise ParameterError.
+    the recording does not know. Where the settings changed and neither begin nor end is given, the longest
+    piece without a change is taken. Raise ParameterError.
     """
     unknown = [term for term in terms or () if term not in RENDERED_TERMS]
     if unknown or terms == ():
         raise ParameterError(f"The terms are some of {', '.join(RENDERED_TERMS)}, not {', '.join(unknown)}.")
-    piece = recording.between(begin, end).check()
+    whole = begin is None and end is None and recording.later
+    piece = (recording.longest() if whole else recording.between(begin, end)).check()
     grid = lay(piece)
     chosen = tuple(term for term in RENDERED_TERMS if term in terms) if terms else None
     return Identified(

@@ -1,22 +1,29 @@
 """What was recorded, out of runs and files: columns over time, and what had been set."""
 
-import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from hapkit_studio import environments
+from hapkit_studio import environments, settings_log, tables
 from hapkit_studio.dynamics.hand import SCRIPTS, Grip, Hand
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.errors import ParameterError, StudioError
+from hapkit_studio.errors import FileError, ParameterError, StudioError
 from hapkit_studio.haptics import rows
+from hapkit_studio.settings_log import Log
+from hapkit_studio.tables import TableColumn, TableColumns, UnknownColumnsError
 
 FEWEST_SAMPLES = 32
+# Deviation of a gap between samples from whole periods, in periods, that makes it uneven; and the fraction of
+# the gaps that may be uneven.
+_UNEVEN, _MOST_UNEVEN = 0.25, 0.1
+_MOST_FLAGS = 255
+_NAMED = 5  # changes named in a message
+# A change is noted up to 0.1 s after it was made, and numbers ramp for 30 ms.
+_BEFORE_CHANGE, _AFTER_CHANGE = 0.1, 0.05
 
 
 @dataclass(frozen=True)
@@ -33,7 +40,8 @@ class Setup:
     """What had been set: environment and its values, the loop in Hz and s, the sensor's quantum in m.
 
     environment None where it is not known; handle None on a real device; grip None where no hand is known;
-    hold_known False where a hand held of which the recording does not say how.
+    hold_known False where a hand held of which the recording does not say how; foreign: another program
+    wrote the recording, and its force may be measured.
     """
 
     environment: Environment | None = None
@@ -44,6 +52,7 @@ class Setup:
     handle: Handle | None = None
     grip: Grip | None = None
     hold_known: bool = True
+    foreign: bool = False
 
 
 @dataclass(frozen=True)
@@ -52,7 +61,8 @@ class Recording:
 
     flags are those of telemetry rows; hand_force is the hand's force at the sample, NaN where it is unknown,
     but for hand_held: what its damper adds as the target moves, in N, the same from the sample to the next.
-    target is where the hand pulls to, in m, None where it is unknown.
+    target is where the hand pulls to, in m, None where it is unknown. setup is the one at the start, later
+    has each change: its time in s, and the setup from then on.
     """
 
     time: np.ndarray
@@ -65,6 +75,7 @@ class Recording:
     hand_held: np.ndarray
     setup: Setup
     target: np.ndarray | None = None
+    later: tuple[tuple[float, Setup], ...] = ()
 
     def __len__(self) -> int:
         return len(self.time)
@@ -79,12 +90,41 @@ class Recording:
             )
         chosen = (self.time >= low) & (self.time <= high)
         pieces: dict[str, Any] = {k: x[chosen] for k, x in vars(self).items() if isinstance(x, np.ndarray)}
-        return replace(self, **pieces)
+        setups = [self.setup, *(setup for when, setup in self.later if when <= low)]
+        later = tuple(pair for pair in self.later if low < pair[0] <= high)
+        return replace(self, **pieces, setup=setups[-1], later=later)
+
+    @property
+    def change_times(self) -> str:
+        """Return the times in s of the first changes of the settings, in words."""
+        times = [f"{when:.3g}" for when, _ in self.later]
+        return ", ".join([*times[:_NAMED], *["…"][: len(times) - _NAMED]])
+
+    def longest(self) -> "Recording":
+        """Return the longest piece without a change of the settings; raise ParameterError without one."""
+        changes = [when for when, _ in self.later]
+        begins = [float(self.time[0]), *(when + _AFTER_CHANGE for when in changes)]
+        ends = [*(when - _BEFORE_CHANGE for when in changes), float(self.time[-1])]
+        begin, end = max(zip(begins, ends, strict=True), key=lambda piece: piece[1] - piece[0])
+        if not begin < end:
+            least = _BEFORE_CHANGE + _AFTER_CHANGE
+            raise ParameterError(f"The settings changed {len(changes)} times, never {least:g} s apart.")
+        return self.between(begin, end)
 
     def check(self) -> "Recording":
-        """Return this; raise ParameterError where it is too short for anything."""
+        """Return this; raise ParameterError where it is too short, irregular, or settings change in it."""
         if len(self) < FEWEST_SAMPLES:
             raise ParameterError(f"A piece has at least {FEWEST_SAMPLES} samples, not {len(self)}.")
+        if self.later:
+            raise ParameterError(
+                f"The settings changed at {self.change_times} s: choose a piece without a change."
+            )
+        gaps = np.diff(self.time)
+        periods = gaps / np.median(gaps)
+        if np.mean(np.abs(periods - np.rint(periods)) > _UNEVEN) > _MOST_UNEVEN:
+            low, high = 1e3 * np.percentile(gaps, (10.0, 90.0))
+            gap = f"{low:.2g} to {high:.2g} ms apart"
+            raise ParameterError(f"The times are irregular, {gap}: identification takes one rate.")
         return self
 
 
@@ -123,104 +163,152 @@ def hand_parts(force: np.ndarray, target: np.ndarray | None, setup: Setup) -> tu
     return np.where(holds, force - before + bend, force), np.where(holds, after, 0.0)
 
 
-# Column of the file, field of a run; without the last ones a piece tells less, but something.
-_COLUMNS = {
-    "time_s": "time",
-    "position_m": "position",
-    "velocity_m_per_s": "velocity",
-    "force_applied_N": "applied_force",
-    "force_asked_N": "force",
-    "flags": "flags",
-    "hand_force_N": "hand_force",
-    "hand_target_m": "hand_target",
+# The studio's own columns by the field that they fill.
+_OWN = {
+    "time": TableColumn("time_s", "s"),
+    "position": TableColumn("position_m", "m"),
+    "velocity": TableColumn("velocity_m_per_s", "m/s"),
+    "force": TableColumn("force_applied_N", "N"),
 }
+# Without these a piece tells less, but something.
+_MORE = {"asked": "force_asked_N", "flags": "flags", "hand_force": "hand_force_N", "target": "hand_target_m"}
 # Hands that need no more words: none, and one whose force is what the motion takes.
 _NO_GRIP = ("released", "Prescribed")
-_NEEDED = ("time_s", "position_m", "velocity_m_per_s", "force_applied_N")
+
+
+class Motion(NamedTuple):
+    """The columns (n,) that every recording has."""
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    asked: np.ndarray
+    applied: np.ndarray
 
 
 def from_run(run: Any, hand: Hand | None = None) -> Recording:
     """Return the recording of a run of ``simulate``; hand: the Hand that moved it, if none by name."""
-    setup, target = _setup_of(run.settings, np.asarray(run.time), hand)
-    recorded = getattr(run, "hand_target", None)
-    if target is None and setup.grip is not None and recorded is not None and np.isfinite(recorded).all():
-        target = np.asarray(recorded, dtype=float)
-    if setup.grip is not None and target is None:
+    motion = Motion(np.asarray(run.time), run.position, run.velocity, run.force, run.applied_force)
+    log = getattr(run, "settings_log", ()) or ((0.0, run.settings),)
+    return _recording(motion, run.flags, run.hand_force, getattr(run, "hand_target", None), log, hand)
+
+
+def from_csv(path: str | Path, columns: TableColumns | None = None) -> Recording:
+    """Return the recording in a file that ``Run.save`` wrote, or in a table of another program.
+
+    columns: those of a foreign table, by tables.NEEDED and "velocity". Forces are those on the handle,
+    positive to the right. Raise FileError with one line, UnknownColumnsError where columns must be named.
+    """
+    if not isinstance(path, str | Path):
+        raise ParameterError(f"A recording is the path of a file, not {path!r}.")
+    table = tables.read(path)
+    named = dict(columns or {})
+    for quantity, own in _OWN.items():
+        if quantity not in named and own.name in table.names:
+            named[quantity] = own
+        elif quantity not in named and quantity in tables.NEEDED:
+            raise UnknownColumnsError(table, own.name)
+    for quantity, column in named.items():
+        if column.name not in table.names:
+            raise UnknownColumnsError(table, f"{column.name} for the {quantity}")
+    more = {key: name for key, name in _MORE.items() if name in table.names}
+    values = table.values([*(column.name for column in named.values()), *more.values()]).T
+    found = dict(zip((*named, *more), values, strict=True))
+    for quantity, column in named.items():
+        found[quantity] = found[quantity] * tables.UNITS[quantity][column.unit]
+    _check_times(table, found["time"], [found[quantity] for quantity in named])
+    time, position, applied = (found[quantity] for quantity in tables.NEEDED)
+    if "velocity" not in found:
+        found["velocity"] = np.gradient(position, time) if len(time) > 1 else np.zeros(len(time))
+    motion = Motion(time, position, found["velocity"], found.get("asked", applied), applied)
+    log = settings_log.read(table.comments, table.file) or [(0.0, {})]
+    log = [(when, {"quantum_m": _step(position), **settings}) for when, settings in log]
+    flags = np.clip(np.nan_to_num(found.get("flags", np.zeros(len(time)))), 0, _MOST_FLAGS)
+    unknown = np.full(len(time), math.nan)
+    read = _recording(motion, flags, found.get("hand_force", unknown), found.get("target"), log)
+    return replace(read, setup=replace(read.setup, foreign=named["force"] != _OWN["force"]))
+
+
+def _check_times(table: tables.Table, time: np.ndarray, columns: Sequence[np.ndarray]) -> None:
+    """Raise FileError unless times increase and all values are finite."""
+    finite = np.isfinite(columns).all(axis=0)
+    if not finite.all():
+        line = table.line_of(int(np.argmin(finite)))
+        raise FileError(f"{table.file} has values that are no numbers, first in line {line}.")
+    back = np.diff(time) <= 0.0
+    if back.any():
+        row = int(np.argmax(back)) + 1
+        times = f"{time[row]:.6g} s follows {time[row - 1]:.6g} s in line {table.line_of(row)}"
+        raise FileError(f"{table.file} has times that go back or stand: {times}.")
+
+
+def _step(position: np.ndarray) -> float:
+    """Return the smallest step in m between positions, the sensor's or that of the file's digits."""
+    steps = np.diff(np.unique(np.round(position, 9)))
+    return float(steps.min()) if len(steps) else 0.0
+
+
+def _recording(
+    motion: Motion,
+    flags: np.ndarray,
+    hand_force: np.ndarray,
+    target: np.ndarray | None,
+    log: Log,
+    hand: Hand | None = None,
+) -> Recording:
+    """Return a recording; target (n,) in m of a hand whose script has no name."""
+    usual = 1.0 / float(np.median(np.diff(motion.time))) if len(motion.time) > 1 else 1000.0
+    hand = hand or _script(log[0][1])
+    setup, *others = (_setup_of(settings, usual, hand) for _, settings in log)
+    moved = None if hand is None else _target(hand, motion.time)
+    if moved is None and setup.grip is not None and target is not None and np.isfinite(target).all():
+        moved = np.asarray(target, dtype=float)
+    if setup.grip is not None and moved is None:
         setup = replace(setup, hold_known=False)
-    hand_force = hand_parts(run.hand_force, target, setup)
-    columns = run.time, run.position, run.velocity, run.force, run.applied_force
-    return Recording(*columns, np.asarray(run.flags).astype(int), *hand_force, setup, target).check()
+    later = tuple((when, other) for (when, _), other in zip(log[1:], others, strict=True))
+    force, held = hand_parts(hand_force, moved, setup)
+    return Recording(
+        *motion,
+        flags=np.asarray(flags).astype(int),
+        hand_force=force,
+        hand_held=held,
+        setup=setup,
+        target=moved,
+        later=later,
+    )
 
 
-def from_csv(path: str | Path) -> Recording:
-    """Return the recording in a file that ``Run.save`` wrote; raise ParameterError with one line."""
-    try:
-        text = Path(path).read_text(encoding="utf-8", errors="replace")
-    except TypeError:
-        raise ParameterError(f"A recording is the path of a file, not {path!r}.") from None
-    except OSError as error:
-        raise ParameterError(f"Cannot read {path}: {error.strerror}.") from None
-    name, (header, heads, *lines) = Path(path).name, (text + "\n\n").split("\n")
-    try:
-        settings = json.loads(header.removeprefix("#")) if header.startswith("#") else None
-    except json.JSONDecodeError:
-        settings = None
-    if not isinstance(settings, dict):
-        raise ParameterError(f"{name} does not begin with the settings of a run: save one with run --csv.")
-    names = heads.strip().split(",")
-    lacking = [column for column in _NEEDED if column not in names]
-    if lacking:
-        raise ParameterError(f"{name} has no column {lacking[0]}: it is no recording of the studio.")
-    table = _numbers([line for line in lines if line], names, name)
-    columns = {field: table[:, names.index(key)] for key, field in _COLUMNS.items() if key in names}
-    unknown = np.full(len(table), math.nan)
-    defaults = {"force": columns["applied_force"], "flags": np.zeros(len(table)), "hand_force": unknown}
-    return from_run(SimpleNamespace(**{**defaults, **columns}, settings=settings))
+def _script(settings: settings_log.Settings) -> Hand | None:
+    """Return the hand whose script settings name, None where they name none."""
+    name = settings.get("hand")
+    return SCRIPTS.get(name) if isinstance(name, str) else None
 
 
-def _numbers(lines: list[str], names: list[str], name: str) -> np.ndarray:
-    """Return a table's lines as numbers (n, names); raise ParameterError."""
-    if not lines:
-        raise ParameterError(f"{name} has 0 rows under its names: it is no recording of the studio.")
-    try:
-        table = np.loadtxt(lines, delimiter=",", ndmin=2)
-    except ValueError as error:
-        raise ParameterError(f"{name} is not a table of numbers: {error}.") from None
-    if table.shape[1] != len(names):
-        shape = f"{len(table)} rows of {table.shape[1]} numbers for {len(names)} names"
-        raise ParameterError(f"{name} has {shape}: it is no recording of the studio.")
-    needed = table[:, [names.index(column) for column in _NEEDED]]
-    if not np.isfinite(needed).all() or not (np.diff(needed[:, 0]) > 0.0).all():
-        raise ParameterError(f"{name} has values that are no numbers, or times that go back.")
-    return table
+def _target(hand: Hand, times: np.ndarray) -> np.ndarray:
+    """Return where a hand pulls to (n,) in m."""
+    target: Any = hand.target
+    return np.array(target(times) if hand.vectorised else [target(t) for t in times.tolist()], float)
 
 
-def _setup_of(settings: Mapping, times: np.ndarray, hand: Hand | None) -> tuple[Setup, np.ndarray | None]:
-    """Return the setup that settings describe and the hand's target (n,) in m where it is known."""
+def _setup_of(settings: settings_log.Settings, usual: float, hand: Hand | None) -> Setup:
+    """Return the setup that settings describe; usual: the rate in Hz where they do not say."""
     device = settings.get("device")
     device = device if isinstance(device, Mapping) else {}
     name = settings.get("hand")
-    hand = hand or SCRIPTS.get(name if isinstance(name, str) else "")
     grip = Grip(hand.mass, hand.damping, hand.stiffness) if hand else _grip(settings.get("hand_grip"))
-    gaps = np.diff(times)
-    usual = 1.0 / float(np.median(gaps)) if len(gaps) else 1000.0
     rate = _number(settings, "rate_Hz", usual)
     environment, values = _scene(settings)
     numbers = [_number(device, key) for key in ("mass", "damping", "coulomb_force")]
-    setup = Setup(
+    return Setup(
         environment,
         values,
         rate if rate > 0.0 else usual,
         max(_number(settings, "delay_s", 0.0), 0.0),
-        max(_number(device, "quantum", 20.7e-6), 0.0),
+        max(_number(device, "quantum", _number(settings, "quantum_m", 20.7e-6)), 0.0),
         Handle(*numbers) if device else None,
         grip,
         hold_known=grip is not None or not isinstance(name, str) or name in _NO_GRIP,
     )
-    if hand is None:
-        return setup, None
-    target: Any = hand.target
-    return setup, np.array(target(times) if hand.vectorised else [target(t) for t in times.tolist()], float)
 
 
 def _grip(numbers: Any) -> Grip | None:
@@ -243,6 +331,6 @@ def _scene(settings: Mapping) -> tuple[Any, dict[str, float]]:
 def _number(settings: Mapping, key: str, default: float = math.nan) -> float:
     try:
         value = float(settings.get(key, default))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return default
     return value if math.isfinite(value) else default

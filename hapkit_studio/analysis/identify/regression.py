@@ -138,8 +138,10 @@ def by_target(
     target: np.ndarray, windows: Windows, columns: np.ndarray, kept: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the columns (windows, p) as the target (n,) in m makes them, and how strong each is (p,)."""
-    instruments = _instruments(target, windows, columns)
     made = np.zeros_like(columns)
+    if not kept.any():
+        return made, np.zeros(columns.shape[1])
+    instruments = _instruments(target, windows, columns)
     used, own = instruments[kept], columns[kept]
     if len(used) <= 1.5 * instruments.shape[1]:
         return made, np.zeros(columns.shape[1])

@@ -118,6 +118,8 @@ def lateness(part: Part, setup: Setup) -> str:
 
 def force_known(setup: Setup) -> str:
     """Say what every number rests on: a force that was commanded, not measured, and what does measure it."""
+    if setup.foreign:
+        return "The force is the file's, and ± is that of the fit: if its scale is wrong, so is every number."
     if setup.handle is not None:
         return "No force was measured: it is the command, and the simulated motor gives just that."
     return (

@@ -5,6 +5,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
@@ -22,10 +23,11 @@ from hapkit_studio.gui.pages.measuring import write
 from hapkit_studio.gui.pages.sessions import COMMA, TABLES
 from hapkit_studio.gui.widgets.parts import choose_file
 from hapkit_studio.sessions import export, settings
+from hapkit_studio.settings_log import Log
 
 if TYPE_CHECKING:
     from hapkit_studio.api import Run
-    from hapkit_studio.charts.run import Mark, Past
+    from hapkit_studio.charts.run import Past
     from hapkit_studio.gui.live.centre import Centre
     from hapkit_studio.gui.studio import Studio
 
@@ -36,7 +38,7 @@ Figure = Callable[[str], object]
 
 
 class LiveExport(QObject):
-    """Writes and copies a range of what the plots look at, with what was set at its end.
+    """Writes and copies a range of what the plots look at, with the settings then and each change.
 
     ``said``: in words what was done; ``failed``: why nothing was.
     """
@@ -109,10 +111,13 @@ class LiveExport(QObject):
         while len(self._settings) > 1 and self._settings[1][0] < now - KEPT_SECONDS:
             self._settings.popleft()
 
-    def _set_at(self, time: float) -> dict[str, Any]:
-        """Return what was set at a time in s, what is set now where nobody knows."""
-        known = [was for when, was in self._settings if when <= time]
-        return known[-1] if known else self._in_force()
+    def _log(self, begin: float, end: float) -> Log:
+        """Return the settings at begin and each change until end, both in s; times in s after begin."""
+        known = [was for when, was in self._settings if when <= begin]
+        changes = [(when - begin, now) for when, now in self._settings if begin < when <= end]
+        first = known[-1] if known else changes[0][1] if changes else self._in_force()
+        log = [(0.0, first), *changes]
+        return [log[0], *(new for old, new in pairwise(log) if new[1] != old[1])]
 
     def _in_force(self) -> dict[str, Any]:
         studio, engine = self._studio, self._studio.engine
@@ -133,20 +138,20 @@ class LiveExport(QObject):
             self.failed.emit(many_words if many else "There are no samples in this range.")
             return None
         begin, end = float(table.x[0]), float(table.x[-1])
-        was = history.described(end) if isinstance(history, Recorded) else self._set_at(end)
+        log = history.log(begin, end) if isinstance(history, Recorded) else self._log(begin, end)
         marks = [(when - begin, words) for when, words in history.dividers if begin <= when <= end]
-        run, clean = (self._run(part, begin, was, marks) for part in (window, table))
+        run, clean = (self._run(part, begin, log) for part in (window, table))
         past = self._past(begin)
         return run, clean, lambda path: run_figure(run, path, marks, past)
 
-    def _run(self, window: Window, zero: float, was: dict[str, Any], marks: "list[Mark]") -> "Run":
+    def _run(self, window: Window, zero: float, log: Log) -> "Run":
         """Return a window's samples as those of a run, what is not kept of it nan."""
         from hapkit_studio.api import Run
 
-        changes = {"changes": [f"{when:.3f} s: {words}" for when, words in marks]}
-        y, unknown = window.y, np.full(len(window.x), np.nan)
-        environment = self._studio.environments.get(was.get("environment", ""))
-        name = environment.moves.name if environment is not None and environment.moves else OBJECT
+        y, unknown, last = window.y, np.full(len(window.x), np.nan), dict(log[-1][1])
+        rendered = (self._studio.environments.get(settings.get("environment", "")) for _, settings in log)
+        names = {environment.moves.name for environment in rendered if environment and environment.moves}
+        name = names.pop() if len(names) == 1 else OBJECT
         return Run(
             time=window.x - zero,
             position=y["position"],
@@ -161,7 +166,8 @@ class LiveExport(QObject):
             state=np.empty((len(unknown), 0)),
             state_names=(),
             faults=(),
-            settings=was | (changes if marks else {}),
+            settings=last,
+            settings_log=log,
             moves={name: y[OBJECT]} if np.isfinite(y[OBJECT]).any() else {},
         )
 

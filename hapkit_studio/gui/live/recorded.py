@@ -19,9 +19,11 @@ from hapkit_studio.gui.live.history import CHANNELS, ENERGIES, OBJECT, History, 
 from hapkit_studio.haptics import rows
 from hapkit_studio.sessions.chunk import BLOCK, DRAWN, EVERY, STATE, unpack
 from hapkit_studio.sessions.columns import DamagedError
-from hapkit_studio.sessions.file import ABOUT, MARKER, SETTINGS
+from hapkit_studio.sessions.file import MARKER, SETTINGS
 from hapkit_studio.sessions.session import Session
+from hapkit_studio.sessions.settings import log as settings_log
 from hapkit_studio.sessions.settings import timed_changes
+from hapkit_studio.settings_log import Log
 
 PICTURED = 5 << 17
 """A minute at 10 kHz: the plots show no longer one, and the file keeps no extremes of the object's place."""
@@ -92,9 +94,9 @@ class Recorded(History):
         """Return what was set at the time at which it stands, {} before anything is known."""
         return self._set_at(self._now)
 
-    def described(self, time: float) -> dict[str, Any]:
-        """Return the device and what was set at a time in s, as an exported table says it."""
-        return self.session.latest(ABOUT, time) | self._set_at(time)
+    def log(self, begin: float, end: float) -> Log:
+        """Return device and settings at begin and each change until end, with its time in s after begin."""
+        return settings_log(self.session.events, begin, end)
 
     def _set_at(self, time: float) -> dict[str, Any]:
         place = bisect_right(self._times, time) - 1

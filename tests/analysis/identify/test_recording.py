@@ -1,5 +1,6 @@
 import json
 
+import numpy as np
 import pytest
 
 import hapkit_studio as hs
@@ -52,36 +53,86 @@ def test_a_piece_that_is_not_there_is_refused(run, begin, end):
         identify(from_run(run), begin=begin, end=end)
 
 
+def lines_of(path):
+    """Return a file's header lines, its names, and its rows."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    header = [line for line in lines if line.startswith("#")]
+    return header, lines[len(header)], lines[len(header) + 1 :]
+
+
 def damaged(saved, change):
-    lines = saved.read_text(encoding="utf-8").splitlines()
-    saved.write_text("\n".join(change(lines)), encoding="utf-8")
+    saved.write_text("\n".join(change(*lines_of(saved))), encoding="utf-8")
     return saved
+
+
+def first_as(words):
+    """Return what puts words in the place of a row's first cell."""
+    return lambda row: words + row[row.index(",") :]
 
 
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (lambda lines: lines[1:], "does not begin with the settings"),
-        (lambda lines: ["# {broken", *lines[1:]], "does not begin with the settings"),
-        (lambda lines: ["# 7", *lines[1:]], "does not begin with the settings"),
-        (lambda lines: [], "does not begin with the settings"),
+        (lambda _, names, rows: ["# {broken", names, *rows], "settings in the first line"),
+        (lambda _, names, rows: ["# {" + '"a":[' * 4000, names, *rows], "settings in the first line"),
+        (lambda *_: [], "has 0 rows of numbers"),
+        (lambda header, names, _: [*header, names], "has 0 rows of numbers"),
         (
-            lambda lines: [lines[0], lines[1].replace("position_m", "place"), *lines[2:]],
-            "no column position_m",
+            lambda header, names, rows: [*header, names.replace("position_m", "place"), *rows],
+            r"no column position_m\. Name its columns and units, as --time time_s:s --position NAME:UNIT",
         ),
-        (lambda lines: [*lines[:50], "1,2,three"], "not a table of numbers"),
-        (lambda lines: [lines[0], lines[1] + ",more", *lines[2:]], "numbers for 11 names"),
-        (lambda lines: lines[:2], "0 rows"),
-        (lambda lines: [*lines[:40], lines[39], *lines[40:]], "times that go back"),
-        (lambda lines: [*lines[:40], "nan" + lines[40][lines[40].index(",") :]], "no numbers"),
+        (
+            lambda header, names, rows: [*header, names, *rows[:50], "1,2,three"],
+            "not a table of numbers: line 70, velocity_m_per_s is 'three'",
+        ),
+        (lambda header, names, rows: [*header, names + ",more", *rows], "numbers for 11 names"),
+        (
+            lambda header, names, rows: [*header, names, *(row + ",1" for row in rows)],
+            "11 numbers for 10 names",
+        ),
+        (
+            lambda header, names, rows: [*header, names, *rows[:20], rows[19], *rows[20:]],
+            r"times that go back or stand: 0\.019 s follows 0\.019 s in line 40",
+        ),
+        (
+            lambda header, names, rows: [*header, names, *rows[:20], rows[3], *rows[20:]],
+            r"times that go back or stand: 0\.003 s follows 0\.019 s in line 40",
+        ),
+        (
+            lambda header, names, rows: [*header, names, *rows[:20], first_as("nan")(rows[20]), *rows[21:]],
+            "values that are no numbers, first in line 40",
+        ),
+        (
+            lambda header, names, rows: [*header, names, *rows, "9" * 70_000],
+            "line 2020 has 70,000 characters",
+        ),
     ],
 )
-@pytest.mark.filterwarnings("ignore:loadtxt")
 def test_a_file_that_is_no_recording_is_refused_in_one_line(saved, change, words):
+    assert len(lines_of(saved)[0]) == 18
     with pytest.raises(ParameterError, match=words) as raised:
         from_csv(damaged(saved, change))
     assert "\n" not in str(raised.value)
     assert "run.csv" in str(raised.value)
+
+
+def test_a_recording_that_is_too_short_to_identify_is_read(saved):
+    header, names, rows = lines_of(saved)
+    saved.write_text("\n".join([*header, names, *rows[:20]]), encoding="utf-8")
+    found = from_csv(saved)
+    assert len(found) == 20
+    with pytest.raises(ParameterError, match="at least 32 samples, not 20"):
+        identify(found)
+
+
+def test_irregular_times_are_one_line(saved):
+    header, names, rows = lines_of(saved)
+    times = np.cumsum(np.random.default_rng(3).uniform(0.5e-3, 1.5e-3, len(rows)))
+    moved = [first_as(f"{time:.6f}")(row) for time, row in zip(times, rows, strict=True)]
+    saved.write_text("\n".join([*header, names, *moved]), encoding="utf-8")
+    with pytest.raises(ParameterError, match=r"The times are irregular, 0\.59 to 1\.4 ms apart") as raised:
+        identify(from_csv(saved))
+    assert "\n" not in str(raised.value)
 
 
 @pytest.mark.parametrize("path", ["nosuch.csv", 5])
@@ -99,7 +150,8 @@ def test_what_is_no_file_is_refused_in_one_line(path):
     ],
 )
 def test_settings_that_say_nothing_leave_what_the_columns_say(saved, settings):
-    found = identify(from_csv(damaged(saved, lambda lines: ["# " + json.dumps(settings), *lines[1:]])))
+    old = lambda _, names, rows: ["# " + json.dumps(settings), names, *rows]  # noqa: E731
+    found = identify(from_csv(damaged(saved, old)))
     assert found.rendered["stiffness"].value == pytest.approx(300.0, abs=1.0)
     assert found.rendered["stiffness"].asked is None
     assert found.setup.rate == pytest.approx(1000.0, rel=1e-6)

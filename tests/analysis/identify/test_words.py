@@ -79,10 +79,10 @@ def test_the_command_says_what_was_rendered(csv, capsys):
 
 def test_every_printout_says_that_no_force_was_measured(csv, capsys, tmp_path, monkeypatch):
     """On a board, whose motor constant may be wrong, with what measures it."""
-    settings, *table = Path(csv).read_text(encoding="utf-8").splitlines(keepends=True)
-    board = json.loads(settings[1:]) | {"device": "hapkit", "hand": "own"}
+    lines = Path(csv).read_text(encoding="utf-8").splitlines(keepends=True)
+    others = [line for line in lines if not line.startswith(("# device", "# hand"))]
     path = tmp_path / "board.csv"
-    path.write_text("".join([f"# {json.dumps(board)}\n", *table]), encoding="utf-8")
+    path.write_text("".join(["# device: hapkit\n", "# hand: own\n", *others]), encoding="utf-8")
     captions = []
     monkeypatch.setattr(charts, "save", lambda *args, caption: captions.append(caption))
     assert main(["identify", str(path)]) == 0

@@ -1,13 +1,19 @@
 """Export from the live view: the very samples, the range, what was set then, whole files or none."""
 
+import csv
 import json
 import math
+import re
+import time
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from pyarrow import parquet
 from PySide6.QtGui import QGuiApplication, QImage
+from scipy.io import loadmat
 
+from hapkit_studio.charts import run as charts
 from hapkit_studio.gui.live import export
 from hapkit_studio.gui.pages.sessions import COMMA
 from hapkit_studio.haptics import rows
@@ -58,10 +64,12 @@ def write(fed, qtbot, monkeypatch):
 
 
 def read(path, between=","):
-    """Return settings and columns of a CSV, read without the studio."""
-    first, head, *lines = path.read_text("utf-8").splitlines()
-    table = [[float(word.replace(",", ".")) for word in line.split(between)] for line in lines]
-    return json.loads(first[2:]), dict(zip(head.split(between), np.array(table).T, strict=True))
+    """Return settings, as they are written, and columns of a CSV, read without the studio."""
+    lines = path.read_text("utf-8").splitlines()
+    header = dict(line.removeprefix("# ").split(": ", 1) for line in lines if line.startswith("# "))
+    head, *rows = list(csv.reader(lines[len(header) :], delimiter=between))
+    table = [[float(word.replace(",", ".")) for word in row] for row in rows]
+    return header, dict(zip(head, np.array(table).T, strict=True))
 
 
 def of(table, start, stop):
@@ -79,11 +87,11 @@ def test_a_table_has_the_very_samples_of_its_range(fed, write, tmp_path, kind, b
         np.testing.assert_allclose(columns[name], expected[:, place], rtol=2.0**-24, atol=0.0)
     np.testing.assert_allclose(columns["time_s"], expected[:, rows.HOST_TIME] - 2.0, atol=1e-9)
     assert settings["environment"] == "wall"
-    assert settings["parameters"]["stiffness"] == window.studio.values["stiffness"]
+    assert settings["stiffness"] == f"{window.studio.values['stiffness']:g} N/m"
+    assert settings["rate"] == "1000 Hz"
 
 
 def test_a_parquet_file_has_the_same_samples_and_settings(fed, write, tmp_path):
-    parquet = pytest.importorskip("pyarrow.parquet")
     assert write(tmp_path / "a.parquet", (2.0, 3.5), "Parquet (*.parquet)") == "Saved a.parquet"
     found, expected = parquet.read_table(tmp_path / "a.parquet"), of(fed[1], 2.0, 3.5)
     for name, place in COLUMNS.items():
@@ -113,21 +121,65 @@ def test_the_ranges_are_what_is_seen_what_lies_between_the_cursors_and_all(fed, 
     assert count == {"visible": pytest.approx(2000, abs=3), "selection": 2501, "all": len(table)}
 
 
-def test_what_was_set_is_that_at_the_end_of_the_range_and_changes_are_told(fed, write, tmp_path):
+def test_the_settings_at_the_start_of_the_range_and_every_change_in_it_are_written(fed, write, tmp_path):
     """What is changed after the range is not in it."""
     window, _ = fed
     window.export._settings.clear()
+    scene = {"environment": "wall", "units": {"stiffness": "N/m"}}
     window.export._settings.extend([
-        (1.0, {"environment": "wall", "parameters": {"stiffness": 300.0}}),
-        (2.5, {"environment": "wall", "parameters": {"stiffness": 800.0}}),
+        (1.0, {**scene, "parameters": {"stiffness": 300.0}}),
+        (2.5, {**scene, "parameters": {"stiffness": 800.0}}),
+        (2.5, {**scene, "parameters": {"stiffness": 800.0}}),
+        (3.0, {**scene, "parameters": {"stiffness": 850.0}}),
         (4.5, {"environment": "spring", "parameters": {}}),
     ])  # fmt: skip
-    window.live.history.divide("Stiffness 300 → 800 N/m", 2.5)
-    window.live.history.divide("Spring", 4.5)
     write(tmp_path / "a.csv", (2.0, 4.0))
     settings, _ = read(tmp_path / "a.csv")
-    assert settings["parameters"] == {"stiffness": 800.0}
-    assert settings["changes"] == ["0.500 s: Stiffness 300 → 800 N/m"]
+    assert settings == {
+        "environment": "wall",
+        "stiffness": "300 N/m",
+        "stiffness at 0.5 s": "800 N/m",
+        "stiffness at 1 s": "850 N/m",
+    }
+    write(tmp_path / "a.mat", (2.0, 4.0))
+    write(tmp_path / "a.parquet", (2.0, 4.0), "Parquet (*.parquet)")
+    found = [
+        loadmat(tmp_path / "a.mat")["settings"].item(),
+        parquet.read_metadata(tmp_path / "a.parquet").metadata[b"settings"],
+    ]
+    for settings in map(json.loads, found):
+        assert settings["parameters"] == {"stiffness": 300.0}
+        assert settings["changes"] == [
+            {"time_s": 0.5, "parameters": {"stiffness": 800.0}},
+            {"time_s": 1.0, "parameters": {"stiffness": 850.0}},
+        ]
+
+
+def test_a_change_while_the_loop_runs_is_exported_with_its_time_and_drawn_below_the_picture(
+    fed, write, qtbot, tmp_path, monkeypatch
+):
+    studio, live = fed[0].studio, fed[0].live
+    live.tick()
+    live.history.clear()
+    begun = time.perf_counter()
+    qtbot.waitUntil(lambda: live.tick() or live.history.now > begun + 0.1)
+    studio.set_value("stiffness", 600.0)
+    changed = time.perf_counter()
+    qtbot.waitUntil(lambda: live.tick() or live.history.now > changed + 0.1)
+    captions = []
+    monkeypatch.setattr(charts, "save", lambda *given, caption: captions.append(caption))
+    write(tmp_path / "a.csv", (begun, changed + 0.1))
+    write(tmp_path / "a.png", (begun, changed + 0.1))
+    settings, columns = read(tmp_path / "a.csv")
+    assert settings["stiffness"] == "250 N/m"
+    (when,) = [name for name in settings if name.startswith("stiffness at ")]
+    assert settings[when] == "600 N/m"
+    zero = changed - (live.history.between(begun, changed).x[0])
+    assert float(when.split()[2]) == pytest.approx(zero, abs=0.1)
+    assert 0.0 < float(when.split()[2]) < columns["time_s"][-1]
+    initial, change = captions[0].replace("\N{NO-BREAK SPACE}", " ").split("\n")
+    assert "250" in initial
+    assert re.fullmatch(r"At \d\.\d\d s: stiffness 250 → 600 N/m", change)
 
 
 @pytest.mark.parametrize(

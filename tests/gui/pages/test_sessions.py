@@ -1,7 +1,10 @@
 """The page of sessions: found again, looked at, exported, deleted; what cannot be read is said in its row."""
 
+import json
+
 import numpy as np
 import pytest
+from pyarrow import parquet
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QFileDialog, QLabel, QPushButton
@@ -106,10 +109,21 @@ def test_an_export_holds_the_samples_with_the_decimal_mark_that_was_chosen(page,
         ("Table, decimal comma (*.csv)", "b.csv", ";", ","),
     ):
         assert exported(page, qtbot, kind, tmp_path / name) == f"Saved {name}: 1,000 samples"
-        _comment, head, *lines = (tmp_path / name).read_text().splitlines()
+        head, *lines = [x for x in (tmp_path / name).read_text().splitlines() if not x.startswith("#")]
         place = head.split(separator).index("position_m")
         values = [float(line.split(separator)[place].replace(decimal, ".")) for line in lines]
         assert np.abs(np.array(values) - motion(1.0)[:, rows.POSITION]).max() <= 0.5 * QUANTUM
+    assert (
+        exported(page, qtbot, "Parquet (*.parquet)", tmp_path / "c.parquet")
+        == "Saved c.parquet: 1,000 samples"
+    )
+    found = parquet.read_table(tmp_path / "c.parquet")
+    assert np.abs(found["position_m"].to_numpy() - motion(1.0)[:, rows.POSITION]).max() <= 0.5 * QUANTUM
+    changes = json.loads(found.schema.metadata[b"settings"])["changes"]
+    assert [(change["time_s"], change["environment"]) for change in changes] == [
+        (0.5, "spring"),
+        (0.7, "wall"),
+    ]
     said = exported(page, qtbot, "Table (*.csv)", tmp_path / "none" / "a.csv")
     assert said == "a.csv cannot be written: No such file or directory."
     assert page.status.property("role") == "error"
