@@ -1,5 +1,6 @@
 """Identification: force over what moves, with the line that was found and its band; residuals below."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,10 +31,10 @@ _BOTH = 270.0
 _STEPS = 60
 
 
-def identify_figure(found: "Identified", path: str | Path, device: str = "") -> None:
+def identify_figure(found: "Identified", path: str | Path, source: Sequence[tuple[str, str]] = ()) -> None:
     """Write both answers: a row of charts each, the residuals below, the numbers in words.
 
-    Below them stands what had been set; device: what was identified.
+    Below them stands what had been set; source: device or file, as a name and its value.
     """
     parts = [part for part in (found.rendered, found.handle) if part.points is not None] or [found.rendered]
 
@@ -44,8 +45,7 @@ def identify_figure(found: "Identified", path: str | Path, device: str = "") -> 
             row.supxlabel("\n".join(lines), size=TICK, color=c.ink, x=0.04, ha="left")
             draw(row, c, part, 0.0)
 
-    pairs = [("Device", device)] if device else []
-    pairs += conditions(found.setup, found.handle.released)
+    pairs = [*source, *conditions(found.setup, found.handle.released)]
     caption = f"{found.force_known}\n" + unbroken([f"{name} {value}".rstrip() for name, value in pairs])
     save(paint, path, (_SIZE[0], _SIZE[1] * len(parts)), caption=caption)
 

@@ -264,6 +264,7 @@ _VIEW = (
     Action("view.cursor_a", "Cursor A here", lambda w: w.centre.time.put_cursor(0), "A"),
     Action("view.cursor_b", "Cursor B here", lambda w: w.centre.time.put_cursor(1), "B"),
     Action("view.hold", "Hold traces", lambda w: w.display.hold(), "H", enabled=_shows_values),
+    Action("view.hold_file", "Hold a recording…", lambda w: w.opener.ask(), enabled=_shows_values),
     Action("view.live", "Back to live", lambda w: w.display.go_live(), "Backspace", rule=True),
     Action(
         "view.trigger", "Trigger", lambda w: w.centre.trigger.toggle(), "T",

@@ -2,6 +2,7 @@
 
 import gc
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
@@ -41,6 +42,7 @@ from hapkit_studio.gui.live.replay_bar import ReplayBar
 from hapkit_studio.gui.lock import ENTRY, Lock
 from hapkit_studio.gui.lock_dialog import LockDialog
 from hapkit_studio.gui.notices import Notices
+from hapkit_studio.gui.open_recording import RecordingOpener
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
@@ -58,6 +60,9 @@ from hapkit_studio.gui.views import LIVE, Views
 from hapkit_studio.gui.widgets.numbers import NumberBox
 from hapkit_studio.gui.widgets.parts import choose_file, down
 from hapkit_studio.gui.widgets.theme import theme
+
+if TYPE_CHECKING:
+    from hapkit_studio.analysis.identify import Recording
 
 _SMALLEST = (800, 560)
 COLLECT_MS = 250
@@ -91,6 +96,7 @@ class MainWindow(QMainWindow):
     editor: EditorController
     views: Views
     export: LiveExport
+    opener: RecordingOpener
     single_keys: bool
 
     def __init__(self, studio: Studio, settings: StoredSettings | None = None):
@@ -147,6 +153,9 @@ class MainWindow(QMainWindow):
         self.export = LiveExport(studio, self.centre)
         self.export.said.connect(self.record_display.say)
         self.export.failed.connect(lambda why: self.record_display.show_failure("Nothing was written.", why))
+        self.opener = RecordingOpener(self)
+        self.opener.opened.connect(self._hold_recording)
+        self.opener.failed.connect(lambda why: self.record_display.show_failure("Nothing was held.", why))
         self.actions_by_key = ActionSet(self, table(studio.environments.values()))
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))
@@ -267,6 +276,11 @@ class MainWindow(QMainWindow):
         """Open the dialog on the studio itself."""
         about_dialog(self).show()
 
+    def _hold_recording(self, recording: "Recording", path: Path) -> None:
+        """Hold a recording from a file where it can be seen."""
+        self.views.show(LIVE)
+        self.display.hold_recording(recording, path)
+
     def _show_replay(self) -> None:
         """Go where a session is replayed."""
         self.banners.set("replay", None)
@@ -319,6 +333,7 @@ class MainWindow(QMainWindow):
         self.editor.end()
         self.views.end()
         self.export.end()
+        self.opener.end()
         self.stability.close_worker()
         self.loop.where.close_worker()
         self.studio.close()

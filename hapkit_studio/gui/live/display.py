@@ -1,6 +1,7 @@
 """Joins the live rows with what shows them: scene, plots, clamp light, status bar."""
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,8 @@ from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal
 from hapkit_studio.analysis import oscillation
 from hapkit_studio.gui.live import held
 from hapkit_studio.gui.live.centre import Centre
-from hapkit_studio.gui.live.live import Live
+from hapkit_studio.gui.live.history import CHANNELS, History
+from hapkit_studio.gui.live.live import KEPT_SECONDS, Live
 from hapkit_studio.gui.live.replay import Replay
 from hapkit_studio.gui.panel.warnings import WarningLines
 from hapkit_studio.gui.status_bar import StatusBar
@@ -17,6 +19,7 @@ from hapkit_studio.gui.studio import BLIND, Studio
 from hapkit_studio.haptics import rows
 
 if TYPE_CHECKING:
+    from hapkit_studio.analysis.identify import Recording
     from hapkit_studio.haptics.health import Health
 
 _MAX_FORCE = 3.0
@@ -155,6 +158,13 @@ class LiveDisplay(QObject):
         view, words = self._centre.view, held.name(self._studio.environment, self._studio.values)
         start, stop = view.stretch
         self._centre.held.hold(view.history, (max(start, view.history.begin), stop), words, zero=view.zero)
+
+    def hold_recording(self, recording: "Recording", path: Path) -> None:
+        """Hold the end of a recording from a file, as much as the plots can show."""
+        channels = np.stack([getattr(recording, channel) for channel in CHANNELS])
+        time = recording.time
+        history = History.of(time, channels, [])
+        self._centre.held.hold(history, (max(time[0], time[-1] - KEPT_SECONDS), time[-1]), path.name)
 
     def go_live(self) -> None:
         """Show what comes from the device; wait for no event any more."""

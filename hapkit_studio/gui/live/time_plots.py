@@ -103,13 +103,13 @@ class TraceCanvas(Canvas):
         self._opened = -self.plot_of.reach, self.plot_of.reach
 
     def extent(self) -> tuple[float, float]:
-        """Return least and greatest value to be shown of those in the window; NaN when there is none."""
-        window = self.shown.window
-        if not len(window.x):
+        """Return least and greatest value of the window and the held traces; NaN when there is none."""
+        window, traces = self.shown.window, self.plot_of.traces
+        parts = [window.y[trace.channel] for trace in traces if len(window.x)]
+        parts += [held.values[trace.channel] for held in self.shown.held for trace in traces[-1:]]
+        if not parts:
             return np.nan, np.nan
-        values = [window.y[trace.channel] for trace in self.plot_of.traces]
-        values += [held.values[t.channel] for held in self.shown.held for t in self.plot_of.traces[-1:]]
-        low, high = np.fmin.reduce(np.concatenate(values)), np.fmax.reduce(np.concatenate(values))
+        low, high = np.fmin.reduce(np.concatenate(parts)), np.fmax.reduce(np.concatenate(parts))
         most = _MOST_ASKED * self.shown.max_force if self.plot_of.limits else np.inf
         return (
             float(np.clip(low * self.plot_of.scale, -most, most)),
@@ -460,6 +460,8 @@ class TimePlots(QWidget):
         width = view.span / columns
         if math.isnan(view.zero):
             shown.window, shown.contact, shown.gaps, shown.dividers, shown.now = _EMPTY, [], [], [], None
+            for canvas in self.canvases:
+                canvas.follow()
             return
         # columns at whole multiples of their width: their samples stay the same, so peaks do not dance
         begin, last = (0.0, math.ceil(view.zero / width)) if view.follows else (view.zero, 0)

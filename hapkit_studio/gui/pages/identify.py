@@ -3,6 +3,8 @@
 import math
 import time
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +14,7 @@ from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.background import Job, Progress
+from hapkit_studio.gui.open_recording import RecordingOpener
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
 from hapkit_studio.gui.pages.table import Column
@@ -121,7 +124,8 @@ class IdentifyPage(MeasuringPage):
     def __init__(self, studio: "Studio", live: "Live"):
         super().__init__(studio, live)
         self.found: Identified | None = None
-        self._device = ""
+        self._source = ("Device", "")
+        self._file: tuple[Recording, Path] | None = None
         self._began, self._seconds = 0.0, 0.0
         self.shake = QTimer(self, interval=_STEP_MS, timerType=Qt.TimerType.PreciseTimer)
         self.pieces = Segmented("Newest piece", tuple(words for _, words in PIECES))
@@ -130,7 +134,9 @@ class IdentifyPage(MeasuringPage):
         self.parts.show_index(0)
         self.shaking = QPushButton("Shake")
         self.shaking.setToolTip("The simulated hand moves so that every term shows, then it is identified")
-        for widget in (self.pieces, self.shaking, self.parts):
+        self.opening, self.opener = QPushButton("Open…"), RecordingOpener(self)
+        self.opening.setToolTip("Identify a recording: a session, a CSV, or a table of another program")
+        for widget in (self.pieces, self.shaking, self.opening, self.parts):
             self.bar.add(widget)
         scene = lambda: {"scene": studio.environment, "values": dict(studio.values)}  # noqa: E731
         self._fresh = Freshness(lambda: {**scene(), **loop_facts(studio)}, self.buttons[1])
@@ -144,6 +150,10 @@ class IdentifyPage(MeasuringPage):
         self._exemplify.finished.connect(self._take_example)
         self.parts.chosen.connect(lambda _index: self.show_part())
         self.shaking.clicked.connect(self._press_shake)
+        self.opening.clicked.connect(self.opener.ask)
+        self.opener.opened.connect(self._identify_file)
+        self.opener.failed.connect(partial(self.bar.say, danger=True))
+        self.released.toggled.connect(lambda _on: self._file and self._identify_file(*self._file))
         self.shake.timeout.connect(self._shake)
         studio.stop_changed.connect(self.let_go)
         for changed in (studio.settings_changed, studio.engine_changed, studio.link_changed):
@@ -161,16 +171,29 @@ class IdentifyPage(MeasuringPage):
 
     def run(self) -> None:
         """Identify the newest piece."""
-        released = self.released.isChecked() and not self.released.isHidden()
-        self._device = self._studio.engine.device.title if self._studio.engine else ""
         take = newest_piece(self._studio, self._live, PIECES[self.pieces.index][0])
+        self._file = None
+        self._source = "Device", self._studio.engine.device.title if self._studio.engine else ""
+        self._look()
+        self._fresh.begin()
+        self._start(take)
+
+    def _identify_file(self, recording: "Recording", path: Path) -> None:
+        """Identify a recording from a file: all of it, or its longest piece without a change."""
+        self.let_go()
+        self._file, self._source = (recording, path), ("File", path.name)
+        self._look()
+        self._fresh.begin_elsewhere()
+        self._start(lambda: recording)
+
+    def _start(self, take: "Callable[[], Recording]") -> None:
+        released = self.released.isChecked() and not self.released.isHidden()
 
         def work(_progress: Progress) -> "Identified":
             from hapkit_studio.analysis.identify import identify
 
             return identify(take(), released=released)
 
-        self._fresh.begin()
         self.job.start(work)
 
     def show_result(self, found: "Identified") -> None:
@@ -180,7 +203,9 @@ class IdentifyPage(MeasuringPage):
         self.found = found
         self._fresh.keep()
         self.show_part()
-        self.conditions.show_pairs(conditions(found.setup, found.handle.released))
+        self.side.words.setText(f"From “{self._source[1]}”." if self._file else self.about)
+        pairs = conditions(found.setup, found.handle.released)
+        self.conditions.show_pairs([self._source, *pairs] if self._file else pairs)
         self.bar.export.setEnabled(bool(found.rendered.estimates or found.handle.estimates))
         self.bar.say(f"{found.end - found.begin:.1f} s, {found.samples:,} samples")
 
@@ -225,10 +250,10 @@ class IdentifyPage(MeasuringPage):
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         from hapkit_studio.charts.identify import identify_figure
 
-        found, device = self.found, self._device
+        found, source = self.found, self._source
         assert found is not None
-        numbers = {**found.as_json(), "device": device}
-        return lambda path: identify_figure(found, path, device), lambda: numbers
+        numbers = {**found.as_json(), source[0].lower(): source[1]}
+        return lambda path: identify_figure(found, path, [source] if source[1] else []), lambda: numbers
 
     def set_shown(self, on: bool) -> None:
         super().set_shown(on)
@@ -240,6 +265,7 @@ class IdentifyPage(MeasuringPage):
     def end(self) -> None:
         self.let_go()
         self._exemplify.end()
+        self.opener.end()
         super().end()
 
     # shaking: the hand moves for some seconds, then the piece is identified
@@ -281,7 +307,9 @@ class IdentifyPage(MeasuringPage):
         ours = self._studio.hand_is_ours and self._studio.grip != "released"
         self.shaking.setEnabled(ours or self.shake.isActive())
         self.shaking.setText("Let go" if self.shake.isActive() else "Shake")
-        self.released.setVisible(self._studio.engine is not None and not self._studio.simulated)
+        board = self._studio.engine is not None and not self._studio.simulated
+        unknown = self._file is not None and not np.isfinite(self._file[0].hand_force).all()
+        self.released.setVisible(unknown if self._file else board)
         self._say(self.part)
 
 

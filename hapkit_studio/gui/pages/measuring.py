@@ -168,6 +168,10 @@ class Freshness:
         """Note the facts at the start of a measurement."""
         self._asked = dict(self._facts())
 
+    def begin_elsewhere(self) -> None:
+        """Begin a measurement that depends on nothing in the window, as that of a file does."""
+        self._asked = {}
+
     def keep(self) -> None:
         """Note that the result arrived; it holds for the facts at its start."""
         self._then = self._asked
