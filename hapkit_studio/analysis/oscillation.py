@@ -1,18 +1,21 @@
 """A sustained oscillation of the handle: how far and how often it goes, from the last second of positions."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
+from hapkit_studio.analysis.statistics import LEAST_CYCLES, dominant
+
 SECONDS = 1.0
 """s of positions to look at."""
-LEAST_CYCLES = 4  # in them: what comes less often is a hand that strokes
 LEAST_AMPLITUDE = 50e-6  # m: less is a flicker between two sensor steps
+_AS_OFTEN = 0.1  # relative difference between the peak's frequency and that of the cycles
 _LASTS = 0.8  # of the widest quarter's width: what loses more is dying away
 
 
 class Oscillation(NamedTuple):
-    """Half the peak-to-peak distance in m, and the mean frequency in Hz."""
+    """Half the peak-to-peak distance in m, and the dominant frequency in Hz, NaN without a clear peak."""
 
     amplitude: float
     frequency: float
@@ -23,7 +26,8 @@ def sustained(time: np.ndarray, position: np.ndarray) -> Oscillation | None:
 
     It fills all of the time and has not become clearly smaller by its last quarter, whose amplitude is
     returned: a handle that rings after a release does so for less. A cycle is from one rise over a band of
-    half the least quarter's amplitude to the next one.
+    half the least quarter's amplitude to the next one. The frequency is that of ``statistics.dominant``, and
+    only where the cycles come as often.
     """
     if len(time) < 2 * LEAST_CYCLES:
         return None
@@ -36,7 +40,11 @@ def sustained(time: np.ndarray, position: np.ndarray) -> Oscillation | None:
         return None
     period = float(rises[-1] - rises[0]) / (len(rises) - 1)
     still = max(rises[0] - time[0], time[-1] - rises[-1])
-    return Oscillation(amplitudes[-1], 1.0 / period) if still < 1.5 * period else None
+    if still >= 1.5 * period:
+        return None
+    frequency = dominant(time, position)
+    regular = abs(frequency * period - 1.0) < _AS_OFTEN
+    return Oscillation(amplitudes[-1], frequency if regular else math.nan)
 
 
 def _rises(time: np.ndarray, away: np.ndarray, band: float) -> np.ndarray:

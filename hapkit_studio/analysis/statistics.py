@@ -5,12 +5,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-_LEAST_CYCLES = 2.0  # in a stretch: slower motion is a drift
-_LEAST_SHARE = 0.1  # of the variance, within the peak: less is noise
+LEAST_CYCLES = 4.0
+"""Cycles in a stretch of samples, below which no frequency is reported: slower motion may be a hand's."""
+_FEWEST_SAMPLES = 32  # fewer: one spectrum in six of white noise has a clear peak
+_LOBE = 2  # bins to either side of a peak that a Hann window spreads it over
+_CLEAR = 4.0  # times any bin that is neither the peak's nor a harmonic's: less is noise
+_LEAST_SHARE = 0.1  # of the variance, within the peak
+_SAMPLES_A_CYCLE = 4  # faster motion is not told from an alias of the sensor's counts
+_RESOLVED = 0.5  # of the smallest step between samples: a ramp in counts has 0.32, a square wave 0.64
+_WITHIN_RANGE = 0.005  # of the values' range: less is what counts or rounding leave of a ramp
+_HARMONICS_FROM = 8  # cycles: with fewer the lobes of the harmonics overlap
 
 
 class Statistics(NamedTuple):
-    """Of values in their own unit; frequency in Hz, NaN where no one stands out."""
+    """Of values in their own unit; frequency in Hz, NaN without a clear peak."""
 
     minimum: float
     maximum: float
@@ -28,28 +36,37 @@ def statistics(time: np.ndarray, values: np.ndarray) -> Statistics:
 
 
 def dominant(time: np.ndarray, values: np.ndarray) -> float:
-    """Return the frequency in Hz that carries most of the variance; NaN where none stands out.
+    """Return the frequency in Hz of a clear peak in the spectrum of values (n,) at times (n,) in s, else NaN.
 
-    The peak of the Hann periodogram of evenly spaced values, refined by a parabola through its logarithm
-    (Gasior and Gonzalez 2004).
+    The Hann periodogram of the detrended values has its peak at `LEAST_CYCLES` or more, clearly above every
+    other bin except harmonics, and of an amplitude that the values resolve. It is refined by a parabola
+    through the logarithm (Gasior and Gonzalez 2004).
     """
-    from scipy import signal  # late: a start does not wait for it
-
-    if len(time) < 8:
+    count, seconds = len(time), float(time[-1] - time[0]) if len(time) else 0.0
+    if count < _FEWEST_SAMPLES or not seconds > 0.0:
         return math.nan
-    even = np.linspace(time[0], time[-1], len(time))
-    rate = (len(time) - 1) / float(time[-1] - time[0])
-    frequency, power = signal.periodogram(np.interp(even, time, values), rate, "hann", detrend="linear")
+    even = np.interp(np.linspace(time[0], time[-1], count), time, values)
+    ramp = np.linspace(-1.0, 1.0, count)
+    left = even - even.mean() - ramp * (ramp @ even) / (ramp @ ramp)
+    window = 0.5 - 0.5 * np.cos(2.0 * math.pi * np.arange(count) / count)
+    power = np.abs(np.fft.rfft(window * left)) ** 2
     top = int(power.argmax())
-    total = float(power.sum())
-    near = power[max(top - 2, 0) : top + 3].sum()
-    if not 0 < top < len(power) - 1 or total <= 0.0 or near < _LEAST_SHARE * total:
-        return math.nan
-    if frequency[top] * (time[-1] - time[0]) < _LEAST_CYCLES:
+    if not LEAST_CYCLES <= top <= count / _SAMPLES_A_CYCLE:
         return math.nan
     below, peak, above = np.log(np.maximum(power[top - 1 : top + 2], 1e-300))
-    shift = 0.5 * (below - above) / (below - 2.0 * peak + above)
-    return float(frequency[top] + shift * frequency[1])
+    place = top + 0.5 * (below - above) / (below - 2.0 * peak + above)
+    own = power[top - _LOBE : top + _LOBE + 1].sum()
+    amplitude = 2.0 * math.sqrt(float(own) / count / float(window @ window))
+    steps = np.abs(np.diff(values))
+    step = float(steps.min(where=steps > 0.0, initial=math.inf))
+    if amplitude < max(_RESOLVED * step, _WITHIN_RANGE * float(np.ptp(values))):
+        return math.nan
+    bins = np.arange(len(power))
+    harmonic = np.maximum(np.round(bins / place), 1.0) if top >= _HARMONICS_FROM else 1.0
+    other = float(power.max(where=np.abs(bins - harmonic * place) > _LOBE + 0.5, initial=0.0))
+    if own < _LEAST_SHARE * power.sum() or power[top] < _CLEAR * other:
+        return math.nan
+    return place * (count - 1) / count / seconds
 
 
 class Line(NamedTuple):

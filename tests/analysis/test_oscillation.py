@@ -74,6 +74,15 @@ def test_a_handle_that_rings_after_a_release_does_not_oscillate(release, half_li
     assert sustained(since, np.where(since < 0.0, 8e-3, ringing)) is None
 
 
+def test_without_a_peak_only_its_size_is_told():
+    """The frequency rises from 8 to 40 Hz in the second, so no one stands out."""
+    t = seconds()
+    since = t - t[0]
+    found = sustained(t, 2e-3 * np.sin(math.tau * (8.0 * since + 16.0 * since**2) - 0.7))
+    assert found.amplitude == pytest.approx(2e-3, rel=0.05)
+    assert math.isnan(found.frequency)
+
+
 def test_what_dies_away_has_died_or_comes_slowly_is_no_oscillation():
     t = seconds()
     swing = 2e-3 * np.sin(math.tau * 20.0 * t)

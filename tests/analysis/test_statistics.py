@@ -37,6 +37,67 @@ def test_what_has_no_frequency_says_so():
     assert math.isnan(dominant(TIME[:7], TIME[:7]))
 
 
+QUANTUM = 20.7e-6
+
+
+@pytest.mark.parametrize("rate", [1000.0, 4000.0])
+@pytest.mark.parametrize("speed", [1e-4, 1.2e-3, 0.012, 0.1, 1.0])
+def test_a_ramp_has_no_frequency_in_counts_in_rounding_or_in_force(speed, rate):
+    """In 0.66 s: neither the sensor's staircase nor the rounding errors of a straight line are a motion."""
+    time = 1234.5 + np.arange(round(0.66 * rate)) / rate
+    position = 0.003 + speed * (time - time[0])
+    counted = QUANTUM * np.floor(position / QUANTUM)
+    for values in (position, counted, -300.0 * counted, np.full(len(time), speed)):
+        assert math.isnan(dominant(time, values))
+
+
+@pytest.mark.parametrize("seconds", [0.2, 0.66, 2.0])
+def test_no_frequency_of_moves_steps_and_noise(seconds, rng):
+    """A frequency is told of one in twenty pieces of noise at most, and of no single move."""
+    time = np.arange(round(1000.0 * seconds)) / 1000.0
+    told = {name: 0 for name in ("move", "bend", "pulse", "release", "white", "red", "walk")}
+    for _ in range(100):
+        at, length = rng.uniform(0.0, seconds), rng.uniform(0.1, 1.0) * seconds
+        share = np.clip((time - at) / length, 0.0, 1.0)
+        white = rng.normal(size=len(time))
+        for name, values in (
+            ("move", QUANTUM * np.floor(0.01 * share**3 * (10.0 - 15.0 * share + 6.0 * share**2) / QUANTUM)),
+            ("bend", rng.normal() * time + rng.normal() * np.maximum(time - at, 0.0)),
+            ("pulse", np.exp(-(((time - at) / (0.2 * length)) ** 2))),
+            ("release", np.where(time < at, 1.0, np.exp(-(time - at) / length))),
+            ("white", white),
+            ("red", lfilter([1.0], [1.0, -0.9], white)),
+            ("walk", np.cumsum(white)),
+        ):
+            told[name] += not math.isnan(dominant(time, values))
+    assert max(told["move"], told["bend"], told["pulse"], told["release"]) == 0
+    assert max(told.values()) <= 5
+
+
+@pytest.mark.parametrize(
+    ("shape", "cycles"),
+    [(shape, n) for shape in ("sine", "square", "ringing", "slope", "counts") for n in (4.5, 9.3, 40.0)]
+    + [("sawtooth", 9.3), ("sawtooth", 40.0)],
+)
+def test_few_cycles_of_any_shape_are_enough(shape, cycles):
+    turns = cycles * TIME / TIME[-1]
+    sine = np.sin(math.tau * turns + 0.4)
+    values = {
+        "sine": sine,
+        "square": np.sign(sine),
+        "sawtooth": turns % 1.0,
+        "ringing": sine * np.exp(-TIME / TIME[-1]),
+        "slope": sine + 10.0 * TIME,
+        "counts": np.floor(2.5 * sine),
+    }[shape]
+    assert dominant(TIME, values) * TIME[-1] == pytest.approx(cycles, rel=0.02, abs=0.1)
+
+
+def test_too_few_cycles_and_two_equal_tones_are_none():
+    assert math.isnan(dominant(TIME, np.sin(math.tau * 3.4 * TIME / TIME[-1])))
+    assert math.isnan(dominant(TIME, np.sin(math.tau * 21.0 * TIME) + 0.9 * np.sin(math.tau * 34.0 * TIME)))
+
+
 def test_the_interval_of_a_slope_covers_the_truth_where_neighbours_are_alike():
     rng, covered = np.random.default_rng(7), 0
     x = 0.01 * np.sin(2.0 * math.pi * 1.3 * TIME)

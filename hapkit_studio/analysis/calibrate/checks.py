@@ -30,6 +30,7 @@ _MUCH_FRICTION = 0.25
 _HOLDING_FRICTION = 0.2
 """N of dry friction that may hold a handle against the strongest pulse."""
 _FRICTION_REMEDY = "Look for a cable that is too tight, a dry bearing, a sector that rubs."
+_SWEEP_REMEDY = "Level the kit, let the handle go in the middle, test again."
 _COARSE_QUANTUM = 0.2e-3
 """m per count from which a sweep of a few mm tells neither mass nor friction: an encoder's."""
 _TRIES = 3
@@ -157,8 +158,10 @@ def paddle(runner: BoardRunner) -> CheckResult:
         count = f"One count is {1e3 * now.quantum:.1f} mm"
         return passed(f"Swept. {count}: too coarse to tell mass and friction.")
     if not part.estimates:
-        return warn("sweep", part.advice, "Level the kit, let the handle go in the middle, test again.")
+        return warn("sweep", part.advice, _SWEEP_REMEDY)
     mass, dry = part["mass"], part["coulomb"]
+    if not mass.told:
+        return warn("sweep", f"Mass: {mass.advice}", _SWEEP_REMEDY)
     damping = part["viscous"].value
     words = f"Mass {1e3 * mass.value:.0f} g, damping {damping:.2f} N·s/m, friction {dry.value:.2f} N"
     if swept.board.dead_band != now.dead_band:
@@ -172,7 +175,7 @@ def paddle(runner: BoardRunner) -> CheckResult:
             "mass", stored, "The motor's strength or the handle has changed: run Strength and Friction."
         )
     stored = f"{1e3 * now.mass:.0f} g, {now.viscous:.2f} N·s/m, {now.coulomb:.2f} N"
-    return passed(f"{words}; close to what is stored: {stored}.")
+    return passed(f"{words}; stored is {stored}.")
 
 
 def spring(runner: BoardRunner) -> CheckResult:

@@ -149,8 +149,8 @@ def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
     Where forces begin late s after what is believed, damping looks like mass and, at the motion's frequency,
     mass like damping. What is then wider than its value, and than what is felt, is not told.
     """
-    turn = 2.0 * math.pi * (part.hertz if math.isfinite(part.hertz) else 0.0)
-    moved = {"mass": late * part["viscous"].value, "viscous": late * turn**2 * part["mass"].value}
+    viscous = late * part.turning**2 * part["mass"].value
+    moved = {"mass": late * part["viscous"].value, "viscous": viscous}
     made = []
     for e in part.estimates:
         scales = math.hypot(force, 0.0 if e.key == "coulomb" else 2.0 * length)

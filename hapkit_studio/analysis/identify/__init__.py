@@ -3,6 +3,7 @@
 ``identify(from_run(run))``, ``identify(from_csv("run.csv"))``, ``identify(of_rows(rows, setup))``.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,7 @@ from hapkit_studio.analysis.identify.handle import handle
 from hapkit_studio.analysis.identify.recording import Handle, Recording, Setup, from_csv, from_run, of_rows
 from hapkit_studio.analysis.identify.rendered import rendered
 from hapkit_studio.analysis.identify.windows import lay
+from hapkit_studio.analysis.statistics import dominant
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain
 
@@ -23,7 +25,10 @@ RENDERED_TERMS = ("stiffness", "damping", "friction")
 
 @dataclass(frozen=True)
 class Identified:
-    """A piece's answers: what was rendered, what the handle is, and of what piece."""
+    """A piece's answers: what was rendered, what the handle is, and of what piece.
+
+    hertz: the position's dominant frequency, NaN without a clear peak.
+    """
 
     rendered: Part
     handle: Part
@@ -31,6 +36,7 @@ class Identified:
     samples: int
     begin: float
     end: float
+    hertz: float = math.nan
 
     def sentences(self, part: Part) -> list[str]:
         """Return a part in words, a line each."""
@@ -64,7 +70,7 @@ class Identified:
                 for e in part.estimates
             ],
             "explained": part.explained,
-            "motion_Hz": part.hertz,
+            "motion_Hz": self.hertz,
             "used_s": part.seconds,
             "released": part.released,
             "left_out": part.left_out,
@@ -100,4 +106,5 @@ def identify(
         len(grid),
         float(piece.time[0]),
         float(piece.time[-1]),
+        dominant(piece.time, piece.position),
     )

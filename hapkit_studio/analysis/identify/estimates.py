@@ -118,16 +118,16 @@ class Points:
 class Part:
     """One question's answer: key "rendered" or "handle"; estimates may be empty, then advice says why.
 
-    explained is the share of the force's variance that the terms make; hertz the motion's own frequency,
-    seconds the length of what was used; left_out counts samples by the reason, damped those
-    in which the passivity controller damped.
+    explained is the share of the force's variance that the terms make; turning the motion's RMS speed over
+    its RMS distance from its mean, in rad/s; seconds the length of what was used; left_out counts samples by
+    the reason, damped those in which the passivity controller damped.
     """
 
     key: str
     estimates: tuple[Estimate, ...] = ()
     advice: str = ""
     explained: float = float("nan")
-    hertz: float = float("nan")
+    turning: float = 0.0
     seconds: float = 0.0
     released: bool = False
     points: Points | None = field(default=None, repr=False)
@@ -145,12 +145,12 @@ _FINEST = 1e-3
 
 @dataclass(frozen=True)
 class Sizes:
-    """How far, how fast and how hard a piece moves: m peak to peak, m/s, m/s^2; frequency, mean in m."""
+    """How far, how fast and how hard a piece moves: m peak to peak, m/s, m/s^2, turning rad/s, mean m."""
 
     travel: float
     speed: float
     jolt: float
-    hertz: float
+    turning: float
     middle: float = 0.0
 
 
@@ -160,8 +160,8 @@ def sizes(position: np.ndarray, windows: Windows, kept: np.ndarray) -> Sizes:
         return Sizes(0.0, 0.0, 0.0, 0.0)
     x, v, a = (windows.derivative(position, order)[kept] for order in range(3))
     spread = float(np.std(x))
-    hertz = float(np.sqrt(np.mean(v**2))) / (math.tau * spread) if spread > 0.0 else 0.0
-    return Sizes(float(np.ptp(x)), float(np.abs(v).max()), float(np.abs(a).max()), hertz, float(x.mean()))
+    turning = float(np.sqrt(np.mean(v**2))) / spread if spread > 0.0 else 0.0
+    return Sizes(float(np.ptp(x)), float(np.abs(v).max()), float(np.abs(a).max()), turning, float(x.mean()))
 
 
 def estimate(

@@ -125,7 +125,7 @@ def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, releas
         "handle",
         _estimates(fit, wider, variances, moved, setup, released),
         explained=fit.explained,
-        hertz=moved.hertz,
+        turning=moved.turning,
         seconds=float(kept.sum()) * windows.piece * grid.period,
         released=released,
         points=Points(times, (*NAMES, "offset"), columns[kept], force[kept], fit, grid.middle),

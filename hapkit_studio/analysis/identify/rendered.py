@@ -107,7 +107,7 @@ def _fitted(
         "rendered",
         tuple(estimates),
         explained=fit.explained,
-        hertz=moved.hertz,
+        turning=moved.turning,
         seconds=float(kept.sum()) * windows.piece * grid.period,
         points=Points(times, (*names, "offset"), columns[kept], against[kept], fit, grid.middle),
         left_out=left_out,

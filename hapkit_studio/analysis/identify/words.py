@@ -33,11 +33,33 @@ def _read(estimate: Estimate) -> tuple[float, int]:
     return scale, max(digits - 1 if half * 10.0 ** (digits - 1) >= 3.0 else digits, 0)
 
 
-def measured(estimate: Estimate) -> str:
-    """Write "299.8 ± 0.1", in the unit a person reads."""
+def _shown(estimate: Estimate) -> tuple[float, float, int]:
+    """Return value and half the interval as written, in the unit a person reads, and their decimals."""
     scale, decimals = _read(estimate)
     half = max(scale * estimate.half, 10.0**-decimals)
-    return f"{number(scale * estimate.value, decimals)} ± {half:,.{decimals}f}"
+    return round(scale * estimate.value, decimals), round(half, decimals), decimals
+
+
+def measured(estimate: Estimate) -> str:
+    """Write "299.8 ± 0.1", in the unit a person reads."""
+    value, half, decimals = _shown(estimate)
+    return f"{number(value, decimals)} ± {half:,.{decimals}f}"
+
+
+def confirms(estimate: Estimate) -> bool:
+    """Return whether the interval, as it is written, contains the value that was set."""
+    return estimate.told and estimate.asked is not None and not deviation(estimate)
+
+
+def deviation(estimate: Estimate) -> str:
+    """Write "0.6 N/m less": how far the value is from the one set; "" if the interval contains that one."""
+    if not estimate.told or estimate.asked is None:
+        return ""
+    value, half, decimals = _shown(estimate)
+    apart = value - _unit(estimate)[1] * estimate.asked
+    if abs(apart) <= half + 1e-9:
+        return ""
+    return f"{number(abs(apart), decimals)} {unit_of(estimate)} {'more' if apart > 0.0 else 'less'}"
 
 
 def alike(value: float, estimate: Estimate) -> str:
@@ -74,6 +96,8 @@ def line(estimate: Estimate, part: str, setup: Setup | None = None) -> str:
     if estimate.asked is None:
         return f"{label}: {measured(estimate)} {unit}."
     found = f"{measured(estimate)} {unit}"
+    if apart := deviation(estimate):
+        found += f", {apart}"
     if part == "rendered":
         return f"{label}: you set {plain(estimate.asked, estimate)} {unit}, you rendered {found}."
     return f"{label}: {had(estimate, setup)}, identified {found}."

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hapkit_studio.analysis.statistics import LEAST_CYCLES
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.formatting import hertz, on_screen, with_unit
 from hapkit_studio.haptics import headless, rows, settling
@@ -50,7 +51,7 @@ _AT_LIMIT = 0.05
 
 @dataclass(frozen=True)
 class Lasting:
-    """A swing that lasts: m, Hz (nan without one whole turn), the share of samples at the force limit.
+    """A swing that lasts: m, Hz (NaN with too few cycles), the share of samples at the force limit.
 
     irregular: it goes on now more, now less, up to that amplitude.
     """
@@ -221,6 +222,13 @@ class Trials:
         """Return how far the last run swung, in m, peak to peak, beside its drift where nothing holds it."""
         return float(self._swing.reach[0])
 
+    @property
+    def _frequency(self) -> float:
+        """Return how often the last run swung in Hz; NaN with too few cycles in its last half to tell."""
+        frequency = float(self._swing.frequency[0])
+        cycles = frequency * 0.5 * float(self._swing.samples[0]) / self._rate
+        return frequency if cycles >= LEAST_CYCLES else math.nan
+
     def swings(self, push: float, longer: int = 1) -> list[Lasting | None]:
         """Return how it swings that is let go at a push in m, on each side; None where it leaves."""
         found: list[Lasting | None] = []
@@ -228,7 +236,7 @@ class Trials:
             end = self.end(side * push, longer=longer)
             if self._settled(end):
                 continue
-            numbers = 0.5 * self._reach, float(self._swing.frequency[0]), float(self._swing.clamped[0])
+            numbers = 0.5 * self._reach, self._frequency, float(self._swing.clamped[0])
             found.append(None if end == LEAVES else Lasting(*numbers, end == IRREGULAR))
         return found
 
@@ -323,5 +331,5 @@ def _summary(trials: Trials, calm: float, found: list[Lasting | None]) -> Behavi
     least, most = swings[0], swings[-1]
     if most.amplitude - least.amplitude <= max(_SAME * least.amplitude, trials.step):
         least = most
-    heard = [one.frequency for one in swings if math.isfinite(one.frequency)]
+    heard = [one.frequency for one in swings if math.isfinite(one.frequency) and not one.irregular]
     return replace(behaviour, least=least, most=most, often=(min(heard), max(heard)) if heard else None)

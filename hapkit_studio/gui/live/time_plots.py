@@ -391,8 +391,12 @@ class TimePlots(QWidget):
         if found is None:
             header.remark.say()
             return
-        far, often = on_screen(found.amplitude, "m", 2), hertz(found.frequency)
-        header.remark.say(f"oscillates ±{far} at {often}", f"±{far}, {often}", often)
+        far = f"±{on_screen(found.amplitude, 'm', 2)}"
+        if math.isnan(found.frequency):
+            header.remark.say(f"oscillates {far}", far)
+            return
+        often = hertz(found.frequency)
+        header.remark.say(f"oscillates {far} at {often}", f"{far}, {often}", often)
 
     def _read_cursors(self) -> None:
         """Say above each plot what it shows at both cursors, where there are any."""

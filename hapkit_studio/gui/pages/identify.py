@@ -233,6 +233,8 @@ class IdentifyPage(MeasuringPage):
         self.chart.show_drawing(lambda figure, colors: draw(figure, colors, part, found.end), pale)
 
     def _say(self, part: "Part | None") -> None:
+        from hapkit_studio.analysis.identify import words
+
         if part is None or self.found is None:
             self.answer.say(self.begin)
             self.point.setText("")
@@ -243,9 +245,11 @@ class IdentifyPage(MeasuringPage):
         if outdated:
             self.answer.say(outdated)
             return
-        good = bool(part.estimates) and part.estimates[0].told and not self.found.surprises(part)
-        sentence = self.found.sentences(part)[0]
-        self.answer.say(sentence, *(("check", "ok") if good else ("triangle", "warn")))
+        told = bool(part.estimates) and part.estimates[0].told and not self.found.surprises(part)
+        sign = ("triangle", "warn") if not told else ("info", "ink2")
+        if told and words.confirms(part.estimates[0]):
+            sign = ("check", "ok")
+        self.answer.say(self.found.sentences(part)[0], *sign)
 
     def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
         from hapkit_studio.charts.identify import identify_figure

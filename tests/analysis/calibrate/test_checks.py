@@ -6,6 +6,8 @@ import pytest
 
 from hapkit_studio.analysis.calibrate import checks
 from hapkit_studio.analysis.calibrate.checks import CHECKS, run_all
+from hapkit_studio.analysis.calibrate.paddle import SweepResult
+from hapkit_studio.analysis.identify import Estimate, Part
 from hapkit_studio.devices.board_runner import BoardRunner, StoppedError
 from hapkit_studio.devices.profiles import default, quantum_of
 from hapkit_studio.protocol.messages import Force, Origin
@@ -59,6 +61,25 @@ def test_each_defect_is_found_where_it_belongs(check, kit, key, found):
     assert result.remedy
     assert not report.good
     assert next(c.title for c in CHECKS if c.key == key).lower() in report.words
+
+
+def test_a_mass_that_the_sweep_does_not_tell_is_not_passed(check, monkeypatch):
+    found = (
+        Estimate("mass", 0.05, 0.09, told=False, advice="Cannot tell."),
+        *map(_known, ("viscous", "coulomb")),
+    )
+    swept = SweepResult(default().board, Part("handle", found), None)
+    monkeypatch.setattr(checks, "sweep", lambda *_: swept)
+    result = check("paddle")[0].results["paddle"]
+    assert (result.key, result.words) == ("sweep", "Mass: Cannot tell.")
+    told = replace(swept.part, estimates=(_known("mass"), *found[1:]))
+    monkeypatch.setattr(checks, "sweep", lambda *_: replace(swept, part=told))
+    assert check("paddle")[0].good
+
+
+def _known(key):
+    value = getattr(default().board, key)
+    return Estimate(key, value, 0.01 * value, value)
 
 
 def test_a_stored_friction_that_holds_the_handle_is_named_before_the_supply(check):

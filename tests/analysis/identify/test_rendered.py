@@ -21,13 +21,21 @@ from tests.analysis.identify.motions import HAND, impedance, several_sines, shak
 )
 def test_a_sine_renders_what_hold_delay_and_difference_make_of_it(quantum, rate, delay, damping):
     run = sine_run(300.0, damping, 3.7, 0.007, 0.4, quantum=quantum, rate=rate, delay=delay)
-    part = identify(from_run(run)).rendered
+    found = identify(from_run(run))
+    part = found.rendered
     stiffness, rest = impedance(300.0, damping, 3.7, rate, delay)
     assert part["stiffness"].holds(stiffness)
     assert part["damping"].holds(rest)
     assert part["stiffness"].half < 0.1
     assert part["damping"].half < 0.01
-    assert part.hertz == pytest.approx(3.7, rel=0.05)
+    assert found.hertz == pytest.approx(3.7, rel=0.01)
+
+
+def test_a_ramp_has_no_frequency():
+    run = hs.simulate("spring", hand=hs.Prescribed(lambda t: 0.012 * t), seconds=0.66)
+    found = identify(from_run(run)).as_json()
+    assert found["parts"]["rendered"]["motion_Hz"] is None
+    assert found["parts"]["rendered"]["estimates"][0]["told"]
 
 
 def test_a_wall_is_judged_by_its_contacts_only():

@@ -9,7 +9,7 @@ import hapkit_studio as hs
 from hapkit_studio.analysis.identify import from_csv, from_run, identify
 from hapkit_studio.analysis.identify.estimates import Estimate
 from hapkit_studio.analysis.identify.recording import Handle, Setup
-from hapkit_studio.analysis.identify.words import line, measured
+from hapkit_studio.analysis.identify.words import confirms, deviation, line, measured
 from hapkit_studio.charts import identify as charts
 from hapkit_studio.cli import main
 from hapkit_studio.dynamics.hand import GRIPS
@@ -29,6 +29,33 @@ from tests.analysis.identify.motions import shaken
 )
 def test_a_number_is_written_as_fine_as_it_is_known(key, value, half, text):
     assert measured(Estimate(key, value, half)) == text
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "half", "asked", "said"),
+    [
+        ("stiffness", 599.4, 0.5, 600.0, "0.6 N/m less"),
+        ("stiffness", 599.5, 0.5, 600.0, ""),
+        ("stiffness", 600.62, 0.5, 600.0, "0.6 N/m more"),
+        ("stiffness", 600.0, 0.5, 600.0, ""),
+        ("stiffness", 1000.0, 250.0, 600.0, "400 N/m more"),
+        ("damping", -0.151, 0.004, 0.0, "0.151 N·s/m less"),
+        ("mass", 0.0472, 0.0012, 0.044, "3.2 g more"),
+        ("centre", 0.00502, 0.0001, 0.005, ""),
+    ],
+)
+def test_an_interval_without_the_set_value_states_the_deviation(key, value, half, asked, said):
+    estimate = Estimate(key, value, half, asked)
+    assert deviation(estimate) == said
+    assert confirms(estimate) == (not said)
+    assert said in line(estimate, "rendered")
+    assert ("more" in line(estimate, "rendered") or "less" in line(estimate, "rendered")) == bool(said)
+
+
+def test_nothing_is_confirmed_that_is_not_told_or_not_set():
+    assert not confirms(Estimate("stiffness", 600.0, 0.5))
+    assert not confirms(Estimate("stiffness", 600.0, 700.0, 600.0, told=False))
+    assert deviation(Estimate("stiffness", 300.0, 0.5)) == ""
 
 
 def test_the_hands_mass_is_told_apart_from_the_handles():

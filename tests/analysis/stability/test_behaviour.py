@@ -9,11 +9,19 @@ from scipy import signal
 
 import hapkit_studio as hs
 from hapkit_studio import environments
-from hapkit_studio.analysis.stability.behaviour import NUDGE, PUSHES, Behaviour, Lasting, behaviour
+from hapkit_studio.analysis.stability.behaviour import (
+    NUDGE,
+    PUSHES,
+    Behaviour,
+    Centre,
+    Lasting,
+    Trials,
+    behaviour,
+)
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.hand import GRIPS
-from hapkit_studio.haptics import headless
+from hapkit_studio.haptics import headless, settling
 from hapkit_studio.haptics.settings import LoopSettings
 from tests.analysis.stability.independent import Handle
 from tests.wide import wide
@@ -286,6 +294,23 @@ def test_a_larger_push_is_tried_where_a_smaller_one_that_swung_rests_after_all()
     amplitude, frequency = swing(places, 1000.0)
     assert holds(said, amplitude, 0.0)
     assert said.most.frequency == pytest.approx(frequency, rel=0.02)
+
+
+@pytest.mark.parametrize(("cycles", "told"), [(3.9, False), (4.1, True)])
+def test_a_frequency_takes_four_cycles_in_the_last_half_of_a_run(cycles, told, monkeypatch):
+    scene = headless.Scene(
+        environments.named("spring"), {"stiffness": 80.0, "damping": 0.0, "center": 0.0}, SimulatedHapkit()
+    )
+    trials = Trials(scene, None, Centre(0.0, 0.0))
+    samples = 16.0 * 250
+
+    def swung(*args):
+        swing = args[-1]
+        swing.reach[0], swing.frequency[0], swing.samples[0] = 4e-3, cycles / (0.5e-3 * samples), samples
+        return settling.STEADY
+
+    monkeypatch.setattr(settling, "let_go", swung)
+    assert [math.isfinite(one.frequency) for one in trials.swings(1e-3)] == [told, told]
 
 
 @pytest.mark.parametrize("stiffness", [600.0, 1100.0, 1600.0])

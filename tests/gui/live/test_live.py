@@ -1,5 +1,6 @@
 """From ring to picture: what is shown is what the loop wrote; late reading and clamping are said."""
 
+import math
 import re
 from types import SimpleNamespace
 
@@ -129,6 +130,9 @@ def test_an_oscillation_is_said_as_fully_as_there_is_room_for_and_never_cut(plot
         assert remark.fontMetrics().horizontalAdvance(remark.text()) <= wide
         seen += [remark.text()] if remark.text() not in seen else []
     assert seen == ["oscillates ±1.2 mm at 31 Hz", "±1.2 mm, 31 Hz", "31 Hz", ""]
+    remark.resize(260, 20)
+    plots.show_oscillation(Oscillation(1.2e-3, math.nan))
+    assert remark.text() == "oscillates ±1.2 mm"
 
 
 def test_paused_scene_plots_and_numbers_stand_at_one_sample_and_the_bar_says_what_acts(window, qtbot):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hapkit_studio as hs
-from hapkit_studio.analysis.identify import Handle, Part, Setup, from_run, identify
+from hapkit_studio.analysis.identify import Estimate, Handle, Part, Setup, from_run, identify
 from hapkit_studio.analysis.identify.words import conditions
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
@@ -37,6 +37,23 @@ def page(idle_window):
 def found():
     run = hs.simulate("wall", {"stiffness": 300.0, "damping": 2.0}, hand="tap", seconds=3.0)
     return identify(from_run(run))
+
+
+@pytest.mark.parametrize(
+    ("value", "half", "asked", "sign", "said"),
+    [
+        (599.4, 0.5, 600.0, "info", "you rendered 599.4 ± 0.5 N/m, 0.6 N/m less."),
+        (599.6, 0.5, 600.0, "check", "you rendered 599.6 ± 0.5 N/m."),
+        (599.6, 0.5, None, "info", "Stiffness: 599.6 ± 0.5 N/m."),
+    ],
+)
+def test_a_tick_is_shown_only_where_the_interval_contains_what_was_set(
+    page, found, value, half, asked, sign, said
+):
+    one = Estimate("stiffness", value, half, asked, asked)
+    page.show_result(replace(found, rendered=replace(found.rendered, estimates=(one,), points=None)))
+    assert page.answer.sign.name == sign
+    assert page.answer.words.text().endswith(said)
 
 
 def test_each_part_shows_its_terms_and_before_that_what_to_do(page, found):
@@ -77,7 +94,7 @@ def test_each_part_shows_its_terms_and_before_that_what_to_do(page, found):
     ):
         page.show_result(what)
         assert page.answer.words.text() == words
-        assert page.answer.sign.name == ("check" if shown else "triangle")
+        assert page.answer.sign.name == ("info" if shown else "triangle")
         assert page.chart.isVisible() == shown
         assert page.how.isVisible() != shown
         assert page.bar.export.isEnabled() == shown
@@ -121,7 +138,7 @@ def test_words_fit_and_a_result_of_other_settings_is_out_of_date(page, found, id
         assert page.answer.sign.name == "circle"
         assert page.chart.pale
         back()
-        assert page.answer.sign.name == "check"
+        assert page.answer.sign.name == "info"
         assert not page.chart.pale
     idle_window.grab()
     assert cut_off(page) == cut_off(page.side) == []
