@@ -13,7 +13,6 @@ _CLEAR = 4.0  # times any bin that is neither the peak's nor a harmonic's: less 
 _LEAST_SHARE = 0.1  # of the variance, within the peak
 _SAMPLES_A_CYCLE = 4  # faster motion is not told from an alias of the sensor's counts
 _RESOLVED = 0.5  # of the smallest step between samples: a ramp in counts has 0.32, a square wave 0.64
-_WITHIN_RANGE = 0.005  # of the values' range: less is what counts or rounding leave of a ramp
 _HARMONICS_FROM = 8  # cycles: with fewer the lobes of the harmonics overlap
 
 
@@ -59,7 +58,7 @@ def dominant(time: np.ndarray, values: np.ndarray) -> float:
     amplitude = 2.0 * math.sqrt(float(own) / count / float(window @ window))
     steps = np.abs(np.diff(values))
     step = float(steps.min(where=steps > 0.0, initial=math.inf))
-    if amplitude < max(_RESOLVED * step, _WITHIN_RANGE * float(np.ptp(values))):
+    if amplitude < _RESOLVED * step:
         return math.nan
     bins = np.arange(len(power))
     harmonic = np.maximum(np.round(bins / place), 1.0) if top >= _HARMONICS_FROM else 1.0
