@@ -185,6 +185,9 @@ class Environment:
         stiffness, damping = self.impedance(values) if self.impedance else (None, None)
         return ForceTerms(stiffness, damping, contact=self.shades, simple=False)
 
-    def curve(self, values: Values, position: np.ndarray, velocity: float = 0.0) -> np.ndarray:
-        """Return the law's static force (n,) in N over position (n,) in m, its state at the start."""
-        return np.array([self.force.plain(values, x, velocity) for x in map(float, position)])
+    def curve(self, values: Values, position: np.ndarray, velocity: np.ndarray | float = 0.0) -> np.ndarray:
+        """Return the law's force (n,) in N at positions in m and velocities in m/s, its state at the start.
+
+        Positions and velocities are of shape (n,) or (1,).
+        """
+        return self.force.forces(values, position, np.asarray(velocity))

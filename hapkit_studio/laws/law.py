@@ -88,14 +88,22 @@ class Law:
         return native.is_compiled(self.source) and (self.companion is None or self.companion.is_compiled())
 
     def plain(self, values: Mapping[str, float], x: float, v: float, dt: float = 1e-3) -> float:
-        """Return the force in N by the Python function itself, its state at the start, nan if none."""
+        """Return the force in N by the Python function itself, its state at the start, NaN if none."""
+        return float(self.forces(values, np.array([x]), np.array([v]), dt)[0])
+
+    def forces(
+        self, values: Mapping[str, float], x: np.ndarray, v: np.ndarray, dt: float = 1e-3
+    ) -> np.ndarray:
+        """Return ``plain`` forces (n,) at positions in m and velocities in m/s, which broadcast."""
         choices = {p.key: _Option(values[p.key], p) for p in self.parameters if isinstance(p, Choice)}
-        state = {k: _Values(v) if isinstance(v, tuple) else v for k, v in self.state.items()}
-        p, s = SimpleNamespace(**{**values, **choices}), SimpleNamespace(**state)
-        try:
-            return float(self.function(p, s, x, v, dt))
-        except (ArithmeticError, LookupError, TypeError, ValueError):
-            return math.nan
+        p, function, forces = SimpleNamespace(**{**values, **choices}), self.function, []
+        for place, speed in zip(*(a.tolist() for a in np.broadcast_arrays(x, v)), strict=True):
+            state = {k: _Values(s) if isinstance(s, tuple) else s for k, s in self.state.items()}
+            try:
+                forces.append(float(function(p, SimpleNamespace(**state), place, speed, dt)))
+            except (ArithmeticError, LookupError, TypeError, ValueError):
+                forces.append(math.nan)
+        return np.array(forces)
 
 
 class _Option(float):

@@ -13,7 +13,6 @@ from pathlib import Path
 from types import ModuleType
 
 import numba
-import numpy as np
 import platformdirs
 from llvmlite import ir
 from numba import types
@@ -28,9 +27,10 @@ FAULT_WORDS = 3
 # what a law's first fault word may hold besides 0
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL, LAW_DIVISION = 1, 2, 3, 8
 INTERPRETED = bool(numba.config.DISABLE_JIT)
-_real, _reals, _words = ctypes.c_double, np.ctypeslib.ndpointer(float), np.ctypeslib.ndpointer(np.int64)
-# a law's address as a function for Python: numba would take a tenth of a second to compile a way in
-Function = ctypes.CFUNCTYPE(_real, _reals, _reals, _real, _real, _real, _words)
+_real, _array = ctypes.c_double, ctypes.c_void_p
+# a law's address as a function for Python: numba would take a tenth of a second to compile a way in; arrays
+# are given by their addresses, which takes a tenth of the time that a check of each would
+Function = ctypes.CFUNCTYPE(_real, _array, _array, _real, _real, _real, _array)
 _functions: dict[int, object] = {}
 _loading = threading.Lock()
 

@@ -8,6 +8,7 @@ import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -50,18 +51,23 @@ class OwnEnvironment(Environment):
     source: Source
     functions: Functions | None = None
 
-    def curve(self, values: Values, position: np.ndarray, velocity: float = 0.0) -> np.ndarray:
-        """Return the compiled law's force (n,) in N, its state at the start; nan where it faults."""
+    def curve(self, values: Values, position: np.ndarray, velocity: np.ndarray | float = 0.0) -> np.ndarray:
+        """Return the compiled law's force (n,) in N, its state at the start; NaN where it faults."""
         law = self.force.compiled()
-        call = partial(native.call, law.address) if native.INTERPRETED else native.Function(law.address)
         p = np.array([values[q.key] for q in self.parameters] + [0.0])
-        forces = np.empty(len(position))
-        for i, x in enumerate(position):
-            state, fault = law_memory(law)
-            forces[i] = call(p, state, x, velocity, _DT, fault)
-            if fault[0]:
-                forces[i] = math.nan
-        return forces
+        state, fault = law_memory(law)
+        start, forces = state.copy(), []
+        if native.INTERPRETED:
+            call = partial(native.call, law.address, p, state)
+            words: Any = fault
+        else:
+            call = partial(native.Function(law.address), p.ctypes.data, state.ctypes.data)
+            words = fault.ctypes.data
+        for x, v in zip(*(a.tolist() for a in np.broadcast_arrays(position, velocity)), strict=True):
+            state[:], fault[0] = start, 0
+            force = call(x, v, _DT, words)
+            forces.append(math.nan if fault[0] else force)
+        return np.array(forces)
 
 
 @cache

@@ -40,7 +40,9 @@ class Compiled:
     def call(self, x: float, v: float) -> float:
         """Return the force in N, nan where the law latches a fault."""
         self._fault[:] = 0
-        force = self._function(self._p, self._s, x, v, self.period, self._fault)
+        force = self._function(
+            self._p.ctypes.data, self._s.ctypes.data, x, v, self.period, self._fault.ctypes.data
+        )
         return math.nan if self._fault[0] else force
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF
@@ -10,6 +11,7 @@ from PySide6.QtGui import QPainter, QPixmap, QPolygonF
 
 from hapkit_studio.analysis.felt import Cycle, as_felt, last_cycle
 from hapkit_studio.analysis.statistics import Line
+from hapkit_studio.analysis.theory import Curve, sampled
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.live.held import PastTrace, paint_past
@@ -26,6 +28,8 @@ _BENT = 1e-6  # of the force's span: a bend smaller than this is rounding
 _TURNS = 5  # to each side: the end of a well at the centre, then two wells more
 _BEYOND = 1.1  # a bend wants to be inside the frame, not on it
 _WORDS = 14  # px: of a line of words below a line
+_PIECE = 32  # points drawn at a time: Qt takes seven times as long for a long line that crosses itself
+_MORE_SIGHT = 0.02  # of the axis: no end of a band is in sight
 _MOST_A_SECOND = 1000  # points of the curve that are drawn
 LEAST_CYCLE = 0.5e-3  # m, peak to peak: a smaller motion is noise
 
@@ -37,10 +41,19 @@ _AGES = (1.0, 1.0, 0.55, 0.55, 0.40, 0.40, 0.30, 0.30, 0.25, 0.25, 0.25)  # opac
 
 @dataclass(frozen=True)
 class Band:
-    """The law's force in N, one row a branch (m, n), over x (n,) in the plot's unit; NaN: no curve there."""
+    """The law's force in N, one row a branch (m, n), over x (n,) in the plot's unit; NaN: no curve there.
+
+    even: those of them at even steps, in which bends are looked for; closer ones lie about bends and jumps.
+    """
 
     x: np.ndarray
     force: np.ndarray
+    even: np.ndarray | None = None
+
+    @cached_property
+    def steps(self) -> "Band":
+        """Return the band at even steps."""
+        return self if self.even is None else Band(self.x[self.even], self.force[:, self.even])
 
     def forces(self, reach: float, max_force: float) -> Range:
         """Return the forces in N to show within ±reach, with a margin, under a force limit in N."""
@@ -54,7 +67,7 @@ class Band:
 
     def around(self, x: np.ndarray, force: np.ndarray, max_force: float) -> tuple[Range, Range]:
         """Return the ranges of points (n,), the next landmark, and the curve there under a limit in N."""
-        low, high = with_nearest(*_ends(x), landmarks(self.x, self.force))
+        low, high = with_nearest(*_ends(x), landmarks(self.steps.x, self.steps.force))
         most = _OVER_LIMIT * max_force
         seen = np.clip(self.force[:, (self.x >= low) & (self.x <= high)], -most, most)
         return (low, high), _ends(np.append(seen, force))
@@ -64,16 +77,17 @@ class Band:
 
         Up to the last bend that the motor can render, or, where the curve goes up and down, a few turns.
         """
-        sides = [(side, row) for row in self.force for side in (1.0, -1.0)]
+        sides = [(side, row) for row in self.steps.force for side in (1.0, -1.0)]
         far = max((self._last(row, side, most, max_force) for side, row in sides), default=0.0)
         part = least / 4.0
         return min(max(math.ceil(_BEYOND * far / part - 1e-9) * part, least), most)
 
     def _last(self, row: np.ndarray, side: float, most: float, max_force: float) -> float:
         """Return how far out one branch is of interest to one side; 0 where it is straight."""
-        out = np.argsort(side * self.x)
-        out = out[(side * self.x[out] >= 0.0) & (side * self.x[out] <= most)]
-        distance, force = np.abs(self.x[out]), row[out]
+        x = side * self.steps.x
+        out = np.argsort(x)
+        out = out[(x[out] >= 0.0) & (x[out] <= most)]
+        distance, force = x[out], row[out]
         least = _BENT * np.fmax.reduce(np.abs(force), initial=0.0)
         rise = np.diff(force)
         rise[np.abs(rise) <= least] = 0.0
@@ -89,8 +103,8 @@ class Band:
 
     def side(self, force: float) -> float:
         """Return on which side of 0 the curve is beyond a force in N: below 0 left, 0 nowhere or on both."""
-        _, beyond = np.nonzero(self.force / force >= 1.0)
-        return float(np.sign(self.x[beyond]).sum())
+        _, beyond = np.nonzero(self.steps.force / force >= 1.0)
+        return float(np.sign(self.steps.x[beyond]).sum())
 
     def paint(self, painter: QPainter, to_pixels: Mapping) -> None:
         """Paint the kerbs of all branches, then the band."""
@@ -101,11 +115,12 @@ class Band:
                 painter.drawPolyline(line)
 
     def _unbroken(self, force: np.ndarray, to_pixels: Mapping) -> list[QPolygonF]:
-        """Return a branch as lines in pixels, cut where it has no value."""
+        """Return a branch as lines in pixels, cut where it has no value; long ones in pieces that overlap."""
         across, up = to_pixels(self.x, force)
         cuts = np.flatnonzero(np.diff(np.isfinite(force))) + 1
         pieces = zip(np.split(across, cuts), np.split(np.clip(up, -_FAR, _FAR), cuts), strict=True)
-        return [QPolygonF(list(map(QPointF, a, b))) for a, b in pieces if np.isfinite(b[0])]
+        points = [list(map(QPointF, a, b)) for a, b in pieces if np.isfinite(b[0])]
+        return [QPolygonF(p[i : i + _PIECE + 2]) for p in points for i in range(0, len(p), _PIECE)]
 
 
 def _ends(values: np.ndarray) -> Range:
@@ -128,6 +143,8 @@ class PhaseCanvas(Canvas):
         view.changed.connect(self._repaint)
         self._key: tuple | None = None
         self._under: QPixmap | None = None
+        self._curve: Curve | None = None
+        self._sight: tuple[tuple[float, float, int], Band] | None = None
         self.band = _NO_BAND
         self._pointed: dict[str, float] | None = None
         self._fitted = False
@@ -183,11 +200,25 @@ class PhaseCanvas(Canvas):
 
     # axes ---------------------------------------------------------------------------------------
 
-    def set_theory(self, x: np.ndarray, force: np.ndarray | None, max_force: float) -> None:
-        """Take the law's force in N over x (n,), SI, one row a branch (None: no band), and its limit in N."""
-        self.band = _NO_BAND if force is None else Band(x * self.plot_of.scale, np.asarray(force))
-        self.max_force = max_force
+    def set_theory(self, curve: Curve | None, max_force: float) -> None:
+        """Take the law's force over x in SI, None for no band, and its limit in N."""
+        self._curve, self._sight, self.max_force = curve, None, max_force
+        self.band = self._band_of(curve)
         self._repaint()
+
+    def _band_of(self, curve: Curve | None) -> Band:
+        return _NO_BAND if curve is None else Band(curve.x * self.plot_of.scale, curve.force, curve.even)
+
+    def _band_in_sight(self, box: QRectF) -> Band:
+        """Return the band within the axes and a little beyond, with two samples or more for each pixel."""
+        if self._curve is None:
+            return _NO_BAND
+        low, high = (end / self.plot_of.scale for end in self.view.viewRange()[0])
+        more = _MORE_SIGHT * (high - low)
+        seen = low - more, high + more, math.ceil((1.0 + 2.0 * _MORE_SIGHT) * box.width())
+        if self._sight is None or self._sight[0] != seen:
+            self._sight = seen, self._band_of(sampled(self._curve.force_at, *seen))
+        return self._sight[1]
 
     def fit_theory(self) -> None:
         """Show where the theory has something to show, and of its force what the motor can give."""
@@ -325,7 +356,7 @@ class PhaseCanvas(Canvas):
         super().drawBackground(painter, QRectF(self.viewport().rect()))
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setClipRect(box)
-        self.band.paint(painter, self.to_pixels)
+        self._band_in_sight(box).paint(painter, self.to_pixels)
         for limit in (self.max_force, -self.max_force):
             self._paint_limit(painter, box, limit)
         for past in self._held:

@@ -3,11 +3,11 @@
 import math
 from collections.abc import Mapping
 
-import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QCheckBox, QLabel, QStackedWidget, QWidget
 
+from hapkit_studio.analysis.theory import Curve
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.gui.live.canvas import RIGHT
@@ -37,7 +37,7 @@ class ForcePosition(QWidget):
         self._environment: Environment | None = None
         self._values: dict[str, float] = {}
         self._max_force = math.inf
-        self._found: dict[str, np.ndarray | None] = {}
+        self._found: dict[str, Curve | None] = {}
         self._by_hand = self._hidden = False
         self._frames = 0
         self._unseen = ""
@@ -188,10 +188,10 @@ class ForcePosition(QWidget):
             order.reverse()
         return next((index for index in order if self._theory(self.plots[index]) is not None), 0)
 
-    def _theory(self, plot: PhasePlot) -> np.ndarray | None:
+    def _theory(self, plot: PhasePlot) -> Curve | None:
         """Return a plot's theory for what is in force, computed once."""
-        if plot.key not in self._found:
-            self._found[plot.key] = plot.theory(self._environment, self._values, plot.grid())
+        if plot.key not in self._found and self._environment is not None:
+            self._found[plot.key] = plot.theory_of(self._environment, self._values)
         return self._found[plot.key]
 
     def _compute(self) -> None:
@@ -209,7 +209,7 @@ class ForcePosition(QWidget):
     def _take_theory(self) -> None:
         if self._environment is not None:
             plot = self.canvas.plot_of
-            force = None if self._hidden else self._theory(plot)
-            self.canvas.set_theory(plot.grid(), force, self._max_force)
+            curve = None if self._hidden else self._theory(plot)
+            self.canvas.set_theory(curve, self._max_force)
             for part in self.theory:
-                part.setVisible(force is not None)
+                part.setVisible(curve is not None)

@@ -425,8 +425,8 @@ class TimePlots(QWidget):
     def _landmarks(self) -> np.ndarray:
         """Return the places in m where the law's force over position bends or changes its sign."""
         plot = next(plot for plot in phase_plots() if plot.channel == "position")
-        theory = plot.theory(self._environment, self._values, plot.grid()) if self._environment else None
-        return np.empty(0) if theory is None else landmarks(plot.grid(), theory)
+        curve = plot.theory_of(self._environment, self._values) if self._environment else None
+        return np.empty(0) if curve is None else landmarks(curve.x[curve.even], curve.force[:, curve.even])
 
     def put_cursor(self, index: int) -> None:
         """Show the cursors; put one, 0 for A, where the pointer is, if it is over a plot."""

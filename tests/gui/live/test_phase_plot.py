@@ -88,8 +88,8 @@ def test_a_choice_is_followed_to_the_plot_that_has_a_theory_unless_one_was_chose
 
 
 def test_theory_is_the_laws_own_force_over_what_it_depends_on(phase):
-    grid = phase.plots[0].grid()
-    np.testing.assert_allclose(phase.canvas.band.x, 1e3 * grid)
+    grid = 1e-3 * phase.canvas.band.x
+    assert (grid[0], grid[-1]) == pytest.approx((-0.06, 0.06))
     force = -400.0 * np.maximum(grid - 0.005, 0.0)
     np.testing.assert_allclose(phase.canvas.band.force[0], force, atol=1e-12)
     use(phase, "damping", damping=6.0)
@@ -98,6 +98,37 @@ def test_theory_is_the_laws_own_force_over_what_it_depends_on(phase):
     np.testing.assert_allclose(force[0], -6.0 * velocity / 1e3, atol=1e-12)
     phase.choose(0)
     assert not phase.canvas.band.force.size
+
+
+def test_the_band_reaches_every_peak_of_detents_and_fills_a_fine_grating(phase, qapp):
+    """All edges of 3 mm at 400 N/m pull with 1.20 N; waves of 0.6 mm are closer than the band is wide."""
+    for given in ({}, {"pitch": 0.0173}):
+        use(phase, "detents", **given)
+        phase._compute()
+        x, force, across, up = drawn(phase, "theory")
+        low, high = phase.canvas.view.viewRange()[0]
+        pitch = 1e3 * LIBRARY["detents"].values(given)["pitch"]
+        for n in range(round(low / pitch + 0.4), round(high / pitch - 0.4) + 1):
+            near = np.abs(x - n * pitch) < 4.5
+            assert force[near].max() == pytest.approx(1.2, abs=2.0 / abs(up))
+            assert force[near].min() == pytest.approx(-1.2, abs=2.0 / abs(up))
+    use(phase, "texture", wavelength=0.6e-3, amplitude=0.3)
+    phase._compute()
+    x, force, across, up = drawn(phase, "theory")
+    box, inside = phase.canvas.measure(), np.abs(force) < 0.27
+    assert inside.sum() > 0.95 * (box.width() - 4.0) * 0.54 * abs(up)
+    assert np.abs(force).max() < 0.3 + 6.0 / abs(up)
+
+
+def test_what_is_narrower_than_a_step_of_the_whole_curve_is_seen_closer_up(phase, qapp):
+    """A notch of 20 µm at 7.003 mm, in a plot of 1 mm."""
+    notch = lambda values, x: np.where(np.abs(x - 7.003e-3) < 10e-6, 0.4, 0.0)  # noqa: E731
+    phase.set_environment(replace(LIBRARY["wall"], over_position=notch), LIBRARY["wall"].values(), 3.0)
+    phase.view.set_locked(True)
+    phase.canvas.view.setRange(xRange=(6.5, 7.5), yRange=(-1.0, 1.0), padding=0)
+    x, force, across, up = drawn(phase, "theory")
+    assert force.max() == pytest.approx(0.4, abs=2.0 / abs(up))
+    assert x[force > 0.2].mean() == pytest.approx(7.003, abs=2.0 / across)
 
 
 def test_a_changed_theory_is_in_sight_unless_the_axes_were_fitted_by_hand(phase, qtbot):

@@ -6,14 +6,13 @@ from functools import cache
 
 import numpy as np
 
+from hapkit_studio.analysis.theory import Curve
 from hapkit_studio.discovery import declared
+from hapkit_studio.environments.base import Environment
 
-_GRID = 401
 _BENT = 1e-6  # of the force's span: a bend smaller than this is rounding
-# friction holds at rest: there the curve is upright
-_BESIDE_ZERO = (-1e-6, -1e-9, 1e-9, 1e-6)
 
-Theory = Callable[[object, Mapping[str, float], np.ndarray], np.ndarray | None]
+Theory = Callable[[Environment, Mapping[str, float], float, float], Curve | None]
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ class TimePlot:
 
 @dataclass(frozen=True)
 class PhasePlot:
-    """The applied force over another channel; theory returns the law's force over it by branch, or None.
+    """The applied force over another channel; theory returns the law's force from low to high, SI, or None.
 
     It opens on ±reach, or on as much more, up to ±most, as the theory needs.
     """
@@ -75,10 +74,10 @@ class PhasePlot:
     order: int
     theory: Theory
 
-    def grid(self) -> np.ndarray:
-        """Return where the theory is computed, SI: three times the reach."""
-        even = np.linspace(-3.0, 3.0, _GRID)
-        return np.sort(np.append(even, _BESIDE_ZERO)) * self.reach / self.scale
+    def theory_of(self, environment: Environment, values: Mapping[str, float]) -> Curve | None:
+        """Return the theory up to three times the reach to each side."""
+        far = 3.0 * self.reach / self.scale
+        return self.theory(environment, values, -far, far)
 
 
 def landmarks(x: np.ndarray, force: np.ndarray) -> np.ndarray:
