@@ -31,6 +31,7 @@ ENVIRONMENT = Environment(
     force=force,
     # the plot of position shows this state besides the handle, under this name
     moves=MovingObject("mass", state="object"),
+    # how the force is written; with another law, write another formula or none
     formula="<i>F</i> = −<i>k</i> (<i>x</i> − <i>x</i>ₘ) − <i>b</i> (<i>v</i> − <i>v</i>ₘ)",
     impedance=lambda p: (p["stiffness"], p["damping"]),
 )

@@ -30,7 +30,8 @@ ENVIRONMENT = Environment(
     force=force,
     # the picture, drawn while the parameters' names and limits fit it
     scene="spring",
-    # how the force is written, and what bounds its stability: (stiffness, damping)
+    # how the force is written (with another law, write another formula or none),
+    # and what bounds its stability: (stiffness, damping)
     formula="<i>F</i> = −<i>k</i> (<i>x</i> − <i>x</i>₀) − <i>b v</i>",
     impedance=lambda p: (p["stiffness"], p["damping"]),
 )

@@ -34,6 +34,7 @@ ENVIRONMENT = Environment(
         Parameter("damping", "Damping", "N·s/m", 1.0, 0.0, 50.0, "Force per metre per second going in"),
     ),
     force=force,
+    # how the force is written; with another law, write another formula or none
     formula="<i>F</i> = ∓ (<i>k d</i> + <i>b v</i>) inside",
     impedance=lambda p: (p["stiffness"], p["damping"]),
     shades=True,

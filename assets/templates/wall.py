@@ -35,6 +35,7 @@ ENVIRONMENT = Environment(
     ),
     force=force,
     scene="wall",
+    # how the force is written; with another law, write another formula or none
     formula="<i>F</i> = −<i>k d</i> − <i>b v</i> inside",
     impedance=lambda p: (p["stiffness"], p["damping"]),
     shades=True,

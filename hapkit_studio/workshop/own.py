@@ -3,8 +3,11 @@
 A compiled law is called many times in a row from compiled code, or once without compiling anything.
 """
 
+import ast
+import inspect
 import math
 import pkgutil
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import cache, partial
@@ -12,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio import environments
+from hapkit_studio import environments, resources
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.environments.base import Conditions, Environment, Values
 from hapkit_studio.laws import native
@@ -86,12 +89,37 @@ def owned(environment: Environment, source: Source) -> OwnEnvironment:
     """Return an environment marked as a person's own; it has no shortcut."""
     given = {f.name: getattr(environment, f.name) for f in fields(Environment) if f.init}
     given |= {"parameters": tuple(environment.parameters), "shortcut": "", "terms": None}
+    given["formula"] = _own_formula(environment.formula, source.text)
     names = overridden(environment)
     functions = Functions(source) if names else None
     if functions:
         given |= {name: partial(functions.call, name) for name in names}
         given["warnings"] = partial(_warnings, functions, given["warnings"])
     return OwnEnvironment(**given, source=source, functions=functions)
+
+
+def _own_formula(formula: str, text: str) -> str:
+    """Return a file's formula; "" if it is that of a template or of the library, whose law is different."""
+    begun = [path.read_text(encoding="utf-8") for path in resources.path("templates").glob("*.py")]
+    theirs = [other for other in begun if f'formula="{formula}"' in other]
+    theirs += [
+        inspect.getsource(sys.modules[e.force.function.__module__])
+        for e in built_in().values()
+        if e.formula == formula
+    ]
+    law = _code(text)
+    return formula if not theirs or any(_code(other) == law for other in theirs) else ""
+
+
+def _code(text: str) -> list[str]:
+    """Return what a file's law consists of: its statements without imports, words and ENVIRONMENT."""
+    words = ast.Import, ast.ImportFrom, ast.Expr
+    return [
+        ast.dump(node)
+        for node in ast.parse(text).body
+        if not isinstance(node, words)
+        and not (isinstance(node, ast.Assign) and "Environment(" in ast.unparse(node))
+    ]
 
 
 def switched_off(environment: Environment) -> list[str]:

@@ -2,15 +2,17 @@
 
 import math
 import os
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hapkit_studio import environments, workshop
 from hapkit_studio.errors import LawError
-from hapkit_studio.workshop import reading
+from hapkit_studio.workshop import folder, reading
 from hapkit_studio.workshop.own import OwnEnvironment
-from hapkit_studio.workshop.source import read
+from hapkit_studio.workshop.source import read, typed
 from tests.workshop.student import END, text, write
 
 
@@ -182,3 +184,54 @@ def test_what_is_no_environment_at_all(tmp_path, data, said, line):
     assert said in str(caught.value)
     assert line in (0, caught.value.line)
     assert len(str(caught.value)) < 400
+
+
+def changed(whole, old, new):
+    assert whole.count(old) == 1, old
+    return whole.replace(old, new)
+
+
+TEMPLATE = {template.key: template.text for template in folder.templates()}
+LINE = "return -p.stiffness * (x - p.center) - p.damping * v"
+
+
+@pytest.mark.parametrize("key", TEMPLATE)
+def test_a_templates_formula_stands_as_long_as_its_law_does(key):
+    """Another title, a remark, a limit and a word more leave the law as it was."""
+    whole = TEMPLATE[key]
+    before = of_text(whole).formula
+    assert before in whole
+    whole = whole.replace("# name in the law, label,", "# my own words, label,")
+    whole = changed(
+        whole, "from hapkit_studio.laws import law\n", "from hapkit_studio.laws import law\nimport math\n"
+    )
+    assert of_text(folder.fill_template(folder.Template(key, key, whole), "Mine", "mine")).formula == before
+
+
+def of_text(whole):
+    return reading.load_source(typed(Path("mine.py"), whole))
+
+
+@pytest.mark.parametrize(
+    ("key", "old", "new"),
+    [
+        ("spring", LINE, "return -p.stiffness * math.sin(x)"),
+        ("spring", LINE, LINE + " ** 3"),
+        ("two_walls", "max(rate, 0.0)", "rate"),  # in a function beside the law
+        ("wall", "push += p.damping * rate", "push += p.damping * rate * rate"),
+        ("mass_on_a_spring", '"object": 0.0', '"object": 0.01'),
+    ],
+)
+def test_another_law_shows_no_formula_of_the_template_it_started_from(key, old, new):
+    whole = changed(TEMPLATE[key], old, new).replace("from hapkit", "import math\n\nfrom hapkit", 1)
+    assert of_text(whole).formula == ""
+    formula = re.search(r'formula="(.*)"', whole)[1]
+    assert of_text(whole.replace(formula, "<i>F</i>")).formula == "<i>F</i>"
+    assert of_text(whole.replace(f'    formula="{formula}",\n', "")).formula == ""
+
+
+def test_a_law_copied_from_the_library_keeps_its_formula_until_it_is_changed():
+    library = Path(environments.__file__).parent / "detents.py"
+    whole = library.read_text(encoding="utf-8").replace('key="detents"', 'key="mine"')
+    assert of_text(whole).formula == environments.named("detents").formula
+    assert of_text(changed(whole, "return -p.stiffness * away", "return p.stiffness * away")).formula == ""
