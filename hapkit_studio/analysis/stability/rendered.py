@@ -22,9 +22,10 @@ so does what grows to no more than twice that energy and reaches no farther than
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -33,9 +34,10 @@ from numpy.typing import ArrayLike
 from hapkit_studio import environments
 from hapkit_studio.analysis.checks import DAMPING, STIFFNESS, checked_row
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import few_cells
 from hapkit_studio.analysis.stability.kb_plane import Cells, Points
 from hapkit_studio.analysis.stability.limits import checked_loop
-from hapkit_studio.analysis.sweeps import sweep
+from hapkit_studio.analysis.sweeps import no_progress, sweep
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec, parse
 from hapkit_studio.dynamics.hand import Grip, Hand
@@ -217,6 +219,7 @@ def _reach(parts: np.ndarray) -> np.ndarray:
     return parts[:, :, survey.HIGH].max(axis=1) - parts[:, :, survey.LOW].min(axis=1)
 
 
+_EXPECTED = 0.05  # of a map's cells: with so many rendered, half of the progress is shown
 _STIFFEST = 1e9
 _PRECISION = 1e-4
 
@@ -235,16 +238,27 @@ def classes(
 ) -> np.ndarray:
     """Return DECAYS, BUZZES or GROWS (m, n) int8 for every stiffness (m,) N/m and damping (n,) N·s/m.
 
-    sweeping: executor and progress, as ``sweep``, for cells that only rendering can judge. Raise
-    ParameterError, and what progress raises.
+    Of a map whose stiffness and damping both ascend few cells are rendered, as ``few_cells`` says. sweeping:
+    executor and progress, as ``sweep``, for cells that only rendering can judge. Raise ParameterError, and
+    what progress raises.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
-    what = rendered(setting, real)
-    if what.linear:
-        return _grid(what, columns, lines)
-    cells = [(k, b) for k in lines.tolist() for b in columns.tolist()]
-    found = sweep(partial(_classes, what), cells, **sweeping)
-    return np.array(found, dtype=np.int8).reshape(lines.size, columns.size)
+    what, count, judged = rendered(setting, real), lines.size * columns.size, 0
+    progress = sweeping.pop("progress", no_progress)
+
+    def say(done: int, _of: int) -> None:  # how many cells are still to come is known once they are judged
+        progress(int(count * (judged + done) / (judged + done + _EXPECTED * count)), count)
+
+    def judge_some(k: np.ndarray, b: np.ndarray) -> np.ndarray:
+        nonlocal judged
+        cells = list(zip(k.tolist(), b.tolist(), strict=True))
+        found = sweep(partial(_classes, what), cells, progress=say, **sweeping)
+        judged += len(cells)
+        return np.array(found, dtype=np.int8)
+
+    found = _grid(what, columns, lines, judge_some)
+    progress(count, count)
+    return found
 
 
 def maps(
@@ -255,18 +269,14 @@ def maps(
     real: bool = False,
     **sweeping: Any,
 ) -> np.ndarray:
-    """Return the ``classes`` (s, m, n) int8 of many settings: one sweep, whose cell is a line of a map.
+    """Return the ``classes`` (s, m, n) int8 of many settings: one sweep, whose cell is a map.
 
-    A map that needs no rendering is one cell. Raise ParameterError, and what progress raises.
+    Raise ParameterError, and what progress raises.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
-    cells = [
-        (what, part)
-        for what in (rendered(setting, real) for setting in settings)
-        for part in ([lines] if what.linear else lines[:, np.newaxis])
-    ]
-    found = sweep(partial(_grids, columns), cells, **sweeping)
-    return np.concatenate(found).reshape(len(settings), lines.size, columns.size)
+    cells = [rendered(setting, real) for setting in settings]
+    found = sweep(partial(_grids, columns, lines), cells, **sweeping)
+    return np.array(found, dtype=np.int8).reshape(len(settings), lines.size, columns.size)
 
 
 def boundary(setting: Setting, damping: np.ndarray, *, real: bool = False, **sweeping: Any) -> np.ndarray:
@@ -283,17 +293,42 @@ def _classes(what: Rendered, cells: list[tuple[float, float]]) -> list[int]:
     return judge(what, *np.array(cells).T).tolist()
 
 
-def _grids(damping: np.ndarray, cells: list[tuple[Rendered, np.ndarray]]) -> list[np.ndarray]:
-    return [_grid(what, damping, stiffness) for what, stiffness in cells]
+def _grids(damping: np.ndarray, stiffness: np.ndarray, cells: list[Rendered]) -> list[np.ndarray]:
+    return [_grid(what, damping, stiffness, partial(judge, what)) for what in cells]
 
 
-def _grid(what: Rendered, damping: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
-    """Return the classes (m, n) of stiffness (m,) and damping (n,); a linear loop's from its exact limits."""
+def _grid(
+    what: Rendered,
+    damping: np.ndarray,
+    stiffness: np.ndarray,
+    judge: Callable[[np.ndarray, np.ndarray], np.ndarray],
+) -> np.ndarray:
+    """Return the classes (m, n) of stiffness (m,) and damping (n,); a linear loop's from its exact limits.
+
+    judge: classes of stiffness (k,) and damping (k,).
+    """
     if what.linear:
         steady = stable(what.exact, np.maximum(stiffness, SOFTEST), damping)
         return np.where(steady, DECAYS, GROWS).astype(np.int8)
-    k, b = np.meshgrid(stiffness, damping, indexing="ij")
-    return judge(what, k.ravel(), b.ravel()).reshape(k.shape)
+    k, b = (axis.ravel() for axis in np.meshgrid(stiffness, damping, indexing="ij"))
+    shape = stiffness.size, damping.size
+    if not ((np.diff(stiffness) > 0.0).all() and (np.diff(damping) > 0.0).all()):
+        return judge(k, b).reshape(shape)
+    return few_cells.from_few(shape, lambda at: judge(k[at], b[at]), _strips(what, damping, stiffness))
+
+
+def _strips(what: Rendered, damping: np.ndarray, stiffness: np.ndarray) -> Iterator[tuple[int, int]]:
+    """Yield a cell (row, column) of every strip that is stable, or not, without friction and steps.
+
+    Only of strips that a lattice may miss. None where the velocity estimate is not linear.
+    """
+    if not what.linear_estimate:
+        return
+    for column, found in enumerate(stable_intervals(what.exact, damping)):
+        edges = np.searchsorted(stiffness, [end for ends in found for end in ends])
+        for low, high in pairwise(edges.tolist()):
+            if low < high < low + few_cells.STEP:
+                yield (low + high) // 2, column
 
 
 def _limits(what: Rendered, columns: list[float]) -> list[float]:

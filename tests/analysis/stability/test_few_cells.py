@@ -1,0 +1,138 @@
+"""Maps from few of their cells: against every cell judged, on drawn maps and on rendered ones."""
+
+import numpy as np
+import pytest
+from scipy import ndimage
+
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import kb_plane, rendered
+from hapkit_studio.analysis.stability.few_cells import STEP, from_few
+from hapkit_studio.analysis.stability.rendered import GROWS
+
+ALL_AROUND = np.ones((3, 3))
+
+
+def of_few(full, seeds=()):
+    """Return a map from few cells of a full one, and how often each cell was judged."""
+    judged = np.zeros(full.shape, dtype=int)
+
+    def judge(places):
+        judged.ravel()[places] += 1
+        return full.ravel()[places]
+
+    return from_few(full.shape, judge, seeds), judged
+
+
+def small_islands(full):
+    """Return which cells (m, n) belong to regions in which a step of the lattice, squared, has no room."""
+    small = np.zeros(full.shape, dtype=bool)
+    for one in np.unique(full):
+        regions, _ = ndimage.label(full == one, ALL_AROUND)
+        large = np.unique(regions[ndimage.binary_opening(full == one, np.ones((STEP, STEP)))])
+        small |= (full == one) & ~np.isin(regions, large)
+    return small
+
+
+def drawn(rng, shape, smooth):
+    """Return three classes of a random landscape; the smoother, the larger its regions."""
+    height = ndimage.gaussian_filter(rng.normal(size=shape), smooth)
+    return np.searchsorted(np.quantile(height, [0.4, 0.7]), height).astype(np.int8)
+
+
+@pytest.mark.parametrize("smooth", [3.0, 6.0, 20.0])
+@pytest.mark.parametrize("shape", [(100, 100), (31, 140)])
+def test_every_region_in_which_a_lattice_step_has_room_is_exact(rng, shape, smooth):
+    for _ in range(8):
+        full = drawn(rng, shape, smooth)
+        found, judged = of_few(full)
+        wrong = found != full
+        assert not (wrong & ~small_islands(full)).any()
+        assert wrong.mean() < 0.03
+        assert judged.max() == 1
+        assert (found[judged > 0] == full[judged > 0]).all()
+
+
+def few(full, judged):
+    """Return whether the lattice was judged, and no more than three cells for each beside another class."""
+    beside = ndimage.maximum_filter(full, 3) != ndimage.minimum_filter(full, 3)
+    return judged.sum() <= (full.shape[0] / STEP + 1.0) * (full.shape[1] / STEP + 1.0) + 3.0 * beside.sum()
+
+
+def test_a_boundary_takes_the_cells_along_it():
+    rows, columns = np.indices((100, 100))
+    full = (rows > 50.0 + 30.0 * np.sin(0.06 * columns)).astype(np.int8)
+    found, judged = of_few(full)
+    assert (found == full).all()
+    assert few(full, judged)
+    assert judged.sum() < 0.15 * full.size
+
+
+def test_one_cell_of_a_thin_strip_brings_all_of_it():
+    full = np.zeros((100, 100), dtype=np.int8)
+    full[13:15, 12:88] = 2
+    assert (of_few(full)[0] == 0).all()
+    found, judged = of_few(full, [(14, 40)])
+    assert (found == full).all()
+    assert few(full, judged)
+
+
+@pytest.mark.parametrize("shape", [(1, 100), (29, 29), (2, 3)])
+def test_a_small_map_is_judged_cell_by_cell(rng, shape):
+    full = rng.integers(0, 3, shape).astype(np.int8)
+    found, judged = of_few(full)
+    assert (found == full).all()
+    assert (judged == 1).all()
+
+
+def every_cell(setting, damping, stiffness):
+    k, b = (axis.ravel() for axis in np.meshgrid(stiffness, damping, indexing="ij"))
+    what = rendered.rendered(setting, True)
+    return rendered.judge(what, k, b).reshape(len(stiffness), len(damping))
+
+
+def test_a_strip_between_the_lattices_rows_is_found_by_the_exact_limits():
+    """Behind a filter of 5 Hz much damping takes a stiffness of 320 to 1,580 N/m that holds it together."""
+    setting = Setting(0.05, 1.0, coulomb=0.0, estimator=("butterworth", {"cutoff": 5.0}))
+    damping, stiffness = np.linspace(7.5, 11.5, 32), 20.0 + 300.0 * np.arange(32)
+    full = every_cell(setting, damping, stiffness)
+    assert 0.02 < (full != GROWS).mean() < 0.15
+    assert (full[[0, *range(6, 32)]] == GROWS).all()
+    said = []
+    found = rendered.classes(setting, damping, stiffness, real=True, progress=lambda *now: said.append(now))
+    assert (found == full).all()
+    assert said == sorted(said)
+    assert (said[0], said[-1]) == ((0, full.size), (full.size, full.size))
+
+
+ESTIMATORS = ["difference", "iir", ("butterworth", {"cutoff": 60.0}), ("iir", {"cutoff": 100.0}), "kalman"]
+
+
+def some_setting(rng, rates):
+    rate = float(rng.choice(rates))
+    return Setting(
+        float(10 ** rng.uniform(-1.7, -0.7)),
+        viscous=float(10 ** rng.uniform(-1.0, 0.5)),
+        coulomb=float(rng.choice([0.02, 0.1, 0.3])),
+        quantum=float(rng.choice([5e-6, 20.7e-6, 60e-6])),
+        rate=rate,
+        delay=float(rng.choice([0.0, 1.0, rng.uniform(0.0, 3.0)])) / rate,
+        estimator=ESTIMATORS[rng.integers(len(ESTIMATORS))],
+        hand=str(rng.choice(["released", "released", "light", "firm"])),
+    )
+
+
+@pytest.mark.parametrize(
+    ("count", "side", "rates"),
+    [(1, 32, [500.0]), pytest.param(20, 100, [500.0, 1000.0], marks=pytest.mark.slow)],
+)
+def test_a_rendered_map_is_that_of_all_cells_but_for_small_islands(rng, count, side, rates):
+    shares = []
+    for _ in range(count):
+        setting = some_setting(rng, rates)
+        plane = kb_plane.plane(setting, 100.0, 1.0, columns=2)
+        damping, stiffness = (rendered.cell_centres(end, side) for end in (plane.width, plane.top))
+        full = every_cell(setting, damping, stiffness)
+        wrong = rendered.classes(setting, damping, stiffness, real=True) != full
+        assert not (wrong & ~small_islands(full)).any(), setting
+        shares.append(wrong.mean())
+    assert max(shares) < 0.01
