@@ -120,12 +120,12 @@ class Run:
             table[:, rows.HAND_TARGET] = self.hand_target
         states = len(self.state_names)
         table[:, rows.STATE : rows.STATE + states] = self.state
-        writer = SessionWriter(path)
-        for time, settings in self.log:
-            writer.note(Event(time, SETTINGS, {**settings, "state_names": self.state_names}))
-        for first in range(0, len(table), _CHUNK):
-            writer.add(pack(table[first : first + _CHUNK], _quantum(self.settings), states, True))
-        writer.close()
+        with SessionWriter.whole(path) as writer:
+            for time, settings in self.log:
+                writer.note(Event(time, SETTINGS, {**settings, "state_names": self.state_names}))
+            for first in range(0, len(table), _CHUNK):
+                part = table[first : first + _CHUNK]
+                writer.add(pack(part, _quantum(self.settings), states, True))
 
     def plot(self, path: str | Path) -> None:
         """Write a picture: position, velocity, force over time, and force over position."""

@@ -10,7 +10,9 @@ def draw(figure: Any, c: Colors, trace: Any, markers: tuple[tuple[float, str], .
     axes = figure.add_subplot()
     time, least, greatest = trace
     axes.fill_between(time, 1e3 * least, 1e3 * greatest, step="post", color=c.position, linewidth=1.5)
-    for when, _ in markers:
-        axes.axvline(when, color=c.ink2, linewidth=1.2, dashes=(3, 2))
+    axes.vlines(
+        [when for when, _ in markers], 0.0, 1.0, transform=axes.get_xaxis_transform(), color=c.ink2,
+        linewidth=1.2, linestyles=[(0.0, (3.0, 2.0))],
+    )  # fmt: skip
     style_axes(axes, c, "time, s", "position, mm")
     axes.margins(x=0.0)

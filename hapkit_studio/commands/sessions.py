@@ -1,4 +1,4 @@
-"""The command for recorded sessions: list, show, export, check, repair."""
+"""The command for recorded sessions: list, show, export, check, repair, rename, and where they are."""
 
 import argparse
 import math
@@ -8,9 +8,11 @@ from pathlib import Path
 
 from hapkit_studio import api
 from hapkit_studio.commands.base import Command, Result, option, with_files
-from hapkit_studio.errors import ParameterError
+from hapkit_studio.errors import ParameterError, StudioError
+from hapkit_studio.sessions.event_values import one_line
 from hapkit_studio.sessions.export import DECIMALS, WRITERS
-from hapkit_studio.sessions.file import ABOUT, SETTINGS, SUFFIX, SessionError
+from hapkit_studio.sessions.file import ABOUT, SETTINGS, SUFFIX
+from hapkit_studio.sessions.folder import choose_folder, chosen_folder, folder, rename
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.sessions.settings import changes
 
@@ -19,19 +21,20 @@ DAMAGED = 2
 
 
 def _list(options: argparse.Namespace) -> Result:
-    folder = Path(options.path or ".")
-    if not folder.is_dir():
+    place = Path(options.path or ".")
+    if not place.is_dir():
         raise ParameterError(f"sessions list takes a folder, not {options.path}.")
     lines, found = [], []
-    for path in sorted(folder.glob(f"*{SUFFIX}")):
+    for path in sorted(place.glob(f"*{SUFFIX}")):
+        name = f"{one_line(path.name):<28}"
         try:
             with closing(Session(path)) as session:
                 found.append(_facts(session))
-                lines.append(f"{path.name:<28} {_line(session)}")
-        except SessionError as error:
-            lines.append(str(error))
+                lines.append(f"{name} {'. '.join([_line(session), *_remarks(session)])}")
+        except StudioError as error:
+            lines.append(f"{name} {one_line(str(error))}")
             found.append({"path": str(path), "error": str(error)})
-    return Result("\n".join(lines) or f"No sessions in {folder}.", {"sessions": found})
+    return Result("\n".join(lines) or f"No sessions in {place}.", {"sessions": found})
 
 
 def _show(options: argparse.Namespace) -> Result:
@@ -40,7 +43,8 @@ def _show(options: argparse.Namespace) -> Result:
         about = [f"{name.replace('_', ' ')}: {value}" for name, value in session.latest(ABOUT).items()]
         said = changes(session.events, start, stop)
         notes = [f"note: {text}" for text in session.notes]
-        return Result("\n".join([_line(session), *about, *notes, *said, *session.damage]), _facts(session))
+        lines = [_line(session), *about, *notes, *said, *_remarks(session)]
+        return Result("\n".join(lines), _facts(session))
 
 
 def _export(options: argparse.Namespace) -> Result:
@@ -57,12 +61,8 @@ def _export(options: argparse.Namespace) -> Result:
 def _check(options: argparse.Namespace) -> Result:
     with closing(Session(_named(options))) as session:
         damage = session.check()
-        facts = _facts(session) | {"damage": list(damage)}
-        return Result(
-            "\n".join([_line(session), *(damage or ("Nothing is damaged.",))]),
-            facts,
-            DAMAGED if damage else 0,
-        )
+        remarks = _remarks(session) if damage else ["Nothing is damaged.", *_remarks(session)]
+        return Result("\n".join([_line(session), *remarks]), _facts(session), DAMAGED if damage else 0)
 
 
 def _repair(options: argparse.Namespace) -> Result:
@@ -73,12 +73,30 @@ def _repair(options: argparse.Namespace) -> Result:
     return with_files("\n".join(damage or ("Nothing is damaged.",)), {"damage": list(damage)}, [output])
 
 
+def _rename(options: argparse.Namespace) -> Result:
+    path = _named(options)
+    if options.name is None:
+        raise ParameterError("sessions rename takes a session and its new name: sessions rename FILE NAME.")
+    renamed = rename(path, options.name)
+    return Result(f"{path.name} is now {renamed.name}.", {"path": str(renamed)})
+
+
+def _where(options: argparse.Namespace) -> Result:
+    """Name the folder that the window records into, or choose another one."""
+    if options.path is not None:
+        choose_folder(Path(options.path))
+    chosen_folder()  # raises where what was chosen before cannot be read
+    return Result(str(folder()), {"folder": str(folder())})
+
+
 ACTIONS: dict[str, Callable[[argparse.Namespace], Result]] = {
     "list": _list,
     "show": _show,
     "export": _export,
     "check": _check,
     "repair": _repair,
+    "rename": _rename,
+    "where": _where,
 }
 
 
@@ -92,12 +110,20 @@ def _line(session: Session) -> str:
     settings = session.latest(SETTINGS)
     rate = f"{settings.get('rate_Hz', 0.0):,g} Hz"
     words = [f"{session.seconds:,.1f} s", f"{session.counts.sum():,} samples", rate]
-    return ", ".join([*words, str(settings.get("environment", "")), session.latest(ABOUT).get("device", "")])
+    words += [settings.get("environment", ""), session.latest(ABOUT).get("device", "")]
+    return ", ".join(word for word in words if word)
+
+
+def _remarks(session: Session) -> list[str]:
+    """Return what is damaged, and what is to be done with a recording that was not ended."""
+    return [*session.damage, *([session.unfinished] if session.unfinished else [])]
 
 
 def _facts(session: Session) -> dict:
     return {
         "path": str(session.path),
+        "complete": session.complete,
+        "damage": list(session.damage),
         "seconds": session.seconds,
         "samples": int(session.counts.sum()),
         "bytes": session.path.stat().st_size,
@@ -109,12 +135,15 @@ def _facts(session: Session) -> dict:
 
 def run(options: argparse.Namespace) -> Result:
     """Do one of ACTIONS; raise a StudioError."""
+    if options.name is not None and options.action != "rename":
+        raise ParameterError(f"sessions {options.action} takes one path, not {options.name!r} as well.")
     return ACTIONS[options.action](options)
 
 
 OPTIONS = (
     option("action", choices=tuple(ACTIONS)),
-    option("path", nargs="?", help="a session, or for list a folder"),
+    option("path", nargs="?", help="a session; for list a folder; for where the folder to record into"),
+    option("name", nargs="?", help="the new name, for rename"),
     option(
         "--output", metavar="PATH", help=f"of export ({', '.join(WRITERS)}) or repair; never an existing file"
     ),
@@ -129,4 +158,6 @@ OPTIONS = (
     option("--to", dest="stop", type=float, default=math.inf, metavar="s", help="export up to here"),
     option("--decimal", choices=DECIMALS, default=".", help="the decimal mark in a CSV"),
 )
-COMMAND = Command("sessions", "list, show, export, check or repair recorded sessions", run, OPTIONS, 15)
+COMMAND = Command(
+    "sessions", "list, show, export, check, repair or rename recorded sessions", run, OPTIONS, 15
+)

@@ -22,6 +22,7 @@ from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.pages.chain import ChainPage
+    from hapkit_studio.gui.pages.sessions import SessionsPage
     from hapkit_studio.gui.pages.stability.jitter import LoopJitter
     from hapkit_studio.gui.pages.stability.page import StabilityPage
     from hapkit_studio.gui.window import MainWindow
@@ -160,6 +161,17 @@ def _one_of(
     return [option(*given) for given in options]
 
 
+def _sessions(window: "MainWindow") -> "SessionsPage":
+    """Bring the view *Sessions* into sight, unless another one may not be left, and return it."""
+    window.views.show("sessions")
+    return cast("SessionsPage", window.views.page("sessions"))
+
+
+def _lists_sessions(window: "MainWindow", button: str) -> bool:
+    """Return whether the view *Sessions* is in sight, and a button of it can be pressed."""
+    return window.views.key == "sessions" and getattr(window.views.shown, button).isEnabled()
+
+
 _SESSION = (
     Action("session.stop", "E-stop", lambda w: w.studio.stop(), "Esc", filtered=True),
     Action(
@@ -178,6 +190,16 @@ _SESSION = (
         "session.release_here", "Release here", lambda w: w.display.release_here(), "L",
         enabled=lambda w: w.studio.simulated and not _replays(w),
     ),
+    Action("session.open", "Open…", lambda w: _sessions(w).ask_open(), "Ctrl+Shift+O", rule=True),
+    Action(
+        "session.rename", "Rename…", lambda w: _sessions(w).ask_rename(), "F2",
+        enabled=lambda w: _lists_sessions(w, "rename"),
+    ),
+    Action(
+        "session.save_copy", "Save a copy…", lambda w: _sessions(w).ask_copy(),
+        enabled=lambda w: _lists_sessions(w, "copy"),
+    ),
+    Action("session.folder", "Record into…", lambda w: _sessions(w).ask_folder()),
     Action(
         "session.record", "Record", lambda w: w.studio.recording.toggle(), "R",
         enabled=lambda w: w.studio.recording.possible,

@@ -139,17 +139,25 @@ def about_dialog(parent: QWidget) -> TextDialog:
 
 
 class WordsDialog(TextDialog):
-    """Asks for so many letters, about what is said, and hands them on."""
+    """Asks for at most ``most`` characters and passes them to ``take``; ``button`` names what that does."""
 
     def __init__(
-        self, title: str, about: str, most: int, take: Callable[[str], object], parent: QWidget | None
+        self,
+        title: str,
+        about: str,
+        most: int,
+        take: Callable[[str], object],
+        parent: QWidget | None,
+        button: str = "Add",
+        text: str = "",
     ):
         super().__init__(title, parent)
         self._take = take
-        self.text = QLineEdit(maxLength=most, placeholderText=about)
+        self.text = QLineEdit(text, maxLength=most, placeholderText=about)
+        self.text.selectAll()
         self.text.setAccessibleName(f"Text of the {title.lower()}")
         self.text.setMinimumWidth(320)
-        self.add = primary(QPushButton("Add"))
+        self.add = primary(QPushButton(button))
         self.add.setDefault(True)
         self.add.clicked.connect(self._add)
         self.column.addWidget(self.text)

@@ -145,12 +145,15 @@ class Recording(QObject):
         if progress is not None and progress.error and progress != self._ended:
             self._ended = progress
             self.newest = _written(progress.path)
-            self.failed.emit(f"Recording stopped at {clock(progress.seconds)}.", progress.error)
+            why = progress.error
+            if self.newest is None:
+                why = f"{why} Save the last 10 minutes (Ctrl+Shift+S) writes what is still kept."
+            self.failed.emit(f"Recording stopped at {clock(progress.seconds)}.", why)
         self.changed.emit()
 
 
 def _written(path: Path | None) -> tuple[Path, int] | None:
-    return None if path is None else (path, path.stat().st_size)
+    return None if path is None or not path.exists() else (path, path.stat().st_size)
 
 
 class RecordingDisplay(QObject):

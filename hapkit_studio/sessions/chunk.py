@@ -7,14 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from hapkit_studio.haptics import rows
-from hapkit_studio.sessions.columns import BY_NAME, COLUMNS, Column, decode, encode
+from hapkit_studio.sessions.columns import BY_NAME, COLUMNS, MOST_WHOLE, Column, DamagedError, decode, encode
 
 BLOCK = 64
 """Samples of which the extremes are kept."""
 DRAWN = ("position", "velocity", "asked", "applied", "energy")
 """The columns whose extremes are kept."""
-MOST = 1 << 16
-"""Samples: what claims more is damaged."""
+MOST_SAMPLES = 1 << 16  # of a chunk; the recorder's have at most 1,000
+MOST_STATES = rows.ROW_WIDTH - rows.STATE
+MOST_TIME = 1e9  # s of a computer's clock since it started: 31 years
+_SAME_TIME = 1e-6  # s, the step of times in a file
 STATE = "state"
 EVERY = (*BY_NAME, STATE)
 """The names of all columns."""
@@ -47,13 +49,29 @@ class Chunk:
                 .T
             )
         data, column = self.columns[name], BY_NAME[name]
-        values = np.full(self.count, math.nan) if data is None else decode(data, self.count)
-        return self.values(column.less_than) - values if column.less_than else values
+        if data is None:
+            return np.full(self.count, math.nan)
+        values = decode(data, self.count)
+        if column.less_than:
+            return self.values(column.less_than) - values
+        if name == "time" and not self._in_order(values):
+            raise DamagedError(f"Its times are not in order from {self.start:g} to {self.stop:g} s.")
+        if column.whole and not np.abs(values).max() < MOST_WHOLE:
+            raise DamagedError(f"Its {name} goes beyond {MOST_WHOLE:,}.")
+        return values
+
+    def _in_order(self, times: np.ndarray) -> bool:
+        within = self.start - _SAME_TIME <= times[0] and times[-1] <= self.stop + _SAME_TIME
+        return bool(within and (np.diff(times) >= 0.0).all())
 
     def blocks(self) -> np.ndarray:
-        """Return the least and greatest values (len(DRAWN), 2, blocks) in SI; raise DamagedError."""
+        """Return the least and greatest values (len(DRAWN), 2, blocks) in SI, NaN for what is not finite.
+
+        Raise DamagedError.
+        """
         blocks = -(-self.count // BLOCK)
-        return decode(self.extremes, len(DRAWN) * 2 * blocks).reshape(len(DRAWN), 2, blocks)
+        found = decode(self.extremes, len(DRAWN) * 2 * blocks).reshape(len(DRAWN), 2, blocks)
+        return np.where(np.isfinite(found), found, math.nan)
 
 
 def pack(table: np.ndarray, quantum: float, states: int, truth: bool = False) -> Chunk:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hapkit_studio.errors import StudioError
+from hapkit_studio.errors import FileError
 from hapkit_studio.haptics import rows
 
 _INTEGERS = tuple(np.dtype(code) for code in ("<i1", "<i2", "<i4", "<i8"))
@@ -18,10 +18,12 @@ _FLOATS = np.dtype("<f4")
 _HEAD = struct.Struct("<Bdq")  # bytes of a difference (0: floats), what one is worth, the first number
 _LEVEL = 6
 _NO_MULTIPLE = 1e-3  # of a step: what is farther from a multiple is none
+MOST_WHOLE = 1 << 53  # whole numbers below it are exact as float64
+_LARGEST_STEP = 1e200
 
 
-class DamagedError(StudioError):
-    """What was read is not what was written."""
+class DamagedError(FileError):
+    """What was read is not what was written, or is out of range."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,7 @@ class Column:
     """One value of every sample: its name, where in a row it stands, its unit.
 
     step: it is rounded to multiples of this; None: floats. counted: it consists of the sensor's counts.
+    whole: it consists of whole numbers, which are used as such.
     less_than: the column that it mostly equals; how much less than that it is, is stored.
     """
 
@@ -38,11 +41,12 @@ class Column:
     step: float | None = None
     counted: bool = False
     less_than: str = ""
+    whole: bool = False
     requested: bool = False  # kept on request only
 
 
 COLUMNS = (
-    Column("tick", rows.TICK, "", 1.0),
+    Column("tick", rows.TICK, "", 1.0, whole=True),
     Column("time", rows.HOST_TIME, "s", 1e-6),
     Column("board_time", rows.BOARD_TIME, "s", 1e-6),
     Column("position", rows.POSITION, "m", counted=True),
@@ -52,7 +56,7 @@ COLUMNS = (
     Column("energy", rows.ENERGY, "J"),
     Column("lateness", rows.LATENESS, "s", 1e-6),
     Column("compute", rows.COMPUTE, "s", 1e-7),
-    Column("flags", rows.FLAGS, "", 1.0),
+    Column("flags", rows.FLAGS, "", 1.0, whole=True),
     Column("true_position", rows.TRUE_POSITION, "m", requested=True),
     Column("true_velocity", rows.TRUE_VELOCITY, "m/s", requested=True),
     Column("hand_force", rows.HAND_FORCE, "N", requested=True),
@@ -64,13 +68,15 @@ BY_NAME = {column.name: column for column in COLUMNS}
 def encode(values: np.ndarray, step: float = 0.0, rounded: bool = True) -> bytes:
     """Return numbers (n,) compressed: as multiples of a step in SI, as floats where it is 0.
 
-    Numbers that are not finite make all of them floats; so do those between multiples unless ``rounded``.
+    Numbers that are not finite, or more than 2**53 steps, make all of them floats; so do those between
+    multiples unless ``rounded``.
     """
-    if step > 0.0 and len(values) and np.isfinite(values).all():
+    if step > 0.0 and len(values) and np.abs(values).max() < MOST_WHOLE * step:
         multiples = np.rint(values / step)
         if rounded or np.abs(values - step * multiples).max() <= _NO_MULTIPLE * step:
             return _encode_multiples(multiples.astype(np.int64), step)
-    return _squeeze(_HEAD.pack(0, 0.0, 0), values.astype(_FLOATS))
+    with np.errstate(over="ignore"):  # what is too large for 32 bits becomes infinite
+        return _squeeze(_HEAD.pack(0, 0.0, 0), values.astype(_FLOATS))
 
 
 def _encode_multiples(multiples: np.ndarray, step: float) -> bytes:
@@ -90,12 +96,21 @@ def decode(data: bytes, count: int) -> np.ndarray:
             raise DamagedError("Samples cannot be read: their end is missing.")
         size, step, first = _HEAD.unpack_from(plain)
         if size == 0:
-            return _spread(plain, _FLOATS, count).astype(float)
+            with np.errstate(invalid="ignore"):  # NaNs of any bits
+                return _spread(plain, _FLOATS, count).astype(float)
         kind = next(k for k in _INTEGERS if k.itemsize == size)
-        multiples = np.concatenate([[first], _spread(plain, kind, count - 1)])
+        differences = np.concatenate([[first], _spread(plain, kind, count - 1)])
     except (struct.error, zlib.error, StopIteration, ValueError, OverflowError) as error:
         raise DamagedError(f"Samples cannot be read: {error}.") from None
-    return step * np.cumsum(multiples)
+    wide = size == _INTEGERS[-1].itemsize or abs(first) > MOST_WHOLE
+    if not 0.0 < step < _LARGEST_STEP or (wide and _wraps(differences)):
+        raise DamagedError("Samples cannot be read: their numbers are too large.")
+    return step * np.cumsum(differences)
+
+
+def _wraps(differences: np.ndarray) -> bool:
+    """Return whether the sums of whole numbers leave what float64 and 64 bits hold."""
+    return bool(np.abs(np.cumsum(differences, dtype=float)).max() > 2.0 * MOST_WHOLE)
 
 
 def _squeeze(head: bytes, numbers: np.ndarray) -> bytes:

@@ -1,10 +1,11 @@
 """The file of a session: an SQLite database of chunks of samples, and of what was set and noted when."""
 
 import json
+import os
 import sqlite3
 import zlib
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,8 @@ from hapkit_studio.sessions.columns import COLUMNS
 
 VERSION = 1
 SUFFIX = ".hapkit"
+LOG = "-wal"
+"""Ends the name of the file with what is not in the session's own file before a recording is ended."""
 ABOUT, SETTINGS, STOP, FAULT = "about", "settings", "stop", "fault"
 """Events of which each holds until the next of its kind."""
 MARKER = "marker"
@@ -59,13 +62,17 @@ def checksum(values: Iterable) -> int:
 
 
 class SessionWriter:
-    """Writes a new session; what was added stays, even where the program is killed afterwards."""
+    """Writes a new session. What was added stays: after a kill or on a full disk in two files, see ``remains``.
+
+    Methods raise SessionError where the disk is full or the file is gone.
+    """
 
     def __init__(self, path: str | Path):
-        """Begin a file that does not exist yet; raise SessionError."""
+        """Begin a file that does not exist yet."""
         self.path = Path(path)
         try:
-            self.path.open("xb").close()
+            with self.path.open("xb") as file:
+                self._identity = _identity(os.fstat(file.fileno()))
         except FileExistsError:
             raise SessionError(f"{self.path.name} exists already: choose another name.") from None
         except OSError as error:
@@ -83,48 +90,103 @@ class SessionWriter:
         """Write more into a session that is complete."""
         writer = cls.__new__(cls)
         writer.path = path
+        writer._identity = _identity(path.stat())
         writer._connect()
         return writer
 
+    @classmethod
+    @contextmanager
+    def whole(cls, path: str | Path) -> Iterator["SessionWriter"]:
+        """Write a session that is complete in the end, or leave no file."""
+        writer = cls(path)
+        try:
+            yield writer
+            writer.close()
+        except BaseException:
+            writer._database.close()
+            for file in (writer.path, writer._log):
+                with suppress(OSError):
+                    file.unlink()
+            raise
+
     def _connect(self) -> None:
-        self._database = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False)
+        with self._in_words():
+            self._database = sqlite3.connect(self.path, isolation_level=None, check_same_thread=False)
 
     def add(self, chunk: Chunk) -> None:
-        """Write a chunk; raise SessionError."""
+        """Write a chunk."""
         blobs = (chunk.extremes, *map(chunk.columns.get, _BLOBS[1:]))
         self._insert("chunk", (chunk.count, chunk.start, chunk.stop, chunk.states, *blobs))
 
     def note(self, event: Event) -> None:
-        """Write what happened; raise SessionError."""
+        """Write what happened."""
         self._insert("event", (float(event.time), event.kind, json.dumps(event.what, ensure_ascii=False)))
 
     def _insert(self, table: str, values: tuple) -> None:
         places = ", ".join("?" * (len(values) + 2))
         with self._in_words():
+            self._check_in_place()
             self._database.execute(
                 f"INSERT INTO {table} VALUES ({places})", (None, *values, checksum(values))
             )
 
     @property
     def size(self) -> int:
-        """Return how many bytes the file will have if it is closed now; raise SessionError."""
+        """Return how many bytes the file will have if it is closed now."""
         with self._in_words():
             pages, of = (self._database.execute(f"PRAGMA {what}") for what in ("page_count", "page_size"))
             return int(pages.fetchone()[0] * of.fetchone()[0])
 
     def close(self) -> None:
-        """Leave one file that is complete; raise SessionError."""
+        """Leave one file that is complete."""
         try:
             with self._in_words():
-                self._database.execute("PRAGMA journal_mode=DELETE")
+                self._check_in_place()
+                (mode,) = self._database.execute("PRAGMA journal_mode=DELETE").fetchone()
+                if mode != "delete":
+                    raise sqlite3.OperationalError("another program reads it")
         finally:
             self._database.close()
+
+    @property
+    def remains(self) -> str:
+        """Return in words where what was written is, after writing failed."""
+        name, log = self.path.name, self._log
+        if not self._in_place:
+            return ""
+        if not log.exists():
+            return f"What came before is in {name}."
+        return (
+            f"What came before is in {name} and {log.name}: keep both. Save a copy (sessions repair) makes one "
+            "complete file of them."
+        )
+
+    @property
+    def _log(self) -> Path:
+        return self.path.with_name(f"{self.path.name}{LOG}")
+
+    @property
+    def _in_place(self) -> bool:
+        """Whether the path still names this file: SQLite goes on writing into one that was deleted."""
+        try:
+            return _identity(self.path.stat()) == self._identity
+        except OSError:
+            return False
+
+    def _check_in_place(self) -> None:
+        if not self._in_place:
+            raise SessionError(f"{self.path.name} was deleted or moved while it was written.")
 
     @contextmanager
     def _in_words(self) -> Iterator[None]:
         try:
             yield
         except sqlite3.Error as error:
-            full = error.sqlite_errorname == "SQLITE_FULL"
+            self._check_in_place()
+            full = getattr(error, "sqlite_errorname", "") == "SQLITE_FULL"
             why = "The disk is full" if full else f"{self.path.name} cannot be written: {error}"
-            raise SessionError(f"{why}. Everything up to there is saved.") from None
+            raise SessionError(f"{why}.") from None
+
+
+def _identity(found: os.stat_result) -> tuple[int, int]:
+    return found.st_dev, found.st_ino

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from hapkit_studio.sessions.chunk import DRAWN
-from hapkit_studio.sessions.file import ABOUT, MARKER, SETTINGS, SessionError
+from hapkit_studio.sessions.event_values import one_line
+from hapkit_studio.sessions.file import ABOUT, LOG, SETTINGS, SessionError
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.sessions.settings import timed_changes
 
@@ -18,11 +19,12 @@ _FEW = 60_000  # samples that are read themselves: their blocks would be coarse
 
 @dataclass(frozen=True, eq=False)
 class Overview:
-    """A session's file with its bytes and when it was last written (s, as time.time has it), and its content.
+    """A session's file: its bytes, when it was last written (s, as time.time has it), and its content.
 
     environments: their keys in the order in which they came. markers and changes: s after the beginning, and
     words; notes are on all of it. trace (3, n): s after the beginning, least and greatest position in m from
-    there to the next, NaN where nothing came. error: why nothing can be read.
+    there to the next, NaN where nothing came. unfinished: what to do with a recording that was not ended, ""
+    for one that was. error: why nothing can be read.
     """
 
     path: Path
@@ -36,25 +38,31 @@ class Overview:
     markers: tuple[tuple[float, str], ...] = ()
     changes: tuple[tuple[float, str], ...] = ()
     notes: tuple[str, ...] = ()
+    unfinished: str = ""
     damage: tuple[str, ...] = ()
     trace: np.ndarray = field(default_factory=lambda: np.empty((3, 0)))
+
+    @property
+    def name(self) -> str:
+        """Return the file's name without its ending, in one line."""
+        return one_line(self.path.stem)
 
 
 def overview(path: Path) -> Overview:
     """Read a session at a glance; raise OSError where there is no such file."""
-    found = path.stat()
+    found, log = path.stat(), path.with_name(f"{path.name}{LOG}")
+    size = found.st_size + (log.stat().st_size if log.exists() else 0)
     try:
         with closing(Session(path)) as session:
-            return _of(session, found.st_size, found.st_mtime)
+            return _of(session, size, found.st_mtime)
     except SessionError as error:
-        return Overview(path, found.st_size, found.st_mtime, str(error))
+        return Overview(path, size, found.st_mtime, str(error))
 
 
 def _of(session: Session, size: int, saved: float) -> Overview:
     start, stop = float(session.starts[0]), float(session.stops[-1])
+    trace = _trace(session)  # first: reading shows what is damaged
     keys = [str(event.what.get("environment", "")) for event in session.events if event.kind == SETTINGS]
-    markers = [(event.time - start, str(event.what.get("text", ""))) for event in session.events
-               if event.kind == MARKER and start <= event.time <= stop]  # fmt: skip
     return Overview(
         session.path,
         size,
@@ -63,11 +71,12 @@ def _of(session: Session, size: int, saved: float) -> Overview:
         samples=int(session.counts.sum()),
         device=str(session.latest(ABOUT).get("device", "")),
         environments=tuple(dict.fromkeys(key for key in keys if key)),
-        markers=tuple(markers),
+        markers=tuple((when - start, words) for when, words in session.markers),
         changes=tuple(timed_changes(session.events, start, stop)),
         notes=session.notes,
+        unfinished=session.unfinished,
         damage=session.damage,
-        trace=_trace(session),
+        trace=trace,
     )
 
 

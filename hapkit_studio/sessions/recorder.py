@@ -152,19 +152,18 @@ class Recorder:
         if writer is None:
             return None
         self.progress = None
-        writer.close()
+        _close(writer)
         return writer.path
 
     def _save(self, path: str | Path) -> int:
         self._flush()
         if not self._chunks:
             raise SessionError("There is nothing to save: not one sample came.")
-        writer = SessionWriter(path)
-        for event in (*self._base.values(), *self._events):
-            writer.note(event)
-        for chunk in self._chunks:
-            writer.add(chunk)
-        writer.close()
+        with SessionWriter.whole(path) as writer:
+            for event in (*self._base.values(), *self._events):
+                writer.note(event)
+            for chunk in self._chunks:
+                writer.add(chunk)
         return sum(chunk.count for chunk in self._chunks)
 
     def _flush(self) -> None:
@@ -249,6 +248,14 @@ class Recorder:
             write(self._writer)
         except SessionError as error:
             writer, self._writer = self._writer, None
-            self.progress = replace(self.progress, error=str(error))
             with suppress(SessionError):
                 writer.close()
+            self.progress = replace(self.progress, error=f"{error} {writer.remains}".rstrip())
+
+
+def _close(writer: SessionWriter) -> None:
+    """End a session; raise SessionError that says where its samples are."""
+    try:
+        writer.close()
+    except SessionError as error:
+        raise SessionError(f"{error} {writer.remains}".rstrip()) from None

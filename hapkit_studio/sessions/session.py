@@ -1,45 +1,53 @@
 """A session read back: its samples between two times, what was set, and extremes to draw an hour from.
 
-Nothing in a file is trusted: one with other tables is refused; rows whose checksum, types or order are wrong
-are left out and counted. The file is never written into; a note makes a new one that takes its place.
+Nothing in a file is trusted: one with other tables is refused; rows whose checksum, types, values or order are
+wrong are left out, and the reason is said. The file is never written into; a note makes a new one that takes
+its place.
 """
 
-import json
 import math
 import os
 import shutil
-import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import closing, suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hapkit_studio.files import replacing
-from hapkit_studio.sessions.chunk import Chunk
-from hapkit_studio.sessions.columns import DamagedError
+from hapkit_studio.errors import FileError
+from hapkit_studio.files import checked_integer, checked_number, checked_text, replacing
+from hapkit_studio.sessions.chunk import EVERY, MOST_SAMPLES, MOST_STATES, MOST_TIME, STATE, Chunk, unpack
+from hapkit_studio.sessions.columns import COLUMNS, DamagedError
+from hapkit_studio.sessions.database import ERRORS, Database
+from hapkit_studio.sessions.event_values import checked_event, one_line
 from hapkit_studio.sessions.file import (
-    MARK,
+    LOG,
+    MARKER,
     NOTE,
     TABLES,
-    VERSION,
     Event,
     SessionError,
     SessionWriter,
     checksum,
-    schema,
 )
 
-_TYPES: dict[str, type | tuple[type, ...]] = {
-    "INTEGER": int, "REAL": float, "TEXT": str, "BLOB": (bytes, type(None)),
-}  # fmt: skip
+_TYPES = {"INTEGER": int, "REAL": float, "TEXT": str, "BLOB": bytes}
+_NAMES = {kind: name for name, kind in _TYPES.items()} | {type(None): "NULL"}
+_OPTIONAL = frozenset(column.name for column in COLUMNS if column.requested)  # may be NULL
+_LONGEST_REASON = 300  # characters; SQLite's may quote the file
 _HEAD = ("count", "start", "stop", "states", "extremes")
 SQLITE = b"SQLite format 3\0"
 """The first bytes of a session's file."""
-_LONGEST = 1 << 24  # bytes of one value
 _MOST_ROWS = 1 << 32
-_MOST_SAMPLES, _MOST_STATES = 1 << 16, 64  # of a chunk
+# What is read of a session; its rows beyond that are left out.
+_MOST_EVENTS = 50_000  # settings that change all the time for 40 minutes
+_MOST_TEXT = 1 << 26  # characters of all events
+_MOST_SECONDS = 31 * 86_400.0
+_MOST_IN_ALL = 1 << 28  # samples: 75 hours at 1 kHz; their extremes take 340 MB
+MOST_MARKERS = 1_000  # that are listed and drawn
+MOST_READ = 1 << 31  # bytes of samples that are read at once: an hour at 4 kHz
 
 
 class Session:
@@ -52,20 +60,27 @@ class Session:
     def __init__(self, path: str | Path):
         """Open a session; raise SessionError where it is none, or one of a newer studio."""
         self.path = Path(path)
-        self._database = _open(self.path)
-        self._damaged: set[tuple[str, int]] = set()
+        self._file = Database(self.path)
+        self._database = self._file.connection
+        self._damaged: dict[tuple[str, int], str] = {}
+        self._whole = 0  # the chunk whose checksum was looked at last, and is right
         self.events = tuple(self._events())
-        index = list(self._index())
+        index = self._index()
         if not index:
             self.close()
-            raise SessionError(f"{self.path.name} holds no samples that can be read.")
-        ids, counts, starts, stops, self.blocks = zip(*index, strict=True)
-        self._ids: tuple[int, ...] = ids
-        self.counts, self.starts, self.stops = np.array(counts), np.array(starts), np.array(stops)
+            reason = next(iter(self._damaged.values()), "")
+            raise SessionError(f"{self.path.name} holds no samples that can be read. {reason}".rstrip())
+        self._ids = tuple(row for row, _, _ in index)
+        chunks = [chunk for _, chunk, _ in index]
+        self.blocks = tuple(blocks for _, _, blocks in index)
+        self.counts, self.starts, self.stops, self._states = (
+            np.array([getattr(chunk, name) for chunk in chunks])
+            for name in ("count", "start", "stop", "states")
+        )
 
     def close(self) -> None:
         """Let go of the file."""
-        self._database.close()
+        self._file.close()
 
     @property
     def seconds(self) -> float:
@@ -75,26 +90,47 @@ class Session:
     @property
     def complete(self) -> bool:
         """Say whether its recording was ended: not while it is written, nor where the program was killed."""
-        return self._database.execute("PRAGMA journal_mode").fetchone()[0] != "wal"
+        return self._file.complete
+
+    @property
+    def unfinished(self) -> str:
+        """Return in words what is to be done with a session that is not complete, "" for one that is."""
+        name = self.path.name
+        if self.complete:
+            return ""
+        if self._file.log_lost:
+            return f"Not ended, and the newest samples are lost with {name}{LOG}."
+        return (
+            f"Not ended: the newest samples are in {name}{LOG}. Save a copy (sessions repair) makes one complete "
+            "file."
+        )
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Return what was noted on all of it."""
-        return tuple(str(event.what.get("text", "")) for event in self.events if event.kind == NOTE)
+        return tuple(event.what["text"] for event in self.events if event.kind == NOTE)[:MOST_MARKERS]
+
+    @property
+    def markers(self) -> tuple[tuple[float, str], ...]:
+        """Return each marker's time in s of the recording computer's clock, and its words."""
+        first, last = float(self.starts[0]), float(self.stops[-1])
+        marked = (event for event in self.events if event.kind == MARKER and first <= event.time <= last)
+        return tuple((event.time, event.what["text"]) for event in marked)[:MOST_MARKERS]
 
     @property
     def damage(self) -> tuple[str, ...]:
         """Return in words what of all that was read so far is damaged and left out."""
-        words = f"{self.path.name} is damaged: {len(self._damaged)} of its rows are left out."
-        return (words,) if self._damaged else ()
+        if not self._damaged:
+            return ()
+        reason, more = next(iter(self._damaged.values())), len(self._damaged) - 1
+        rows = f" And {more:,} more {'row' if more == 1 else 'rows'}." if more else ""
+        return (f"{self.path.name} is damaged. Left out: {reason}{rows}",)
 
     def check(self) -> tuple[str, ...]:
         """Read all of it, and return ``damage``."""
         for number in range(len(self.counts)):
             with suppress(DamagedError):
-                chunk = self.chunk(number)
-                for name in chunk.columns:
-                    chunk.values(name)
+                self.rows(number)
         return self.damage
 
     def latest(self, kind: str, time: float = math.inf) -> dict[str, Any]:
@@ -104,29 +140,26 @@ class Session:
 
     def chunk(self, number: int) -> Chunk:
         """Return a chunk, 0 the first; raise DamagedError."""
-        row, columns = self._ids[number], TABLES["chunk"]
-        try:
-            query = f"SELECT {', '.join(columns)}, crc FROM chunk WHERE id = ?"
-            *values, crc = self._database.execute(query, (row,)).fetchone()
-            _check(values, columns)
-            if crc != checksum(values):
-                raise DamagedError("Its checksum is wrong.")
-        except (sqlite3.DatabaseError, TypeError, DamagedError) as error:
-            self._damaged.add(("chunk", row))
-            raise DamagedError(f"Chunk {number} of {self.path.name} is damaged: {error}") from None
-        named = dict(zip(columns, values, strict=True))
-        count, start, stop, states, extremes = (named.pop(name) for name in _HEAD)
-        return Chunk(count, start, stop, states, extremes, named)
+        return self._chunk(self._ids[number])
+
+    def rows(self, number: int, names: Collection[str] = EVERY) -> np.ndarray:
+        """Return a chunk's telemetry rows (count, ROW_WIDTH) with some columns; raise DamagedError."""
+        return self._unpacked(number, self.chunk(number), names)
 
     def repair(self, path: str | Path) -> tuple[str, ...]:
         """Write all that can be read into a new session; return ``damage``; raise SessionError."""
-        writer = SessionWriter(path)
-        for event in self.events:
-            writer.note(event)
-        for number in range(len(self.counts)):
-            with suppress(DamagedError):
-                writer.add(self.chunk(number))
-        writer.close()
+        added = 0
+        with SessionWriter.whole(path) as writer:
+            for event in self.events:
+                writer.note(event)
+            for number in range(len(self.counts)):
+                with suppress(DamagedError):
+                    chunk = self.chunk(number)
+                    self._unpacked(number, chunk, EVERY)
+                    writer.add(chunk)
+                    added += 1
+            if not added:
+                raise SessionError(f"{' '.join(self.damage)} Nothing is left to write.")
         return self.damage
 
     def read(
@@ -134,42 +167,112 @@ class Session:
     ) -> dict[str, np.ndarray]:
         """Return columns (n,) in SI of all samples with start <= time < stop, "state" (n, values).
 
-        What is damaged is left out; of a column that was not kept there is NaN.
+        What is damaged is left out; of a column that was not kept there is NaN. Raise SessionError where all
+        of that takes more than MOST_READ.
         """
+        numbers = np.flatnonzero((self.stops >= start) & (self.starts < stop))
+        width = len(names) + (STATE in names) * (self._states[numbers] - 1)
+        size = 8 * int((self.counts[numbers] * width).sum())
+        if size > MOST_READ:
+            raise SessionError(
+                f"{self.path.name}: {self.counts[numbers].sum():,} samples take {1e-9 * size:.1f} GB; at most "
+                f"{1e-9 * MOST_READ:.1f} GB are read at once. Take a shorter part: sessions export --from --to."
+            )
         pieces = []
-        for number in np.flatnonzero((self.stops >= start) & (self.starts < stop)):
+        for number in numbers:
             try:
                 chunk = self.chunk(int(number))
                 inside = slice(*np.searchsorted(chunk.values("time"), [start, stop]))
                 pieces.append({name: chunk.values(name)[inside] for name in names})
-            except DamagedError:
-                continue
+            except DamagedError as error:
+                self._left_out("chunk", self._ids[number], error)
         return {name: _joined([piece[name] for piece in pieces]) for name in names}
 
-    def _events(self) -> Iterator[Event]:
-        for row, *values, crc in self._rows("event", (*TABLES["event"], "crc")):
-            try:
-                _check(values, TABLES["event"])
-                if crc != checksum(values):
-                    raise DamagedError("Its checksum is wrong.")
-                yield Event(values[0], values[1], dict(json.loads(values[2])))
-            except (DamagedError, ValueError, TypeError, RecursionError):
-                self._damaged.add(("event", row))
+    def _unpacked(self, number: int, chunk: Chunk, names: Collection[str]) -> np.ndarray:
+        try:
+            return unpack(chunk, names)
+        except DamagedError as error:
+            raise self._left_out("chunk", self._ids[number], error) from None
 
-    def _index(self) -> Iterator[tuple[int, int, float, float, np.ndarray]]:
-        """Yield each chunk's row, count, times and extremes."""
-        before = -math.inf
-        for row, *values in self._rows("chunk", _HEAD):
+    def _left_out(self, table: str, row: int, error: Exception | str) -> DamagedError:
+        """Note why a row is left out, unless that was noted before; return the error that says so."""
+        place, reason = f"{table} {row}", f"{one_line(str(error)):.{_LONGEST_REASON}}"
+        text = reason if reason.startswith(place) else f"{place}: {reason}"
+        return DamagedError(self._damaged.setdefault((table, row), text))
+
+    def _chunk(self, row: int) -> Chunk:
+        columns = TABLES["chunk"]
+        try:
+            query = f"SELECT {', '.join(columns)}, crc FROM chunk WHERE id = ?"
+            found = self._database.execute(query, (row,)).fetchone()
+            if found is None:
+                raise DamagedError("it is not there any more.")
+            *values, crc = found
+            _check_types(values, columns, f"chunk {row}")
+            if crc != checksum(values):
+                raise DamagedError("its checksum is wrong.")
+            named = dict(zip(columns, values, strict=True))
+            return _checked_chunk(*(named.pop(name) for name in _HEAD), named, f"chunk {row}")
+        except FileError as error:
+            raise self._left_out("chunk", row, error) from None
+        except ERRORS as error:
+            raise self._left_out("chunk", row, f"{error}.") from None
+
+    def _events(self) -> Iterator[Event]:
+        count = size = 0
+        for row, *values, crc in self._rows("event", (*TABLES["event"], "crc")):
+            place = f"event {row}"
             try:
-                _check(values, {name: TABLES["chunk"][name] for name in _HEAD})
-                count, start, stop, states, extremes = values
-                chunk = Chunk(count, start, stop, states, extremes, {})
-                if not (before < chunk.start <= chunk.stop < math.inf):
-                    raise DamagedError("Its times are out of order.")
-                yield row, chunk.count, chunk.start, chunk.stop, chunk.blocks()
-                before = chunk.stop
+                _check_types(values, TABLES["event"], place)
+                time, kind, text = values
+                count, size = count + 1, size + len(text)
+                if count > _MOST_EVENTS or size > _MOST_TEXT:
+                    limits = f"{_MOST_EVENTS:,} events and {_MOST_TEXT:,} characters are read"
+                    self._left_out("event", row, f"{place} and what follows: at most {limits}.")
+                    return
+                if crc != checksum(values):
+                    raise DamagedError("its checksum is wrong.")
+                checked_number(time, f"{place}: time", -MOST_TIME, MOST_TIME, "s")
+                checked_text(kind, f"{place}: kind", 40)
+                yield Event(time, kind, checked_event(text, kind, place))
+            except FileError as error:
+                self._left_out("event", row, error)
+
+    def _index(self) -> list[tuple[int, Chunk, np.ndarray]]:
+        """Return each chunk's row, its head without columns, and its extremes, in the order of time."""
+        found: list[tuple[int, Chunk, np.ndarray]] = []
+        samples = 0
+        for row, *values in self._rows("chunk", _HEAD):
+            place = f"chunk {row}"
+            try:
+                _check_types(values, {name: TABLES["chunk"][name] for name in _HEAD}, place)
+                chunk = _checked_chunk(*values, {}, place)
+                blocks = chunk.blocks()
+                while found and chunk.start <= found[-1][1].stop:
+                    if self._is_whole(found[-1][0]):
+                        raise DamagedError(f"it begins before chunk {found[-1][0]} ends.")
+                    samples -= found.pop()[1].count
+                first = found[0][1].start if found else chunk.start
+                checked_number(chunk.stop, f"{place}: stop", first, first + _MOST_SECONDS, "s")
+                samples += chunk.count
+                if samples > _MOST_IN_ALL:
+                    limit = f"at most {_MOST_IN_ALL:,} samples are read"
+                    self._left_out("chunk", row, f"{place} and what follows: {limit}.")
+                    break
+                found.append((row, replace(chunk, extremes=b""), blocks))
+            except FileError as error:
+                self._left_out("chunk", row, error)
+        return found
+
+    def _is_whole(self, row: int) -> bool:
+        """Return whether a chunk's checksum is right, and so its times; the last answer is kept."""
+        if row != self._whole:
+            try:
+                self._chunk(row)
             except DamagedError:
-                self._damaged.add(("chunk", row))
+                return False
+        self._whole = row
+        return True
 
     def _rows(self, table: str, names: Sequence[str]) -> Iterator[tuple]:
         """Yield a table's rows, each with its number first; beyond those that cannot be read go on."""
@@ -178,11 +281,14 @@ class Session:
         while row < _MOST_ROWS:
             try:
                 for found in self._database.execute(query, (row,)):
+                    if found[0] <= row:  # pages that refer to each other in a circle have no end
+                        self._left_out(table, row + 1, f"{table} {row + 1} and what follows: no order.")
+                        return
                     row, leap = found[0], 1
                     yield found
                 return
-            except sqlite3.DatabaseError:
-                self._damaged.add((table, row))
+            except ERRORS as error:
+                self._left_out(table, row + 1, f"{error}.")
                 row, leap = row + leap, 2 * leap
 
 
@@ -190,7 +296,7 @@ def add_note(path: Path, text: str) -> None:
     """Note something on a session that is complete and whole; its file keeps its date. Raise SessionError."""
     with closing(Session(path)) as session:
         if not session.complete:
-            raise SessionError(f"{path.name} is being written, or broke off: nothing was noted.")
+            raise SessionError(f"{session.unfinished} Nothing was noted.")
         if damage := session.check():
             raise SessionError(f"{' '.join(damage)} Nothing was noted.")
         note = Event(float(session.stops[-1]), NOTE, {"text": text})
@@ -205,14 +311,22 @@ def add_note(path: Path, text: str) -> None:
         raise SessionError(f"{path.name} cannot be written: {error.strerror}.") from None
 
 
-def _check(values: Sequence, columns: dict[str, str]) -> None:
-    """Raise DamagedError where a value has not its column's type, or a number makes no sense."""
+def _check_types(values: Sequence, columns: dict[str, str], place: str) -> None:
+    """Raise DamagedError where a value has not its column's type."""
     for value, (name, kind) in zip(values, columns.items(), strict=True):
-        if not isinstance(value, _TYPES[kind]):
-            raise DamagedError(f"Its {name} is no {kind}.")
-    named = dict(zip(columns, values, strict=True))
-    if not (0 < named.get("count", 1) <= _MOST_SAMPLES and 0 <= named.get("states", 0) <= _MOST_STATES):
-        raise DamagedError("It claims too much.")
+        if not (isinstance(value, _TYPES[kind]) or (value is None and name in _OPTIONAL)):
+            raise DamagedError(f"{place}: {name} is {_NAMES[type(value)]}; it must be {kind}.")
+
+
+def _checked_chunk(
+    count: int, start: float, stop: float, states: int, extremes: bytes, columns: dict, place: str
+) -> Chunk:
+    """Return a chunk whose head is within its limits; raise FileError."""
+    checked_integer(count, f"{place}: count", 1, MOST_SAMPLES)
+    checked_integer(states, f"{place}: states", 0, MOST_STATES)
+    checked_number(start, f"{place}: start", -MOST_TIME, MOST_TIME, "s")
+    checked_number(stop, f"{place}: stop", start, MOST_TIME, "s")
+    return Chunk(count, start, stop, states, extremes, columns)
 
 
 def _joined(pieces: list[np.ndarray]) -> np.ndarray:
@@ -223,34 +337,3 @@ def _joined(pieces: list[np.ndarray]) -> np.ndarray:
     return np.concatenate(
         [np.pad(p, ((0, 0), (0, width - p.shape[1])), constant_values=math.nan) for p in pieces]
     )
-
-
-def _open(path: Path) -> sqlite3.Connection:
-    """Return a connection to a session that can only read; raise SessionError."""
-    try:
-        with path.open("rb") as file:
-            header = file.read(100)
-    except OSError as error:
-        raise SessionError(f"{path} cannot be read: {error.strerror}.") from None
-    none = SessionError(f"{path.name} is no session of the studio.")
-    if not header.startswith(SQLITE) or int.from_bytes(header[68:72], "big") != MARK:
-        raise none
-    version = int.from_bytes(header[60:64], "big")
-    if version > VERSION:
-        newer = f"{path.name} was made by a newer studio (version {version}, this one reads {VERSION})"
-        raise SessionError(f"{newer}: update the studio.")
-    database = sqlite3.connect(
-        f"{path.resolve().as_uri()}?mode=ro", uri=True, isolation_level=None, check_same_thread=False
-    )
-    database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, _LONGEST)
-    try:
-        for setting in ("trusted_schema=OFF", "cell_size_check=ON"):
-            database.execute(f"PRAGMA {setting}")
-        found = database.execute("SELECT name, sql FROM sqlite_master").fetchall()
-    except sqlite3.DatabaseError as error:
-        database.close()
-        raise SessionError(f"{path.name} cannot be read: {error}.") from None
-    if dict(found) != {table: schema(table) for table in TABLES}:
-        database.close()
-        raise none
-    return database

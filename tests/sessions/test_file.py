@@ -8,6 +8,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -87,27 +88,30 @@ def test_other_tables_than_the_studios_and_newer_ones_are_refused(tmp_path, stat
 
 
 @pytest.mark.parametrize(
-    "change",
+    ("change", "reason"),
     [
-        "UPDATE chunk SET position = NULL WHERE id = 3",
-        "UPDATE chunk SET position = 'text' WHERE id = 3",
-        "UPDATE chunk SET count = 1000000000 WHERE id = 3",
-        "UPDATE chunk SET count = 'many' WHERE id = 3",
-        "UPDATE chunk SET states = -1 WHERE id = 3",
-        "UPDATE chunk SET start = 1e300 WHERE id = 3",
-        "UPDATE chunk SET extremes = x'00' WHERE id = 3",
-        "UPDATE chunk SET crc = crc + 1 WHERE id = 3",
-        "UPDATE chunk SET tick = zeroblob(1000000) WHERE id = 3",
+        ("position = NULL", "position is NULL; it must be BLOB."),
+        ("position = 'text'", "position is TEXT; it must be BLOB."),
+        ("count = 1000000000", "count is 1000000000; it must be a whole number from 1 to 65,536."),
+        ("count = 'many'", "count is TEXT; it must be INTEGER."),
+        ("states = -1", "states is -1; it must be a whole number from 0 to 16."),
+        ("start = 1e300", "start is 1e+300; it must be a number from -1e+09 to 1e+09 s."),
+        ("extremes = x'00'", "Samples cannot be read: "),
+        ("extremes = NULL", "extremes is NULL; it must be BLOB."),
+        ("crc = crc + 1", "its checksum is wrong."),
+        ("tick = zeroblob(1000000)", "its checksum is wrong."),
+        ("stop = stop + 60.0", "its checksum is wrong."),  # it then ends after the next ones begin
     ],
 )
-def test_a_damaged_chunk_alone_is_left_out(tmp_path, change):
+def test_a_damaged_chunk_alone_is_left_out(tmp_path, change, reason):
     path = tmp_path / "a.hapkit"
     written(path)
     with sqlite3.connect(path) as database:
-        database.execute(change)
+        database.execute(f"UPDATE chunk SET {change} WHERE id = 3")
     session = Session(path)
     assert len(session.read(("position",))["position"]) == 300 * (CHUNKS - 1)
-    assert session.check() == ("a.hapkit is damaged: 1 of its rows are left out.",)
+    (damage,) = session.check()
+    assert damage.startswith(f"a.hapkit is damaged. Left out: chunk 3: {reason}")
 
 
 def test_what_is_damaged_at_random_ends_in_one_line_or_in_what_was_written(tmp_path):
@@ -154,15 +158,19 @@ def test_a_full_disk_ends_in_one_line_and_keeps_what_was_written(tmp_path):
     writer._database.execute("PRAGMA max_page_count=40")
     chunk = pack(table(300), QUANTUM, 0)
     adding = (writer.add(chunk) for _ in range(100))
-    with pytest.raises(SessionError, match=r"The disk is full\. Everything up to there is saved\."):
+    with pytest.raises(SessionError, match=r"^The disk is full\.$"):
         list(adding)
-    assert Session(tmp_path / "a.hapkit").counts[0] == 300
+    with closing(Session(tmp_path / "a.hapkit")) as session:
+        assert session.counts[0] == 300
+    assert writer.remains.startswith("What came before is in a.hapkit and a.hapkit-wal: keep both. Save a copy ")
+    writer.close()
+    assert writer.remains == "What came before is in a.hapkit."
 
 
 @pytest.fixture
 def small_disk(tmp_path):
     """Return a file system of 1 MB in memory; skip where nobody may mount one."""
-    place = tmp_path / "disk"
+    place = tmp_path / "small disk"
     place.mkdir()
     mount = shutil.which("mount")
     if (
@@ -174,15 +182,16 @@ def small_disk(tmp_path):
     subprocess.run(["umount", "--lazy", place], check=True)
 
 
-def test_a_disk_that_fills_up_keeps_what_was_written(small_disk):
+def test_a_disk_that_fills_up_keeps_what_was_written(small_disk, tmp_path):
     made, path = table(300 * 200), small_disk / "a.hapkit"
     writer, added = SessionWriter(path), []
     chunks = (pack(made[first : first + 300], QUANTUM, 0) for first in range(0, len(made), 300))
     adding = (added.append(writer.add(chunk)) for chunk in chunks)
-    with pytest.raises(SessionError, match=r"^The disk is full\. Everything up to there is saved\.$"):
+    with pytest.raises(SessionError, match=r"^The disk is full\.$"):
         list(adding)
-    with pytest.raises(SessionError, match="The disk is full"):  # the log cannot be put into the file
+    with pytest.raises(SessionError, match=r"^The disk is full\.$"):  # the log cannot be put into the file
         writer.close()
+    assert "a.hapkit-wal" in writer.remains
     session = Session(path)
     assert session.check() == ()
     assert len(added) > 20
@@ -191,7 +200,11 @@ def test_a_disk_that_fills_up_keeps_what_was_written(small_disk):
     subprocess.run(["mount", "-o", "remount,ro", small_disk], check=True)
     with pytest.raises(SessionError, match=r"b\.hapkit cannot be written: Read-only file system\.$"):
         SessionWriter(small_disk / "b.hapkit")
-    assert np.array_equal(Session(path).read(("tick",))["tick"], made[: 300 * len(added), rows.TICK])
+    with closing(Session(path)) as session:
+        session.repair(tmp_path / "whole.hapkit")
+    with closing(Session(tmp_path / "whole.hapkit")) as whole:
+        assert (whole.complete, whole.unfinished, whole.check()) == (True, "", ())
+        assert np.array_equal(whole.read(("tick",))["tick"], made[: 300 * len(added), rows.TICK])
 
 
 _RECORD = """

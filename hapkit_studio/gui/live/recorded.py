@@ -17,9 +17,9 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.environment_library import usable
 from hapkit_studio.gui.live.history import CHANNELS, ENERGIES, OBJECT, History, Window
 from hapkit_studio.haptics import rows
-from hapkit_studio.sessions.chunk import BLOCK, DRAWN, EVERY, STATE, unpack
+from hapkit_studio.sessions.chunk import BLOCK, DRAWN, EVERY, STATE
 from hapkit_studio.sessions.columns import DamagedError
-from hapkit_studio.sessions.file import MARKER, SETTINGS
+from hapkit_studio.sessions.file import SETTINGS
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.sessions.settings import log as settings_log
 from hapkit_studio.sessions.settings import timed_changes
@@ -61,11 +61,7 @@ class Recorded(History):
         begun = [(event.time, str(event.what.get("environment", ""))) for event in self._settings]
         self.begun = [new for old, new in zip([(0.0, ""), *begun], begun, strict=False) if old[1] != new[1]]
         """When which environment came into force: s, and its key."""
-        self.markers = [
-            (event.time, str(event.what.get("text", "")))
-            for event in session.events
-            if event.kind == MARKER and self.start <= event.time <= self.stop
-        ]
+        self.markers = list(session.markers)
         changes = timed_changes(session.events, self.start, self.stop)
         self.changed = [(self.start + after, words) for after, words in changes]
         """When something else was set while it was recorded: s, and in words what."""
@@ -196,9 +192,10 @@ class Recorded(History):
 
     def _read(self, number: int, names: Collection[str] = EVERY) -> np.ndarray:
         try:
-            return unpack(self.session.chunk(number), names)
+            table = self.session.rows(number, names)
         except DamagedError:
             return _NONE
+        return np.where(np.isfinite(table), table, math.nan)
 
     def _chunks(self, t0: float, t1: float) -> tuple[int, int]:
         """Return the first and the one after the last chunk of a stretch, with one more at each side."""

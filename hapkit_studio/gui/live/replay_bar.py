@@ -10,9 +10,11 @@ from hapkit_studio.gui.recording import clock
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import across, down, hint, label
 from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.sessions.event_values import one_line
 
 Marks = list[tuple[float, str]]
 _HEIGHT, _END, _THUMB, _THICK = 24, 8, 6, 4  # px
+_MOST_DRAWN = 2_000  # changes; a line on a screen has about as many pixels
 _NEAR = 5  # px: so close to a mark, its words are shown
 
 
@@ -35,10 +37,13 @@ class SeekLine(QWidget):
         self._seconds, self._time = 0.0, 0.0
         self.markers: Marks = []
         self.changes: Marks = []
+        self._drawn: Marks = []
 
     def show_session(self, seconds: float, markers: Marks, changes: Marks) -> None:
         """Show a session so many s long, with what was noted and set, and when."""
         self._seconds, self.markers, self.changes = seconds, markers, changes
+        apart = seconds / _MOST_DRAWN if seconds else 1.0
+        self._drawn = list({when // apart: (when, words) for when, words in changes}.values())
         self.update()
 
     def show_time(self, seconds: float) -> None:
@@ -81,7 +86,7 @@ class SeekLine(QWidget):
         for token, end in (("line", self.place(self._seconds)), ("accent", thumb)):
             painter.setBrush(theme.color(token))
             painter.drawRoundedRect(QRectF(begin, middle - thick / 2, end - begin, thick), 2, 2)
-        for marks, half, token in ((self.changes, 5, "ink3"), (self.markers, 9, "ink")):
+        for marks, half, token in ((self._drawn, 5, "ink3"), (self.markers, 9, "ink")):
             reach = theme.px(half)
             painter.setPen(QPen(theme.color(token), 1.5))
             for when, _ in marks:
@@ -134,7 +139,7 @@ class ReplayBar(QWidget):
         self.setVisible(history is not None)
         if history is None:
             return
-        self.name.setText(f"Replay: {history.session.path.stem}")
+        self.name.setText(f"Replay: {one_line(history.session.path.stem)}")
         markers, changes = (
             [(when - history.start, words) for when, words in marks]
             for marks in (history.markers, history.changed)

@@ -1,14 +1,15 @@
-"""Sessions: what was recorded, found again, looked at, exported."""
+"""Sessions: what was recorded, found again, looked at, exported, renamed, copied, deleted."""
 
 from collections.abc import Callable
+from contextlib import closing
 from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSettings, QUrl
+from PySide6.QtCore import QFile, QSettings, QUrl
 from PySide6.QtGui import QDesktopServices
-from PySide6.QtWidgets import QFrame, QLineEdit, QPushButton
+from PySide6.QtWidgets import QFileDialog, QFrame, QLineEdit, QPushButton
 
 from hapkit_studio.charts.session import draw
 from hapkit_studio.errors import StudioError
@@ -22,22 +23,26 @@ from hapkit_studio.gui.pages.table import Column, Table
 from hapkit_studio.gui.recording import clock, megabytes
 from hapkit_studio.gui.widgets.parts import across, choose_file, down, hint, primary, rule
 from hapkit_studio.gui.widgets.style import mark
-from hapkit_studio.sessions.file import SUFFIX
-from hapkit_studio.sessions.folder import files, folder
+from hapkit_studio.sessions.database import BESIDE
+from hapkit_studio.sessions.event_values import one_line
+from hapkit_studio.sessions.file import SUFFIX, SessionError
+from hapkit_studio.sessions.folder import choose_folder, files, folder, rename
 from hapkit_studio.sessions.overview import Overview, overview
-from hapkit_studio.sessions.session import add_note
+from hapkit_studio.sessions.session import Session, add_note
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
-_NONE = "Nothing is recorded yet. Press Record (R), or keep what already happened (Ctrl+Shift+S)."
+_NONE = "Nothing is recorded yet in {}. Press Record (R), or keep what already happened (Ctrl+Shift+S)."
 _READING = "Reading the sessions…"
 _CHOOSE = "Choose a session."
 COMMA = "Table, decimal comma (*.csv)"
+_SESSIONS = f"Sessions (*{SUFFIX})"
 TABLES = f"Table (*.csv);;{COMMA};;Parquet (*.parquet);;MATLAB (*.mat)"
 _SEARCH, _NOTES = 260, 30  # px; letters of the notes in the table
-_LONGEST = 200  # letters of a note
+_LONGEST = 200  # letters of a note, or of a name
+_MOST_LINES = 200  # of what happened
 _CHART = 190  # px
 
 _OTHERS, _MOST_OTHERS = "sessions_elsewhere", 10
@@ -78,6 +83,13 @@ def export(path: Path, output: str, decimal: str) -> str:
     return f"Saved {Path(output).name}: {len(run.time):,} samples"
 
 
+def save_copy(path: Path, output: Path) -> str:
+    """Write all of a session that can be read into one complete file; return in words what was written."""
+    with closing(Session(path)) as session:
+        damage = session.repair(output)
+    return " ".join([f"Saved {one_line(output.name)}, one complete file.", *damage])
+
+
 class SessionsPage(Page):
     """Search and list; below it where the handle was in the chosen session, beside it what happened."""
 
@@ -101,13 +113,14 @@ class SessionsPage(Page):
         self.side = SidePanel("Sessions", _CHOOSE)
         self.facts = Pairs()
         self.replay, self.export = primary(QPushButton("Replay")), QPushButton("Export…")
-        self.note, self.delete = QPushButton("Note…"), QPushButton("Delete…")
+        self.note, self.rename = QPushButton("Note…"), QPushButton("Rename…")
+        self.copy, self.delete = QPushButton("Save a copy…"), QPushButton("Delete…")
         self.replay.setToolTip("Show it in the Live view, with the settings of then (Enter)")
         self._arrange()
-        self._reading, self._saving, self._noting = self._jobs = [Job(self, needs="") for _ in range(3)]
+        self._reading, self._saving, self._changing = self._jobs = [Job(self, needs="") for _ in range(3)]
         self._reading.finished.connect(self._take)
         self._saving.finished.connect(self.say)
-        self._noting.finished.connect(self._show_noted)
+        self._changing.finished.connect(self._show_changed)
         for job in self._jobs:
             job.failed.connect(partial(self.say, danger=True))
         self.search.textChanged.connect(lambda _text: self._list())
@@ -116,6 +129,8 @@ class SessionsPage(Page):
         self.replay.clicked.connect(lambda: self._replay(self.chosen))
         self.export.clicked.connect(self.ask_export)
         self.note.clicked.connect(self.ask_note)
+        self.rename.clicked.connect(self.ask_rename)
+        self.copy.clicked.connect(self.ask_copy)
         self.delete.clicked.connect(self.ask_delete)
         studio.hidden_changed.connect(lambda: self.show_session(self.chosen))
         studio.recording.changed.connect(self._notice)
@@ -134,6 +149,30 @@ class SessionsPage(Page):
 
         self._reading.start(read)
 
+    def ask_open(self) -> None:
+        """Ask for a session anywhere, then list and choose it."""
+        choose_file(self, "Open a session", _SESSIONS, self.open_other)
+
+    def ask_folder(self) -> None:
+        """Ask beside the window for the folder that is recorded into from now on."""
+        dialog = QFileDialog(self, "Record into", str(folder()))
+        dialog.setFileMode(QFileDialog.FileMode.Directory)
+        dialog.setOption(QFileDialog.Option.ShowDirsOnly)
+        dialog.fileSelected.connect(self.record_into)
+        dialog.setModal(False)
+        dialog.finished.connect(dialog.deleteLater)
+        dialog.show()
+
+    def record_into(self, path: str) -> None:
+        """Record into another folder from now on, and list what is in it."""
+        try:
+            choose_folder(Path(path))
+        except SessionError as error:
+            self.say(str(error), danger=True)
+            return
+        self.say(f"New sessions go into {folder()}.")
+        self.load()
+
     def open_other(self, path: str) -> None:
         """List a session from anywhere, and choose it."""
         self._wanted = Path(path)
@@ -145,14 +184,17 @@ class SessionsPage(Page):
     def show_session(self, found: Overview | None) -> None:
         """Show one session at a glance, None for none."""
         self.chosen = found
-        self.side.heading.setText(found.path.stem if found else "Sessions")
+        self.side.heading.setText(found.name if found else "Sessions")
         self.side.words.setText(_words(found) if found else _CHOOSE)
         self.facts.show_pairs(_pairs(found, self._titles) if found else [])
         self.happened.show_pairs(_story(found) if found else [])
         whole = found is not None and not found.error
+        ended = found is not None and not found.unfinished
         self.replay.setEnabled(whole and not self._studio.hidden)
-        self.note.setEnabled(found is not None and not (found.error or found.damage))
-        self.export.setEnabled(whole)
+        self.note.setEnabled(whole and ended and not found.damage)
+        self.rename.setEnabled(ended)
+        for button in (self.export, self.copy):
+            button.setEnabled(whole)
         self.delete.setEnabled(found is not None)
         self.chart.setVisible(whole)
         if found is not None and whole:
@@ -178,29 +220,70 @@ class SessionsPage(Page):
     def ask_delete(self) -> None:
         """Ask, then move the chosen session to the system's bin."""
         if self.chosen is not None:
-            DeleteDialog(self.chosen.path, lambda _path: self.load(), self.window()).show()
+            DeleteDialog(self.chosen.path, self._forget, self.window()).show()
+
+    def _forget(self, path: Path) -> None:
+        """Move what belongs to a session that is in the bin there, too."""
+        for ending in BESIDE:
+            if (beside := path.with_name(path.name + ending)).exists():
+                QFile.moveToTrash(str(beside))
+        self.load()
 
     def ask_note(self) -> None:
         """Ask for a line, then write it into the chosen session's file."""
-        if self.chosen is None or self._noting.running:
+        if self.chosen is None or self._changing.running:
             return
-        path = self.chosen.path
+        found = self.chosen
 
         def add(text: str) -> None:
-            def work(_progress: Progress) -> Path:
-                add_note(path, text)
-                return path
+            def work(_progress: Progress) -> tuple[Path, str]:
+                add_note(found.path, text)
+                return found.path, f"Noted in {found.name}"
 
             if text:
-                self.say(f"Adding a note to {path.stem}…")
-                self._noting.start(work)
+                self.say(f"Adding a note to {found.name}…")
+                self._changing.start(work)
 
-        WordsDialog("Note", f"About {path.stem}", _LONGEST, add, self.window()).show()
+        WordsDialog("Note", f"About {found.name}", _LONGEST, add, self.window()).show()
 
-    def _show_noted(self, path: Path) -> None:
-        self.say(f"Noted in {path.name}")
+    def ask_rename(self) -> None:
+        """Ask for another name of the chosen session's file."""
+        if self.chosen is None or self._changing.running:
+            return
+        found = self.chosen
+
+        def change(name: str) -> None:
+            def work(_progress: Progress) -> tuple[Path, str]:
+                new = rename(found.path, name)
+                return new, f"{found.name} is now {new.stem}"
+
+            self._changing.start(work)
+
+        WordsDialog("Rename", "Its new name", _LONGEST, change, self.window(), "Rename", found.name).show()
+
+    def ask_copy(self) -> None:
+        """Ask for a file's name, then write all that can be read of the chosen session into it."""
+        if self.chosen is None or self._changing.running:
+            return
+        found = self.chosen
+
+        def save(output: str) -> None:
+            self.say(f"Copying {found.name}…")
+            self._changing.start(lambda _progress: (Path(output), save_copy(found.path, Path(output))))
+
+        choose_file(self, "Save a copy", _SESSIONS, save, save_as=f"{found.name} (copy){SUFFIX}")
+
+    def _show_changed(self, changed: tuple[Path, str]) -> None:
+        """Choose a session that was changed, renamed or written, and say so."""
+        path, words = changed
+        self.say(words)
         self._known = {key: found for key, found in self._known.items() if key[0] != path}
-        self.load()
+        if path.parent == folder():
+            self._wanted = path
+            self.search.clear()
+            self.load()
+        else:
+            self.open_other(str(path))
 
     def say(self, text: str, danger: bool = False) -> None:
         """Show what was done, or what failed."""
@@ -235,7 +318,7 @@ class SessionsPage(Page):
 
     def _take(self, found: Known) -> None:
         self._known = found
-        self.empty.setText(_NONE)
+        self.empty.setText(_NONE.format(folder()))
         self._list()
 
     def _list(self) -> None:
@@ -256,21 +339,21 @@ class SessionsPage(Page):
 
     def _text(self, row: Overview) -> str:
         """Return all that is searched, in small letters."""
-        named = row.path.stem, row.device, *map(self._titles, row.environments)
+        named = row.name, row.device, *map(self._titles, row.environments)
         return " ".join((*named, *_noted(row))).lower()
 
     def _arrange(self) -> None:
-        other, reveal = (
-            QPushButton("Open other…", autoDefault=True),
-            QPushButton("Show folder", autoDefault=True),
+        other, reveal, into = (
+            QPushButton(words, autoDefault=True) for words in ("Open…", "Show folder", "Record into…")
         )
-        kinds = f"Sessions (*{SUFFIX})"
-        other.clicked.connect(lambda: choose_file(self, "Open a session", kinds, self.open_other))
+        into.setToolTip("Choose the folder that is recorded into")
+        other.clicked.connect(self.ask_open)
         reveal.clicked.connect(self._reveal)
+        into.clicked.connect(self.ask_folder)
         self.search.setMaximumWidth(_SEARCH)
         card = QFrame()
         card.setProperty("card", True)
-        bar = across((self.search, 1), None, other, reveal, margins=(12, 7, 12, 7), gap=10)
+        bar = across((self.search, 1), None, other, reveal, into, margins=(12, 7, 12, 7), gap=10)
         for words in (self.status, self.empty):
             words.setContentsMargins(16, 8, 16, 8)
         self.status.hide()
@@ -291,7 +374,8 @@ class SessionsPage(Page):
         self.happened = Pairs(self.side.section("What happened"))
         self.side.add(self.happened)
         self.side.column.insertLayout(2, across(self.replay, self.export, None))
-        self.side.column.insertLayout(3, across(self.note, self.delete, None))
+        self.side.column.insertLayout(3, across(self.note, self.rename, None))
+        self.side.column.insertLayout(4, across(self.copy, self.delete, None))
 
     def _reveal(self) -> None:
         """Open the folder of the chosen session, without one that of all."""
@@ -304,10 +388,10 @@ def columns(title: Callable[[str], str]) -> tuple[Column, ...]:
     """Return the list's columns; title gives an environment's."""
 
     def quiet(row: Overview) -> str:
-        return "warn" if row.error or row.damage else "ink2"
+        return "warn" if row.error or row.damage or row.unfinished else "ink2"
 
     return (
-        Column("Name", lambda row: row.path.stem, right=False),
+        Column("Name", lambda row: row.name, right=False),
         Column("Environment", lambda row: _some([title(key) for key in row.environments]), right=False),
         Column("Device", lambda row: row.device, right=False, token=quiet),
         Column("Notes", _notes, right=False, token=quiet),
@@ -327,8 +411,8 @@ def _some(titles: list[str]) -> str:
 
 
 def _notes(row: Overview) -> str:
-    if row.error or row.damage:
-        return "Cannot be read" if row.error else "Damaged"
+    if row.error or row.damage or row.unfinished:
+        return "Cannot be read" if row.error else "Damaged" if row.damage else "Not ended"
     words = ", ".join(_noted(row))
     return words if len(words) <= _NOTES else f"{words[: _NOTES - 1]}…"
 
@@ -339,7 +423,10 @@ def _noted(row: Overview) -> list[str]:
 
 
 def _words(found: Overview) -> str:
-    return found.error or " ".join(found.damage) or f"{number(found.seconds, 1)} s, {found.samples:,} samples"
+    if found.error:
+        return one_line(found.error)
+    size = f"{number(found.seconds, 1)} s, {found.samples:,} samples"
+    return ". ".join([size, *map(one_line, found.damage), *([found.unfinished] if found.unfinished else [])])
 
 
 def _pairs(found: Overview, title: Callable[[str], str]) -> list[tuple[str, str]]:
@@ -356,7 +443,10 @@ def _pairs(found: Overview, title: Callable[[str], str]) -> list[tuple[str, str]
 
 def _story(found: Overview) -> list[tuple[str, str]]:
     """Return when something was set or noted, and what, in the order in which it came."""
-    return [(f"{when:.2f} s", words) for when, words in sorted((*found.markers, *found.changes))]
+    happened = sorted((*found.markers, *found.changes))
+    more = len(happened) - _MOST_LINES
+    lines = [(f"{when:.2f} s", words) for when, words in happened[:_MOST_LINES]]
+    return [*lines, ("", f"and {more:,} more: sessions show lists them")] if more > 0 else lines
 
 
 VIEW = View("sessions", "Sessions", 60, SessionsPage, scene=False)

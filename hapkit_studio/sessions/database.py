@@ -1,0 +1,150 @@
+"""A session's SQLite file opened for reading: nothing in it is trusted, and nothing is written beside it.
+
+What a recording has not yet put into its file is in ``NAME-wal``; SQLite keeps an index of that in
+``NAME-shm``, which it writes where it is missing. Where it cannot, or should not, a private copy is read:
+``immutable=1`` opens a file in a folder that cannot be written, too, but leaves out all of ``NAME-wal``.
+"""
+
+import os
+import shutil
+import sqlite3
+import stat
+import tempfile
+from pathlib import Path
+
+from hapkit_studio.errors import FileError
+from hapkit_studio.files import open_regular
+from hapkit_studio.sessions.event_values import one_line
+from hapkit_studio.sessions.file import LOG, MARK, TABLES, VERSION, SessionError, schema
+
+_INDEX, _JOURNAL = "-shm", "-journal"
+BESIDE = LOG, _INDEX
+"""Endings of the files that belong to a session whose recording was not ended."""
+_HEADER = 100  # bytes
+_WITH_LOG = 2  # the format's version in the header while a recording has a NAME-wal; 1 once it was ended
+_LONGEST_VALUE = 1 << 23  # bytes; a chunk's 65,536 samples of 16 state values have 4 MB
+_LIMITS = {
+    sqlite3.SQLITE_LIMIT_LENGTH: _LONGEST_VALUE,
+    sqlite3.SQLITE_LIMIT_SQL_LENGTH: 10_000,
+    sqlite3.SQLITE_LIMIT_COLUMN: 100,
+    sqlite3.SQLITE_LIMIT_EXPR_DEPTH: 10,
+    sqlite3.SQLITE_LIMIT_ATTACHED: 0,
+    sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH: 1,
+}
+_STEPS = 100_000  # of SQLite's machine until the tables are known; those of a session take 100
+_MOST_COPIED = 1 << 32  # bytes
+ERRORS = sqlite3.DatabaseError, UnicodeDecodeError
+"""What reading a foreign file raises; SQLite's messages may quote text of the file that is no UTF-8."""
+
+
+class Database:
+    """A connection that only reads. complete: its recording was ended; log_lost: it was not, and the
+    ``NAME-wal`` with its newest samples is not beside it."""
+
+    def __init__(self, path: Path):
+        """Open a session; raise SessionError where it is none, or one of a newer studio."""
+        header, name = _header(path), path.name
+        self.complete = header[18] != _WITH_LOG
+        log, index, journal = (_size(path.with_name(name + ending)) for ending in (LOG, _INDEX, _JOURNAL))
+        if journal:
+            raise SessionError(f"{name} was being changed by another program: {name}{_JOURNAL} is beside it.")
+        self.log_lost = not self.complete and not log
+        self._copy: tempfile.TemporaryDirectory | None = None
+        try:
+            self.connection = self._connection(path, needs_copy=bool(log) and not index)
+        except (*ERRORS, OSError, SessionError) as error:
+            self._remove_copy()
+            if self.log_lost and not isinstance(error, OSError):
+                raise SessionError(f"{name} has lost its samples: they were in {name}{LOG}.") from None
+            if isinstance(error, SessionError):
+                raise
+            why = getattr(error, "strerror", "") or one_line(str(error))
+            raise SessionError(f"{name} cannot be read: {why}.") from None
+
+    def _connection(self, path: Path, needs_copy: bool) -> sqlite3.Connection:
+        if not needs_copy:
+            try:
+                return _connect(path, "mode=ro&immutable=1" if self.log_lost else "mode=ro")
+            except sqlite3.OperationalError as error:
+                name = getattr(error, "sqlite_errorname", "")  # Python's own errors have none
+                if not name.startswith(("SQLITE_CANTOPEN", "SQLITE_READONLY")):
+                    raise
+        return _connect(self._copied(path), "mode=rw")
+
+    def close(self) -> None:
+        """Close the file, and delete what was copied."""
+        self.connection.close()
+        self._remove_copy()
+
+    def _copied(self, path: Path) -> Path:
+        """Return a copy of a file and its log in a folder of its own; raise OSError, SessionError."""
+        log = path.with_name(path.name + LOG)
+        size = _size(path) + _size(log)
+        if size > _MOST_COPIED:
+            raise SessionError(
+                f"{path.name} cannot be read where it is: copy it, with {log.name}, into a folder that you "
+                "may write."
+            )
+        self._copy = tempfile.TemporaryDirectory(prefix="hapkit-session-")
+        copy = Path(self._copy.name) / path.name
+        shutil.copyfile(path, copy)
+        if log.exists():
+            shutil.copyfile(log, copy.with_name(log.name))
+        return copy
+
+    def _remove_copy(self) -> None:
+        if self._copy is not None:
+            self._copy.cleanup()
+
+
+def _header(path: Path) -> bytes:
+    """Return the file's header; raise SessionError where it is no session that can be read here."""
+    try:
+        with open_regular(path) as file:
+            header = file.read(_HEADER)
+    except FileError as error:
+        raise SessionError(str(error)) from None
+    except OSError as error:
+        raise SessionError(f"Cannot read {path}: {error.strerror}.") from None
+    if not header.startswith(b"SQLite format 3\0") or int.from_bytes(header[68:72], "big") != MARK:
+        raise _foreign(path)
+    version = int.from_bytes(header[60:64], "big")
+    if version > VERSION:
+        newer = f"{path.name} was made by a newer studio (version {version}, this one reads {VERSION})"
+        raise SessionError(f"{newer}: update the studio.")
+    return header
+
+
+def _foreign(path: Path) -> SessionError:
+    return SessionError(f"{path.name} is no session of the studio.")
+
+
+def _size(path: Path) -> int:
+    """Return a file's size in bytes, 0 if there is none; raise SessionError unless it is a regular file."""
+    try:
+        found = os.stat(path)
+    except OSError:
+        return 0
+    if not stat.S_ISREG(found.st_mode):
+        raise SessionError(f"{path.name} is not a regular file: nothing beside it is read.")
+    return found.st_size
+
+
+def _connect(path: Path, how: str) -> sqlite3.Connection:
+    """Return a connection to a file with a session's tables alone; raise SessionError, DatabaseError."""
+    uri = f"{path.resolve().as_uri()}?{how}"
+    database = sqlite3.connect(uri, uri=True, isolation_level=None, check_same_thread=False)
+    try:
+        for limit, value in _LIMITS.items():
+            database.setlimit(limit, value)
+        for setting in ("trusted_schema=OFF", "cell_size_check=ON"):
+            database.execute(f"PRAGMA {setting}")
+        database.set_progress_handler(lambda: 1, _STEPS)  # ends the statement that runs
+        found = database.execute(f"SELECT name, sql FROM sqlite_master LIMIT {len(TABLES) + 1}").fetchall()
+        database.set_progress_handler(None, 0)
+        if dict(found) != {table: schema(table) for table in TABLES}:
+            raise _foreign(path)
+    except (*ERRORS, SessionError):
+        database.close()
+        raise
+    return database

@@ -1,0 +1,141 @@
+"""What an event of a session says: every value's type, size and range, checked before it is used.
+
+Names that this version does not know are kept, whatever their values; control characters in texts are escaped.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from hapkit_studio.errors import FileError
+from hapkit_studio.files import checked_integer, checked_number, checked_table, checked_text, parse_json
+from hapkit_studio.formatting import printable
+from hapkit_studio.haptics.block import STATES
+from hapkit_studio.sessions.file import ABOUT, FAULT, MARKER, NOTE, SETTINGS, STOP
+
+MOST_TEXT = 65_536  # characters of an event; settings with 32 parameters have 3,000
+_NAME, _SENTENCE = 200, 2_000  # characters
+_MOST_NAMES = 64  # of parameters, units or a device's terms
+
+Check = Callable[[object, str], Any]
+
+
+def checked_event(text: str, kind: str, place: str) -> dict[str, Any]:
+    """Return what an event's JSON says; raise FileError that begins with the place, in the file's terms."""
+    if len(text) > MOST_TEXT:
+        raise FileError(f"{place} has {len(text):,} characters; the limit is {MOST_TEXT:,}.")
+    what = checked_table(parse_json(text, place), place)
+    if "\\" in text or not text.isprintable():
+        what = _escaped(what)
+    for name in _REQUIRED.get(kind, ()):
+        if name not in what:
+            raise FileError(f"{place}: a {kind} has no {name}.")
+    for name, check in _CHECKS.get(kind, {}).items():
+        if name in what:
+            check(what[name], f"{place}: {name}")
+    return what
+
+
+def one_line(text: str) -> str:
+    """Return a text as one line without control characters."""
+    return printable(text).replace("\n", "\\n")
+
+
+def _escaped(value: Any) -> Any:
+    """Return a JSON value whose texts and names hold no control characters."""
+    if isinstance(value, str):
+        return one_line(value)
+    if isinstance(value, list):
+        return [_escaped(one) for one in value]
+    if isinstance(value, dict):
+        return {one_line(name): _escaped(one) for name, one in value.items()}
+    return value
+
+
+def _flag(value: object, place: str) -> None:
+    if not isinstance(value, bool):
+        raise FileError(f"{place} is {value!r:.40}; it must be true or false.")
+
+
+def _force_limit(value: object, place: str) -> None:
+    """Check a force limit in N: a device of a simulation may have none, which is infinity."""
+    if value != math.inf:
+        checked_number(value, place, 0.0, 1e6, "N")
+
+
+def _scalar(value: object, place: str) -> None:
+    if isinstance(value, str):
+        _name(value, place)
+    elif value is not None and not isinstance(value, bool):
+        checked_number(value, place)
+
+
+def _names(check: Check) -> Check:
+    """Return the check of a table of names, whose values ``check`` takes."""
+
+    def check_table(value: object, place: str) -> None:
+        table = checked_table(value, place)
+        if len(table) > _MOST_NAMES:
+            raise FileError(f"{place} has {len(table):,} names; the limit is {_MOST_NAMES}.")
+        for name, one in table.items():
+            _name(name, f"{place}: a name")
+            check(one, f"{place}.{name}")
+
+    return check_table
+
+
+def _state_names(value: object, place: str) -> None:
+    if not isinstance(value, list) or len(value) > STATES:
+        raise FileError(f"{place} is {value!r:.40}; it must be a list of at most {STATES} names.")
+    for one in value:
+        _name(one, place)
+
+
+def _device(value: object, place: str) -> None:
+    """Check a device: its title, or the terms of a simulated one."""
+    (_name if isinstance(value, str) else _names(_scalar))(value, place)
+
+
+def _estimator(value: object, place: str) -> None:
+    """Check a velocity estimator: its name, or [name, {option: number}]."""
+    if isinstance(value, list) and len(value) == 2:
+        _name(value[0], place)
+        _names(_scalar)(value[1], place)
+    else:
+        _name(value, place)
+
+
+_name: Check = partial(checked_text, longest=_NAME)
+_sentence: Check = partial(checked_text, longest=_SENTENCE)
+_CHECKS: Mapping[str, Mapping[str, Check]] = {
+    ABOUT: {
+        "device": _name,
+        "studio": _name,
+        "firmware": _name,
+        "protocol": partial(checked_integer, low=0, high=1 << 32),
+        "quantum_m": partial(checked_number, low=0.0, high=1.0, unit="m"),
+    },
+    SETTINGS: {
+        "environment": _name,
+        "parameters": _names(_scalar),
+        "units": _names(_name),
+        "state_names": _state_names,
+        "hand": _name,
+        "hand_grip": _names(_scalar),
+        "grip": _name,
+        "render": _name,
+        "rate_Hz": partial(checked_number, low=1.0, high=1e6, unit="Hz"),
+        "delay_s": partial(checked_number, low=0.0, high=1e3, unit="s"),
+        "estimator": _estimator,
+        "controller": _flag,
+        "max_force_N": _force_limit,
+        "device": _device,
+        "seed": checked_integer,
+    },
+    STOP: {"stopped": _flag},
+    FAULT: {"text": _sentence},
+    MARKER: {"text": _sentence},
+    NOTE: {"text": _sentence},
+}
+_REQUIRED = {STOP: ("stopped",), FAULT: ("text",), MARKER: ("text",), NOTE: ("text",)}
