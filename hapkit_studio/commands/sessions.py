@@ -9,6 +9,7 @@ from pathlib import Path
 from hapkit_studio import api
 from hapkit_studio.commands.base import Command, Result, option, with_files
 from hapkit_studio.errors import ParameterError, StudioError
+from hapkit_studio.formatting import plain
 from hapkit_studio.sessions.event_values import one_line
 from hapkit_studio.sessions.export import DECIMALS, WRITERS
 from hapkit_studio.sessions.file import ABOUT, SETTINGS, SUFFIX
@@ -128,8 +129,8 @@ def _facts(session: Session) -> dict:
         "samples": int(session.counts.sum()),
         "bytes": session.path.stat().st_size,
         "notes": session.notes,
-        "about": session.latest(ABOUT),
-        "settings": session.latest(SETTINGS),
+        "about": plain(session.latest(ABOUT)),
+        "settings": plain(session.latest(SETTINGS)),
     }
 
 

@@ -95,7 +95,8 @@ def _trace(session: Session) -> np.ndarray:
 
 def _samples(session: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     found = session.read(("time", "position"))
-    return found["time"], found["position"], found["position"]
+    position = np.where(np.isfinite(found["position"]), found["position"], math.nan)
+    return found["time"], position, position
 
 
 def _blocks(session: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,6 +1,7 @@
 """Samples come back from a chunk as they went in, within what each column is stored as."""
 
 import contextlib
+import warnings
 
 import numpy as np
 import pytest
@@ -89,3 +90,15 @@ def test_what_was_changed_is_noticed_and_takes_no_more_memory_than_it_may():
         decode(data, 999)
     with pytest.raises(DamagedError):
         decode(encode(np.zeros(10_000_000)), 100)
+
+
+def test_numbers_of_more_steps_than_a_float_counts_are_kept_as_floats():
+    """A motion that grows without end, as an unstable simulation's does."""
+    values = QUANTUM * np.array([0.0, 1.0, 1e16, -1e25])
+    for rounded in (True, False):
+        assert np.allclose(decode(encode(values, QUANTUM, rounded), 4), values, rtol=1e-7)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert np.array_equal(decode(encode(np.array([0.0, 1e300]), QUANTUM), 2), [0.0, np.inf])
+    exact = np.array([2.0**53 - 1, -(2.0**53) + 1, 0.0])
+    assert np.array_equal(decode(encode(exact, 1.0), 3), exact)

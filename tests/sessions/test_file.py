@@ -7,6 +7,7 @@ import signal
 import sqlite3
 import subprocess
 import sys
+import tempfile
 import time
 from contextlib import closing
 
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 
 from hapkit_studio.haptics import rows
+from hapkit_studio.sessions import database
 from hapkit_studio.sessions.chunk import pack
 from hapkit_studio.sessions.file import SETTINGS, Event, SessionError, SessionWriter
 from hapkit_studio.sessions.session import Session, add_note
@@ -207,6 +209,158 @@ def test_a_disk_that_fills_up_keeps_what_was_written(small_disk, tmp_path):
         assert np.array_equal(whole.read(("tick",))["tick"], made[: 300 * len(added), rows.TICK])
 
 
+# --- a recording that was not ended
+
+
+@pytest.fixture
+def killed(tmp_path):
+    """Return a folder with the files of a recording whose program was killed, and what was recorded."""
+    made = written(tmp_path / "a.hapkit", close=False)
+    folder = tmp_path / "killed"
+    folder.mkdir()
+    for ending in ("", "-wal", "-shm"):
+        shutil.copy(tmp_path / f"a.hapkit{ending}", folder)
+    return folder, made
+
+
+@pytest.fixture
+def read_only(tmp_path):
+    """Return what makes a copy of a folder that nobody may write into, root not even; skip where it cannot."""
+    mounted = []
+
+    def make(folder):
+        place = tmp_path / "read only"
+        if os.geteuid():
+            shutil.copytree(folder, place)
+            place.chmod(0o555)
+            return place
+        place.mkdir()
+        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", place], check=False).returncode:
+            pytest.skip("no right to mount")
+        mounted.append(place)
+        shutil.copytree(folder, place, dirs_exist_ok=True)
+        subprocess.run(["mount", "-o", "remount,ro", place], check=True)
+        return place
+
+    yield make
+    for place in mounted:
+        subprocess.run(["umount", "--lazy", place], check=True)
+
+
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir() if not path.name.endswith("-shm")}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="folders have no such permissions")
+@pytest.mark.parametrize("index", [True, False], ids=["with -shm", "without -shm"])
+def test_a_killed_recording_opens_from_a_folder_that_cannot_be_written(
+    killed, read_only, tmp_path, monkeypatch, index
+):
+    folder, made = killed
+    if not index:
+        (folder / "a.hapkit-shm").unlink()
+    place = read_only(folder)
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    with closing(Session(place / "a.hapkit")) as session:
+        assert np.array_equal(session.read(("tick",))["tick"], made[:, rows.TICK])
+        assert session.check() == ()
+        assert session.unfinished == (
+            "Not ended: the newest samples are in a.hapkit-wal. Save a copy (sessions repair) makes one complete file."
+        )
+        session.repair(tmp_path / "whole.hapkit")
+    assert contents(place) == contents(folder)
+    assert list((tmp_path / "temporary").iterdir()) == []
+    with closing(Session(tmp_path / "whole.hapkit")) as whole:
+        assert (whole.unfinished, whole.check()) == ("", ())
+        assert np.array_equal(whole.read(("tick",))["tick"], made[:, rows.TICK])
+    assert not (tmp_path / "whole.hapkit-wal").exists()
+
+
+def test_reading_what_was_killed_leaves_no_files_beside_it(killed):
+    folder, made = killed
+    (folder / "a.hapkit-shm").unlink()
+    before = sorted(folder.iterdir())
+    with closing(Session(folder / "a.hapkit")) as session:
+        assert session.counts.sum() == len(made)
+    assert sorted(folder.iterdir()) == before
+
+
+def test_a_copy_that_would_be_too_large_says_what_to_do(killed, monkeypatch):
+    folder, _ = killed
+    (folder / "a.hapkit-shm").unlink()
+    monkeypatch.setattr(database, "_MOST_COPIED", 1000)
+    with pytest.raises(SessionError, match=r"copy it, with a\.hapkit-wal, into a folder that you may write\.$"):
+        Session(folder / "a.hapkit")
+
+
+@pytest.mark.parametrize("moved", [0, 3], ids=["all of it was in the log", "some was in the file"])
+def test_a_recording_without_its_log_says_what_is_lost(tmp_path, moved):
+    writer = SessionWriter(tmp_path / "a.hapkit")
+    chunks = [pack(part, QUANTUM, 0) for part in np.split(table(1500), 5)]
+    for chunk in chunks[:moved]:
+        writer.add(chunk)
+    if moved:
+        writer._database.execute("PRAGMA wal_checkpoint(PASSIVE)")
+    for chunk in chunks[moved:]:
+        writer.add(chunk)
+    path = tmp_path / "copied" / "a.hapkit"
+    path.parent.mkdir()
+    shutil.copy(tmp_path / "a.hapkit", path)
+    if moved:
+        with closing(Session(path)) as session:
+            assert session.counts.sum() == 900
+            assert session.unfinished == "Not ended, and the newest samples are lost with a.hapkit-wal."
+    else:
+        with pytest.raises(SessionError, match=r"^a\.hapkit has lost its samples: they were in a\.hapkit-wal\.$"):
+            Session(path)
+    assert list(path.parent.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("gone", ["deleted", "moved", "replaced", "with its folder"])
+@pytest.mark.skipif(os.name == "nt", reason="Windows keeps open files where they are")
+def test_a_file_that_is_deleted_while_it_is_written_is_noticed_and_nothing_is_called_saved(tmp_path, gone):
+    path = tmp_path / "folder" / "a.hapkit"
+    path.parent.mkdir()
+    writer, chunk = SessionWriter(path), pack(table(300), QUANTUM, 0)
+    writer.add(chunk)
+    if gone == "with its folder":
+        shutil.rmtree(path.parent)
+    else:
+        path.rename(tmp_path / "b.hapkit")
+    if gone == "replaced":
+        path.write_text("mine")
+    for write in (lambda: writer.add(chunk), lambda: writer.note(Event(0.0, "marker", {})), writer.close):
+        with pytest.raises(SessionError, match=r"^a\.hapkit was deleted or moved while it was written\.$"):
+            write()
+    assert writer.remains == ""
+
+
+def test_a_session_that_is_written_whole_is_complete_or_not_there(tmp_path):
+    chunk = pack(table(300), QUANTUM, 0)
+    with pytest.raises(SessionError, match="The disk is full"), SessionWriter.whole(tmp_path / "a.hapkit") as writer:
+        writer._database.execute("PRAGMA max_page_count=12")
+        for _ in range(100):
+            writer.add(chunk)
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "b.hapkit").write_text("mine")
+    with pytest.raises(SessionError, match="exists already"), SessionWriter.whole(tmp_path / "b.hapkit"):
+        pass
+    assert (tmp_path / "b.hapkit").read_text() == "mine"
+
+
+def test_a_repair_that_finds_nothing_whole_leaves_no_file(tmp_path):
+    written(tmp_path / "a.hapkit", 1)
+    with sqlite3.connect(tmp_path / "a.hapkit") as damaged:
+        damaged.execute("UPDATE chunk SET crc = crc + 1")
+    with (
+        closing(Session(tmp_path / "a.hapkit")) as session,
+        pytest.raises(SessionError, match=r"its checksum is wrong\. Nothing is left to write\.$"),
+    ):
+        session.repair(tmp_path / "b.hapkit")
+    assert not (tmp_path / "b.hapkit").exists()
+
+
 _RECORD = """
 import sys, time, numpy as np
 from hapkit_studio.devices.simulated import SimulatedHapkit
@@ -226,7 +380,7 @@ while True:
 """
 
 
-def killed(path, seconds):
+def lost_by_kill(path, seconds):
     """Return for how many s before its end a recording that was killed after so many s is lost."""
     process = subprocess.Popen([sys.executable, "-c", _RECORD, str(path)], stdout=subprocess.PIPE, text=True)
     lines = [process.stdout.readline()]
@@ -241,7 +395,7 @@ def killed(path, seconds):
 
 @pytest.mark.skipif(os.name == "nt", reason="no SIGKILL")
 def test_a_recording_that_is_killed_loses_half_a_second_at_most(tmp_path):
-    assert killed(tmp_path / "a.hapkit", 1.3) < 0.5
+    assert lost_by_kill(tmp_path / "a.hapkit", 1.3) < 0.5
     assert Session(tmp_path / "a.hapkit").check() == ()
 
 
@@ -249,7 +403,7 @@ def test_a_recording_that_is_killed_loses_half_a_second_at_most(tmp_path):
 @pytest.mark.skipif(os.name == "nt", reason="no SIGKILL")
 def test_recordings_killed_at_random_moments_lose_half_a_second_at_most(tmp_path):
     chance = random.Random(5)
-    lost = [killed(tmp_path / f"{n}.hapkit", chance.uniform(0.8, 2.5)) for n in range(15)]
+    lost = [lost_by_kill(tmp_path / f"{n}.hapkit", chance.uniform(0.8, 2.5)) for n in range(15)]
     assert max(lost) < 0.5
 
 

@@ -1,5 +1,6 @@
 """The recorder beside a running loop: nothing missing, every change, and what is kept for later."""
 
+import os
 import threading
 import time
 
@@ -126,12 +127,31 @@ def test_a_recording_that_cannot_go_on_ends_with_the_reason_and_can_be_read(engi
     recorder.record(tmp_path / "a.hapkit")
     recorder._writer._database.execute("PRAGMA max_page_count=8")
     wait_until(lambda: recorder.progress.error)
-    assert recorder.progress.error == "The disk is full. Everything up to there is saved."
+    assert recorder.progress.error == "The disk is full. What came before is in a.hapkit."
     samples = recorder.progress.samples
     assert Session(tmp_path / "a.hapkit").counts.sum() == samples > 0
     assert recorder.stop() is None
     recorder.record(tmp_path / "b.hapkit")  # the next one begins anew
     assert recorder.stop() == tmp_path / "b.hapkit"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows keeps open files where they are")
+def test_a_recording_whose_file_is_deleted_ends_and_what_is_kept_can_still_be_saved(recorder, tmp_path):
+    recorder.record(tmp_path / "a.hapkit")
+    wait_until(lambda: recorder.progress.samples > 0)
+    (tmp_path / "a.hapkit").unlink()
+    wait_until(lambda: recorder.progress.error)
+    assert recorder.progress.error == "a.hapkit was deleted or moved while it was written."
+    assert recorder.stop() is None
+    assert recorder.save(tmp_path / "b.hapkit") > 0
+    assert Session(tmp_path / "b.hapkit").check() == ()
+
+
+def test_a_file_that_is_deleted_just_before_the_end_is_not_called_saved(recorder, tmp_path):
+    recorder.record(tmp_path / "a.hapkit")
+    recorder._wait(lambda: (tmp_path / "a.hapkit").unlink())
+    assert recorder.stop() is None
+    assert recorder.progress.error == "a.hapkit was deleted or moved while it was written."
 
 
 def test_another_device_goes_on_in_the_same_recording(engine, recorder, tmp_path):
@@ -177,6 +197,18 @@ def test_a_device_that_is_closed_under_it_loses_no_row_and_ends_nothing(
     assert len(np.setdiff1d(wanted, found)) == 0
     recorder.follow(engine)  # closed before it was ever looked at
     assert recorder.stop() is None
+
+
+def test_a_full_disk_at_the_end_names_the_file_that_holds_the_rest(recorder, tmp_path, monkeypatch):
+    def refuse(writer):
+        writer._database.close()
+        raise SessionError("The disk is full.")
+
+    recorder.record(tmp_path / "a.hapkit")
+    monkeypatch.setattr(SessionWriter, "close", refuse)
+    monkeypatch.setattr(SessionWriter, "remains", "Both files.")
+    with pytest.raises(SessionError, match=r"^The disk is full\. Both files\.$"):
+        recorder.stop()
 
 
 def test_a_recording_whose_file_cannot_be_ended_is_over_all_the_same(recorder, tmp_path, monkeypatch):
