@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.errors import StudioError
+from hapkit_studio.errors import FileError, StudioError
 from hapkit_studio.formatting import number
 from hapkit_studio.gui.background import Job
 from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.sessions.file import MARKER
-from hapkit_studio.sessions.folder import new_path
+from hapkit_studio.sessions.folder import chosen_folder, folder, new_path
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.header import Header
@@ -180,6 +180,10 @@ class RecordingDisplay(QObject):
         recording.failed.connect(self.show_failure)
         live.paused_changed.connect(lambda _on: self.show_state())
         self.show_state()
+        try:
+            chosen_folder()
+        except FileError as error:
+            self.show_failure(f"Recordings go into {folder()}.", str(error))
 
     def show_state(self) -> None:
         """Show whether it records and for how long, how much is kept, what was written last."""

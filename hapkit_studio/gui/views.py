@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.gui import pages
@@ -20,7 +20,10 @@ class Views(QObject):
     """Keeps tab, page and side panel in sync.
 
     A page is built when it is first shown. show_side(widget) puts a page's own side in the panel's place.
+    ``changed``: another view is in sight, or what its actions depend on has changed.
     """
+
+    changed = Signal()
 
     def __init__(
         self,
@@ -64,6 +67,7 @@ class Views(QObject):
             page = self._pages[key] = self._library[key].build(self._studio, self._live)
             self._centre.add_page(page)
             page.marked.connect(lambda words, key=key: self._show_mark(key, words))
+            page.changed.connect(self.changed)
         return self._pages[key]
 
     def show(self, key: str) -> None:
@@ -146,6 +150,7 @@ class Views(QObject):
             page.set_shown(True)
         if key != LAW and not self._bar.hasFocus():  # else Qt gives it to what comes next, the status bar
             self.take_keys()
+        self.changed.emit()
 
     def _show_mark(self, key: str, words: str) -> None:
         index, title = self._index(key), self._library[key].title

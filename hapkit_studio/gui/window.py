@@ -385,6 +385,7 @@ class MainWindow(QMainWindow):
             studio.environment_changed, studio.stop_changed, studio.link_changed, studio.hidden_changed,
             studio.lock_changed, self.live.paused_changed, self.editor.shown, self.centre.trigger.changed,
             self.two.changed, self.history.changed, self.demos.changed, self.replay.changed,
+            self.views.changed,
         ):  # fmt: skip
             signal.connect(self.actions_by_key.refresh)
 

@@ -188,6 +188,30 @@ def test_a_recording_that_ends_by_itself_says_when_and_why_once(window, monkeypa
     assert window.status.kept.words.text() == "full, 0 kB"
 
 
+def test_a_recording_whose_file_is_deleted_says_so_and_what_can_still_be_saved(window, qtbot):
+    path = begin(window, qtbot)
+    path.unlink()
+    qtbot.waitUntil(lambda: window.banners.get("recording") is not None)
+    notice = window.banners.get("recording")
+    assert notice.title.startswith("Recording stopped at 0:0")
+    assert notice.text == (
+        f"{path.name} was deleted or moved while it was written. "
+        "Save the last 10 minutes (Ctrl+Shift+S) writes what is still kept."
+    )
+    assert window.studio.recording.newest is None
+    window.actions_by_key.run("session.save_kept")
+    qtbot.waitUntil(lambda: window.studio.recording.newest is not None)
+    assert Session(window.studio.recording.newest[0]).check() == ()
+
+
+def test_a_chosen_folder_that_cannot_be_read_is_said_once_and_the_usual_one_taken(make_window, home):
+    (home / "recording-folder.txt").write_text("not a whole path")
+    notice = make_window().banners.get("recording")
+    assert notice.title == f"Recordings go into {folder()}."
+    assert notice.text == "recording-folder.txt is 'not a whole path'; it must be the whole path of a folder."
+    assert folder() == home / "Hapkit sessions"
+
+
 def test_a_marker_stands_where_it_was_asked_for(window, qtbot):
     path = begin(window, qtbot)
     live = window.live

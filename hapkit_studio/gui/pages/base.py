@@ -18,10 +18,12 @@ class Page(QWidget):
     """A view's page, below the scene; ``column`` holds its parts.
 
     side, if any, stands in the place of the parameter panel while the page is in sight. ``marked(words)``: it
-    acts on the scene, and how; "" for not any more. Its tab says so in every view.
+    acts on the scene, and how; "" for not any more. Its tab says so in every view. ``changed``: actions that
+    depend on the page may be enabled or disabled now.
     """
 
     marked = Signal(str)
+    changed = Signal()
 
     side: QWidget | None = None
 

@@ -1,5 +1,6 @@
 """Sessions: what was recorded, found again, looked at, exported, renamed, copied, deleted."""
 
+import re
 from collections.abc import Callable
 from contextlib import closing
 from datetime import datetime
@@ -8,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QFile, QSettings, QUrl
-from PySide6.QtGui import QDesktopServices
+from PySide6.QtGui import QDesktopServices, QFontMetrics
 from PySide6.QtWidgets import QFileDialog, QFrame, QLineEdit, QPushButton
 
 from hapkit_studio.charts.session import draw
@@ -23,6 +24,7 @@ from hapkit_studio.gui.pages.table import Column, Table
 from hapkit_studio.gui.recording import clock, megabytes
 from hapkit_studio.gui.widgets.parts import across, choose_file, down, hint, primary, rule
 from hapkit_studio.gui.widgets.style import mark
+from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.sessions.database import BESIDE
 from hapkit_studio.sessions.event_values import one_line
 from hapkit_studio.sessions.file import SUFFIX, SessionError
@@ -40,7 +42,9 @@ _CHOOSE = "Choose a session."
 COMMA = "Table, decimal comma (*.csv)"
 _SESSIONS = f"Sessions (*{SUFFIX})"
 TABLES = f"Table (*.csv);;{COMMA};;Parquet (*.parquet);;MATLAB (*.mat)"
-_SEARCH, _NOTES = 260, 30  # px; letters of the notes in the table
+_SEARCH = 260  # px
+_LONG_WORD = re.compile(r"\S{12,}")
+_WIDE, _VALUE = 232, 140  # px that the panel has for words, and for values beside their names
 _LONGEST = 200  # letters of a note, or of a name
 _MOST_LINES = 200  # of what happened
 _CHART = 190  # px
@@ -184,8 +188,8 @@ class SessionsPage(Page):
     def show_session(self, found: Overview | None) -> None:
         """Show one session at a glance, None for none."""
         self.chosen = found
-        self.side.heading.setText(found.name if found else "Sessions")
-        self.side.words.setText(_words(found) if found else _CHOOSE)
+        self.side.heading.setText(_folded(found.name, "title", _WIDE) if found else "Sessions")
+        self.side.words.setText(_folded(_words(found), "hint", _WIDE) if found else _CHOOSE)
         self.facts.show_pairs(_pairs(found, self._titles) if found else [])
         self.happened.show_pairs(_story(found) if found else [])
         whole = found is not None and not found.error
@@ -199,6 +203,7 @@ class SessionsPage(Page):
         self.chart.setVisible(whole)
         if found is not None and whole:
             self.chart.show_drawing(lambda figure, c: draw(figure, c, found.trace, found.markers))
+        self.changed.emit()
 
     def _replay(self, found: Overview | None) -> None:
         if found is not None and not found.error:
@@ -402,7 +407,10 @@ def columns(title: Callable[[str], str]) -> tuple[Column, ...]:
 
 
 def _date(seconds: float) -> str:
-    return f"{datetime.fromtimestamp(seconds):%Y-%m-%d %H:%M}"
+    try:
+        return f"{datetime.fromtimestamp(seconds):%Y-%m-%d %H:%M}"
+    except (ValueError, OverflowError, OSError):  # beyond the years that a date may have
+        return "–"
 
 
 def _some(titles: list[str]) -> str:
@@ -410,11 +418,25 @@ def _some(titles: list[str]) -> str:
     return f"{titles[0]} + {len(titles) - 1}" if len(titles) > 1 else "".join(titles)
 
 
+def _folded(words: str, role: str = "body", width: int = _VALUE) -> str:
+    """Return words, those that are wider than so many px broken into several lines."""
+    metrics, most = QFontMetrics(theme.font(role)), theme.px(width)
+
+    def fold(found: re.Match) -> str:
+        lines = [""]
+        for letter in found[0]:
+            if metrics.horizontalAdvance(lines[-1] + letter) > most:
+                lines.append("")
+            lines[-1] += letter
+        return "\n".join(lines)
+
+    return _LONG_WORD.sub(fold, words)
+
+
 def _notes(row: Overview) -> str:
     if row.error or row.damage or row.unfinished:
         return "Cannot be read" if row.error else "Damaged" if row.damage else "Not ended"
-    words = ", ".join(_noted(row))
-    return words if len(words) <= _NOTES else f"{words[: _NOTES - 1]}…"
+    return ", ".join(_noted(row))
 
 
 def _noted(row: Overview) -> list[str]:
@@ -438,14 +460,14 @@ def _pairs(found: Overview, title: Callable[[str], str]) -> list[tuple[str, str]
     if not found.error:
         pairs += [("Device", found.device), ("Environments", ", ".join(map(title, found.environments)))]
         pairs += [("Note", text) for text in found.notes]
-    return pairs
+    return [(name, _folded(value)) for name, value in pairs]
 
 
 def _story(found: Overview) -> list[tuple[str, str]]:
     """Return when something was set or noted, and what, in the order in which it came."""
     happened = sorted((*found.markers, *found.changes))
     more = len(happened) - _MOST_LINES
-    lines = [(f"{when:.2f} s", words) for when, words in happened[:_MOST_LINES]]
+    lines = [(f"{when:.2f} s", _folded(words)) for when, words in happened[:_MOST_LINES]]
     return [*lines, ("", f"and {more:,} more: sessions show lists them")] if more > 0 else lines
 
 

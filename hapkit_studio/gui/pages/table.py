@@ -12,6 +12,7 @@ from hapkit_studio.formatting import printable
 from hapkit_studio.gui.widgets.theme import theme
 
 _ROW, _GAP = 28, 8  # px
+_PART = 6  # of a list's width a column of texts takes at most; a tooltip shows what is cut off
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 Index = QModelIndex | QPersistentModelIndex
@@ -88,7 +89,7 @@ class Table(QTableView):
     """Emits ``chosen`` with the row that is chosen, None once a second click chooses none.
 
     cells: it takes the room there is, and a cell is chosen: ``cell_chosen`` with its row and column.
-    scrolls: it takes the room there is, for rows as tall as their words.
+    scrolls: it takes the room there is, a line a row.
     """
 
     chosen = Signal(object)
@@ -96,7 +97,7 @@ class Table(QTableView):
 
     def __init__(self, name: str, cells: bool = False, scrolls: bool = False) -> None:
         super().__init__()
-        self._cells, self._tall = cells, cells or scrolls
+        self._cells, self._tall, self._lists = cells, cells or scrolls, scrolls
         self.content = Rows()
         self.setModel(self.content)
         self.setAccessibleName(name)
@@ -106,6 +107,7 @@ class Table(QTableView):
         self.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.setTabKeyNavigation(False)
         self.setShowGrid(cells)
+        self.setWordWrap(not scrolls)
         self.setFrameShape(QFrame.Shape.NoFrame)
         up = QSizePolicy.Policy.Expanding if self._tall else QSizePolicy.Policy.Fixed
         self.setSizePolicy(QSizePolicy.Policy.Expanding, up)
@@ -138,12 +140,17 @@ class Table(QTableView):
         metrics = QFontMetrics(theme.font("hint"))
         for index, column in enumerate(self.content.columns):
             wide = metrics.size(0, column.head).width() + _GAP  # the arrow that tells the order needs no more
-            self.setColumnWidth(index, max(wide, self.sizeHintForColumn(index)))
+            width = max(wide, self.sizeHintForColumn(index))
+            cut = self._lists and not column.right
+            self.setColumnWidth(index, min(width, self.viewport().width() // _PART) if cut else width)
         self._fit()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
-        self._fit()
+        if self._lists:
+            self._size_columns()
+        else:
+            self._fit()
 
     def _fit(self) -> None:
         """Fit the height to all rows, with text wrapped in narrow columns."""

@@ -1,5 +1,8 @@
 """Replay in the window: by a clock that the test moves, from files with known signals."""
 
+import math
+import random
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -23,6 +26,7 @@ from tests.gui.live.test_export import read
 from tests.gui.test_demos import written
 from tests.gui.window_support import SIMULATED
 from tests.lateness import clear_lateness
+from tests.sessions.damaged import mutate, set_value
 from tests.sessions.test_chunk import QUANTUM
 
 START, SECONDS, SPEED = 1000.0, 3.0, 0.005  # s, s, m/s
@@ -113,6 +117,59 @@ def test_while_it_is_dragged_the_plots_are_drawn_from_blocks_and_then_from_sampl
     assert np.nanmedian(np.diff(time.shown.window.x)) < 0.032
     pass_time(replay, 0.3)
     assert replay.time == pytest.approx(2.8)
+
+
+@pytest.mark.parametrize("stop", [1e308, None, -1.0, 9e8, math.inf])
+def test_a_session_that_claims_an_absurd_end_is_not_replayed_and_the_reason_is_said(
+    kept_idle_window, qtbot, home, stop
+):
+    path = write(home / "a.hapkit", WALL)
+    for row in range(1, 11):
+        set_value(path, "chunk", row, "stop", stop)
+    replay = opened(kept_idle_window, qtbot, path)
+    assert replay.history is None
+    text = kept_idle_window.banners.get("replay").text
+    assert text.startswith("a.hapkit holds no samples that can be read. chunk 1: stop is ")
+    kept_idle_window.banners.set("replay", None)
+
+
+def test_a_chunk_that_claims_an_absurd_end_is_left_out_of_a_replay(kept_idle_window, qtbot, home):
+    path = write(home / "a.hapkit", WALL)
+    set_value(path, "chunk", 10, "stop", 1e308)
+    replay = opened(kept_idle_window, qtbot, path)
+    assert replay.seconds == pytest.approx(0.9 * SECONDS - 1e-3)
+    replay.close()
+
+
+def shown_everywhere(window, replay):
+    """Draw a replay at its ends and in its middle, on from there, and from the whole of it."""
+    for part in (0.0, 0.5, 1.0):
+        replay.seek(part * replay.seconds)
+        replay.settle()
+        replay.step(1)
+        replay.step(-1, sample=True)
+        window.grab()
+    window.centre.view.set_span(60.0)
+    window.live.set_paused(False)
+    pass_time(replay, 0.1)
+    window.grab()
+
+
+@pytest.mark.parametrize("seeds", [range(10), pytest.param(range(10, 150), marks=pytest.mark.slow)])
+def test_sessions_with_one_changed_value_are_replayed_or_refused(kept_idle_window, qtbot, home, seeds):
+    """What a slot raises fails the test."""
+    window = kept_idle_window
+    window.replay._clock = Clock()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for seed in seeds:
+            path = write(home / f"{seed}.hapkit", WALL, SPRING)
+            mutate(path, random.Random(seed))
+            if opened(window, qtbot, path).history is not None:
+                shown_everywhere(window, window.replay)
+            window.replay.close()
+            window.banners.set("replay", None)
+    window.history.forget()
 
 
 def test_scene_plots_and_bar_show_the_sample_where_it_stands(replay, kept_idle_window):

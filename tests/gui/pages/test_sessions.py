@@ -1,6 +1,11 @@
 """The page of sessions: found again, looked at, exported, deleted; what cannot be read is said in its row."""
 
 import json
+import os
+import random
+import shutil
+from contextlib import closing
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,9 +19,15 @@ from hapkit_studio.gui.dialogs import WordsDialog
 from hapkit_studio.gui.editor.controller import DeleteDialog
 from hapkit_studio.gui.pages import sessions
 from hapkit_studio.haptics import rows
+from hapkit_studio.sessions.file import MARKER, Event, SessionWriter
 from hapkit_studio.sessions.folder import folder
+from hapkit_studio.sessions.overview import overview
+from hapkit_studio.sessions.session import Session
 from tests.gui.test_layout import cut_off, resize
+from tests.gui.window_support import PATIENCE_MS
+from tests.sessions.damaged import ESCAPES, mutate, set_value
 from tests.sessions.test_chunk import QUANTUM
+from tests.sessions.test_file import written
 from tests.sessions.test_overview import motion, write
 
 
@@ -199,6 +210,171 @@ def test_what_is_deleted_goes_to_the_bin_and_from_the_list(page, shared_window, 
     qtbot.waitUntil(lambda: listed(page) == {"friction in the lab", "broken"})
 
 
+def dialog_of(window, kind):
+    (dialog,) = [d for d in window.findChildren(kind) if d.isVisible()]
+    return dialog
+
+
+def finished(page, qtbot):
+    """Wait until what was begun is done, and the list read again."""
+    qtbot.waitUntil(lambda: not (page._changing.running or page._reading.running))
+
+
+def test_a_session_is_renamed_by_f2_and_stays_chosen(page, shared_window, qtbot):
+    choose(page, "friction in the lab")
+    for name, said in (("Wall to its limit", "exists already"), ("a/b", "A name holds none of")):
+        shared_window.activateWindow()
+        assert QTest.qWaitForWindowActive(shared_window, PATIENCE_MS)
+        QTest.keyClick(page.table, Qt.Key.Key_F2)
+        dialog = dialog_of(shared_window, WordsDialog)
+        assert (dialog.text.text(), dialog.text.selectedText()) == ("friction in the lab",) * 2
+        dialog.text.setText(name)
+        dialog.add.click()
+        finished(page, qtbot)
+        assert said in page.status.text()
+        assert page.status.property("role") == "error"
+    page.rename.click()
+    dialog_of(shared_window, WordsDialog).text.setText("Gruppe 3")
+    dialog_of(shared_window, WordsDialog).add.click()
+    finished(page, qtbot)
+    assert listed(page) == {"Gruppe 3", "Wall to its limit", "broken"}
+    assert page.chosen.path == folder() / "Gruppe 3.hapkit"
+    assert page.status.text() == "friction in the lab is now Gruppe 3"
+
+
+def kill(name):
+    """Leave the files of a recording whose program was killed in the folder; return what was recorded."""
+    elsewhere = folder().parent / "killed"
+    elsewhere.mkdir()
+    made = written(elsewhere / name, 5, close=False)
+    for file in elsewhere.iterdir():
+        shutil.copy(file, folder())
+    return made
+
+
+def test_a_recording_that_was_not_ended_says_so_and_is_saved_as_one_complete_file(
+    page, shared_window, qtbot, tmp_path, monkeypatch
+):
+    made = kill("killed.hapkit")
+    page.load()
+    finished(page, qtbot)
+    choose(page, "killed")
+    assert next(row[3] for row in page.table.texts() if row[0] == "killed") == "Not ended"
+    assert "the newest samples are in killed.hapkit-wal. Save a copy" in page.side.words.text()
+    enabled = {button.text(): button.isEnabled() for button in page.side.findChildren(QPushButton)}
+    assert enabled == {
+        "Replay": True, "Export…": True, "Note…": False, "Rename…": False, "Save a copy…": True, "Delete…": True
+    }  # fmt: skip
+    assert not shared_window.actions_by_key.run("session.rename")
+    assert not [d for d in shared_window.findChildren(WordsDialog) if d.isVisible()]
+    for output in (folder() / "whole.hapkit", tmp_path / "elsewhere.hapkit"):
+        shared_window.actions_by_key.run("session.save_copy")
+        dialog = dialog_of(page, QFileDialog)
+        assert not dialog.isModal()
+        dialog.fileSelected.emit(str(output))
+        dialog.close()
+        finished(page, qtbot)
+        assert page.chosen.path == output
+        assert page.status.text() == f"Saved {output.name}, one complete file."
+        with closing(Session(output)) as session:
+            assert (session.complete, session.check()) == (True, ())
+            assert np.array_equal(session.read(("tick",))["tick"], made[:, rows.TICK])
+        choose(page, "killed")
+    gone = []
+    monkeypatch.setattr(
+        "hapkit_studio.gui.editor.controller.QFile.moveToTrash", lambda name: gone.append(Path(name).name) or True
+    )
+    page.delete.click()
+    shared_window.findChildren(DeleteDialog)[-1].delete.click()
+    assert gone == ["killed.hapkit", "killed.hapkit-wal", "killed.hapkit-shm"]
+
+
+def test_files_that_are_damaged_hide_no_other(page, qtbot):
+    whole = (folder() / "Wall to its limit.hapkit").read_bytes()
+    for seed in range(40):
+        (folder() / f"{seed}.hapkit").write_bytes(whole)
+        mutate(folder() / f"{seed}.hapkit", random.Random(seed))
+    name = f"esc{ESCAPES}.hapkit"
+    (folder() / name).write_bytes(whole)
+    set_value(folder() / name, "event", 1, "what", json.dumps({"device": ESCAPES + 200 * "W"}))
+    os.utime(folder() / name, (1e11, 1e11))  # in the year 5138, or what the file system makes of it
+    page.load()
+    finished(page, qtbot)
+    assert len(listed(page)) == 3 + 40 + 1
+    assert all(text.isprintable() for row in page.table.texts() for text in row)
+    assert page.status.isHidden() or page.status.property("role") != "error"
+    for row in range(len(page.table.content.rows)):
+        page.table.selectRow(row)
+        assert page.chosen is page.table.content.rows[row]
+
+
+def test_long_words_from_a_file_leave_room_for_the_others(page, shared_window, qtbot, qapp):
+    path = folder() / f"{'W' * 120}.hapkit"
+    write(path, motion(1.0))
+    set_value(path, "event", 1, "what", json.dumps({"device": "D" * 200}))
+    set_value(path, "event", 2, "what", json.dumps({"environment": "E" * 200}))
+    page.load()
+    finished(page, qtbot)
+    choose(page, path.stem)
+    for size in ((1280, 720), (800, 560)):
+        resize(qapp, shared_window, size)
+        header = page.table.horizontalHeader()
+        assert header.sectionSize(0) >= 80
+        assert header.length() <= page.table.viewport().width()
+        panel = page.side.viewport().width()
+        assert all(label.width() <= panel for label in page.side.findChildren(QLabel) if label.isVisible())
+    resize(qapp, shared_window, (1440, 900))
+
+
+def test_more_lines_than_anyone_reads_are_counted(page):
+    path = folder() / "many.hapkit"
+    write(path, motion(1.0))
+    with closing(SessionWriter.reopen(path)) as writer:
+        writer._database.execute("PRAGMA synchronous=OFF")
+        for number in range(300):
+            writer.note(Event(100.0 + 1e-3 * number, MARKER, {"text": f"marker {number}"}))
+    page.show_session(overview(path))
+    assert len(page.happened.pairs) == 201
+    assert page.happened.pairs[-1] == ("", "and 103 more: sessions show lists them")
+
+
+def test_open_is_an_action_from_any_view_that_lists_the_file(page, shared_window, qtbot, tmp_path):
+    write(tmp_path / "from a friend.hapkit", motion(1.0))
+    shared_window.views.show("live")
+    assert not shared_window.actions_by_key.qt["session.rename"].isEnabled()
+    shared_window.actions_by_key.run("session.open")
+    assert shared_window.views.key == "sessions"
+    dialog = dialog_of(page, QFileDialog)
+    assert not dialog.isModal()
+    dialog.fileSelected.emit(str(tmp_path / "from a friend.hapkit"))
+    dialog.close()
+    qtbot.waitUntil(lambda: page.chosen is not None and page.chosen.path.stem == "from a friend")
+    shared_window.actions_by_key.refresh()
+    assert shared_window.actions_by_key.qt["session.rename"].isEnabled()
+
+
+def test_the_folder_that_is_recorded_into_is_chosen_in_the_window_and_kept(page, shared_window, qtbot, tmp_path):
+    usual, chosen = folder(), tmp_path / "Gruppe 3"
+    chosen.mkdir()
+    write(chosen / "ours.hapkit", motion(1.0))
+    shared_window.actions_by_key.run("session.folder")
+    dialog = dialog_of(page, QFileDialog)
+    assert (dialog.isModal(), dialog.fileMode()) == (False, QFileDialog.FileMode.Directory)
+    dialog.fileSelected.emit(str(chosen))
+    dialog.close()
+    finished(page, qtbot)
+    assert folder() == chosen
+    assert listed(page) == {"ours"}
+    assert page.status.text() == f"New sessions go into {chosen}."
+    (tmp_path / "file").touch()
+    page.record_into(str(tmp_path / "file"))
+    assert page.status.text() == f"{tmp_path / 'file'} cannot be chosen: File exists."
+    assert folder() == chosen
+    page.record_into(str(usual))
+    finished(page, qtbot)
+    assert listed(page) == {"friction in the lab", "Wall to its limit", "broken"}
+
+
 def test_without_sessions_it_says_how_to_get_one(shared_window, qtbot, home):
     page = sessions.SessionsPage(shared_window.studio, shared_window.live)
     qtbot.addWidget(page)
@@ -210,6 +386,7 @@ def test_without_sessions_it_says_how_to_get_one(shared_window, qtbot, home):
     assert listed(page) == set()
     assert page.empty.isVisible()
     assert "(R)" in page.empty.text()
+    assert str(folder()) in page.empty.text()
 
 
 def test_a_note_is_kept_in_the_file_found_by_the_search_and_shown(page, shared_window, qtbot, capsys):
@@ -221,7 +398,7 @@ def test_a_note_is_kept_in_the_file_found_by_the_search_and_shown(page, shared_w
         (dialog,) = [d for d in shared_window.findChildren(WordsDialog) if d.isVisible()]
         dialog.text.setText(text)
         dialog.add.click()
-        qtbot.waitUntil(lambda: not (page._noting.running or page._reading.running))
+        qtbot.waitUntil(lambda: not (page._changing.running or page._reading.running))
     page.search.setText("überschwinger")
     assert listed(page) == {path.stem}
     assert ("Note", "Überschwinger bei 4 kHz") in page.facts.pairs
