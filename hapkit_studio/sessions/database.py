@@ -20,6 +20,8 @@ from hapkit_studio.sessions.file import LOG, MARK, TABLES, VERSION, SessionError
 _INDEX, _JOURNAL = "-shm", "-journal"
 BESIDE = LOG, _INDEX
 """Endings of the files that belong to a session whose recording was not ended."""
+SQLITE = b"SQLite format 3\0"
+"""The first bytes of a session's file."""
 _HEADER = 100  # bytes
 _WITH_LOG = 2  # the format's version in the header while a recording has a NAME-wal; 1 once it was ended
 _LONGEST_VALUE = 1 << 23  # bytes; a chunk's 65,536 samples of 16 state values have 4 MB
@@ -106,7 +108,7 @@ def _header(path: Path) -> bytes:
         raise SessionError(str(error)) from None
     except OSError as error:
         raise SessionError(f"Cannot read {path}: {error.strerror}.") from None
-    if not header.startswith(b"SQLite format 3\0") or int.from_bytes(header[68:72], "big") != MARK:
+    if not header.startswith(SQLITE) or int.from_bytes(header[68:72], "big") != MARK:
         raise _foreign(path)
     version = int.from_bytes(header[60:64], "big")
     if version > VERSION:

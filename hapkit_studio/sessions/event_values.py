@@ -1,6 +1,6 @@
 """What an event of a session says: every value's type, size and range, checked before it is used.
 
-Names that this version does not know are kept, whatever their values; control characters in texts are escaped.
+Names that this version does not know are kept with any value; control characters in texts are escaped.
 """
 
 import math
@@ -11,12 +11,11 @@ from typing import Any
 from hapkit_studio.errors import FileError
 from hapkit_studio.files import checked_integer, checked_number, checked_table, checked_text, parse_json
 from hapkit_studio.formatting import printable
-from hapkit_studio.haptics.block import STATES
 from hapkit_studio.sessions.file import ABOUT, FAULT, MARKER, NOTE, SETTINGS, STOP
 
 MOST_TEXT = 65_536  # characters of an event; settings with 32 parameters have 3,000
 _NAME, _SENTENCE = 200, 2_000  # characters
-_MOST_NAMES = 64  # of parameters, units or a device's terms
+_MOST_NAMES = 64  # of parameters, units, states or a device's terms
 
 Check = Callable[[object, str], Any]
 
@@ -86,8 +85,8 @@ def _names(check: Check) -> Check:
 
 
 def _state_names(value: object, place: str) -> None:
-    if not isinstance(value, list) or len(value) > STATES:
-        raise FileError(f"{place} is {value!r:.40}; it must be a list of at most {STATES} names.")
+    if not isinstance(value, list) or len(value) > _MOST_NAMES:
+        raise FileError(f"{place} is {value!r:.40}; it must be a list of at most {_MOST_NAMES} names.")
     for one in value:
         _name(one, place)
 

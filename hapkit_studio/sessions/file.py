@@ -62,7 +62,7 @@ def checksum(values: Iterable) -> int:
 
 
 class SessionWriter:
-    """Writes a new session. What was added stays: after a kill or on a full disk in two files, see ``remains``.
+    """Writes a new session. What was added stays, in two files after a kill or on a full disk (``remains``).
 
     Methods raise SessionError where the disk is full or the file is gone.
     """
@@ -156,10 +156,8 @@ class SessionWriter:
             return ""
         if not log.exists():
             return f"What came before is in {name}."
-        return (
-            f"What came before is in {name} and {log.name}: keep both. Save a copy (sessions repair) makes one "
-            "complete file of them."
-        )
+        one = "Save a copy (sessions repair) makes one complete file of them."
+        return f"What came before is in {name} and {log.name}: keep both. {one}"
 
     @property
     def _log(self) -> Path:

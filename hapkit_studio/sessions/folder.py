@@ -99,7 +99,9 @@ def rename(path: Path, name: str) -> Path:
     """
     new = path.with_name(f"{_checked_name(name)}{SUFFIX}")
     if path.with_name(f"{path.name}{LOG}").exists():
-        raise SessionError(f"{path.name} was not ended, and {path.name}{LOG} belongs to it: save a copy instead.")
+        raise SessionError(
+            f"{path.name} was not ended, and {path.name}{LOG} belongs to it: save a copy instead."
+        )
     if new == path:
         return path
     try:
@@ -121,7 +123,9 @@ def _checked_name(name: str) -> str:
     """Return a file's name without its ending; raise SessionError where a system would not take it."""
     stem = name.strip().removesuffix(SUFFIX).strip()
     if not stem or stem[0] == "." or stem[-1] == "." or not stem.isprintable() or _FORBIDDEN.search(stem):
-        raise SessionError(f'A name holds none of <>:"/\\|?* and has no point at its ends; it is not {stem!r}.')
+        raise SessionError(
+            f'A name holds none of <>:"/\\|?* and has no point at its ends; it is not {stem!r}.'
+        )
     if len(os.fsencode(stem)) > _LONGEST_NAME:
         raise SessionError(f"A name has at most {_LONGEST_NAME} bytes, not {len(os.fsencode(stem))}.")
     return stem

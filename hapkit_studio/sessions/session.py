@@ -1,8 +1,8 @@
 """A session read back: its samples between two times, what was set, and extremes to draw an hour from.
 
-Nothing in a file is trusted: one with other tables is refused; rows whose checksum, types, values or order are
-wrong are left out, and the reason is said. The file is never written into; a note makes a new one that takes
-its place.
+Nothing in a file is trusted: one with other tables is refused; rows whose checksum, types, values or order
+are wrong are left out, and the reason is said. The file is never written into; a note makes a new one that
+takes its place.
 """
 
 import math
@@ -100,10 +100,8 @@ class Session:
             return ""
         if self._file.log_lost:
             return f"Not ended, and the newest samples are lost with {name}{LOG}."
-        return (
-            f"Not ended: the newest samples are in {name}{LOG}. Save a copy (sessions repair) makes one complete "
-            "file."
-        )
+        one = "Save a copy (sessions repair) makes one complete file."
+        return f"Not ended: the newest samples are in {name}{LOG}. {one}"
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -174,10 +172,9 @@ class Session:
         width = len(names) + (STATE in names) * (self._states[numbers] - 1)
         size = 8 * int((self.counts[numbers] * width).sum())
         if size > MOST_READ:
-            raise SessionError(
-                f"{self.path.name}: {self.counts[numbers].sum():,} samples take {1e-9 * size:.1f} GB; at most "
-                f"{1e-9 * MOST_READ:.1f} GB are read at once. Take a shorter part: sessions export --from --to."
-            )
+            samples = f"{self.path.name}: {self.counts[numbers].sum():,} samples take {1e-9 * size:.1f} GB"
+            limit = f"at most {1e-9 * MOST_READ:.1f} GB are read at once"
+            raise SessionError(f"{samples}; {limit}. Take a shorter part: sessions export --from --to.")
         pieces = []
         for number in numbers:
             try:
@@ -212,7 +209,8 @@ class Session:
             if crc != checksum(values):
                 raise DamagedError("its checksum is wrong.")
             named = dict(zip(columns, values, strict=True))
-            return _checked_chunk(*(named.pop(name) for name in _HEAD), named, f"chunk {row}")
+            head = [named.pop(name) for name in _HEAD]
+            return _checked_chunk(head, named, f"chunk {row}")
         except FileError as error:
             raise self._left_out("chunk", row, error) from None
         except ERRORS as error:
@@ -246,7 +244,7 @@ class Session:
             place = f"chunk {row}"
             try:
                 _check_types(values, {name: TABLES["chunk"][name] for name in _HEAD}, place)
-                chunk = _checked_chunk(*values, {}, place)
+                chunk = _checked_chunk(values, {}, place)
                 blocks = chunk.blocks()
                 while found and chunk.start <= found[-1][1].stop:
                     if self._is_whole(found[-1][0]):
@@ -318,10 +316,9 @@ def _check_types(values: Sequence, columns: dict[str, str], place: str) -> None:
             raise DamagedError(f"{place}: {name} is {_NAMES[type(value)]}; it must be {kind}.")
 
 
-def _checked_chunk(
-    count: int, start: float, stop: float, states: int, extremes: bytes, columns: dict, place: str
-) -> Chunk:
-    """Return a chunk whose head is within its limits; raise FileError."""
+def _checked_chunk(head: Sequence[Any], columns: dict[str, bytes | None], place: str) -> Chunk:
+    """Return a chunk with the values of _HEAD, which are within their limits; raise FileError."""
+    count, start, stop, states, extremes = head
     checked_integer(count, f"{place}: count", 1, MOST_SAMPLES)
     checked_integer(states, f"{place}: states", 0, MOST_STATES)
     checked_number(start, f"{place}: start", -MOST_TIME, MOST_TIME, "s")

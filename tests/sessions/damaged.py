@@ -45,7 +45,9 @@ def set_value(path: Path, table: str, row: int, name: str, value: object) -> Non
 
 def _set(database: sqlite3.Connection, table: str, row: int, name: str, value: object) -> None:
     database.execute(f"UPDATE {table} SET {name} = ? WHERE id = ?", (value, row))
-    values = database.execute(f"SELECT {', '.join(TABLES[table])} FROM {table} WHERE id = ?", (row,)).fetchone()
+    values = database.execute(
+        f"SELECT {', '.join(TABLES[table])} FROM {table} WHERE id = ?", (row,)
+    ).fetchone()
     database.execute(f"UPDATE {table} SET crc = ? WHERE id = ?", (checksum(values), row))
 
 
@@ -62,7 +64,9 @@ def _json(database: sqlite3.Connection, chance: random.Random) -> str:
     places = [((), what), *_places(what)]
     place, _ = chance.choice(places)
     if chance.random() < 0.05:
-        text = chance.choice(["[" * 50_000, "{" * 9, text[:-1], '{"a": ' + "9" * 9_000 + "}", " " * 70_000, text * 2])
+        text = chance.choice(
+            ["[" * 50_000, "{" * 9, text[:-1], '{"a": ' + "9" * 9_000 + "}", " " * 70_000, text * 2]
+        )
         place = ("text",)
     else:
         text = json.dumps(_replaced(what, place, new))
@@ -107,7 +111,9 @@ def _blob(database: sqlite3.Connection, chance: random.Random) -> str:
         chance.choice([1.0, 1e-6, *map(float, NUMBERS)]),
         chance.choice([0, 1, 2**63 - 1, -(2**63)]),
     )
-    body = chance.choice([bytes, lambda n: b"\xff" * n, chance.randbytes])(chance.choice([0, 1, 4, 8]) * count)
+    body = chance.choice([bytes, lambda n: b"\xff" * n, chance.randbytes])(
+        chance.choice([0, 1, 4, 8]) * count
+    )
     data = zlib.compress(head + body)
     data = data if chance.random() < 0.8 else data[: chance.randrange(len(data))]
     _set(database, "chunk", row, name, data)

@@ -1,4 +1,4 @@
-"""Hostile and damaged sessions: each is named with its reason, its neighbours are listed, nothing is changed."""
+"""Hostile and damaged sessions: each is named with its reason, its neighbours are listed, none is changed."""
 
 import gc
 import json
@@ -6,7 +6,6 @@ import math
 import os
 import random
 import sqlite3
-import struct
 import sys
 import time
 import warnings
@@ -41,7 +40,6 @@ from hapkit_studio.sessions.file import (
     Event,
     SessionError,
     SessionWriter,
-    checksum,
 )
 from hapkit_studio.sessions.overview import overview
 from hapkit_studio.sessions.session import Session
@@ -50,7 +48,7 @@ from tests.sessions.test_chunk import QUANTUM, table
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no FIFO in its file system")
 EVENTS = {
-    ABOUT: {"device": "Simulated Hapkit", "quantum_m": QUANTUM, "studio": "1", "firmware": "2", "protocol": 3},
+    ABOUT: {"device": "Simulated Hapkit", "quantum_m": QUANTUM, "studio": "1", "protocol": 3},
     SETTINGS: {
         "environment": "puck", "parameters": {"mass": 0.2, "method": "exact"}, "units": {"mass": "kg"},
         "state_names": ["place", "speed"], "hand": "own", "grip": "firm", "render": "computer",
@@ -115,19 +113,19 @@ WRONG_VALUES = [
     ("event", 1, "what", f'{{"a": {"9" * 9000}}}', "event 1, line 1: a key or number has 9,000 characters"),
     ("event", 1, "what", " " * 70_000, "event 1 has 70,000 characters; the limit is 65,536."),
     ("event", 1, "what", '{"device": 7}', "event 1: device is 7; it must be a line of at most 200 printable"),
-    ("event", 1, "what", '{"quantum_m": NaN}', "event 1: quantum_m is nan; it must be a number from 0 to 1 m."),
+    ("event", 1, "what", '{"quantum_m": NaN}', "event 1: quantum_m is nan; it must be a number from 0 to"),
     ("event", 1, "time", math.inf, "event 1: time is inf; it must be a number from -1e+09 to 1e+09 s."),
     ("event", 1, "kind", "a\x1b[2J", "event 1: kind is 'a\\x1b[2J'; it must be a line of at most 40"),
     ("event", 2, "what", '{"parameters": [1]}', "event 2: parameters is [1]; it must be a table."),
-    ("event", 2, "what", '{"parameters": {"mass": [1]}}', "event 2: parameters.mass is [1]; it must be a number."),
+    ("event", 2, "what", '{"parameters": {"mass": [1]}}', "event 2: parameters.mass is [1]; it must be a n"),
     ("event", 2, "what", '{"units": null}', "event 2: units is None; it must be a table."),
-    ("event", 2, "what", '{"rate_Hz": "fast"}', "event 2: rate_Hz is 'fast'; it must be a number from 1 to 1e+06 Hz."),
-    ("event", 2, "what", '{"rate_Hz": 1e308}', "event 2: rate_Hz is 1e+308; it must be a number from 1 to 1e+06 Hz."),
+    ("event", 2, "what", '{"rate_Hz": "fast"}', "event 2: rate_Hz is 'fast'; it must be a number from 1"),
+    ("event", 2, "what", '{"rate_Hz": 1e308}', "event 2: rate_Hz is 1e+308; it must be a number from 1"),
     ("event", 2, "what", '{"delay_s": -1}', "event 2: delay_s is -1; it must be a number from 0 to 1,000 s."),
-    ("event", 2, "what", '{"state_names": 5}', "event 2: state_names is 5; it must be a list of at most 16 names."),
+    ("event", 2, "what", '{"state_names": 5}', "event 2: state_names is 5; it must be a list of at most"),
     ("event", 2, "what", '{"estimator": ["iir", 7]}', "event 2: estimator is 7; it must be a table."),
     ("event", 2, "what", '{"controller": "yes"}', "event 2: controller is 'yes'; it must be true or false."),
-    ("event", 2, "what", '{"max_force_N": -1}', "event 2: max_force_N is -1; it must be a number from 0 to 1e+06 N."),
+    ("event", 2, "what", '{"max_force_N": -1}', "event 2: max_force_N is -1; it must be a number from 0"),
     ("event", 2, "what", '{"device": [7]}', "event 2: device is [7]; it must be a table."),
     ("event", 3, "what", '{"stopped": 1}', "event 3: stopped is 1; it must be true or false."),
     ("event", 4, "what", "{}", "event 4: a fault has no text."),
@@ -157,7 +155,9 @@ def test_a_session_without_a_chunk_that_can_be_read_is_refused_with_the_reason(p
     for row in range(1, CHUNKS + 1):
         set_value(path, "chunk", row, name, value)
     lines = listed(path.parent, capsys)
-    assert lines["bad.hapkit"].startswith(f"bad.hapkit holds no samples that can be read. chunk 1: {name} is ")
+    assert lines["bad.hapkit"].startswith(
+        f"bad.hapkit holds no samples that can be read. chunk 1: {name} is "
+    )
     for action in ("show", "export", "check", "repair"):
         assert main(["sessions", action, str(path)]) == 2
         assert capsys.readouterr().err.count("\n") == 1
@@ -165,14 +165,16 @@ def test_a_session_without_a_chunk_that_can_be_read_is_refused_with_the_reason(p
 
 
 @pytest.mark.parametrize(
-    "head", [(8, math.nan, 0), (8, math.inf, 0), (8, 0.0, 0), (8, -1.0, 0), (8, 1e300, 0), (8, 1.0, 2**63 - 1),
-             (1, 1.0, -(2**63)), (3, 1.0, 0), (255, 1.0, 0)],
+    "head", [(8, math.nan, 0), (8, math.inf, 0), (8, 0.0, 0), (8, -1.0, 0), (8, 1e300, 0),
+             (8, 1.0, 2**63 - 1), (1, 1.0, -(2**63)), (3, 1.0, 0), (255, 1.0, 0)],
 )  # fmt: skip
 def test_a_compressed_column_with_an_absurd_head_is_damaged(path, head):
     set_value(path, "chunk", 2, "position", zlib.compress(HEAD.pack(*head) + b"\x7f" * head[0] * 99))
     with closing(Session(path)) as found:
         assert len(found.read(("position",))["position"]) == 100 * (CHUNKS - 1)
-        assert found.damage[0].startswith("bad.hapkit is damaged. Left out: chunk 2: Samples cannot be read: ")
+        assert found.damage[0].startswith(
+            "bad.hapkit is damaged. Left out: chunk 2: Samples cannot be read: "
+        )
 
 
 def test_whole_numbers_that_wrap_around_64_bits_are_damaged():
@@ -205,7 +207,10 @@ def test_what_is_no_number_or_infinite_is_exported_as_it_is_and_drawn_as_a_gap(p
         with closing(Session(path)) as whole:
             history = Recorded(whole)
             history.move_to(history.stop)
-            for stretch in (history.window(np.linspace(history.start, history.stop, 50)), history.drawn(0, 1e9)):
+            for stretch in (
+                history.window(np.linspace(history.start, history.stop, 50)),
+                history.drawn(0, 1e9),
+            ):
                 assert not np.isinf(np.asarray(stretch.x)).any()
     assert found.damage == ()
 
@@ -214,7 +219,9 @@ def test_control_characters_reach_neither_terminal_nor_window(path, capsys):
     text = json.dumps({"text": ESCAPES, "device": ESCAPES}, ensure_ascii=False)
     for row in (1, 5, 6):
         set_value(path, "event", row, "what", text)
-    hidden = json.dumps({"environment": ESCAPES, "parameters": {ESCAPES: ESCAPES}, "more": [{ESCAPES: ESCAPES}]})
+    hidden = json.dumps(
+        {"environment": ESCAPES, "parameters": {ESCAPES: ESCAPES}, "more": [{ESCAPES: ESCAPES}]}
+    )
     set_value(path, "event", 2, "what", hidden)
     assert "\\u001b[2J" in listed(path.parent, capsys)["bad.hapkit"]
     for words in (["show", str(path)], ["show", str(path), "--json"]):
@@ -234,7 +241,8 @@ def test_a_name_with_control_characters_is_one_line_of_the_list(path, capsys):
     out = capsys.readouterr().out
     assert out.count("\n") == 2
     assert "\x1b" not in out
-    assert not any(row.name for row in look([*path.parent.glob("a*")], {}, lambda *_: None).values() if not row.name.isprintable())
+    (shown,) = look([*path.parent.glob("a*")], {}, lambda *_: None).values()
+    assert shown.name.isprintable()
 
 
 def test_what_a_recording_writes_passes_its_own_checks():
@@ -284,7 +292,7 @@ def test_a_small_file_cannot_claim_more_samples_than_are_read(tmp_path, monkeypa
         )
         monkeypatch.setattr(found, "chunk", lambda _number: pytest.fail("read"))
         for names, size in ((("time", "position"), 0.021), (("state",), 0.168)):  # 8 bytes each
-            text = f"a.hapkit: 1,310,720 samples take {size:.1f} GB; at most 0.0 GB are read at once. Take a shorter"
+            text = f"a.hapkit: 1,310,720 samples take {size:.1f} GB; at most 0.0 GB are read at once. Take a"
             with pytest.raises(SessionError, match=text):
                 found.read(names)
 
@@ -419,7 +427,8 @@ def test_sessions_with_one_changed_value_are_read_or_refused_and_their_neighbour
                 replayed(file)
     assert len(lines) == len(files) + 2
     assert lines["neighbour.hapkit"] == "0.5 s, 400 samples, 1,000 Hz, puck, Simulated Hapkit"
-    assert sum("damaged" in line or "cannot be read" in line or "no session" in line for line in lines.values()) > 50
+    bad = "damaged", "cannot be read", "can be read", "no session", "newer studio"
+    assert sum(any(word in line for word in bad) for line in lines.values()) > 100
     assert all(file.read_bytes() == data for file, data in files.items())
     assert len(list(path.parent.iterdir())) == len(files) + 2
 

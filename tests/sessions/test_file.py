@@ -164,7 +164,9 @@ def test_a_full_disk_ends_in_one_line_and_keeps_what_was_written(tmp_path):
         list(adding)
     with closing(Session(tmp_path / "a.hapkit")) as session:
         assert session.counts[0] == 300
-    assert writer.remains.startswith("What came before is in a.hapkit and a.hapkit-wal: keep both. Save a copy ")
+    assert writer.remains.startswith(
+        "What came before is in a.hapkit and a.hapkit-wal: keep both. Save a copy "
+    )
     writer.close()
     assert writer.remains == "What came before is in a.hapkit."
 
@@ -225,7 +227,7 @@ def killed(tmp_path):
 
 @pytest.fixture
 def read_only(tmp_path):
-    """Return what makes a copy of a folder that nobody may write into, root not even; skip where it cannot."""
+    """Return what copies a folder to where not even root may write; skip where that cannot be made."""
     mounted = []
 
     def make(folder):
@@ -265,9 +267,8 @@ def test_a_killed_recording_opens_from_a_folder_that_cannot_be_written(
     with closing(Session(place / "a.hapkit")) as session:
         assert np.array_equal(session.read(("tick",))["tick"], made[:, rows.TICK])
         assert session.check() == ()
-        assert session.unfinished == (
-            "Not ended: the newest samples are in a.hapkit-wal. Save a copy (sessions repair) makes one complete file."
-        )
+        one = "Save a copy (sessions repair) makes one complete file."
+        assert session.unfinished == f"Not ended: the newest samples are in a.hapkit-wal. {one}"
         session.repair(tmp_path / "whole.hapkit")
     assert contents(place) == contents(folder)
     assert list((tmp_path / "temporary").iterdir()) == []
@@ -290,7 +291,9 @@ def test_a_copy_that_would_be_too_large_says_what_to_do(killed, monkeypatch):
     folder, _ = killed
     (folder / "a.hapkit-shm").unlink()
     monkeypatch.setattr(database, "_MOST_COPIED", 1000)
-    with pytest.raises(SessionError, match=r"copy it, with a\.hapkit-wal, into a folder that you may write\.$"):
+    with pytest.raises(
+        SessionError, match=r"copy it, with a\.hapkit-wal, into a folder that you may write\.$"
+    ):
         Session(folder / "a.hapkit")
 
 
@@ -312,7 +315,9 @@ def test_a_recording_without_its_log_says_what_is_lost(tmp_path, moved):
             assert session.counts.sum() == 900
             assert session.unfinished == "Not ended, and the newest samples are lost with a.hapkit-wal."
     else:
-        with pytest.raises(SessionError, match=r"^a\.hapkit has lost its samples: they were in a\.hapkit-wal\.$"):
+        with pytest.raises(
+            SessionError, match=r"^a\.hapkit has lost its samples: they were in a\.hapkit-wal\.$"
+        ):
             Session(path)
     assert list(path.parent.iterdir()) == [path]
 
@@ -338,10 +343,15 @@ def test_a_file_that_is_deleted_while_it_is_written_is_noticed_and_nothing_is_ca
 
 def test_a_session_that_is_written_whole_is_complete_or_not_there(tmp_path):
     chunk = pack(table(300), QUANTUM, 0)
-    with pytest.raises(SessionError, match="The disk is full"), SessionWriter.whole(tmp_path / "a.hapkit") as writer:
-        writer._database.execute("PRAGMA max_page_count=12")
-        for _ in range(100):
-            writer.add(chunk)
+
+    def fill():
+        with SessionWriter.whole(tmp_path / "a.hapkit") as writer:
+            writer._database.execute("PRAGMA max_page_count=12")
+            for _ in range(100):
+                writer.add(chunk)
+
+    with pytest.raises(SessionError, match="The disk is full"):
+        fill()
     assert list(tmp_path.iterdir()) == []
     (tmp_path / "b.hapkit").write_text("mine")
     with pytest.raises(SessionError, match="exists already"), SessionWriter.whole(tmp_path / "b.hapkit"):

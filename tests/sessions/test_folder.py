@@ -73,7 +73,22 @@ def test_a_session_is_renamed_in_its_folder(tmp_path, name, capsys):
 
 
 @pytest.mark.parametrize(
-    "name", ["", " ", ".hapkit", ".hidden", "a/b", "../a", "a\\b", "a:b", "a\x1b[2J", "a\nb", "a.", "é" * 101, "\ud800"]
+    "name",
+    [
+        "",
+        " ",
+        ".hapkit",
+        ".hidden",
+        "a/b",
+        "../a",
+        "a\\b",
+        "a:b",
+        "a\x1b[2J",
+        "a\nb",
+        "a.",
+        "é" * 101,
+        "\ud800",
+    ],
 )
 def test_a_name_that_some_system_would_not_take_is_refused(tmp_path, name):
     written(tmp_path / "a.hapkit", 1)
@@ -97,7 +112,9 @@ def test_a_name_that_is_taken_is_refused_and_both_files_stay(tmp_path):
 def test_a_recording_that_was_not_ended_is_not_parted_from_its_log(tmp_path):
     written(tmp_path / "a.hapkit", 1, close=False)
     before = sorted(tmp_path.iterdir())
-    with pytest.raises(SessionError, match=r"was not ended, and a\.hapkit-wal belongs to it: save a copy instead"):
+    with pytest.raises(
+        SessionError, match=r"was not ended, and a\.hapkit-wal belongs to it: save a copy instead"
+    ):
         rename(tmp_path / "a.hapkit", "b")
     assert sorted(tmp_path.iterdir()) == before
 
@@ -114,7 +131,9 @@ def test_a_rename_that_fails_leaves_the_old_name_alone(tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir()] == ["a.hapkit"]
 
 
-@pytest.mark.parametrize("words", [["rename", "a.hapkit"], ["rename"], ["show", "a.hapkit", "b"], ["where", "a", "b"]])
+@pytest.mark.parametrize(
+    "words", [["rename", "a.hapkit"], ["rename"], ["show", "a.hapkit", "b"], ["where", "a", "b"]]
+)
 def test_too_few_or_too_many_names_are_one_line(words, capsys):
     assert main(["sessions", *words]) == 2
     assert capsys.readouterr().err.count("\n") == 1

@@ -103,7 +103,7 @@ class Band:
 
     def side(self, force: float) -> float:
         """Return on which side of 0 the curve is beyond a force in N: below 0 left, 0 nowhere or on both."""
-        _, beyond = np.nonzero(self.steps.force / force >= 1.0)
+        _, beyond = np.nonzero(np.copysign(1.0, force) * self.steps.force >= abs(force))
         return float(np.sign(self.steps.x[beyond]).sum())
 
     def paint(self, painter: QPainter, to_pixels: Mapping) -> None:

@@ -195,7 +195,7 @@ class SessionsPage(Page):
         whole = found is not None and not found.error
         ended = found is not None and not found.unfinished
         self.replay.setEnabled(whole and not self._studio.hidden)
-        self.note.setEnabled(whole and ended and not found.damage)
+        self.note.setEnabled(found is not None and whole and ended and not found.damage)
         self.rename.setEnabled(ended)
         for button in (self.export, self.copy):
             button.setEnabled(whole)

@@ -141,6 +141,19 @@ def test_a_chunk_that_claims_an_absurd_end_is_left_out_of_a_replay(kept_idle_win
     replay.close()
 
 
+def test_a_session_without_force_is_drawn(kept_idle_window, qtbot, home):
+    """Its force limit is zero, of either sign."""
+    kept_idle_window.replay._clock = Clock()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for limit in (0.0, -0.0, 1e6):
+            settings = {**WALL, "max_force_N": limit}
+            replay = opened(kept_idle_window, qtbot, write(home / f"{limit}.hapkit", settings))
+            shown_everywhere(kept_idle_window, replay)
+            replay.close()
+    kept_idle_window.history.forget()
+
+
 def shown_everywhere(window, replay):
     """Draw a replay at its ends and in its middle, on from there, and from the whole of it."""
     for part in (0.0, 0.5, 1.0):
@@ -149,10 +162,12 @@ def shown_everywhere(window, replay):
         replay.step(1)
         replay.step(-1, sample=True)
         window.grab()
+    span = window.centre.view.span
     window.centre.view.set_span(60.0)
     window.live.set_paused(False)
     pass_time(replay, 0.1)
     window.grab()
+    window.centre.view.set_span(span)
 
 
 @pytest.mark.parametrize("seeds", [range(10), pytest.param(range(10, 150), marks=pytest.mark.slow)])

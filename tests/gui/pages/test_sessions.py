@@ -262,9 +262,8 @@ def test_a_recording_that_was_not_ended_says_so_and_is_saved_as_one_complete_fil
     assert next(row[3] for row in page.table.texts() if row[0] == "killed") == "Not ended"
     assert "the newest samples are in killed.hapkit-wal. Save a copy" in page.side.words.text()
     enabled = {button.text(): button.isEnabled() for button in page.side.findChildren(QPushButton)}
-    assert enabled == {
-        "Replay": True, "Export…": True, "Note…": False, "Rename…": False, "Save a copy…": True, "Delete…": True
-    }  # fmt: skip
+    assert {words for words, on in enabled.items() if not on} == {"Note…", "Rename…"}
+    assert len(enabled) == 6
     assert not shared_window.actions_by_key.run("session.rename")
     assert not [d for d in shared_window.findChildren(WordsDialog) if d.isVisible()]
     for output in (folder() / "whole.hapkit", tmp_path / "elsewhere.hapkit"):
@@ -282,7 +281,8 @@ def test_a_recording_that_was_not_ended_says_so_and_is_saved_as_one_complete_fil
         choose(page, "killed")
     gone = []
     monkeypatch.setattr(
-        "hapkit_studio.gui.editor.controller.QFile.moveToTrash", lambda name: gone.append(Path(name).name) or True
+        "hapkit_studio.gui.editor.controller.QFile.moveToTrash",
+        lambda name: gone.append(Path(name).name) or True,
     )
     page.delete.click()
     shared_window.findChildren(DeleteDialog)[-1].delete.click()
@@ -353,7 +353,9 @@ def test_open_is_an_action_from_any_view_that_lists_the_file(page, shared_window
     assert shared_window.actions_by_key.qt["session.rename"].isEnabled()
 
 
-def test_the_folder_that_is_recorded_into_is_chosen_in_the_window_and_kept(page, shared_window, qtbot, tmp_path):
+def test_the_folder_that_is_recorded_into_is_chosen_in_the_window_and_kept(
+    page, shared_window, qtbot, tmp_path
+):
     usual, chosen = folder(), tmp_path / "Gruppe 3"
     chosen.mkdir()
     write(chosen / "ours.hapkit", motion(1.0))
