@@ -169,12 +169,11 @@ def test_a_session_without_a_chunk_that_can_be_read_is_refused_with_the_reason(p
              (8, 1.0, 2**63 - 1), (1, 1.0, -(2**63)), (3, 1.0, 0), (255, 1.0, 0)],
 )  # fmt: skip
 def test_a_compressed_column_with_an_absurd_head_is_damaged(path, head):
-    set_value(path, "chunk", 2, "position", zlib.compress(HEAD.pack(*head) + b"\x7f" * head[0] * 99))
+    set_value(path, "chunk", 2, "position", zlib.compress(HEAD.pack(*head) + bytes(head[0] * 99)))
     with closing(Session(path)) as found:
         assert len(found.read(("position",))["position"]) == 100 * (CHUNKS - 1)
-        assert found.damage[0].startswith(
-            "bad.hapkit is damaged. Left out: chunk 2: Samples cannot be read: "
-        )
+        assert "Left out: chunk 2: Samples cannot be read: " in found.damage[0]
+    assert overview(path).damage == found.damage
 
 
 def test_whole_numbers_that_wrap_around_64_bits_are_damaged():
@@ -207,11 +206,11 @@ def test_what_is_no_number_or_infinite_is_exported_as_it_is_and_drawn_as_a_gap(p
         with closing(Session(path)) as whole:
             history = Recorded(whole)
             history.move_to(history.stop)
-            for stretch in (
-                history.window(np.linspace(history.start, history.stop, 50)),
-                history.drawn(0, 1e9),
-            ):
-                assert not np.isinf(np.asarray(stretch.x)).any()
+            edges = np.linspace(history.start, history.stop, 50)
+            for stretch in (history.window(edges), history.drawn(0, 1e9)):
+                assert not any(np.isinf(values).any() for values in stretch.y.values())
+            history.complete = False  # drawn from the extremes of blocks
+            assert not any(np.isinf(values).any() for values in history.window(edges).y.values())
     assert found.damage == ()
 
 
@@ -408,9 +407,9 @@ def replayed(path) -> None:
 
 
 def test_sessions_with_one_changed_value_are_read_or_refused_and_their_neighbours_listed(path, whole, capsys):
-    """200 files, each of a seed of its own."""
+    """100 files, each of a seed of its own."""
     files = {}
-    for seed in range(200):
+    for seed in range(100):
         file = path.with_name(f"{seed}.hapkit")
         file.write_bytes(whole)
         mutate(file, random.Random(seed))
@@ -422,13 +421,13 @@ def test_sessions_with_one_changed_value_are_read_or_refused_and_their_neighbour
             for read in (overview, hs.open_session):
                 with suppress(StudioError):
                     read(file)
-        for file in list(files)[::20]:
+        for file in list(files)[::25]:
             with suppress(StudioError):
                 replayed(file)
     assert len(lines) == len(files) + 2
     assert lines["neighbour.hapkit"] == "0.5 s, 400 samples, 1,000 Hz, puck, Simulated Hapkit"
     bad = "damaged", "cannot be read", "can be read", "no session", "newer studio"
-    assert sum(any(word in line for word in bad) for line in lines.values()) > 100
+    assert sum(any(word in line for word in bad) for line in lines.values()) > 50
     assert all(file.read_bytes() == data for file, data in files.items())
     assert len(list(path.parent.iterdir())) == len(files) + 2
 

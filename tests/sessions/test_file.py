@@ -111,6 +111,7 @@ def test_a_damaged_chunk_alone_is_left_out(tmp_path, change, reason):
     with sqlite3.connect(path) as database:
         database.execute(f"UPDATE chunk SET {change} WHERE id = 3")
     session = Session(path)
+    assert (session.starts[1:] > session.stops[:-1]).all()
     assert len(session.read(("position",))["position"]) == 300 * (CHUNKS - 1)
     (damage,) = session.check()
     assert damage.startswith(f"a.hapkit is damaged. Left out: chunk 3: {reason}")
@@ -276,6 +277,26 @@ def test_a_killed_recording_opens_from_a_folder_that_cannot_be_written(
         assert (whole.unfinished, whole.check()) == ("", ())
         assert np.array_equal(whole.read(("tick",))["tick"], made[:, rows.TICK])
     assert not (tmp_path / "whole.hapkit-wal").exists()
+
+
+def test_a_killed_recording_whose_index_cannot_be_used_is_read_from_a_copy(killed, monkeypatch):
+    """A folder may allow to write less than what SQLite finds in it."""
+    folder, made = killed
+    connect = database._connect
+
+    def refuse(path, how):
+        if path.parent == folder:
+            raise cannot_open
+        return connect(path, how)
+
+    cannot_open = sqlite3.OperationalError("unable to open database file")
+    cannot_open.sqlite_errorname = "SQLITE_CANTOPEN"
+    monkeypatch.setattr(database, "_connect", refuse)
+    with closing(Session(folder / "a.hapkit")) as session:
+        assert session.counts.sum() == len(made)
+    cannot_open.sqlite_errorname = "SQLITE_IOERR_READ"
+    with pytest.raises(SessionError, match=r"^a\.hapkit cannot be read: unable to open database file\.$"):
+        Session(folder / "a.hapkit")
 
 
 def test_reading_what_was_killed_leaves_no_files_beside_it(killed):

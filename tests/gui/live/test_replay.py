@@ -146,7 +146,7 @@ def test_a_session_without_force_is_drawn(kept_idle_window, qtbot, home):
     kept_idle_window.replay._clock = Clock()
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for limit in (0.0, -0.0, 1e6):
+        for limit in (0.0, -0.0):
             settings = {**WALL, "max_force_N": limit}
             replay = opened(kept_idle_window, qtbot, write(home / f"{limit}.hapkit", settings))
             shown_everywhere(kept_idle_window, replay)
@@ -161,16 +161,16 @@ def shown_everywhere(window, replay):
         replay.settle()
         replay.step(1)
         replay.step(-1, sample=True)
-        window.grab()
+        window.centre.grab()
     span = window.centre.view.span
     window.centre.view.set_span(60.0)
     window.live.set_paused(False)
     pass_time(replay, 0.1)
-    window.grab()
+    window.centre.grab()
     window.centre.view.set_span(span)
 
 
-@pytest.mark.parametrize("seeds", [range(10), pytest.param(range(10, 150), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [range(4), pytest.param(range(4, 150), marks=pytest.mark.slow)])
 def test_sessions_with_one_changed_value_are_replayed_or_refused(kept_idle_window, qtbot, home, seeds):
     """What a slot raises fails the test."""
     window = kept_idle_window
