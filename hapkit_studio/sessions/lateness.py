@@ -7,9 +7,11 @@ import numpy as np
 
 from hapkit_studio import tables
 from hapkit_studio.errors import FileError, ParameterError
+from hapkit_studio.files import checked_number
 from hapkit_studio.sessions.session import Session
 
 _COLUMN = "lateness"
+_MOST = 3600.0  # s
 
 
 def recorded(path: str | Path) -> np.ndarray:
@@ -26,6 +28,8 @@ def recorded(path: str | Path) -> np.ndarray:
     found = found[np.isfinite(found)]
     if not found.size:
         raise ParameterError(f"{file.name} says of no sample how late it was.")
+    for extreme in (found.min(), found.max()):
+        checked_number(float(extreme), f"{file.name}: lateness", -_MOST, _MOST, "s")
     return found
 
 
