@@ -45,9 +45,11 @@ class Database:
 
     def __init__(self, path: Path):
         """Open a session; raise SessionError where it is none, or one of a newer studio."""
-        header, name = _header(path), path.name
+        header, name = _header(path), one_line(path.name)
         self.complete = header[18] != _WITH_LOG
-        log, index, journal = (_size(path.with_name(name + ending)) for ending in (LOG, _INDEX, _JOURNAL))
+        log, index, journal = (
+            _size(path.with_name(path.name + ending)) for ending in (LOG, _INDEX, _JOURNAL)
+        )
         if journal:
             raise SessionError(f"{name} was being changed by another program: {name}{_JOURNAL} is beside it.")
         self.log_lost = not self.complete and not log
@@ -83,10 +85,9 @@ class Database:
         log = path.with_name(path.name + LOG)
         size = _size(path) + _size(log)
         if size > _MOST_COPIED:
-            raise SessionError(
-                f"{path.name} cannot be read where it is: copy it, with {log.name}, into a folder that you "
-                "may write."
-            )
+            name = one_line(path.name)
+            step = f"copy it, with {name}{LOG}, into a folder that you may write"
+            raise SessionError(f"{name} cannot be read where it is: {step}.")
         self._copy = tempfile.TemporaryDirectory(prefix="hapkit-session-")
         copy = Path(self._copy.name) / path.name
         shutil.copyfile(path, copy)
@@ -105,20 +106,22 @@ def _header(path: Path) -> bytes:
         with open_regular(path) as file:
             header = file.read(_HEADER)
     except FileError as error:
-        raise SessionError(str(error)) from None
+        raise SessionError(one_line(str(error))) from None
     except OSError as error:
-        raise SessionError(f"Cannot read {path}: {error.strerror}.") from None
+        raise SessionError(f"Cannot read {one_line(str(path))}: {error.strerror}.") from None
     if not header.startswith(SQLITE) or int.from_bytes(header[68:72], "big") != MARK:
         raise _foreign(path)
     version = int.from_bytes(header[60:64], "big")
     if version > VERSION:
-        newer = f"{path.name} was made by a newer studio (version {version}, this one reads {VERSION})"
+        newer = (
+            f"{one_line(path.name)} was made by a newer studio (version {version}, this one reads {VERSION})"
+        )
         raise SessionError(f"{newer}: update the studio.")
     return header
 
 
 def _foreign(path: Path) -> SessionError:
-    return SessionError(f"{path.name} is no session of the studio.")
+    return SessionError(f"{one_line(path.name)} is no session of the studio.")
 
 
 def _size(path: Path) -> int:
@@ -128,7 +131,7 @@ def _size(path: Path) -> int:
     except OSError:
         return 0
     if not stat.S_ISREG(found.st_mode):
-        raise SessionError(f"{path.name} is not a regular file: nothing beside it is read.")
+        raise SessionError(f"{one_line(path.name)} is not a regular file: nothing beside it is read.")
     return found.st_size
 
 

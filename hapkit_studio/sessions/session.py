@@ -44,6 +44,7 @@ _MOST_ROWS = 1 << 32
 # What is read of a session; its rows beyond that are left out.
 _MOST_EVENTS = 50_000  # settings that change all the time for 40 minutes
 _MOST_TEXT = 1 << 26  # characters of all events
+_MOST_DAMAGED = 100_000  # rows
 _MOST_SECONDS = 31 * 86_400.0
 _MOST_IN_ALL = 1 << 28  # samples: 75 hours at 1 kHz; their extremes take 340 MB
 MOST_MARKERS = 1_000  # that are listed and drawn
@@ -53,13 +54,14 @@ MOST_READ = 1 << 31  # bytes of samples that are read at once: an hour at 4 kHz
 class Session:
     """A session opened for reading; chunks are read when they are asked for, in one thread at a time.
 
-    At hand: events; of every chunk its count of samples, when the first and the last came, starts and stops
-    (chunks,) in s of the recording computer's clock, and the extremes of its blocks.
+    At hand: the file's name in one line; events; of every chunk its count of samples, when the first and the
+    last came, starts and stops (chunks,) in s of the recording computer's clock, and its blocks' extremes.
     """
 
     def __init__(self, path: str | Path):
         """Open a session; raise SessionError where it is none, or one of a newer studio."""
         self.path = Path(path)
+        self.name = one_line(self.path.name)
         self._file = Database(self.path)
         self._database = self._file.connection
         self._damaged: dict[tuple[str, int], str] = {}
@@ -69,7 +71,7 @@ class Session:
         if not index:
             self.close()
             reason = next(iter(self._damaged.values()), "")
-            raise SessionError(f"{self.path.name} holds no samples that can be read. {reason}".rstrip())
+            raise SessionError(f"{self.name} holds no samples that can be read. {reason}".rstrip())
         self._ids = tuple(row for row, _, _ in index)
         chunks = [chunk for _, chunk, _ in index]
         self.blocks = tuple(blocks for _, _, blocks in index)
@@ -95,7 +97,7 @@ class Session:
     @property
     def unfinished(self) -> str:
         """Return in words what is to be done with a session that is not complete, "" for one that is."""
-        name = self.path.name
+        name = self.name
         if self.complete:
             return ""
         if self._file.log_lost:
@@ -122,7 +124,7 @@ class Session:
             return ()
         reason, more = next(iter(self._damaged.values())), len(self._damaged) - 1
         rows = f" And {more:,} more {'row' if more == 1 else 'rows'}." if more else ""
-        return (f"{self.path.name} is damaged. Left out: {reason}{rows}",)
+        return (f"{self.name} is damaged. Left out: {reason}{rows}",)
 
     def check(self) -> tuple[str, ...]:
         """Read all of it, and return ``damage``."""
@@ -172,7 +174,7 @@ class Session:
         width = len(names) + (STATE in names) * (self._states[numbers] - 1)
         size = 8 * int((self.counts[numbers] * width).sum())
         if size > MOST_READ:
-            samples = f"{self.path.name}: {self.counts[numbers].sum():,} samples take {1e-9 * size:.1f} GB"
+            samples = f"{self.name}: {self.counts[numbers].sum():,} samples take {1e-9 * size:.1f} GB"
             limit = f"at most {1e-9 * MOST_READ:.1f} GB are read at once"
             raise SessionError(f"{samples}; {limit}. Take a shorter part: sessions export --from --to.")
         pieces = []
@@ -284,6 +286,8 @@ class Session:
                         return
                     row, leap = found[0], 1
                     yield found
+                    if len(self._damaged) >= _MOST_DAMAGED:  # their reasons take memory
+                        return
                 return
             except ERRORS as error:
                 self._left_out(table, row + 1, f"{error}.")

@@ -218,8 +218,8 @@ def test_what_is_no_number_or_infinite_is_exported_as_it_is_and_drawn_as_a_gap(p
 def test_a_lateness_that_no_loop_has_is_refused_with_its_limit(path, capsys, late):
     set_value(path, "chunk", 2, "lateness", encode(np.full(100, late)))
     assert main(["stability", "--jitter", str(path)]) == 2
-    limits = "it must be a number from -3,600 to 3,600 s."
-    assert capsys.readouterr().err == f"hapkit-studio: bad.hapkit: lateness is {np.float32(late):.17g}; {limits}\n"
+    said = f"bad.hapkit: lateness is {np.float32(late):.17g}; it must be a number from -3,600 to 3,600 s."
+    assert capsys.readouterr().err == f"hapkit-studio: {said}\n"
 
 
 def test_control_characters_reach_neither_terminal_nor_window(path, capsys):
@@ -335,6 +335,15 @@ def test_more_events_than_are_read_are_left_out(path, monkeypatch):
             writer.note(Event(made[1, rows.HOST_TIME], MARKER, {"text": words}))
         writer.add(pack(made, QUANTUM, 0))
     assert [words for _, words in overview(path.with_name("marked.hapkit")).markers] == ["a"]
+
+
+def test_more_damaged_rows_than_are_counted_end_the_reading(path, monkeypatch):
+    for row in range(1, 7):
+        set_value(path, "event", row, "what", "[1]")
+    monkeypatch.setattr(session, "_MOST_DAMAGED", 4)
+    with closing(Session(path)) as found:
+        assert len(found._damaged) == 4
+        assert len(found.counts) == 1
 
 
 def circular(path) -> bytes:
