@@ -214,8 +214,8 @@ static_assert(sizeof(Sample) == Sample::kSize, "Sample has gaps");
 
 // What the board renders by itself, in place of Sample while a law of its own is in force.
 //
-// Each tick that comes a millisecond or more after the one shown last: every tick up to 1 kHz, above that every
-// second, third or fourth one.
+// Each tick that comes a millisecond or more after the one shown last: every tick up to 1 kHz, above that
+// every second, third or fourth one.
 struct __attribute__((packed)) Telemetry {
   static constexpr uint8_t kId = 0x83;
   static constexpr uint8_t kSize = 31;

@@ -96,13 +96,19 @@ def test_contact_damping_acts_on_the_way_in_only():
 
 
 @pytest.mark.parametrize(
-    ("key", "method", "rate"),
-    [("mass_spring_damper", "lecture", 2000), ("puck", "lecture", 2000), ("puck", "rk4", 1000)],
+    ("key", "method", "without", "damped"),
+    [
+        ("mass_spring_damper", "lecture", 2400, 2100),
+        ("puck", "lecture", 2300, 1800),
+        ("puck", "rk4", 1000, 800),
+        ("puck", "verlet", 1600, 1000),
+    ],
 )
-def test_the_board_is_twice_as_fast_without_contact_damping(key, method, rate):
-    for damping, expected in ((0.0, rate), (0.001, rate / 2)):
+def test_the_board_is_faster_without_contact_damping(key, method, without, damped):
+    for damping, expected in ((0.0, without), (0.001, damped)):
         values = LIBRARY[key].values({"integrator": method, "contact_damping": damping})
-        assert BoardPlanner(ARENA).plan(PlanRequest(LIBRARY[key], values)).rate == expected
+        rate = BoardPlanner(ARENA).plan(PlanRequest(LIBRARY[key], values)).rate
+        assert rate == pytest.approx(expected, rel=1e-3)
 
 
 def warned(key, period=1e-3, **values):

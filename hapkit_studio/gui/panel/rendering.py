@@ -45,10 +45,11 @@ TIP = (
     "Who computes the force. The computer: a sample goes up, a force comes down, with the delay of the USB "
     "line. The board: parameters go down once, its own processor runs the same law."
 )
+_RATES = range(4000, 499, -500)  # Hz: what a person may ask for; the board has finer steps
 RATE = Choice(
-    "board_rate", "Board's rate", ("fastest", *(str(rate) for rate in range(4000, 499, -500))), "fastest",
+    "board_rate", "Board's rate", ("fastest", *map(str, _RATES)), "fastest",
     "How often the board computes the force. A law that takes long allows no more than its own fastest rate.",
-    labels=("fastest", "4,000 Hz", "2,000 Hz", "1,000 Hz", "500 Hz"),
+    labels=("fastest", *(f"{rate:,} Hz" for rate in _RATES)),
 )  # fmt: skip
 
 
