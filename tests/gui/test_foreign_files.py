@@ -68,22 +68,21 @@ def read_demo(window, file: Path) -> list[str]:
 
 def read_session(window, file: Path) -> list[str]:
     """List a session beside a good one on the page, choose it, replay it."""
+    window.views.show("sessions")  # and stays in sight: its chart is drawn for each size
     page = window.views.page("sessions")
-    window.views.show("sessions")
     page.load()
     wait(lambda: not page._reading.running)
     listed = [row[0] for row in page.table.texts()[1:]]
     wrong = [] if "neighbour" in listed else [f"the page lists only {listed}"]
     for found in page.table.content.rows:
-        page.show_session(found)
-    wrong += words_shown(window)
+        if found.path == file:
+            page.show_session(found)
     window.replay.open(file)
     wait(lambda: not window.replay._reading.running)
     for _ in range(3):
         window.replay.tick()
     wrong += words_shown(window)
     window.replay.close()
-    window.views.show("live")
     return wrong
 
 
@@ -94,9 +93,7 @@ def read_recording(window, file: Path) -> list[str]:
     page.opener.open(str(file))
     wait(lambda: not page.opener._job.running)
     wait(lambda: not page.job.running)
-    wrong = words_shown(window)
-    window.views.show("live")
-    return wrong
+    return words_shown(window)
 
 
 READERS: dict[str, tuple[Callable, Callable[[Path], Path]]] = {
