@@ -272,6 +272,8 @@ SUFFIXES = {
 }  # fmt: skip
 COUNTS = {kind: 140 if kind == "settings" else 310 for kind in SUFFIXES}
 """2,000 in all; each file of settings takes another window."""
+FEW = range(1, 4)
+"""Seeds of the files that the quick tests try."""
 NAMES = ("mutant", "a file of someone else's", "\x1b[31mred\x07", "Zoë−\u202e", "-p", "100 %s")
 """Of files, without their endings."""
 

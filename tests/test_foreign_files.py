@@ -40,8 +40,10 @@ COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {
 """What each kind is given to; {out} is a new path, which may be written."""
 SELDOM = {"stability": 10}
 """Commands that take long where they accept a file: given only each tenth file."""
-FEW = 4
-"""Files of each kind that the quick test tries."""
+_OTHER_COMMANDS: dict[str, tuple[tuple[str, ...], ...]] = {
+    "program": (("run", "{file}"), ("export", "{file}"), ("bode", "{file}")),
+    "firmware": (("flash", "no-such-port", "--hex", "{file}"),),
+}
 
 
 class Hang(BaseException):
@@ -163,13 +165,13 @@ def test_a_good_file_is_accepted(originals, tmp_path, kind):
 
 @pytest.mark.parametrize("kind", COMMANDS)
 def test_some_foreign_files_give_an_answer_or_one_line(try_file, kind):
-    assert [words for seed in range(FEW) for words in try_file(kind, seed)] == []
+    assert [words for seed in foreign_files.FEW for words in try_file(kind, seed)] == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", COMMANDS)
 def test_many_foreign_files_give_an_answer_or_one_line(try_file, kind):
-    found = [words for seed in range(FEW, foreign_files.COUNTS[kind]) for words in try_file(kind, seed)]
+    found = [words for seed in range(foreign_files.COUNTS[kind]) for words in try_file(kind, seed)]
     assert not found, "\n".join([f"{len(found)} complaints", *found])
 
 
@@ -189,11 +191,11 @@ def test_a_survey_is_gone_on_with_or_refused(originals, tmp_path):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no FIFO in its file system")
-@pytest.mark.parametrize("kind", COMMANDS)
+@pytest.mark.parametrize("kind", [*COMMANDS, "program", "firmware"])
 def test_a_fifo_is_refused_at_once(tmp_path, kind):
-    file = tmp_path / f"x{foreign_files.SUFFIXES[kind]}"
+    file = tmp_path / f"x{foreign_files.SUFFIXES.get(kind, '.py')}"
     os.mkfifo(file)
-    for number, command in enumerate(COMMANDS[kind]):
+    for number, command in enumerate((COMMANDS | _OTHER_COMMANDS)[kind]):
         places = {"folder": tmp_path, "file": file, "out": tmp_path / f"out {number}"}
         code, out, error = run([word.format(**places) for word in command])
         assert not list(complaints(code, out, error, False)), command

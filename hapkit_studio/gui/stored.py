@@ -67,7 +67,9 @@ class StoredSettings(QSettings):
     def new_notice(self) -> str:
         """Return in one line what was rejected, "" where nothing was or the last notice said the same."""
         reasons = list(self.rejected.values())
-        words = reasons[0] if len(reasons) == 1 else ", ".join(self.rejected)
+        words = (
+            reasons[0] if len(reasons) == 1 else f"Not used: {', '.join(self.rejected)}." if reasons else ""
+        )
         words = words if len(words) <= _LONGEST else f"{words[:_LONGEST]}…"
         if words == self.value(_TOLD, ""):
             return ""

@@ -23,8 +23,6 @@ from tests.gui.window_support import delete_the_given_up, put_back
 from tests.test_foreign_files import Hang, limited, originals, stamp  # noqa: F401
 
 WAIT_MS = 20_000
-FEW = 3
-"""Files of each kind that the quick test tries."""
 
 
 def read_settings(_window, file: Path) -> list[str]:
@@ -164,7 +162,7 @@ KINDS = ("settings", *READERS)
 def test_some_foreign_files_are_refused_in_words_and_all_else_goes_on(try_file, kind):
     if kind == "csv":
         pytest.importorskip("hapkit_studio.gui.open_recording")
-    assert [words for seed in range(FEW) for words in try_file(kind, seed)] == []
+    assert [words for seed in foreign_files.FEW for words in try_file(kind, seed)] == []
 
 
 @pytest.mark.slow
@@ -172,5 +170,5 @@ def test_some_foreign_files_are_refused_in_words_and_all_else_goes_on(try_file, 
 def test_many_foreign_files_are_refused_in_words_and_all_else_goes_on(try_file, kind):
     if kind == "csv":
         pytest.importorskip("hapkit_studio.gui.open_recording")
-    found = [words for seed in range(FEW, foreign_files.COUNTS[kind]) for words in try_file(kind, seed)]
+    found = [words for seed in range(foreign_files.COUNTS[kind]) for words in try_file(kind, seed)]
     assert not found, "\n".join([f"{len(found)} complaints", *found])

@@ -83,7 +83,7 @@ def test_the_window_starts_with_the_default_of_a_wrong_setting_and_names_it(star
 def test_many_wrong_settings_are_one_notice_which_is_not_repeated_at_the_next_start(start_window):
     write("theme=purple\ngeometry=5\ngrid=perhaps\nvalues=5")
     first = start_window()
-    assert first.banners.get("settings").text == "theme, grid, values, geometry"
+    assert first.banners.get("settings").text == "Not used: theme, grid, values, geometry."
     first.settings.sync()
     assert start_window().banners.get("settings") is None
 
