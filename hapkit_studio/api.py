@@ -61,7 +61,7 @@ class Run:
     moves holds the place in m (n,) of what moves besides the handle, by its name.
     hand_target is where a Hand given as an object pulls to, None for other hands.
     settings are those at the end; where they changed, settings_log has all of them from each time in s on.
-    warnings say what could not be rendered well at these settings and speeds.
+    warnings say what could not be rendered well at these settings and speeds; date when it was recorded.
     """
 
     time: np.ndarray
@@ -82,6 +82,7 @@ class Run:
     settings_log: Log = ()
     hand_target: np.ndarray | None = None
     moves: Mapping[str, np.ndarray] = field(default_factory=dict)
+    date: str = ""
 
     @property
     def log(self) -> Log:
@@ -127,11 +128,15 @@ class Run:
                 part = table[first : first + _CHUNK]
                 writer.add(pack(part, _quantum(self.settings), states, True))
 
-    def plot(self, path: str | Path) -> None:
-        """Write a picture: position, velocity, force over time, and force over position."""
+    def plot(self, path: str | Path, environment: Environment | None = None) -> None:
+        """Write a picture: position, velocity, force over time, and force over position with the law's curve.
+
+        environment: the one rendered where it is not of the library.
+        """
         from hapkit_studio.charts.run import run_figure
 
-        run_figure(self, path, settings_of.words(self.log))
+        known = {} if environment is None else {environment.key: environment}
+        run_figure(self, path, settings_of.words(self.log), known=known)
 
 
 def simulate(
@@ -237,6 +242,7 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
         settings=dict(log[-1][1]),
         settings_log=log,
         hand_target=found["hand_target"] if np.isfinite(found["hand_target"]).any() else None,
+        date=session.date,
     )
 
 

@@ -46,7 +46,8 @@ class Choice:
 
     Without labels a name is its own label, its underscores as spaces; ParameterError unless all have one.
     method: the options are ways to compute the same, of other speed and accuracy; exact: the one that the
-    others are judged by, the default's where none is named.
+    others are judged by, the default's where none is named. phrases: the options as they end a sentence that
+    begins with the choice's label.
     """
 
     key: str
@@ -59,6 +60,7 @@ class Choice:
     labels: tuple[str, ...] = ()
     method: bool = False
     exact: str = ""
+    phrases: tuple[str, ...] = ()
 
     discrete = True
     low = 0.0
@@ -100,6 +102,11 @@ class Choice:
     def word(self, value: float) -> str:
         """Return what a person reads for one option."""
         return self.words[int(value)]
+
+    def phrase(self, value: float) -> str:
+        """Return one option as the end of a sentence; a label, which may be a name, stays as it is."""
+        words = self.phrases or self.labels or [option.replace("_", " ") for option in self.options]
+        return words[int(value)]
 
 
 def check_number(

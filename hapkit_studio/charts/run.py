@@ -1,20 +1,31 @@
 """A run: position, velocity and force over time, and force over position."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from hapkit_studio.charts.style import TICK, Colors, legend, save, style_axes, unbroken
-from hapkit_studio.sessions import settings as settings_of
-from hapkit_studio.settings_log import Log
+from hapkit_studio.analysis import theory
+from hapkit_studio.charts.caption import Known, caption, environment_of
+from hapkit_studio.charts.style import DOT, TICK, Colors, legend, save, style_axes
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.formatting import number
 
 _SIZE = (792, 450)
 _LETTER = 0.016  # of the time axis: what a letter of a mark's words takes there
-_MOST_CHANGES = 4  # lines of a caption
 _ROOM = 0.25  # of the range: what is left free above the lines for words
+
+_UNITS = {"position": "mm", "velocity": "mm/s"}
+_CURVES = {"position": theory.over_position, "velocity": theory.over_velocity}
+_FAR = 0.06  # m, and m/s: where a curve is looked for
+_LEAST_HALF = 2.5  # mm, and mm/s: half the least range of the law's curve
+_MORE_SIGHT = 0.1
+_OVER_LIMIT = 1.35  # of the force limit: what lies beyond is not worth showing
+_BESIDE, _LEAST_FORCE = 0.08, 0.5  # of the forces, N: what is left free beyond them
 
 Mark = tuple[float, str]
 """When something was changed, in s, and in words what."""
@@ -33,46 +44,130 @@ class Past:
     dash: Sequence[float]
 
 
-def run_figure(run: Any, path: str | Path, marks: Sequence[Mark] = (), past: Sequence[Past] = ()) -> None:
-    """Write a Run's position, velocity and force over time and its force over position.
+def run_figure(
+    run: Any,
+    path: str | Path,
+    marks: Sequence[Mark] = (),
+    past: Sequence[Past] = (),
+    known: Known = MappingProxyType({}),
+    over: str = "",
+) -> None:
+    """Write a Run's position, velocity and force over time and its force over position or velocity.
 
-    The caption has the settings at the start, and below them each change with its time.
+    known: environments besides the library's; over: "position" or "velocity", else the one over which the law
+    has a curve. The caption has the settings at the start, and below them each change with its time.
     """
-    caption = "\n".join([_caption(run.log[0][1]), *_changes(run.log)])
-    save(lambda figure, c: draw(figure, c, run, marks, past), path, _SIZE, caption=caption)
+    words = caption(run.log, known, run.date)
+    save(lambda figure, c: draw(figure, c, run, marks, past, known, over), path, _SIZE, caption=words)
 
 
-def draw(figure: Any, c: Colors, run: Any, marks: Sequence[Mark] = (), past: Sequence[Past] = ()) -> None:
-    """Draw three quantities below one another, force over position beside them; what is past lies below."""
+def draw(
+    figure: Any,
+    c: Colors,
+    run: Any,
+    marks: Sequence[Mark] = (),
+    past: Sequence[Past] = (),
+    known: Known = MappingProxyType({}),
+    over: str = "",
+) -> None:
+    """Draw three quantities below one another, beside them force over one of them; as ``run_figure``.
+
+    What is past lies below. The law's curve and the force limit are those at the end.
+    """
     grid = figure.add_gridspec(3, 2, width_ratios=(3, 2))
     upper, middle, lower = (figure.add_subplot(grid[i, 0]) for i in range(3))
     loop = figure.add_subplot(grid[:, 1])
+    found = environment_of(run.log[-1][1], known)
+    over = over or _over(found)
     for was in past:
         look = {"color": getattr(c, was.token), "dashes": was.dash}
         upper.plot(was.time, 1e3 * was.position, label=was.words, **look)
         middle.plot(was.time, 1e3 * was.velocity, **look)
         lower.plot(was.time, was.force, **look)
-        loop.plot(1e3 * was.position, was.force, **look)
+        loop.plot(1e3 * getattr(was, over), was.force, **look)
     for name, place in run.moves.items():
         upper.plot(run.time, 1e3 * place, color=c.objline, dashes=(4, 2.5), label=name)
     upper.plot(run.time, 1e3 * run.position, color=c.position, label="handle")
     middle.plot(run.time, 1e3 * run.velocity, color=c.velocity)
     lower.plot(run.time, run.force, color=c.asked, dashes=(5, 3.5), label="asked", zorder=3)
     lower.plot(run.time, run.applied_force, color=c.applied, label="applied")
-    loop.plot(1e3 * run.position, run.applied_force, color=c.applied)
+    loop.plot(1e3 * getattr(run, over), run.applied_force, color=c.applied, label="applied")
     style_axes(upper, c, "", "position, mm")
     style_axes(middle, c, "", "velocity, mm/s")
     style_axes(lower, c, "time, s", "force, N")
-    style_axes(loop, c, "position, mm", "force applied, N")
+    style_axes(loop, c, f"{over}, {_UNITS[over]}", "force applied, N")
     begin, end = np.nanmin(run.time), np.nanmax(run.time)
     for axes in (upper, middle, lower):
         axes.set_xlim(begin, end if end > begin else None)
         for when, _ in marks:
             axes.axvline(when, color=c.ink3, linewidth=1, dashes=(3, 3), zorder=1)
+    limit = _limit(run.log[-1][1])
+    if found is not None and _draw_theory(loop, c, found, over, limit):
+        legend(loop, c)
+    for axes in (lower, loop):
+        _draw_limit(axes, c, limit)
     _write_marks(upper, c, marks, begin, end)
     legend(lower, c)
     if past or run.moves:
         legend(upper, c)
+
+
+def _over(found: tuple[Environment, dict[str, float]] | None) -> str:
+    """Return over what the law has a curve; "velocity" first where it declares one, else "position"."""
+    if found is None:
+        return "position"
+    environment, values = found
+    order = ["position", "velocity"] if environment.over_velocity is None else ["velocity", "position"]
+    return next((over for over in order if _CURVES[over](environment, values, -_FAR, _FAR)), "position")
+
+
+def _draw_theory(
+    axes: Any, c: Colors, found: tuple[Environment, dict[str, float]], over: str, limit: float
+) -> bool:
+    """Draw the law's curve below the data, as far as they go, up to what the motor gives; return whether."""
+    low, high = axes.get_xlim()
+    middle, half = 0.5 * (low + high), max(0.5 * (high - low), _LEAST_HALF)
+    low, high = middle - half, middle + half
+    beyond = _MORE_SIGHT * half  # no end of the curve is in sight
+    curve = _CURVES[over](*found, 1e-3 * (low - beyond), 1e-3 * (high + beyond))
+    if curve is None:
+        return False
+    bottom, top = axes.get_ylim()
+    most = _OVER_LIMIT * limit
+    seen = np.clip(curve.force[np.isfinite(curve.force)], -most, most)
+    margin = _BESIDE * max(np.ptp(np.append(seen, (bottom, top))), _LEAST_FORCE)
+    axes.set_xlim(low, high)
+    axes.set_ylim(min(bottom, seen.min() - margin), max(top, seen.max() + margin))
+    for token, width in (("edge", 8.8), ("theory", 6.4)):
+        for (
+            force
+        ) in curve.force:  # backwards: of an ascending line matplotlib draws no sample beyond the axes
+            axes.plot(1e3 * curve.x[::-1], force[::-1], color=getattr(c, token), linewidth=width, zorder=0.7)
+    axes.lines[-1].set_label("theory")
+    return True
+
+
+def _limit(settings: Mapping) -> float:
+    """Return the force limit in N that was set, inf where none is known."""
+    device = settings.get("device")
+    found = settings.get("max_force_N", device.get("max_force") if isinstance(device, Mapping) else None)
+    try:
+        return float(found) if found is not None else math.inf
+    except (TypeError, ValueError):
+        return math.inf
+
+
+def _draw_limit(axes: Any, c: Colors, limit: float) -> None:
+    """Draw the force limit on both sides where it lies within the axes, with its name."""
+    bottom, top = axes.get_ylim()
+    for level in (limit, -limit):
+        if bottom < level < top:
+            axes.axhline(level, color=c.danger, linestyle=DOT, linewidth=1.6, zorder=1)
+            words = f"limit {number(level, 1)} N"
+            axes.annotate(
+                words, (0.0, level), (5, 3), ("axes fraction", "data"), textcoords="offset points",
+                size=TICK - 1, color=c.danger,
+            ).set_in_layout(False)  # fmt: skip
 
 
 def _write_marks(axes: Any, c: Colors, marks: Sequence[Mark], begin: float, end: float) -> None:
@@ -88,27 +183,3 @@ def _write_marks(axes: Any, c: Colors, marks: Sequence[Mark], begin: float, end:
                 bbox={"facecolor": c.plot, "alpha": 0.85, "edgecolor": "none", "pad": 1.0},
             ).set_in_layout(False)  # fmt: skip
         right = min(right, when)
-
-
-def _changes(log: Log) -> list[str]:
-    """Return a line for each change, another environment with all its values; count the last of many."""
-    found = [
-        f"At {when:.2f} s: {words if before.get('environment') == now.get('environment') else _caption(now)}"
-        for (_, before), (_, now), (when, words) in zip(log, log[1:], settings_of.words(log), strict=False)
-    ]
-    more = len(found) - _MOST_CHANGES
-    return (
-        found if more <= 0 else [*found[:_MOST_CHANGES], f"and {more} more, the last at {log[-1][0]:.2f} s"]
-    )
-
-
-def _caption(settings: Mapping) -> str:
-    units, device = settings.get("units", {}), settings.get("device")
-    words = [settings.get("environment", "")] + [
-        f"{k} {v}" if isinstance(v, str) else f"{k} {v:,g} {units.get(k, '')}".rstrip()
-        for k, v in settings.get("parameters", {}).items()
-    ]
-    words += [device if isinstance(device, str) else "Simulated Hapkit", f"hand: {settings.get('hand')}"]
-    words += [f"{settings.get('rate_Hz', 0):,g} Hz", f"delay {1e3 * settings.get('delay_s', 0):g} ms"]
-    words += [str(settings.get("estimator"))]
-    return unbroken([w for w in words if w])

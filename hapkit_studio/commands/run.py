@@ -10,6 +10,7 @@ from hapkit_studio import api
 from hapkit_studio import devices as device_list
 from hapkit_studio.commands import base, live_run
 from hapkit_studio.dynamics.hand import hand_named
+from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
@@ -25,9 +26,8 @@ _WHOLE = 0.9
 """Share of the time that samples must cover; less is said."""
 
 
-def live(options: argparse.Namespace) -> tuple[api.Run, dict]:
+def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dict]:
     """Return the run and what each way of rendering came to; raise a StudioError."""
-    chosen = base.environment_named(options.environment, options.trust)
     device = device_list.named(options.device)
     hand = hand_named(options.hand) if options.hand else None
     if hand is not None and not (getattr(device, "hand", False) or getattr(device, "simulated", False)):
@@ -67,6 +67,7 @@ def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, foun
         "rate_Hz": found[options.render]["rate_Hz"],
         "delay_s": engine.loop.delay,
         "estimator": engine.loop.estimator,
+        "max_force_N": engine.max_force,
     }
     names = engine.environment.state_names
     return api.Run(
@@ -102,22 +103,23 @@ def run(options: argparse.Namespace) -> base.Result:
     """Render an environment, by its key or its Python file; write CSV, picture and session where asked."""
     if options.record and Path(options.record).suffix != SUFFIX:
         raise ParameterError(f"A session's name ends in {SUFFIX}, unlike {options.record}.")
-    done, found = live(options) if options.device is not None else (headless(options), {})
+    chosen = base.environment_named(options.environment, options.trust)
+    done, found = live(options, chosen) if options.device is not None else (headless(options, chosen), {})
     if options.csv:
         done.save(options.csv)
     if options.plot:
-        done.plot(options.plot)
+        done.plot(options.plot, chosen)
     if options.record and options.device is None:
         done.save(options.record)
     return _of_run(done, [path for path in (options.csv, options.plot, options.record) if path], found)
 
 
-def headless(options: argparse.Namespace) -> api.Run:
+def headless(options: argparse.Namespace, chosen: Environment) -> api.Run:
     """Return the simulated run; raise ParameterError."""
     if options.render != live_run.COMPUTER or options.board_rate is not None:
         raise ParameterError("--render board needs --device with a board: --device virtual-board, or a port.")
     return api.simulate(
-        base.environment_named(options.environment, options.trust),
+        chosen,
         base.key_values(options.parameter),
         hand=options.hand,
         rate=options.rate,

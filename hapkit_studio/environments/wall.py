@@ -51,6 +51,7 @@ ENVIRONMENT = Environment(
             ("into", "both", "none"),
             "into",
             "Into: only on the way in. Both: also on the way out, where it may pull. None: never.",
+            phrases=("on the way in", "both ways", "never"),
         ),
     ),
     force=force,

@@ -11,6 +11,7 @@ import shutil
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -83,6 +84,15 @@ class Session:
     def close(self) -> None:
         """Let go of the file."""
         self._file.close()
+
+    @property
+    def date(self) -> str:
+        """Return when it began, by the file's date, as "2026-11-26 14:05"; "" where the file is gone."""
+        try:
+            end = self.path.stat().st_mtime
+        except OSError:
+            return ""
+        return datetime.fromtimestamp(end - self.seconds).isoformat(" ", "minutes")
 
     @property
     def seconds(self) -> float:

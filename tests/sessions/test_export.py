@@ -115,7 +115,7 @@ def test_a_picture_says_below_what_changed_and_when(session, tmp_path, monkeypat
     captions = []
     monkeypatch.setattr(charts, "save", lambda *given, caption: captions.append(caption))
     hs.open_session(session).plot(tmp_path / "felt.png")
-    initial, change = captions[0].replace("\N{NO-BREAK SPACE}", " ").split("\n")
+    initial, _conditions, change = captions[0].replace("\N{NO-BREAK SPACE}", " ").split("\n")
     assert "250" in initial
     assert "600" not in initial
     assert change == "At 1.05 s: stiffness 250 → 600 N/m"

@@ -4,6 +4,7 @@ import math
 import time
 from collections import deque
 from collections.abc import Callable
+from datetime import datetime, timedelta
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -140,11 +141,17 @@ class LiveExport(QObject):
         begin, end = float(table.x[0]), float(table.x[-1])
         log = history.log(begin, end) if isinstance(history, Recorded) else self._log(begin, end)
         marks = [(when - begin, words) for when, words in history.dividers if begin <= when <= end]
-        run, clean = (self._run(part, begin, log) for part in (window, table))
-        past = self._past(begin)
-        return run, clean, lambda path: run_figure(run, path, marks, past)
+        if isinstance(history, Recorded):
+            date = history.session.date
+        else:
+            began = datetime.now() - timedelta(seconds=time.perf_counter() - begin)
+            date = began.isoformat(" ", "minutes")
+        run, clean = (self._run(part, begin, log, date) for part in (window, table))
+        past, known, phase = self._past(begin), dict(self._studio.environments), self._centre.phase
+        over = phase.canvas.plot_of.channel if phase.pane is None else ""
+        return run, clean, lambda path: run_figure(run, path, marks, past, known, over)
 
-    def _run(self, window: Window, zero: float, log: Log) -> "Run":
+    def _run(self, window: Window, zero: float, log: Log, date: str) -> "Run":
         """Return a window's samples as those of a run, what is not kept of it nan."""
         from hapkit_studio.api import Run
 
@@ -169,6 +176,7 @@ class LiveExport(QObject):
             settings=last,
             settings_log=log,
             moves={name: y[OBJECT]} if np.isfinite(y[OBJECT]).any() else {},
+            date=date,
         )
 
     def _past(self, begin: float) -> "list[Past]":

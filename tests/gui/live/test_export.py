@@ -5,6 +5,7 @@ import json
 import math
 import re
 import time
+from datetime import datetime, timedelta
 from types import SimpleNamespace
 
 import numpy as np
@@ -177,8 +178,10 @@ def test_a_change_while_the_loop_runs_is_exported_with_its_time_and_drawn_below_
     zero = changed - (live.history.between(begun, changed).x[0])
     assert float(when.split()[2]) == pytest.approx(zero, abs=0.1)
     assert 0.0 < float(when.split()[2]) < columns["time_s"][-1]
-    initial, change = captions[0].replace("\N{NO-BREAK SPACE}", " ").split("\n")
-    assert "250" in initial
+    scene, conditions, change = captions[0].replace("\N{NO-BREAK SPACE}", " ").split("\n")
+    assert scene.startswith("Wall: stiffness 250 N/m")
+    today = datetime.now() - timedelta(seconds=time.perf_counter() - begun)
+    assert any(f"{today + timedelta(minutes=n):%Y-%m-%d %H:%M}" in conditions for n in (-1, 0, 1))
     assert re.fullmatch(r"At \d\.\d\d s: stiffness 250 → 600 N/m", change)
 
 
@@ -220,3 +223,15 @@ def test_a_copied_picture_is_that_of_the_file(fed, write, tmp_path, qtbot):
         window.actions_by_key.run("session.copy_picture")
     copied = QGuiApplication.clipboard().image().convertToFormat(QImage.Format.Format_RGB32)
     assert copied == QImage(str(tmp_path / "a.png")).convertToFormat(QImage.Format.Format_RGB32)
+
+
+def test_a_picture_has_the_law_in_force_over_what_the_screen_shows(fed, write, tmp_path, monkeypatch):
+    phase, given = fed[0].centre.phase, []
+    monkeypatch.setattr(charts, "run_figure", lambda *args: given.append(args[4:]))
+    for index, over in ((0, "position"), (1, "velocity"), (2, "")):
+        phase.choose(index)
+        write(tmp_path / "a.png", (1.0, 2.0))
+        known, shown = given[-1]
+        assert known["wall"] is fed[0].studio.environment
+        assert shown == over
+    phase.choose(0)

@@ -1,0 +1,134 @@
+"""A picture's caption: the scene in words; device, hand, loop and date; each change with its time."""
+
+from collections.abc import Mapping
+from contextlib import suppress
+from datetime import datetime
+from itertools import pairwise
+from typing import Any
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.setting import estimator_words
+from hapkit_studio.charts.style import unbroken
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import on_screen
+from hapkit_studio.parameters import AnyParameter, Choice
+from hapkit_studio.sessions.settings import differences
+from hapkit_studio.settings_log import Log, Settings
+
+Known = Mapping[str, Environment]
+"""Environments by key besides the library's."""
+
+_MOST_CHANGES = 4  # lines of a caption
+_HANDS = {"released": "no hand", "own": "own hand"}
+_SPACE = "\N{NO-BREAK SPACE}"
+
+
+def caption(log: Log, known: Known, date: str = "") -> str:
+    """Return the lines of a recording's caption by its log; date: when it began, now without one."""
+    date = date or datetime.now().isoformat(" ", "minutes")
+    log = [(time, _checked(settings)) for time, settings in log]
+    first = log[0][1]
+    device, *others = _conditions(first)
+    return "\n".join([scene(first, known), unbroken([device, date, *others]), *_changes(log, known)])
+
+
+def _checked(settings: Settings) -> Settings:
+    """Return settings, which may come from any file, without parameters and units that are none."""
+    groups = ("parameters", "units")
+    return {k: v for k, v in settings.items() if k not in groups or isinstance(v, Mapping)}
+
+
+def environment_of(settings: Settings, known: Known) -> tuple[Environment, dict[str, float]] | None:
+    """Return the environment that was set and its values; None where there is none that takes them."""
+    key, given = settings.get("environment"), settings.get("parameters")
+    found = known.get(key) or environments.discover().get(key) if isinstance(key, str) else None
+    with suppress(ParameterError):
+        return (found, found.values(given)) if found is not None else None
+    return None
+
+
+def scene(settings: Settings, known: Known) -> str:
+    """Return the environment's title and its parameters in words; one without effect is left out."""
+    found = environment_of(settings, known)
+    if found is not None:
+        environment, values = found
+        unused, title = environment.unused(values), environment.title
+        words = [
+            f"{_small(p.label)} {_value(p, values)}" for p in environment.parameters if p.key not in unused
+        ]
+    else:
+        title, given, units = (
+            settings.get("environment"),
+            settings.get("parameters", {}),
+            settings.get("units", {}),
+        )
+        words = [f"{key.replace('_', ' ')} {_raw(value, units.get(key))}" for key, value in given.items()]
+    parts = ", ".join(part.replace(" ", _SPACE) for part in words)
+    return f"{title or ''}: {parts}" if parts else str(title or "")
+
+
+def _conditions(settings: Settings) -> list[str]:
+    """Return device, hand and loop in words."""
+    device, hand, grip = (settings.get(key) for key in ("device", "hand", "grip"))
+    rate, delay, render = (settings.get(key) for key in ("rate_Hz", "delay_s", "render"))
+    words = [device if isinstance(device, str) else "Simulated Hapkit"]
+    words += [_HANDS.get(hand, f"hand: {hand}")] if isinstance(hand, str) else []
+    words += [f"{grip} grip"] if isinstance(grip, str) and not isinstance(device, str) else []
+    words += [f"rendered on the {render}"] if isinstance(render, str) and isinstance(device, str) else []
+    words += [f"{rate:,g} Hz"] if isinstance(rate, int | float) else []
+    words += [f"delay {1e3 * delay:.3g} ms"] if isinstance(delay, int | float) else []
+    words += _estimator(settings.get("estimator"))
+    return [*words, "passivity controller"] if settings.get("controller") is True else words
+
+
+def _estimator(spec: Any) -> list[str]:
+    with suppress(ParameterError, TypeError, ValueError):
+        return [estimator_words(tuple(spec) if isinstance(spec, list) else spec)[1]]
+    return []
+
+
+def _changes(log: Log, known: Known) -> list[str]:
+    """Return a line for each change; count the last of many."""
+    said = [(time, _change(before, after, known)) for (_, before), (time, after) in pairwise(log)]
+    lines = [f"At {time:.2f} s: {words}" for time, words in said[:_MOST_CHANGES]]
+    more = len(said) - _MOST_CHANGES
+    return [*lines, f"and {more} more, the last at {said[-1][0]:.2f} s"] if more > 0 else lines
+
+
+def _change(before: Settings, after: Settings, known: Known) -> str:
+    """Return what changed, each with both values; another environment with all of its own."""
+    if before.get("environment") != after.get("environment"):
+        return scene(after, known)
+    old, new = environment_of(before, known), environment_of(after, known)
+    if old is None or new is None:
+        return ", ".join(differences(before, after)) or "device changed"
+    words = [
+        f"{_small(p.label)} {_both(_value(p, old[1]), _value(p, new[1]))}"
+        for p in new[0].parameters
+        if old[1][p.key] != new[1][p.key]
+    ]
+    words += differences({**before, "parameters": {}}, {**after, "parameters": {}})
+    return ", ".join(words) or "device changed"
+
+
+def _both(old: str, new: str) -> str:
+    """Return two values with their unit once: "250 → 600 N/m"."""
+    number, _, unit = old.partition(" ")
+    return f"{number if unit and new.endswith(f' {unit}') else old} → {new}"
+
+
+def _value(parameter: AnyParameter, values: Mapping[str, float]) -> str:
+    value = values[parameter.key]
+    return parameter.phrase(value) if isinstance(parameter, Choice) else on_screen(value, parameter.unit)
+
+
+def _raw(value: Any, unit: Any) -> str:
+    return (
+        on_screen(value, str(unit or "")) if isinstance(value, int | float) else str(value).replace("_", " ")
+    )
+
+
+def _small(words: str) -> str:
+    """Return words for the middle of a sentence; a name such as RK4 stays as it is."""
+    return words[:1].lower() + words[1:] if words[1:2].islower() else words

@@ -1,0 +1,90 @@
+"""Captions of pictures: the scene in words, device and date, and every change with its time."""
+
+from dataclasses import replace
+
+import pytest
+
+import hapkit_studio as hs
+from hapkit_studio.charts.caption import caption, scene
+from hapkit_studio.parameters import Choice
+from hapkit_studio.sessions.settings import of_scene
+from tests.environments.calling import LIBRARY
+
+DATE = "2026-11-26 14:05"
+
+
+def lines(log, known=None):
+    return caption(log, known or {}, DATE).replace("\N{NO-BREAK SPACE}", " ").split("\n")
+
+
+def of(key, **values):
+    return of_scene(LIBRARY[key], LIBRARY[key].values(values))
+
+
+def test_a_run_says_scene_device_date_hand_and_loop():
+    values = {"stiffness": 400.0, "damping": 2.0}
+    run = hs.simulate("wall", values, hand="press", seconds=0.1, delay=1e-3, estimator="iir", controller=True)
+    assert lines(run.log) == [
+        "Wall: stiffness 400 N/m, damping 2 N·s/m, position 5 mm, side right, damping acts on the way in",
+        "Simulated Hapkit · 2026-11-26 14:05 · hand: press · 1,000 Hz · delay 1 ms · "
+        "Low-pass filtered difference, cutoff 35.5 Hz · passivity controller",
+    ]
+    assert lines(hs.simulate("free", seconds=0.1).log)[0] == "Free"
+    board = {**of("spring"), "device": "Hapkit on ttyUSB0", "render": "board", "hand": "own", "grip": "firm"}
+    assert (
+        lines([(0.0, board)])[1] == "Hapkit on ttyUSB0 · 2026-11-26 14:05 · own hand · rendered on the board"
+    )
+
+
+@pytest.mark.parametrize("key", LIBRARY)
+def test_every_scene_is_named_by_its_title_and_the_labels_that_are_in_use(key):
+    environment = LIBRARY[key]
+    values = environment.values()
+    words = scene(of(key), {}).replace("\N{NO-BREAK SPACE}", " ")
+    assert words.startswith(environment.title)
+    assert "_" not in words
+    unused = environment.unused(values)
+    for p in environment.parameters:
+        assert (f"{p.label[1:]} " in words) == (p.key not in unused)
+        if isinstance(p, Choice):
+            assert p.key in unused or p.phrase(values[p.key]) in words
+        elif p.unit == "m" and p.key not in unused:
+            assert f"{1e3 * values[p.key]:.4g} mm" in words
+
+
+def test_each_change_stands_with_its_time_and_both_values():
+    wall = {**of("wall"), "device": "Kit", "rate_Hz": 1000.0}
+    stiffer = {**of("wall", stiffness=600.0, damping_mode="both"), "device": "Kit", "rate_Hz": 1000.0}
+    log = [(0.0, wall), (1.5, stiffer), (2.25, {**stiffer, "rate_Hz": 2000.0}), (3.0, of("spring"))]
+    assert lines(log)[2:] == [
+        "At 1.50 s: stiffness 250 → 600 N/m, damping acts on the way in → both ways",
+        "At 2.25 s: rate 1,000 → 2,000 Hz",
+        "At 3.00 s: Spring: stiffness 80 N/m, damping 0 N·s/m, centre 0 mm",
+    ]
+    many = [(float(n), of("wall", stiffness=100.0 + n)) for n in range(9)]
+    assert lines(many)[2:] == [
+        *(f"At {n}.00 s: stiffness {99 + n} → {100 + n} N/m" for n in range(1, 5)),
+        "and 4 more, the last at 8.00 s",
+    ]
+
+
+def test_an_environment_of_ones_own_is_named_as_it_is_and_by_its_keys_where_it_is_not_known():
+    own = replace(LIBRARY["spring"], key="mine", title="My spring")
+    settings = {**of("spring", center=0.01), "environment": "mine"}
+    assert lines([(0.0, settings)], {"mine": own})[0].startswith("My spring: stiffness 80 N/m")
+    assert lines([(0.0, settings)])[0] == "mine: stiffness 80 N/m, damping 0 N·s/m, center 10 mm"
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"environment": 5, "parameters": [1], "units": None, "device": 3, "hand": [], "rate_Hz": "x"},
+        {"environment": "wall", "parameters": {"stiffness": "x"}, "estimator": [[]], "delay_s": None},
+        {"environment": "wall", "parameters": {"none": 1.0}, "units": {"none": 7}, "estimator": {"a": 1}},
+    ],
+)
+def test_whatever_a_file_holds_there_is_a_caption(settings):
+    first = lines([(0.0, settings), (1.0, {**settings, "device": "other"})])
+    assert first[1].startswith("Simulated Hapkit · 2026-11-26 14:05")
+    assert first[-1].startswith("At 1.00 s: ")
