@@ -58,14 +58,11 @@ def scene(settings: Settings, known: Known) -> str:
             f"{_small(p.label)} {_value(p, values)}" for p in environment.parameters if p.key not in unused
         ]
     else:
-        title, given, units = (
-            settings.get("environment"),
-            settings.get("parameters", {}),
-            settings.get("units", {}),
-        )
+        title = str(settings.get("environment") or "")
+        given, units = (settings.get(key, {}) for key in ("parameters", "units"))
         words = [f"{key.replace('_', ' ')} {_raw(value, units.get(key))}" for key, value in given.items()]
     parts = ", ".join(part.replace(" ", _SPACE) for part in words)
-    return f"{title or ''}: {parts}" if parts else str(title or "")
+    return f"{title}: {parts}" if parts else title
 
 
 def _conditions(settings: Settings) -> list[str]:
