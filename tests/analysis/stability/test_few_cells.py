@@ -135,4 +135,4 @@ def test_a_rendered_map_is_that_of_all_cells_but_for_small_islands(rng, count, s
         wrong = rendered.classes(setting, damping, stiffness, real=True) != full
         assert not (wrong & ~small_islands(full)).any(), setting
         shares.append(wrong.mean())
-    assert max(shares) < 0.01
+    assert max(shares) < 0.02
