@@ -223,6 +223,7 @@ class OwnRow(GalleryRow):
     def menu(self) -> QMenu:
         """Return what can be done with the file."""
         menu, gallery = QMenu(self), self._gallery
+        menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         asks = {
             "Edit": gallery.edit_pressed,
             "Show in folder": gallery.reveal_pressed,

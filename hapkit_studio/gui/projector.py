@@ -1,5 +1,6 @@
 """The view for a projector: large type and scene, the plots that tell most, two values, the verdict."""
 
+from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING
@@ -31,13 +32,16 @@ _ROOM_FOR_SLIDERS = 200  # px of the card's height
 class LargeValue(QWidget):
     """One parameter's value, to be read from afar; a menu at its name chooses another parameter."""
 
-    def __init__(self, studio: Studio, parameter: AnyParameter, menu: QMenu):
+    def __init__(self, studio: Studio, parameter: AnyParameter, choose: Callable[[str], None]):
         super().__init__()
         self._studio, self.parameter = studio, parameter
         self.quantity = None if isinstance(parameter, Choice) else Quantity(parameter)
         name = QPushButton(parameter.label)
         name.setProperty("flat", True)
         name.setProperty("menu", True)
+        menu = QMenu(self)  # deleted with this value
+        for other in studio.environment.parameters:
+            menu.addAction(other.label, partial(choose, other.key))
         name.setMenu(menu)
         name.setToolTip("Show another parameter here")
         name.setFocusPolicy(Qt.FocusPolicy.TabFocus)
@@ -129,7 +133,8 @@ class ValueCard(QWidget):
         """Show the parameters of the environment in force."""
         known = {parameter.key: parameter for parameter in self._studio.environment.parameters}
         self.values = [
-            LargeValue(self._studio, known[key], self._menu(index)) for index, key in enumerate(self.chosen)
+            LargeValue(self._studio, known[key], partial(self.choose, index))
+            for index, key in enumerate(self.chosen)
         ]
         refill(self._column, self.values)
         self._fit()
@@ -142,12 +147,6 @@ class ValueCard(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._fit()
-
-    def _menu(self, index: int) -> QMenu:
-        menu = QMenu(self)
-        for parameter in self._studio.environment.parameters:
-            menu.addAction(parameter.label, partial(self.choose, index, parameter.key))
-        return menu
 
     def _show_values(self) -> None:
         for value in self.values:
