@@ -1,11 +1,14 @@
-"""Run every benchmark, or those named, print a table and write JSON: ``python -m tests.bench [NAME ...]``."""
+"""Run every benchmark, or those named; show each as it ends: ``python -m tests.bench [NAME ...]``."""
 
 import argparse
 import inspect
+import math
 import sys
+import traceback
+from collections.abc import Callable
 from pathlib import Path
 
-from tests.bench.frame import discover, print_table, save
+from tests.bench.frame import Row, discover, new_file, print_head, print_rows, save
 
 
 def main() -> int:
@@ -19,14 +22,27 @@ def main() -> int:
     unknown = [name for name in options.names if name not in benchmarks]
     if unknown:
         parser.error(f"no benchmark {unknown[0]!r}; there are: {', '.join(benchmarks)}")
-    rows = []
+    rows: list[Row] = []
+    path = new_file(options.output)
+    print_head()
     for name in options.names or benchmarks:
         print(f"{name} ...", file=sys.stderr, flush=True)
-        draws = inspect.signature(benchmarks[name]).parameters
-        rows += benchmarks[name](options.pictures) if draws else benchmarks[name]()
-    print_table(rows)
-    print(f"written to {save(rows, options.output)}")
+        found = measured(name, benchmarks[name], options.pictures)
+        rows += found
+        print_rows(found)
+        save(rows, path)
+    print(f"written to {path}")
     return int(any(row.ok is False for row in rows))
+
+
+def measured(name: str, run: Callable[..., list[Row]], pictures: Path | None) -> list[Row]:
+    """Return a benchmark's rows; one that fails is a row with its reason, and stops no other."""
+    try:
+        return run(pictures) if inspect.signature(run).parameters else run()
+    except (Exception, SystemExit) as error:
+        traceback.print_exc()
+        reason = next(iter(str(error).splitlines()), "") or type(error).__name__
+        return [Row(f"{name} failed: {reason}", math.nan, "", ok=False)]
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import numpy as np
 
 from hapkit_studio.analysis import survey
 from hapkit_studio.analysis.cluster import cluster
-from tests.bench.frame import Row, print_table
+from tests.bench.frame import Row, print_head, print_rows
 
 NAME, ORDER = "survey", 26
 RATES, DELAYS, WORKERS, DIRECT_ROWS = 5, 2, 2, 200
@@ -55,4 +55,5 @@ def run() -> list[Row]:
 
 
 if __name__ == "__main__":
-    print_table(measure(*map(int, sys.argv[1:3])) if len(sys.argv) > 2 else run())
+    print_head()
+    print_rows(measure(*map(int, sys.argv[1:3])) if len(sys.argv) > 2 else run())

@@ -45,10 +45,13 @@ def child(module: str, *words: str, **environment: str) -> dict[str, Any]:
         [sys.executable, "-m", f"tests.bench.{module}", *words],
         env={"QT_QPA_PLATFORM": "offscreen", **os.environ, **environment},
         stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         text=True,
         timeout=300,
-        check=True,
     )
+    if done.returncode:
+        last = next(iter(reversed(done.stderr.splitlines())), "it said nothing")
+        raise RuntimeError(f"{module} ended with {done.returncode}: {last}")
     return json.loads(done.stdout.splitlines()[-1])
 
 
@@ -79,26 +82,34 @@ def machine() -> dict[str, object]:
     }
 
 
-def save(rows: Iterable[Row], folder: Path) -> Path:
-    """Write machine and rows as one JSON object; return the file."""
+def new_file(folder: Path) -> Path:
+    """Return a file for the results of a run that begins now."""
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / time.strftime("%Y%m%d-%H%M%S.json")
-    path.write_text(json.dumps({"machine": machine(), "rows": [asdict(row) for row in rows]}, indent=2))
-    return path
+    return folder / time.strftime("%Y%m%d-%H%M%S.json")
 
 
-def print_table(rows: Iterable[Row]) -> None:
-    """Print the rows as a Markdown table."""
+def save(rows: Iterable[Row], path: Path) -> None:
+    """Write machine and rows as one JSON object, a value that is not a number as null."""
+    found = [{k: None if v != v else v for k, v in asdict(row).items()} for row in rows]
+    path.write_text(json.dumps({"machine": machine(), "rows": found}, indent=2))
+
+
+def print_head() -> None:
+    """Begin a Markdown table of rows."""
     print("| what | value | reference in the same run | ratio | to reach | reached |")
-    print("|---|---|---|---|---|---|")
+    print("|---|---|---|---|---|---|", flush=True)
+
+
+def print_rows(rows: Iterable[Row]) -> None:
+    """Print rows of a Markdown table."""
     for row in rows:
         reference = ""
         if row.reference_value is not None:
             reference = f"{row.reference}: {number(row.reference_value)} {row.unit}"
         ratio = "" if row.ratio is None else number(row.ratio)
         reached = {True: "yes", False: "NO", None: ""}[row.ok]
-        cells = (row.what, f"{number(row.value)} {row.unit}", reference, ratio, row.target, reached)
-        print("| " + " | ".join(cells) + " |")
+        value = "" if row.value != row.value else f"{number(row.value)} {row.unit}"
+        print("| " + " | ".join((row.what, value, reference, ratio, row.target, reached)) + " |", flush=True)
 
 
 def number(value: float) -> str:
