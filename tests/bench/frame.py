@@ -44,8 +44,7 @@ def child(module: str, *words: str, **environment: str) -> dict[str, Any]:
     done = subprocess.run(
         [sys.executable, "-m", f"tests.bench.{module}", *words],
         env={"QT_QPA_PLATFORM": "offscreen", **os.environ, **environment},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
+        capture_output=True,
         text=True,
         timeout=300,
     )
