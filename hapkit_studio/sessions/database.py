@@ -10,6 +10,7 @@ import shutil
 import sqlite3
 import stat
 import tempfile
+import time
 from pathlib import Path
 
 from hapkit_studio.errors import FileError
@@ -18,6 +19,7 @@ from hapkit_studio.sessions.event_values import one_line
 from hapkit_studio.sessions.file import LOG, MARK, TABLES, VERSION, SessionError, schema
 
 _INDEX, _JOURNAL = "-shm", "-journal"
+_JOURNAL_SECONDS, _JOURNAL_LOOK = 0.3, 0.01  # s to wait for a journal to go, and between two looks
 BESIDE = LOG, _INDEX
 """Endings of the files that belong to a session whose recording was not ended."""
 SQLITE = b"SQLite format 3\0"
@@ -39,6 +41,16 @@ ERRORS = sqlite3.DatabaseError, UnicodeDecodeError
 """What reading a foreign file raises; SQLite's messages may quote text of the file that is no UTF-8."""
 
 
+def _has_journal(path: Path) -> bool:
+    """Return whether a journal stays beside a session: one that begins or ends has it for a moment."""
+    end = time.monotonic() + _JOURNAL_SECONDS
+    while there := _size(path.with_name(path.name + _JOURNAL)):
+        if time.monotonic() > end:
+            break
+        time.sleep(_JOURNAL_LOOK)
+    return bool(there)
+
+
 class Database:
     """A connection that only reads. complete: its recording was ended; log_lost: it was not, and the
     ``NAME-wal`` with its newest samples is not beside it."""
@@ -47,10 +59,8 @@ class Database:
         """Open a session; raise SessionError where it is none, or one of a newer studio."""
         header, name = _header(path), one_line(path.name)
         self.complete = header[18] != _WITH_LOG
-        log, index, journal = (
-            _size(path.with_name(path.name + ending)) for ending in (LOG, _INDEX, _JOURNAL)
-        )
-        if journal:
+        log, index = (_size(path.with_name(path.name + ending)) for ending in (LOG, _INDEX))
+        if _has_journal(path):
             raise SessionError(f"{name} was being changed by another program: {name}{_JOURNAL} is beside it.")
         self.log_lost = not self.complete and not log
         self._copy: tempfile.TemporaryDirectory | None = None

@@ -8,7 +8,9 @@ from hapkit_studio.arguments import window_parser
 from hapkit_studio.gui import prepare
 
 OPTIONS = window_parser().parse_args([])
-PREPARING = prepare.begin("loop", OPTIONS.environment or prepare.FIRST)  # as the command line does, before Qt is loaded
+PREPARING = prepare.begin(
+    "loop", OPTIONS.environment or prepare.FIRST
+)  # as the command line does, before Qt is loaded
 
 from PySide6.QtCore import QTimer  # noqa: E402
 from PySide6.QtWidgets import QApplication, QLabel  # noqa: E402

@@ -193,8 +193,9 @@ class LoopPanel(QWidget):
         return self._studio.engine.board_plan if self._studio.engine is not None else None
 
     def _rate(self) -> float:
+        """Return the rate in Hz as it is shown; a board's to whole hertz."""
         engine, plan = self._studio.engine, self._plan()
-        return float(plan.rate) if plan is not None else (engine or self._studio).loop.rate
+        return float(round(plan.rate)) if plan is not None else (engine or self._studio).loop.rate
 
     def _note_values(self) -> None:
         """Show what is modelled; follow a board whose rate is another by a dearer law or method."""

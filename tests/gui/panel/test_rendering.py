@@ -39,7 +39,7 @@ def test_a_board_has_one_and_the_engine_follows_it(board_window):
 def test_the_boards_rate_is_chosen_beside_it(board_window, qtbot):
     switch, studio = board_window.loop.where, board_window.studio
     studio.set_loop(where="board")
-    switch.rate.changed.emit("board_rate", 4.0)
+    switch.rate.changed.emit("board_rate", 8.0)
     answered(board_window, qtbot)
     assert studio.engine.board_plan.rate == 500
     assert column(board_window, 1)[1] == "500"
@@ -59,7 +59,7 @@ def test_the_panel_names_the_boards_rate_for_each_law_and_method(board_window, q
         studio.set_values(values)
         answered(board_window, qtbot)
         rates.append(studio.engine.board_plan.rate)
-        rate = f"{rates[-1]:,}"
+        rate = f"{rates[-1]:,.0f}"
         assert loop.fold.accessibleName() == f"Loop: Board {rate} Hz · Kalman"
         assert loop.rate.box.text() == rate
         assert column(board_window, 1)[1] == rate
@@ -102,7 +102,7 @@ def test_what_was_known_stays_in_sight_until_the_board_has_answered(board_window
     assert not switch.note.text()
     monkeypatch.undo()
     answered(board_window, qtbot)
-    assert column(board_window, 1)[1] == "2,000"
+    assert column(board_window, 1)[1] == "3,503"
 
 
 def test_what_the_board_does_not_do_is_said(board_window, qtbot):
