@@ -57,7 +57,9 @@ def parser() -> argparse.ArgumentParser:
     made = top.add_subparsers(required=True, metavar="COMMAND")
     for command in commands.discover().values():
         words, whole = command.help, command.help[0].upper() + command.help[1:] + "."
-        taking = made.add_parser(command.name, help=words.replace("%", "%%"), description=whole)
+        taking = made.add_parser(
+            command.name, aliases=command.aliases, help=words.replace("%", "%%"), description=whole
+        )
         taking.add_argument("--json", action="store_true", help="print one JSON object")
         taking.set_defaults(command=command.run)
         for names, how in command.options:

@@ -1,25 +1,22 @@
-"""Speed buys stiffness: the chain from a scene's method to the hand, on the computer and on the board.
+"""Which method to render a scene with, on the computer and on the board: error, rate and stiffness of each.
 
-A method and a velocity estimator are off by so much, and cost so much time; that allows a rate and makes a
-delay, and both allow a stiffness. What a hand feels of the error is counted in just-noticeable differences
-(JND). Error: forces beside those of the exact method with the true velocity, at the same rate and delay,
-under every hand of the scene, those that hold and those that let go.
+A method costs time, which sets the rate that a place can keep; rate, delay and method together set the error
+and the stiffness limit. The error is measured against the scene itself (see scene_error), so that a method
+that lowers the rate is charged for it.
 
-Less than 1 JND is sufficient: nobody can tell. Of what is sufficient and as stiff as any, the choice that
-costs least is the one to take. Costs that are as low as measured are equal: the error decides.
+Recommended is the least error among the methods whose stiffness limit is at least MARGIN times the scene's
+stiffness. Errors that differ by less than TIE are equal: the law that takes the fewest cycles decides. Where
+no method has that margin, it is the least error among those nearly as stiff as the stiffest.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
 from itertools import product
 
-import numpy as np
-
-from hapkit_studio.analysis import fidelity, perception
 from hapkit_studio.analysis.accuracy import plan
 from hapkit_studio.analysis.accuracy.velocity import SHORT
+from hapkit_studio.analysis.scene_error import COMPONENTS, METHOD, SceneError, Way
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane, objects
 from hapkit_studio.analysis.sweeps import Progress, no_progress
@@ -27,18 +24,22 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, Spec, parse
 from hapkit_studio.dynamics.hand import hand_named
 from hapkit_studio.environments.base import Environment, Values
-from hapkit_studio.formatting import plain, significant
-from hapkit_studio.haptics import board_plan, headless, rows
+from hapkit_studio.errors import LawError
+from hapkit_studio.formatting import on_screen, plain, significant
+from hapkit_studio.haptics import board_plan, headless
 from hapkit_studio.haptics.board_plan import CLOCK, BoardPlanner, PlanRequest
 from hapkit_studio.haptics.engine import BOARD, COMPUTER
 from hapkit_studio.haptics.settings import RATE, LoopSettings
 from hapkit_studio.laws.machine import ARENA, REST_AT_MOST
 from hapkit_studio.parameters import Choice
 
-SUFFICIENT = 1.0  # JND
+UNFELT = 1.0  # JND: a hand does not tell a smaller error
+MARGIN = 1.5
+"""Of the scene's stiffness: what the limit of a recommended method is at least."""
+NEARLY_AS_STIFF = 0.95  # of the stiffest, where no method has the margin
+TIE = 0.05  # JND: smaller differences are not more than those of a faster reference
 SHARE = 0.8
 """Of a processor, which rendering takes at most."""
-_AS_STIFF = 0.99
 _TIMED_TICKS = 2000
 Options = tuple[tuple[str, float], ...]
 """The key of each choice between methods, and the option taken."""
@@ -93,13 +94,26 @@ class Question:
         """Return the values with other methods."""
         return {**self.values, **dict(options)}
 
+    @property
+    def stiffness(self) -> float:
+        """Return the scene's stiffness in N/m by the exact method, 0 where it has none."""
+        impedance = self.environment.impedance
+        return float(impedance(self.with_options(self.exact))[0]) if impedance else 0.0
+
+    def key_at(self, place: Place) -> str:
+        """Return the estimator that a place uses for the one in force."""
+        spec = board_plan.spec_on_board(self.estimator) if place.name == BOARD else self.estimator
+        return parse(spec)[0].key
+
     def ways(self, place: Place) -> Iterator[tuple[Options, str]]:
-        """Yield every choice of methods with every estimator of a place."""
-        known = board_plan.ESTIMATORS if place.name == BOARD else ESTIMATORS
+        """Yield every choice of methods with the estimator in force, then those set with every other one."""
         every = product(*([(c.key, float(n)) for n in range(len(c.options))] for c in self.choices))
-        for options, key in product(every, known):
+        for options in every:
             if not self.environment.check(self.with_options(options)):
-                yield options, key
+                yield options, self.key_at(place)
+        for key in board_plan.ESTIMATORS if place.name == BOARD else ESTIMATORS:
+            if key != self.key_at(place):
+                yield self.options, key
 
     def words(self, options: Options) -> str:
         """Write methods as a person reads them."""
@@ -109,11 +123,12 @@ class Question:
 
 @dataclass(frozen=True)
 class Candidate(plan.Rival):
-    """One way to render a scene in one place: SI units; error in JND, of what and under which hand.
+    """One way to render a scene in one place: SI units; error in JND, of which sense and under which hand.
 
-    cost and spread of a tick: cycles of the law on the board, else ns. fastest: the rate within SHARE, rate
-    the one it renders at. limit: the exact stiffness limit, nan where the estimator is not linear. The other
-    errors are root mean squares, the largest of all hands.
+    cost and spread of a tick: cycles of the law on the board, else ns; work: cycles of the law, inf where the
+    board cannot hold it. fastest: the rate within SHARE, rate the one it renders at. limit: the exact
+    stiffness limit, nan where the estimator is not linear. parts: of the error, by component in JND; empty
+    where they were not asked for.
     """
 
     place: str
@@ -122,15 +137,15 @@ class Candidate(plan.Rival):
     method: str
     cost: float
     spread: float
+    work: float
     fastest: float
     rate: float
     delay: float
     limit: float
-    force_error: float
-    velocity_error: float
     error: float
     felt: str
     hand: str
+    parts: Mapping[str, float] = field(default_factory=dict, hash=False)
     pareto: bool = False
 
     @property
@@ -143,15 +158,32 @@ class Candidate(plan.Rival):
         return ", ".join(filter(None, (self.method, SHORT[self.estimator])))
 
     @property
-    def sufficient(self) -> bool:
-        """Return whether nobody can tell it from the exact one."""
-        return self.error < SUFFICIENT
+    def name(self) -> str:
+        """Return what tells it from the others of its scene: its methods, or its estimator."""
+        return self.method or SHORT[self.estimator]
+
+    @property
+    def unfelt(self) -> bool:
+        """Return whether no hand of the scene tells it from the scene itself."""
+        return self.error < UNFELT
 
     def row(self) -> dict[str, object]:
         """Return it as an object for programs."""
         unit = "cycles" if self.place == BOARD else "ns"
         found = plain(self) | {"options": dict(self.options), unit: self.cost, f"{unit}_spread": self.spread}
         return {key: value for key, value in found.items() if key not in ("cost", "spread")}
+
+
+@dataclass(frozen=True)
+class Recommendation:
+    """The candidate to use in a place, None without one; margin: its limit is MARGIN times what is needed.
+
+    rivals: those it was chosen from, by error.
+    """
+
+    best: Candidate | None
+    margin: bool
+    rivals: tuple[Candidate, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -184,48 +216,70 @@ class Chain:
         spec = board_plan.spec_on_board(spec) if place == BOARD else spec
         return self.find(place, self.question.options, parse(spec)[0].key)
 
-    def answer(self, place: str, estimator: str = "") -> plan.Answer[Candidate]:
-        """Return the cheapest sufficient choice of those that are as stiff as any; of one estimator if named.
+    def compared(self, place: str) -> tuple[Candidate, ...]:
+        """Return the candidates that differ in what the scene chooses: its methods, else the estimator."""
+        named = Place(place, 0.0)
+        key = self.question.key_at(named)
+        return tuple(c for c in self.at(place) if not c.method or c.estimator == key)
 
-        As stiff: to 1 %.
-        """
-        enough = [c for c in self.at(place) if c.sufficient and estimator in ("", c.estimator)]
-        stiffest = max((c.limit for c in enough if not math.isnan(c.limit)), default=0.0)
-        as_stiff = [c for c in enough if c.limit >= _AS_STIFF * stiffest]
-        return plan.Answer.among(as_stiff, self.default(place, estimator or USUAL))
+    def recommendation(self, place: str) -> Recommendation:
+        """Return what to use in a place: the same at every run."""
+        rivals = sorted(self.compared(place), key=lambda c: c.error)
+        known = [c for c in rivals if not math.isnan(c.limit)] or rivals
+        enough = [c for c in known if not c.limit < MARGIN * self.question.stiffness]
+        stiffest = max((c.limit for c in known), default=0.0)
+        chosen = enough or [c for c in known if c.limit >= NEARLY_AS_STIFF * stiffest]
+        if not chosen:
+            return Recommendation(None, False)
+        default = self.default(place, chosen[0].estimator)
+        tied = [c for c in chosen if c.error <= chosen[0].error + TIE]
+        best = min(tied, key=lambda c: (c.work, c is not default, c.options))
+        return Recommendation(best, bool(enough), tuple(chosen))
 
-    def sentence(self, place: str) -> str:
-        """Write the answer of a place, with its reason."""
-        best = self.answer(place).cheapest
+    def sentences(self, place: str) -> tuple[str, str]:
+        """Write what to use in a place, and why."""
+        found = self.recommendation(place)
+        best = found.best
         if best is None:
-            return self._nothing(place)
-        best_words = f"{best.label}: {jnd(best.error)}, {cost_words(best)}"
-        found = f"{best_words}, {best.rate:,.0f} Hz, {stiffness_words(best.limit)}"
-        other = self._beside(best)
-        if other is None:
-            return f"{found}."
-        name, more = other.method if best.method else SHORT[other.estimator], other.cost - best.cost
-        if other.limit >= _AS_STIFF * best.limit:
-            unit = "cycles" if place == BOARD else "ns"
-            less = f"{abs(more):,.0f} {unit} {'more' if more > 0.0 else 'less'}"
-        else:
-            less = f"{best.limit - other.limit:,.0f} N/m less"
-        return f"{found}; {name} is {jnd(other.error)} and {less}."
+            return next(iter(self.refused.values()), ""), ""
+        scene = self.question.environment.title.lower()
+        same = "no hand tells it from" if best.unfelt else f"{jnd(best.error)} from"
+        where = "On the board" if place == BOARD else "On the computer"
+        first = f"{where}, {best.name} at {best.rate:,.0f} Hz: {same} the {scene} itself, up to "
+        first += f"{stiffness_words(best.limit)}."
+        return first, self._reason(found, best)
 
-    def _nothing(self, place: str) -> str:
-        least = min(self.at(place), key=lambda c: c.error, default=None)
-        if least is None:
-            return next(iter(self.refused.values()), "")
-        return f"Nothing is below 1 JND; {least.label} comes nearest: {jnd(least.error)}, {why_words(least)}."
-
-    def _beside(self, best: Candidate) -> Candidate | None:
-        """Return the stiffest of what is more accurate, else of all others, that differs in one choice."""
-        same = [
-            c for c in self.at(best.place)
-            if (c.estimator == best.estimator if best.method else True)
-            and (c.options, c.estimator) != (best.options, best.estimator) and not math.isnan(c.limit)
+    def _reason(self, found: Recommendation, best: Candidate) -> str:
+        needed = on_screen(self.question.stiffness, "N/m")
+        if not found.margin and best.limit >= self.question.stiffness:
+            return (
+                f"No method's stiffness limit is {MARGIN:g} times the {needed} of this scene: it is near its "
+                "limit here."
+            )
+        if not found.margin:
+            return (
+                f"No method is stiff enough here for a contact of {needed}: it needs a hand or friction to "
+                "come to rest."
+            )
+        own = best.parts.get(METHOD, 0.0)
+        truer = [
+            c for c in self.compared(best.place)
+            if abs(c.parts.get(METHOD, math.inf)) < abs(own) - TIE and c.error > best.error + TIE
         ]  # fmt: skip
-        return max(same, key=lambda c: (c.error < best.error, c.limit, -c.error), default=None)
+        worst = max(best.parts, key=lambda key: best.parts[key], default="")
+        if truer:
+            other = min(truer, key=lambda c: c.error)
+            if other.rate < 0.99 * best.rate:
+                costs = f"renders at {other.rate:,.0f} Hz here, and the rate matters more to your hand"
+            elif own < 0.0:
+                lead = f"{best.name}'s own error makes up for part of the {COMPONENTS[worst]}'s"
+                costs = f"{jnd(other.error)} off in all: {lead}"
+            else:
+                costs = f"{jnd(other.error)} off in all"
+            return f"{other.name} is the more accurate method, but {costs}."
+        if worst:
+            return f"Most of the error is the {COMPONENTS[worst]}: {jnd(best.parts[worst])}."
+        return ""
 
 
 def jnd(error: float) -> str:
@@ -245,47 +299,15 @@ def stiffness_words(limit: float) -> str:
     return "limit unknown" if math.isnan(limit) else "no limit" if math.isinf(limit) else f"{limit:,.0f} N/m"
 
 
-def why_words(candidate: Candidate) -> str:
-    """Write what is felt of an error, and under which hand."""
-    return f"{candidate.felt}, {candidate.hand}"
-
-
 _PLANNER = BoardPlanner(ARENA)
 _TICKS: dict[tuple, tuple[float, float]] = {}
-
-
-def _hands(environment: Environment) -> tuple[str, ...]:
-    return environment.hands or fidelity.HANDS
-
-
-def _rendered(
-    question: Question, options: Options, spec: Spec, rate: float, delay: float, name: str, true: bool = False
-) -> np.ndarray:
-    """Return the rows at perception.RATE of the scene under a hand; true: with the true velocity."""
-    trial = fidelity.script(name)
-    handle = replace(question.device, initial_velocity=trial.thrown)
-    values, loop = question.with_options(options), LoopSettings(rate, delay, spec)
-    scene = headless.Scene(question.environment, values, handle, loop, true_velocity=true)
-    out = headless.prepare_run(scene, trial.hand, math.ceil(trial.seconds * rate) + 1).run()
-    moments = np.arange(round(trial.seconds * perception.RATE)) * (rate / perception.RATE)
-    return out[moments.astype(int)]
-
-
-def _told(environment: Environment, name: str, exact: np.ndarray, other: np.ndarray) -> perception.Difference:
-    """Return what is told apart of two runs under a hand."""
-    outcomes = [fidelity.outcome_named(key, environment.state_names) for key in environment.outcomes]
-    counts = [outcome.column for outcome in outcomes if outcome.column is not None]
-    return perception.difference_under(hand_named(name), exact, other, counts)
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values * values)))
 
 
 def _time_ticks(question: Question, ways: list[tuple[Options, str]]) -> None:
     """Time a tick of the loop with the simulated handle, of those that were not timed yet, twice over."""
     wanted = [way for way in ways if (question.environment.force, *way) not in _TICKS]
-    name = next((name for name in _hands(question.environment) if hand_named(name).release > 0.0), "press")
+    hands = question.environment.hands
+    name = next((name for name in hands if hand_named(name).release > 0.0), "press")
 
     def work(options: Options, key: str) -> plan.Work:
         loop, values = LoopSettings(estimator=question.spec(key)), question.with_options(options)
@@ -337,30 +359,44 @@ def _cost(question: Question, place: Place, options: Options, key: str, live: bo
     return _COUNTED[law]
 
 
-Exact = Callable[[float, float, str], np.ndarray]
+def _work(question: Question, options: Options) -> float:
+    """Return the cycles of a law on the board, inf where it cannot be rendered there."""
+    from hapkit_studio.laws import board
 
-
-def _exact(question: Question) -> Exact:
-    """Return what renders the exact method with the true velocity, at a rate and delay, once for each."""
-
-    @cache
-    def rendered(rate: float, delay: float, name: str) -> np.ndarray:
-        return _rendered(question, question.exact, "difference", rate, delay, name, true=True)
-
-    return rendered
+    try:
+        law, values = question.environment.force, question.with_options(options)
+        return float(board.compile(law, values, 1.0 / RATE.default, ARENA).usual)
+    except LawError:
+        return math.inf
 
 
 def judge(
-    question: Question, place: Place, options: Options, key: str, exact: Exact, live: bool = False
+    question: Question, place: Place, options: Options, key: str, scene: SceneError, live: bool = False
 ) -> Candidate | str:
-    """Return one way to render in one place, or why the board cannot."""
+    """Return one way to render in one place, or why the board cannot; its error is not split.
+
+    live: the work of a computer's law is inf; it is needed to choose between ways only.
+    """
     cost, spec = _cost(question, place, options, key, live), question.spec(key)
     if isinstance(cost, str):
         return cost
-    errors = _errors(question, options, spec, cost.rate, cost.delay, exact)
+    felt = scene.felt(Way(question.with_options(options), cost.rate, cost.delay, spec))
     limit, words = _limit(question, options, cost.rate, cost.delay, spec), question.words(options)
-    times = cost.cost, cost.spread, cost.fastest, cost.rate, cost.delay
-    return Candidate(place.name, options, key, words, *times, limit, *errors)
+    counted = cost.cost if place.name == BOARD else None
+    work = counted or (math.inf if live else _work(question, options))
+    times = cost.cost, cost.spread, work, cost.fastest, cost.rate, cost.delay
+    return Candidate(place.name, options, key, words, *times, limit, felt.error, felt.sense, felt.hand)
+
+
+def scene_of(question: Question) -> SceneError:
+    """Return what judges the ways to render the scene of a question."""
+    return SceneError(question.environment, question.with_options(question.exact), question.device)
+
+
+def split(question: Question, one: Candidate, scene: SceneError) -> Candidate:
+    """Return a candidate with the parts of its error."""
+    values = question.with_options(one.options)
+    return replace(one, parts=scene.parts(Way(values, one.rate, one.delay, question.spec(one.estimator))))
 
 
 def _limit(question: Question, options: Options, rate: float, delay: float, spec: Spec) -> float:
@@ -379,46 +415,38 @@ def _limit(question: Question, options: Options, rate: float, delay: float, spec
     return float(kb_plane.limit(setting, impedance(values)[1] if impedance else 0.0))
 
 
-def _errors(
-    question: Question, options: Options, spec: Spec, rate: float, delay: float, exact: Exact
-) -> tuple[float, float, float, str, str]:
-    """Return the largest error of force and velocity, and what is felt most: in JND, of what, which hand."""
-    forces, velocities, felt = [], [], []
-    for name in _hands(question.environment):
-        reference, found = exact(rate, delay, name), _rendered(question, options, spec, rate, delay, name)
-        forces.append(_rms(found[:, rows.APPLIED] - reference[:, rows.APPLIED]))
-        velocities.append(_rms(found[:, rows.VELOCITY] - found[:, rows.TRUE_VELOCITY]))
-        told = _told(question.environment, name, reference, found)
-        felt.append((told.most, told.word, name))
-    return max(forces), max(velocities), *max(felt)
-
-
 def in_force(question: Question) -> tuple[Candidate | str, ...]:
     """Return what is set, in each place, or why it cannot render that: a live answer."""
-    exact, found = _exact(question), []
-    for place in question.places:
-        spec = board_plan.spec_on_board(question.estimator) if place.name == BOARD else question.estimator
-        found.append(judge(question, place, question.options, parse(spec)[0].key, exact, live=True))
-    return tuple(found)
+    scene = scene_of(question)
+    return tuple(
+        judge(question, place, question.options, question.key_at(place), scene, live=True)
+        for place in question.places
+    )
 
 
-def compute(question: Question, progress: Progress = no_progress) -> Chain:
-    """Return every way to render a scene, in each place."""
+def compute(question: Question, progress: Progress = no_progress, parts: bool = True) -> Chain:
+    """Return the ways to render a scene in each place; parts: with the error split of those compared."""
     ways = [(place, *way) for place in question.places for way in question.ways(place)]
     _time_ticks(question, [way for place, *way in ways if place.name == COMPUTER])  # type: ignore[misc]
-    exact, found, refused = _exact(question), [], {}
+    scene, found, refused = scene_of(question), [], {}
     for done, (place, options, key) in enumerate(ways):
-        progress(done, len(ways))
-        judged = judge(question, place, options, key, exact)
+        progress(done, 2 * len(ways))
+        judged = judge(question, place, options, key, scene)
         if isinstance(judged, str):
             refused[question.words(options)] = judged
         else:
             found.append(judged)
-    progress(len(ways), len(ways))
     marked = [
         one for place in question.places for one in _marked([c for c in found if c.place == place.name])
     ]
-    return Chain(question, tuple(marked), refused)
+    chain = Chain(question, tuple(marked), refused)
+    wanted = {c for place in question.places for c in chain.compared(place.name)} if parts else set()
+    for done, one in enumerate(marked):
+        progress(len(ways) + done, 2 * len(ways))
+        if one in wanted:
+            marked[done] = split(question, one, scene)
+    progress(2 * len(ways), 2 * len(ways))
+    return replace(chain, candidates=tuple(marked))
 
 
 def _marked(candidates: list[Candidate]) -> list[Candidate]:

@@ -64,13 +64,14 @@ def drawn(plot: str | None, draw: Callable[[Any, str], object], found: Any) -> l
 
 @dataclass(frozen=True)
 class Command:
-    """One command: what it takes besides ``--json``, and ``run``, which does it."""
+    """One command: what it takes besides ``--json``, and ``run``, which does it; aliases: former names."""
 
     name: str
     help: str
     run: Callable[[argparse.Namespace], Result]
     options: Sequence[Option] = ()
     order: int = 100
+    aliases: Sequence[str] = ()
 
 
 def span(seconds: float) -> str:

@@ -1,11 +1,11 @@
-"""The command that follows the chain from a scene's methods to the hand: tables, an object, a picture."""
+"""The command for speed and accuracy: tables of the ways to render a scene, an object, a picture."""
 
 import argparse
-from functools import partial
 
 from hapkit_studio import environments as library
 from hapkit_studio.analysis import chain
 from hapkit_studio.analysis.chain import Chain, Question
+from hapkit_studio.analysis.scene_error import COMPONENTS
 from hapkit_studio.charts.chain import chain_figure
 from hapkit_studio.commands import base
 from hapkit_studio.commands.base import Command, Result, option
@@ -20,50 +20,57 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Follow the chain of every scene named; draw it where asked."""
+    """Judge the ways to render every scene named; draw them where asked."""
     if options.parameter and len(options.environment) != 1:
         raise ParameterError("Parameters are of one environment: name it.")
     scenes = [base.environment_named(wanted, options.trust) for wanted in options.environment]
     given = base.key_values(options.parameter)
     questions = [Question(e, e.values(given)) for e in scenes or library.discover().values()]
     found = [chain.compute(q, base.progress_line(q.environment.key)) for q in questions]
-    draw = partial(chain_figure, steps=len(found) == 1)
     text = "\n\n".join(map(_text, found))
     return base.with_files(
-        text, {"scenes": [as_json(c) for c in found]}, base.drawn(options.plot, draw, found)
+        text, {"scenes": [as_json(c) for c in found]}, base.drawn(options.plot, chain_figure, found)
     )
 
 
 def as_json(found: Chain) -> dict:
-    """Return a scene as one object: a row a candidate, an answer a place."""
+    """Return a scene as one object: a row for each candidate, a recommendation for each place."""
     question, answers = found.question, {}
     for place in question.places:
-        answer = found.answer(place.name)
+        answer, default = found.recommendation(place.name), found.default(place.name)
         answers[place.name] = {
-            "cheapest_sufficient": answer.cheapest.row() if answer.cheapest else None,
-            "as_cheap": [c.row() for c in answer.as_cheap],
-            "default": answer.default.row() if answer.default else None,
-            "reason": found.sentence(place.name),
+            "recommended": answer.best.row() if answer.best else None,
+            "stiff_enough": answer.margin,
+            "default": default.row() if default else None,
+            "sentences": [words for words in found.sentences(place.name) if words],
         }
     rows = [c.row() for c in found.candidates]
     scene = {"scene": question.environment.key, "values": dict(question.values)}
-    return {**scene, "rows": rows, "answers": answers, "refused": dict(found.refused)}
+    return {**scene, "rows": rows, "recommendations": answers, "refused": dict(found.refused)}
 
 
 def _text(found: Chain) -> str:
     lines = [found.question.environment.title]
     for place in found.question.places:
-        lines.append(f"{place.name.capitalize()}. {found.sentence(place.name)}")
-        heads = "", "force mN", "a tick", "at most Hz", "Hz", "N/m", "felt"
-        lines.append(f"  {heads[0]:<28}{heads[1]:>9}{heads[2]:>14}" + "".join(f"{h:>11}" for h in heads[3:]))
+        first, why = found.sentences(place.name)
+        lines += [words for words in (first, why) if words]
+        best = found.recommendation(place.name).best
+        heads = "Hz", "N/m", "JND", *COMPONENTS.values()
+        lines.append(f"  {'':<30}{'a tick':>14}" + "".join(f"{h:>{_width(h)}}" for h in heads))
         for c in found.at(place.name):
-            marks = ("* " if c.pareto else "  ") + ("default" if c is found.default(place.name) else "")
-            cells = f"{c.fastest:>11,.0f}{c.rate:>11,.0f}{c.limit:>11,.0f}{chain.jnd(c.error):>11}"
-            numbers = f"{1e3 * c.force_error:>9.1f}{chain.cost_words(c):>14}{cells}"
-            lines.append(f"  {c.label:<28}{numbers} {marks}".rstrip())
-    lines += found.refused.values()
-    return "\n".join([*lines, "Nothing beats what is marked * in error and stiffness: the Pareto front."])
+            marks = "recommended" if c is best else "", "default" if c is found.default(place.name) else ""
+            parts = [f"{c.parts[key]:.2f}" if key in c.parts else "" for key in COMPONENTS]
+            cells = f"{c.rate:,.0f}", f"{c.limit:,.0f}", chain.jnd(c.error).removesuffix(" JND"), *parts
+            numbers = "".join(f"{t:>{_width(h)}}" for t, h in zip(cells, heads, strict=True))
+            said = ", ".join(filter(None, marks))
+            lines.append(f"  {c.label:<30}{chain.cost_words(c):>14}{numbers}  {said}".rstrip())
+    lines += [f"{words}: {why}" if words else why for words, why in found.refused.items()]
+    return "\n".join(lines)
 
 
-_HELP = "chart what each method's speed buys in stiffness, and what of its error is felt"
-COMMAND = Command("chain", _HELP, run, OPTIONS, 61)
+def _width(head: str) -> int:
+    return max(len(head) + 2, 8)
+
+
+_HELP = "chart the error of each method in total and by component, with its rate and stiffness limit"
+COMMAND = Command("speed-accuracy", _HELP, run, OPTIONS, 61, aliases=("chain",))

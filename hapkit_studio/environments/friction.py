@@ -178,9 +178,9 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
     if model == COULOMB:
         most = 1.5 * conditions.mass * conditions.quantum / (period * (period + conditions.delay))
         if 0.0 < most < kinetic:
-            yield f"Above {most:.2g} N plain Coulomb friction chatters over several counts: try tether."
+            yield f"Above {most:.2g} N plain Coulomb friction chatters over several counts: try projection."
         elif kinetic > LEAST:
-            yield "Plain Coulomb friction flips with the speed's sign and creeps when pulled: try tether."
+            yield "Plain Coulomb friction flips with the speed's sign and creeps when pulled: try projection."
         return
     if model == SMOOTHED:
         slope, most = kinetic / values["stick_velocity"], sampled_loop.damping_limit(conditions.loop())
@@ -209,7 +209,7 @@ ENVIRONMENT = Environment(
             "model",
             "Model",
             MODELS,
-            "tether",
+            "projection",
             "Coulomb and smoothed know the speed alone and let go. Karnopp holds within a band of speed. "
             "Tether and projection hold and break away at once, Stribeck and LuGre by degrees.",
             labels=LABELS,
@@ -256,6 +256,6 @@ ENVIRONMENT = Environment(
     over_velocity=over_velocity,
     outcomes=("peak_force", "final_position", "energy"),
     hands=("stroke", "pluck", "released"),
-    needs=("mass", "viscous", "coulomb", "delay", "filter"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
     order=4,
 )

@@ -88,7 +88,7 @@ ENVIRONMENT = Environment(
             "wall_stiffness", "Wall stiffness", "N/m", 500.0, 50.0, 5000.0, "Of both walls", "k<sub>w</sub>"
         ),
         Parameter("friction", "Friction", "N", 0.0, 0.0, 3.0, "Dry, of puck on ground", "F<sub>c</sub>"),
-        integrator("puck", "verlet"),
+        integrator("puck", "semi_implicit"),
     ),
     force=force,
     shortcut="P",

@@ -377,7 +377,7 @@ _ENVIRONMENT = (
         enabled=lambda w: bool(w.presets.different),
     ),
     Action(
-        "environment.use_method", "Use the cheapest sufficient method",
+        "environment.use_method", "Use the recommended method",
         lambda w: cast("ChainPage", w.views.shown).use(), enabled=_has_method,
     ),
     Action("environment.import_preset", "Import preset…", lambda w: w.presets.bring()),

@@ -13,6 +13,7 @@ from hapkit_studio.charts import fidelity as charts
 from hapkit_studio.cli import main
 from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.environments.base import Environment
+from hapkit_studio.environments.pushed import integrator
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
 from hapkit_studio.laws import law
@@ -175,7 +176,10 @@ def test_what_a_file_says_it_needs_is_what_it_needs(computed, key):
     ],
 )
 def test_what_a_script_hides_is_felt_at_another_throw_or_moment_or_later(key, hand, term, how, monkeypatch):
-    made = replace(LIBRARY[key], hands=(hand,))
+    parameters = tuple(
+        integrator("puck", "verlet") if p.key == "integrator" else p for p in LIBRARY[key].parameters
+    )
+    made = replace(LIBRARY[key], hands=(hand,), parameters=parameters)
     found = {e.term: e for e in fidelity.compute(made).effects}[term]
     assert found.hand.startswith(how)
     assert found.felt > 1.1

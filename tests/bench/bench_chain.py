@@ -1,4 +1,4 @@
-"""Time of the chain from method to hand: every scene, and a live answer to a slider."""
+"""Time of judging every scene's ways to render it, and of a live answer to a slider."""
 
 import statistics
 import time
@@ -8,7 +8,7 @@ from hapkit_studio.analysis import chain
 from tests.bench.frame import Row
 
 NAME, ORDER = "chain", 33
-ALL, LIVE = 60.0, 0.050  # s
+ALL, LIVE = 180.0, 0.100  # s
 SLIDES = 20
 
 
@@ -22,8 +22,8 @@ def run() -> list[Row]:
     every = time.perf_counter() - begin
     slowest, scene = max((live(q), q.environment.title) for q in questions if q.environment.parameters)
     return [
-        Row("the chain of all scenes", every, "s", target=f"< {ALL:g} s", ok=every < ALL),
-        Row(f"a live answer, {scene}", 1e3 * slowest, "ms", target="< 50 ms", ok=slowest < LIVE),
+        Row("speed and accuracy of all scenes", every, "s", target=f"< {ALL:g} s", ok=every < ALL),
+        Row(f"a live answer, {scene}", 1e3 * slowest, "ms", target="< 100 ms", ok=slowest < LIVE),
     ]
 
 

@@ -24,7 +24,7 @@ COMMANDS = {
     "map-friction": ("break-it", "limit_cycle", "--plane"),
     "identify": ("identify",),
     "fidelity": ("fidelity",),
-    "chain": ("chain", "puck", "friction", "mass_spring_damper"),
+    "chain": ("speed-accuracy", "puck", "friction", "mass_spring_damper"),
 }
 
 

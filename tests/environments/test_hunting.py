@@ -17,7 +17,12 @@ PLACES = {
         lambda k: {"amplitude": k * 0.005 / math.tau},
         lambda k: 0.0025,
     ),
-    "tether": ("friction", {"viscous": 0.0}, lambda k: {"tether_stiffness": k}, lambda k: 0.0),
+    "tether": (
+        "friction",
+        {"viscous": 0.0, "model": "tether"},
+        lambda k: {"tether_stiffness": k},
+        lambda k: 0.0,
+    ),
     "stribeck": (
         "friction",
         {"viscous": 0.0, "model": "stribeck"},
@@ -61,7 +66,7 @@ def test_damping_that_is_seen_late_counts_for_what_it_is(estimator, late):
     limit = hs.stiffness_limit(MASS, VISCOUS, damping=5.0, delay=late, estimator=estimator)
     device = hs.SimulatedHapkit(coulomb_force=0.0, quantum=0.0, initial_velocity=1e-4)
     for share in (0.97, 1.03):
-        values = {"tether_stiffness": share * limit, "viscous": 5.0}
+        values = {"model": "tether", "tether_stiffness": share * limit, "viscous": 5.0}
         run = hs.simulate("friction", values, device=device, delay=late, estimator=estimator, seconds=8.0)
         assert said(run) == swings(run) == (share > 1.0)
 
@@ -91,7 +96,8 @@ def test_a_tether_hunts_where_it_gives_more_than_the_handle_takes(late, viscous)
     stiff = np.geomspace(200.0, 2e4, 400)
     gives = np.array([balance(k, late, viscous) for k in stiff])
     for share in (0.9, 2.0):
-        values = {"tether_stiffness": stiff[np.argmax(gives > share)], "viscous": viscous}
+        values = {"model": "tether", "viscous": viscous}
+        values["tether_stiffness"] = stiff[np.argmax(gives > share)]
         assert hunts(values, late) == (share > 1.0)
 
 

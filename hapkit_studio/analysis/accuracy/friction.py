@@ -148,7 +148,7 @@ def _scenes() -> tuple[plan.Scene, ...]:
             (mass, pull, friction, held),
         ),
         plan.Scene(
-            "handle", "A handle that should hold", drift, 1e-5, resting,
+            "handle", "A handle that should hold", drift, 1e-5, f"{resting}; {plan.BY_HAND}",
             plan.default_of("friction", "model"), "m/s",
             (
                 ("Handle", "0.044 kg, 0.5 N·s/m"), ("Sensor", "20.7 µm"), pull, friction, held,

@@ -13,6 +13,7 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy.plan import (
+    BY_HAND,
     FELT,
     Method,
     Plan,
@@ -168,7 +169,6 @@ def stick_slip() -> Motion:
 _FINER = 4
 STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.25e-3, 0.125e-3)
 THIRD = f"{FELT}; an object's force is in proportion to its motion"
-BY_HAND = "a hand on the puck feels more than that: the chain, not this, decides its default"
 MOTIONS: dict[str, Callable[[], Motion]] = {
     "free": partial(swinging, False),
     "damped": partial(swinging, True),

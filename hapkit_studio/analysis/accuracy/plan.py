@@ -32,6 +32,7 @@ from hapkit_studio.formatting import plain
 
 FELT = "A third of the smallest change of force that people feel, 6 %"
 """Why a tolerance is 2 %."""
+BY_HAND = "the view Speed and accuracy, not this chart, decides the scene's default"
 Work = Callable[[], object]
 Prepare = Callable[[], Work]
 Clock = Callable[[], int]

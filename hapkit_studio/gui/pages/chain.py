@@ -1,4 +1,4 @@
-"""Speed buys stiffness: the chain from method to hand of the scene as it is set, and a better choice."""
+"""Speed and accuracy: the error of each way to render the scene as it is set, and the one to use."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QPushButton, QWidget
 
 from hapkit_studio.analysis import chain
 from hapkit_studio.analysis.chain import Candidate, Chain, Place, Question
-from hapkit_studio.charts.chain import chain_figure, draw, look, shown
+from hapkit_studio.charts.chain import chain_figure, draw, look
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import parse
 from hapkit_studio.errors import ParameterError
@@ -21,6 +21,7 @@ from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
 from hapkit_studio.gui.undo import put
+from hapkit_studio.gui.widgets.parts import down, hint
 from hapkit_studio.haptics.engine import BOARD, COMPUTER
 
 if TYPE_CHECKING:
@@ -32,34 +33,35 @@ REST_MS = 400
 
 
 def columns(found: Chain) -> tuple[Column, ...]:
-    """Return the columns of the candidates: what, where, what is felt of it, how stiff it may be."""
-    best = [found.answer(place).cheapest for place in (COMPUTER, BOARD)]
+    """Return the columns of the candidates: what, where, its error, how stiff it may be."""
+    best = [found.recommendation(place).best for place in (COMPUTER, BOARD)]
     return (
         Column(
-            "Method", lambda one: f"{one.method or one.label}\n{one.place}", right=False,
+            "Method", lambda one: f"{one.name}\n{one.place}", right=False,
             sign=lambda one: sign(*look(one, found)), token=lambda one: "accent" if one in best else "ink",
         ),
         Column("JND", lambda one: chain.jnd(one.error).removesuffix(" JND"), lambda one: one.error,
-               lambda one: "ok" if one.sufficient else "danger"),
+               lambda one: "ok" if one.unfelt else "ink"),
         Column("N/m", lambda one: chain.stiffness_words(one.limit).removesuffix(" N/m"),
                lambda one: one.limit),
     )  # fmt: skip
 
 
 class ChainPage(MeasuringPage):
-    """The newest scene's chain; a slider moves the answer of what is set at once, then all is computed."""
+    """The newest scene; a slider moves the error of what is set at once, then every way is computed."""
 
-    file = "chain"
-    heading = "Speed buys stiffness"
-    about = "A cheaper method renders faster, and faster is stiffer. Take the cheapest that nobody feels."
-    begin = "Compute to see what each method's speed buys."
-    drawn, listed = "Error felt over achievable stiffness of every method", "Methods with error and stiffness"
+    file = "speed-accuracy"
+    heading = "Speed and accuracy"
+    about = "How far is each way to render this scene from the scene itself? Shorter is better."
+    begin = "Compute to see how far each way to render this scene is from the scene itself."
+    drawn, listed = "Error of every way to render the scene, by component", "Ways with error and stiffness"
     buttons = ("Compute", "Compute again")
     use_button: QPushButton
     read = (
-        "Above, a chart a step: error, cost, rate, stiffness, what is felt. Below, right is stiffer and down "
-        "is truer. Filled: the board. Hollow: the computer. Ring: the default. Shaded, and circled in black: "
-        "what is set. Below the dashed line nobody tells a method from the exact one."
+        "A bar is the error that a hand feels, split into what causes it. 1 JND is the least that a hand "
+        "can tell. A part left of zero makes up for another; the black line is the total then. "
+        "Semi-implicit Euler runs half a step ahead, which makes up for part of the delay. "
+        "Shaded: recommended. Ring: the default."
     )
 
     def __init__(self, studio: "Studio", live: "Live"):
@@ -69,7 +71,10 @@ class ChainPage(MeasuringPage):
         self._worker = LatestAnswer(chain.in_force, self)
         self._rest = QTimer(self, interval=REST_MS, singleShot=True)
         self._rest.timeout.connect(self.press)
-        self.build()
+        self.reason, body = hint(), QWidget()
+        self.reason.setContentsMargins(44, 0, 16, 0)  # below the words of the answer, beside its sign
+        down(self.reason, (self.chart, 1), into=body)
+        self.build(body)
         self.table.chosen.connect(self._choose)
         self._worker.answered.connect(self.show_in_force)
         for changed in (studio.settings_changed, studio.engine_changed, studio.hidden_changed):
@@ -126,10 +131,10 @@ class ChainPage(MeasuringPage):
         self._chosen = None
         self.found = result
         self.chart.show_drawing(lambda figure, colors: draw(figure, colors, result))
-        rows = [one for place in (BOARD, COMPUTER) for one in shown(result, place)]
+        rows = [one for place in (BOARD, COMPUTER) for one in result.compared(place)]
         self.table.show_rows(columns(result), rows)
         places = [place.name for place in result.question.places]
-        self.answer.say("\n".join(f"{name.capitalize()}: {result.sentence(name)}" for name in places))
+        self._say()
         refused = result.refused.get(result.question.words(result.question.options), "")
         self.show_in_force([result.in_force(name) or refused for name in places])
         pairs = [(place.name.capitalize(), _place_words(place)) for place in result.question.places]
@@ -137,18 +142,32 @@ class ChainPage(MeasuringPage):
         self.use_button.setEnabled(self.better is not None)
         self.look()
 
+    def _say(self) -> None:
+        """Head the chart with what to use where the scene is rendered, and why."""
+        assert self.found is not None
+        first, why = self.found.sentences(self.place)
+        sign = ("check", "ok") if self.found.recommendation(self.place).margin else ("triangle", "warn")
+        self.answer.say(first, *sign)
+        self.reason.setText(why)
+        self.reason.setVisible(bool(why))
+
     def show_in_force(self, found: Any) -> None:
         """Show what is set, in each place, or why it cannot render that."""
         names = [place.name.capitalize() for place in self.question().places]
         self.now.show_pairs([(f"Set, {n.lower()}", _words(one)) for n, one in zip(names, found, strict=True)])
 
     @property
+    def place(self) -> str:
+        """Return where the scene is rendered."""
+        engine = self._studio.engine
+        return engine.where if engine else COMPUTER
+
+    @property
     def better(self) -> Candidate | None:
-        """Return the row that is chosen, else the cheapest sufficient where the scene is rendered."""
+        """Return the row that is chosen, else the recommended one where the scene is rendered."""
         if self.found is None or self._chosen is not None:
             return self._chosen
-        engine = self._studio.engine
-        return self.found.answer(engine.where if engine else COMPUTER).cheapest
+        return self.found.recommendation(self.place).best
 
     def use(self) -> None:
         """Set method and estimator of the chosen row, or of the answer."""
@@ -182,7 +201,7 @@ class ChainPage(MeasuringPage):
 
 
 def _same_but_method(one: Question, other: Question) -> bool:
-    """Return whether two questions differ at most in what the chain compares."""
+    """Return whether two questions differ in methods and estimator at most."""
     keys = one.spec, other.spec
     estimators = [parse(q.estimator) for q in (one, other)]
     tuned = all(spec(method.key) == method.key for spec, (method, _) in zip(keys, estimators, strict=True))
@@ -203,4 +222,4 @@ def _place_words(place: Place) -> str:
     return f"up to {place.rate:,.0f} Hz{late}"
 
 
-VIEW = View("chain", "Chain", 22, ChainPage, scene=False)
+VIEW = View("chain", "Speed and accuracy", 22, ChainPage, scene=False)

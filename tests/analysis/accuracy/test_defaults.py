@@ -6,7 +6,7 @@ import pytest
 
 from hapkit_studio.analysis import accuracy
 from hapkit_studio.analysis.accuracy import words
-from hapkit_studio.analysis.accuracy.integrators import BY_HAND
+from hapkit_studio.analysis.accuracy.plan import BY_HAND
 from hapkit_studio.cli import main
 
 CHARTS = tuple(accuracy.plans())
@@ -15,7 +15,7 @@ TRIES = 3
 
 
 def right(choice):
-    """Return whether a default is as cheap as any, or where the chain decides, within the tolerance."""
+    """Return whether a default is as cheap as any, or where another view decides, within the tolerance."""
     by_hand = all(sheet.scene.reason.endswith(BY_HAND) for sheet in choice.sheets)
     return choice.answer.tied or (by_hand and choice.passed(choice.answer.default) == len(choice.sheets))
 

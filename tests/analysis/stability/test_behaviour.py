@@ -316,7 +316,7 @@ def test_a_frequency_takes_four_cycles_in_the_last_half_of_a_run(cycles, told, m
 @pytest.mark.parametrize("stiffness", [600.0, 1100.0, 1600.0])
 def test_a_swing_that_drifts_is_as_wide_and_as_fast_as_its_own_turns(stiffness):
     """A bare tether, 1 ms late, drifts by millimetres a second while it hunts; a turn's mean is taken off."""
-    values = {"tether_stiffness": stiffness, "viscous": 0.0}
+    values = {"model": "tether", "tether_stiffness": stiffness, "viscous": 0.0}
     said = said_of("friction", values, LoopSettings(1000.0, 1e-3), coulomb=0.0)
     device = SimulatedHapkit(coulomb_force=0.0, initial_velocity=0.1)
     run = hs.simulate("friction", values, device=device, delay=1e-3, seconds=10.0)
