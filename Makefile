@@ -25,7 +25,7 @@ help:
 	@echo "make bench     measure, beside a reference each; draw the charts of the README anew"
 	@echo "make pictures  take the pictures of README and docs anew"
 	@echo "make fuzz      ten million inputs for firmware and decoders, some minutes"
-	@echo "make soak      record for 40 minutes at 4 kHz with the window open: memory, missing rows"
+	@echo "make soak      record for 40 minutes at 4 kHz while environments and views change: memory, missing rows"
 	@echo "make firmware  build the board's program and the virtual board"
 	@echo "make realtime  say what priority the loop obtains, and how to get more"
 	@echo "make clean     remove everything built"

@@ -1,4 +1,4 @@
-"""Record at 4 kHz with the window open, 40 minutes by default: memory is flat once the kept minutes are full.
+"""Record at 4 kHz while environments and views change, 40 minutes by default: memory must become flat.
 
 ``python -m tests.soak [MINUTES]`` prints the memory each minute; exit code 1 where it grew by 2 % or
 more after minute 11, or where a row is missing in the session.
@@ -8,10 +8,13 @@ import os
 import sys
 import tempfile
 import time
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
+from PySide6.QtCore import QTimer
 
+from hapkit_studio.gui.window import MainWindow
 from hapkit_studio.sessions.session import Session
 from tests.bench.frame import resident
 from tests.bench.window import keep_busy, open_window, process_until
@@ -20,13 +23,31 @@ MINUTES = 40
 FULL = 11  # minutes: by then the last ten are kept
 GROWTH = 0.02
 RATE = 4000.0
+CHANGE_MS = 1000  # from one environment or view to the next
+
+
+def keep_changing(window: MainWindow) -> QTimer:
+    """Show the next environment and the next view once per second, in turn."""
+    keys = [action.key for action in window.actions_by_key.entries]
+    views = [key for key in keys if key.startswith("view.tab.")]
+    turns = zip(cycle(window.studio.environments), cycle(views), strict=False)
+    timer = QTimer(window, interval=CHANGE_MS)
+
+    def change() -> None:
+        environment, view = next(turns)
+        window.studio.choose(environment)
+        window.actions_by_key.run(view)
+
+    timer.timeout.connect(change)
+    timer.start()
+    return timer
 
 
 def record(minutes: int) -> tuple[list[float], int, Path]:
     """Return the memory in MB at each minute's end, how many rows the window lost, and the session."""
     application, window = open_window("--environment", "spring")
     window.studio.set_loop(rate=RATE)
-    timer, recording = keep_busy(window), window.studio.recording
+    timer, changes, recording = keep_busy(window), keep_changing(window), window.studio.recording
     recording.toggle()
     memory = []
     for minute in range(1, minutes + 1):
@@ -37,6 +58,7 @@ def record(minutes: int) -> tuple[list[float], int, Path]:
     recording.toggle()
     process_until(application, lambda: recording.newest is not None, 30.0)
     timer.stop()
+    changes.stop()
     path, lost = recording.newest[0], window.live.lost
     window.close()
     return memory, lost, path
