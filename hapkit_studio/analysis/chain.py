@@ -176,7 +176,7 @@ class Candidate(plan.Rival):
 
 @dataclass(frozen=True)
 class Recommendation:
-    """The candidate to use in a place, None without one; margin: its limit is MARGIN times what is needed.
+    """The candidate to use in a place, or None; margin: its limit is at least MARGIN times the stiffness.
 
     rivals: those it was chosen from, by error.
     """

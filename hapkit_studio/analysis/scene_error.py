@@ -82,7 +82,7 @@ class SceneError:
         self._found: dict[tuple, Felt] = {}
 
     def felt(self, way: Way, real: tuple[str, ...] = tuple(COMPONENTS)) -> Felt:
-        """Return what is felt of a way with only some of its components real, the largest of all hands."""
+        """Return the largest error over all hands, with the components not in `real` ideal."""
         return max((self._told(way, hand, real) for hand in self.hands), key=lambda found: found.error)
 
     def parts(self, way: Way) -> dict[str, float]:
@@ -104,7 +104,7 @@ class SceneError:
         return {one: found.get(one, 0.0) for one in everything}
 
     def _told(self, way: Way, hand: str, real: tuple[str, ...]) -> Felt:
-        """Return what is felt under one hand; ways that differ in ideal components only are rendered once."""
+        """Return the error with one hand; ways that differ only in ideal components share one run."""
         effective = Way(
             way.values if METHOD in real else self.exact,
             way.rate if SAMPLING in real else IDEAL_RATE,

@@ -127,5 +127,5 @@ def _raw(value: Any, unit: Any) -> str:
 
 
 def _small(words: str) -> str:
-    """Return words for the middle of a sentence; a name such as RK4 stays as it is."""
+    """Return the words with a small first letter, except for names such as RK4."""
     return words[:1].lower() + words[1:] if words[1:2].islower() else words

@@ -25,7 +25,7 @@ _FAR = 0.06  # m, and m/s: where a curve is looked for
 _LEAST_HALF = 2.5  # mm, and mm/s: half the least range of the law's curve
 _MORE_SIGHT = 0.1
 _OVER_LIMIT = 1.35  # of the force limit: what lies beyond is not worth showing
-_BESIDE, _LEAST_FORCE = 0.08, 0.5  # of the forces, N: what is left free beyond them
+_BESIDE, _LEAST_FORCE = 0.08, 0.5  # free space beyond the forces as a fraction of their range; least range, N
 
 Mark = tuple[float, str]
 """When something was changed, in s, and in words what."""
@@ -148,7 +148,7 @@ def _draw_theory(
 
 
 def _limit(settings: Mapping) -> float:
-    """Return the force limit in N that was set, inf where none is known."""
+    """Return the force limit that was set, in N, or inf if none was recorded."""
     device = settings.get("device")
     found = settings.get("max_force_N", device.get("max_force") if isinstance(device, Mapping) else None)
     try:

@@ -116,7 +116,7 @@ def _line(session: Session) -> str:
 
 
 def _remarks(session: Session) -> list[str]:
-    """Return what is damaged, and what is to be done with a recording that was not ended."""
+    """Return the damage found, and how to repair a recording that was not ended."""
     return [*session.damage, *([session.unfinished] if session.unfinished else [])]
 
 

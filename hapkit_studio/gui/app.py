@@ -66,7 +66,7 @@ def _place(window: MainWindow, size: tuple[int, int] | None) -> None:
 
 
 def build(options: argparse.Namespace) -> MainWindow:
-    """Return the window, no device opened yet; leave with a line if an option names what is not there.
+    """Return the window without opening a device; exit with one line if an option names something unknown.
 
     A notice names the stored settings that could not be used.
     """

@@ -57,7 +57,7 @@ class RecordingOpener(QObject):
         self._job.start(work)
 
     def end(self) -> None:
-        """Cancel what is being read."""
+        """Stop reading the recording."""
         self._job.end()
 
     def _take(self, result: tuple[Path, object]) -> None:

@@ -47,7 +47,7 @@ def measured(estimate: Estimate) -> str:
 
 
 def confirms(estimate: Estimate) -> bool:
-    """Return whether the interval, as it is written, contains the value that was set."""
+    """Return whether the interval, rounded as in the text, contains the value that was set."""
     return estimate.told and estimate.asked is not None and not deviation(estimate)
 
 

@@ -219,7 +219,7 @@ def _reach(parts: np.ndarray) -> np.ndarray:
     return parts[:, :, survey.HIGH].max(axis=1) - parts[:, :, survey.LOW].min(axis=1)
 
 
-_EXPECTED = 0.05  # of a map's cells: with so many rendered, half of the progress is shown
+_EXPECTED = 0.05  # the progress shows 50 % when this fraction of a map's cells is rendered
 _STIFFEST = 1e9
 _PRECISION = 1e-4
 

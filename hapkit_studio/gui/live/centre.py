@@ -139,7 +139,7 @@ class Centre(QWidget):
         self._narrow, self._settings, self._projected = False, settings, False
         self._page: QWidget | None = None
         self._shows_scene, self._is_law = True, False
-        self._scene_height = settings.pixels("scene_height", 0.0)  # 0: nobody dragged it
+        self._scene_height = settings.pixels("scene_height", 0.0)  # 0: the default height
         self._phase_width = settings.pixels("phase_width", 0.0)
         fill(self.columns, GAP, 0, self.time_card, self.phase_card, self.values_card)
         fill(self.rows, GAP, 1, self.scene_card, self.columns)

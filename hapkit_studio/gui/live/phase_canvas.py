@@ -23,7 +23,7 @@ from hapkit_studio.gui.widgets.theme import number, theme
 _FAR = 1e4  # px
 _LEAST_FORCE = 0.5  # N
 _OVER_LIMIT = 1.35  # of the force limit: what lies beyond is not worth showing
-_BESIDE = 0.12  # of the forces: what is left free beyond them
+_BESIDE = 0.12  # free space beyond the largest force, as a fraction of the range of forces
 _BENT = 1e-6  # of the force's span: a bend smaller than this is rounding
 _TURNS = 5  # to each side: the end of a well at the centre, then two wells more
 _BEYOND = 1.1  # a bend wants to be inside the frame, not on it
