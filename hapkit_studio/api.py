@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hapkit_studio import environments
+from hapkit_studio import environments, interrupts
 from hapkit_studio.analysis.setting import DELAY, RATE
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
@@ -157,8 +157,9 @@ def simulate(
 
     rate in Hz, delay in s from sample to applied force (any non-negative value), max_speed in m/s latches
     over-speed where it is finite; controller: the passivity controller is on. Raise ParameterError for what
-    is unknown, out of range or not a number.
+    is unknown, out of range or not a number, LawError where the law takes longer than a period and 1 ms.
     """
+    interrupts.listen()
     chosen = environment if isinstance(environment, Environment) else environments.named(environment)
     values = chosen.values(parameters)
     device = SimulatedHapkit() if device is None else device

@@ -10,16 +10,19 @@ from typing import Any
 
 import numpy as np
 
+from hapkit_studio import interrupts
+from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import on_board
+from hapkit_studio.analysis.stability.verdict import of_spring
 from hapkit_studio.commands.base import option
 from hapkit_studio.devices.port_errors import no_data
 from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.errors import DeviceError, ParameterError
 from hapkit_studio.formatting import printable
 from hapkit_studio.haptics import rows
-from hapkit_studio.haptics.arrays import DEVICE_GONE, SLOW_LINK
+from hapkit_studio.haptics.arrays import DEVICE_GONE, SLOW_LAW, SLOW_LINK
 from hapkit_studio.haptics.engine import BOARD, COMPUTER, RENDERERS, Engine
-from hapkit_studio.haptics.health import Fault, Health
+from hapkit_studio.haptics.health import SIMPLIFY, Fault, Health
 from hapkit_studio.haptics.rows import RingReader
 from hapkit_studio.sessions.file import SessionError
 from hapkit_studio.sessions.recorder import Recorder
@@ -27,6 +30,8 @@ from hapkit_studio.sessions.recorder import Recorder
 FRAME_SECONDS = 1 / 60
 _PATIENCE = 10.0
 _AGAIN = "Check the USB cable, then try again."
+_SAID_SECONDS = 0.005
+"""s without force that a remark is worth."""
 _MEASURING = 0.6
 """s in which the connection holds the force at zero and the computer's delay is measured."""
 _ENOUGH = 100
@@ -60,6 +65,8 @@ def run(
     record: the path of a session to be written meanwhile.
     """
     reader = engine.reader()
+    if not engine.device.simulated:
+        of_spring(Setting(), 300.0, 0.0)  # compiles what judges the link: seconds in which no hand would move
     with contextlib.closing(engine):
         engine.start()
         begin(engine, reader, options.render, options.board_rate)
@@ -130,13 +137,15 @@ def is_gone(fault: Fault | None) -> bool:
 
 def _is_over(fault: Fault | None) -> bool:
     """Return whether no force can follow this fault."""
-    return fault is not None and fault.code in (DEVICE_GONE, SLOW_LINK)
+    return fault is not None and fault.code in (DEVICE_GONE, SLOW_LINK, SLOW_LAW)
 
 
 def fault_words(fault: Fault) -> str:
     """Return why a run ended, and what to do before the next one."""
     if fault.code == SLOW_LINK:
         return f"{fault.text} Force is zero. Let the board render (--render board), or use a faster port."
+    if fault.code == SLOW_LAW:
+        return f"{fault.text} Force is zero. {SIMPLIFY}"
     return f"{fault.text} Force is zero. {_AGAIN if is_gone(fault) else 'Hold the handle, then try again.'}"
 
 
@@ -166,7 +175,7 @@ def play(
 ) -> tuple[np.ndarray, float]:
     """Run for some seconds, the hand following its script; return the rows and the seconds run.
 
-    They are fewer where the device goes away or its link is too slow, or a person ends it with Ctrl-C: what
+    They are fewer where the device goes away or its link is too slow, or a person ends it with Ctrl+C: what
     came is kept. look is called with the time again and again.
     """
     begin, pieces = time.perf_counter(), []
@@ -178,6 +187,7 @@ def play(
             pieces.append(reader.read())
             look(t)
             time.sleep(FRAME_SECONDS)
+    interrupts.listen()  # what a person ended is the run, not what follows
     if hand is not None:
         engine.move_hand(None)
     pieces.append(reader.read())
@@ -195,8 +205,10 @@ def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[
     doubt = "" if _is_over(engine.fault) else on_board.link_warning(engine)
     said += [doubt] if doubt else []
     without = found["link"]["without_force_s"]
-    if without > 0.0:
-        counted = engine.health().link
+    counted = engine.health().link
+    if counted.clock_jumps:
+        said.append(f"The board's clock went back or jumped {counted.clock_jumps} times: time was corrected.")
+    if without >= _SAID_SECONDS:
         causes = {
             "The line brought no sample for 20 ms": counted.no_sample,
             "This computer was busy elsewhere for 20 ms": counted.away,
@@ -227,6 +239,7 @@ def _both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
         "crc_errors": counted.crc_errors,
         "board_crc_errors": counted.board_errors,
         "stale_forces": counted.stale_forces,
+        "clock_jumps": counted.clock_jumps,
         "without_force_s": float(table[off, rows.PERIOD].sum()),
         "motor_off": {
             "no_sample": counted.no_sample,

@@ -12,7 +12,7 @@ from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.formatting import plain
 from hapkit_studio.sessions.event_values import one_line
 from hapkit_studio.sessions.export import DECIMALS, WRITERS
-from hapkit_studio.sessions.file import ABOUT, SETTINGS, SUFFIX
+from hapkit_studio.sessions.file import ABOUT, MARKER, SETTINGS, SUFFIX
 from hapkit_studio.sessions.folder import choose_folder, chosen_folder, folder, rename
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.sessions.settings import changes
@@ -44,6 +44,8 @@ def _show(options: argparse.Namespace) -> Result:
         about = [f"{name.replace('_', ' ')}: {value}" for name, value in session.latest(ABOUT).items()]
         said = changes(session.events, start, stop)
         notes = [f"note: {text}" for text in session.notes]
+        marks = [e for e in session.events if e.kind == MARKER]
+        notes += [f"At {mark.time - start:.2f} s: {mark.what['text']}" for mark in marks]
         lines = [_line(session), *about, *notes, *said, *_remarks(session)]
         return Result("\n".join(lines), _facts(session))
 

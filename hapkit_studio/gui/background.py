@@ -175,6 +175,6 @@ class LatestAnswer(QObject):
 
     def _deliver(self, job: Future[Any]) -> None:
         if job is self._job:
-            result = job.result()
             self._waiting.stop()
-            self.answered.emit(result)
+            if not isinstance(job.exception(), StudioError):  # a law that is too slow has no answer
+                self.answered.emit(job.result())

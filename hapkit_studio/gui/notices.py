@@ -44,6 +44,7 @@ class Notices(QObject):
         super().__init__()
         self._studio, self._banners = studio, banners
         self._heard, self._silent, self._stale = False, QElapsedTimer(), QElapsedTimer()
+        self._stale_reason = ""
         self._silent.start()
         self._unmeasured = QElapsedTimer()
         self._simulated: Button = ("Use simulated Hapkit", studio.device.open_simulated)
@@ -74,9 +75,10 @@ class Notices(QObject):
         self.show_unmeasured(health)
         if health.stale:
             self._stale.start()
+            self._stale_reason = health.stale
         held = self._stale.isValid() and self._stale.elapsed() < HOLD_MS
         silent = held and self._studio.fault is None and self._studio.link.state == "running"
-        words = ("Fault: no sensor frame for 20 ms.", "Force is zero. It comes back when frames return.")
+        words = f"Fault: {self._stale_reason}.", "Force is zero. It comes back when good frames return."
         self._show(silent, "stale", _FAULT, words, tone="danger")
 
     def show_fault(self) -> None:

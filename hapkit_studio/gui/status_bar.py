@@ -16,6 +16,7 @@ HOLD_S = 0.5
 _MARGIN, _SPACING = 14, 12
 _RATE_OFF = 0.02
 _MOST_MISSED = 1e-3  # of the ticks lately: a single one among thousands is not felt
+_JUMPS = "How often the board's clock went back, stood still or jumped ahead, since the device was opened"
 _MISSED = (
     "Ticks whose force came too late or not at all, and frames lost on the line, since the device was opened"
 )
@@ -93,8 +94,8 @@ class StatusBar(QWidget):
         self.margin, self.energy = Field("Stability"), Field("Energy")
         self.kept = Field("Record", edged=False)
         self.energy.link.setText("Switch controller on")
-        names = "Servo rate", "Lateness", "Missed ticks", "Computing time", "Priority"
-        lines = self.rate, self.late, self.missed, self.compute, self.priority = [
+        names = "Servo rate", "Lateness", "Missed ticks", "Board's clock", "Computing time", "Priority"
+        lines = self.rate, self.late, self.missed, self.jumps, self.compute, self.priority = [
             Field(name, edged=False) for name in names
         ]
         self.figures = QFrame(parent or self)
@@ -110,6 +111,7 @@ class StatusBar(QWidget):
         self.kept.link.setText("Show")
         self.kept.link.clicked.connect(self.show_sessions)
         self.missed.setToolTip(_MISSED)
+        self.jumps.setToolTip(_JUMPS)
         self._clamped_until = 0.0
         fields = self.loop, self.clamp, self.margin, self.energy
         across(*fields, None, self.kept, into=self, margins=(_MARGIN, 0, _MARGIN, 0), gap=_SPACING)
@@ -152,6 +154,9 @@ class StatusBar(QWidget):
         self.compute.setHidden(on_board or math.isnan(compute))
         self.compute.show_words(f"Computing {number(1e6 * compute, 1)} µs")
         self.missed.show_words(f"Missed {lost:,}", "triangle" if lately else "", "warn" if lately else "ink2")
+        jumps = health.link.clock_jumps
+        self.jumps.show_words(f"Board's clock jumps {jumps:,}, corrected", "triangle", "warn")
+        self.jumps.setVisible(jumps > 0)
         priority = health.priority
         words = f"{priority.text}, late up to {late(us['max'])}."
         said = (priority.text, "check", "ok") if priority.realtime else (words, "triangle", "warn")

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hapkit_studio import interrupts
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.haptics import block
 from hapkit_studio.haptics.block import Block
@@ -12,19 +13,26 @@ from hapkit_studio.laws import native
 # --- real: the tick's own numbers; of STALE_TIMES there are three
 GAIN, RAMP, BLEND, LAST_POSITION, ENERGY, APPLIED, HOLD, GOOD, STALE_TIMES = range(9)
 FAULT_VALUE, FAULT_POSITION, CLOCK, VELOCITY = range(11, 15)
-REAL = 16
+# s: a call of the law took lately, in live loops; laws longer than a period have taken since OVERRUN_SINCE
+LAW_TIME, OVERRUN, OVERRUN_SINCE = range(15, 18)
+LOOKED_AT = 18  # s of processor time: when a headless run looked at the clock last, 0 before the first time
+REAL = 19
 WATCH = 1344
 
-# --- word: the tick's own whole numbers; LONG: samples in a row whose law took longer than a period
-SLOT, STARTED, TICK, STALE, CLEARED, FLAGS, GENERATION, ASKED, RENEW, LONG = range(10)
-SPARE = 10  # a fault's words, where the observer asks a law
+# --- word: the tick's own whole numbers; STALE: 1 + the cause, 0 while samples come
+SLOT, STARTED, TICK, STALE, CLEARED, FLAGS, GENERATION, ASKED, RENEW = range(9)
+SLOW = 9  # the address of the law that was too slow
+CALLS, OPAQUE = 10, 11  # the observer's calls of the law in this tick; the law takes too long to be asked
+# of a headless run: ticks, and work in passes of loops, since it looked last; the socket that signals come to
+TICKS_DONE, WORK_DONE, SIGNALS = range(12, 15)
+SPARE = 15  # a fault's words, where the observer asks a law
 WORD = SPARE + native.FAULT_WORDS
 
 # --- control: shared with the window, one cache line each
 CONTROL, STRIDE = 128, 8
 QUIT, STOP, CLEAR, HEAD, FAULT, ACCEPTED, MISSED, STALE_COUNT = range(0, 64, STRIDE)
 LOST_FRAMES, CRC_ERRORS, DONE, ZERO, FLIP = range(64, 104, STRIDE)
-STALE_CAUSES = 104  # how often each of CAUSES stopped the force
+STALE_CAUSES = 104  # how often each of CAUSES stopped the force; of CLOCK_JUMP how often it happened
 STALE_FORCES = 112  # those that the board refused as too old
 BOARD_ERRORS = 120  # frames that the board could not read
 
@@ -35,8 +43,8 @@ NO_FAULT, OVER_SPEED, STALE_SENSOR, DEVICE_GONE, RUNAWAY = 0, 4, 5, 6, 7
 SLOW_LAW, SLOW_LINK = 9, 10
 
 # why the force went to zero for a while: the line brought no sample, the computer was away or the law held it
-# up, the board switched its motor off although it was answered
-CAUSES = NO_SAMPLE, AWAY, HELD_UP, CUT = range(4)
+# up, the board switched its motor off although it was answered, its clock jumped
+CAUSES = NO_SAMPLE, AWAY, HELD_UP, CUT, CLOCK_JUMP = range(5)
 
 
 class LoopArrays(NamedTuple):
@@ -63,9 +71,11 @@ class LoopArrays(NamedTuple):
 
 def new_arrays(shared: Block, energies: int = 1) -> LoopArrays:
     """Return arrays at rest that read their settings from the given block and keep so many energies."""
+    word = np.zeros(WORD, dtype=np.int64)
+    word[SIGNALS] = interrupts.fileno()
     return LoopArrays(
         real=np.zeros(REAL),
-        word=np.zeros(WORD, dtype=np.int64),
+        word=word,
         params=np.zeros((2, block.INITIAL_STATE)),
         start=np.zeros(block.INITIAL_STATE),
         goal=np.zeros(block.INITIAL_STATE),
@@ -95,9 +105,9 @@ def restart(r: LoopArrays, hold_seconds: float) -> None:
     r.real[FAULT_VALUE : FAULT_POSITION + 1] = reason
     r.real[BLEND] = r.real[RAMP] = 1.0
     r.real[HOLD] = hold_seconds
-    ticks = r.word[TICK]
+    ticks, slow = r.word[TICK], r.word[SLOW]
     r.word[:] = 0
-    r.word[TICK] = ticks
+    r.word[TICK], r.word[SLOW] = ticks, slow
     r.word[CLEARED] = r.control[CLEAR]
     r.words[:] = 0
     if r.control[FAULT] == NO_FAULT:

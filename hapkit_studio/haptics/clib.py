@@ -44,6 +44,7 @@ def declare(symbol, result, *arguments):
 poll = declare("poll", _int, _ADDRESS, _ulong, _int)
 read = declare("read", _long, _int, _ADDRESS, _ulong)
 write = declare("write", _long, _int, _ADDRESS, _ulong)
+recv = declare("recv", _long, _int, _ADDRESS, _ulong, _int)  # on Windows the upper half of its result is none
 clock_gettime = declare("clock_gettime", _int, _int, _ADDRESS)
 clock_nanosleep = declare("clock_nanosleep", _int, _int, _int, _ADDRESS, _ADDRESS)
 sched_setscheduler = declare("sched_setscheduler", _int, _int, _int, _ADDRESS)
@@ -63,6 +64,7 @@ SetWaitableTimer = declare("SetWaitableTimer", _int, _ADDRESS, _ADDRESS, _int, _
 WaitForSingleObject = declare("WaitForSingleObject", _uint, _ADDRESS, _uint)
 CloseHandle = declare("CloseHandle", _int, _ADDRESS)
 GetCurrentThread = declare("GetCurrentThread", _ADDRESS)
+GetThreadTimes = declare("GetThreadTimes", _int, _ADDRESS, _ADDRESS, _ADDRESS, _ADDRESS, _ADDRESS)
 SetThreadPriority = declare("SetThreadPriority", _int, _ADDRESS, _int)
 
 
@@ -74,8 +76,9 @@ def add_symbols(library, names) -> None:
 
 if sys.platform == "win32":
     _names = "QueryPerformanceCounter QueryPerformanceFrequency CreateWaitableTimerExW SetWaitableTimer "
-    _names += "WaitForSingleObject CloseHandle GetCurrentThread SetThreadPriority"
+    _names += "WaitForSingleObject CloseHandle GetCurrentThread GetThreadTimes SetThreadPriority"
     add_symbols(ctypes.windll.kernel32, _names.split())  # type: ignore[attr-defined]
+    add_symbols(ctypes.windll.ws2_32, ["recv"])  # type: ignore[attr-defined]
 
 _I64 = ir.IntType(64)
 

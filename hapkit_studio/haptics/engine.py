@@ -56,6 +56,7 @@ class Engine:
         self._lock = threading.RLock()
         # a law by its address, with the last generation of settings that wanted it
         self.kept_laws: dict[int, tuple[int, object]] = {}
+        self._titles: dict[int, str] = {}  # of environments, by their law's address
         self.grip = "medium"
         self._target: float | None = None
         self.model = MODELS[0]
@@ -139,6 +140,7 @@ class Engine:
         content, law = wanted.encode(), wanted.environment.force.compiled()
         accepted = int(load_acquire(self.arrays.control, arrays.ACCEPTED))
         self.kept_laws[law.address] = wanted.generation, law
+        self._titles[law.address] = wanted.environment.title
         block.publish(self.arrays.block, content)
         self.kept_laws = {address: kept for address, kept in self.kept_laws.items() if kept[0] >= accepted}
 
@@ -383,7 +385,13 @@ class Engine:
     @property
     def fault(self) -> Fault | None:
         code = int(load_acquire(self.arrays.control, arrays.FAULT))
-        return health.describe_fault(code, self.arrays)
+        title = self._titles.get(int(self.arrays.word[arrays.SLOW]))
+        return health.describe_fault(code, self.arrays, f"the law of {title}" if title else "the law")
+
+    @property
+    def clock_jumps(self) -> int:
+        """Return how often the board's clock went back, stood still or jumped ahead."""
+        return health.count_link(self.arrays.control).clock_jumps
 
     def clear_fault(self) -> None:
         """Clear a latched fault; the law starts anew, the force fades in from zero."""
@@ -442,7 +450,7 @@ class Engine:
             rate=rate,
             lateness_us=late,
             missed=int(control[arrays.MISSED]),
-            stale=bool(self.arrays.word[arrays.STALE]),
+            stale=health.stale_reason(self.arrays),
             link=health.count_link(control),
             priority=held,
             delay=delay,

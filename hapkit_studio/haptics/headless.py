@@ -12,7 +12,7 @@ from hapkit_studio.dynamics.hand import Hand, Prescribed
 from hapkit_studio.dynamics.jit import compiled, inlined
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.haptics import arrays, block, rows, simulated_loop
+from hapkit_studio.haptics import arrays, block, patience, rows, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.clib import load_acquire
 from hapkit_studio.haptics.settings import LoopSettings, Wanted
@@ -23,10 +23,10 @@ from hapkit_studio.haptics.tick import tick
 @inlined
 def simulate_sample(
     r: LoopArrays, body: Plant, row: np.ndarray, target: float, after: float, shown: float
-) -> None:
+) -> bool:
     """Fill one row, whose time is set, and move the device on as the hand's target goes on to `after` m.
 
-    shown is the target in the row, nan where no hand holds.
+    shown is the target in the row, nan where no hand holds. Return whether the run goes on.
     """
     simulated_loop.write_truth(body, shown, row)
     force = tick(
@@ -34,27 +34,30 @@ def simulate_sample(
     )
     simulated.command(body.dev, body.queue, force)
     simulated.advance(body.dev, body.queue, target, after)
+    return patience.goes_on(r)
 
 
 @compiled
 def run_batch(
     r: LoopArrays, body: Plant, hand: np.ndarray, targets: np.ndarray, holding: np.ndarray, out: np.ndarray
 ) -> int:
-    """Fill one row a sample; return how many were done (fewer only where the run was told to quit).
+    """Fill one row a sample; return how many were done: fewer only where the run was told to quit.
 
     hand is mass, damping, stiffness; targets (n + 1,) in m, linear between samples; holding (n,) says
     whether the hand holds from sample k on; out is (n, ROW_WIDTH), row 0 the initial state.
     """
     settings = r.block.values
     period = settings[block.PERIOD]
+    patience.begin(r)
+    if load_acquire(r.control, arrays.QUIT):
+        return 0
     for k in range(out.shape[0]):
-        if load_acquire(r.control, arrays.QUIT):
-            return k
         on = holding[k] != 0
         simulated_loop.configure(body, settings, hand, on)
         row = out[k]
         row[rows.BOARD_TIME] = k * period
-        simulate_sample(r, body, row, targets[k], targets[k + 1], targets[k] if on else math.nan)
+        if not simulate_sample(r, body, row, targets[k], targets[k + 1], targets[k] if on else math.nan):
+            return k + 1
     return out.shape[0]
 
 
@@ -65,12 +68,14 @@ def run_prescribed(
     """Fill one row a sample of a motion imposed on the handle: positions, velocities (n,) in m, m/s."""
     settings = r.block.values
     simulated_loop.configure(body, settings, settings, False)
+    patience.begin(r)
     for k in range(out.shape[0]):
         body.dev[simulated.X] = positions[k]
         body.dev[simulated.V] = velocities[k]
         row = out[k]
         row[rows.BOARD_TIME] = k * settings[block.PERIOD]
-        simulate_sample(r, body, row, positions[k], positions[k], positions[k])
+        if not simulate_sample(r, body, row, positions[k], positions[k], positions[k]):
+            return
 
 
 @compiled
@@ -83,6 +88,7 @@ def run_irregular(
     """
     settings = r.block.values
     passed, when = settings[block.PERIOD], 0.0
+    patience.begin(r)
     for k in range(out.shape[0]):
         settings[block.PERIOD], settings[block.DELAY] = periods[k], late[k]
         body.constants[simulated_loop.PERIOD] = math.nan  # other than the last: configure looks at it
@@ -96,11 +102,19 @@ def run_irregular(
         simulated.advance(body.dev, body.queue, 0.0, 0.0)
         passed = periods[k]
         when += passed
+        if not patience.goes_on(r):
+            return
+
+
+_AT_ONCE = 1 << 17  # rows, 35 MB: Ctrl+C need not wait for gigabytes
 
 
 def new_rows(count: int) -> np.ndarray:
     """Return room for count rows, its memory in place: what is timed then is the loop alone."""
-    return np.full((count, rows.ROW_WIDTH), 0.0)
+    out = np.empty((count, rows.ROW_WIDTH))
+    for first in range(0, count, _AT_ONCE):
+        out[first : first + _AT_ONCE] = 0.0
+    return out
 
 
 # The hand's speed in a prescribed motion comes from its positions this far apart.
@@ -150,6 +164,7 @@ class Scene:
 class PreparedRun:
     """A scene and the hand on it, made ready: ``run`` is compiled code alone, and happens once."""
 
+    title: str
     arrays: LoopArrays
     body: Plant
     grip: np.ndarray
@@ -158,8 +173,9 @@ class PreparedRun:
     out: np.ndarray
 
     def run(self) -> np.ndarray:
-        """Render; return the telemetry rows (count, ROW_WIDTH)."""
+        """Render; return the telemetry rows (count, ROW_WIDTH); raise LawError where the law is too slow."""
         run_batch(self.arrays, self.body, self.grip, self.targets, self.holding, self.out)
+        patience.check(self.arrays, self.title)
         return self.out
 
 
@@ -170,11 +186,14 @@ def prepare_run(scene: Scene, hand: Hand, count: int) -> PreparedRun:
     holding = (times[:-1] < hand.release).astype(np.int64)
     targets = _sampled(hand.target, times, hand.vectorised) if holding.any() else np.zeros(count + 1)
     numbers = np.array([hand.mass, hand.damping, hand.stiffness])
-    return PreparedRun(r, body, numbers, targets, holding, new_rows(count))
+    return PreparedRun(scene.environment.title, r, body, numbers, targets, holding, new_rows(count))
 
 
 def render(scene: Scene, hand: Hand | Prescribed | None, count: int) -> tuple[np.ndarray, LoopArrays]:
-    """Return count telemetry rows and the arrays they left; raise ParameterError for a motion not finite."""
+    """Return count telemetry rows and the arrays they left.
+
+    Raise ParameterError for a motion that is not finite, LawError for a law that is too slow.
+    """
     if isinstance(hand, Prescribed):
         return _render_prescribed(hand, scene, count)
     hand = hand or Hand(release=0.0)
@@ -194,6 +213,7 @@ def _render_prescribed(hand: Prescribed, scene: Scene, count: int) -> tuple[np.n
     after, before = times + _DIFFERENCE_SECONDS, np.maximum(times - _DIFFERENCE_SECONDS, 0.0)
     velocities = (_sampled(hand.position, after) - _sampled(hand.position, before)) / (after - before)
     run_prescribed(r, body, positions, velocities, out)
+    patience.check(r, scene.environment.title)
     device = scene.device
     pull = device.mass * np.gradient(velocities) * scene.loop.rate if len(times) > 1 else np.zeros(1)
     friction = device.damping * velocities + device.coulomb_force * np.sign(velocities)

@@ -9,7 +9,7 @@ import numpy as np
 
 from hapkit_studio.devices.delays import LONGEST_DELAY
 from hapkit_studio.dynamics.jit import compiled
-from hapkit_studio.formatting import number
+from hapkit_studio.formatting import number, on_screen
 from hapkit_studio.haptics import arrays, block
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.priority import Priority
@@ -60,7 +60,8 @@ class LinkCounts:
     """What went wrong between computer and board, counted since the start.
 
     no_sample, away, held_up, cut: how often the force went to zero because the line brought no sample, the
-    computer was busy elsewhere, the law held it up, the board switched its motor off.
+    computer was busy elsewhere, the law held it up, the board switched its motor off. clock_jumps: how often
+    the board's clock went back, stood still or jumped ahead.
     """
 
     lost_frames: int
@@ -71,6 +72,7 @@ class LinkCounts:
     away: int
     held_up: int
     cut: int
+    clock_jumps: int = 0
 
 
 def count_link(control: np.ndarray) -> LinkCounts:
@@ -85,12 +87,13 @@ class Health:
     """A snapshot for status bar and command line; delay in s.
 
     Rate, lateness in µs and missed_lately (lost frames too) are of the last 10 s, other counts of all time.
+    stale: why the force is zero for a while, "" where it is not.
     """
 
     rate: float
     lateness_us: dict[str, float]
     missed: int
-    stale: bool
+    stale: str
     link: LinkCounts
     priority: Priority
     delay: float
@@ -124,17 +127,25 @@ class Watch:
 
 
 HOLD_THEN_CLEAR = "Force is zero. Hold the handle, then clear."
+SIMPLIFY = "Simplify the law or lower the rate."
 
 
 _STALE = {
     arrays.NO_SAMPLE: ("no sensor frame for 20 ms", "Cable or hub loose?"),
     arrays.AWAY: ("this computer was busy elsewhere for 20 ms", "Close other programs."),
-    arrays.HELD_UP: ("the law held the loop up for 20 ms", "Simplify the law or lower the rate."),
+    arrays.HELD_UP: ("the law held the loop up for 20 ms", SIMPLIFY),
     arrays.CUT: (
         "the board switched its motor off: forces came too late or not at all",
         "Cable or hub loose?",
     ),
+    arrays.CLOCK_JUMP: ("the board's clock jumped", "Update the firmware or use another board."),
 }
+
+
+def stale_reason(r: LoopArrays) -> str:
+    """Return why the force is zero for a while, "" where it is not."""
+    cause = int(r.word[arrays.STALE]) - 1
+    return "" if cause < 0 else _STALE[cause][0]
 
 
 @dataclass(frozen=True)
@@ -146,8 +157,8 @@ class Fault:
     detail: str = HOLD_THEN_CLEAR
 
 
-def describe_fault(code: int, r: LoopArrays) -> Fault | None:
-    """Return the fault of a code with the values the loop left, None for no fault."""
+def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | None:
+    """Return the fault of a code with the values the loop left, None for no fault; law: what it is called."""
     value, second = float(r.real[arrays.FAULT_VALUE]), float(r.real[arrays.FAULT_POSITION])
     line, limit = int(r.fault[1]), float(r.values[block.MAX_SPEED])
     place = f"x = {number(1e3 * second, 2)} mm"
@@ -165,8 +176,8 @@ def describe_fault(code: int, r: LoopArrays) -> Fault | None:
         arrays.STALE_SENSOR: (f"{stale}, three times in 10 s.", f"{remedy} Hold the handle, then clear."),
         arrays.RUNAWAY: (f"this machine cannot keep {value:,.0f} Hz.", "Lower the rate, then clear."),
         arrays.SLOW_LAW: (
-            f"the law takes {_ms(value)} ms, a period {_ms(second)} ms.",
-            "Simplify the law or lower the rate, then clear.",
+            f"{law} takes {on_screen(value, 's', 3)}, a period is {on_screen(second, 's', 3)}.",
+            f"{SIMPLIFY} Then clear.",
         ),
         arrays.SLOW_LINK: (
             f"{trip} from a sample to its force; the board obeys none after {_ms(second)} ms.",

@@ -15,9 +15,9 @@ from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import arrays, block, rows
 from hapkit_studio.haptics.arrays import LoopArrays
-from hapkit_studio.haptics.clib import load_acquire
+from hapkit_studio.haptics.clib import load_acquire, store_release
 from hapkit_studio.haptics.rows import Ring
-from hapkit_studio.haptics.tick import STALE_AFTER, latch, mark_stale, tick
+from hapkit_studio.haptics.tick import STALE_AFTER, latch, live_tick, mark_stale
 from hapkit_studio.protocol import codec, law_frames
 
 # --- Link.numbers, in SI units
@@ -33,7 +33,10 @@ SEEN_SPEED = 18  # from one position that the board tells to the next
 # from a sample to its force, as measured last, without added delay; the board refuses forces after WATCHDOG
 ROUND_TRIP, TOO_LONG_SINCE, WATCHDOG = range(19, 22)
 MOTOR_OFF_TIME = 22  # in which the board has kept its motor off although it was answered
-NUMBERS = 23
+# the board's clock: what its jumps are corrected by, the last corrected time, when that came by our clock,
+# how far ours was ahead at least, of late
+CLOCK_SHIFT, CLOCK_LAST, CLOCK_AT, CLOCK_AHEAD = range(23, 27)
+NUMBERS = 27
 
 # --- Link.words
 STARTED, SENT_STOP, ZEROED, FLIPPED = range(4)
@@ -68,7 +71,8 @@ MOTOR_ON_WITHIN = 0.3  # s after which a board that is answered has its motor on
 # so many answers in a row, over so many s, each too late: the computer cannot render
 _SLOW_ANSWERS, SLOW_AFTER = 4, 0.15
 REPEAT_AFTER = 0.1  # s after which what has no effect is sent once more
-_SEVERAL = 3
+CLOCK_SLACK = 0.1  # s by which the board's clock may gain on ours between two frames
+_CLOCK_SLOW = 0.1  # and fall behind for good, as a share: a virtual board that is held up does
 _ROUNDING = 1e-9
 
 _MOTOR_OFF = codec.FLAG_WATCHDOG | codec.FLAG_STOPPED | codec.FLAG_REFUSED
@@ -255,7 +259,8 @@ def note_gap(r: LoopArrays, link: Link, now: float) -> bool:
     if now - n[LAST_ANSWER] < STALE_AFTER:
         return False
     if n[LAST_ANSWER] > n[LOOKED_AT]:  # in this very pass: it took so long itself
-        cause = arrays.HELD_UP if r.word[arrays.LONG] >= _SEVERAL else arrays.AWAY
+        slow = load_acquire(r.control, arrays.FAULT) == arrays.SLOW_LAW
+        cause = arrays.HELD_UP if slow else arrays.AWAY
     else:
         cause = arrays.AWAY if now - n[LOOKED_AT] > 1.5 * STALE_AFTER else arrays.NO_SAMPLE
     if link.words[STARTED]:
@@ -301,6 +306,34 @@ def watch_motor(r: LoopArrays, link: Link, said: int, now: float) -> None:
             mark_stale(r, now, arrays.CUT)
 
 
+@compiled
+def check_clock(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> None:
+    """Correct a sample's board time where the board's clock went back, stood still or jumped ahead.
+
+    It jumped where it went on by more than the samples that were sent, and by more than our clock. Time goes
+    on by their periods then, and the force is zero as after a gap: such a board may have started anew.
+    """
+    n = link.numbers
+    time, elapsed = sample[codec.BOARD_TIME] + n[CLOCK_SHIFT], now - n[CLOCK_AT]
+    passed, sent = time - n[CLOCK_LAST], r.values[block.PERIOD] * (1.0 + sample[codec.LOST])
+    gained = now - time < n[CLOCK_AHEAD] - CLOCK_SLACK
+    if n[CLOCK_AT] == 0.0:
+        n[CLOCK_AHEAD] = now - time
+    elif passed <= 0.0 or (passed > 1.5 * sent and gained):
+        wrong, time = time, n[CLOCK_LAST] + sent
+        n[CLOCK_SHIFT] += time - wrong
+        link.words[LEFT_OUT] = 1
+        if r.word[arrays.STALE]:
+            r.real[arrays.GOOD] = 0.0
+            place = arrays.STALE_CAUSES + arrays.CLOCK_JUMP
+            store_release(r.control, place, r.control[place] + 1)
+        else:
+            mark_stale(r, now, arrays.CLOCK_JUMP)
+    n[CLOCK_AHEAD] = min(now - time, n[CLOCK_AHEAD] + _CLOCK_SLOW * elapsed)
+    n[CLOCK_LAST], n[CLOCK_AT] = time, now
+    sample[codec.BOARD_TIME] = time
+
+
 @internal
 def time_since_last(link: Link, sample: np.ndarray) -> float:
     """Return the time in s since the last row by the board's clock, 0 where that means nothing."""
@@ -340,7 +373,7 @@ def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
         note_link(r, link, sample, now)
     in_effect = link.numbers[SIGN] * effect(link, sample, period)
     row = out.rows[rows.next_index(out)]
-    force = tick(r, position_of(link, sample[codec.COUNT]), period, in_effect, row)
+    force = live_tick(r, position_of(link, sample[codec.COUNT]), period, in_effect, row)
     share, flags = fade_out(r, link, period), int(row[rows.FLAGS])
     if share < 1.0:
         force *= share

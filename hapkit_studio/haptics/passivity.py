@@ -28,7 +28,7 @@ import numpy as np
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
 from hapkit_studio.haptics import arrays, block, rows
 from hapkit_studio.haptics.arrays import LoopArrays
-from hapkit_studio.laws.native import call
+from hapkit_studio.laws.native import LAW_FUEL, call
 
 # Energy of a force and a length that fingers do not feel (0.3 N, 0.4 mm), in J.
 FELT = 0.12e-3
@@ -39,6 +39,11 @@ COUNTS = 4.0
 # more where the handle is faster, up to so many: what it could give is known before it is given.
 CELLS, CELL, A_TICK, MOST_A_TICK = 640, 0.125e-3, 4, 64
 A_METRE = 1.0 / CELL
+# Passes of loops that one call of the law may take, and all calls of a tick: a law that takes more is not
+# asked, and what it can give stays unknown.
+MOST_PASSES, PASSES_A_TICK = 250, 2000
+# Of a period, in a live loop: the law's own call and those of the observer.
+MOST_SHARE = 0.5
 # A controller's damping stays below this share of mass over period and delay: of a spring of K = 0, theory
 # 1.3, the stable ones are 2.0 and, a period late, 0.83; with a stiff spring and both, the best is 0.42.
 SAFE = 0.25
@@ -225,9 +230,14 @@ def force_at(r: LoopArrays, position: float, period: float) -> float:
     for i in range(rows.STATES):
         w[SCRATCH + i] = w[FROZEN + i]
     slot = r.word[arrays.SLOT]
+    fault[3] = MOST_PASSES
+    r.word[arrays.CALLS] += 1
     force = call(r.laws[slot], r.params[slot], w[SCRATCH:WORK], position, 0.0, period, fault)
     if not math.isfinite(force) or fault[0]:
+        if fault[0] == LAW_FUEL:
+            r.word[arrays.OPAQUE] = 1
         fault[0] = 0
+        fault[1] = MOST_PASSES
         return 0.0
     limit = r.values[block.MAX_FORCE]
     return min(max(force, -limit), limit)
@@ -239,26 +249,40 @@ def ask(r: LoopArrays, position: float, period: float) -> None:
     w, word = r.watch, r.word
     if word[arrays.ASKED] == 0:
         begin(r, position, period)
-    for cell in range(word[arrays.ASKED], reach(w, word[arrays.ASKED], position, period)):
+    passes, left = PASSES_A_TICK, word[arrays.SPARE + 1 : arrays.SPARE + 2]
+    for cell in range(word[arrays.ASKED], reach(r, position, period)):
         for side in range(2):
             sign = 2 * side - 1
             force, before = sign * force_at(r, w[START] + sign * cell * CELL, period), w[ENDS + side]
+            passes -= MOST_PASSES - left[0]
             w[ENDS + side] = force
             there = WORK + CELLS + sign * cell
             if before > 0.0 > force:
                 lift(w, w[there - sign] + 0.5 * before * CELL * before / (before - force))
             w[there] = w[there - sign] + 0.5 * (force + before) * CELL
             lift(w, w[there])
+        if word[arrays.OPAQUE]:
+            return
         word[arrays.ASKED] = cell + 1
+        if passes <= 0:
+            return
 
 
 @internal
-def reach(w: np.ndarray, asked: int, position: float, period: float) -> int:
-    """Return up to which cell to ask: past where the handle is after another period, twice as fast."""
+def reach(r: LoopArrays, position: float, period: float) -> int:
+    """Return up to which cell to ask: past where the handle is after another period, twice as fast.
+
+    A live loop asks for no more than its law has time for.
+    """
+    w, asked, each = r.watch, r.word[arrays.ASKED], r.real[arrays.LAW_TIME]
+    if r.word[arrays.OPAQUE]:
+        return asked
     cells = 2.0 + A_METRE * (abs(position - w[START]) + 2.0 * period * abs(w[SPEED]))
     upto = asked + A_TICK
     if cells > upto:
         upto = min(asked + MOST_A_TICK, int(min(cells, 2.0 * CELLS)))
+    if each > 0.0:
+        upto = min(upto, asked + int(0.5 * max(MOST_SHARE * r.values[block.PERIOD] / each - 1.0, 0.0)))
     return min(upto, CELLS + 1)
 
 
@@ -275,6 +299,7 @@ def lift(w: np.ndarray, work: float) -> None:
 def begin(r: LoopArrays, position: float, period: float) -> None:
     """Begin here: nothing given, nothing known of what the law can give but what its objects hold."""
     w = r.watch
+    r.word[arrays.OPAQUE] = 0
     for i in range(FROZEN):
         w[i] = 0.0
     slot = r.word[arrays.SLOT]

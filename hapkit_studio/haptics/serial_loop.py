@@ -22,26 +22,36 @@ from hapkit_studio.haptics.link import Link, new_link
 from hapkit_studio.haptics.priority import demote
 from hapkit_studio.haptics.rows import Ring, new_ring
 from hapkit_studio.haptics.simulated_loop import MOST_PASSES_WITHOUT_WAITING
-from hapkit_studio.haptics.tick import STALE_AFTER, adopt, latch, note_time
+from hapkit_studio.haptics.tick import STALE_AFTER, adopt, latch
 from hapkit_studio.protocol import codec, law_frames
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Sample
 
+# s in which the samples before the newest may be rendered: later, their forces and the newest's are too old.
+CATCH_UP = 0.005
+
 
 @compiled
 def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> int:
-    """Render every sample in the first size bytes of the line's data, answer the newest.
+    """Render the samples in the first size bytes of the line's data, answer the newest.
 
-    Older samples of the same chunk count as missed: their answers would come too late. Telemetry is shown.
+    Older samples of the same chunk count as missed: their answers would come too late. Where the law has no
+    time for them they are skipped. Telemetry is shown.
     """
     count = codec.feed(conn.reader, conn.buffer, conn.data, size, conn.samples)
-    now, length = clock.now(), 0
+    now, length, skipped = clock.now(), 0, 0
     if count > 0:
         conn.numbers[link.QUIET] = 0.0
-    begun = now
     for k in range(count):
+        sample = conn.samples[k]
+        link.check_clock(r, conn, sample, now)
         if k == count - 1:
             link.note_gap(r, conn, now)
+        elif has_no_time_for(r, conn, sample, count - 1 - k):
+            skipped += 1 + int(sample[codec.LOST])
+            continue
+        sample[codec.LOST] += skipped
+        skipped = 0
         shown = fill_row(r, conn, out, k, now)
         store_release(r.control, arrays.LOST_FRAMES, conn.reader[codec.LOST_FRAMES])
         store_release(r.control, arrays.CRC_ERRORS, conn.reader[codec.BAD_FRAMES])
@@ -50,15 +60,21 @@ def take(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, size: int) -> i
         if not shown:
             continue
         row = out.rows[rows.next_index(out)]
-        done = clock.now()
-        row[rows.COMPUTE] = done - now
-        note_time(r, done - begun)
-        begun = done
+        row[rows.COMPUTE] = clock.now() - now
         health.add_lateness(late, row[rows.LATENESS])
         rows.publish(out)
     if count > 1 and link.computer_answers(conn):
         store_release(r.control, arrays.MISSED, r.control[arrays.MISSED] + count - 1)
     return length
+
+
+@internal
+def has_no_time_for(r: LoopArrays, conn: Link, sample: np.ndarray, older: int) -> bool:
+    """Return whether the law, as slow as at the last sample, has no time for samples before the newest."""
+    if sample[codec.KIND] != codec.SAMPLE or not conn.words[link.LAST_WAS_SAMPLE]:
+        return False
+    each = r.real[arrays.LAW_TIME]
+    return each > r.values[block.PERIOD] or older * each > CATCH_UP
 
 
 @internal

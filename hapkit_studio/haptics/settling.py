@@ -11,7 +11,7 @@ import numpy as np
 
 from hapkit_studio.devices import simulated
 from hapkit_studio.dynamics.jit import compiled, inlined
-from hapkit_studio.haptics import block, headless, rows
+from hapkit_studio.haptics import block, headless, patience, rows
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.simulated_loop import Plant
 from hapkit_studio.haptics.survey import Flat, restart
@@ -103,7 +103,7 @@ def let_go(
     row: np.ndarray,
     swing: Swing,
 ) -> int:
-    """Render one run, fill swing, return how it ended.
+    """Render one run, fill swing, return how it ended; ``patience.check`` says whether it was ended.
 
     flat holds arrays and plant, made is a copy of it as the scene made them; hand: mass, damping, stiffness,
     zeros for none; start: position m, speed m/s, the hand's target m; window: samples; shrinks,
@@ -125,7 +125,8 @@ def let_go(
         before, seen = turn, sides
         for _ in range(window):
             row[rows.BOARD_TIME] = done * period
-            headless.simulate_sample(r, body, row, start[2], start[2], start[2])
+            if not headless.simulate_sample(r, body, row, start[2], start[2], start[2]):
+                return OPEN
             done += 1
             x, force = row[rows.TRUE_POSITION], row[rows.APPLIED]
             low[n], high[n] = min(low[n], x), max(high[n], x)
@@ -176,10 +177,16 @@ def let_go(
 
 @compiled
 def static_forces(r: LoopArrays, places: np.ndarray, forces: np.ndarray) -> None:
-    """Fill the law's forces (n,) in N at rest at places (n,) in m, its state at the start each time."""
+    """Fill the law's forces (n,) in N at rest at places (n,) in m, its state at the start each time.
+
+    ``patience.check`` says whether it was ended before.
+    """
     values = r.block.values
+    patience.begin(r)
     for i in range(places.shape[0]):
         for j in range(block.STATES):
             r.states[0, j] = values[block.INITIAL_STATE + j]
         numbers, law = values[: block.INITIAL_STATE], r.block.words[block.LAW]
         forces[i] = call(law, numbers, r.states[0], places[i], 0.0, values[block.PERIOD], r.fault)
+        if not patience.goes_on(r):
+            return

@@ -18,7 +18,7 @@ from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.clib import load_acquire, store_release
 from hapkit_studio.haptics.priority import demote
 from hapkit_studio.haptics.rows import Ring
-from hapkit_studio.haptics.tick import adopt, latch, note_time, tick
+from hapkit_studio.haptics.tick import adopt, latch, live_tick
 
 MASS, QUANTUM = 0, 1
 HAND, PERIOD, DELAY, VISCOUS, COULOMB, TARGET, TOP_SPEED, RELEASES = 2, 5, 6, 7, 8, 9, 10, 11
@@ -134,7 +134,7 @@ def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: f
     row = out.rows[rows.next_index(out)]
     write_truth(body, body.constants[TARGET], row)
     row[rows.BOARD_TIME] = r.real[arrays.CLOCK]
-    force = tick(r, measure(body), body.constants[PERIOD], body.dev[simulated.EFFECT], row)
+    force = live_tick(r, measure(body), body.constants[PERIOD], body.dev[simulated.EFFECT], row)
     follow_settings(body, r)
     if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT):
         cut_motor(body)
@@ -145,7 +145,6 @@ def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: f
     row[rows.HOST_TIME] = now
     row[rows.LATENESS] = lateness
     row[rows.COMPUTE] = clock.now() - now
-    note_time(r, row[rows.COMPUTE])
     rows.publish(out)
 
 

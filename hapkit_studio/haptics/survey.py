@@ -13,8 +13,9 @@ import numpy as np
 from hapkit_studio.devices import simulated
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
-from hapkit_studio.haptics import block, headless, rows, simulated_loop
+from hapkit_studio.haptics import arrays, block, headless, patience, rows, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
+from hapkit_studio.haptics.clib import load_acquire
 from hapkit_studio.haptics.simulated_loop import Plant
 
 # A run's time falls into equal parts. Of each: the lowest and highest true position in m, and the sum over
@@ -117,7 +118,8 @@ def _watch(
         low, high, power = math.inf, -math.inf, 0.0
         for _ in range(samples):
             row[rows.BOARD_TIME] = done * period
-            headless.simulate_sample(r, body, row, 0.0, 0.0, 0.0)
+            if not headless.simulate_sample(r, body, row, 0.0, 0.0, 0.0):
+                return end, done
             done += 1
             x, v = row[rows.TRUE_POSITION], row[rows.TRUE_VELOCITY]
             low, high = min(low, x), max(high, x)
@@ -168,7 +170,7 @@ def run(
     row: np.ndarray,
     found: Found,
 ) -> None:
-    """Render every cell and fill found.
+    """Render every cell and fill found, the rest not at all where a law is too slow or a person ends it.
 
     flat holds arrays and plant, made is a copy of it as the scene made them; row (ROW_WIDTH,) is room for one
     sample; hand: mass, damping, stiffness of one that rests at 0 m, zeros for none.
@@ -177,14 +179,20 @@ def run(
         restart(r, body, flat, made, hand, cells.numbers[i], cells.starts[i])
         end, done = _watch(r, body, row, cells.samples[i], cells.weights[i], limits, found.parts[i])
         found.ends[i], found.samples[i] = end, done
+        if load_acquire(r.control, arrays.QUIT):
+            return
 
 
 def survey(scene: headless.Scene, grip: Grip | None, cells: Cells, limits: Limits) -> Found:
-    """Return what the runs of a scene with the cells' numbers left; a hand rests at 0 m, None: no hand."""
+    """Return what the runs of a scene with the cells' numbers left; a hand rests at 0 m, None: no hand.
+
+    Raise LawError where the law is too slow.
+    """
     r, body, flat = packed(*scene.prepare())
     made = Flat(*(array.copy() for array in flat))
     hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
     count = len(cells.starts)
     found = Found(np.zeros((count, PARTS, 3)), *np.zeros((2, count), dtype=np.int64))
     run(r, body, flat, made, hand, cells, limits, np.zeros(rows.ROW_WIDTH), found)
+    patience.check(r, scene.environment.title)
     return found

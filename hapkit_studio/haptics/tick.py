@@ -13,7 +13,7 @@ import numpy as np
 
 from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.jit import compiled, inlined, internal
-from hapkit_studio.haptics import arrays, block, passivity, rows
+from hapkit_studio.haptics import arrays, block, clock, passivity, rows
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.block import Block
 from hapkit_studio.haptics.clib import load_acquire, store_release
@@ -22,8 +22,10 @@ from hapkit_studio.laws.native import call
 STALE_AFTER = 0.020
 RECOVER_AFTER = 0.100
 STALE_WINDOW = 10.0
-MOST_LONG = 50
-"""Samples in a row whose law may take longer than a period."""
+OVERRUN_WINDOW, MOST_OVERRUN, MOST_ONCE = 0.1, 0.005, 0.050
+"""s of processor time: a law latches a fault where two or more calls longer than a period use the second
+within the first, or one call uses the third. A page that the kernel has to clear takes some ms, once."""
+_SUSPECT = 0.1  # of a period: shorter ticks by the wall clock need no look at the processor time
 _ROUNDING = 1e-9
 
 
@@ -225,7 +227,7 @@ def mark_stale(r: LoopArrays, now: float, cause: int) -> None:
     real[arrays.GOOD] = 0.0
     if r.word[arrays.STALE]:
         return
-    r.word[arrays.STALE] = 1
+    r.word[arrays.STALE] = 1 + cause
     real[arrays.GAIN] = 0.0
     real[arrays.APPLIED] = 0.0
     count = load_acquire(r.control, arrays.STALE_COUNT)
@@ -238,14 +240,24 @@ def mark_stale(r: LoopArrays, now: float, cause: int) -> None:
 
 
 @compiled
-def note_time(r: LoopArrays, spent: float) -> None:
-    """Latch a law that takes longer than a period, sample after sample; once or twice anything does."""
-    if spent <= r.values[block.PERIOD]:
-        r.word[arrays.LONG] = 0
-        return
-    r.word[arrays.LONG] += 1
-    if r.word[arrays.LONG] >= MOST_LONG:
-        latch(r, arrays.SLOW_LAW, spent, r.values[block.PERIOD])
+def note_law_time(r: LoopArrays, now: float, spent: float, limit: float, ticks: int) -> bool:
+    """Take the processor time in s that some ticks took; latch a law that takes longer than a limit each.
+
+    now: s by any clock that goes on meanwhile. Return whether the law is latched by this call.
+    """
+    real, each = r.real, spent / ticks
+    if each <= limit:
+        return False
+    if now - spent - real[arrays.OVERRUN_SINCE] > OVERRUN_WINDOW:
+        real[arrays.OVERRUN_SINCE], real[arrays.OVERRUN] = now, 0.0
+    before = real[arrays.OVERRUN]
+    real[arrays.OVERRUN] = before + spent
+    often = before > 0.0 and before + spent >= MOST_OVERRUN
+    if not (often or spent >= MOST_ONCE) or load_acquire(r.control, arrays.FAULT) != arrays.NO_FAULT:
+        return False
+    r.word[arrays.SLOW] = r.laws[r.word[arrays.SLOT]]
+    latch(r, arrays.SLOW_LAW, each, limit)
+    return True
 
 
 @internal
@@ -346,4 +358,27 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
     slot = word[arrays.SLOT]
     for i in range(rows.STATES):
         row[rows.STATE + i] = r.states[slot, i]
+    return force
+
+
+@inlined
+def live_tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
+    """Render one sample as ``tick`` does, and measure its law: one that is too slow gives no force.
+
+    While two laws cross-fade they have a period each. What counts is processor time: a thread that had to
+    wait for a processor has a slow machine, not a slow law.
+    """
+    r.word[arrays.CALLS] = 0
+    used, begun = clock.thread_time(), clock.now()
+    limit = r.values[block.PERIOD] * (1.0 if r.real[arrays.BLEND] >= 1.0 else 2.0)
+    force = tick(r, position, period, effect, row)
+    done = clock.now()
+    spent = done - begun
+    if spent > _SUSPECT * limit:
+        spent = min(spent, clock.thread_time() - used)
+    r.real[arrays.LAW_TIME] = spent / (1 + r.word[arrays.CALLS])
+    if note_law_time(r, done, spent, limit, 1):
+        r.word[arrays.FLAGS] |= rows.FAULT
+        row[rows.FLAGS] = r.word[arrays.FLAGS]
+        row[rows.APPLIED] = r.real[arrays.APPLIED] = r.real[arrays.GAIN] = force = 0.0
     return force

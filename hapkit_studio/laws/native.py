@@ -22,8 +22,9 @@ from numba.extending import intrinsic
 from hapkit_studio.errors import LawError
 
 KEPT_SECONDS = 60 * 86_400.0
-# the code; the line, without a fault the fuel left; the line of the first value that was not finite
-FAULT_WORDS = 3
+# the code; the line, without a fault the fuel left; the line of the first value that was not finite; the fuel
+# that the caller allows, 0 for all of it
+FAULT_WORDS = 4
 # what a law's first fault word may hold besides 0
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL, LAW_DIVISION = 1, 2, 3, 8
 INTERPRETED = bool(numba.config.DISABLE_JIT)

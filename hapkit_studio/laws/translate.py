@@ -631,7 +631,7 @@ _SIGNATURE = types.float64(
 LAW_START = f"""\
 if _fault[0] != 0:
     return _math.nan
-_fault[1] = {FUEL}
+_fault[1] = _fault[3] if _fault[3] > 0 else {FUEL}
 _fault[2] = 0"""
 
 

@@ -110,7 +110,7 @@ def put_fields(out: np.ndarray, message_id: int, layout: np.ndarray, values: tup
 
 # Places in the state: counters for everybody, then the reader's own.
 FRAMES, BAD_FRAMES, OTHER_FRAMES, LOST_FRAMES, SKIPPED = range(5)
-_SIZE, _LEFT, _ZERO_DUE, _CRC, _STARTED, _LAST_SEQ, _LAST_TIME, _EPOCH = range(5, 13)
+_SIZE, _LEFT, _ZERO_DUE, _CRC, _STARTED, _LAST_SEQ, _LAST_TIME, _TIME_US = range(5, 13)
 SETTINGS_FRAMES = 13  # counted among the other frames as well
 _LAST_KIND = 14
 STATE_WIDTH = 16
@@ -194,6 +194,17 @@ def _lost_before(state, seq, kind):
 
 
 @compiled
+def _continued(state, time_us):
+    """Return the board's time in µs beyond its 32 bits; by less than half of them it may have gone back."""
+    passed = (time_us - state[_LAST_TIME]) & 0xFFFFFFFF
+    if state[FRAMES] > 0 and passed >= 1 << 31:
+        passed -= 1 << 32
+    state[_LAST_TIME] = time_us
+    state[_TIME_US] += passed
+    return state[_TIME_US]
+
+
+@compiled
 def _kind(state, buffer):
     """Return what row a whole frame makes, -1 for none; count the others."""
     size = state[_SIZE] - CRC_SIZE
@@ -231,11 +242,7 @@ def _finish(state, buffer, out, rows):
     else:
         row[ANSWERED] = row[SEQ]
     row[KIND], row[LOST] = kind, lost
-    time_us = unsigned(buffer, _TIME, 4)
-    if time_us < state[_LAST_TIME]:  # its 32 bits have overflowed
-        state[_EPOCH] += 1 << 32
-    state[_LAST_TIME] = time_us
-    row[BOARD_TIME] = (state[_EPOCH] + time_us) * US
+    row[BOARD_TIME] = _continued(state, unsigned(buffer, _TIME, 4)) * US
     state[FRAMES] += 1
     return 1
 

@@ -22,7 +22,16 @@ from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.rows import RingReader
 from hapkit_studio.sessions import settings
 from hapkit_studio.sessions.chunk import Chunk, pack
-from hapkit_studio.sessions.file import ABOUT, FAULT, SETTINGS, STOP, Event, SessionError, SessionWriter
+from hapkit_studio.sessions.file import (
+    ABOUT,
+    FAULT,
+    MARKER,
+    SETTINGS,
+    STOP,
+    Event,
+    SessionError,
+    SessionWriter,
+)
 
 KEPT_SECONDS = 600.0
 CHUNK_SECONDS = 0.3
@@ -30,6 +39,8 @@ _AT_ONCE = 512  # rows: after the thread was held up neither chunks nor what pac
 _STANDING = (ABOUT, SETTINGS, STOP, FAULT)  # what holds until the next of its kind
 _POLL_SECONDS = 0.05
 _GAP_SECONDS = 0.25  # without a sample: a chunk ends, so that within one time goes on evenly
+
+CLOCK_JUMPED = "The board's clock jumped: its time was corrected."
 
 _T = TypeVar("_T")
 
@@ -64,7 +75,7 @@ class Recorder:
         self._reader: RingReader | None = None
         self._pending: list[np.ndarray] = []
         self._seen: dict[str, dict[str, Any]] = {}
-        self._states = 0
+        self._states = self._clock_jumps = 0
         self._chunks: deque[Chunk] = deque()
         self._events: deque[Event] = deque()
         self._base: dict[str, Event] = {}  # what was set before the oldest chunk
@@ -139,6 +150,7 @@ class Recorder:
         self._flush()  # before the next one's rows: times go on, even where both loops run
         self._reader = None if engine is None else engine.reader()
         self._engine, self._seen = engine, {}
+        self._clock_jumps = 0 if engine is None else engine.clock_jumps
 
     def _begin(self, writer: SessionWriter) -> None:
         self._flush()
@@ -200,6 +212,9 @@ class Recorder:
             if what != self._seen.get(kind):
                 self._add(Event(time.perf_counter(), kind, what))
         self._seen = now
+        if engine.clock_jumps != self._clock_jumps:
+            self._clock_jumps = engine.clock_jumps
+            self._add(Event(time.perf_counter(), MARKER, {"text": CLOCK_JUMPED}))
         self._states = max(self._states, len(engine.environment.state_names))
 
     def _pack(self, seconds: float) -> None:

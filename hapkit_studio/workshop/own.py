@@ -8,6 +8,7 @@ import inspect
 import math
 import pkgutil
 import sys
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import cache, partial
@@ -27,6 +28,8 @@ from hapkit_studio.workshop.source import Source
 # what `call_law` returns where every call gave a force
 NO_FAULT = -1
 _DT = 1e-3
+CURVE_SECONDS = 0.5
+"""s of processor time for a curve: the window waits for it."""
 
 
 @compiled
@@ -55,22 +58,30 @@ class OwnEnvironment(Environment):
     functions: Functions | None = None
 
     def curve(self, values: Values, position: np.ndarray, velocity: np.ndarray | float = 0.0) -> np.ndarray:
-        """Return the compiled law's force (n,) in N, its state at the start; NaN where it faults."""
+        """Return the compiled law's force (n,) in N, its state at the start.
+
+        NaN where it faults, and for the rest once CURVE_SECONDS have passed.
+        """
         law = self.force.compiled()
         p = np.array([values[q.key] for q in self.parameters] + [0.0])
         state, fault = law_memory(law)
-        start, forces = state.copy(), []
+        start = state.copy()
         if native.INTERPRETED:
             call = partial(native.call, law.address, p, state)
             words: Any = fault
         else:
             call = partial(native.Function(law.address), p.ctypes.data, state.ctypes.data)
             words = fault.ctypes.data
-        for x, v in zip(*(a.tolist() for a in np.broadcast_arrays(position, velocity)), strict=True):
+        points = np.broadcast_arrays(position, velocity)
+        forces = np.full(points[0].shape, math.nan)
+        end = time.thread_time() + CURVE_SECONDS
+        for i, (x, v) in enumerate(zip(*(a.tolist() for a in points), strict=True)):
+            if time.thread_time() > end:
+                break
             state[:], fault[0] = start, 0
             force = call(x, v, _DT, words)
-            forces.append(math.nan if fault[0] else force)
-        return np.array(forces)
+            forces[i] = math.nan if fault[0] else force
+        return forces
 
 
 @cache

@@ -11,6 +11,7 @@ from hapkit_studio.gui.panel.stability_card import LONG, delay_reason
 from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.clib import store_release
 from hapkit_studio.haptics.link import latch
+from hapkit_studio.haptics.tick import mark_stale
 from hapkit_studio.protocol.framing import encode
 from hapkit_studio.protocol.messages import Stream
 from tests.devices.fake_board import sample
@@ -44,6 +45,26 @@ def test_a_link_too_slow_for_the_computer_offers_the_board_and_other_faults_do_n
     assert [words for words, _ in notice.buttons] == [WAY_OUT, "Clear fault"]
     ways_on(board_window, "fault")[WAY_OUT]()
     assert studio.loop.where == engine.where == "board"
+
+
+def test_a_law_that_is_too_slow_is_named_with_its_duration_and_the_period(board_window):
+    r = board_window.studio.engine.arrays
+    r.word[arrays.SLOW] = board_window.studio.environment.force.compiled().address
+    latch(r, arrays.SLOW_LAW, 0.0168, 1e-3)
+    board_window.live.look()
+    notice = board_window.banners.get("fault")
+    assert notice.title == "Fault: the law of Wall takes 16.8 ms, a period is 1 ms."
+    assert notice.text == "Force is zero. Simplify the law or lower the rate. Then clear."
+    assert [words for words, _ in notice.buttons] == ["Clear fault"]
+
+
+def test_a_clock_that_jumps_is_said_while_the_force_is_zero(board_window):
+    engine = board_window.studio.engine
+    mark_stale(engine.arrays, 10.0, arrays.CLOCK_JUMP)
+    board_window.live.look()
+    notice = board_window.banners.get("stale")
+    assert notice.title == "Fault: the board's clock jumped."
+    assert notice.text == "Force is zero. It comes back when good frames return."
 
 
 def test_a_long_delay_is_said_by_the_card_with_what_helps(board_window, qtbot):

@@ -93,13 +93,13 @@ class BoardSetup:
     def __init__(self, kit, board, engine):
         self.kit, self.board, self.engine = kit, board, engine
         self.told = board.told
-        self.seq = 0
+        self.seq = self.clock = 0  # µs by which the board's clock is off
         self.count, self.telemetry, self.sample = ZERO, {}, {}
 
     def frame(self):
         """Return the next frame: a sample, or telemetry where the board renders."""
         self.seq += 1
-        time_us = 1000 * self.seq
+        time_us = 1000 * self.seq + self.clock & 0xFFFFFFFF
         if not self.kit.renders:
             count = self.count - self.kit.settings.zero
             why = self.kit.refuses if self.kit.loaded is not None else 0

@@ -18,9 +18,9 @@ from tests.devices.fake_board import KIT, FakeKit
 QUANTUM = float(np.float32(KIT.quantum))
 
 
-def sample(seq, count=1000, answered=0, delay_us=0, flags=0):
+def sample(seq, count=1000, answered=0, delay_us=0, flags=0, time_us=None):
     """Return the frame of a sample as a board would send it."""
-    time_us = 1000 * seq & 0xFFFFFFFF
+    time_us = 1000 * seq & 0xFFFFFFFF if time_us is None else time_us
     return encode(Sample(seq & 0xFFFF, time_us, count, 0, answered & 0xFFFF, delay_us, flags, *6 * (0,)))
 
 

@@ -26,6 +26,16 @@ def test_clock_is_the_performance_counter():
     assert before <= between <= time.perf_counter()
 
 
+def test_a_threads_processor_time_stands_still_while_it_sleeps():
+    clock.until(clock.thread_time())  # compiled or loaded by now
+    before = time.thread_time()
+    between = clock.thread_time()
+    clock.until(clock.now() + 0.02)
+    after = clock.thread_time()
+    assert before <= between <= after <= time.thread_time()
+    assert after - between < 0.01
+
+
 def test_never_wakes_early_and_past_deadlines_return_at_once():
     for pause in (0.0, 1e-4, 2e-3):
         deadline = clock.now() + pause
@@ -95,6 +105,20 @@ def test_macos_waits_for_the_tick_of_the_deadline():
     before = len(fake.calls)
     clock.macos_until(float("nan"))
     assert len(fake.calls) == before
+
+
+@linux_only
+def test_windows_adds_up_what_a_thread_used_in_the_kernel_and_outside():
+    fake = FakeLibrary()
+    fake.add("GetCurrentThread", u64)(lambda: 0x44)
+
+    def times(thread, created, ended, kernel, user):
+        fill(kernel, "q", 2_000_000)
+        return fill(user, "q", 5_000_000)
+
+    fake.add("GetThreadTimes", i32, u64, u64, u64, u64, u64)(times)
+    assert clock.windows_thread_time() == pytest.approx(0.7)
+    assert fake.calls[-1][:2] == ("GetThreadTimes", 0x44)
 
 
 @linux_only

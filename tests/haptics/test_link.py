@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from hapkit_studio.analysis.stability import on_board
-from hapkit_studio.haptics import arrays, link, rows, tick
+from hapkit_studio.haptics import arrays, block, link, rows
+from hapkit_studio.protocol import codec
 from hapkit_studio.protocol.messages import BoardFlag, Stop
 from tests.haptics.serial_support import sample
-from tests.haptics.support import BROKEN, CONSTANT, LoopHarness
+from tests.haptics.support import CONSTANT, LoopHarness
 
 
 def lateness(conn, now, board_time):
@@ -115,33 +116,98 @@ def test_silence_is_the_lines(stepped):
 
 
 @pytest.mark.parametrize(
-    ("long", "looked", "answered", "cause"),
+    ("fault", "looked", "answered", "cause"),
     [
-        (0, 9.985, 9.97, arrays.NO_SAMPLE),
-        (0, 9.90, 9.89, arrays.AWAY),
-        (0, 9.96, 9.97, arrays.AWAY),
-        (20, 9.96, 9.97, arrays.HELD_UP),
+        (arrays.NO_FAULT, 9.985, 9.97, arrays.NO_SAMPLE),
+        (arrays.NO_FAULT, 9.90, 9.89, arrays.AWAY),
+        (arrays.NO_FAULT, 9.96, 9.97, arrays.AWAY),
+        (arrays.SLOW_LAW, 9.96, 9.97, arrays.HELD_UP),
     ],
 )
-def test_why_nothing_was_answered(long, looked, answered, cause):
+def test_why_nothing_was_answered(fault, looked, answered, cause):
     harness, conn = LoopHarness(CONSTANT), link.new_link(2e-5)
     conn.numbers[link.LOOKED_AT], conn.numbers[link.LAST_ANSWER] = looked, answered
-    conn.words[link.STARTED], harness.r.word[arrays.LONG] = 1, long
+    conn.words[link.STARTED], harness.r.control[arrays.FAULT] = 1, fault
     link.note_gap(harness.r, conn, 10.0)
     assert harness.r.control[arrays.STALE_CAUSES + cause] == 1
 
 
-def test_a_law_too_slow_for_its_rate_latches_and_a_busy_moment_does_not():
-    harness = LoopHarness(BROKEN, {"how": "nan"})
-    harness.tick(0.0)
+# --- the board's clock
+def at(seq, time_us, **fields):
+    """Return the frame of a sample with a time of the board's clock in µs."""
+    return sample(seq, time_us=time_us & 0xFFFFFFFF, **fields)
+
+
+def times(found):
+    """Return the board times of rows in µs."""
+    return np.round(1e6 * found[:, rows.BOARD_TIME]).astype(int).tolist()
+
+
+@pytest.mark.parametrize("step", [-5_000_000, -1, 0, 2_000, 60_000_000, 2_000_000_000])
+def test_a_clock_that_goes_back_stands_or_jumps_ahead_is_corrected_and_counted(stepped, step):
+    """From sample 39 on: 2 ms instead of 1 ms is a sample that the board has left out."""
+    board, engine = stepped(environment=CONSTANT)
+    board.say_one_by_one(at(k, 1000 * k) for k in range(40))
+    assert board.answer_to(39).force == 1.0
+    first = 39_000 + step
+    found = board.say_one_by_one(at(40 + k, first + 1000 * k) for k in range(135))
+    plausible = step == 2_000
+    assert times(found) == [1000 * (40 + plausible + k) for k in range(135)]
+    assert engine.health().link.clock_jumps == engine.clock_jumps == (0 if plausible else 1)
+    assert int(found[0, rows.FLAGS]) & rows.GAP
+    gains = np.ones(135) if plausible else np.clip((np.arange(135) - 99) / 30.0, 0.0, 1.0)
+    np.testing.assert_allclose(found[:, rows.APPLIED], gains, atol=1e-9)
+    assert engine.fault is None
+
+
+@pytest.mark.parametrize(("more", "lost", "jumps"), [(0.0999, 0, 0), (0.1001, 0, 1), (0.5, 500, 0)])
+def test_a_clock_may_gain_a_tenth_of_a_second_on_ours_and_as_much_as_samples_were_lost(more, lost, jumps):
+    r, conn, frame = LoopHarness(CONSTANT).r, link.new_link(1.0), np.zeros(codec.SAMPLE_WIDTH)
+    r.values[block.PERIOD] = 1e-3
+    for now, time, frame[codec.LOST] in ((10.0, 1.0, 0), (10.001, 1.001 + more, lost)):
+        frame[codec.BOARD_TIME] = time
+        link.check_clock(r, conn, frame, now)
+    assert r.control[arrays.STALE_CAUSES + arrays.CLOCK_JUMP] == jumps
+    assert frame[codec.BOARD_TIME] == pytest.approx(1.001 if jumps else 1.001 + more)
+
+
+def test_a_clock_that_passes_its_32_bits_or_runs_on_while_the_computer_is_away_has_not_jumped(stepped):
+    board, engine = stepped(environment=CONSTANT)
+    begin = (1 << 32) - 5_000
+    found = board.say_one_by_one(at(k, begin + 1000 * k) for k in range(10))
+    assert times(found) == [begin + 1000 * k for k in range(10)]
+    n = engine.driver.conn.numbers
+    n[link.CLOCK_AT] -= 3.0
+    n[link.CLOCK_AHEAD] -= 3.0  # the computer's clock has gone on by 3 s, and so has the board's
+    found = board.say(at(10, begin + 3_010_000))
+    assert times(found) == [begin + 3_010_000]
+    assert engine.clock_jumps == 0
+
+
+def test_a_clock_that_jumps_three_times_latches_and_every_jump_counts(stepped):
+    board, engine = stepped(environment=CONSTANT)
+    seq, clock, reasons = 0, 0, set()
     for _ in range(3):
-        for _ in range(tick.MOST_LONG - 1):
-            tick.note_time(harness.r, 1.3e-3)
-        tick.note_time(harness.r, 0.2e-3)
-    assert harness.r.control[arrays.FAULT] == arrays.NO_FAULT
-    for _ in range(tick.MOST_LONG):
-        tick.note_time(harness.r, 1.3e-3)
-    assert harness.r.control[arrays.FAULT] == arrays.SLOW_LAW
+        board.say_one_by_one(at(seq + k, clock + 1000 * k) for k in range(140))
+        seq, clock = seq + 140, clock + 10_000_000
+        board.say_one_by_one(at(seq + k, clock + 50_000_000 * k) for k in range(5))
+        seq, clock = seq + 5, clock + 300_000_000
+        reasons.add(engine.health().stale)
+    assert reasons == {"the board's clock jumped"}
+    assert engine.clock_jumps == 3 * 5 + 2
+    assert engine.fault.text == "Fault: the board's clock jumped, three times in 10 s."
+    assert not board.say(at(seq, clock))[:, rows.APPLIED].any()
+
+
+def test_telemetry_of_a_clock_that_jumps_goes_on_at_its_own_pace(rendering):
+    setup = rendering(values={"stiffness": 100.0})
+    setup.go()
+    before = setup.run(5)[-1][rows.BOARD_TIME]
+    setup.clock -= 7_000_000
+    found = setup.run(5)
+    assert [row[rows.BOARD_TIME] - before for row in found] == pytest.approx(np.arange(1, 6) * 1e-3, abs=1e-6)
+    assert setup.engine.clock_jumps == 1
+    assert all(int(row[rows.FLAGS]) & rows.STALE for row in found)
 
 
 def test_what_the_board_counts_is_added_up(rendering):

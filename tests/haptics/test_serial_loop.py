@@ -31,6 +31,32 @@ def test_one_answer_a_chunk_the_newest(stepped):
     assert engine.health().missed == 2
 
 
+@pytest.mark.parametrize(
+    ("law_time", "shown"),
+    [
+        (1e-6, 10),
+        (0.55e-3, 10),  # nine older ones take 4.95 ms
+        (0.56e-3, 9),  # 5.04 ms: the first has no time
+        (0.99e-3, 6),  # five take 4.95 ms
+        (1.01e-3, 1),  # it cannot keep up at all
+    ],
+)
+def test_of_a_backlog_only_what_the_law_has_time_for_is_rendered_the_newest_always(stepped, law_time, shown):
+    """Told how long the law took, the loop skips from the oldest on, and counts."""
+    board, engine = stepped(environment=CONSTANT)
+    board.say(sample(0, 1000))
+    engine.arrays.real[arrays.LAW_TIME] = law_time
+    found = board.say(b"".join(sample(k, 1000 + 10 * k) for k in range(1, 11)))
+    assert len(found) == shown
+    skipped = 10 - shown
+    np.testing.assert_allclose(found[:, rows.PERIOD], [1e-3 * (1 + skipped), *[1e-3] * (shown - 1)])
+    assert bool(int(found[0, rows.FLAGS]) & rows.GAP) == (skipped > 0)
+    np.testing.assert_allclose(found[:, rows.VELOCITY], 10.0 * QUANTUM / 1e-3)
+    assert board.told(Force)[-1].seq == 10
+    health = engine.health()
+    assert (health.missed, health.link.lost_frames) == (9, 0)
+
+
 def test_lost_and_broken_frames_are_counted(stepped):
     board, engine = stepped()
     broken = bytearray(sample(3))

@@ -12,9 +12,10 @@ from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.haptics.tick import mark_stale
 from hapkit_studio.sessions import settings
-from hapkit_studio.sessions.file import SETTINGS, STOP, SessionError, SessionWriter
-from hapkit_studio.sessions.recorder import Recorder
+from hapkit_studio.sessions.file import MARKER, SETTINGS, STOP, SessionError, SessionWriter
+from hapkit_studio.sessions.recorder import CLOCK_JUMPED, Recorder
 from hapkit_studio.sessions.session import Session
 from tests.waiting import wait_until
 
@@ -44,6 +45,15 @@ def collected(reader, pieces, samples):
         return sum(map(len, pieces)) >= goal
 
     wait_until(enough)
+
+
+def test_jumps_of_the_boards_clock_are_marked_in_the_session(engine, recorder, tmp_path):
+    recorder.record(tmp_path / "a.hapkit")
+    mark_stale(engine.arrays, 10.0, arrays.CLOCK_JUMP)
+    collected(engine.reader(), [], 100)
+    recorder.stop()
+    found = [event.what for event in Session(tmp_path / "a.hapkit").events if event.kind == MARKER]
+    assert found == [{"text": CLOCK_JUMPED}]
 
 
 def test_a_recording_holds_every_sample_of_the_ring_and_every_change(engine, recorder, tmp_path):

@@ -11,7 +11,7 @@ from hapkit_studio.analysis.bode.result import Bode, Curve, Spectra, linear_law
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.environments.base import Environment, Values
-from hapkit_studio.haptics import rows
+from hapkit_studio.haptics import patience, rows
 from hapkit_studio.haptics.headless import Scene, new_rows, run_prescribed
 
 _PRESSED = 1.1  # amplitudes deep in a surface: the motion never leaves it
@@ -27,7 +27,7 @@ def measure(
     place: float | None = None,
     max_force: float = SimulatedHapkit.max_force,
 ) -> Bode:
-    """Return what loops make of a scene; raise ParameterError.
+    """Return what loops make of a scene; raise ParameterError, LawError where the law is too slow.
 
     amplitude in m, None: the usual one, or as much of it as keeps the motor below its limit in N; place in m,
     None: the scene's centre, or in its surface. A law that is not linear is driven by single sines.
@@ -55,6 +55,7 @@ def _curve(
     times = np.arange(len(out) + 1) / setting.rate
     position = drive.position(times)
     run_prescribed(r, body, position, np.gradient(position) * setting.rate, out)
+    patience.check(r, environment.title)
     spectra, law = Spectra(drive), linear_law(environment, values, drive.place, drive.amplitude)
     for motion in range(drive.motions):
         first = round(drive.begin(motion) * setting.rate)

@@ -14,8 +14,9 @@ import numpy as np
 
 from hapkit_studio.analysis.statistics import LEAST_CYCLES
 from hapkit_studio.dynamics.hand import Grip
+from hapkit_studio.errors import LawError
 from hapkit_studio.formatting import hertz, on_screen, with_unit
-from hapkit_studio.haptics import headless, rows, settling
+from hapkit_studio.haptics import headless, patience, rows, settling
 from hapkit_studio.haptics.settling import GROWS, IRREGULAR, LEAVES, RESTS, SHRINKS
 from hapkit_studio.haptics.survey import Flat, packed
 
@@ -76,7 +77,8 @@ class Behaviour:
     swings last side by side; least and most are the smallest and the largest of all pushes that were
     tried, the same where they are one; often: Hz of the slowest and the fastest. flick: where nothing
     brings it back a push of 1 m is a speed of so many m/s; 0 elsewhere. trembles: it goes on moving by less
-    than one sensor step from peak to peak, and its force goes on changing.
+    than one sensor step from peak to peak, and its force goes on changing. unknown: in sentences why it was
+    not judged, "" where it was.
     """
 
     push: float = math.inf
@@ -86,6 +88,7 @@ class Behaviour:
     leaves: bool = False
     flick: float = 0.0
     trembles: bool = False
+    unknown: str = ""
 
     @property
     def calm(self) -> bool:
@@ -95,6 +98,8 @@ class Behaviour:
     @property
     def sign(self) -> tuple[str, str]:
         """Return icon and colour: fine, mind, danger where a nudge is enough."""
+        if self.unknown:
+            return "circle", "ink2"
         if self.calm:
             return "check", "ok"
         return ("cross", "danger") if self.push < NUDGE else ("triangle", "warn")
@@ -102,6 +107,8 @@ class Behaviour:
     @property
     def words(self) -> str:
         """Return it in a few words: "settles below 0.9 mm, buzzes above"."""
+        if self.unknown:
+            return "not judged"
         if self.calm:
             return "calm to a sensor step" if self.trembles else "calm"
         does = " or ".join(["buzzes"] * bool(self.most) + ["is thrown out"] * self.leaves)
@@ -136,6 +143,8 @@ class Behaviour:
     @property
     def sentence(self) -> str:
         """Return both, without a full stop."""
+        if self.unknown:
+            return f"{self.words}, as {self.unknown[0].lower()}{self.unknown[1:].removesuffix('.')}"
         return f"{self.words}: {self.swing}" if self.swing else self.words
 
 
@@ -164,6 +173,7 @@ class Trials:
 
     def __init__(self, scene: headless.Scene, grip: Grip | None, centre: Centre):
         r, body = scene.prepare()
+        self._title = scene.environment.title
         self._r, self._body, self._flat = packed(r, body)
         self._made = Flat(*(array.copy() for array in self._flat))
         self._hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
@@ -198,6 +208,7 @@ class Trials:
         args = self._r, self._body, self._flat, self._made, self._hand, away
         window = max(math.ceil(max(self._turns, self._objects) * longer * self._rate), _FEWEST_SAMPLES)
         found = int(settling.let_go(*args, window, self._ideal, known, self._quiet, self._row, self._swing))
+        patience.check(self._r, self._title)
         self.samples += int(self._swing.samples[0])
         return found
 
@@ -244,7 +255,9 @@ class Trials:
 def centres_of(scene: headless.Scene, grip: Grip | None) -> list[Centre]:
     """Return where a law brings the handle back most strongly, or places where a hand presses into it."""
     force = np.empty_like(PLACES)
-    settling.static_forces(scene.prepare()[0], PLACES, force)
+    r, _ = scene.prepare()
+    settling.static_forces(r, PLACES, force)
+    patience.check(r, scene.environment.title)
     slope = np.diff(force)
     falls = (force[:-1] >= 0.0) & (force[1:] <= 0.0) & (slope < 0.0)
     crossings = 1 + np.flatnonzero(falls[1:-1] & (force[:-3] > 0.0) & (force[3:] < 0.0))
@@ -284,15 +297,24 @@ def _natural(scene: headless.Scene, grip: Grip | None) -> float:
 
 
 def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
-    """Return what the handle does in a scene, let go (None) or in a hand's grip, wherever that presses."""
-    tried = [Trials(scene, grip, centre) for centre in centres_of(scene, grip)]
-    edges, found = zip(*(_searched(trials) for trials in tried), strict=True)
+    """Return what the handle does in a scene, let go (None) or in a hand's grip, wherever that presses.
+
+    It is unknown where the law takes too long.
+    """
+    try:
+        tried = [Trials(scene, grip, centre) for centre in centres_of(scene, grip)]
+        edges, found = zip(*(_searched(trials) for trials in tried), strict=True)
+    except LawError as error:
+        return Behaviour(0.0, unknown=str(error))
     said = _summary(tried[0], min(edges), [one for some in found for one in some])
     return replace(said, trembles=any(trials.trembles for trials in tried))
 
 
 def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
-    """Return whether a handle comes to rest that is let go at a push in m, in a grip wherever it presses."""
+    """Return whether a handle comes to rest that is let go at a push in m, in a grip wherever it presses.
+
+    Raise LawError where the law takes too long.
+    """
     return all(Trials(scene, grip, centre).settles(push) for centre in centres_of(scene, grip))
 
 

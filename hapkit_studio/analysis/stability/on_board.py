@@ -77,8 +77,8 @@ def link_warning(engine: Engine) -> str:
         estimator=_spec(engine, where), hand=HAND,
     )  # fmt: skip
     found = verdict(Asked(engine.environment, engine.values, setting, engine.max_force))
-    if found.calm:
-        return ""
+    if found.calm or found.not_judged:
+        return found.not_judged
     remedy = "Lower the stiffness" + (", or let the board render." if where == COMPUTER else ".")
     return f"The measured delay is {1e3 * delay.mean:.1f} ms. {' '.join(found.lines)} {remedy}"
 

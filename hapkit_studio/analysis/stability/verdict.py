@@ -26,6 +26,7 @@ from hapkit_studio.analysis.stability.margin import FAR, RELEASED, Margin, span,
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.hand import grip_named
 from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import LawError
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import headless
 
@@ -52,6 +53,11 @@ class Verdict:
     joint: bool = False
 
     @property
+    def not_judged(self) -> str:
+        """Return in sentences why the handle was not judged, "" where it was."""
+        return next((one.unknown for one in self.does.values() if one.unknown), "")
+
+    @property
     def calm(self) -> bool:
         """Say whether the handle settles from any push, held and let go."""
         return all(one.calm for one in self.does.values())
@@ -70,6 +76,8 @@ class Verdict:
     @property
     def headline(self) -> str:
         """Return it in a word or two: "Calm", "Buzzes when let go"."""
+        if self.not_judged:
+            return "Not judged"
         lively = [hand for hand, one in self.does.items() if not one.calm]
         if not lively:
             return "Calm"
@@ -203,6 +211,9 @@ def verdict(asked: Asked) -> Verdict:
     """Return what the handle does in the setting's hand and let go, by simulation, and the exact margins."""
     grips = dict.fromkeys((asked.setting.hand, RELEASED))
     does = {hand: behaviour(asked.scene, grip_named(hand)) for hand in grips}
+    found = Verdict(does, {})
+    if found.not_judged:
+        return replace(found, unknown=found.not_judged)
     unknown = asked.unknown()
     margins = {} if unknown else {hand: asked.margin(hand) for hand in grips}
     return Verdict(does, margins, unknown, asked.centre.pushes, asked.joint)
@@ -213,8 +224,16 @@ def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:
 
     Let go, or in the hand where the scene only pushes the handle out of itself. By the boundary of dry
     friction, and only where a simulated nudge agrees; by nudges alone, to half a look, where nothing brings
-    the handle back from both sides. Nothing where no limit is known, or where a parameter does not matter.
+    the handle back from both sides. Nothing where no limit is known, where a parameter does not matter, or
+    where the law takes too long.
     """
+    try:
+        return _ranges(asked)
+    except LawError:
+        return {}
+
+
+def _ranges(asked: Asked) -> dict[str, list[tuple[float, float]]]:
     named = asked.environment.impedance
     if named is None or asked.unknown():
         return {}

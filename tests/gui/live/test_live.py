@@ -19,13 +19,15 @@ from hapkit_studio.haptics.priority import Priority
 from tests.gui.live.plot_support import telemetry
 from tests.gui.window_support import PATIENCE_MS
 
+LINK = SimpleNamespace(lost_frames=2, clock_jumps=0)
+
 
 def health(**changes):
     given = {
         "rate": 999.96,
         "lateness_us": {"p50": 30.0, "p99": 90.0, "p99.9": 150.0, "max": 4000.0},
         "missed": 0,
-        "link": SimpleNamespace(lost_frames=0),
+        "link": SimpleNamespace(lost_frames=0, clock_jumps=0),
         "missed_lately": 0,
         "priority": Priority("Real-time, FIFO 80", True, ""),
     }
@@ -246,9 +248,13 @@ def test_the_loop_is_late_where_ticks_were_missed_lately_or_its_rate_is_off(bar)
 def test_refused_priority_says_how_late_and_offers_the_way_out(bar, qtbot):
     refused = Priority("Normal priority", False, "Do this.")
     assert [late(us) for us in (90.0, 9949.0, 29_500.0)] == ["0.09 ms", "9.95 ms", "29.5 ms"]
-    bar.show_health(health(priority=refused, missed=3, link=SimpleNamespace(lost_frames=2), missed_lately=1))
+    bar.show_health(health(priority=refused, missed=3, missed_lately=1, link=LINK))
     assert bar.priority.words.text() == "Normal priority, late up to 4.00 ms."
     assert bar.missed.words.text() == "Missed 5"
+    bar.show_figures(True)
+    assert bar.jumps.isHidden()
+    bar.show_health(health(link=SimpleNamespace(lost_frames=0, clock_jumps=3)))
+    assert (bar.jumps.isVisible(), bar.jumps.words.text()) == (True, "Board's clock jumps 3, corrected")
     with qtbot.waitSignal(bar.how_to_fix, timeout=PATIENCE_MS):
         bar.priority.link.click()
 

@@ -1,0 +1,267 @@
+"""Laws that take longer than a period: latched within 0.1 s, by processor time; live, headless, observed."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hapkit_studio import api, interrupts
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability.verdict import Asked, too_much, verdict
+from hapkit_studio.dynamics.hand import Prescribed
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import LawError
+from hapkit_studio.haptics import arrays, headless, passivity, patience, rows, survey, tick
+from hapkit_studio.laws import law
+from hapkit_studio.parameters import Parameter
+from tests.haptics.support import CONSTANT, LoopHarness, read
+from tests.waiting import wait_until
+
+MS = 1e-3
+
+
+@law
+def far_too_slow(p, s, x, v, dt):
+    total = 0.0
+    if x > p.beyond:
+        for _ in range(19000):
+            total += math.sin(total) + math.sin(total + 1.0) + math.sin(total + 2.0) + math.sin(total + 3.0)
+            total += math.sin(total) + math.sin(total + 1.0) + math.sin(total + 2.0) + math.sin(total + 3.0)
+            total += math.sin(total) + math.sin(total + 1.0) + math.sin(total + 2.0) + math.sin(total + 3.0)
+    return -p.stiffness * x + 1e-12 * total
+
+
+SLOW = Environment(
+    "far_too_slow",
+    "Far too slow",
+    "",
+    (
+        Parameter("stiffness", "Stiffness", "N/m", 200.0, 0.0, 500.0),
+        Parameter("beyond", "Beyond", "m", 0.002, -1.0, 1.0),
+    ),
+    far_too_slow,
+    impedance=lambda values: (values["stiffness"], 0.0),
+)
+EVERYWHERE = {"beyond": -1.0}
+
+
+def latched(spent, period, calls=1000, pause=0.0):
+    """Return after how many calls of a law that takes so many s it is latched, and after how many s."""
+    r, now = LoopHarness(CONSTANT).r, 100.0
+    for call in range(1, calls + 1):
+        now += max(spent, period) + pause
+        if tick.note_law_time(r, now, spent, period, 1):
+            assert r.control[arrays.FAULT] == arrays.SLOW_LAW
+            assert (r.real[arrays.FAULT_VALUE], r.real[arrays.FAULT_POSITION]) == (spent, period)
+            return call, now - 100.0
+    assert r.control[arrays.FAULT] == arrays.NO_FAULT
+    return None
+
+
+@pytest.mark.parametrize("period", [MS / 16, MS / 4, MS, 20 * MS])
+@pytest.mark.parametrize("over", [1.001, 1.5, 3.0, 20.0])
+def test_a_law_just_inside_its_period_runs_and_just_outside_it_is_latched_within_a_tenth_of_a_second(
+    period, over
+):
+    assert latched(period, period) is None
+    assert latched(period * over, period)[1] <= max(0.1, period * over + 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("spent", "pause", "calls"),
+    [
+        (1.2 * MS, 0.0, 5),  # 6 ms
+        (4.9 * MS, 0.0, 2),
+        (49.0 * MS, 0.0, 2),
+        (50.0 * MS, 0.0, 1),  # the tenth of a second is half over
+        (49.0 * MS, 0.2, None),  # once, and once more long after
+        (1.2 * MS, 0.02, 5),
+        (1.2 * MS, 0.03, None),  # four within 0.1 s: 4.8 ms
+    ],
+)
+def test_one_long_call_is_excused_and_several_within_a_tenth_of_a_second_are_not(spent, pause, calls):
+    found = latched(spent, MS, pause=pause)
+    assert (found and found[0]) == calls
+
+
+class Clocks:
+    """Clocks whose every tick takes so many s: of the wall, and of them on a processor."""
+
+    def __init__(self, wall, processor):
+        self.time, self.used, self.step = 50.0, 3.0, (wall, processor)
+        self.looks = 0
+
+    def now(self):
+        self.looks += 1
+        if self.looks % 2 == 0:  # a tick has passed
+            self.time, self.used = self.time + self.step[0], self.used + self.step[1]
+        return self.time
+
+    def thread_time(self):
+        return self.used
+
+
+@pytest.fixture
+def lasting(monkeypatch):
+    """Return what renders ticks of a harness that take so long, by the clocks of the loop."""
+
+    def render(harness, wall, processor, count):
+        monkeypatch.setattr(tick, "clock", Clocks(wall, processor))
+        found = headless.new_rows(count)
+        for row in found:
+            tick.live_tick.py_func(harness.r, 0.0, MS, 0.0, row)
+        return found
+
+    return render
+
+
+def test_a_thread_that_waited_for_a_processor_has_no_slow_law(lasting):
+    harness = LoopHarness(CONSTANT)
+    out = lasting(harness, 15.0 * MS, 0.9 * MS, 300)
+    assert harness.r.control[arrays.FAULT] == arrays.NO_FAULT
+    assert np.all(out[:, rows.APPLIED] == 1.0)
+    assert harness.r.real[arrays.LAW_TIME] == pytest.approx(0.9 * MS)
+
+
+def test_the_tick_that_latches_a_slow_law_gives_no_force_any_more(lasting):
+    harness = LoopHarness(CONSTANT)
+    out = lasting(harness, 1.5 * MS, 1.5 * MS, 5)
+    np.testing.assert_array_equal(out[:, rows.APPLIED], [1.0, 1.0, 1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(
+        out[:, rows.FLAGS].astype(int) & rows.FAULT, [0, 0, 0, rows.FAULT, rows.FAULT]
+    )
+    assert harness.r.control[arrays.FAULT] == arrays.SLOW_LAW
+    assert harness.r.word[arrays.SLOW] == CONSTANT.force.compiled().address
+
+
+def test_two_laws_that_cross_fade_have_a_period_each(lasting):
+    for spent, fault in ((1.9 * MS, arrays.NO_FAULT), (2.1 * MS, arrays.SLOW_LAW)):
+        harness = LoopHarness(CONSTANT, {"place": "a"})
+        harness.tick(0.0)
+        harness.set(CONSTANT, {"place": "b"})
+        harness.tick(0.0)
+        assert harness.r.real[arrays.BLEND] < 1.0
+        lasting(harness, spent, spent, 20)
+        assert harness.r.control[arrays.FAULT] == fault
+
+
+# --- what the observer asks of a law
+
+
+@law
+def looped(p, s, x, v, dt):
+    total = 0.0
+    if x >= p.beyond:
+        for i in range(251):
+            total += i
+    return -p.stiffness * x + 1e-9 * total
+
+
+LOOPED = Environment("looped", "Looped", "", SLOW.parameters, looped)
+
+
+def observed(environment, values, ticks=200, **real):
+    """Return the loop after so many ticks at rest at 0 m; real: numbers of the loop in force."""
+    harness = LoopHarness(environment, values)
+    for name, value in real.items():
+        harness.r.real[getattr(arrays, name)] = value
+    harness.ticks(ticks / 1000.0)
+    return harness.r
+
+
+def test_the_observer_asks_a_law_everywhere_but_where_a_call_takes_more_than_250_passes():
+    r = observed(LOOPED, {"beyond": 1.0})
+    assert (r.word[arrays.ASKED], r.word[arrays.OPAQUE]) == (passivity.CELLS + 1, 0)
+    r = observed(LOOPED, {"beyond": 0.01})
+    assert r.word[arrays.OPAQUE] == 1
+    assert r.word[arrays.ASKED] == 0.01 / passivity.CELL
+    before = r.word[arrays.CALLS]
+    r = observed(LOOPED, {"beyond": 0.01}, 400)
+    assert r.word[arrays.CALLS] == before  # no more are made
+    assert r.control[arrays.FAULT] == arrays.NO_FAULT
+
+
+@pytest.mark.parametrize(
+    ("each", "cells"),
+    [(1e-6, 4), (0.5 * MS / 9.0, 4), (0.5 * MS / 8.99, 3), (0.5 * MS / 8.0, 3), (0.5 * MS / 2.9, 0), (MS, 0)],
+)
+def test_a_live_loop_lets_the_observer_use_half_a_period_at_most(each, cells):
+    """Two calls a cell beside the law's own: nine calls of a 9th of half a period are four cells."""
+    each *= 1.0 - 1e-9
+    r = observed(CONSTANT, None, 2, LAW_TIME=each)
+    assert r.word[arrays.ASKED] == 1 + 2 * cells
+
+
+# --- live
+
+
+def test_a_law_slower_than_its_period_is_named_and_pushes_no_more(started):
+    engine = started(environment=SLOW)
+    reader = engine.reader()
+    engine.set_parameter("beyond", -1.0)
+    wait_until(lambda: engine.fault is not None)
+    assert engine.fault.code == arrays.SLOW_LAW
+    assert engine.fault.text.startswith("Fault: the law of Far too slow takes ")
+    assert engine.fault.text.endswith(" ms, a period is 1 ms.")
+    found = read(reader, lambda found: int(found[-1, rows.FLAGS]) & rows.FAULT)
+    assert not found[-1, rows.APPLIED].any()
+    engine.set_environment("wall")
+    wait_until(lambda: engine.renders(engine.environment))
+    assert "Far too slow" in engine.fault.text  # not the wall's
+    engine.clear_fault()
+    wait_until(lambda: engine.fault is None)
+
+
+# --- headless
+
+
+def scene(values):
+    return headless.Scene(SLOW, SLOW.values(values))
+
+
+def test_a_headless_run_ends_where_its_law_takes_too_long_and_not_before():
+    done = api.simulate(SLOW, {"beyond": 1.0}, hand="press", seconds=0.5)
+    assert len(done.time) == 500
+    with pytest.raises(
+        LawError, match=r"^The law of Far too slow takes \d.* ms for one sample, the limit is 1 ms\."
+    ):
+        api.simulate(SLOW, EVERYWHERE, hand="press", seconds=100.0)
+    with pytest.raises(LawError, match="Far too slow"):
+        headless.render(scene(EVERYWHERE), Prescribed(lambda t: 0.0), 2000)
+
+
+def test_a_law_may_take_a_whole_period_of_a_slow_loop():
+    done = api.simulate(SLOW, EVERYWHERE, rate=10.0, seconds=3.0)
+    assert len(done.time) == 30
+
+
+def test_nothing_is_said_of_a_handle_whose_law_takes_too_long(monkeypatch):
+    monkeypatch.setattr(Environment, "curve", lambda _, values, x, v=0.0: -values["stiffness"] * x)
+    asked = Asked(SLOW, SLOW.values(EVERYWHERE), Setting(hand="medium"))
+    found = verdict(asked)
+    assert (found.headline, found.calm, found.margins) == ("Not judged", False, {})
+    assert found.lines == ("In your hand: not judged.", "Let go: not judged.")
+    assert found.unknown.startswith("The law of Far too slow takes ")
+    assert too_much(asked) == {}
+    assert not verdict(replace(asked, values=SLOW.values({"beyond": 1.0}))).not_judged
+
+
+def test_an_interrupt_ends_compiled_loops_at_once():
+    """The byte is what Python writes when a signal comes; nobody takes it but whoever listens anew."""
+    interrupts.listen()
+    interrupts._ends[1].send(b"\2")
+    r, body = scene({"beyond": 1.0}).prepare()
+    count = 10_000_000
+    same_row = np.lib.stride_tricks.as_strided(np.zeros(rows.ROW_WIDTH), (count, rows.ROW_WIDTH), (0, 8))
+    zeros = np.zeros(count + 1)
+    done = headless.run_batch(r, body, np.zeros(3), zeros, zeros[:-1].astype(np.int64), same_row)
+    assert 0 < done < 10_000
+    with pytest.raises(KeyboardInterrupt):
+        patience.check(r, SLOW.title)
+    cells = survey.Cells(np.array([[200.0, 1.0]]), np.full(1, 1e-3), np.full(1, count), np.zeros(1))
+    limits = survey.Limits(1.0, survey.NEVER_STILL, survey.NEVER_FAINT, survey.NEVER_SMALL)
+    with pytest.raises(KeyboardInterrupt):
+        survey.survey(scene({"beyond": 1.0}), None, cells, limits)
+    interrupts.listen()
+    assert len(headless.render(scene({"beyond": 1.0}), None, 20_000)[0]) == 20_000
