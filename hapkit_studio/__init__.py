@@ -1,8 +1,8 @@
 """Hapkit Studio: feel, tune and measure virtual environments on a Hapkit, real or simulated."""
 
 from importlib import import_module
-from typing import TYPE_CHECKING
 
+TYPE_CHECKING = False  # typing takes longer to import than all that is imported here
 if TYPE_CHECKING:
     from hapkit_studio import environments
     from hapkit_studio.analysis.stability.limits import stable_stiffnesses, stiffness_limit

@@ -1,7 +1,9 @@
 """Command-line options: a parser that says what is wrong in one line, and the window's options."""
 
 import argparse
+import sys
 from pathlib import Path
+from typing import Any
 
 from hapkit_studio.formatting import printable
 
@@ -11,6 +13,10 @@ class LineParser(argparse.ArgumentParser):
 
     def error(self, message: str):
         self.exit(2, printable(f"{self.prog}: {message}\n"))
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print help, version or an error; raise OSError where nobody can read it, which argparse hides."""
+        print(message or "", end="", file=file or sys.stderr, flush=True)
 
 
 def window_parser() -> LineParser:

@@ -1,53 +1,138 @@
 """The command line: the window, headless runs, lists, and a test of the loop."""
 
-import argparse
-import json
+import atexit
 import os
 import sys
-import tempfile
 from collections.abc import Sequence
-from io import TextIOWrapper
+from contextlib import suppress
 
-from hapkit_studio.arguments import LineParser, window_parser
+from hapkit_studio import interrupts
 from hapkit_studio.errors import StudioError
-from hapkit_studio.formatting import printable
 
-INTERRUPTED = 130
+# What takes long to import is imported below, once Ctrl+C is obeyed.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    import argparse
+
+FAILED = 2
+EXIT_SECONDS = 1.0
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command; return the exit code: 2 for bad input, with one line that says what is wrong."""
+    """Run a command; return the exit code: 2 for bad input, with one line that says what is wrong.
+
+    argv: None for the program itself, which ends EXIT_SECONDS later at most, whatever threads are left.
+    """
+    if argv is not None:
+        return _run(argv)
+    interrupts.begin()
+    ends: list[int] = []
+    atexit.register(_exit_now, ends)  # the first is called last
+    code = _run(sys.argv[1:])
+    _end_soon(code)
+    if "PySide6" not in sys.modules:
+        ends.append(code)
+    return code
+
+
+def _run(given: Sequence[str]) -> int:
+    """Open the window or run a command; return the exit code."""
+    _prepare_streams()
+    try:
+        return _window(given) if _is_for_window(given) else _command(given)
+    except StudioError as error:
+        return fail(str(error), error.exit_code)
+    except BrokenPipeError:
+        return fail("")  # whoever reads has seen enough
+    except OSError as error:
+        return fail(f"{error.filename or 'output'}: {error.strerror or error}")
+    except KeyboardInterrupt:
+        return interrupts.INTERRUPTED
+
+
+def _is_for_window(given: Sequence[str]) -> bool:
+    return not given or (given[0].startswith("-") and given[0] not in ("-h", "--help", "--version"))
+
+
+def _prepare_streams() -> None:
+    from io import TextIOWrapper
+
+    if sys.stderr is None:  # closed: print would take the output for it
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115, open as long as the program runs
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a console without N·s/m shows N?s/m
-    given = list(sys.argv[1:] if argv is None else argv)
-    if not given or (given[0].startswith("-") and given[0] not in ("-h", "--help", "--version")):
-        return _window(given)
+
+
+def _command(given: Sequence[str]) -> int:
+    import json
+
+    from hapkit_studio.formatting import printable
+
+    if sys.stdout is None:
+        return fail("the output is closed.")
     options = parser().parse_args(given)
     from hapkit_studio.commands import base
 
     try:
-        base.check_outputs(options)
-        result = options.command(options)
-        text = json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text
-        print(printable(text), flush=True)
+        with interrupts.raised():
+            interrupts.listen()
+            base.check_outputs(options)
+            result = options.command(options)
+            text = json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text
+            print(printable(text), flush=True)
     except StudioError as error:
         # the step that a window would offer, for the port that was named
         port = getattr(options, "port", None) or getattr(options, "device", None)
         step = f" Run `hapkit-studio flash {port}`." if port and getattr(error, "step", "") else ""
-        print(printable(f"hapkit-studio: {error}{step}"), file=sys.stderr)
-        return 2
-    except OSError as error:
-        print(printable(f"hapkit-studio: {error.filename or 'output'}: {error.strerror}"), file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        return INTERRUPTED
+        return fail(f"{error}{step}", error.exit_code)
     return result.code
 
 
-def parser() -> argparse.ArgumentParser:
+def fail(words: str, code: int = FAILED) -> int:
+    """Print a line on stderr, none without words; return the exit code."""
+    from hapkit_studio.formatting import printable
+
+    with suppress(OSError):
+        print(f"hapkit-studio: {printable(words)}\n" if words else "", end="", file=sys.stderr)
+    _flush()
+    return code
+
+
+def _flush() -> None:
+    """Write what is still held back; lose it where an output is closed or full.
+
+    Otherwise Python would try once more at the end and print a traceback.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:
+                stream.flush()
+        except OSError:
+            with suppress(OSError, ValueError):  # a stand-in for an output has no file
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _end_soon(code: int) -> None:
+    """Exit after EXIT_SECONDS at the latest: a person's own file may have started threads that go on."""
+    import threading
+
+    timer = threading.Timer(EXIT_SECONDS, os._exit, (code,))
+    timer.daemon = True
+    timer.start()
+
+
+def _exit_now(ends: Sequence[int]) -> None:
+    """Exit with a code, if one is given: taking Python apart takes time, in which Ctrl+C gives no code."""
+    for code in ends:
+        _flush()
+        os._exit(code)
+
+
+def parser() -> "argparse.ArgumentParser":
     """Return the parser of every command."""
     from hapkit_studio import __version__, commands
+    from hapkit_studio.arguments import LineParser
 
     top = LineParser(
         prog="hapkit-studio",
@@ -68,6 +153,8 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _window(given: Sequence[str]) -> int:
+    from hapkit_studio.arguments import window_parser
+
     options = window_parser().parse_args(given)  # bad options are said before anything starts
     qt = sys.platform in ("win32", "darwin") or os.environ.get("QT_QPA_PLATFORM")
     if not (qt or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
@@ -83,13 +170,12 @@ def _window(given: Sequence[str]) -> int:
 
 def _demo() -> int:
     """Say that there is no display, render a hand pressing into the wall, write the picture."""
+    import tempfile
+
     from hapkit_studio.commands.run import demo
 
     print("No display here, so the window cannot open. Running the demo headless instead.")
-    folder = "" if os.access(".", os.W_OK) else tempfile.mkdtemp(prefix="hapkit-studio-")
-    try:
-        print(demo(os.path.join(folder, "hapkit-studio-demo.png")).text)
-    except (StudioError, OSError) as error:
-        print(f"hapkit-studio: {error}", file=sys.stderr)
-        return 2
+    with interrupts.raised():
+        folder = "" if os.access(".", os.W_OK) else tempfile.mkdtemp(prefix="hapkit-studio-")
+        print(demo(os.path.join(folder, "hapkit-studio-demo.png")).text, flush=True)
     return 0

@@ -4,6 +4,8 @@
 class StudioError(Exception):
     """Base of all errors that are meant for a person to read."""
 
+    exit_code = 2
+
 
 class ParameterError(StudioError, ValueError):
     """A name is unknown, or a value is out of range or not a number."""
@@ -67,3 +69,9 @@ class AvrdudeMissingError(DeviceError):
 
 class FlashError(DeviceError):
     """The firmware could not be written; the board takes another try."""
+
+
+class FlashInterruptedError(FlashError):
+    """A person pressed Ctrl+C while firmware was being written."""
+
+    exit_code = 130

@@ -168,13 +168,27 @@ def _wrong(value: object, place: str, wanted: str) -> FileError:
     return FileError(f"{place} is {shown}; it must be {wanted}.")
 
 
+def is_special(path: str | Path) -> bool:
+    """Return whether a path names what is neither file nor folder: a device, a pipe, a terminal."""
+    try:
+        mode = os.stat(path).st_mode
+    except (OSError, ValueError):
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
+
+
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """Give a name to write to, beside a file and with its ending; what is there takes the file's place.
 
-    Where writing fails nothing of it is left, and a file that was there before is as it was. Raise OSError.
+    Where writing fails nothing of it is left, and a file that was there before is as it was. A device or a
+    pipe is written to itself, as nothing may take its place. Raise OSError.
     """
     path = Path(path)
+    if is_special(path):
+        yield path
+        return
+    path = Path(os.path.realpath(path))  # a link goes on leading there
     part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         yield part

@@ -269,6 +269,7 @@ class Gone:
     [
         (arrays.DEVICE_GONE, "Check the USB cable, then try again."),
         (arrays.SLOW_LINK, "Let the board render (--render board), or use a faster port."),
+        (arrays.SLOW_LAW, "Simplify the law or lower the rate."),
     ],
 )
 def test_a_run_ends_where_no_force_can_follow_and_keeps_what_came(code, remedy):
@@ -281,7 +282,7 @@ def test_a_run_ends_where_no_force_can_follow_and_keeps_what_came(code, remedy):
 
 def engine_on_bad_link():
     """Return what a run asks of an engine whose spring is too stiff for the link's delay of 5 ms."""
-    counts = LinkCounts(1, 2, 3, 4, no_sample=5, away=6, held_up=7, cut=8)
+    counts = LinkCounts(1, 2, 3, 4, no_sample=5, away=6, held_up=7, cut=8, clock_jumps=9)
     return SimpleNamespace(
         where="computer",
         fault=None,
@@ -306,16 +307,17 @@ def test_what_was_bad_about_a_link_is_in_the_result(capsys, monkeypatch):
     table[:, rows.BOARD_TIME], table[:, rows.PERIOD] = 1e-3 * np.arange(1000), 1e-3
     table[:250, rows.FLAGS], table[250:300, rows.FLAGS] = rows.STALE, rows.FAULT
     found = live_run._both(engine, table)
-    slower, stiff, without = remarks = live_run._remarks(engine, found, 4000.0)
+    slower, stiff, jumps, without = remarks = live_run._remarks(engine, found, 4000.0)
     assert slower == "The board renders at 2,000 Hz, not at 4,000 Hz: this law has time for no more."
     assert stiff.endswith(TOO_STIFF)
+    assert jumps == "The board's clock went back or jumped 9 times: time was corrected."
     assert without == (
         "No force for 0.30 s. The line brought no sample for 20 ms: 5 times. This computer was busy "
         "elsewhere for 20 ms: 6 times. The law held the loop up for 20 ms: 7 times. The board switched its "
         "motor off, as forces came too late or not at all: 8 times."
     )
     engine.fault = Fault(arrays.SLOW_LINK, "Slow.")  # says so itself
-    assert live_run._remarks(engine, found, 2000.0) == [without]
+    assert live_run._remarks(engine, found, 2000.0) == [jumps, without]
     played = live_run.Played(table, 1.0, found, remarks, None, None, 0)
     monkeypatch.setattr(live_run, "run", lambda *_: played)
     shown = as_json(capsys, "run", "spring", "--device", "simulated", "--seconds", "1")
@@ -323,6 +325,7 @@ def test_what_was_bad_about_a_link_is_in_the_result(capsys, monkeypatch):
     assert shown["link"]["without_force_s"] == pytest.approx(0.3)
     off = {"no_sample": 5, "computer_busy": 6, "law_too_long": 7, "board_watchdog": 8}
     assert shown["link"]["motor_off"] == off
+    assert shown["link"]["clock_jumps"] == 9
 
 
 def test_a_spring_too_stiff_for_the_link_is_said_during_the_run_once(capsys):
@@ -351,8 +354,8 @@ def test_a_run_that_a_person_ends_keeps_what_came(capsys, tmp_path, monkeypatch)
     monkeypatch.setattr(Engine, "move_hand", then_end)
     words = ("--device", "simulated", "--hand", "press", "--seconds", "600", "--csv", str(tmp_path / "x.csv"))
     code, out, err = run(capsys, "run", "wall", *words)
-    assert (code, err) == (0, "")
-    assert "s of 600 s by Ctrl-C." in out
+    assert (code, err) == (130, "")
+    assert "s of 600 s by Ctrl+C." in out
     assert len((tmp_path / "x.csv").read_text().splitlines()) > 100
     assert moves[-1] is None
 
@@ -363,7 +366,7 @@ def test_a_flash_that_a_person_ends_says_what_to_do(capsys, monkeypatch):
 
     monkeypatch.setattr(flash, "flash", ended)
     code, _, err = run(capsys, "flash", "/dev/ttyUSB7")
-    assert code == 2
+    assert code == 130
     assert "ttyUSB7: ended in the middle. Half of a firmware may be on the board: flash it again" in err
 
 

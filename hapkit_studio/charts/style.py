@@ -3,6 +3,7 @@
 Words beside points stand where they cover no other.
 """
 
+import io
 import math
 import textwrap
 from collections.abc import Callable, Sequence
@@ -61,8 +62,10 @@ def save(
         )
         figure.supxlabel(words, size=TICK - 1, color=light.ink3, x=0.01, ha="left")
     paint(figure, light)
+    picture = io.BytesIO()  # formats go back in what they write, which a pipe cannot
+    figure.savefig(picture, format=ending(path), dpi=_DPI, facecolor=light.surface)
     with replacing(path) as part:
-        figure.savefig(part, dpi=_DPI, facecolor=light.surface)
+        part.write_bytes(picture.getvalue())
 
 
 def unbroken(parts: list[str]) -> str:
@@ -174,10 +177,18 @@ def new_figure(path: str | Path, size: tuple[float, float]) -> Any:
     return Figure(figsize=size, layout="constrained")
 
 
+PNG = "png"
+
+
+def ending(path: str | Path) -> str:
+    """Return the format of a picture by its path's ending, PNG without one."""
+    return Path(path).suffix[1:].lower() or PNG
+
+
 def check_picture(path: str | Path) -> None:
     """Raise ParameterError where path is no picture's."""
     from matplotlib.backend_bases import FigureCanvasBase
 
-    ending, known = Path(path).suffix[1:].lower(), FigureCanvasBase.get_supported_filetypes()
-    if ending and ending not in known:
-        raise ParameterError(f"A picture is one of {', '.join(known)}, not {ending!r}.")
+    found, known = ending(path), FigureCanvasBase.get_supported_filetypes()
+    if found not in known:
+        raise ParameterError(f"A picture is one of {', '.join(known)}, not {found!r}.")

@@ -17,6 +17,7 @@ from hapkit_studio.dynamics.estimators import ESTIMATORS, Spec
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError, ParameterError
+from hapkit_studio.files import is_special
 from hapkit_studio.formatting import printable
 from hapkit_studio.workshop import reading, trial
 from hapkit_studio.workshop.source import Source, is_trusted, read, trust_source
@@ -192,7 +193,8 @@ def check_outputs(options: argparse.Namespace) -> None:
             raise ParameterError(f"--{name}: you may not write {path}. Name another file.")
         if name == "plot":
             check_picture(given)
-            setattr(options, name, given if path.suffix else given + _PICTURE)
+            bare = not path.suffix and not is_special(path)
+            setattr(options, name, given + _PICTURE if bare else given)
 
 
 YES = ("y", "yes")
@@ -230,7 +232,7 @@ def _consent(source: Source, trusting: bool) -> None:
     if is_trusted(source):
         return
     if not trusting:
-        if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        if not (sys.stdin and sys.stdin.isatty() and sys.stderr.isatty()):
             raise LawError("not executed, as nobody agreed to it yet: read it, then pass --trust")
         print(printable(source.text), file=sys.stderr)
         question = f"Execute {source.path.name} as it stands above? [y/N] "

@@ -88,7 +88,7 @@ def _strength(board: Any, springs: list[float], known: float) -> "Strength":
         if not hasattr(board, "hook_spring"):  # the virtual board's hang on by themselves
             hook = f"Hook the spring of {stiffness:g} N/m {HOOKED}."
             print(f"{hook} Hands off, then press Enter.", end=" ", file=sys.stderr, flush=True)
-            if not sys.stdin.readline():
+            if sys.stdin is None or not sys.stdin.readline():
                 raise ParameterError("Somebody has to hook the springs on: run this at a terminal.")
         if sys.stderr.isatty():
             print(f"Pulling at {stiffness:g} N/m …", file=sys.stderr)

@@ -7,7 +7,7 @@ from hapkit_studio import devices
 from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.devices import flash, serial_ports
 from hapkit_studio.devices.avrdude import CONNECTING, VERIFYING, WRITING
-from hapkit_studio.errors import DeviceError
+from hapkit_studio.errors import DeviceError, FlashInterruptedError
 
 _STARTING = "starting"
 _WORDS = {
@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> Result:
         show(_STARTING, 0.0)
         hello = flash.read_hello(port)
     except KeyboardInterrupt:
-        raise DeviceError(f"{name}: ended in the middle. {_HALF}") from None
+        raise FlashInterruptedError(f"{name}: ended in the middle. {_HALF}") from None
     finally:
         if sys.stderr.isatty():
             print(f"\r{'':<72}\r", end="", file=sys.stderr, flush=True)

@@ -14,6 +14,7 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.interrupts import INTERRUPTED
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.sessions.file import SUFFIX
 from hapkit_studio.sessions.settings import of_scene
@@ -24,6 +25,8 @@ FAULT = 2
 """Exit code of a run that a fault has ended."""
 _WHOLE = 0.9
 """Share of the time that samples must cover; less is said."""
+_SAID_SKIPPED = 0.01
+"""Share of the samples; a single late wake-up is not worth a line."""
 
 
 def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dict]:
@@ -49,12 +52,16 @@ def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dic
     remarks = [*played.remarks, *switched_off(chosen)]
     if options.render != live_run.COMPUTER:
         remarks += map(str, chosen.force.remarks)
+    skipped = played.found[live_run.COMPUTER]["missed"]
+    if engine.device.simulated and skipped > _SAID_SKIPPED * len(played.table):
+        remarks.append(f"{skipped:,} samples were skipped, as the loop was late.")
     if got < _WHOLE * took and not live_run.is_gone(fault):
         remarks.append(f"Only {got:.2f} s of samples came in {took:g} s.")
-    if took < seconds and fault is None:
-        remarks.append(f"Ended after {took:.2f} s of {seconds:g} s by Ctrl-C.")
+    found = {**played.found, "interrupted": took < seconds and fault is None}
+    if found["interrupted"]:
+        remarks.append(f"Ended after {took:.2f} s of {seconds:g} s by Ctrl+C.")
     faults = (live_run.fault_words(fault),) if fault else ()
-    return dataclasses.replace(run, faults=faults, warnings=tuple(remarks)), played.found
+    return dataclasses.replace(run, faults=faults, warnings=tuple(remarks)), found
 
 
 def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, found: dict) -> api.Run:
@@ -157,7 +164,8 @@ def _of_run(done: api.Run, written: list[str], found: dict) -> base.Result:
     ]
     lines += live_run.words(found) if found else []
     lines += [*done.faults, *done.warnings]
-    return base.with_files("\n".join(lines), numbers, written, FAULT if found and done.faults else 0)
+    code = FAULT if found and done.faults else INTERRUPTED if found.get("interrupted") else 0
+    return base.with_files("\n".join(lines), numbers, written, code)
 
 
 def demo(path: str) -> base.Result:

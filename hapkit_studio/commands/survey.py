@@ -1,13 +1,15 @@
 """The command that computes how stiff millions of loops may be, and goes on with what is in its file."""
 
 import argparse
+import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import AbstractContextManager
-from multiprocessing import get_context
+from contextlib import AbstractContextManager, contextmanager
+from multiprocessing import active_children, get_context
 from pathlib import Path
 
+from hapkit_studio import interrupts
 from hapkit_studio.analysis.checks import whole_number
 from hapkit_studio.analysis.cluster import cluster
 from hapkit_studio.analysis.sweeps import Progress, begin_worker, workers
@@ -55,8 +57,26 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor]:
     if options.scheduler is not None:
         return cluster(options.scheduler)
     count = workers() if options.workers is None else whole_number(options.workers, "--workers", 1)
-    # programs, as most of this work holds Python's lock; new ones, as a copy of this one may hold others
-    return ProcessPoolExecutor(count, get_context("spawn"), initializer=begin_worker)
+    return _programs(count)
+
+
+@contextmanager
+def _programs(count: int) -> Iterator[Executor]:
+    """Give an executor with this many worker processes; Ctrl+C kills them at once.
+
+    Processes, as most of this work holds Python's lock; spawned, as a fork may copy locks that are held.
+    """
+    with ProcessPoolExecutor(count, get_context("spawn"), initializer=begin_worker) as pool:
+        try:
+            with interrupts.held_back():
+                for _ in range(count):
+                    pool.submit(int)  # each starts a process
+            yield pool
+        except KeyboardInterrupt:
+            threading.excepthook = lambda _: None  # the pool's thread fails once its processes are gone
+            for process in active_children():
+                process.kill()
+            raise
 
 
 def _progress(draw: Callable[[], object]) -> Progress:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from hapkit_studio import resources
+from hapkit_studio import interrupts, resources
 from hapkit_studio.devices import DeviceEntry, DeviceKind
 from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.dynamics.hand import ARRIVES, LEADS, Grip, grip_named
@@ -38,9 +38,10 @@ class BoardProgram:
         self._summary = ""
         self._lines: list[str] = []
         try:
-            self._child = subprocess.Popen(
-                words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, bufsize=0
-            )
+            with interrupts.held_back():  # Ctrl+C ends the studio, which stops the motor first
+                self._child = subprocess.Popen(
+                    words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, bufsize=0
+                )
         except OSError as error:
             self._errors.close()
             raise DeviceError(f"The virtual board does not start: {error.strerror}.") from error

@@ -10,7 +10,7 @@ from subprocess import Popen
 from PySide6.QtCore import QObject, QRect, QSize, QTimer
 from PySide6.QtWidgets import QApplication
 
-from hapkit_studio import devices
+from hapkit_studio import devices, interrupts
 from hapkit_studio.arguments import window_parser
 from hapkit_studio.environments import named
 from hapkit_studio.errors import ParameterError
@@ -48,11 +48,18 @@ def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> in
         print(printable(str(error)), file=sys.stderr)
         return 2
     window.show()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    came: list[int] = []
+
+    def close(number: int, _frame: object) -> None:
+        came.append(number)
         # closing ends the loop with a zero command; in its turn, as a signal may come amid a picture
-        signal.signal(number, lambda *_: QTimer.singleShot(0, window.close))
+        QTimer.singleShot(0, window.close)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, close)
     QTimer.singleShot(0, lambda: begin(window, options, preparing))
-    return application.exec()
+    code = application.exec()
+    return interrupts.INTERRUPTED if signal.SIGINT in came else code
 
 
 def _place(window: MainWindow, size: tuple[int, int] | None) -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import platformdirs
 
+from hapkit_studio import interrupts
 from hapkit_studio.formatting import printable
 from hapkit_studio.resources import sources_stamp
 
@@ -77,7 +78,8 @@ def _program(part: str, *keys: str, gently: bool = False) -> subprocess.Popen:
     gently = gently and part in _NICE
     flags = getattr(subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0) if gently else 0  # Windows
     words = [sys.executable, "-m", _MODULE, *([_GENTLY] if gently else []), part, *keys]
-    return subprocess.Popen(words, creationflags=flags)
+    with interrupts.held_back():
+        return subprocess.Popen(words, creationflags=flags)
 
 
 def _has_law(key: str) -> bool:
@@ -218,4 +220,5 @@ def main(*words: str) -> None:
 
 
 if __name__ == "__main__":
+    interrupts.begin()
     main(*sys.argv[1:])

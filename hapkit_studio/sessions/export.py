@@ -14,7 +14,7 @@ import numpy as np
 
 from hapkit_studio import settings_log
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.files import replacing
+from hapkit_studio.files import is_special, replacing
 from hapkit_studio.settings_log import Log
 
 Columns = Mapping[str, np.ndarray]
@@ -32,7 +32,7 @@ def write(path: str | Path, columns: Columns, log: Log, decimal: str = ".") -> N
     decimal: the mark in a CSV's numbers; with a comma, semicolons stand between them. Raise ParameterError
     for an ending or a mark that is unknown, or where a library is missing; OSError.
     """
-    ending = Path(path).suffix.lower()
+    ending = Path(path).suffix.lower() or ("" if not is_special(path) else ".csv")
     if ending not in WRITERS:
         raise ParameterError(f"A table ends in {', '.join(WRITERS)}, not {ending or 'nothing'!r}.")
     if decimal not in DECIMALS:

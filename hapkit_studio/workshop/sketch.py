@@ -18,6 +18,7 @@ from hapkit_studio.dynamics import estimators
 from hapkit_studio.dynamics.estimators import USUAL, Spec
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.files import is_special
 from hapkit_studio.haptics.board_plan import ESTIMATORS, coefficients
 from hapkit_studio.laws import c_source
 from hapkit_studio.laws.c_source import Source, mangled, number
@@ -225,6 +226,8 @@ def sketch_path(wanted: str | Path) -> Path:
     Raise ParameterError for a name that the Arduino IDE does not take.
     """
     path = Path(wanted).expanduser()
+    if is_special(path):
+        return path
     if path.suffix and path.suffix != ENDING and not path.suffix[1:].isdigit():
         raise ParameterError(f"A sketch's name ends in {ENDING}, or has no ending: not {path.suffix!r}.")
     name = path.name.removesuffix(ENDING)
@@ -239,7 +242,7 @@ def sketch_path(wanted: str | Path) -> Path:
 def write_sketch(wanted: str | Path, text: str, over: bool = False) -> Path:
     """Write a sketch and return its path; raise ParameterError where one is already there, OSError."""
     path = sketch_path(wanted)
-    if path.exists() and not over:
+    if path.exists() and not over and not is_special(path):
         raise ParameterError(f"{path} is there already. Give another name, or --force to write over it.")
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8")

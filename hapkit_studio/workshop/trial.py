@@ -105,7 +105,12 @@ def stop(process: subprocess.Popen) -> TrialResult:
 
 def check(tried: Source, timeout: float = TIMEOUT) -> TrialResult:
     """Try out a text and wait for the verdict, up to timeout in s."""
-    return result(begin(tried), timeout)
+    process = begin(tried)
+    try:
+        return result(process, timeout)
+    except BaseException:  # Ctrl+C
+        isolated.end(process)
+        raise
 
 
 def _verdict(words: bytes, otherwise: str) -> TrialResult:

@@ -50,18 +50,19 @@ def then_signal(view, event):
     paint(view, event)
     left[0] -= 1
     if left[0] == 0:
-        os.kill(os.getpid(), signal.SIGTERM)
+        os.kill(os.getpid(), signal.{name})
 scenes.SceneView.paintEvent = then_signal
 sys.exit(app.run([]))
 """
 
 
 @pytest.mark.slow
-def test_a_signal_amid_a_picture_ends_it_without_a_word(tmp_path):
+@pytest.mark.parametrize(("name", "code"), [("SIGTERM", 0), ("SIGINT", 130)])
+def test_a_signal_amid_a_picture_ends_it_without_a_word(name, code, tmp_path):
     environment = os.environ | {"QT_QPA_PLATFORM": "offscreen", "XDG_CACHE_HOME": str(tmp_path)}
-    command = [sys.executable, "-c", SIGNAL]
+    command = [sys.executable, "-c", SIGNAL.format(name=name)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=180, check=False)
-    assert done.returncode == 0, done.stderr
+    assert done.returncode == code, done.stderr
     assert "Traceback" not in done.stderr
     assert "QBackingStore" not in done.stderr
 

@@ -1,0 +1,214 @@
+"""Ctrl+C at any time ends the program with 130 and no traceback; so do closed and full outputs, with 2."""
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
+
+import pytest
+
+from hapkit_studio import files, interrupts
+from hapkit_studio.cli import main
+from hapkit_studio.commands import base
+
+posix = pytest.mark.skipif(os.name != "posix", reason="signals and special files of POSIX")
+
+# The program, sent Ctrl+C once it imports a module or calls a function.
+PROGRAM = """
+import builtins, signal, sys
+imported = builtins.__import__
+def importing(name, *rest):
+    if name == {module!r}:
+        builtins.__import__ = imported
+        signal.raise_signal(signal.SIGINT)
+    return imported(name, *rest)
+builtins.__import__ = importing
+{first}
+from hapkit_studio.cli import main
+sys.argv[1:] = {words!r}
+sys.exit(main())
+"""
+
+
+def program(folder, *words, module="", first=""):
+    """Return what becomes of the program in a folder."""
+    code = PROGRAM.format(module=module, first=first, words=list(words))
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False, cwd=folder
+    )
+
+
+@pytest.mark.parametrize(
+    ("module", "words"),
+    [
+        ("json", ("environments",)),
+        ("numpy", ("environments",)),
+        ("numba", ("environments",)),
+        ("hapkit_studio.commands.base", ("run", "wall", "--seconds", "0.1")),
+        (
+            "matplotlib.backend_bases",
+            ("run", "wall", "--seconds", "0.1", "--plot", "run.png"),
+        ),  # in a command
+    ],
+)
+def test_an_interrupt_while_something_is_imported_ends_the_program_without_a_word(module, words, tmp_path):
+    done = program(tmp_path, *words, module=module)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+
+
+def test_an_interrupt_while_the_program_ends_gives_the_same_code(tmp_path):
+    done = program(
+        tmp_path, "environments", first="import atexit; atexit.register(signal.raise_signal, signal.SIGINT)"
+    )
+    assert (done.returncode, done.stderr) == (130, "")
+
+
+def test_an_interrupt_that_python_could_only_report_is_raised_once_more():
+    def deletes_and_waits():
+        interrupts._raise_again(SimpleNamespace(exc_type=KeyboardInterrupt))
+        threading.Event().wait(60.0)
+
+    with pytest.raises(KeyboardInterrupt):
+        deletes_and_waits()
+
+
+def test_threads_and_exit_functions_that_do_not_end_keep_no_program_alive():
+    """In place of a command's: what a person's file has started is not the studio's to end."""
+    code = (
+        "import atexit, sys, threading\n"
+        "from hapkit_studio import cli\n"
+        "def command(given):\n"
+        "    {start}\n"
+        "    print('result')\n"
+        "    return 7\n"
+        "cli._run, cli.EXIT_SECONDS = command, 0.05\n"
+        "sys.exit(cli.main())"
+    )
+    for start in (
+        "threading.Thread(target=threading.Event().wait).start()",
+        "atexit.register(threading.Event().wait)",
+    ):
+        run = [sys.executable, "-c", code.format(start=start)]
+        done = subprocess.run(run, capture_output=True, text=True, timeout=60, check=False)
+        assert (done.returncode, done.stdout, done.stderr) == (7, "result\n", "")
+
+
+@posix
+def test_programs_that_are_started_held_back_do_not_hear_an_interrupt():
+    tell = "import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))"
+    with interrupts.held_back():
+        held = subprocess.run([sys.executable, "-S", "-c", tell], capture_output=True, text=True, check=True)
+    assert held.stdout == "True\n"
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    begin = f"from hapkit_studio import interrupts; interrupts.begin(); {tell}"
+    with interrupts.held_back():
+        begun = subprocess.run([sys.executable, "-c", begin], capture_output=True, text=True, check=True)
+    assert begun.stdout == "False\n"
+
+
+@pytest.mark.slow
+@posix
+def test_ctrl_c_in_a_survey_ends_its_programs_at_once(tmp_path):
+    """Sent to all of them, as a terminal does."""
+    words = ["-m", "hapkit_studio", "survey", str(tmp_path / "s.db"), "--rates", "9", "--delays", "9"]
+    pipe = subprocess.PIPE
+    survey = subprocess.Popen([sys.executable, *words], stdout=pipe, stderr=pipe, start_new_session=True)
+    try:
+        while not (tmp_path / "s.db").exists():
+            assert survey.poll() is None
+        os.killpg(survey.pid, signal.SIGINT)
+        out, err = survey.communicate(timeout=60)  # ends when the last of them has closed its outputs
+    finally:
+        survey.kill()
+    assert (survey.returncode, out, err) == (130, b"", b"")
+
+
+# --- outputs
+
+
+class Closed:
+    """An output whose reader has gone."""
+
+    def write(self, text=""):
+        raise BrokenPipeError(32, "Broken pipe")
+
+    flush = write
+
+    def fileno(self):
+        raise OSError
+
+
+def test_a_reader_that_has_gone_makes_a_code_and_no_words(monkeypatch, capsys):
+    for words in (["environments"], ["environments", "--json"], ["--help"], ["--version"]):
+        monkeypatch.setattr(sys, "stdout", SimpleNamespace(write=Closed().write, flush=lambda: None))
+        assert main(words) == 2
+        assert capsys.readouterr().err == ""
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+def test_a_full_output_is_said_in_a_line(monkeypatch, capsys):
+    for words in (["environments"], ["environments", "--json"], ["--help"]):
+        with open("/dev/full", "w", encoding="utf-8") as full:
+            monkeypatch.setattr(sys, "stdout", full)
+            assert main(words) == 2
+        assert capsys.readouterr().err == "hapkit-studio: output: No space left on device\n"
+
+
+def test_a_closed_output_is_said_in_a_line_before_anything_is_done(monkeypatch, capsys):
+    monkeypatch.setattr(base, "check_outputs", lambda _: pytest.fail("it began"))
+    monkeypatch.setattr(sys, "stdout", None)
+    assert main(["environments"]) == 2
+    assert capsys.readouterr().err == "hapkit-studio: the output is closed.\n"
+
+
+def test_errors_that_nobody_can_read_keep_their_code(monkeypatch, capsys):
+    for stream in (None, Closed()):
+        monkeypatch.setattr(sys, "stderr", stream)
+        assert main(["run", "nowhere"]) == 2
+        assert capsys.readouterr().out == ""
+
+
+# --- special files
+
+
+@pytest.fixture
+def fifo(tmp_path):
+    """Return (path, future of its bytes): a thread reads, as a picture is larger than a pipe holds."""
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    with ThreadPoolExecutor(1) as pool:
+        yield path, pool.submit(path.read_bytes)
+
+
+@posix
+@pytest.mark.parametrize(
+    ("words", "begins"),
+    [
+        (("run", "wall", "--seconds", "0.05", "--csv"), b"# "),
+        (("run", "wall", "--seconds", "0.05", "--plot"), b"\x89PNG"),
+        (("export", "wall", "-o"), b"//"),
+    ],
+)
+def test_a_special_file_is_written_itself_and_nothing_beside_it(words, begins, fifo, tmp_path, capsys):
+    path, received = fifo
+    assert main([*words, str(path)]) == 0
+    assert received.result(timeout=60).startswith(begins)
+    assert [one.name for one in tmp_path.iterdir()] == ["pipe"]
+    assert f"wrote {path}\n" in capsys.readouterr().out
+
+
+@posix
+def test_a_file_takes_the_place_of_what_a_link_leads_to(tmp_path):
+    there, link = tmp_path / "there.csv", tmp_path / "link.csv"
+    there.write_text("old")
+    link.symlink_to(there)
+    with files.replacing(link) as part:
+        part.write_text("new")
+    assert (link.is_symlink(), there.read_text()) == (True, "new")
+    assert not files.is_special(there)
+    assert not files.is_special(tmp_path)
+    assert not files.is_special(tmp_path / "nowhere")
+    assert files.is_special(os.devnull)
