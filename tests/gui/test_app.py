@@ -37,7 +37,8 @@ def test_it_starts_prepares_once_and_saves_a_picture(tmp_path):
     assert "Traceback" not in done.stderr
     image = QImage(str(picture))
     assert (image.width(), image.height()) == (1280, 720)
-    assert image.pixelColor(640, 60).lightness() < 60
+    average = image.scaled(1, 1, mode=Qt.TransformationMode.SmoothTransformation).pixelColor(0, 0)
+    assert average.lightness() < 60
     # what takes long to load and nobody asked for yet is off the first sample's way
     assert not {*OFF_THE_WAY} & {*done.stdout.split()}
 
