@@ -1,37 +1,66 @@
-"""Open the window on the virtual board, keep both busy for some seconds, print what was lost and how late."""
+"""Open the window on the virtual board, keep both busy, print frames lost and the median round trip."""
 
 import json
-import statistics
 import sys
 import time
 
+import numpy as np
 from PySide6.QtCore import QTimer
 
+from hapkit_studio.devices import delays
+from hapkit_studio.gui.window import MainWindow
 from hapkit_studio.haptics import rows
 from tests.bench.window import keep_busy, open_window
 
 
+class RoundTrips:
+    """Collects every measured round trip in s; clears faults, as there is no round trip during one."""
+
+    def __init__(self, window: MainWindow):
+        self._studio = window.studio
+        self._delays = window.studio.engine.driver.conn.delays
+        self._seen = int(self._delays.counts[delays.OF_COMPUTER])
+        self.values: list[float] = []
+        self.faults: list[str] = []
+
+    def read(self) -> None:
+        """Copy the new entries of the ring; call it before the ring has wrapped around."""
+        count = int(self._delays.counts[delays.OF_COMPUTER])
+        new = np.arange(max(self._seen, count - delays.DELAYS_KEPT), count) % delays.DELAYS_KEPT
+        self.values += self._delays.values[delays.OF_COMPUTER, new].tolist()
+        self._seen = count
+        fault = self._studio.fault
+        if fault is not None:
+            self.faults.append(fault.text)
+            self._studio.clear_fault()
+
+
 def main(seconds: float) -> None:
-    """Print one JSON object: frames lost, rows a second, the median round trip in s by the board's clock."""
+    """Print one JSON object: frames lost, rows a second, median round trip in s, number of faults."""
     application, window = open_window("--device=virtual-board")
     engine = window.studio.engine
-    timer = keep_busy(window)
+    timer, trips = keep_busy(window), RoundTrips(window)
     if window.studio.held:
         window.studio.release_stop()
-    delays: list[float] = []
     look = QTimer(window, interval=500)
-    look.timeout.connect(lambda: delays.append(engine.health().delay))
+    look.timeout.connect(trips.read)
     look.start()
     begin, first = time.perf_counter(), engine.health().link.lost_frames
     start = window.live.last[rows.TICK]
     QTimer.singleShot(int(1000 * seconds), application.quit)
     application.exec()
     timer.stop()
+    trips.read()
     elapsed = time.perf_counter() - begin
+    if not trips.values:
+        reason = trips.faults[-1] if trips.faults else "no force was rendered"
+        sys.exit(f"no round trip measured in {seconds:g} s; {len(trips.faults)} faults, last: {reason}")
     found = {
         "lost": engine.health().link.lost_frames - first + window.live.lost,
         "rate": (window.live.last[rows.TICK] - start) / elapsed,
-        "round_trip": statistics.median(delay for delay in delays if delay > 0.0),  # 0: not measured yet
+        "round_trips": len(trips.values),
+        "round_trip": float(np.median(trips.values)),
+        "faults": len(trips.faults),
     }
     print(json.dumps(found))
     window.close()
