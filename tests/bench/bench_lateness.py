@@ -1,9 +1,8 @@
-"""Wake-up lateness of the loop while the window repaints, beside cyclictest and a plain Python thread."""
+"""Wake-up lateness of the loop under a busy window, beside cyclictest in the same seconds and Python."""
 
 import json
 import os
 import shutil
-import statistics
 import subprocess
 import sys
 
@@ -12,68 +11,104 @@ import numpy as np
 from tests.bench.frame import Row
 
 NAME, ORDER = "lateness", 10
-PAIRS, SECONDS = 5, 6
+BLOCKS, SECONDS = 20, 5
+PYTHON_BLOCKS = 5
+POINTS = (50.0, 99.0, 99.9)  # percent
 UNPRIVILEGED = ["setpriv", "--bounding-set=-sys_nice,-ipc_lock,-sys_resource"]
 
 
-def cyclictest(seconds: float, level: int) -> float | None:
-    """Return the p99.9 in µs of a thread at 1 kHz by rt-tests, at a real-time level (0: normal priority).
+def start_cyclictest(level: int, processor: int) -> subprocess.Popen | None:
+    """Start rt-tests' thread at 1 kHz on a processor, at a real-time level (0: normal priority).
 
-    None where it cannot run. At normal priority it may not keep the processors awake: nobody else may.
+    None where it is not installed. At normal priority it may not keep the processors awake: nobody else may.
     """
     if shutil.which("cyclictest") is None:
         return None
     policy = ["--policy=fifo", f"--priority={level}"] if level else ["--policy=other", "--laptop"]
     command = ["cyclictest", "--quiet", "--threads=1", "--interval=1000", "--histogram=100000", *policy]
-    done = subprocess.run(
-        [*command, f"--duration={seconds:.0f}"], capture_output=True, text=True, check=False
+    return subprocess.Popen(
+        [*command, f"--affinity={processor}", f"--duration={SECONDS}"], stdout=subprocess.PIPE, text=True
     )
-    if done.returncode:
+
+
+def percentiles(program: subprocess.Popen) -> list[float] | None:
+    """Return cyclictest's lateness in µs at POINTS, None if it could not run."""
+    printed, _ = program.communicate(timeout=SECONDS + 30)
+    if program.returncode:
         return None
-    bins = np.array([line.split() for line in done.stdout.splitlines() if line[:1].isdigit()], dtype=float)
+    bins = np.array([line.split() for line in printed.splitlines() if line[:1].isdigit()], dtype=float)
     reached = np.cumsum(bins[:, 1])
-    return float(bins[np.searchsorted(reached, 0.999 * reached[-1]), 0]) + 1.0
+    return [float(bins[np.searchsorted(reached, 0.01 * p * reached[-1]), 0]) + 1.0 for p in POINTS]
 
 
 def ask(load: subprocess.Popen, line: str) -> dict:
     """Ask the window in a program of its own for one measurement."""
     print(line, file=load.stdin, flush=True)
     assert load.stdout is not None
-    return json.loads(load.stdout.readline())
+    answer = load.stdout.readline()
+    if not answer:
+        raise RuntimeError("the window under load has ended")
+    return json.loads(answer)
 
 
-def measure(prefix: list[str]) -> tuple[str, int, dict[str, list[float]]]:
-    """Return the priority obtained, its level, and p99.9 in µs of every alternating block of each kind."""
-    found: dict[str, list[float]] = {"engine": [], "cyclictest": [], "python": [], "fps": []}
+def processors() -> tuple[int, int]:
+    """Return two processors that this program may use, twice the same if there is only one."""
+    allowed = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [0]
+    return allowed[0], allowed[-1]
+
+
+def measure(prefix: list[str]) -> tuple[str, int, dict[str, np.ndarray]]:
+    """Return the priority obtained, its level, and per kind the lateness in µs (blocks, POINTS), or the fps.
+
+    Loop and cyclictest run during the same seconds on a processor each, exchanged after every block, so
+    that what the host does to one processor meets both alike.
+    """
+    found: dict[str, list] = {"engine": [], "cyclictest": [], "python": [], "fps": []}
     command = [*prefix, sys.executable, "-m", "tests.bench.load"]
+    pair = processors()
+    names = [f"p{point:g}" for point in POINTS]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as load:
         level = ask(load, "idle")["level"]
-        for _ in range(PAIRS):
+        for block in range(BLOCKS):
+            mine, other = pair if block % 2 == 0 else pair[::-1]
+            ask(load, f"processor {mine}")
+            beside = start_cyclictest(level, other)
             answer = ask(load, f"engine {SECONDS}")
-            found["engine"].append(answer["p99.9"])
+            reference = None if beside is None else percentiles(beside)
+            found["engine"].append([answer[name] for name in names])
             found["fps"].append(answer["fps"])
-            reference = cyclictest(SECONDS, level)
             found["cyclictest"] += [] if reference is None else [reference]
-            found["python"].append(ask(load, f"python {SECONDS}")["p99.9"])
-    return answer["priority"], level, found
+        for _ in range(PYTHON_BLOCKS):
+            answer = ask(load, f"python {SECONDS}")
+            found["python"].append([answer[name] for name in names])
+        assert load.stdin is not None
+        load.stdin.close()
+    return answer["priority"], level, {kind: np.array(values) for kind, values in found.items()}
 
 
 def rows(prefix: list[str], who: str) -> list[Row]:
-    """Return the medians beside both references."""
+    """Return the medians over the blocks of loop, cyclictest and their difference, and of a Python thread."""
     priority, level, found = measure(prefix)
-    print(f"  {who}, {priority}: {found}", file=sys.stderr)
-    value, python = statistics.median(found["engine"]), statistics.median(found["python"])
-    what = f"lateness p99.9, {who} ({priority})"
+    print(f"  {who}, {priority}: { {k: v.tolist() for k, v in found.items()} }", file=sys.stderr)
+    engine, other, python = found["engine"], found["cyclictest"], found["python"]
     table = []
-    if found["cyclictest"]:
-        other = statistics.median(found["cyclictest"])
-        reached = value <= 2.0 * other + 50.0
-        table.append(Row(what, value, "µs", "cyclictest", other, value / other, "≤ 2 × + 50 µs", reached))
-    better = python / value
+    for k, point in enumerate(POINTS):
+        what, value = f"lateness p{point:g}, {who} ({priority})", float(np.median(engine[:, k]))
+        if len(other) == len(engine):  # every block has its reference
+            beside = float(np.median(other[:, k]))
+            goal = ("≤ 2 × + 50 µs", value <= 2.0 * beside + 50.0) if point == POINTS[-1] else ("", None)
+            table.append(Row(what, value, "µs", "cyclictest", beside, value / beside, *goal))
+            low, middle, high = np.percentile(engine[:, k] - other[:, k], (25.0, 50.0, 75.0))
+            words = f"loop less cyclictest, p{point:g}, {who} (quartiles {low:.0f} to {high:.0f} µs)"
+            table.append(Row(words, float(middle), "µs"))
+        else:
+            table.append(Row(what, value, "µs"))
+    value, slow = float(np.median(engine[:, -1])), float(np.median(python[:, -1]))
     # at normal priority the scheduler decides, whatever the language
-    goal = ("≥ 20 × better", better >= 20.0) if level else ("", None)
-    table.append(Row(what, value, "µs", "Python thread", python, better, *goal))
-    table.append(Row(f"window meanwhile, {who}", statistics.median(found["fps"]), "fps"))
+    goal = ("≥ 20 × better", slow / value >= 20.0) if level else ("", None)
+    what = f"lateness p{POINTS[-1]:g}, {who} ({priority})"
+    table.append(Row(what, value, "µs", "Python thread", slow, slow / value, *goal))
+    table.append(Row(f"window meanwhile, {who}", float(np.median(found["fps"])), "fps"))
     return table
 
 

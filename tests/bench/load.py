@@ -1,9 +1,10 @@
-"""The window under load, told what to measure line by line: ``engine 6``, ``python 6``, ``idle``.
+"""The window under load, told line by line: ``engine 6``, ``python 6``, ``processor 1``, ``idle``.
 
 Answers each line with one line of JSON; a program of its own, so that it can run without privileges.
 """
 
 import json
+import os
 import sys
 import threading
 import time
@@ -49,6 +50,8 @@ def serve(window, frames: list[int], finish) -> None:
             answer = python_block(float(seconds[0]))
         else:
             answer = {}
+            if word == "processor":
+                os.sched_setaffinity(engine._thread.native_id, {int(seconds[0])})
         answer["fps"] = (frames[0] - first) / (time.perf_counter() - begin)
         answer["priority"] = engine.health().priority.text
         answer["level"] = engine.health().priority.level
