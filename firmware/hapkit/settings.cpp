@@ -22,7 +22,7 @@ namespace {
 // block is written, then the mark; last the mark of the other place is erased. So there is at every instant a
 // whole block, old or new, or none yet; and a mark with a wrong block behind it means damage.
 // Byte 0 is left alone: it is the one that a failing supply hits.
-constexpr uint16_t kPlaces[] = {16, 272};
+constexpr uint16_t place_of(uint8_t which) { return 16 + 256 * which; }  // an array would take RAM
 constexpr uint8_t kNone = 2;
 constexpr uint8_t kMark = 1;  // version of this layout
 constexpr uint8_t kSequenceAt = 1;
@@ -100,14 +100,14 @@ bool is_a_kit(const protocol::Board& kit) {
 }
 
 // --- the memory
-uint8_t mark_of(uint8_t which) { return eeprom::read(kPlaces[which]); }
+uint8_t mark_of(uint8_t which) { return eeprom::read(place_of(which)); }
 
 // Read one place; false if there is no whole block.
 bool read_block(uint8_t which, protocol::Board* kit) {
   uint8_t* bytes = reinterpret_cast<uint8_t*>(kit);
   uint16_t crc = crc::kStart;
   for (uint8_t i = 0; i < kBlock; ++i) {
-    const uint8_t byte = eeprom::read(kPlaces[which] + i);
+    const uint8_t byte = eeprom::read(place_of(which) + i);
     crc = crc::update(crc, byte);
     if (i >= kBoardAt && i < kCrcAt) bytes[i - kBoardAt] = byte;
   }
@@ -121,7 +121,7 @@ void consider(uint8_t which) {
     if (place == kNone && mark_of(which) != eeprom::kErased) from = protocol::kOriginDamaged;
     return;
   }
-  const uint8_t number = eeprom::read(kPlaces[which] + kSequenceAt);
+  const uint8_t number = eeprom::read(place_of(which) + kSequenceAt);
   if (place != kNone && static_cast<int8_t>(number - sequence) < 0) return;
   in_force = kit;
   from = protocol::kOriginStored;
@@ -146,7 +146,7 @@ uint16_t crc_of_block() {
 bool is_kept() {
   if (place == kNone || mark_of(place) != kMark) return false;
   for (uint8_t i = kBoardAt; i < kCrcAt; ++i) {
-    if (eeprom::read(kPlaces[place] + i) != block_byte(i)) return false;
+    if (eeprom::read(place_of(place) + i) != block_byte(i)) return false;
   }
   return true;
 }
@@ -164,10 +164,10 @@ bool write(uint16_t at, uint8_t byte) {
 }
 
 bool carry_out(uint8_t which) {
-  if (which == kEraseMark) return write(kPlaces[target], eeprom::kErased);
-  if (which == kWriteMark) return write(kPlaces[target], kMark);
-  if (which == kEraseOther) return write(kPlaces[1 - target], eeprom::kErased);
-  return write(kPlaces[target] + which - 1, block_byte(which - 1));
+  if (which == kEraseMark) return write(place_of(target), eeprom::kErased);
+  if (which == kWriteMark) return write(place_of(target), kMark);
+  if (which == kEraseOther) return write(place_of(1 - target), eeprom::kErased);
+  return write(place_of(target) + which - 1, block_byte(which - 1));
 }
 
 void finish() {
