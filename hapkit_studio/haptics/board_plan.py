@@ -18,7 +18,7 @@ from hapkit_studio.errors import LawError, ParameterError
 from hapkit_studio.haptics import block, link
 from hapkit_studio.haptics.link import Link
 from hapkit_studio.laws.law import Law
-from hapkit_studio.laws.machine import FRAME, RAMP, REST, REST_AT_MOST, Refusal
+from hapkit_studio.laws.machine import FRAME, RAMP, REST_AT_MOST, Refusal
 from hapkit_studio.protocol.messages import Board, Estimator, MotorMap, Origin, Settings
 
 if TYPE_CHECKING:
@@ -208,7 +208,7 @@ def _compiled(law: Law, numbers: tuple[float, ...], period: float, room: int) ->
 
 def share(program: "Program", rate: float) -> float:
     """Return the share of the board's processor that a law takes as a rule at a rate in Hz."""
-    return (rate * (program.usual + REST) + frames(rate) * FRAME) / CLOCK
+    return (rate * (program.usual + program.rest) + frames(rate) * FRAME) / CLOCK
 
 
 def frames(rate: float) -> float:
@@ -223,7 +223,7 @@ def fits(program: "Program", rate: float) -> bool:
 
 def fastest(program: "Program") -> float:
     """Return a rate in Hz that a law can surely have: with a frame of telemetry every millisecond."""
-    as_a_rule = (_SHARE * CLOCK - 1000 * FRAME) / (program.usual + REST)
+    as_a_rule = (_SHARE * CLOCK - 1000 * FRAME) / (program.usual + program.rest)
     return min(as_a_rule, CLOCK / (program.most + REST_AT_MOST))
 
 

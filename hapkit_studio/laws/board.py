@@ -41,6 +41,16 @@ class Program:
         """Return the cycles of one call on average, where an imposed motion makes it work most."""
         return machine.mean_cycles(self.code, self.slots, self.given)[0]
 
+    @property
+    def rest(self) -> int:
+        """Return the cycles of a tick besides the law as a rule: more where it reads the velocity."""
+        reads = any(
+            kind == "s" and self.code[at + 1 + i] == machine.V
+            for at, operation, _ in instructions(self.code)
+            for i, kind in enumerate(operation.operands)
+        )
+        return machine.REST + (machine.ESTIMATE if reads else 0)
+
     def cycles_by_line(self) -> dict[int, float]:
         """Return the cycles that each source line takes in a call, on average over that motion."""
         found: dict[int, float] = {}

@@ -105,6 +105,7 @@ RAMPS, RAMP = 8, 6
 """Constants that must be able to move at a time, and the bytes that each takes: slot, time left, target."""
 REST, REST_AT_MOST = 1400, 1700
 """Cycles of a tick besides the law, with a force that is not zero: as a rule, and at most."""
+ESTIMATE = 200  # cycles more for a law that reads the velocity: the board estimates it for no other
 FRAME = 3000  # cycles of telemetry and messages, every millisecond
 
 

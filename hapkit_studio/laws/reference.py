@@ -272,7 +272,7 @@ def _limits() -> list[tuple[str, str]]:
         ("on the board: loops inside one another", f"{machine.MOST_COUNTERS}"),
         (
             "on the board: cycles of one call, at 4,000 and at 1,000 Hz",
-            f"{_cycles(4000):,} and {_cycles(1000):,}",
+            f"{_cycles(4000):,} and {_cycles(1000):,}; {machine.ESTIMATE} fewer where it reads `v`",
         ),
     ]
 
