@@ -42,8 +42,13 @@ LEAST = np.exp(
 )
 
 
-# What this judge hardly tells: 0.7 alone, but more together with the others; at one speed of a throw in 200.
-HARDLY = {"damping": {"delay"}, "hard_surface": {"quantization"}}
+# What this judge hardly tells: 0.7 alone, but more together with the others; at one speed of a throw in 200;
+# where a hand lets go of friction at one moment in 240, 0.28 s of a pluck or 0.08 s of a stroke: 1.6 and 1.5.
+HARDLY = {
+    "damping": {"delay"},
+    "hard_surface": {"quantization"},
+    "friction": {"quantization", "sampling"},
+}
 
 
 # --- the judge
