@@ -98,8 +98,8 @@ def test_contact_damping_acts_on_the_way_in_only():
 @pytest.mark.parametrize(
     ("key", "method", "without", "damped"),
     [
-        ("mass_spring_damper", "lecture", 2400, 2100),
-        ("puck", "lecture", 2300, 1800),
+        ("mass_spring_damper", "lecture", 2300, 1800),
+        ("puck", "lecture", 2200, 1700),
         ("puck", "rk4", 1000, 800),
         ("puck", "verlet", 1600, 1000),
     ],
