@@ -72,7 +72,7 @@ def _rendered(
             assert engine.driver.planner is not None
             possible = engine.driver.planner.plan(replace(request, quantum=board.quantum))
             if plan is not None:
-                engine.set_where(BOARD, plan.rate)
+                engine.set_where(BOARD, request.rate)
             begins, clamped = _measured(engine, where, drive, progress)
             delay = engine.delay_of(where)
             assert delay is not None
