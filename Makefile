@@ -104,6 +104,7 @@ $(VENV)/.run: pyproject.toml | $(BIN)/pip
 
 # the first start then is as quick as every later one; after an edit the window compiles by itself
 $(VENV)/.compiled: $(VENV)/.run
+	@$(BIN)/python -m compileall -q hapkit_studio
 	@$(BIN)/python -m hapkit_studio.gui.prepare all
 	@touch $@
 

@@ -1,6 +1,7 @@
 """The command line: the window, headless runs, lists, and a test of the loop."""
 
 import atexit
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -159,6 +160,7 @@ def _window(given: Sequence[str]) -> int:
     qt = sys.platform in ("win32", "darwin") or os.environ.get("QT_QPA_PLATFORM")
     if not (qt or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return _demo()
+    gc.disable()  # what a start imports stays: looking through it again and again takes 0.1 s
     from hapkit_studio.gui import prepare
 
     first = options.environment or prepare.FIRST

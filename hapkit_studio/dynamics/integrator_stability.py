@@ -9,7 +9,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 
 def _eigenvalues(ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -77,6 +76,8 @@ def spectral_radius(method: str, step: ArrayLike, ratio: ArrayLike) -> np.ndarra
 
 def _rk4_limit(ratio: float) -> float:
     """Return the step at which the spectral radius passes 1; above ratio 1 the faster mode sets it."""
+    from scipy.optimize import brentq  # late: a start does not wait for it
+
     damped = min(ratio, 1.0)
     limit = float(brentq(lambda h: float(spectral_radius("rk4", h, damped)) - 1.0, 1.0, 4.0, xtol=1e-13))
     return limit / (ratio + math.sqrt(ratio * ratio - 1.0)) if ratio > 1.0 else limit

@@ -12,6 +12,7 @@ from functools import partial
 from pathlib import Path
 
 from numba import config, njit
+from numba.np import linalg
 
 from hapkit_studio.resources import PACKAGE, sources_stamp
 
@@ -56,6 +57,22 @@ def find_cache() -> None:
         atexit.register(shutil.rmtree, config.CACHE_DIR, ignore_errors=True)
 
 
+def _no_blas() -> None:
+    raise ImportError("No compiled function here uses BLAS.")
+
+
+def skip_blas() -> None:
+    """Keep numba from importing scipy's linear algebra as it loads its own modules: 0.1 s of each start.
+
+    A function that needs it imports it when it is compiled.
+    """
+    linalg.ensure_blas, ensure = _no_blas, linalg.ensure_blas
+    import numba.np.arraymath  # noqa: F401
+
+    linalg.ensure_blas = ensure
+
+
+skip_blas()
 if not config.CACHE_DIR:
     forget_outdated()
 find_cache()
@@ -65,4 +82,6 @@ compiled = _options()
 # For what only compiled code calls: a way in from Python costs as much compiling as the function itself.
 internal = _options(no_cpython_wrapper=True)
 # A call hands over every array of a loop, a hundred words: what runs at every tick is copied into its caller.
-inlined = _options(forceinline=True)
+inlined = _options(forceinline=True, no_cpython_wrapper=True)
+# The same for what Python calls too.
+inlined_and_called = _options(forceinline=True)

@@ -8,7 +8,6 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from scipy.optimize import brentq
 
 from hapkit_studio.dynamics import sampled_loop
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, count_seen
@@ -166,6 +165,8 @@ def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
 
 def creep_speed(pull: float, values: Values) -> float:
     """Return the steady speed in m/s at which smoothed friction gives way to a pull in N below it."""
+    from scipy.optimize import brentq  # late: a start does not wait for it
+
     kinetic, width, viscous = levels(values)[1], values["stick_velocity"], values["viscous"]
     fastest = width * math.atanh(pull / kinetic)  # as without viscous friction
     return float(brentq(lambda v: kinetic * math.tanh(v / width) + viscous * v - pull, 0.0, fastest))

@@ -1,6 +1,7 @@
 """Starts the window: application, theme, first picture, then the loop in the background."""
 
 import argparse
+import gc
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -24,6 +25,7 @@ from hapkit_studio.gui.window import MainWindow
 
 FIRST_SIZE = QSize(1440, 900)
 LOOK_MS = 50
+REST_MS = 1000  # from opening the device to the preparation of what the first sample does not need
 _REJECTED = "Some stored settings cannot be used. Their default values are in force."
 SWITCH_SECONDS = 0.5e-3
 """s after which one thread lets another have its turn. A law is translated for the board in a thread: with
@@ -57,6 +59,7 @@ def run(argv: Sequence[str] | None = None, preparing: Popen | None = None) -> in
 
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, close)
+    gc.freeze()  # no collection looks through modules and the window's own parts, which stay
     QTimer.singleShot(0, lambda: begin(window, options, preparing))
     code = application.exec()
     return interrupts.INTERRUPTED if signal.SIGINT in came else code
@@ -112,21 +115,36 @@ def begin(window: MainWindow, options: argparse.Namespace, preparing: Popen | No
 
 
 def prepare_all(window: MainWindow, key: str, preparing: Popen | None, done: Callable[[], None]) -> None:
-    """Have the loop compiled that begins with an environment, call ``done``, go on with everything else."""
-    if prepare.possible():
-        window.studio.readiness.expect(window.studio.environments, {*prepare.ALWAYS, key})
+    """Have the loop compiled that begins with an environment, call ``done``, go on with everything else.
 
-    def steps() -> Iterator[Sequence[Popen | None]]:
+    It takes 0.1 s to look up which of the other laws are compiled. The first sample does not wait for that,
+    unless the loop has to be compiled too.
+    """
+
+    def expect() -> None:
+        if prepare.possible():
+            window.studio.readiness.expect(window.studio.environments, {*prepare.ALWAYS, key})
+
+    def first() -> Iterator[Sequence[Popen | None]]:
+        if preparing is not None:
+            expect()
         yield [preparing]
-        yield [prepare.begin("loop", key)]  # what is prepared already may be another environment's
+        program = prepare.begin("loop", key)  # what is prepared already may be another environment's
+        if program is not None:
+            expect()
+        yield [program]
         done()
+        QTimer.singleShot(REST_MS, Preparation(window, rest()).run)
+
+    def rest() -> Iterator[Sequence[Popen | None]]:
+        expect()
         laws = prepare.begin_laws(window.studio.readiness.waiting)
         window.studio.readiness.follow(laws)
         yield laws
         yield [prepare.begin("boards")]
         yield [prepare.begin("analysis")]
 
-    Preparation(window, steps()).run()
+    Preparation(window, first()).run()
 
 
 class Preparation(QObject):

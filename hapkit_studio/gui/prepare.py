@@ -91,13 +91,13 @@ def _has_law(key: str) -> bool:
 
 def compile_loop(key: str) -> None:
     """Compile the loop on the simulated device, on two processors: paddle and laws aside, the tick here."""
-    from hapkit_studio.devices.simulated import SimulatedHapkit
-    from hapkit_studio.environments import named
-    from hapkit_studio.haptics import headless, rows
-    from hapkit_studio.haptics.engine import Engine
-    from hapkit_studio.haptics.tick import tick
-
     with _program("paddle", key):
+        from hapkit_studio.devices.simulated import SimulatedHapkit
+        from hapkit_studio.environments import named
+        from hapkit_studio.haptics import headless, rows
+        from hapkit_studio.haptics.engine import Engine
+        from hapkit_studio.haptics.tick import tick
+
         r, _ = headless.Scene(named("free"), {}).prepare()
         tick(r, 0.0, 1e-3, 0.0, rows.new_ring(r.control, 2).rows[0])
     engine = Engine(SimulatedHapkit(), realtime=False)
@@ -110,14 +110,20 @@ def compile_loop(key: str) -> None:
 
 
 def compile_paddle(key: str) -> None:
-    """Compile the simulated paddle, what else the loop calls beside the tick, and the laws it begins with."""
+    """Compile the simulated paddle, what else the loop calls beside the tick, and the laws it begins with.
+
+    First the end of the tick, before the other program gets there: both take the same time then.
+    """
+    from numba import typeof
+
     from hapkit_studio.devices import simulated
     from hapkit_studio.dynamics.estimators import count_seen
     from hapkit_studio.environments import named
-    from hapkit_studio.haptics import clock, headless, health, priority, rows, simulated_loop
+    from hapkit_studio.haptics import clock, headless, health, passivity, priority, rows, simulated_loop
 
-    priority.probe()
     r, body = headless.Scene(named("free"), {}).prepare()
+    passivity.judge.compile((typeof(r), *[typeof(0.0)] * 3))
+    priority.probe()
     r.values[:] = r.block.values
     simulated_loop.follow_settings(body, r)
     simulated_loop.write_truth(body, simulated_loop.measure(body), rows.new_ring(r.control, 2).rows[0])
@@ -126,8 +132,8 @@ def compile_paddle(key: str) -> None:
     simulated_loop.cut_motor(body)
     health.add_lateness(health.new_histogram(), 0.0)
     clock.until(clock.now())
-    count_seen("difference", 1000.0, _QUANTUM)  # for the window's warnings
     compile_laws(*ALWAYS, key)
+    count_seen("difference", 1000.0, _QUANTUM)  # for the window's warnings
 
 
 def compile_laws(*keys: str) -> None:

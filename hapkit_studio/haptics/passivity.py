@@ -25,7 +25,7 @@ import math
 
 import numpy as np
 
-from hapkit_studio.dynamics.jit import compiled, inlined, internal
+from hapkit_studio.dynamics.jit import inlined, internal
 from hapkit_studio.haptics import arrays, block, rows
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.laws.native import LAW_FUEL, call
@@ -243,7 +243,7 @@ def force_at(r: LoopArrays, position: float, period: float) -> float:
     return min(max(force, -limit), limit)
 
 
-@compiled
+@internal
 def ask(r: LoopArrays, position: float, period: float) -> None:
     """Ask the law for its force at the next places, and sum up the work on the way to them."""
     w, word = r.watch, r.word

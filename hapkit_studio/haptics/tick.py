@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from hapkit_studio.dynamics import estimators
-from hapkit_studio.dynamics.jit import compiled, inlined, internal
+from hapkit_studio.dynamics.jit import compiled, inlined_and_called, internal
 from hapkit_studio.haptics import arrays, block, clock, passivity, rows
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.block import Block
@@ -320,7 +320,7 @@ def guard(
     return min(max(asked - taken, -limit), limit)
 
 
-@inlined
+@inlined_and_called
 def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
     """Render one sample; fill the row's columns that the tick knows; return the force for the motor in N.
 

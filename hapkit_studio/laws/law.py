@@ -15,6 +15,7 @@ from hapkit_studio.parameters import AnyParameter, Choice
 
 MAX_PARAMETERS = 32
 MAX_STATE = 16
+_OWN = "hapkit_studio.environments."
 
 StateValue = float | tuple[float, ...]
 
@@ -36,7 +37,7 @@ class Law:
         self.function = function
         self.state = {key: _start(key, value) for key, value in (state or {}).items()}
         self.parameters: tuple[AnyParameter, ...] = ()
-        self.source = ""
+        self._source = ""
         # what is compiled and kept along with it
         self.companion: Law | None = None
         self._compiled: CompiledLaw | None = None
@@ -44,14 +45,24 @@ class Law:
             raise LawError(f"A law has up to {MAX_STATE} state values, not {len(self.state_names)}.")
 
     def bind(self, parameters: Sequence[AnyParameter]) -> None:
-        """Tell the law its parameters, once; raise LawError where it leaves the law language."""
+        """Tell the law its parameters, once; raise LawError where it leaves the law language.
+
+        The studio's own laws, whose language the tests check, are translated on first use instead.
+        """
         if len(parameters) > MAX_PARAMETERS:
             raise LawError(f"A law has up to {MAX_PARAMETERS} parameters, not {len(parameters)}.")
-        if self.source and self.parameters == tuple(parameters):
+        if self._source and self.parameters == tuple(parameters):
             return
         self.parameters = tuple(parameters)
-        self.source = translate(self.function, self.parameters, self.state)
-        self._compiled = None
+        self._source, self._compiled = "", None
+        if not getattr(self.function, "__module__", "").startswith(_OWN):
+            self._source = translate(self.function, self.parameters, self.state)
+
+    @property
+    def source(self) -> str:
+        """Return the text that numba compiles; once bound."""
+        self._source = self._source or translate(self.function, self.parameters, self.state)
+        return self._source
 
     @property
     def state_names(self) -> tuple[str, ...]:

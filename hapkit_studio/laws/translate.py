@@ -11,6 +11,7 @@ import textwrap
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from types import FunctionType
 
 from hapkit_studio.dynamics import jit
@@ -66,17 +67,21 @@ def parse(text: str, name: str = "<unknown>") -> ast.Module:
         return ast.parse(text, name)
 
 
+@lru_cache(maxsize=256)
+def _text(function: FunctionType) -> str:
+    """Return a function's text, preceded by empty lines so that its line numbers are those of its file."""
+    lines, first = inspect.getsourcelines(function)
+    return "\n" * (first - 1) + textwrap.dedent("".join(lines))
+
+
 def function_tree(function: Callable) -> ast.FunctionDef:
     """Return a function's syntax tree with the line numbers of its file."""
     if not isinstance(function, FunctionType):
         raise LawError(f"A law is a function (p, s, x, v, dt), not {function!r}.")
     try:
-        lines, first = inspect.getsourcelines(function)
-        tree = parse(textwrap.dedent("".join(lines)))
+        node = parse(_text(function)).body[0]
     except (OSError, SyntaxError):
         raise LawError(f"The source of {function.__name__!r} cannot be read; write it in a file.") from None
-    ast.increment_lineno(tree, first - 1)
-    node = tree.body[0]
     if not isinstance(node, ast.FunctionDef):
         raise fail(node, "a law is a function")
     for name in function.__code__.co_freevars:

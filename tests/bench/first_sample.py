@@ -1,5 +1,6 @@
 """Open the window as a person does; print the clock at its first picture, first plotted sample, last law."""
 
+import gc
 import json
 import sys
 import time
@@ -7,6 +8,7 @@ import time
 from hapkit_studio.arguments import window_parser
 from hapkit_studio.gui import prepare
 
+gc.disable()
 OPTIONS = window_parser().parse_args([])
 PREPARING = prepare.begin(
     "loop", OPTIONS.environment or prepare.FIRST
@@ -29,6 +31,7 @@ def main(everything: bool) -> None:
     window = app.build(OPTIONS)
     window.show()
     application.processEvents()
+    gc.freeze()
     seen: dict[str, object] = {"window": time.perf_counter(), "said": []}
 
     def look() -> None:

@@ -43,7 +43,8 @@ def child(module: str, *words: str, **environment: str) -> dict[str, Any]:
     """Return the JSON object that a program of this folder prints last, run without a display."""
     done = subprocess.run(
         [sys.executable, "-m", f"tests.bench.{module}", *words],
-        env={"QT_QPA_PLATFORM": "offscreen", **os.environ, **environment},
+        # a program that was started before finds its byte code
+        env={"QT_QPA_PLATFORM": "offscreen", **os.environ, "PYTHONDONTWRITEBYTECODE": "", **environment},
         capture_output=True,
         text=True,
         timeout=300,

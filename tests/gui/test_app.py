@@ -12,7 +12,8 @@ from hapkit_studio.gui import app, prepare
 from hapkit_studio.gui.widgets.theme import theme
 
 OFF_THE_WAY = (
-    *("scipy.signal", "matplotlib", "pandas", "hapkit_studio.laws.c_source", "hapkit_studio.workshop.sketch"),
+    *("scipy.linalg", "scipy.optimize", "scipy.signal", "matplotlib", "pandas"),
+    *("hapkit_studio.laws.c_source", "hapkit_studio.workshop.sketch"),
     *("hapkit_studio.analysis.stability.on_board", "hapkit_studio.gui.wizard.setup"),
 )
 

@@ -25,6 +25,24 @@ print(os.nice(0))
 """
 
 
+# what an engine on the simulated Hapkit had to compile before its first sample
+FIRST_SAMPLE = """
+import time
+from numba.core import event
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.haptics.engine import Engine
+with event.install_recorder("numba:compile") as compiled:
+    engine = Engine(SimulatedHapkit(), realtime=False)
+    reader = engine.reader()
+    engine.start()
+    engine.set_loop(delay=0.001)
+    while not len(reader.read()):
+        time.sleep(0.001)
+    engine.close()
+print(*[event.data["dispatcher"] for _, event in compiled.buffer])
+"""
+
+
 @pytest.fixture
 def started(monkeypatch):
     """Return the programs that would have been started."""
@@ -59,6 +77,17 @@ def test_the_loop_waits_for_its_law_alone_and_others_give_way_where_nobody_waits
     monkeypatch.setattr(native.numba.config, "CACHE_DIR", str(tmp_path))
     assert {key for key, e in discover().items() if native.is_compiled(e.force.source)} == laws
     assert int(done.stdout) == min(19, os.nice(0) + nicer)
+
+
+@pytest.mark.slow
+def test_the_loop_part_is_all_that_the_first_sample_calls(tmp_path):
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path)}
+    prepared = [sys.executable, "-m", "hapkit_studio.gui.prepare", "loop"]
+    said = [
+        subprocess.run(words, capture_output=True, text=True, timeout=180, check=True, env=environment).stdout
+        for words in (prepared, [sys.executable, "-c", FIRST_SAMPLE])
+    ]
+    assert said == ["", "\n"]
 
 
 def test_a_stamp_does_not_stand_for_a_law_that_is_missing(stamped, started, monkeypatch):

@@ -164,3 +164,20 @@ def test_where_nothing_can_be_compiled_elsewhere_everything_is_ready(idle_window
         app.prepare_all(idle_window, "wall", None, lambda: done.append(1))
         assert idle_window.studio.readiness.waiting == ()
     assert done == [1, 1]
+
+
+@pytest.mark.parametrize("compiles", [False, True])
+def test_a_start_looks_for_the_other_laws_before_the_first_sample_only_where_the_loop_is_compiled_too(
+    idle_window, monkeypatch, qtbot, compiles
+):
+    looks, events = [], []
+    monkeypatch.setattr(Law, "is_compiled", lambda law: looks.append(law))
+    monkeypatch.setattr(prepare, "begin", lambda part, *_, **__: events.append(part))
+    monkeypatch.setattr(prepare, "begin_laws", lambda keys: events.append("laws") or [])
+    monkeypatch.setattr(app, "REST_MS", 1)
+    program = subprocess.Popen([sys.executable, "-c", ""]) if compiles else None
+    app.prepare_all(idle_window, "wall", program, lambda: events.append(("device", bool(looks))))
+    qtbot.waitUntil(lambda: "analysis" in events)
+    assert events == ["loop", ("device", compiles), "laws", "boards", "analysis"]
+    others = [e.force for key, e in idle_window.studio.environments.items() if key not in READY]
+    assert {*others} <= {*looks}

@@ -12,7 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from hapkit_studio.environments import discover
 from hapkit_studio.laws import native, translate
+from hapkit_studio.laws.law import Law
 from tests.laws.law_files import environment, held, law_text
 
 HELPERS = """
@@ -259,3 +261,17 @@ def test_syntax_is_read_in_one_thread_at_a_time():
         gc.callbacks.remove(let_others_run)
         gc.set_threshold(*before)
     assert found == [100] * 40
+
+
+def test_a_law_of_the_studio_is_translated_on_first_use_and_any_other_at_once(tmp_path, monkeypatch):
+    done = []
+    own = discover()["cat"].force.function
+    other = environment(tmp_path, law_text("return 0.0")).force.function
+    scope = Law.bind.__globals__
+    monkeypatch.setitem(scope, "translate", lambda function, *_: done.append(function) or "text")
+    for function, at_once in ((own, False), (other, True)):
+        done.clear()
+        made = Law(function)
+        made.bind(())
+        assert bool(done) == at_once
+        assert (made.source, made.source, done) == ("text", "text", [function])
