@@ -246,10 +246,11 @@ def test_defaults_stay_quiet_under_every_named_hand(key, delay):
 
 
 @every
-def test_no_setting_a_person_can_choose_breaks_a_run(key, rng):
+@pytest.mark.parametrize("count", [4, pytest.param(12, marks=pytest.mark.slow)])
+def test_no_setting_a_person_can_choose_breaks_a_run(key, count, rng):
     """Any parameters, loop, hand and start: finite, clamped, quantised, without a fault."""
     e = LIBRARY[key]
-    for _ in range(12):
+    for _ in range(count):
         start, speed = rng.uniform(-0.04, 0.04), rng.uniform(-1, 1)
         run = hs.simulate(
             e,

@@ -15,6 +15,7 @@ from hapkit_studio.dynamics.hand import Hand
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.headless import Scene, render
+from tests.wide import wide
 
 SPRING = environments.named("spring")
 WALL = environments.named("wall")
@@ -92,7 +93,7 @@ def worst_of(seed):
     return np.max([off(curve.measured.impedance[low], expected), off_theory], axis=0)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", wide(range(4), lambda seed: seed in (0, 3)))
 def test_random_loops_render_what_theory_says(seed):
     share, degrees = worst_of(seed)
     assert share < SHARE

@@ -104,7 +104,7 @@ def holds(said, amplitude, step):
     return least - spare <= amplitude <= most + spare
 
 
-@pytest.mark.parametrize("seed", range(50))
+@pytest.mark.parametrize("seed", wide(range(50), lambda seed: seed < 12))
 def test_settles_up_to_what_is_said_and_swings_as_is_said(seed):
     device, loop, stiffness, damping = loop_of(seed)
     values = SPRING.values({"stiffness": stiffness, "damping": damping})
@@ -244,7 +244,7 @@ def scene_of(seed):
     return handle, scene, grip
 
 
-@pytest.mark.parametrize("seed", wide(range(200), lambda seed: seed < 100))
+@pytest.mark.parametrize("seed", wide(range(200), lambda seed: seed < 30))
 def test_the_verdict_is_right_in_any_loop_and_hand(seed):
     handle, scene, grip = scene_of(seed)
     said = behaviour(scene, grip)

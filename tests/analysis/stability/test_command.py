@@ -214,6 +214,7 @@ def test_what_a_recorded_lateness_costs(capsys, tmp_path):
         assert err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_the_picture_of_jitter_has_theory_and_measurement_and_the_recording_with_its_cost(tmp_path):
     """Held for T/2 and late by td on average, whatever its spread: b / (T/2 + td), heavy enough."""
     setting = Setting(mass=0.2, viscous=0.4)
