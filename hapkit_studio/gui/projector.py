@@ -224,10 +224,12 @@ class Projector(QObject):
         window.menuBar().setVisible(not self.on)
         window.header.project(self.on)
         window.centre.project(self.on)
-        if self.on:
-            theme.set_mode(THEME)
-        elif theme.mode == THEME:  # else a person has chosen another one meanwhile
-            theme.set_mode(mode)
+        with theme.together():
+            window.body.set_scale()
+            if self.on:
+                theme.set_mode(THEME)
+            elif theme.mode == THEME:  # else a person has chosen another one meanwhile
+                theme.set_mode(mode)
         window.views.show(LIVE if self.on else view)
         window.setWindowState(window.windowState() | Qt.WindowState.WindowFullScreen if self.on else state)
         window.body.share()

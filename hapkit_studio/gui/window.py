@@ -434,14 +434,19 @@ class WindowLayout(QWidget):
         self.share()
         shown.resize(self.side.size())  # at once: a page asks for its side's width next
 
+    def set_scale(self) -> None:
+        """Draw everything as large as the window's size asks for."""
+        window = self._window
+        if window.projector.on:
+            theme.set_scale(breakpoints.projected_scale(window.width(), window.height()), breakpoints.FRAME)
+        else:
+            theme.set_scale(breakpoints.scale(window.width(), window.height()))
+
     def share(self) -> None:
         """Decide what gives way at this size."""
+        self.set_scale()
         parts, wide, px = self._window, self._window.width(), theme.px
         projected = parts.projector.on
-        if projected:
-            theme.set_scale(breakpoints.projected_scale(wide, parts.height()), breakpoints.FRAME)
-        else:
-            theme.set_scale(breakpoints.scale(wide, parts.height()))
         parts.gallery.setHidden(projected)
         parts.gallery.setMinimumWidth(px(breakpoints.RAIL))
         parts.gallery.setMaximumWidth(px(breakpoints.GALLERY_MOST))

@@ -29,8 +29,9 @@ def dressed(qapp):
 def look(dressed):
     """Begin in the light theme, of the usual size, without what the last test has given up."""
     delete_the_given_up()
-    theme.set_mode("light")
-    theme.set_scale(1.0)
+    with theme.together():
+        theme.set_mode("light")
+        theme.set_scale(1.0)
 
 
 @pytest.fixture

@@ -1,5 +1,8 @@
 """The look in force: colours by token, fonts by role, how large they are; follows the system."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QPalette
 from PySide6.QtWidgets import QApplication
@@ -41,6 +44,7 @@ class Theme(QObject):
         self.scale, self.frame, self.grid = 1.0, 1, True
         self.refreshing = False
         """Whether Qt styles all widgets anew: until that is done none may be deleted."""
+        self._together = self._pending = False
         self.tokens = table("light")
         self._fonts: dict[str, QFont] = {}
         self._app: QApplication | None = None
@@ -100,8 +104,22 @@ class Theme(QObject):
         self.tokens = table(name)
         self._refresh()
 
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Style the widgets once for all changes made inside: it takes 0.4 s for those of the window."""
+        self._together, self._pending = True, False
+        try:
+            yield
+        finally:
+            self._together = False
+            if self._pending:
+                self._refresh()
+
     def _refresh(self) -> None:
         self._fonts.clear()
+        self._pending = True
+        if self._together:
+            return
         if self._app is not None:
             self._app.setPalette(self.palette())
             self._app.setFont(self.font("body"))

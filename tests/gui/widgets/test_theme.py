@@ -135,3 +135,17 @@ def test_the_theme_follows_the_system_until_it_is_set(qapp, monkeypatch):
     theme.set_mode("light")
     qapp.styleHints().colorSchemeChanged.emit(scheme["now"])
     assert theme.name == "light"
+
+
+def test_changes_made_together_style_the_widgets_once_and_no_change_never(dressed):
+    told = []
+    theme.changed.connect(lambda: told.append((theme.name, theme.scale)))
+    with theme.together():
+        theme.set_mode("dark")
+        theme.set_scale(1.5)
+        assert told == []
+    assert told == [("dark", 1.5)]
+    with theme.together():
+        theme.set_scale(1.5)
+    theme.set_scale(1.0)
+    assert told == [("dark", 1.5), ("dark", 1.0)]
