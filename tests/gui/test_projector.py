@@ -1,5 +1,7 @@
 """The projector's view: what it shows and how large, that every key works, and what comes back."""
 
+from itertools import product
+
 import pytest
 from PySide6.QtCore import QPoint, QRect, Qt
 from PySide6.QtGui import QFontInfo
@@ -11,6 +13,7 @@ from hapkit_studio.gui.banners import Notice
 from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.lock import Lock
 from hapkit_studio.gui.widgets.theme import theme
+from tests.wide import wide
 
 SIZES = [(1920, 1080), (1280, 720)]
 FAULT = Notice(
@@ -62,8 +65,10 @@ def parts(window):
     return {name: place(window, part) for name, part in shown.items() if part.isVisible()}
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("key", ["cat", "mass_spring_damper"])
+@pytest.mark.parametrize(
+    ("size", "key"),
+    wide(product(SIZES, ("cat", "mass_spring_damper")), lambda size, key: (size, key) == (SIZES[1], "cat")),
+)
 def test_what_is_read_from_afar_is_large_and_whole(window, projected, size, key):
     """Sizes are those of the design on 1080 lines, and as much smaller on fewer."""
     share = size[1] / 1080
@@ -90,8 +95,9 @@ def test_what_is_read_from_afar_is_large_and_whole(window, projected, size, key)
         assert wide, part.text()
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("on_projector", [True, False])
+@pytest.mark.parametrize(
+    ("size", "on_projector"), wide(product(SIZES, (True, False)), lambda size, _on: size == SIZES[1])
+)
 def test_nothing_covers_anything_with_a_banner_and_a_caption(window, projected, size, on_projector):
     window.resize(*size)
     if on_projector:
@@ -191,6 +197,7 @@ def test_a_padlock_stands_at_what_is_locked_alone(window, projected):
     assert window.projector.card.values[0].slider.isEnabled()
 
 
+@pytest.mark.slow
 def test_no_widget_dies_while_qt_styles_them(window, projected):
     """A splitter deletes the border of a part that moves away, and Qt styles it next."""
     died = []

@@ -16,6 +16,7 @@ from hapkit_studio.environments import discover
 from hapkit_studio.laws import native, translate
 from hapkit_studio.laws.law import Law
 from tests.laws.law_files import environment, held, law_text
+from tests.wide import wide
 
 HELPERS = """
 import numpy
@@ -153,7 +154,9 @@ def laws(tmp_path_factory):
     return [environment(folder, law_text(body, STATE, HELPERS)).force for body in BODIES]
 
 
-@pytest.mark.parametrize("which", range(len(BODIES)), ids=lambda i: BODIES[i].split()[0] + str(i))
+@pytest.mark.parametrize(
+    "which", wide(range(len(BODIES)), lambda i: i % 2 == 0), ids=lambda i: BODIES[i].split()[0] + str(i)
+)
 @settings(max_examples=40, deadline=None, derandomize=True)
 @given(x=numbers, v=numbers, k=st.floats(0.0, 5e3), b=numbers, side=st.sampled_from([0.0, 1.0]))
 def test_is_the_plain_function(laws, which, x, v, k, b, side):

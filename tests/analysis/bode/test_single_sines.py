@@ -74,6 +74,7 @@ def test_damping_on_the_way_in_takes_half_of_it_less_what_the_hold_gives():
     assert np.all(real.damping_interval > 0.0)
 
 
+@pytest.mark.slow
 def test_the_interval_of_a_stiff_wall_covers_its_error_from_sensor_steps():
     values = WALL.values({"stiffness": 5000.0})
     (curve,) = simulation.measure(WALL, values, [Setting()]).curves

@@ -195,6 +195,7 @@ def test_the_worst_of_all_hands(capsys, tmp_path):
     assert "not linear" in run(capsys, "--hands", "--estimator", "foaw")[2]
 
 
+@pytest.mark.slow
 def test_what_a_recorded_lateness_costs(capsys, tmp_path):
     """Always late by half a period a spring has half the stiffness, b / (T/2 + lateness)."""
     file = tmp_path / "late.csv"
@@ -206,7 +207,12 @@ def test_what_a_recorded_lateness_costs(capsys, tmp_path):
     found = json.loads(run(capsys, *words, "--json")[1])["jitter"]
     limits = [found[key] for key in ("steady", "late", "cost", "measured")]
     assert limits == pytest.approx([800.0, 400.0, 400.0, 400.0], rel=2e-3)
-    code, _, err = run(capsys, *words, "--estimator", "foaw")
+
+
+def test_a_lateness_that_cannot_be_judged_is_one_line(capsys, tmp_path):
+    file = tmp_path / "late.csv"
+    file.write_text("lateness (s)\n" + "0.0005\n" * 5)
+    code, _, err = run(capsys, "--jitter", str(file), "--estimator", "foaw")
     assert (code != 0, err.count("\n")) == (True, 1)
     for wrong in (tmp_path / "none.csv", tmp_path):
         code, _, err = run(capsys, "--jitter", str(wrong))

@@ -30,10 +30,11 @@ def passivity(setting, shares):
     return damping, passive_stiffness(setting.viscous, damping, *sampling)
 
 
-def test_what_is_drawn_is_never_below_the_passivity_line_and_within_a_tenth_of_it():
-    """On forty loops, up to nine tenths of the largest passive damping."""
+@pytest.mark.parametrize("count", [10, pytest.param(40, marks=pytest.mark.slow)])
+def test_what_is_drawn_is_never_below_the_passivity_line_and_within_a_tenth_of_it(count):
+    """On drawn loops, up to nine tenths of the largest passive damping."""
     rng = np.random.default_rng(411)
-    for _ in range(40):
+    for _ in range(count):
         setting = some_setting(rng)
         damping, line = passivity(setting, (0.0, 0.25, 0.5, 0.75, 0.9))
         drawn = hands.springy(setting, damping)
@@ -42,10 +43,11 @@ def test_what_is_drawn_is_never_below_the_passivity_line_and_within_a_tenth_of_i
         assert (hands.springy(setting, damping, 1) >= drawn * (1.0 - 1e-9)).all()
 
 
-def test_people_are_above_the_line_and_no_random_hand_is_worse():
+@pytest.mark.parametrize("count", [1, pytest.param(3, marks=pytest.mark.slow)])
+def test_people_are_above_the_line_and_no_random_hand_is_worse(count):
     rng = np.random.default_rng(412)
     ranges = hands.MASS, hands.DAMPING, hands.STIFFNESS
-    for _ in range(3):
+    for _ in range(count):
         setting = some_setting(rng)
         damping, line = passivity(setting, (0.0, 0.5, 1.0))
         found = hands.family(setting, damping)
@@ -107,6 +109,7 @@ def test_the_worst_mass_on_a_spring_swings_just_above_its_limit(delay, damping):
     assert inside < 1.0 < outside
 
 
+@pytest.mark.slow
 def test_two_masses_on_springs_tuned_to_each_other_swing_earlier():
     """At half the rate and three times that, but for the little by which the loop detunes them."""
     setting, damping, heavy = Setting(viscous=0.5), 0.4, 200.0

@@ -37,6 +37,7 @@ def test_it_measures_the_scene_in_force_and_says_once_that_is_another(page, kept
     assert not page.chart.pale
 
 
+@pytest.mark.slow
 def test_the_amplitude_that_is_asked_for_is_kept(page, qtbot, monkeypatch):
     asked = []
     real = simulation.measure

@@ -93,6 +93,7 @@ def test_feel_it_puts_the_failure_in_follows_the_knob_and_take_back_restores_eve
     assert state(studio) == before
 
 
+@pytest.mark.slow
 def test_what_a_person_changes_takes_the_failure_out_and_what_is_refused_changes_nothing(
     felt, window, qtbot, monkeypatch
 ):

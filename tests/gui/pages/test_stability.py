@@ -321,6 +321,7 @@ def test_a_device_that_goes_leaves_the_map_paler_and_out_of_sight_nothing_is_ask
     assert follow(page, qtbot).margin.stiffness == 900.0
 
 
+@pytest.mark.slow
 def test_every_hand_has_its_boundary_nothing_is_cut_off_and_the_conditions_stay_within_reach(
     page, window, qapp, qtbot
 ):

@@ -58,6 +58,7 @@ def with_image(parent: QWidget) -> list[str]:
     return [words for words in found if "<img" in words]
 
 
+@pytest.mark.slow
 def test_no_word_of_an_environment_is_read_as_html_anywhere_in_the_window(home, window, qtbot):
     path = put(home, "mine.py", spring(title=IMAGE).replace("For a test", IMAGE))
     window.own.refresh()
