@@ -186,6 +186,7 @@ def test_each_environment_keeps_the_two_values_chosen_for_it(window):
     settings.remove("projected")
 
 
+@pytest.mark.slow
 def test_a_padlock_stands_at_what_is_locked_alone(window, projected):
     window.projector.card.rebuild()
     projected(window, SIZES[0])
@@ -210,6 +211,7 @@ def test_no_widget_dies_while_qt_styles_them(window, projected):
     assert not any(died)
 
 
+@pytest.mark.slow
 def test_the_verdict_stays_in_sight(window, projected):
     projected(window, SIZES[1])
     window.stability.judged.emit("Let go: buzzes above 0.9 mm", "triangle", "danger")

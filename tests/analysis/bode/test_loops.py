@@ -200,6 +200,7 @@ def test_a_spring_beyond_2b_over_t_gives_energy_from_the_lowest_frequency_on(tim
     assert ("gives energy" in curve.sentence) is gives
 
 
+@pytest.mark.slow
 def test_a_motion_that_the_motor_cannot_follow_becomes_smaller_unless_it_was_asked_for():
     values, setting = WALL.values({"stiffness": 4000.0}), Setting(quantum=0.0)
     found = simulation.measure(WALL, values, [setting])

@@ -217,6 +217,7 @@ def test_which_parameters_a_click_sets(key, stiffness, damping):
     assert set(pair.values(9e9, -3.0).values()) <= {5000.0, 0.0}, "beyond a slider it goes to its end"
 
 
+@pytest.mark.slow
 def test_the_loops_own_jitter_is_told_in_newton_per_metre_once_it_has_run_for_a_while(
     wall_page, window, qtbot, monkeypatch
 ):
