@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from hapkit_studio.dynamics import estimators
-from hapkit_studio.dynamics.jit import compiled, inlined_and_called, internal
+from hapkit_studio.dynamics.jit import compiled, inlined, inlined_and_called, internal
 from hapkit_studio.haptics import arrays, block, clock, passivity, rows
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.block import Block
