@@ -1,6 +1,7 @@
 """What every test runs under: no display, no settings of the person who runs it, one seed."""
 
 import os
+import signal
 import sys
 import tempfile
 
@@ -13,6 +14,8 @@ os.environ.setdefault("MPLBACKEND", "Agg")
 _settings = tempfile.TemporaryDirectory(prefix="hapkit-studio-tests-")
 os.environ["XDG_CONFIG_HOME"] = _settings.name
 os.environ["HAPKIT_STUDIO_FOLDER"] = f"{_settings.name}/own"
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell starts its background jobs so
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 # the first example compiles, and a run must find what the last one found
 hypothesis.settings.register_profile("studio", deadline=None, derandomize=True)
 hypothesis.settings.load_profile("studio")

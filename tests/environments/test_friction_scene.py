@@ -118,12 +118,12 @@ def test_whoever_holds_it_feels_an_anchor_that_is_dragged_along(
     assert run.force == pytest.approx(want, abs=most)
 
 
-def test_the_board_renders_a_tether_at_4_khz():
+def test_the_board_renders_a_tether_at_3_900_hz():
     """1,367 cycles and 2 kHz where the anchor was dragged along; delays of 143 and 142 µs."""
     plan = BoardPlanner(ARENA).plan(PlanRequest(FRICTION, FRICTION.values({"model": "tether"})))
-    assert plan.rate == 4000
+    assert plan.rate == pytest.approx(3900, rel=1e-3)
     gained = [
-        hs.stiffness_limit(0.044, 0.5, rate=r, delay=d) for r, d in ((2000.0, 143e-6), (4000.0, 142e-6))
+        hs.stiffness_limit(0.044, 0.5, rate=r, delay=d) for r, d in ((2000.0, 143e-6), (3900.0, 142e-6))
     ]
     assert gained[1] > 1.4 * gained[0]
 

@@ -102,7 +102,7 @@ def test_what_was_known_stays_in_sight_until_the_board_has_answered(board_window
     assert not switch.note.text()
     monkeypatch.undo()
     answered(board_window, qtbot)
-    assert column(board_window, 1)[1] == "3,503"
+    assert column(board_window, 1)[1] == "3,300"
 
 
 def test_what_the_board_does_not_do_is_said(board_window, qtbot):
