@@ -163,6 +163,19 @@ def test_loop_test_measures_the_loop(capsys):
     assert found["priority"]
     assert (found["rate_Hz"], found["device"], found["fault"]) == (500.0, "simulated", "")
     assert found["lost_rows"] == 0
+    assert found["delay_us"] == 0.0  # none was added
+
+
+def test_loop_test_says_that_no_delay_was_measured(capsys, monkeypatch):
+    def run_without_answers(*given):
+        played = live_run_of(*given)
+        return replace(played, health=replace(played.health, delay=None))
+
+    live_run_of = live_run.run
+    monkeypatch.setattr(live_run, "run", run_without_answers)
+    assert as_json(capsys, "loop-test", "--seconds", "0.1", "--rate", "500")["delay_us"] is None
+    _, out, _ = run(capsys, "loop-test", "--seconds", "0.1", "--rate", "500")
+    assert "delay not measured" in out
 
 
 # --- what is wrong, in one line

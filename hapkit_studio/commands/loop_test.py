@@ -46,20 +46,21 @@ def loop_test(options: argparse.Namespace) -> Result:
         "missed": health.missed,
         "lost_frames": health.link.lost_frames,
         "lost_rows": played.lost_rows,
-        "delay_us": 1e6 * health.delay,
+        "delay_us": None if health.delay is None else 1e6 * health.delay,
         "priority": health.priority.text,
         "fault": played.fault.text if played.fault else "",
         "warnings": played.remarks,
         **played.found,
     }
     late, period = health.lateness_us, numbers["period_us"]
+    delay = "delay not measured" if health.delay is None else f"delay {1e6 * health.delay:,.0f} µs"
     text = (
         f"{numbers['samples']:,} samples, period {period['mean']:,.1f} µs "
         f"({period['min']:,.0f} to {period['max']:,.0f})\n"
         f"late: median {late['p50']:,.0f} µs, p99 {late['p99']:,.0f}, p99.9 {late['p99.9']:,.0f}, "
         f"worst {late['max']:,.0f}\n"
         f"missed {health.missed}, lost frames {health.link.lost_frames}, "
-        f"delay {numbers['delay_us']:,.0f} µs\n"
+        f"{delay}\n"
         + "".join(f"{line}\n" for line in (*live_run.words(played.found), *played.remarks))
         + f"{health.priority.text}. {health.priority.how}".rstrip()
     )

@@ -106,7 +106,7 @@ class Notices(QObject):
         """Show that the delay, and so the limit, is unknown although forces have gone out for a while."""
         studio = self._studio
         forces = health.running and self._heard and not studio.simulated and studio.link.state == "running"
-        if not forces or health.delay > 0.0 or studio.stopped or studio.fault is not None:
+        if not forces or health.delay is not None or studio.stopped or studio.fault is not None:
             self._unmeasured.invalidate()
         elif not self._unmeasured.isValid():
             self._unmeasured.start()

@@ -440,10 +440,11 @@ class Engine:
         """
         control, thread, held = self.arrays.control, self._thread, self._priority
         rate, late, missed_lately = self._watch.look(control, self.lateness_bins)
-        running, delay = thread is not None and thread.is_alive(), self.loop.delay
+        running = thread is not None and thread.is_alive()
+        delay: float | None = self.loop.delay
         if self.driver is not None and not self.device.simulated:
             measured = self.delay_of(self.rendering)
-            delay = 0.0 if measured is None else measured.mean
+            delay = None if measured is None else measured.mean
         if thread is not None and running and thread.native_id is not None:
             held = priority.held(held, thread.native_id)
         return Health(

@@ -84,7 +84,7 @@ def count_link(control: np.ndarray) -> LinkCounts:
 
 @dataclass(frozen=True)
 class Health:
-    """A snapshot for status bar and command line; delay in s.
+    """A snapshot for status bar and command line; delay in s, None while it has not been measured.
 
     Rate, lateness in µs and missed_lately (lost frames too) are of the last 10 s, other counts of all time.
     stale: why the force is zero for a while, "" where it is not.
@@ -96,7 +96,7 @@ class Health:
     stale: str
     link: LinkCounts
     priority: Priority
-    delay: float
+    delay: float | None
     running: bool
     message: str = ""
     missed_lately: int = 0

@@ -56,7 +56,7 @@ def test_the_delay_is_measured_and_the_rate_is_the_boards(board_window, qtbot):
 
     def measured():
         window.live.look()
-        return 0.0 < window.studio.engine.health().delay < 0.05
+        return 0.0 < (window.studio.engine.health().delay or 0.0) < 0.05
 
     qtbot.waitUntil(measured)
     assert not window.loop.rate.isEnabled()

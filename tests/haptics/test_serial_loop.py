@@ -206,6 +206,7 @@ def test_an_added_delay_answers_older_samples_and_energy_knows_it(stepped, added
 
 def test_the_delay_is_measured_while_the_force_is_held_at_zero(stepped):
     board, engine = stepped(values=SPRING, hold=drivers.HOLD_SECONDS)
+    assert engine.health().delay is None
     out = board.say_one_by_one(
         sample(k, count, max(k - 1, 0), 730 if k else 0) for k, count in enumerate(counts_of(600))
     )

@@ -88,7 +88,7 @@ def setting_of(engine: Engine, grip: str) -> Setting:
     """Return the device and its loop as they are, the delay as measured."""
     device = engine.modelled or engine.device
     coulomb = engine.modelled.coulomb_force if engine.modelled else 0.0
-    loop, delay = engine.loop, engine.health().delay
+    loop, delay = engine.loop, engine.health().delay or 0.0
     handle = device.mass, device.viscous, coulomb, device.quantum
     return Setting(*handle, loop.rate, delay, loop.estimator, grip, loop.controller)
 

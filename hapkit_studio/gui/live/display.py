@@ -58,7 +58,7 @@ class LiveDisplay(QObject):
         self._studio, self._live, self._centre, self._status = studio, live, centre, status
         self._seen: np.ndarray | None = None
         self._acting: float | None = None
-        self._measured_delay = 0.0
+        self._measured_delay: float | None = None
         self._since, self._bar = QElapsedTimer(), QTimer(centre, interval=_BAR_MS)
         self._since.start()
         self._bar.timeout.connect(self._show_preparing)
@@ -207,12 +207,10 @@ class LiveDisplay(QObject):
 
     def _show_delay(self) -> None:
         """Tell the plot of force and the held traces the delay of the samples that are shown."""
-        delay: float | None = self._measured_delay
+        delay = self._measured_delay
         if self._live.replaying:
             recorded = self._replay.settings.get("delay_s")
             delay = float(recorded) if isinstance(recorded, int | float) else None
-        elif delay == 0.0 and not self._studio.simulated:
-            delay = None  # not measured yet
         self._centre.phase.set_delay(delay)
         self._centre.held.delay = delay
 

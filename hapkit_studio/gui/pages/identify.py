@@ -60,7 +60,7 @@ def newest_piece(studio: "Studio", live: "Live", seconds: float) -> "Callable[[]
         studio.environment,
         dict(studio.values),
         engine.loop.rate,
-        engine.health().delay,
+        engine.health().delay or 0.0,
         float((device or engine.device).quantum),
         Handle(device.mass, device.viscous, device.coulomb_force) if device else None,
         GRIPS[studio.grip] if device and np.isfinite(table[:, rows.HAND_TARGET]).any() else None,

@@ -102,7 +102,7 @@ class LoopFacts(QObject):
         """Take over the delay as measured, on a coarse step so that noise asks nothing."""
         engine = self._studio.engine
         handing_over = engine is not None and engine.rendering != engine.where
-        if handing_over or (health.delay == 0.0 and not self._studio.simulated):
+        if handing_over or health.delay is None:
             return
         own = None if engine is None or engine.device.simulated else steady_delay(engine, engine.where)
         delay = coarse(health.delay, self.delay) if own is None else own
