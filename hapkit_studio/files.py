@@ -12,14 +12,15 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from hapkit_studio.errors import FileError
+from hapkit_studio.formatting import quoted
 
 MOST_BYTES = 65_536  # of a file with settings, unless its reader names another limit
 MOST_NESTED = 32  # brackets inside one another; Python's parsers recurse once for each
 LONGEST_WORD = 256  # characters of a key or number; tomllib takes 13 s for a dotted key of 40 KB
-_LONGEST_SHOWN = 40  # characters of a value in a message
 _SKIPPED = re.compile(
     r"""#[^\n]*|\"{3}(?:\\.|[^\\])*?(?:\"{3}|\Z)|'{3}.*?(?:'{3}|\Z)|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?""", re.S
 )  # comments and strings of TOML; those of JSON are among them
+_LONG_RUN = re.compile(rf'[^"]{{{LONGEST_WORD + 1}}}')  # within each number of JSON that is too long
 _STRUCTURE = re.compile(r"[\[{]|[\]}]|[\w+-]+(?:[ \t]*\.[ \t]*[\w+-]+)*")
 
 
@@ -83,7 +84,10 @@ def read_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
 
 def parse_json(text: str, name: str) -> Any:
     """Return the value of a JSON text; raise FileError that begins with the name of its file or setting."""
-    _check_structure(text, name)
+    if text.count("[") + text.count("{") > MOST_NESTED or _LONG_RUN.search(
+        text
+    ):  # else both are within limits
+        _check_structure(text, name)
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
@@ -159,13 +163,7 @@ def _range(low: float, high: float) -> str:
 
 
 def _wrong(value: object, place: str, wanted: str) -> FileError:
-    try:
-        shown = repr(value)
-    except ValueError:  # a whole number with more digits than Python prints
-        shown = "a very long number"
-    if len(shown) > _LONGEST_SHOWN:
-        shown = f"{shown[:_LONGEST_SHOWN]}…"
-    return FileError(f"{place} is {shown}; it must be {wanted}.")
+    return FileError(f"{place} is {quoted(value)}; it must be {wanted}.")
 
 
 def is_special(path: str | Path) -> bool:

@@ -3,6 +3,7 @@
 Names that this version does not know are kept with any value; control characters in texts are escaped.
 """
 
+import marshal
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
@@ -10,7 +11,7 @@ from typing import Any
 
 from hapkit_studio.errors import FileError
 from hapkit_studio.files import checked_integer, checked_number, checked_table, checked_text, parse_json
-from hapkit_studio.formatting import printable
+from hapkit_studio.formatting import printable, quoted, shortened
 from hapkit_studio.sessions.file import ABOUT, FAULT, MARKER, NOTE, SETTINGS, STOP
 
 MOST_TEXT = 65_536  # characters of an event; settings with 32 parameters have 3,000
@@ -20,8 +21,15 @@ _MOST_NAMES = 64  # of parameters, units, states or a device's terms
 Check = Callable[[object, str], Any]
 
 
-def checked_event(text: str, kind: str, place: str) -> dict[str, Any]:
-    """Return what an event's JSON says; raise FileError that begins with the place, in the file's terms."""
+def checked_event(
+    text: str, kind: str, place: str, accepted: dict[tuple[str, str], tuple[bytes, Any]] | None = None
+) -> dict[str, Any]:
+    """Return what an event's JSON says; raise FileError that begins with the place, in the file's terms.
+
+    accepted: of each kind's names the value that was accepted last, serialised and itself; the same value is
+    not checked again, and shared by the events that hold it.
+    """
+    accepted = {} if accepted is None else accepted
     if len(text) > MOST_TEXT:
         raise FileError(f"{place} has {len(text):,} characters; the limit is {MOST_TEXT:,}.")
     what = checked_table(parse_json(text, place), place)
@@ -31,8 +39,15 @@ def checked_event(text: str, kind: str, place: str) -> dict[str, Any]:
         if name not in what:
             raise FileError(f"{place}: a {kind} has no {name}.")
     for name, check in _CHECKS.get(kind, {}).items():
-        if name in what:
+        if name not in what:
+            continue
+        serialised = marshal.dumps(what[name])  # unlike ==, it tells 1 from true
+        before, value = accepted.get((kind, name), (b"", None))
+        if before == serialised:
+            what[name] = value
+        else:
             check(what[name], f"{place}: {name}")
+            accepted[kind, name] = serialised, what[name]
     return what
 
 
@@ -54,7 +69,7 @@ def _escaped(value: Any) -> Any:
 
 def _flag(value: object, place: str) -> None:
     if not isinstance(value, bool):
-        raise FileError(f"{place} is {value!r:.40}; it must be true or false.")
+        raise FileError(f"{place} is {quoted(value)}; it must be true or false.")
 
 
 def _force_limit(value: object, place: str) -> None:
@@ -79,14 +94,14 @@ def _names(check: Check) -> Check:
             raise FileError(f"{place} has {len(table):,} names; the limit is {_MOST_NAMES}.")
         for name, one in table.items():
             _name(name, f"{place}: a name")
-            check(one, f"{place}.{name}")
+            check(one, f"{place}.{shortened(name)}")
 
     return check_table
 
 
 def _state_names(value: object, place: str) -> None:
     if not isinstance(value, list) or len(value) > _MOST_NAMES:
-        raise FileError(f"{place} is {value!r:.40}; it must be a list of at most {_MOST_NAMES} names.")
+        raise FileError(f"{place} is {quoted(value)}; it must be a list of at most {_MOST_NAMES} names.")
     for one in value:
         _name(one, place)
 

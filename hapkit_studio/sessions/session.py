@@ -230,6 +230,7 @@ class Session:
 
     def _events(self) -> Iterator[Event]:
         count = size = 0
+        accepted: dict[tuple[str, str], tuple[bytes, Any]] = {}
         for row, *values, crc in self._rows("event", (*TABLES["event"], "crc")):
             place = f"event {row}"
             try:
@@ -244,7 +245,7 @@ class Session:
                     raise DamagedError("its checksum is wrong.")
                 checked_number(time, f"{place}: time", -MOST_TIME, MOST_TIME, "s")
                 checked_text(kind, f"{place}: kind", 40)
-                yield Event(time, kind, checked_event(text, kind, place))
+                yield Event(time, kind, checked_event(text, kind, place, accepted))
             except FileError as error:
                 self._left_out("event", row, error)
 

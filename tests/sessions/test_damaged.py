@@ -318,6 +318,32 @@ def test_a_value_larger_than_any_chunk_has_is_not_read(path):
         assert "string or blob too big" in found.damage[0]
 
 
+def test_a_value_is_checked_again_where_only_its_type_changes(tmp_path):
+    """1 == true in Python, but a flag is true or false."""
+    path, made = tmp_path / "flags.hapkit", table(100)
+    with SessionWriter.whole(path) as writer:
+        for flag in (True, True, 1, False, 0, True):
+            writer.note(Event(made[1, rows.HOST_TIME], STOP, {"stopped": flag}))
+        writer.add(pack(made, QUANTUM, 0))
+    with closing(Session(path)) as found:
+        assert [event.what["stopped"] for event in found.events] == [True, True, False, True]
+        assert all(isinstance(event.what["stopped"], bool) for event in found.events)
+        assert "event 3: stopped is 1; it must be true or false" in found.damage[0]
+
+
+def test_equal_settings_are_stored_once(tmp_path):
+    path, made = tmp_path / "same.hapkit", table(100)
+    with SessionWriter.whole(path) as writer:
+        for stiffness in (1.0, 2.0):
+            said = {"parameters": {"stiffness": stiffness}, "units": {"stiffness": "N/m"}}
+            writer.note(Event(made[1, rows.HOST_TIME], SETTINGS, said))
+        writer.add(pack(made, QUANTUM, 0))
+    with closing(Session(path)) as found:
+        first, second = (event.what for event in found.events)
+    assert first["units"] is second["units"]
+    assert [first["parameters"]["stiffness"], second["parameters"]["stiffness"]] == [1.0, 2.0]
+
+
 def test_more_events_than_are_read_are_left_out(path, monkeypatch):
     monkeypatch.setattr(session, "_MOST_EVENTS", 5)
     with closing(Session(path)) as found:
