@@ -15,6 +15,7 @@ _WITH_NUMBER = re.compile(
 )
 _SLASH = re.compile(r"(?<=[Nms1])/(?=[ms](?![a-z]))")
 _WHOLE_HERTZ = 20.0
+_LONGEST_SHOWN = 40  # characters of a foreign text in a message
 _KEPT = "\n\N{NO-BREAK SPACE}\N{WORD JOINER}"  # not printable by Python's definition, but harmless
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -78,6 +79,20 @@ def printable(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() or c in _KEPT else json.dumps(c)[1:-1] for c in text)
+
+
+def shortened(text: str, longest: int = _LONGEST_SHOWN) -> str:
+    """Return a foreign text for a message: printable, with an ellipsis after its first characters if long."""
+    text = printable(text[: longest + 1])
+    return text if len(text) <= longest else f"{text[:longest]}…"
+
+
+def quoted(value: object) -> str:
+    """Return a foreign value for a message as Python writes it, shortened."""
+    try:
+        return shortened(repr(value))
+    except ValueError:  # a whole number with more digits than Python prints
+        return "a very long number"
 
 
 def plain(value: Any) -> Any:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from numbers import Real
 
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import quoted
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Parameter:
             number = float("" if isinstance(value, bool) else value)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):
             wanted = f"a number in {self.unit}" if self.unit else "a number"
-            raise ParameterError(f"{self.label} takes {wanted}, not {value!r}.") from None
+            raise ParameterError(f"{self.label} takes {wanted}, not {quoted(value)}.") from None
         if not math.isfinite(number) or not self.low <= number <= self.high:
             limits = f"{self.low:,g} to {self.high:,g} {self.unit}".rstrip()
             raise ParameterError(f"{self.label} goes from {limits}, not {number:,g}.")
@@ -88,7 +89,7 @@ class Choice:
             and not isinstance(value, bool)
         ):
             return float(value)
-        raise ParameterError(f"{self.label} is one of {', '.join(self.options)}, not {value!r}.")
+        raise ParameterError(f"{self.label} is one of {', '.join(self.options)}, not {quoted(value)}.")
 
     def text(self, value: float) -> str:
         """Write the option's name."""
@@ -125,7 +126,7 @@ def check_number(
     """
     number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     if not (math.isfinite(number) or (endless and number == math.inf)):
-        raise ParameterError(f"The {name} takes a number in {unit}, not {value!r}.")
+        raise ParameterError(f"The {name} takes a number in {unit}, not {quoted(value)}.")
     if number < low or (above and number == low):
         bound = f"more than {low:,g}" if above else f"{low:,g} or more"
         raise ParameterError(f"The {name} must be {bound} {unit}, not {number:,g} {unit}.")
@@ -142,5 +143,5 @@ def resolve(parameters: Iterable[AnyParameter], values: Mapping[str, object], ow
     for key in values:
         if key not in declared:
             known = ", ".join(declared) or "none"
-            raise ParameterError(f"{owner} has no parameter {key!r}; it has: {known}.")
+            raise ParameterError(f"{owner} has no parameter {quoted(key)}; it has: {known}.")
     return [p.check(values[key]) if key in values else p.default for key, p in declared.items()]

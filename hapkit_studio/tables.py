@@ -18,7 +18,7 @@ import numpy as np
 
 from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.files import read_bytes
-from hapkit_studio.formatting import printable
+from hapkit_studio.formatting import printable, quoted, shortened
 
 MOST_BYTES = 256 << 20  # ten minutes of the studio's own columns at 4 kHz
 DELIMITERS = (";", "\t", ",", "|", " ")
@@ -36,7 +36,7 @@ NEEDED = ("time", "position", "force")
 _LOOKED_AT = 200  # lines from which the dialect is found out
 _LONGEST_LINE = 65_536  # characters
 _SHOWN = 4  # rows of a preview
-_NAMED, _LONGEST_SHOWN = 12, 40  # columns in a message; characters of a cell in it
+_NAMED = 12  # columns in a message
 _PADDING = "".join(DELIMITERS)
 _BLANK = _PADDING + '"'  # a line of nothing else is empty
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?|[-+]?(?:inf|nan)", re.I)
@@ -75,7 +75,7 @@ def parse_column(quantity: str, text: str) -> TableColumn:
     if not colon or not name or unit not in UNITS[quantity]:
         known = ", ".join(UNITS[quantity])
         raise ParameterError(
-            f"The column of the {quantity} is NAME:UNIT, the unit one of {known}, not {text!r}."
+            f"The column of the {quantity} is NAME:UNIT, the unit one of {known}, not {quoted(text)}."
         )
     return TableColumn(name.strip(), unit)
 
@@ -85,12 +85,13 @@ class UnknownColumnsError(FileError):
 
     def __init__(self, table: "Table", missing: str):
         found = guess(table.names)
-        like = " ".join(f"--{quantity} {found.get(quantity, 'NAME:UNIT')}" for quantity in NEEDED)
+        columns = {quantity: f"{shortened(column.name)}:{column.unit}" for quantity, column in found.items()}
+        like = " ".join(f"--{quantity} {columns.get(quantity, 'NAME:UNIT')}" for quantity in NEEDED)
         more = ["…"][: len(table.names) - _NAMED]
-        names = printable(", ".join([*table.names[:_NAMED], *more]))
+        names = ", ".join([*map(shortened, table.names[:_NAMED]), *more])
         super().__init__(
-            f"{table.file} has no column {printable(missing)}. "
-            f"Name its columns and units, as {printable(like)}. It has: {names}."
+            f"{table.file} has no column {shortened(missing)}. "
+            f"Name its columns and units, as {like}. It has: {names}."
         )
         self.table = table
 
@@ -122,7 +123,7 @@ class Table:
         """Return the numbers (n, len(names)) below some names; raise FileError for a cell without one."""
         for name in names:
             if self.names.count(name) > 1:
-                raise FileError(f"{self.file} has {self.names.count(name)} columns {printable(name)}.")
+                raise FileError(f"{self.file} has {self.names.count(name)} columns {shortened(name)}.")
         places = [self.names.index(name) for name in names]
         rows, delimiter = [line for _, line in self._rows()], self.delimiter
         if self.decimal == ",":
@@ -152,8 +153,8 @@ class Table:
             for place in places:
                 cell = cells[place] if place < len(cells) else ""
                 if not _is_number(cell, self.decimal):
-                    what = f"is {cell[:_LONGEST_SHOWN]!r}" if cell else "is missing"
-                    where = f"line {number}, {printable(self.names[place])}"
+                    what = f"is {quoted(cell)}" if cell else "is missing"
+                    where = f"line {number}, {shortened(self.names[place])}"
                     other = "; its decimal sign is a comma" if self.decimal == "," and "." in cell else ""
                     return FileError(f"{self.file} is not a table of numbers: {where} {what}{other}.")
         return None
@@ -281,5 +282,7 @@ def _decimal(file: str, rows: Sequence[Sequence[str]]) -> str:
     numbers = [cell for row in rows for cell in row if _NUMBER.fullmatch(cell)]
     with_comma, with_point = (next((c for c in numbers if sign in c), "") for sign in ",.")
     if with_comma and with_point:
-        raise FileError(f"{file} has a decimal comma in {with_comma} and a point in {with_point}.")
+        raise FileError(
+            f"{file} has a decimal comma in {shortened(with_comma)} and a point in {shortened(with_point)}."
+        )
     return "," if with_comma else "."

@@ -200,3 +200,15 @@ def test_a_fifo_is_refused_at_once(tmp_path, kind):
         code, out, error = run([word.format(**places) for word in command])
         assert not list(complaints(code, out, error, False)), command
         assert code == 2 or "list" in command
+
+
+def test_a_foreign_name_is_shortened_in_every_message_of_a_table(tmp_path):
+    """A name of 5,000 digits, and one of 5,000 control characters."""
+    for name in ("9" * 5000, "\x1b" * 5000):
+        file = tmp_path / "long.csv"
+        rows = "".join(f"{k},{k},{k},1\n" for k in range(40))
+        for header in (f"time_s,position_m,{name}x,a\n", f"time_s,position_m,force_applied_N,{name}x\n"):
+            file.write_text(f"{header}{rows}")
+            for column in ("a:N", f"{name}x:N", f"{name}:N", name, f"a:{name}"):
+                code, out, error = run(["identify", str(file), "--force", column])
+                assert not list(complaints(code, out, error, False)), (header[:60], column[:60])

@@ -12,6 +12,8 @@ from hapkit_studio.formatting import (
     on_screen,
     power_of_ten,
     printable,
+    quoted,
+    shortened,
     significant,
     unbroken,
     with_unit,
@@ -79,3 +81,25 @@ def test_a_printable_json_text_has_the_same_value():
     shown = printable(json.dumps(value, ensure_ascii=False))
     assert shown.isprintable()
     assert json.loads(shown) == value
+
+
+@pytest.mark.parametrize(
+    ("value", "wanted"),
+    [
+        ("a" * 40, "a" * 40),
+        ("a" * 41, "a" * 40 + "…"),
+        ("9" * 5000, "9" * 40 + "…"),
+        ("\x1b[31m", "\\u001b[31m"),
+        ("\x1b" * 7, "\\u001b" * 6 + "\\u00…"),
+    ],
+)
+def test_a_foreign_text_is_printable_and_at_most_40_characters_in_a_message(value, wanted):
+    assert shortened(value) == wanted
+
+
+def test_a_foreign_value_is_quoted_as_python_writes_it_and_shortened():
+    assert quoted("two") == "'two'"
+    assert quoted([1, "x"]) == "[1, 'x']"
+    assert quoted("a" * 38) == "'" + "a" * 38 + "'"
+    assert quoted("a" * 39) == "'" + "a" * 39 + "…"
+    assert quoted(10**5000) == "a very long number"

@@ -22,7 +22,7 @@ from hapkit_studio.files import (
     checked_text,
     read_toml,
 )
-from hapkit_studio.formatting import number
+from hapkit_studio.formatting import number, quoted
 from hapkit_studio.protocol.messages import Board, MotorMap, Origin, Pins, Sensor, Wire
 
 FOLDER = "calibrations"
@@ -89,7 +89,7 @@ def checked_label(text: str) -> str:
     """Return a label as a board can keep it: printable ASCII, 12 at most; raise ParameterError."""
     label = text.strip()
     if not label or len(label) > 12 or not (label.isascii() and label.isprintable()):
-        raise ParameterError(f"A kit's name has 1 to 12 plain letters, not {text!r}.")
+        raise ParameterError(f"A kit's name has 1 to 12 plain letters, not {quoted(text)}.")
     return label
 
 
@@ -125,7 +125,7 @@ def _checked(table: dict[str, Any], wire: Wire, place: str) -> Any:
     if wire.code.endswith("s"):
         text = checked_text(value, place, wire.size)
         if not text.isascii():
-            raise FileError(f"{place} is {text!r}; it must be at most {wire.size} ASCII characters.")
+            raise FileError(f"{place} is {quoted(text)}; it must be at most {wire.size} ASCII characters.")
         return text
     if wire.code.endswith("f"):
         return checked_number(value, place, *wire.limits, wire.unit.replace("*", "·"))

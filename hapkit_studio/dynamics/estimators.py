@@ -18,6 +18,7 @@ import numpy as np
 
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import quoted
 from hapkit_studio.parameters import Parameter, check_number, resolve
 
 Spec = str | tuple[str, dict[str, float]]
@@ -240,11 +241,13 @@ def parse(spec: Spec) -> tuple[Estimator, dict[str, float]]:
     """
     pair = (spec, {}) if isinstance(spec, str) else spec
     if not (isinstance(pair, tuple | list) and len(pair) == 2 and isinstance(pair[1], Mapping)):
-        raise ParameterError(f"The velocity estimator is a name or (name, {{option: value}}), not {spec!r}.")
+        raise ParameterError(
+            f"The velocity estimator is a name or (name, {{option: value}}), not {quoted(spec)}."
+        )
     key, options = pair
     estimator = ESTIMATORS.get(key) if isinstance(key, str) else None
     if estimator is None:
-        raise ParameterError(f"The velocity estimator is one of {', '.join(ESTIMATORS)}, not {key!r}.")
+        raise ParameterError(f"The velocity estimator is one of {', '.join(ESTIMATORS)}, not {quoted(key)}.")
     numbers = resolve(estimator.parameters, options, estimator.label)
     return estimator, {p.key: n for p, n in zip(estimator.parameters, numbers, strict=True)}
 

@@ -10,6 +10,7 @@ import numpy as np
 from hapkit_studio import resources
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import quoted
 from hapkit_studio.gui import presets
 from hapkit_studio.gui.presets import PresetError, number
 from hapkit_studio.gui.studio import LoopChoice
@@ -79,7 +80,9 @@ def named(name: str) -> Path:
     known = shipped()
     name = name or next(iter(known))
     if name not in known and not Path(name).is_file():
-        raise ParameterError(f"There is no demo {name!r}, nor such a file; there are: {', '.join(known)}.")
+        raise ParameterError(
+            f"There is no demo {quoted(name)}, nor such a file; there are: {', '.join(known)}."
+        )
     return known.get(name, Path(name))
 
 
@@ -120,7 +123,7 @@ def _step(
         raise ParameterError(f"at goes up from {before:g} s and ends before {seconds:g} s; this is {at:g} s.")
     key = entry.get("environment", told.get("environment"))
     if not isinstance(key, str) or key not in environments:
-        raise ParameterError(f"The environment {key!r} is not known here.")
+        raise ParameterError(f"The environment {quoted(key)} is not known here.")
     if "environment" in entry:
         told |= {"environment": key, "values": {}}
     for name, part in (("values", "set"), ("loop", "loop")):
@@ -140,11 +143,11 @@ def _path(given: object, at: float) -> Path_:
     if given == RELEASE:
         return ()
     if not given or not isinstance(given, list):
-        raise ParameterError(f'hand takes [[s, mm], …] or "{RELEASE}", not {given!r}.')
+        raise ParameterError(f'hand takes [[s, mm], …] or "{RELEASE}", not {quoted(given)}.')
     path: list[tuple[float, float]] = []
     for point in given:
         if not isinstance(point, list) or len(point) != 2:
-            raise ParameterError(f"A point of the hand is [s, mm], not {point!r}.")
+            raise ParameterError(f"A point of the hand is [s, mm], not {quoted(point)}.")
         time, place = number(_TIME, point[0]), number(_PLACE, point[1])
         if path and at + time <= path[-1][0]:
             raise ParameterError(f"The hand's times go up; {time:g} s comes after {path[-1][0] - at:g} s.")
@@ -155,18 +158,18 @@ def _path(given: object, at: float) -> Path_:
 def _check_keys(table: Mapping[str, Any], known: Iterable[str], what: str) -> None:
     for key in table:
         if key not in known:
-            raise ParameterError(f"A {what} has no {key!r}; it has: {', '.join(known)}.")
+            raise ParameterError(f"A {what} has no {quoted(key)}; it has: {', '.join(known)}.")
 
 
 def _table(entry: Mapping[str, Any], name: str) -> dict[str, Any]:
     found = entry.get(name, {})
     if not isinstance(found, dict):
-        raise ParameterError(f"{name} takes {{key = value, …}}, not {found!r}.")
+        raise ParameterError(f"{name} takes {{key = value, …}}, not {quoted(found)}.")
     return found
 
 
 def _text(table: Mapping[str, Any], name: str, longest: int) -> str:
     found = table.get(name)
     if not isinstance(found, str) or len(found) > longest or not found.isprintable():
-        raise ParameterError(f"{name} takes a line of up to {longest} letters, not {found!r}.")
+        raise ParameterError(f"{name} takes a line of up to {longest} letters, not {quoted(found)}.")
     return found

@@ -13,6 +13,7 @@ from hapkit_studio.dynamics import estimators
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.files import read_toml
+from hapkit_studio.formatting import quoted
 from hapkit_studio.gui.panel.loop import DELAY, GRIP, RATE
 from hapkit_studio.gui.undo import ENVIRONMENT, HAND, LOOP, Settings
 from hapkit_studio.parameters import AnyParameter, Choice
@@ -66,7 +67,7 @@ def read(path: str | Path, environments: Mapping[str, Environment]) -> Settings:
     table = load(path)
     key = table.pop("environment", None)
     if not isinstance(key, str) or key not in environments:
-        raise PresetError([f"{path.name} is no preset: the environment {key!r} is not known here."])
+        raise PresetError([f"{path.name} is no preset: the environment {quoted(key)} is not known here."])
     return checked(table, environments[key])
 
 
@@ -80,14 +81,14 @@ def load(path: Path) -> dict[str, Any]:
 
 def checked(table: dict[str, Any], environment: Environment) -> Settings:
     """Return what a table sets; raise PresetError with everything that is wrong in it."""
-    wrong = [f"{key!r} is not known in a preset." for key in table if key not in ("values", "loop")]
+    wrong = [f"{quoted(key)} is not known in a preset." for key in table if key not in ("values", "loop")]
     settings: Settings = {ENVIRONMENT: environment.key}
     known = {p.key: p for p in environment.parameters}
     given: dict[str, float] = {}
     for name, value in _items(table, "values", wrong):
         try:
             if name not in known:
-                raise ParameterError(f"{environment.title} has no parameter {name!r}.")
+                raise ParameterError(f"{environment.title} has no parameter {quoted(name)}.")
             given[name] = number(known[name], value)
         except ParameterError as error:
             wrong.append(str(error))
@@ -111,7 +112,7 @@ def checked(table: dict[str, Any], environment: Environment) -> Settings:
 def _items(table: dict[str, Any], name: str, wrong: list[str]) -> Iterator[tuple[str, Any]]:
     part = table.get(name, {})
     if not isinstance(part, dict):
-        wrong.append(f"{name} is a table [{name}], not {part!r}.")
+        wrong.append(f"{name} is a table [{name}], not {quoted(part)}.")
         return
     yield from part.items()
 
@@ -120,7 +121,7 @@ def number(parameter: AnyParameter, value: object) -> float:
     """Return a value as the law takes it: options stand in a file by their names; raise ParameterError."""
     if isinstance(parameter, Choice) != isinstance(value, str):
         wanted = f"one of {', '.join(parameter.options)}" if isinstance(parameter, Choice) else "a number"
-        raise ParameterError(f"{parameter.label} takes {wanted}, not {value!r}.")
+        raise ParameterError(f"{parameter.label} takes {wanted}, not {quoted(value)}.")
     return parameter.check(value)
 
 
@@ -142,8 +143,8 @@ def _loop_value(name: str, loop: dict[str, Any]) -> Any:
         return value
     wanted = {"controller": "true or false", "model": " or ".join(MODELS)}
     if name in wanted:
-        raise ParameterError(f"{name} takes {wanted[name]}, not {value!r}.")
-    raise ParameterError(f"The loop has no {name!r}; it has: {', '.join((*LOOP, 'grip'))}.")
+        raise ParameterError(f"{name} takes {wanted[name]}, not {quoted(value)}.")
+    raise ParameterError(f"The loop has no {quoted(name)}; it has: {', '.join((*LOOP, 'grip'))}.")
 
 
 def _lines(environment: Environment, settings: Settings) -> Iterator[str]:

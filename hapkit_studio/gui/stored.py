@@ -7,6 +7,7 @@ from PySide6.QtCore import QByteArray, QSettings
 
 from hapkit_studio.errors import FileError, ParameterError
 from hapkit_studio.files import checked_number, checked_table, parse_json
+from hapkit_studio.formatting import quoted
 
 T = TypeVar("T")
 _TOLD = "rejected"  # the notice shown last, so that the same one is not shown at every start
@@ -83,7 +84,7 @@ def _one_of(value: object, name: str, options: Collection[T]) -> T:
         if (type(value) is type(option) and value == option) or value == str(option).lower():
             return option
     wanted = ", ".join(str(option).lower() for option in options)
-    raise FileError(f"{name} is {str(value)[:_LONGEST]!r}; it must be one of {wanted}.")
+    raise FileError(f"{name} is {quoted(value)}; it must be one of {wanted}.")
 
 
 def _parsed(value: object) -> object:
