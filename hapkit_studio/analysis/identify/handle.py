@@ -12,15 +12,13 @@ import numpy as np
 
 from hapkit_studio.analysis.identify.estimates import Estimate, Part, Points, Sizes, estimate, sizes
 from hapkit_studio.analysis.identify.recording import Setup
-from hapkit_studio.analysis.identify.regression import STRONG, Fit, by_target, solve, widening
+from hapkit_studio.analysis.identify.regression import QUANTILE, STRONG, Fit, by_target, solve, widening
 from hapkit_studio.analysis.identify.windows import Grid, Windows
 
 NAMES = ("mass", "viscous", "coulomb")
 PIECES = (2, 4, 8, 16, 32, 64)
 # While so many counts of the sensor go by, their errors are many and average out.
 _COUNTS = 40.0
-# 95 % of a normal error lie within so many standard deviations.
-_QUANTILE = 1.96
 # Shares of the sensor's steps in what the acceleration tells alone: so few do no harm, so many all of it.
 _RICH, _POOR = 5e-4, 0.1
 # So strong must instruments be where no other length of windows can be compared.
@@ -103,7 +101,7 @@ def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, releas
     halves = [_columns(grid, windows, sign, part) for part in (0, 1)]
     columns = 0.5 * (halves[0] + halves[1])
     made, wider = columns, np.ones(len(NAMES))
-    noise = _noise(windows, columns[kept], setup.quantum)
+    noise = _noise(windows, columns[kept], grid.step)
     rich = bool(noise < _RICH)
     if noise > _POOR and (released or grid.target is None):
         return None
@@ -123,7 +121,7 @@ def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, releas
     moved = sizes(grid.position, windows, kept)
     part = Part(
         "handle",
-        _estimates(fit, wider, variances, moved, setup, released),
+        _estimates(fit, wider, grid.step * np.sqrt(variances), moved, setup, released),
         explained=fit.explained,
         turning=moved.turning,
         seconds=float(kept.sum()) * windows.piece * grid.period,
@@ -160,11 +158,11 @@ def _solved(
 
 
 def _estimates(
-    fit: Fit, wider: np.ndarray, variances: np.ndarray, moved: Sizes, setup: Setup, released: bool
+    fit: Fit, wider: np.ndarray, by_steps: np.ndarray, moved: Sizes, setup: Setup, released: bool
 ) -> tuple[Estimate, ...]:
-    """Return the estimates; no interval is narrower than the sensor's steps alone make it."""
+    """Return the estimates; no interval is narrower than the sensor's steps or noise alone make it."""
     truth = _truth(setup, released)
-    steps = _QUANTILE * setup.quantum / math.sqrt(12.0) * abs(fit.beta[0]) * np.sqrt(variances)
+    steps = QUANTILE / math.sqrt(12.0) * abs(fit.beta[0]) * by_steps
     half = wider * np.maximum(fit.half[: len(NAMES)], steps)
     return tuple(
         estimate(name, fit.beta[i], half[i], moved, truth.get(name), truth.get(name))
@@ -187,11 +185,11 @@ def _by_steps(windows: Windows, columns: np.ndarray, kept: np.ndarray) -> np.nda
     return np.diag(inverse @ (of_samples.T @ of_samples) @ inverse)[: len(NAMES)]
 
 
-def _noise(windows: Windows, columns: np.ndarray, quantum: float) -> float:
+def _noise(windows: Windows, columns: np.ndarray, step: float) -> float:
     """Return the share of the sensor's steps in what accelerations tell beside the other columns (m, p)."""
     if not len(columns):
         return math.inf
-    steps = quantum**2 / 12.0 * float(np.sum(windows.kernel(2) ** 2))
+    steps = step**2 / 12.0 * float(np.sum(windows.kernel(2) ** 2))
     return len(columns) * steps * float(np.linalg.pinv(columns.T @ columns)[0, 0])
 
 

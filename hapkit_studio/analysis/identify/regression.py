@@ -20,6 +20,7 @@ from scipy import stats
 from hapkit_studio.analysis.identify.windows import Windows
 
 LEVEL = 0.95
+QUANTILE = 1.96  # standard deviations to either side that hold 95 % of a normal error
 MOST_COSINES = 12
 FEWEST_WINDOWS = 12
 # Windows so many places apart have no sample in common.

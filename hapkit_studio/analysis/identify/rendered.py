@@ -1,7 +1,8 @@
 """What was rendered: the stiffness, damping and friction that the handle met, beside what had been set.
 
--F = K (x - x0) + B v + F_c sgn v, with F the force in effect: held, and late by the loop's delay. Each side
-is averaged over smooth windows, so speed comes without a difference of counts. What the hold and the delay
+-F = K (x - x0) + B v + F_c sgn v, with F the commanded force in effect: held, and late by the loop's delay. No
+force is measured, so what the motor makes of the command is not in the numbers, nor in their intervals. Each
+side is averaged over smooth windows, so speed comes without a difference of counts. What the hold and the delay
 take from the damping is part of what was rendered.
 
 What the loop must make of what was set, on this very motion: a command is held for a period T and comes td
@@ -16,7 +17,7 @@ import numpy as np
 
 from hapkit_studio.analysis.identify.estimates import Estimate, Part, Points, Sizes, estimate, sizes
 from hapkit_studio.analysis.identify.recording import Setup
-from hapkit_studio.analysis.identify.regression import Fit, solve
+from hapkit_studio.analysis.identify.regression import QUANTILE, Fit, solve
 from hapkit_studio.analysis.identify.windows import Grid, Windows
 from hapkit_studio.environments.base import ForceTerms
 
@@ -25,6 +26,8 @@ LONGEST_SECONDS = 0.026
 PIECES = (32, 16, 8, 4, 2)
 # Shorter windows are worth it only where they find so much more that can be used.
 _GAIN = 1.3
+# A term's column is this derivative of the position.
+_DERIVATIVES = {"stiffness": 0, "damping": 1, "damping_in": 1, "damping_out": 1}
 # After a change of direction the velocity estimate still has the old sign for a few samples.
 _ESTIMATOR_SAMPLES = 4
 
@@ -93,12 +96,14 @@ def _fitted(
     if fit is None:
         return Part("rendered", advice=_why_not(grid, asked, names), left_out=left_out)
     moved, times = sizes(grid.position, windows, kept), grid.begin + windows.middles[kept]
-    steps = _steps(fit, names, windows, columns[kept], setup.quantum)
+    steps = _steps(fit, names, windows, columns[kept], grid.step)
+    noise = math.sqrt(max(grid.step**2 - setup.quantum**2, 0.0) / 12.0)
+    half = np.maximum(fit.half, QUANTILE * noise * _by_noise(fit, names, windows, columns, kept)) + steps
     expected = _expected(grid, asked, names, windows, columns, kept)
     known = {"stiffness": asked.stiffness, "friction": asked.friction, "damping_out": 0.0}
     known |= dict.fromkeys(("damping", "damping_in"), asked.damping)
     estimates = [
-        estimate(name, fit.beta[i], fit.half[i] + steps[i], moved, known[name], expected.get(name))
+        estimate(name, fit.beta[i], half[i], moved, known[name], expected.get(name))
         for i, name in enumerate(names)
     ]
     estimates += [estimate(name, 0.0, math.inf, moved, known[name]) for name in absent]
@@ -116,19 +121,35 @@ def _fitted(
 
 
 def _steps(
-    fit: Fit, names: tuple[str, ...], windows: Windows, columns: np.ndarray, quantum: float
+    fit: Fit, names: tuple[str, ...], windows: Windows, columns: np.ndarray, step: float
 ) -> np.ndarray:
-    """Return by how much (p,) the sensor's steps may draw the coefficients towards zero.
+    """Return by how much (p,) the sensor's steps or noise may draw the coefficients towards zero.
 
-    Errors of variance quantum^2 / 12 in each sample, as the windows weigh them, against what really moves.
+    Errors of variance step^2 / 12 in each sample, as the windows weigh them, against what really moves.
     """
-    weights = {"stiffness": 0, "damping": 1, "damping_in": 1, "damping_out": 1}
     error = np.zeros(len(fit.beta))
     for i, name in enumerate(names):
-        if name in weights:
-            error[i] = quantum**2 / 12.0 * float(np.sum(windows.kernel(weights[name]) ** 2))
+        if name in _DERIVATIVES:
+            error[i] = step**2 / 12.0 * float(np.sum(windows.kernel(_DERIVATIVES[name]) ** 2))
     inverse = np.linalg.pinv(columns.T @ columns)
     return len(columns) * np.abs(inverse) @ (error * np.abs(fit.beta))
+
+
+def _by_noise(
+    fit: Fit, names: tuple[str, ...], windows: Windows, columns: np.ndarray, kept: np.ndarray
+) -> np.ndarray:
+    """Return the standard deviations (p,) of the coefficients for white noise of 1 m in the positions.
+
+    Columns (windows, p) hold each sample's error as their windows weigh it; neighbours share samples.
+    """
+    used = np.where(kept[:, None], columns, 0.0)
+    of_samples = np.zeros((windows.count, len(fit.beta)))
+    for i, name in enumerate(names):
+        if name in _DERIVATIVES:
+            there = used[:, i : i + 1] != 0.0  # damping that acts one way has no error in the other's windows
+            of_samples += fit.beta[i] * windows.back(there * used, windows.kernel(_DERIVATIVES[name]))
+    inverse = np.linalg.pinv(used.T @ used)
+    return np.sqrt(np.diag(inverse @ (of_samples.T @ of_samples) @ inverse))
 
 
 def _expected(

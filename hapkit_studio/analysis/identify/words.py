@@ -140,6 +140,12 @@ def lateness(part: Part, setup: Setup) -> str:
     return f"A command is held for a period and comes late, {ms} on average: {words}"
 
 
+def noisy(noise: float, setup: Setup) -> str:
+    """Say that positions with that much noise in m made the intervals wider."""
+    size = f"{noise / setup.quantum:.2g} counts ({1e6 * noise:.2g} µm)"
+    return f"The positions have noise of {size} besides the sensor's steps: the intervals are wider for it."
+
+
 def force_known(setup: Setup) -> str:
     """Say what every number rests on: a force that was commanded, not measured, and what does measure it."""
     if setup.foreign:

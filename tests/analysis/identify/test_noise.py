@@ -1,0 +1,134 @@
+"""Recordings noisier than the sensor: intervals are as wide as the noise makes them, else unchanged."""
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from hapkit_studio.analysis.identify import identify
+from hapkit_studio.analysis.identify.windows import lay, noise_ratio
+from hapkit_studio.haptics.rows import CLAMPED
+from tests.analysis.identify import noisy_loop
+from tests.analysis.identify.noisy_loop import GRIP, HANDLE, QUANTUM, RATE
+
+THERE = np.ones(2000, bool)
+TIME = np.arange(2000) / RATE
+
+
+def counted(position, noise=0.0, seed=0):
+    """Return what a sensor reads of a position (n,) in m with noise in counts."""
+    random = np.random.default_rng(seed)
+    return QUANTUM * np.floor(position / QUANTUM + random.normal(0.0, 1.0, len(position)) * noise)
+
+
+@pytest.mark.parametrize("counts", [0.0, 0.01, 0.2, 0.49, 0.5, 0.51, 1.0, 3.7])
+def test_a_constant_speed_of_so_many_counts_a_sample_is_no_noise(counts):
+    position = (counts * np.arange(2000) + 0.3) * QUANTUM
+    assert noise_ratio(counted(position), THERE, QUANTUM) == 0.0
+
+
+@pytest.mark.parametrize("hertz", [0.3, 1.0, 5.0, 19.7])
+def test_a_sine_is_no_noise(hertz):
+    assert noise_ratio(counted(0.01 * np.sin(2.0 * np.pi * hertz * TIME)), THERE, QUANTUM) == 0.0
+
+
+@pytest.mark.parametrize("noise", [0.3, 0.7, 1.5])
+def test_noise_has_the_variance_it_was_given(noise):
+    found = np.mean(
+        [noise_ratio(counted(0.01 * np.sin(6.0 * TIME), noise, seed), THERE, QUANTUM) for seed in range(10)]
+    )
+    assert found == pytest.approx(12.0 * noise**2, rel=0.1)
+
+
+def test_lost_samples_are_no_noise():
+    there = np.random.default_rng(1).random(2000) > 0.2
+    moved = 0.01 * np.sin(2.0 * np.pi * 5.0 * TIME)
+    jumps = np.where(there, counted(moved), 0.0)
+    assert noise_ratio(jumps, there, QUANTUM) == 0.0
+
+
+def noisy(recording, noise, seed):
+    """Return a recording with noise in whole counts that the loop did not see."""
+    errors = np.round(np.random.default_rng(seed).normal(0.0, noise, len(recording)))
+    return replace(recording, position=recording.position + QUANTUM * errors)
+
+
+def test_a_recording_without_noise_keeps_its_intervals():
+    for held in (False, True):
+        (recording,), _ = noisy_loop.recordings([3], 0.0, held=held, seconds=0.3)
+        assert lay(recording).step == QUANTUM
+        assert lay(noisy(recording, 0.3, 0)).step > 1.2 * QUANTUM
+
+
+def test_the_interval_of_a_released_spring_holds_what_noise_makes_of_it():
+    """Half of the intervals did not before: neighbouring windows share the noise of their samples."""
+    (recording,), _ = noisy_loop.recordings([5], 0.0, held=False, seconds=0.6)
+    truth = identify(recording, released=True).rendered["stiffness"].value
+    found = [identify(noisy(recording, 1.5, seed), released=True).rendered["stiffness"] for seed in range(16)]
+    assert sum(e.holds(truth) for e in found) >= 15
+    spread = np.std([e.value for e in found])
+    assert 1.5 * spread < np.median([e.half for e in found]) < 4.0 * spread
+
+
+def test_the_noise_is_named_and_only_where_there_is_some():
+    (recording,), _ = noisy_loop.recordings([3], 0.0, held=True, seconds=1.0)
+    quiet, loud = identify(recording), identify(noisy(recording, 0.7, 1))
+    assert quiet.noise == 0.0
+    assert not any("noise" in line for line in quiet.sentences(quiet.rendered))
+    of_rounding = 1.0 / 12.0
+    assert loud.noise == pytest.approx(math.sqrt(0.7**2 + of_rounding) * QUANTUM, rel=0.1)
+    assert loud.as_json()["position_noise_m"] == loud.noise
+    wanted = f"The positions have noise of {loud.noise / QUANTUM:.2g} counts"
+    assert loud.sentences(loud.rendered)[-1].startswith(wanted)
+    assert loud.notes(loud.rendered)[-1].startswith(wanted)
+
+
+def test_samples_at_the_force_limit_are_marked_by_the_reference_loop():
+    (recording,), _ = noisy_loop.recordings([0], 0.0, held=False, stiffness=600.0, seconds=0.1)
+    assert (recording.flags[np.abs(recording.applied) >= 3.0] == CLAMPED).all()
+    assert (recording.flags == CLAMPED).any()
+
+
+TRUTHS = {"mass": HANDLE.mass, "viscous": HANDLE.viscous, "coulomb": HANDLE.coulomb}
+
+
+def coverage(recordings, expected, held):
+    """Return the share of intervals that hold the truth, by quantity; expected: of each recording's law."""
+    inside: dict[str, list[bool]] = {}
+    for recording, of_law in zip(recordings, expected, strict=True):
+        found = identify(recording, released=not held)
+        truths = TRUTHS | of_law | ({"mass": HANDLE.mass + GRIP.mass} if held else {})
+        for e in (*found.rendered.estimates, *found.handle.estimates):
+            if e.key in truths:
+                inside.setdefault(e.key, []).append(e.holds(truths[e.key]))
+    return {key: float(np.mean(holds)) for key, holds in inside.items()}
+
+
+SECONDS = {True: 2.0, False: 1.2}
+
+
+@cache
+def quiet_recordings(held):
+    """Return 200 recordings without noise, and of each what its law should be found to render."""
+    found, _ = noisy_loop.recordings(range(200), 0.0, held=held, seconds=SECONDS[held])
+    parts = [identify(one, released=not held).rendered for one in found]
+    return found, [{e.key: e.expected for e in part.estimates if e.key != "centre"} for part in parts]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [0.0, 0.3, 0.7, 1.5])
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("seen", [False, True])
+def test_95_percent_of_the_intervals_hold_the_truth(held, noise, seen):
+    """seen: the loop renders the noise, too; else only the recording has it."""
+    quiet, of_law = quiet_recordings(held)
+    if seen:
+        found, _ = noisy_loop.recordings(range(200), noise, held=held, seconds=SECONDS[held])
+    else:
+        found = [noisy(one, noise, 1000 + seed) for seed, one in enumerate(quiet)]
+    shares = coverage(found, of_law, held)
+    print(f"held {held}, {noise} counts, seen {seen}: {shares}")
+    assert min(shares.values()) >= 0.93
+    assert set(shares) == {"stiffness", "damping", *TRUTHS}
