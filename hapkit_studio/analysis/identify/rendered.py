@@ -1,9 +1,9 @@
 """What was rendered: the stiffness, damping and friction that the handle met, beside what had been set.
 
--F = K (x - x0) + B v + F_c sgn v, with F the commanded force in effect: held, and late by the loop's delay. No
-force is measured, so what the motor makes of the command is not in the numbers, nor in their intervals. Each
-side is averaged over smooth windows, so speed comes without a difference of counts. What the hold and the delay
-take from the damping is part of what was rendered.
+-F = K (x - x0) + B v + F_c sgn v, with F the commanded force in effect: held, and late by the loop's delay.
+No force is measured, so what the motor makes of the command is neither in the numbers nor in their intervals.
+Each side is averaged over smooth windows, so speed comes without a difference of counts. What the hold and
+the delay take from the damping is part of what was rendered.
 
 What the loop must make of what was set, on this very motion: a command is held for a period T and comes td
 late, so the force at the handle lags the position by T / 2 + td: of -K x it makes -K x + K (T / 2 + td) v, a
