@@ -168,7 +168,7 @@ def creep_speed(pull: float, values: Values) -> float:
     from scipy.optimize import brentq  # late: a start does not wait for it
 
     kinetic, width, viscous = levels(values)[1], values["stick_velocity"], values["viscous"]
-    fastest = width * math.atanh(pull / kinetic)  # as without viscous friction
+    fastest = 1.001 * width * math.atanh(pull / kinetic)  # without viscous friction, and past rounding errors
     return float(brentq(lambda v: kinetic * math.tanh(v / width) + viscous * v - pull, 0.0, fastest))
 
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import hapkit_studio as hs
+from hapkit_studio import environments
 from hapkit_studio.dynamics.hand import SCRIPTS, Hand, Prescribed
+from hapkit_studio.environments import friction
 from hapkit_studio.environments.base import Conditions
 from hapkit_studio.environments.friction import MODELS
 from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
@@ -275,6 +277,20 @@ def test_the_creep_that_is_said_of_smoothed_friction_is_that_of_a_rendered_pull(
     got = creep("smoothed", 0.2, viscous=1.0)
     # the hand's own damper of 1 N·s/m and the slackening of its spring take a share of the pull
     assert 0.010 < got < 0.0155
+
+
+@pytest.mark.parametrize("stick_velocity", [0.001, 0.003, 0.03, 0.2])
+@pytest.mark.parametrize("kinetic_force", [0.02, 0.1, 0.3, 0.4, 3.0])
+def test_smoothed_friction_without_viscous_friction_creeps_as_tanh_says(kinetic_force, stick_velocity):
+    """At half the kinetic force tanh(v / width) = 0.5; rounding made this an error."""
+    values = environments.named("friction").values(
+        {
+            "model": "smoothed", "viscous": 0.0, "kinetic_force": kinetic_force,
+            "stick_velocity": stick_velocity,
+        }
+    )  # fmt: skip
+    speed = friction.creep_speed(0.5 * kinetic_force, values)
+    assert speed == pytest.approx(stick_velocity * 0.5 * math.log(3.0), rel=1e-6)
 
 
 def test_lugre_creeps_where_there_are_sensor_steps_and_says_so():
