@@ -24,6 +24,7 @@ PUSHES = tuple(31.25e-6 * 2.0**n for n in range(10))
 """m, from which the handle is let go: up to 16 mm."""
 _BETWEEN = tuple(math.sqrt(2.0) * push for push in PUSHES[:-1])
 _FINER = tuple(2.0**share * push for share in (0.25, 0.75) for push in PUSHES[:-1])
+_BEYOND = (1.05, 1.1, 1.2, 1.3, 1.5)  # times the edge
 NUDGE = 1e-3
 """m: a hand does that much without meaning to."""
 _HALVINGS = 7
@@ -32,9 +33,9 @@ _FAR, _ENDLESS = 0.060, 1e3
 _TURNS = 2.2
 _FEWEST_SAMPLES = 8
 _LONGER = 4
-# samples: after so many none between the pushes of the ladder is tried for the edge, after so many no further
-# one for another swing, so that what is said is not late
-_SEARCHED, _SAMPLES = 32_000, 270_000
+# samples after which no push between those of the ladder is tried for the edge, and no further one for another
+# swing, so that the answer is not late; damping in a grip has more swings to be found
+_SEARCHED, _SAMPLES, _KICKED_SAMPLES = 32_000, 270_000, 500_000
 # Swings whose sizes differ by less are one; frequencies that do are said as one.
 _SAME, _SAME_SPEED = 0.05, 0.02
 # s: how long a window is at least where there are objects
@@ -338,8 +339,11 @@ def _searched(trials: Trials) -> tuple[float, list[Lasting | None]]:
         calm, edge = (middle, edge) if trials.settles(middle) else (calm, middle)
     if calm:
         found += trials.swings(edge, _LONGER)
+    if trials.centre.kick:  # damping in a grip often has a second, small oscillation, which few pushes reach
+        beyond = [times * edge for times in _BEYOND] if calm else []
+        larger = [*beyond, *larger, *(other for other in _FINER if other > edge)]
     for other in larger:
-        if trials.samples < _SAMPLES:
+        if trials.samples < (_KICKED_SAMPLES if trials.centre.kick else _SAMPLES):
             found += trials.swings(other)
     return calm, found
 
