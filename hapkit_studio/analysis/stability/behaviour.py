@@ -33,8 +33,8 @@ _FAR, _ENDLESS = 0.060, 1e3
 _TURNS = 2.2
 _FEWEST_SAMPLES = 8
 _LONGER = 4
-# samples after which no push between those of the ladder is tried for the edge, and no further one for another
-# swing, so that the answer is not late; damping in a grip has more swings to be found
+# samples after which no push between those of the ladder is tried for the edge, and no further one for
+# another swing, so that the answer is not late; damping in a grip has more swings to be found
 _SEARCHED, _SAMPLES, _KICKED_SAMPLES = 32_000, 270_000, 500_000
 # Swings whose sizes differ by less are one; frequencies that do are said as one.
 _SAME, _SAME_SPEED = 0.05, 0.02
