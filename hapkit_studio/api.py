@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -229,7 +230,8 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
     own = found["board_time"]
     own = own if (np.diff(own) > 0.0).all() else time
     log = settings_of.log(session.events, float(time[0]), float(time[-1]))
-    log = [(float(np.interp(time[0] + when, time, own - own[0])), settings) for when, settings in log]
+    changed = np.interp([time[0] + when for when, _ in log], time, own - own[0]).tolist()
+    log = [(when, settings) for when, (_, settings) in zip(changed, log, strict=True)]
     state_names, state = _states(own - own[0], found["state"], log)
     said = [event for event in session.events if time[0] <= event.time <= zero + stop]
     columns: dict[str, Any] = {name: found[column] for name, column in _KEPT.items()}
@@ -266,6 +268,7 @@ def _states(time: np.ndarray, state: np.ndarray, log: Log) -> tuple[tuple[str, .
     width = state.shape[1]
     unnamed = [f"state_{i}" for i in range(width)]
     pieces = [(when, list(settings.get("state_names", unnamed))[:width]) for when, settings in log]
+    pieces = [pieces[0], *(after for before, after in pairwise(pieces) if after[1] != before[1])]
     names = list(dict.fromkeys(name for _, piece in pieces for name in piece))
     found = np.full((len(time), len(names)), math.nan)
     ends = [*(when for when, _ in pieces[1:]), math.inf]
