@@ -155,7 +155,7 @@ REFUSED = [
     (("wall", {"stiffness": 5000.1}), {}, "Stiffness goes from 0 to 5,000 N/m, not 5,000.1."),
     (("wall", {"side": "up"}), {}, "Side is one of right, left, not 'up'."),
     (("wall", [("stiffness", 1.0)]), {}, "Wall takes its parameters by name"),
-    (("wall",), {"hand": "push"}, "The hand is one of press, tap, stroke"),
+    (("wall",), {"hand": "shove"}, "The hand is one of press, tap, stroke"),
     (("wall",), {"hand": math.sin}, "hand takes a script's name, a Hand"),
     (("wall",), {"hand": Hand(0, 0, 9, lambda t: math.inf if t > 0.0105 else 0.0)}, "at 0.011 s it is not."),
     (("wall",), {"hand": Hand(0, 0, 9, lambda t: "far")}, "one number of m at every time"),

@@ -1,1 +1,1 @@
-"""What a loop renders, one question a file or folder: stability, accuracy, fidelity, Z-width, failures."""
+"""What a loop renders, one question a file or folder: stability, speed and accuracy, Z-width, failures."""

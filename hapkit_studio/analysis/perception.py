@@ -1,15 +1,9 @@
 """How different two renderings of a scene feel to one hand, in just-noticeable differences (JND).
 
-| what | one JND | source |
-|---|---|---|
-| force between fingers and handle | 6 % of it, at least 15 mN | Jones, J. Motor Behavior 1989 |
-| place | 0.4 mm | Ho and Srinivasan 1996 |
-| vibration of a handle that is held | the least amplitude felt at its frequency | Brisben et al. 1999 |
-| an event, such as a click | its presence, or 20 ms | Levitin et al. 1999: touch and hearing |
-
-Nobody tells moments 20 ms apart: a force or a place that the other run has within 20 ms is no difference.
-Forces are averaged over as long; what is quicker is a vibration. Who has let go feels neither force nor
-vibration, but sees where the handle is.
+Nobody tells moments 20 ms apart: a force or a position that the other run has within 20 ms is no difference,
+and the last 20 ms of a run are not compared.
+Forces are averaged over as long; what is quicker is a vibration. A hand that has let go feels neither force
+nor vibration, but sees where the handle is. THRESHOLDS lists one JND of each sense with its source.
 """
 
 import math
@@ -24,13 +18,32 @@ from hapkit_studio.haptics import rows
 FORCE_SHARE, FORCE = 0.06, 0.015  # N
 PLACE = 0.4e-3  # m
 MOMENT = 0.020  # s
-# Hz, and the least amplitude in m that is felt there of a cylinder in a hand; between them on a straight line
-# of logarithms. Below 20 Hz a movement is followed by the arm, and told by its place.
-_FREQUENCIES = (26.0, 100.0, 250.0)
-_AMPLITUDES = (10e-6, 0.5e-6, 0.1e-6)
+# Hz, and the least amplitude in m that most people feel there of a cylinder in the hand; between them on a
+# straight line of logarithms. Shape and minimum: Brisben et al.; the amplitudes: from memory. Below 20 Hz a
+# movement is followed by the arm, and told by its position.
+VIBRATION = (
+    (20.0, 17.9e-6), (26.0, 10e-6), (100.0, 0.5e-6),
+    (150.0, 0.05e-6), (200.0, 0.05e-6), (250.0, 0.1e-6), (400.0, 1e-6),
+)  # fmt: skip
 LOWEST, HIGHEST = 20.0, 400.0  # Hz
 WINDOW = 0.25  # s of a vibration that are looked at together
 RATE = 1000.0  # Hz at which rows are compared
+STRICT_PLACE, STRICT_VIBRATION = 4.0 / 3.0, 10.0  # the typical threshold over that of the best subjects
+
+
+FROM_MEMORY = " (from memory)"  # marks a source whose figure could not be read
+THRESHOLDS = (
+    ("Force", "6 % of it", "the same", "Jones 1989, abstract; others say 7 %"),
+    ("Force, least", "15 mN", "the same", "Chosen for this studio"),
+    ("Position", "0.4 mm", "0.3 mm", "Ho and Srinivasan 1996: 0.4 ± 0.1 mm of thickness between two fingers"),
+    (
+        "Vibration", "10, 0.5, 0.05, 0.1, 1 µm at 26, 100, 150 to 200, 250, 400 Hz", "a tenth",
+        f"Amplitudes of most people{FROM_MEMORY}; Brisben, Hsiao and Johnson 1999, abstract: cylinder in the "
+        "hand, least at 150 to 200 Hz, there below 0.01 µm in some of 19 subjects",
+    ),
+    ("Event", "its presence, or 20 ms", "the same", f"Levitin and others 1999{FROM_MEMORY}"),
+)  # fmt: skip
+"""One JND of a sense: of most people, of the best subjects, and the source."""
 
 
 @dataclass(frozen=True)
@@ -48,17 +61,22 @@ class Difference:
         return max(astuple(self))
 
     @property
+    def strict(self) -> "Difference":
+        """Return the difference in JND of the best subjects instead of most people's."""
+        place, vibration = STRICT_PLACE * self.place, STRICT_VIBRATION * self.vibration
+        return replace(self, place=place, vibration=vibration)
+
+    @property
     def word(self) -> str:
         """Return the name of the largest."""
-        return max(vars(self), key=lambda name: getattr(self, name))
+        found = max(vars(self), key=lambda name: getattr(self, name))
+        return "position" if found == "place" else found
 
 
 def least_amplitude(frequency: np.ndarray) -> np.ndarray:
-    """Return the least amplitude in m of a vibration that is felt, at frequencies in Hz, of any shape."""
-    known, found = np.log(_FREQUENCIES), np.log(_AMPLITUDES)
-    at = np.log(frequency)
-    below = found[0] + (at - known[0]) * (found[1] - found[0]) / (known[1] - known[0])
-    return np.exp(np.where(at < known[0], below, np.interp(at, known, found)))
+    """Return the least amplitude in m of a vibration that most people feel, at frequencies in Hz."""
+    known, found = np.log(np.array(VIBRATION)).T
+    return np.exp(np.interp(np.log(frequency), known, found))
 
 
 def difference_under(
@@ -90,8 +108,9 @@ def difference(
     if not held:
         return Difference(0.0, place, 0.0, event)
     forces = _averaged(first[:, rows.HAND_FORCE]), _averaged(second[:, rows.HAND_FORCE])
-    felt = np.maximum(FORCE_SHARE * np.abs(forces[0]), FORCE)
-    return Difference(float((_apart(*forces) / felt).max()), place, _vibration(*places), event)
+    apart = _apart(*forces)
+    felt = np.maximum(FORCE_SHARE * np.abs(forces[0][: len(apart)]), FORCE)
+    return Difference(float((apart / felt).max()), place, _vibration(*places), event)
 
 
 def _samples(seconds: float) -> int:
@@ -105,8 +124,11 @@ def _averaged(values: np.ndarray) -> np.ndarray:
 
 
 def _apart(one: np.ndarray, two: np.ndarray, reach: int = _samples(MOMENT)) -> np.ndarray:
-    """Return how far each of two series (n, ...) is from all that the other is within some samples."""
-    return np.maximum(_outside(one, two, reach), _outside(two, one, reach))
+    """Return how far each of two series (n, ...) is from all that the other is within some samples.
+
+    Not of the last `reach` samples: what the other does later is not known there.
+    """
+    return np.maximum(_outside(one, two, reach), _outside(two, one, reach))[: max(len(one) - reach, 1)]
 
 
 def _outside(values: np.ndarray, band: np.ndarray, reach: int) -> np.ndarray:

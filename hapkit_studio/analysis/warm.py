@@ -19,8 +19,8 @@ def warm_up() -> None:
         rendered.boundary(Setting(), damping, executor=one)
         rendered.classes(Setting(controller=True), damping, stiffness, real=True, executor=one)
     for plan in accuracy.plans().values():
-        for run in plan.runs(plan.scenes[-1]):
-            run.prepare()()
+        for _, prepare, _ in plan.runs(plan.scenes[-1]):
+            prepare()()
     for failure in failures.failures().values():
         limit = failure.inside(failure.case())
         if math.isfinite(limit):

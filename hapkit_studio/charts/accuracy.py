@@ -1,6 +1,4 @@
-"""Speed against accuracy: error over computing time, both in powers of ten, a method a line.
-
-Below it a method's motion over time beside the true one, and its error, where the chart is of motions.
+"""Speed and accuracy drawn: work-precision charts, a scene's errors in their parts, the table of its needs.
 
 Every method has one marker and one colour's name in all charts, never colour alone; markers are matplotlib's,
 colours tokens of the palette.
@@ -9,59 +7,38 @@ colours tokens of the palette.
 import math
 import os
 import platform
+from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
-from hapkit_studio.analysis.accuracy import trace
-from hapkit_studio.analysis.accuracy.words import (
-    limit_words,
-    name_words,
-    rate_words,
-    reason,
-    sentence,
-    step_words,
-    unit,
-    verdict,
-)
-from hapkit_studio.charts.style import (
-    DASH,
-    TEXT,
-    Colors,
-    Label,
-    legend,
-    save,
-    style_axes,
-    unbroken,
-    write_labels,
-)
-from hapkit_studio.dynamics.estimators import ESTIMATORS
+from hapkit_studio import environments
+from hapkit_studio.analysis.accuracy import words
+from hapkit_studio.analysis.accuracy.plan import front
+from hapkit_studio.analysis.accuracy.scene import PART_WORDS, PARTS, hertz, jnd, limit_words
+from hapkit_studio.charts.style import DASH, TEXT, TICK, Colors, Label, legend, save, style_axes, write_labels
+from hapkit_studio.devices.simulated import TERMS
+from hapkit_studio.dynamics.estimators import ESTIMATORS, parse
 from hapkit_studio.dynamics.stick_slip import MODELS
+from hapkit_studio.formatting import significant
+from hapkit_studio.haptics.board_plan import CLOCK
 
 if TYPE_CHECKING:
-    from hapkit_studio.analysis.accuracy.plan import Accuracy, Method, Point, Sheet, Trace
+    from hapkit_studio.analysis.accuracy import Accuracy
+    from hapkit_studio.analysis.accuracy.needs import Needs
+    from hapkit_studio.analysis.accuracy.plan import Point, Sheet
+    from hapkit_studio.analysis.accuracy.scene import Option, SceneResult
 
-
-_OTHERS = tuple(
-    zip(
-        "osDp*vP^Xo",
-        ("velocity", "position", "asked", "energy", "ink", "hold", "lecture", "applied", "ok", "danger"),
-        strict=True,
-    )
-)
+_OTHERS = tuple(zip("osDp*vP^Xo", (
+    "velocity", "position", "asked", "energy", "ink", "hold", "lecture", "applied", "ok", "danger",
+), strict=True))  # fmt: skip
 # Integrators and rates that look like what they are in the live plots; all others in the order above.
 _OWN = {
-    "explicit_euler": ("^", "applied"),
-    "lecture": ("P", "lecture"),
-    "semi_implicit": ("o", "velocity"),
-    "verlet": ("s", "position"),
-    "rk4": ("D", "asked"),
-    "implicit_euler": ("v", "hold"),
-    "trapezoid": ("p", "energy"),
-    "exact": ("*", "ink"),
-    "prompt": ("o", "velocity"),
-    "late": ("v", "hold"),
-}
+    "explicit_euler": ("^", "applied"), "lecture": ("P", "lecture"), "semi_implicit": ("o", "velocity"),
+    "verlet": ("s", "position"), "rk4": ("D", "asked"), "implicit_euler": ("v", "hold"),
+    "trapezoid": ("p", "energy"), "exact": ("*", "ink"), "held": ("^", "applied"),
+    "located": ("D", "asked"), "prompt": ("o", "velocity"), "late": ("v", "hold"),
+}  # fmt: skip
 _FAMILY = {key: n for family in (ESTIMATORS, MODELS) for n, key in enumerate(family)}
 
 
@@ -70,224 +47,323 @@ def marker_and_color(method: str) -> tuple[str, str]:
     return _OWN.get(method, _OTHERS[_FAMILY.get(method, 0) % len(_OTHERS)])
 
 
-# An error below this is none: no sensor shows it, and rounding made it.
-_NOTHING = {"": 1e-17, "m/s": 1e-9}
-_NS = 1e-3
-_MOST, _INSIDE = 1e6, 0.97
-# So far do errors go that only powers of ten tell them; so little do costs that 2 and 5 have ticks.
-_WIDE, _NARROW = 1e8, 300.0
+def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -> None:
+    """Write what a result holds: its charts of methods, its scenes, or the table of needs.
+
+    board: the cost of methods is that on the board, where it has any of them.
+    """
+    if result.needs:
+        size = 1280, 86 + 66 * len(result.needs)
+        save(lambda figure, c: draw_needs(figure, c, result.needs), path, size, caption=NEEDS_KEY)
+        return
+    parts: Sequence[Any] = result.sheets or result.scenes
+    columns = 1 if result.scenes and len(parts) <= 3 else min(len(parts), 2)
+    rows, wide, high = -(-len(parts) // columns), 680, 504
+    if result.scenes:
+        wide, high = 860, 150 + 24 * max(10, *(len(scene.options) for scene in result.scenes))
+        high += 280 * (len(parts) == 1)  # room for the lower chart
+
+    def paint(figure: Any, c: Colors) -> None:
+        for panel, part in zip(figure.subfigures(rows, columns, squeeze=False).flat, parts, strict=False):
+            if result.sheets:
+                counted = board and part.boarded
+                said = [part.scene.title, words.sentence(part, counted)]
+            else:
+                said = [part.question.environment.title, *map(part.sentence, _places(part))]
+            head = "\n".join(fill(line, wide // 8) for line in said)
+            panel.suptitle(head, x=0.02, ha="left", size=TEXT, color=c.ink)
+            draw_methods(panel, c, part, counted) if result.sheets else draw_scene(panel, c, part)
+
+    machine = f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"
+    key = f"{METHODS_KEY} Timed on: {machine}" if result.sheets else SCENE_KEY
+    save(paint, path, (columns * wide, rows * high), caption=key)
+
+
+# --- methods
+
+METHODS_KEY = (
+    "Left is cheaper, down is truer. A line is a method, a marker a step size; the number is its order: "
+    "at 2.00 half the step leaves a quarter of the error. Filled: 1 ms, the loop's own. Grey: the "
+    "Pareto front, which no method beats."
+)
+STEP = 1e-3  # s of the loop
+_FLOOR, _MOST = {"": 1e-16, "m/s": 1e-9}, 1e6  # what is less is rounding, what is more left all numbers
+_SIZE = 9.0
+_FLAT = 0.3  # a smaller order says that smaller steps do not help
 
 
 class AccuracyAxes:
-    """Axes of error in its unit over cost in µs; zero errors have a row of their own, named 0."""
+    """Axes of error in its unit over cost in µs or million cycles, both in powers of ten."""
 
-    def __init__(self, sheet: "Sheet"):
-        self._sheet = sheet
-        scene = sheet.scene
-        self._nothing = _NOTHING[scene.unit]
-        self.factor, self.unit = unit(scene)
-        errors = [p.error for p in sheet.points if self._nothing < p.error < _MOST] + [scene.tolerance]
-        low, high = math.log10(min(errors) * self.factor), math.log10(max(errors) * self.factor)
-        air = 0.08 * (high - low) + 0.12
-        self.has_zero = any(p.error <= self._nothing for p in sheet.points)
-        self._zero = 10.0 ** (low - 2.0 * air)
-        self.bottom = 10.0 ** (low - (3.2 * air if self.has_zero else air))
-        self.top = 10.0 ** (high + air)
-        costs = [p.ns_per_simulated_s * _NS for p in sheet.points]
-        span = math.log10(max(costs) / min(costs))
-        room = 0.05 if scene.step_s else 0.12
-        self.left = min(costs) / 10 ** (room * (1.0 + span))
-        self.right = max(costs) * 10 ** (0.12 + 0.34 * span)
+    def __init__(self, sheet: "Sheet", board: bool = False):
+        self.board, self._scale = board, 1e-6 if board else 1e-3
+        self._floor, (self.factor, self.unit) = _FLOOR[sheet.scene.unit], words.unit(sheet.scene)
+        self.points = [p for p in sheet.points if math.isfinite(p.cost(board))]
+        costs, errors = zip(*map(self.place, self.points), strict=True)
+        errors = *errors, sheet.scene.tolerance * self.factor
+        self.right = max(*costs, CLOCK * 1e-6 if board else 0.0) * 1.6
+        self.box = {"xlim": (min(costs) / 1.6, self.right), "ylim": (min(errors) / 4.0, max(errors) * 4.0)}
 
     def place(self, point: "Point") -> tuple[float, float]:
-        """Return a point's place; one with an error beyond the axes stands at the upper edge."""
-        edge = self.top**_INSIDE * self.bottom ** (1.0 - _INSIDE)
-        error = self._zero if point.error <= self._nothing else min(point.error * self.factor, edge)
-        return point.ns_per_simulated_s * _NS, error
-
-    def set_up(self, axes: Any, c: Colors) -> None:
-        """Set ranges, ticks, grid and titles."""
-        axes.set(xscale="log", yscale="log", xlim=(self.left, self.right), ylim=(self.bottom, self.top))
-        subs = (1, 2, 5) if self.right / self.left < _NARROW else (1,)
-        across = [sub * 10.0**power for power in range(-2, 6) for sub in subs]
-        for axis, places, low, high, write in (
-            (axes.xaxis, across, self.left, self.right, _cost),
-            (axes.yaxis, self._errors(), self.bottom, self.top, self._tick),
-        ):
-            shown = [place for place in places if low <= place <= high]
-            axis.set_ticks(shown, [write(place) for place in shown])
-        axes.minorticks_off()
-        error = f"{self._sheet.scene.error}, {self.unit}"
-        style_axes(axes, c, "computing time per simulated second", error)
-
-    def _errors(self) -> list[float]:
-        """Return where the ticks of errors are, few of them where they go far."""
-        floor = self._zero * 1.5 if self.has_zero else self.bottom
-        every = 1 if self.top / self.bottom < _WIDE else 3
-        subs = (1, 2, 5) if math.log10(self.top / floor) < 2.5 else (1,)
-        powers = range(math.floor(math.log10(floor)), math.ceil(math.log10(self.top)) + 1)
-        ticks = [sub * 10.0**power for power in powers if power % every == 0 for sub in subs]
-        return [t for t in ticks if t >= floor] + ([self._zero] if self.has_zero else [])
-
-    def _tick(self, value: float) -> str:
-        if self.has_zero and math.isclose(value, self._zero):
-            return "0"
-        if 1e-3 <= value < 1e6:
-            return f"{value:,g}"
-        return f"$10^{{{round(math.log10(value))}}}$"
+        """Return a point's place; an error within rounding stands at the floor."""
+        return point.cost(self.board) * self._scale, min(max(point.error, self._floor), _MOST) * self.factor
 
 
-def _cost(microseconds: float) -> str:
-    return f"{microseconds / 1e3:g} ms" if microseconds > 999.0 else f"{microseconds:g} µs"
+def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) -> None:
+    """Draw one chart of methods."""
+    from matplotlib.ticker import LogLocator
 
-
-_LARGE, _SMALL = (864, 634), (547, 504)
-_LETTERS = {_LARGE: 105, _SMALL: 66}
-_KEY = (
-    "Filled: the loop's own step.  Hollow: other steps.  Ring: the default.  Grey band: nothing is beyond it."
-)
-# The chart's share of the height beside that of a motion below it; the height of both over that of one alone.
-_HEIGHTS, _WITH_MOTION = (5, 3), 1.5
-_SIZE = 8.5
-_LARGER = {"*": 13.0, "p": 10.0, "P": 10.0, "X": 9.5}
-
-
-def accuracy_figure(result: "Accuracy", path: str | Path, method: str = "") -> None:
-    """Write every scene of a result, one large or several side by side; below them what each was.
-
-    method: whose motion is drawn, where a scene's chart has it; "" for the default's.
-    """
-    sheets, count = result.sheets, len(result.sheets)
-    columns = 1 if count == 1 else 2 if count <= 4 else 3 if count <= 9 else 4
-    size = _LARGE if columns == 1 else _SMALL
-    points = [next((p for p in s.line(method) if s.scene.competes(p)), s.answer.default) for s in sheets]
-    motions = [bool(point and trace(point)) for point in points]
-    heights = [
-        size[1] * (_WITH_MOTION if any(motions[i : i + columns]) else 1.0) for i in range(0, count, columns)
-    ]
-
-    def paint(figure: Any, c: Colors) -> None:
-        panels = figure.subfigures(len(heights), columns, squeeze=False, height_ratios=heights).flat
-        drawn = []
-        for panel, sheet, point in zip(panels, sheets, points, strict=False):
-            said = (f"{'✓' if sheet.passes(sheet.answer.default) else '▲'} {sentence(sheet)}", verdict(sheet))
-            head = [sheet.scene.title, *(fill(words, _LETTERS[size]) for words in said)]
-            panel.suptitle("\n".join(head), x=0.02, ha="left", size=TEXT, color=c.ink)
-            drawn.append((_panels(panel, c, sheet, point), sheet))
-        figure.draw_without_rendering()
-        for axes, sheet in drawn:
-            _names(axes, c, sheet)
-
-    pairs = [(s.scene.title, [" ".join(pair) for pair in s.scene.conditions]) for s in sheets]
-    conditions = [f"{title}: {unbroken(words)}" for title, words in pairs]
-    reasons = [f"{chart.title}: {reason(choice)}" for chart in result.charts for choice in chart.choices]
-    caption = "\n".join((_KEY, *reasons, *dict.fromkeys(conditions), f"Timed on: {computer()}"))
-    save(paint, path, (columns * size[0], sum(heights)), caption=caption)
-
-
-def computer() -> str:
-    """Name the computer on which costs are measured: its processor and how many cores it has."""
-    return f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"
-
-
-def draw(figure: Any, c: Colors, sheet: "Sheet", point: "Point | None" = None) -> None:
-    """Draw one scene; point: its method stands out and its motion is drawn, where there is one."""
-    axes = _panels(figure, c, sheet, point)
-    figure.draw_without_rendering()
-    _names(axes, c, sheet)
-
-
-def _panels(figure: Any, c: Colors, sheet: "Sheet", point: "Point | None") -> Any:
-    """Draw the chart, below it a point's motion and error over time; return the chart's axes."""
-    motion = trace(point) if point else None
-    grid = figure.add_gridspec(2, 2, height_ratios=_HEIGHTS) if motion else figure.add_gridspec(1, 2)
-    axes = figure.add_subplot(grid[0, :])
-    _points(axes, c, sheet, point.method if point else "")
-    if point and motion:
-        _motion(figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1]), c, point, motion)
-    return axes
-
-
-def _motion(path: Any, off: Any, c: Colors, point: "Point", motion: "Trace") -> None:
-    """Draw the motion beside the true one, and how far it is from that."""
-    color, mm = getattr(c, marker_and_color(point.method)[1]), 1e3
-    path.plot(motion.t, mm * motion.true, color=c.theory, linewidth=5.0, label="true motion")
-    path.plot(
-        motion.t,
-        mm * motion.x,
-        color=color,
-        linewidth=1.5,
-        label=f"{point.label}, {step_words(point.step_s)}",
-    )
-    style_axes(path, c, "time, s", "position, mm")
-    legend(path, c)
-    scaled = math.isfinite(motion.scale)
-    off.plot(
-        motion.t,
-        (100.0 / motion.scale if scaled else mm) * (motion.x - motion.true),
-        color=color,
-        linewidth=1.5,
-    )
-    off.axhline(0.0, color=c.ink2, linewidth=1.0)
-    style_axes(off, c, "time, s", "error, %" if scaled else "error, mm")
-
-
-def _points(axes: Any, c: Colors, sheet: "Sheet", method: str = "") -> None:
-    frame = AccuracyAxes(sheet)
-    frame.set_up(axes, c)
-    limit = sheet.scene.tolerance * frame.factor
-    axes.axhspan(frame.bottom, limit, color=c.stable, alpha=0.45, linewidth=0.0, zorder=0.5)
+    axes, frame = figure.add_subplot(), AccuracyAxes(sheet, board)
+    axes.set(xscale="log", yscale="log", **frame.box)
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=12))
+    axes.xaxis.set_major_formatter(lambda value, _place: f"{value:,g}")
+    axes.minorticks_off()
+    cost = "million cycles a second on the board" if board else "µs of computing per simulated second"
+    style_axes(axes, c, cost, f"{sheet.scene.error}, {frame.unit}")
+    limit, (low, top) = sheet.scene.tolerance * frame.factor, frame.box["ylim"]
+    axes.axhspan(low, limit, color=c.stable, alpha=0.45, linewidth=0.0, zorder=0.5)
     axes.axhline(limit, color=c.danger, linewidth=1.8, linestyle=DASH, zorder=2.5)
-    if sheet.front:  # the Pareto front, a staircase band
-        places = [frame.place(point) for point in sheet.front]
-        x, y = zip((places[0][0], frame.top), *places, (frame.right, places[-1][1]), strict=True)
+    if board:
+        axes.axvline(CLOCK * 1e-6, color=c.ink2, linewidth=1.8, zorder=2.5)
+        beyond = CLOCK * 1e-6, frame.right
+        axes.axvspan(*beyond, facecolor="none", edgecolor=c.line, hatch="///", linewidth=0.0, zorder=0.6)
+    best = front(sheet.points, board)
+    if best:  # a staircase band through every point of the front
+        places = [frame.place(point) for point in best]
+        x, y = zip((places[0][0], top), *places, (frame.right, places[-1][1]), strict=True)
         for color, width in ((c.edge, 9.6), (c.theory, 7.2)):
             axes.step(x, y, where="post", color=color, linewidth=width, solid_joinstyle="miter", zorder=2.0)
         axes.lines[-1].set_label("Pareto front")
-    for each in sheet.methods:
-        _line(axes, c, sheet, frame, each, 3.0 if each.key == method else 1.5)
-    default = sheet.answer.default
-    if default is not None:
-        axes.plot(
-            *frame.place(default), "o", markersize=21, markerfacecolor="none", markeredgecolor=c.accent,
-            markeredgewidth=2.4, zorder=8,
-        )  # fmt: skip
+    orders: list[Label] = []
+    for key, name in sheet.methods.items():
+        points = [p for p in sheet.line(key) if p in frame.points]
+        shape, token = marker_and_color(key)
+        color, sound = getattr(c, token), [p for p in points if math.isfinite(p.error)]
+        if sound:
+            axes.plot(*zip(*map(frame.place, sound), strict=True), color=color, linewidth=1.5, zorder=3)
+        if len({p.step_s for p in sound}) > 1:  # else they differ in their options, and are named one by one
+            axes.plot([], [], shape, color=color, markersize=_SIZE, label=name)
+            if (order := sheet.order(key)) > _FLAT:
+                orders.append(Label(*frame.place(sound[-1]), f"{order:.2f}", color, bold=True))
+        for point in points:
+            filled = math.isclose(point.step_s, STEP)
+            spread = 0.0 if board else point.spread * 1e-3
+            axes.errorbar(
+                *frame.place(point), xerr=spread, fmt=shape, ecolor=color, elinewidth=1.0,
+                markersize=_SIZE,
+                markeredgecolor=color, markerfacecolor=color if filled else c.plot, markeredgewidth=1.5,
+                zorder=5 if filled else 4,
+            )  # fmt: skip
     legend(axes, c)
-
-
-def _line(axes: Any, c: Colors, sheet: "Sheet", frame: AccuracyAxes, method: "Method", width: float) -> None:
-    """Draw a method's points, those that compete filled, joined by a line."""
-    sound = [p for p in sheet.line(method.key) if math.isfinite(p.error)]
-    shape, token = marker_and_color(method.key)
-    color = getattr(c, token)
-    if sound:
-        axes.plot(*zip(*map(frame.place, sound), strict=True), color=color, linewidth=width, zorder=3)
-    if len({p.step_s for p in sound}) > 1:  # else they differ in their options, and are named one by one
-        axes.plot([], [], shape, color=color, markersize=_LARGER.get(shape, _SIZE), label=method.label)
-    for point in sheet.line(method.key):
-        filled = abs(point.step_s - sheet.scene.default.step_s) <= 1e-9
-        axes.plot(
-            *frame.place(point), shape, markersize=_LARGER.get(shape, _SIZE) * (1.0 if filled else 0.85),
-            markeredgecolor=color, markerfacecolor=color if filled else c.plot, markeredgewidth=1.5,
-            zorder=5 if filled else 4,
-        )  # fmt: skip
-
-
-def _names(axes: Any, c: Colors, sheet: "Sheet") -> None:
-    """Name default, options and rates beside their points, the tolerance at the edge."""
-    frame, default = AccuracyAxes(sheet), sheet.answer.default
-    limit = sheet.scene.tolerance * frame.factor
-    found = [Label(frame.right, limit, limit_words(sheet.scene), c.danger, bold=True)]
-    if default is not None:
-        scene, what = sheet.scene, rate_words(default.step_s)
-        what = what if scene.step_s is None else name_words(scene, default)
-        found.append(Label(*frame.place(default), f"default: {what}", c.accent, bold=True))
-    for method in sheet.methods:
-        points = [p for p in sheet.line(method.key) if math.isfinite(p.error)]
-        color = getattr(c, marker_and_color(method.key)[1])
-        others = [p for p in points if p is not default]
-        if len({p.step_s for p in points}) == 1:
-            found += [Label(*frame.place(p), p.label, color) for p in others]
-        if sheet.scene.step_s is None and method.key == sheet.scene.default.method:
-            found += [Label(*frame.place(p), rate_words(p.step_s), color) for p in others]
+    figure.figure.draw_without_rendering()
+    tolerance = f"within {words.tolerance_words(sheet.scene.tolerance, sheet.scene)}"
+    found = [Label(frame.right, limit, tolerance, c.danger, bold=True), *orders]
+    if board:
+        found.append(Label(CLOCK * 1e-6, top / 10.0, "16: all the board has", c.ink2))
+    if len({p.step_s for p in frame.points}) == 1:  # the points differ in their options
+        sound = [p for p in frame.points if math.isfinite(p.error)]
+        found += [Label(*frame.place(p), p.label, getattr(c, marker_and_color(p.method)[1])) for p in sound]
     write_labels(axes, c, found)
+
+
+# --- this scene
+
+SCENE_KEY = (
+    "A shorter bar is closer to the ideal scene: its law by the exact method, without hold, delay, sensor "
+    "steps or force limit. 1 JND is the least that a hand notices. What lies left of 0 makes up for other "
+    "parts. Ring: recommended."
+)
+OWN_KEY = """Own error: distance from the exact method at the
+same rate. Filled: the rate that the board keeps.
+Hollow: twice that rate."""
+_FILL = {
+    "method": ("ink2", ""), "rate": ("position", "///"), "delay": ("velocity", "..."),
+    "velocity": ("energy", "\\\\\\"), "sensor": ("hold", "|||"), "limit": ("danger", "xxx"),
+}  # fmt: skip
+_LONG = 2.0  # an axis ends at so many times the recommended options' error; what is longer is cut there
+_SHOWN = 0.01  # of the axis: a narrower part has no name
+_ROWS = 12.0  # at least; a scene with few options has no thicker bars
+_BOTH, _BELOW = 560.0, 0.36  # points of height that both charts need; share of the lower one
+_LEAST_OWN, _ROUNDING = 1e-4, 1e-9  # JND: a smaller error of a method is drawn there; is rounding
+_NAMES, _FIGURES = 190.0, 170.0  # points that the names at the left and the figures at the right take
+
+
+def _places(scene: "SceneResult") -> list[str]:
+    return [place.name for place in reversed(scene.question.places)]
+
+
+def look(option: "Option", scene: "SceneResult") -> tuple[str, str]:
+    """Return marker and colour token of an option: its method's, or its estimator's."""
+    first = scene.question.choices[0] if scene.question.choices else None
+    return marker_and_color(first.text(option.options[0][1]) if first else parse(option.estimator)[0].key)
+
+
+def shown(scene: "SceneResult") -> "list[tuple[str, list[Option]]]":
+    """Return each place with its options, the recommended one first, then by their error."""
+    return [
+        (place, sorted(scene.at(place), key=lambda o: (o is not scene.recommended(place), o.error)))
+        for place in _places(scene)
+    ]
+
+
+def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
+    """Draw one bar an option, in its parts once the errors are split."""
+    wide, high = (72.0 * size / figure.dpi for size in (figure.bbox.width, figure.bbox.height))
+    judged = [option for option in scene.options if option.own]
+    if judged and high >= _BOTH:
+        figure, below = figure.subfigures(2, 1, height_ratios=(1.0 - _BELOW, _BELOW))
+        _draw_own(below, c, scene, judged)
+    ratios = _NAMES, max(wide - _NAMES - _FIGURES, 200.0), _FIGURES
+    names, axes, right = figure.subplots(1, 3, sharey=True, width_ratios=ratios)
+    for side in (names, right):
+        side.set(xlim=(0.0, 1.0))
+        side.set_axis_off()
+    best = [o.error for p in _places(scene) if (o := scene.recommended(p)) and math.isfinite(o.error)]
+    reach, row, low = max(1.3, _LONG * max(best, default=1.0)), 0.0, 0.0
+    quiet = {"size": TICK, "color": c.ink3, "va": "center"}
+    right.text(0.45, -0.9, "Rate", ha="right", **quiet)
+    right.text(1.0, -0.9, "Stable up to", ha="right", **quiet)
+    for place, options in shown(scene):
+        names.text(0.02, row, place.capitalize(), **quiet)
+        row += 0.9
+        for option in options:
+            ringed, (shape, token) = option is scene.recommended(place), look(option, scene)
+            if ringed:
+                for part in (names, axes, right):
+                    part.axhspan(row - 0.46, row + 0.46, color=c.accentsoft, zorder=0.4)
+                names.plot(0.08, row, "o", ms=17.0, mfc="none", mec=c.accent, mew=2.2)
+            names.plot(0.08, row, shape, color=getattr(c, token), markersize=8.0)
+            used = "in use" if option is scene.in_force(place) else ""
+            note = "default" if option is scene.default(place) else used
+            name = ", ".join(filter(None, (option.method or "As set", note)))
+            plain = {"size": TICK, "color": c.ink, "va": "center", "weight": "bold" if ringed else "normal"}
+            names.text(0.17, row, name, **plain)
+            low = min(low, _bar(axes, c, option, row, reach))
+            right.text(0.45, row, hertz(option.rate), ha="right", **plain)
+            limit = limit_words(option.limit).removeprefix("stable up to ").removeprefix("limit ")
+            right.text(1.0, row, limit, ha="right", **plain)
+            row += 1.0
+    bottom = max(row, _ROWS)
+    axes.vlines(1.0, -0.6, bottom, color=c.danger, linewidth=1.6, linestyle=DASH, zorder=6)  # below the names
+    axes.axvline(0.0, color=c.edge, linewidth=1.0, zorder=6)
+    axes.set(xlim=(1.1 * low, 1.25 * reach), ylim=(bottom, -1.4))
+    style_axes(axes, c, "total error, in just-noticeable differences (JND); dashed: felt from here", "")
+    axes.set_yticks([])
+    for text in (*names.texts, *axes.texts, *right.texts):
+        text.set_in_layout(False)
+    _part_names(axes, c, scene.options, reach)
+
+
+def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Option]") -> None:
+    """Draw each method's own error over the board's cycles: at its rate filled, at twice the rate hollow."""
+    axes, right = figure.subplots(1, 2, width_ratios=(1.0, 0.62))
+    right.set(xlim=(0.0, 1.0), ylim=(len(options) + 3.6, -0.5))
+    right.set_axis_off()
+    has, words = CLOCK * 1e-6, {"size": TICK, "va": "center"}
+    right.text(0.0, 0.0, "At twice the rate the error is divided by", color=c.ink2, **words)
+    for row, option in enumerate(sorted(options, key=lambda o: -o.own[0][1]), 1):
+        (shape, token), (cycles, errors) = look(option, scene), zip(*option.own, strict=True)
+        color, places = getattr(c, token), [max(e, _LEAST_OWN) for e in errors]
+        axes.plot([1e-6 * n for n in cycles], places, color=color, linewidth=1.5, zorder=3)
+        for n, error, face in zip(cycles, places, (color, c.plot), strict=True):
+            axes.plot(1e-6 * n, error, shape, color=color, markerfacecolor=face, markersize=8.0, zorder=4)
+        told = significant(errors[0] / errors[1], 2) if errors[1] > _ROUNDING else "–"
+        right.plot(0.03, row, shape, color=color, markersize=8.0)
+        right.text(0.08, row, option.method, color=c.ink, **words)
+        right.text(0.45, row, told, color=c.ink2, **words)
+    right.text(0.0, len(options) + 2.2, OWN_KEY, color=c.ink2, **words)
+    axes.set(xscale="log", yscale="log")
+    axes.margins(0.12)
+    low, high = axes.get_xlim()[0], max(axes.get_xlim()[1], 2.0 * has)
+    axes.set_xlim(low, high)
+    axes.set_xticks([n for n in (2, 3, 5, 7, 10, 12, 16, 20, 30, 50, 100) if low <= n <= high])
+    axes.xaxis.set_major_formatter(lambda value, _place: f"{value:,g}")
+    axes.yaxis.set_major_formatter(lambda value, _place: f"{'≤ ' if value <= _LEAST_OWN else ''}{value:,g}")
+    axes.minorticks_off()
+    axes.axhline(1.0, color=c.danger, linewidth=1.6, linestyle=DASH, zorder=2)
+    axes.axvline(has, color=c.ink2, linewidth=1.4, zorder=2)
+    beyond = {"facecolor": "none", "edgecolor": c.line, "hatch": "///", "linewidth": 0.0, "zorder": 0.5}
+    axes.axvspan(has, high, **beyond)
+    style_axes(axes, c, "million cycles a second; hatched: more than a board has", "method's own error, JND")
+
+
+def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> float:
+    """Draw an option's bar, cut where it is longer than the axis; return how far it goes to the left."""
+    cut, ends = option.error > reach, {True: 0.0, False: 0.0}  # to the right, to the left
+    how = {"height": 0.62, "linewidth": 0.6, "zorder": 3}
+    if not option.parts:
+        axes.barh(row, min(option.error, reach), color=c.theory, edgecolor=c.edge, **how)
+    for part, size in zip(PARTS, option.parts, strict=False):
+        start, (token, hatch) = min(ends[size >= 0.0], reach), _FILL[part]
+        ends[size >= 0.0] += size
+        end = min(ends[size >= 0.0], reach)
+        if not (cut and size < 0.0):  # what is cut does not tell what makes up for what
+            color = getattr(c, token)
+            axes.barh(row, end - start, left=start, facecolor=color, hatch=hatch, edgecolor=c.plot, **how)
+    left = 0.0 if cut else ends[False]
+    if left < -0.01 * reach:
+        axes.plot([option.error] * 2, [row - 0.4, row + 0.4], color=c.ink, linewidth=2.0, zorder=7)
+    end = reach if cut else max(option.error, ends[True])
+    words = f"{jnd(option.error)}{' →' if cut else ''}"
+    axes.text(end + 0.015 * reach, row, words, size=TICK, color=c.ink, va="center", zorder=7, weight="bold")
+    return left
+
+
+def _part_names(axes: Any, c: Colors, options: "Sequence[Option]", reach: float) -> None:
+    """Name the parts that are seen in any bar, above the bars."""
+    from matplotlib.patches import Patch
+
+    drawn = {
+        p for o in options for p, size in zip(PARTS, o.parts, strict=False) if abs(size) > _SHOWN * reach
+    }
+    axes.legend(
+        handles=[
+            Patch(facecolor=getattr(c, _FILL[part][0]), hatch=_FILL[part][1], edgecolor=c.plot,
+                  label=PART_WORDS.get(part, part))
+            for part in PARTS if part in drawn
+        ],
+        loc="upper left", ncols=len(PARTS), frameon=False, fontsize=TICK, labelcolor=c.ink,
+        borderaxespad=0.1, columnspacing=1.0, handlelength=1.6,
+    ).set_in_layout(False)  # fmt: skip
+
+
+# --- what it needs
+
+NEEDS_KEY = (
+    "What most people feel of one term left out, in just-noticeable differences (JND), at 1 kHz, 1 ms late, "
+    "velocity by IIR at 35.5 Hz. Shaded: needed. †: only the best subjects feel it. Small: as what, under "
+    "which hand; from where on it is felt; what leaving it out adds to the stiffness limit."
+)
+
+
+def felt_words(felt: float | None) -> str:
+    """Write just-noticeable differences, short; an event that is missing is more than any number."""
+    if felt is None:
+        return "–"
+    most = felt >= 99.5
+    return "0" if felt < 0.05 else "> 99" if most else f"{felt:.0f}" if felt >= 9.95 else f"{felt:.1f}"
+
+
+def draw_needs(figure: Any, c: Colors, results: "Sequence[Needs]") -> None:
+    """Draw the table scene × term; what a scene needs is shaded."""
+    axes = figure.add_subplot()
+    axes.set_axis_off()
+    texts, grounds = [], []
+    for result in results:
+        cells = [(felt_words(e.felt) + " †" * e.differs, e) for e in result.effects]
+        more = [", ".join(w for w in (e.since_words, e.gain_words) if w != "–") for _, e in cells]
+        texts.append([
+            word if word in ("0", "–") else f"{word}\n{e.sense}, {e.hand}\n{last}".strip()
+            for (word, e), last in zip(cells, more, strict=True)
+        ])  # fmt: skip
+        grounds.append([c.accentsoft if e.term in result.needs else c.surface for e in result.effects])
+    table = axes.table(
+        texts, grounds, bbox=(0.0, 0.0, 1.0, 1.0),
+        rowLabels=[environments.named(r.scene).title.replace("–", "–\n") for r in results],
+        colLabels=[term.word for term in TERMS.values()], cellLoc="center", edges="closed",
+    )  # fmt: skip
+    table.auto_set_font_size(False)
+    table.set_fontsize(TICK - 2)
+    for cell in table.get_celld().values():
+        cell.set(edgecolor=c.line)
+        cell.get_text().set_color(c.ink)

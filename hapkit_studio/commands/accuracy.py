@@ -1,76 +1,124 @@
-"""The command that charts speed against accuracy: a table with the front marked, an object, pictures."""
+"""Speed and accuracy: tables, one object, a picture; of methods, of scenes, or of what scenes need."""
 
 import argparse
 from functools import partial
+from typing import Any
 
+from hapkit_studio import environments as library
 from hapkit_studio.analysis import accuracy as measure
-from hapkit_studio.analysis.accuracy import words
-from hapkit_studio.analysis.accuracy.plan import Accuracy, Sheet
-from hapkit_studio.charts.accuracy import accuracy_figure
-from hapkit_studio.commands.base import PLOT, Command, Result, drawn, option, progress_line, with_files
-from hapkit_studio.dynamics.integrators import INTEGRATORS
+from hapkit_studio.analysis.accuracy import Accuracy, words
+from hapkit_studio.analysis.accuracy.needs import Needs
+from hapkit_studio.analysis.accuracy.plan import Sheet, front
+from hapkit_studio.analysis.accuracy.scene import PARTS, Question, SceneResult
+from hapkit_studio.charts.accuracy import accuracy_figure, felt_words
+from hapkit_studio.commands import base
+from hapkit_studio.commands.base import Command, Result, option, progress_line, with_files
+from hapkit_studio.devices.simulated import TERMS
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.formatting import plain
 
-CHARTS = "integrators, velocity, servo, friction"
-
-
+CHARTS = "integrators, contact, velocity, servo, friction"
 OPTIONS = (
-    option("chart", nargs="*", metavar="CHART", help=f"of {CHARTS}; none: all"),
-    option("--scene", metavar="KEY", help="this scene alone"),
-    option("--method", default="", choices=INTEGRATORS, help="whose motion is drawn; the default's"),
-    PLOT,
+    option("environment", nargs="*", metavar="ENV", help="scenes: keys or files; none: all"),
+    option("--methods", nargs="*", metavar="CHART", help=f"charts of methods instead: {CHARTS}; none: all"),
+    option("--needs", action="store_true", help="what the scenes need of the device instead"),
+    option("--board", action="store_true", help="draw methods over the board's cycles"),
+    base.PARAMETER,
+    base.TRUST,
+    base.PLOT,
 )
 
 
-def accuracy(options: argparse.Namespace) -> Result:
-    """Measure error and cost of every method; draw the charts where asked."""
-    draw = partial(accuracy_figure, method=options.method)
-    found = measure.compute(options.chart, options.scene, progress=progress_line("scene"))
-    return with_files(_text(found), _as_json(found), drawn(options.plot, draw, found))
+def run(options: argparse.Namespace) -> Result:
+    """Measure methods, scenes or needs; draw them where asked."""
+    if options.parameter and (len(options.environment) != 1 or options.needs):
+        raise ParameterError("Parameters are of one environment: name it.")
+    scenes = [base.environment_named(wanted, options.trust) for wanted in options.environment]
+    scenes = scenes or list(library.discover().values())
+    if options.methods is not None:
+        found = measure.of_methods(options.methods, progress_line("chart"))
+    elif options.needs:
+        found = measure.of_needs(scenes, progress_line("scene"))
+    else:
+        given = base.key_values(options.parameter)
+        questions = [Question(e, e.values(given)) for e in scenes]
+        found = measure.of_scenes(questions, progress_line("scene"))
+    draw = partial(accuracy_figure, board=options.board)
+    tables = [*map(_sheet, found.sheets), *map(_scene, found.scenes), *map(_needs, found.needs)]
+    return with_files("\n\n".join(tables), as_json(found), base.drawn(options.plot, draw, found))
 
 
-def _as_json(found: Accuracy) -> dict:
-    answers = [
-        {
-            "chart": sheet.chart,
-            "scene": sheet.scene.key,
-            "tolerance": sheet.scene.tolerance,
-            "error_unit": sheet.scene.unit or "share",
-            "reason": sheet.scene.reason,
-            "cheapest": sheet.answer.cheapest.row() if sheet.answer.cheapest else None,
-            "default": sheet.answer.default.row() if sheet.answer.default else None,
-            "default_is_cheapest": sheet.answer.right,
-            "answer": f"{words.sentence(sheet)} {words.verdict(sheet)}",
-        }
-        for sheet in found.sheets
-    ]
-    choices = [words.choice_row(choice) for chart in found.charts for choice in chart.choices]
-    return {"rows": found.rows(), "answers": answers, "choices": choices, "seconds": found.seconds}
+def as_json(found: Accuracy) -> dict:
+    """Return what was found as one object."""
+    return {
+        "methods": [_sheet_json(sheet) for sheet in found.sheets],
+        "scenes": [_scene_json(scene) for scene in found.scenes],
+        "needs": [plain(one) for one in found.needs],
+    }
 
 
-def _text(found: Accuracy) -> str:
-    parts = []
-    for chart in found.charts:
-        parts += [_sheet(sheet) for sheet in chart.sheets]
-        parts += [f"{chart.title}: {words.reason(choice)}" for choice in chart.choices]
-    count = sum(len(sheet.points) for sheet in found.sheets)
-    parts.append(
-        f"{count} points in {found.seconds:.1f} s. Nothing beats what is marked *: the Pareto front."
-    )
-    return "\n\n".join(parts)
+def _sheet_json(sheet: Sheet) -> dict[str, Any]:
+    winners = {str(t): sheet.winners(t) for t in sheet.scene.tolerances}
+    orders = {method: sheet.order(method) for method in sheet.methods}
+    return plain({**plain(sheet), "rows": sheet.points, "orders": orders, "winners": winners})
+
+
+def _scene_json(scene: SceneResult) -> dict[str, Any]:
+    answers = {}
+    for place in (place.name for place in scene.question.places):
+        pair = {"recommended": scene.recommended(place), "default": scene.default(place)}
+        rows = {key: one.row() if one else None for key, one in pair.items()}
+        answers[place] = {**rows, "answer": f"{scene.sentence(place)} {scene.reason(place)}".strip()}
+    asked = {"scene": scene.question.environment.key, "values": dict(scene.question.values)}
+    found = {"rows": [o.row() for o in scene.options], "answers": answers, "refused": dict(scene.refused)}
+    return plain({**asked, **found, "ideal_Hz": scene.ideal_rate})
 
 
 def _sheet(sheet: Sheet) -> str:
-    """Return a scene's table: a line a point, the default marked."""
-    scene, answer = sheet.scene, sheet.answer
-    lines = [f"{sheet.chart} · {scene.title}", words.sentence(sheet), words.verdict(sheet)]
-    lines.append(f"Tolerance: {words.tolerance_words(scene)}. {scene.reason}.")
-    lines.append(f"  {'method':<22}{'step':>10}{'error':>14}{'per simulated s':>18}")
-    for point in sheet.points:
-        marks = ("* " if point.pareto else "  ") + ("default" if point is answer.default else "")
-        error, cost = words.error_words(point.error, scene), words.cost_words(point.ns_per_simulated_s)
-        line = f"  {point.label:<22}{words.step_words(point.step_s):>10}{error:>14}{cost:>18} {marks}"
-        lines.append(line.rstrip())
+    """Return a chart's winners, and a line a point; * marks the Pareto front."""
+    lines = [f"{sheet.chart} · {sheet.scene.title}", words.sentence(sheet)]
+    for tolerance in sheet.scene.tolerances:
+        within = words.tolerance_words(tolerance, sheet.scene)
+        said = f"  within {within}: {words.winner_words(sheet, tolerance)}"
+        board = f"; on the board {words.winner_words(sheet, tolerance, True)}" if sheet.boarded else ""
+        lines.append(said + board)
+    best = front(sheet.points)
+    for p in sheet.points:
+        costs = f"{words.cost_words(p):>10}{words.cost_words(p, True):>22}{' *' * (p in best)}"
+        error = words.error_words(p.error, sheet.scene)
+        lines.append(f"  {words.name_words(p, sheet):<32}{error:>14}{costs}")
     return "\n".join(lines)
 
 
-COMMAND = Command("accuracy", "chart every method's error against its computing time", accuracy, OPTIONS, 60)
+def _scene(scene: SceneResult) -> str:
+    """Return a scene's answers, then a line an option."""
+    lines = [scene.question.environment.title]
+    for place in (place.name for place in scene.question.places):
+        lines += filter(None, (scene.sentence(place), scene.reason(place)))
+        heads = ("JND", *PARTS, "Hz", "N/m")
+        lines.append(f"  {'':<18}" + "".join(f"{head:>10}" for head in heads))
+        for o in scene.at(place):
+            marks = {"recommended": scene.recommended(place), "default": scene.default(place)}
+            marked = ", ".join(word for word, one in marks.items() if o is one)
+            numbers = (
+                "".join(f"{one:>10.2f}" for one in (o.error, *o.parts)) + f"{o.rate:>10,.0f}{o.limit:>10,.0f}"
+            )
+            lines.append(f"  {o.method or 'as set':<18}{numbers}  {marked}".rstrip())
+    return "\n".join([*lines, *scene.refused.values()])
+
+
+def _needs(found: Needs) -> str:
+    """Return what a law does without, then a line a term; * needed, † felt by the best subjects alone."""
+    lines = [f"{found.scene} needs {', '.join(found.needs) or 'none of them'}"]
+    lines += [f"  {term.words}" for term in found.law]
+    lines.append(f"  {'without':<16}{'JND':>7}  {'as, under':<36}{'felt':<18}{'stiffness limit':>16}")
+    for e in found.effects:
+        mark = "*" if e.term in found.needs else "†" if e.differs else " "
+        where = f"{e.sense} under {e.hand}" if e.felt else ""
+        cells = f"{felt_words(e.felt):>7}{mark} {where:<36}{e.since_words:<18}{e.gain_words:>16}"
+        lines.append(f"  {TERMS[e.term].word:<16}{cells}".rstrip())
+    return "\n".join(lines)
+
+
+_HELP = "say how far a scene is from the ideal and which method to use; what methods cost; what scenes need"
+COMMAND = Command("accuracy", _HELP, run, OPTIONS, 60, aliases=("speed-accuracy", "chain"))

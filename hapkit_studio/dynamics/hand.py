@@ -124,6 +124,7 @@ SCRIPTS: dict[str, Hand] = {
     "hold": gripping(
         lambda t: 0.010 * _ramp(t, 0.0, 0.3), "Goes to 10 mm on the right and keeps still", "firm"
     ),
+    "push": gripping(lambda t: 0.030 * _ramp(t, 0.1, 0.9), "Pushes hard to 30 mm on the right", "firm"),
     "pluck": gripping(
         lambda t: 0.020 * _ramp(t, 0.1, 0.6), "Pulls to 20 mm on the right and lets go after 1 s", release=1.0
     ),

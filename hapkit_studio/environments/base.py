@@ -104,7 +104,8 @@ class Environment:
     data, (n,) or one row a branch, nan where there is none; without them it is the law at rest. restless says
     why the scene with its defaults does not come to rest, "" where it does. stored is a law of the energy in
     J that objects hold and may give back; moves is an object whose place is plotted; drives says in words
-    that a scene gives energy by itself. outcomes and hands are what fidelity is judged by, needs the device
+    that a scene gives energy by itself. counts are states that count events a person notices; hands are those
+    that the scene is judged by, needs the device
     terms whose absence is felt with the default values.
     """
 
@@ -129,7 +130,7 @@ class Environment:
     moves: MovingObject | None = None
     drives: str = ""
     shades: bool = False
-    outcomes: tuple[str, ...] = ()
+    counts: tuple[str, ...] = ()
     hands: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     order: int = 100
@@ -145,6 +146,10 @@ class Environment:
             if getattr(self.moves, kind) not in known[kind]:
                 among = ", ".join(known[kind]) or "there is none"
                 raise LawError(f"{self.moves.name}: its `{kind}` is one of {among}.")
+        if missing := set(self.counts) - set(self.state_names):
+            raise LawError(
+                f"`counts` are among the states {', '.join(self.state_names)}, not {min(missing)!r}."
+            )
         if self.stored is not None:
             self.stored.bind(self.parameters)
             self.force.companion = self.stored

@@ -109,7 +109,6 @@ ENVIRONMENT = Environment(
     "the shape they see (Robles-De-La-Torre and Hayward, 2001).",
     impedance=impedance,
     terms=no_terms,
-    outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
     needs=("mass", "viscous", "coulomb", "sampling", "delay"),
     order=6,

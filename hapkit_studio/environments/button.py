@@ -110,8 +110,8 @@ ENVIRONMENT = Environment(
     over_position=over_position,
     shades=True,
     moves=MovingObject("cap", rests="position"),
-    outcomes=("peak_force", "final_position", "count:downs", "count:ups"),
+    counts=("downs", "ups"),
     hands=("press", "pluck", "released"),
-    needs=("mass", "viscous", "coulomb", "sampling", "delay"),
+    needs=("mass", "viscous", "coulomb", "sampling", "delay", "saturation"),
     order=8,
 )

@@ -24,7 +24,6 @@ ENVIRONMENT = Environment(
     "so it comes in steps of one count per period, and so does the force: b × count × rate.",
     impedance=lambda p: (0.0, p["damping"]),
     terms=lambda p: ForceTerms(0.0, p["damping"], terms=("stiffness", "damping")),
-    outcomes=("peak_force", "final_position", "energy"),
     hands=("released", "stroke", "sweep"),
     needs=("mass", "viscous", "coulomb", "delay", "filter"),
     order=3,

@@ -37,7 +37,6 @@ ENVIRONMENT = Environment(
     "of the fall into the next notch; without it the handle rings.",
     impedance=lambda p: (p["stiffness"], p["damping"]),
     terms=no_terms,
-    outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
     order=9,

@@ -20,7 +20,6 @@ ENVIRONMENT = Environment(
     explanation="No force is rendered. What you feel is the paddle itself: its mass, the friction of its "
     "bearing and cable, the motor turned by hand.",
     terms=lambda p: ForceTerms(0.0, 0.0, terms=("stiffness", "damping")),
-    outcomes=("final_position", "peak_position"),
     hands=("released", "stroke", "tap"),
     needs=("mass", "viscous", "coulomb"),
     order=0,

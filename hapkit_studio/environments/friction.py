@@ -255,7 +255,6 @@ ENVIRONMENT = Environment(
     warnings=warnings,
     over_position=over_position,
     over_velocity=over_velocity,
-    outcomes=("peak_force", "final_position", "energy"),
     hands=("stroke", "pluck", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
     order=4,

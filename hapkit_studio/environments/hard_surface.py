@@ -136,8 +136,7 @@ ENVIRONMENT = Environment(
     warnings=warnings,
     over_position=lambda values, x: -values["stiffness"] * (x - values["position"]).clip(0.0),
     shades=True,
-    outcomes=("peak_force", "peak_position"),
     hands=("tap", "released"),
-    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "filter"),
+    needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay", "saturation", "filter"),
     order=5,
 )

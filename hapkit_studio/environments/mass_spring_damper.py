@@ -97,7 +97,6 @@ ENVIRONMENT = Environment(
     stored=stored,
     moves=MovingObject("mass", state="object", swing=swing),
     warnings=warnings,
-    outcomes=("peak_force", "final_position", "energy"),
     hands=("press", "tap", "released"),
     needs=("mass", "viscous", "coulomb", "sampling", "delay"),
     order=10,

@@ -88,7 +88,7 @@ ENVIRONMENT = Environment(
             "wall_stiffness", "Wall stiffness", "N/m", 500.0, 50.0, 5000.0, "Of both walls", "k<sub>w</sub>"
         ),
         Parameter("friction", "Friction", "N", 0.0, 0.0, 3.0, "Dry, of puck on ground", "F<sub>c</sub>"),
-        integrator("puck", "semi_implicit"),
+        integrator("puck"),
     ),
     force=force,
     shortcut="P",
@@ -106,7 +106,6 @@ ENVIRONMENT = Environment(
     warnings=warnings,
     stored=stored,
     moves=MovingObject("puck", state="object", swing=swing),
-    outcomes=("peak_force", "final_position", "energy"),
     hands=("tap", "shake", "released"),
     restless="Without friction the puck goes to and fro between the walls for ever.",
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),

@@ -25,11 +25,18 @@ def contact(what: str) -> tuple[Parameter, Parameter]:
     )
 
 
-def integrator(what: str, default: str = "semi_implicit") -> Choice:
+def integrator(what: str) -> Choice:
     """Return the choice of how an object's motion is computed."""
     words = f"How the {what}'s motion is computed. Explicit Euler and the lecture's rule add energy."
     return Choice(
-        "integrator", "Integrator", INTEGRATORS, default, words, labels=LABELS, method=True, exact="exact"
+        "integrator",
+        "Integrator",
+        INTEGRATORS,
+        "semi_implicit",
+        words,
+        labels=LABELS,
+        method=True,
+        exact="exact",
     )
 
 

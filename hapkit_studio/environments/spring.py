@@ -31,7 +31,6 @@ ENVIRONMENT = Environment(
     terms=lambda p: ForceTerms(
         p["stiffness"], p["damping"], centre=p["center"], terms=("stiffness", "damping")
     ),
-    outcomes=("peak_force", "final_position", "restitution"),
     hands=("released", "press", "stroke"),
     needs=("mass", "viscous", "coulomb", "sampling", "delay"),
     order=1,

@@ -121,7 +121,6 @@ ENVIRONMENT = Environment(
     warnings=warnings,
     over_position=over_position,
     over_velocity=over_velocity,
-    outcomes=("peak_force", "final_position"),
     hands=("sweep", "released"),
     needs=("mass", "viscous", "coulomb", "quantization", "sampling", "delay"),
     order=7,

@@ -64,8 +64,7 @@ ENVIRONMENT = Environment(
     terms=terms,
     unused=unused,
     shades=True,
-    outcomes=("peak_force", "final_position", "restitution"),
     hands=("released", "press", "tap"),
-    needs=("mass", "viscous", "coulomb", "sampling", "delay"),
+    needs=("mass", "viscous", "coulomb", "sampling", "delay", "saturation"),
     order=2,
 )

@@ -21,7 +21,7 @@ from hapkit_studio.gui.studio import QUIZ, Studio
 from hapkit_studio.gui.widgets.theme import theme
 
 if TYPE_CHECKING:
-    from hapkit_studio.gui.pages.chain import ChainPage
+    from hapkit_studio.gui.pages.accuracy import AccuracyPage
     from hapkit_studio.gui.pages.sessions import SessionsPage
     from hapkit_studio.gui.pages.stability.jitter import LoopJitter
     from hapkit_studio.gui.pages.stability.page import StabilityPage
@@ -356,7 +356,10 @@ _DEVICE = (
 
 
 def _has_method(window: "MainWindow") -> bool:
-    return window.views.key == "chain" and cast("ChainPage", window.views.shown).use_button.isEnabled()
+    if window.views.key != "accuracy":
+        return False
+    page = cast("AccuracyPage", window.views.shown)
+    return page.part is page.scene and page.scene.use_button.isEnabled()
 
 
 _ENVIRONMENT = (
@@ -378,7 +381,7 @@ _ENVIRONMENT = (
     ),
     Action(
         "environment.use_method", "Use the recommended method",
-        lambda w: cast("ChainPage", w.views.shown).use(), enabled=_has_method,
+        lambda w: cast("AccuracyPage", w.views.shown).scene.use(), enabled=_has_method,
     ),
     Action("environment.import_preset", "Import preset…", lambda w: w.presets.bring()),
     Action("environment.new", "New environment…", lambda w: w.editor.begin_new(), "Ctrl+N", rule=True),

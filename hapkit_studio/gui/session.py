@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.window import MainWindow
 
 _ENVIRONMENT, _VALUES, _LOOP, _VIEW, _PRESETS = "environment", "values", "loop", "view", "presets"
+_FORMER_VIEWS = {"chain": "accuracy", "fidelity": "accuracy"}  # merged into the view that they name
 _TRIGGER = "trigger"
 _OF_LOOP = (
     RATE, DELAY, ESTIMATOR, GRIP, Choice("model", "Model", MODELS), Choice("where", "Rendered by", RENDERERS)
@@ -56,6 +57,8 @@ def restore(window: "MainWindow") -> None:
 def _restore(window: "MainWindow") -> None:
     studio, settings = window.studio, window.settings
     key = str(settings.value(_ENVIRONMENT, ""))
+    if (former := str(settings.value(_VIEW, ""))) in _FORMER_VIEWS:
+        settings.setValue(_VIEW, _FORMER_VIEWS[former])
     if view := settings.choice(_VIEW, "", pages.discover()):
         window.views.show(view)
     values = settings.table(_VALUES)

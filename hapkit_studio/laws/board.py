@@ -502,10 +502,11 @@ class _Section:
                 bit = self.bit(name)
                 others = live[i + 1] & ~bit & ~copied
                 found[bit] = found.get(bit, 0) | others
-                while others:
-                    other = others & -others
-                    found[other] = found.get(other, 0) | bit
-                    others ^= other
+        for bit, others in list(found.items()):  # once at the end: in the loop it would take most of the time
+            while others:
+                other = others & -others
+                found[other] = found.get(other, 0) | bit
+                others ^= other
         return found
 
     def overwritten(self, code: Code) -> list[str]:

@@ -40,18 +40,24 @@ def test_a_steady_force_is_told_from_6_percent_on_or_15_millinewtons(size, force
 def test_a_place_is_told_from_0_4_mm_on(size, held):
     found = told(run(place=0.01), run(place=0.01 - size * 0.4e-3), held)
     assert found.place == pytest.approx(size)
-    assert found.word == "place"
+    assert found.word == "position"
+
+
+@pytest.mark.parametrize(("late", "felt"), [(0.019, False), (0.030, True)])
+def test_a_run_that_ends_amid_a_movement_differs_by_no_more_than_before(late, felt):
+    """The other run gets there 19 ms later: within 20 ms, though it ends before that."""
+    found = told(*(run(place=0.1 * np.maximum(TIME - start, 0.0)) for start in (1.0, 1.0 + late)), held=False)
+    assert found.place == pytest.approx(0.1 * (late - 0.020) / 0.4e-3 if felt else 0.0, abs=1e-9)
 
 
 @EDGE
 @pytest.mark.parametrize(
-    ("frequency", "least"), [(100.0, 0.5e-6), (26.0, 10e-6), (248.0, None), (52.0, None)]
+    ("frequency", "least"), [(100.0, 0.5e-6), (26.0, 10e-6), (248.0, None), (52.0, None), (180.0, 0.05e-6)]
 )
 def test_a_vibration_is_told_by_the_threshold_of_its_frequency(size, frequency, least):
     if least is None:  # on the straight line between two in logarithms
-        low, high = (
-            ((26.0, 10e-6), (100.0, 0.5e-6)) if frequency < 100.0 else ((100.0, 0.5e-6), (250.0, 0.1e-6))
-        )
+        ends = {52.0: ((26.0, 10e-6), (100.0, 0.5e-6)), 248.0: ((200.0, 0.05e-6), (250.0, 0.1e-6))}
+        low, high = ends[frequency]
         slope = math.log(high[1] / low[1]) / math.log(high[0] / low[0])
         least = low[1] * (frequency / low[0]) ** slope
     swing = size * least * np.sin(2.0 * math.pi * frequency * TIME)
@@ -59,6 +65,18 @@ def test_a_vibration_is_told_by_the_threshold_of_its_frequency(size, frequency, 
     # a frequency between two of the spectrum's is up to 15 % less: 26 Hz is one, 4 Hz apart
     near = 0.16 if frequency == 26.0 else 0.005
     assert size * (1.0 - near) <= found <= size * 1.002
+
+
+def test_vibrations_are_felt_best_at_150_to_200_hz_and_by_some_below_a_hundredth_of_a_micrometre():
+    """Brisben, Hsiao and Johnson 1999."""
+    frequency = np.arange(20.0, 401.0)
+    least = perception.least_amplitude(frequency)
+    assert set(frequency[least <= least.min() * (1.0 + 1e-9)]) == set(np.arange(150.0, 201.0))
+    strict = told(run(), run(place=0.01e-6 * np.sin(2.0 * math.pi * 180.0 * TIME))).strict
+    assert strict.vibration > 1.0
+    sources = {sense: source for sense, _, _, source in perception.THRESHOLDS}
+    assert perception.FROM_MEMORY in sources["Vibration"]
+    assert "thickness" in sources["Position"]
 
 
 def test_a_slow_stroke_is_no_vibration_and_a_free_handle_is_not_felt_to_shake():

@@ -23,8 +23,6 @@ COMMANDS = {
     "map-spring": ("break-it", "sampled_spring", "--plane"),
     "map-friction": ("break-it", "limit_cycle", "--plane"),
     "identify": ("identify",),
-    "fidelity": ("fidelity",),
-    "chain": ("speed-accuracy", "puck", "friction", "mass_spring_damper"),
 }
 
 

@@ -96,8 +96,8 @@ def test_a_tether_hunts_where_it_gives_more_than_the_handle_takes(late, viscous)
     stiff = np.geomspace(200.0, 2e4, 400)
     gives = np.array([balance(k, late, viscous) for k in stiff])
     for share in (0.9, 2.0):
-        values = {"model": "tether", "viscous": viscous}
-        values["tether_stiffness"] = stiff[np.argmax(gives > share)]
+        stiffness = stiff[np.argmax(gives > share)]
+        values = {"model": "tether", "tether_stiffness": stiffness, "viscous": viscous}
         assert hunts(values, late) == (share > 1.0)
 
 

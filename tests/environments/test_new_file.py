@@ -36,7 +36,6 @@ ENVIRONMENT = Environment(
     explanation="A magnet pulls to its place: near it like a spring, far from it weaker and weaker, so that "
     "there is a place where it pulls most.",
     impedance=lambda p: (p["strength"] / p["reach"] ** 2, 0.0),
-    outcomes=("peak_force", "final_position"),
     hands=("released", "stroke"),
     needs=("mass", "viscous", "coulomb", "delay"),
 )

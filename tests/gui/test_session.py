@@ -114,6 +114,14 @@ def test_what_is_unknown_or_out_of_range_is_left_out(kept_idle_window, environme
     assert window.studio.values == LIBRARY["wall"].values(found)
 
 
+@pytest.mark.parametrize("view", ["chain", "fidelity", "accuracy"])
+def test_settings_of_a_view_that_was_merged_open_the_one_it_is_part_of(kept_idle_window, view):
+    kept_idle_window.settings.setValue("view", view)
+    session.restore(kept_idle_window)
+    assert kept_idle_window.views.key == "accuracy"
+    kept_idle_window.views.show("live")
+
+
 @pytest.mark.parametrize(
     ("loop", "found", "grip"),
     [

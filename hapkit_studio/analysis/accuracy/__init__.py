@@ -1,18 +1,31 @@
-"""Speed charted against accuracy: what each method's error costs, and which one a scene should use.
+"""Speed and accuracy: what each method costs and errs, what this scene should use, and what it needs.
 
-One file a chart, found by the name ``PLAN``.
+Work-precision charts are one file each, found by the name ``PLAN``.
 """
 
-import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache
 from types import MappingProxyType
+from typing import Any
 
 from hapkit_studio import discovery
-from hapkit_studio.analysis.accuracy.plan import Accuracy, Chart, Plan, Point, Trace
+from hapkit_studio.analysis.accuracy import needs, scene
+from hapkit_studio.analysis.accuracy.needs import Needs
+from hapkit_studio.analysis.accuracy.plan import Plan, Sheet
+from hapkit_studio.analysis.accuracy.scene import Question, SceneResult
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.discovery import declared
-from hapkit_studio.errors import ParameterError
+from hapkit_studio.environments.base import Environment
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """What was computed of each part: charts of methods, scenes with their options, what scenes need."""
+
+    sheets: tuple[Sheet, ...] = ()
+    scenes: tuple[SceneResult, ...] = ()
+    needs: tuple[Needs, ...] = ()
 
 
 @cache
@@ -22,39 +35,30 @@ def plans() -> Mapping[str, Plan]:
     return MappingProxyType({plan.key: plan for plan in sorted(found, key=lambda plan: plan.order)})
 
 
-def named(key: str) -> Plan:
-    """Return the plan of a chart; raise ParameterError listing those there are."""
-    return discovery.named(plans(), key, "accuracy chart")
+def _each(work: Callable[[Any], Any], cells: Sequence, progress: Progress) -> tuple:
+    found = []
+    for done, cell in enumerate(cells):
+        progress(done, len(cells))
+        found.append(work(cell))
+    progress(len(cells), len(cells))
+    return tuple(found)
 
 
-def trace(point: Point) -> Trace | None:
-    """Return a point's motion over time beside the true one, None where its chart has no such motion."""
-    computed = named(point.chart).trace
-    return computed(point) if computed else None
+def of_methods(charts: Iterable[str] = (), progress: Progress = no_progress) -> Accuracy:
+    """Return the charts of these keys, none for all; raise ParameterError listing those there are.
 
-
-def compute(
-    charts: Iterable[str] = (), scene: str | None = None, *, progress: Progress = no_progress
-) -> Accuracy:
-    """Return the charts of these keys, none for all, with all their scenes or one alone.
-
-    progress is told after every scene how many of how many are done. Costs are timed in the calling thread,
-    one after the other: beside other work they would be that work's. Raise ParameterError.
+    Costs are timed in the calling thread, one after the other: beside other work they would be that work's.
     """
-    chosen = [named(key) for key in charts] or list(plans().values())
-    wanted = [(plan, [s for s in plan.scenes if scene in (None, s.key)]) for plan in chosen]
-    wanted = [(plan, scenes) for plan, scenes in wanted if scenes]
-    if not wanted:
-        known = ", ".join(s.key for plan in chosen for s in plan.scenes)
-        raise ParameterError(f"There is no scene {scene!r} in these charts; there are: {known}.")
-    begin = time.perf_counter()
-    of, done, made = sum(len(scenes) for _, scenes in wanted), 0, []
-    progress(done, of)
-    for plan, scenes in wanted:
-        sheets = []
-        for one in scenes:
-            sheets.append(plan.sheet(one))
-            done += 1
-            progress(done, of)
-        made.append(Chart(plan.key, plan.title, tuple(sheets)))
-    return Accuracy(tuple(made), time.perf_counter() - begin)
+    chosen = [discovery.named(plans(), key, "accuracy chart") for key in charts] or list(plans().values())
+    cells = [(plan, one) for plan in chosen for one in plan.scenes]
+    return Accuracy(sheets=_each(lambda cell: cell[0].sheet(cell[1]), cells, progress))
+
+
+def of_scenes(questions: Sequence[Question], progress: Progress = no_progress) -> Accuracy:
+    """Return every option of these scenes, each error split into its parts."""
+    return Accuracy(scenes=_each(lambda one: scene.split(scene.compute(one)), questions, progress))
+
+
+def of_needs(environments: Sequence[Environment], progress: Progress = no_progress) -> Accuracy:
+    """Return what these scenes need with their defaults."""
+    return Accuracy(needs=_each(needs.compute, environments, progress))

@@ -1,8 +1,7 @@
 """Friction models: how true they make stick-slip, and how well what rests under a trembling pull holds.
 
-Two scenes are a virtual mass alone, drawn by a spring or pulled by less than friction holds: there the
-default is projection, as in every integrator of a moving mass. In the third the friction environment's law
-renders its models on a handle, by the loop's own tick, and its default is judged.
+Stick-slip is that of a virtual mass alone, drawn by a spring. The handle is pulled by less than friction
+holds, and the friction environment's law renders its models on it, by the loop's own tick.
 """
 
 import math
@@ -27,141 +26,92 @@ SPRING, DRAWN, DRAWN_SECONDS = 300.0, 0.02, 6.0
 # Beside a steady pull one that trembles, together below what kinetic friction holds; watched for two seconds.
 PULL, TREMBLING, TREMOR = 0.3, 0.15, 20.0
 HELD_SECONDS, HELD_FROM = 3.0, 1.0
-# It comes to rest by sliding, or a model without rest would start in it.
-SLIDES_IN = 0.02
+SLIDES_IN = 0.02  # m/s: it comes to rest by sliding, or a model without rest would start in it
+_SOFT = 1.0  # N/m: so soft a spring pulls with the same force wherever the handle is
+STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.2e-3, 0.1e-3)
+LABELS = {key: key.replace("_", " ").capitalize() for key in MODELS}
+LABELS |= {"lugre": "LuGre", "hayward_armstrong": "Hayward–Armstrong"}
 
 
-def trembling(t: np.ndarray) -> np.ndarray:
-    """Return the pull in N at the times (n,)."""
-    return PULL + TREMBLING * np.sin(2.0 * math.pi * TREMOR * t)
-
-
-def drift(t: np.ndarray, x: np.ndarray) -> float:
-    """Return the mean drift in m/s from HELD_FROM on; inf where the motion is not finite."""
-    begin = int(np.searchsorted(t, HELD_FROM - 1e-9))
-    found = abs(float(x[-1] - x[begin])) / float(t[-1] - t[begin])
-    return found if math.isfinite(found) else math.inf
-
-
-def computed(
-    model: str, dt: float, held: bool, times: int = 1
-) -> tuple[plan.Work, np.ndarray, np.ndarray, np.ndarray]:
-    """Return what computes a model at one step, its times, applied forces and positions, each (n,).
-
-    held: pulled by less than friction holds, else drawn by a spring.
-    """
+def drawn(model: str, dt: float, times: int = 1) -> tuple[plan.Work, Callable[[], float]]:
+    """Return what computes stick-slip of a model at one step, then the share by which its period is off."""
     code, declared = MODELS[model]
     options = np.array([*(p.default for p in declared), 0.0])
-    t = instants(HELD_SECONDS if held else DRAWN_SECONDS, dt)
-    applied = trembling(t) if held else SPRING * DRAWN * t
-    x, v = np.zeros_like(t), np.zeros_like(t)
-    v[0] = SLIDES_IN if held else 0.0
-    levels, memory = (MASS, 0.0 if held else SPRING, 0.0, STATIC, KINETIC), np.zeros(stick_slip.MEMORY)
-    work = partial(stick_slip.run, code, times, applied, *levels, options, dt, memory, x, v)
-    return work, t, applied, x
-
-
-def trial_error(model: str, dt: float, held: bool) -> float:
-    """Return the drift in m/s, or the share by which the period is off."""
-    work, t, applied, x = computed(model, dt, held)
-    work()
-    if held:
-        return drift(t, x)
+    t = instants(DRAWN_SECONDS, dt)
+    applied, x, v = SPRING * DRAWN * t, np.zeros_like(t), np.zeros_like(t)
+    levels, memory = (MASS, SPRING, 0.0, STATIC, KINETIC), np.zeros(stick_slip.MEMORY)
     period = stick_slip.exact_period(MASS, SPRING, STATIC, KINETIC, DRAWN)
-    return stick_slip.period_error(t, applied - SPRING * x, period)
+    work = partial(stick_slip.run, code, times, applied, *levels, options, dt, memory, x, v)
+    return work, lambda: stick_slip.period_error(t, applied - SPRING * x, period)
 
 
-# So soft a spring pulls with the same force wherever the handle is: it goes to 1 m for a newton.
-_SOFT = 1.0
-LEVELS = {"static_force": STATIC, "kinetic_force": KINETIC}
+def period_error(model: str, dt: float) -> float:
+    """Return the share by which the period of a model is off."""
+    work, error = drawn(model, dt)
+    work()
+    return error()
 
 
-def _target(t: np.ndarray) -> np.ndarray:
-    return trembling(t) / _SOFT
-
-
-def prepared_handle(model: str, dt: float, times: int = 1) -> Callable[[], np.ndarray]:
+def held(model: str, dt: float, times: int = 1) -> Callable[[], np.ndarray]:
     """Return what renders a handle without friction of its own, slid to rest and held by a model."""
     law = environments.named("friction")
+    levels = {"model": model, "static_force": STATIC, "kinetic_force": KINETIC}
     handle = SimulatedHapkit(coulomb_force=0.0, max_force=math.inf, initial_velocity=SLIDES_IN)
-    scene = headless.Scene(law, law.values({"model": model, **LEVELS}), handle, LoopSettings(1.0 / dt))
-    pull = Hand(stiffness=_SOFT, target=_target, vectorised=True)  # type: ignore[arg-type]
+    scene = headless.Scene(law, law.values(levels), handle, LoopSettings(1.0 / dt))
+
+    def target(t):
+        return (PULL + TREMBLING * np.sin(2.0 * math.pi * TREMOR * t)) / _SOFT
+
+    pull = Hand(stiffness=_SOFT, target=target, vectorised=True)
     return headless.prepare_run(scene, pull, times * round(HELD_SECONDS / dt) + 1).run
 
 
 def handle_drift(model: str, dt: float) -> float:
-    """Return the drift in m/s."""
-    x = prepared_handle(model, dt)()[:, rows.TRUE_POSITION]
-    return drift(dt * np.arange(x.size), x)
+    """Return the mean drift of the handle in m/s from HELD_FROM on; inf where it is not finite."""
+    x = held(model, dt)()[:, rows.TRUE_POSITION]
+    found = abs(float(x[-1] - x[round(HELD_FROM / dt)])) / (HELD_SECONDS - HELD_FROM)
+    return found if math.isfinite(found) else math.inf
 
 
-STEPS = (4e-3, 2e-3, 1e-3, 0.5e-3, 0.2e-3, 0.1e-3)
-LABELS = {
-    "coulomb": "Coulomb",
-    "smoothed": "Smoothed",
-    "karnopp": "Karnopp",
-    "karnopp_band": "Karnopp’s band",
-    "stribeck": "Stribeck",
-    "projection": "Projection",
-    "tether": "Tether",
-    "lugre": "LuGre",
-    "dahl": "Dahl",
-    "hayward_armstrong": "Hayward–Armstrong",
-}
-VIRTUAL = plan.Default("projection")
+def _draw(*given):
+    return drawn(*given)[0]
 
 
 def runs(scene: plan.Scene) -> list[plan.Run]:
     """Return every model at every step."""
-    held = scene.key != "period"
-    name, seconds = ("drift_m_per_s", HELD_SECONDS) if held else ("period_error", DRAWN_SECONDS)
-    found = []
-    for model in RENDERED if scene.key == "handle" else MODELS:
+    handle = scene.key == "handle"
+    seconds, found = HELD_SECONDS if handle else DRAWN_SECONDS, []
+    for model in RENDERED if handle else MODELS:
         for dt in STEPS:
             times = plan.repeats(round(seconds / dt))
-            if scene.key == "handle":
-                error = handle_drift(model, dt)
-                prepare: plan.Prepare = partial(prepared_handle, model, dt, times)
-            else:
-                error = trial_error(model, dt, held)
-                prepare = plan.always(computed(model, dt, held, times)[0])
-            extra = ((name, error),)
-            found.append(plan.Run(model, LABELS[model], dt, error, prepare, times * seconds, extra=extra))
+            prepare: plan.Prepare = partial(held if handle else _draw, model, dt, times)
+            error = handle_drift(model, dt) if handle else period_error(model, dt)
+            cycles = plan.board_cycles("friction", "model", model, 1.0 / dt) if handle else math.nan
+            found.append((plan.Point(model, LABELS[model], dt, error, cycles), prepare, times * seconds))
     return found
 
 
-def _scenes() -> tuple[plan.Scene, ...]:
-    resting = "In two seconds less than a count of the Hapkit's sensor, 20.7 µm: it counts as rest"
-    pull = ("Pull", "0.3 N ± 0.15 N at 20 Hz")
-    mass = ("Mass", "0.05 kg")
-    friction = ("Friction", "1 N, then 0.5 N")
-    held, drift = ("Reference", "no drift"), "drift of what should hold"
-    return (
-        plan.Scene(
-            "period", "Stick-slip of a mass", "error of the period / period", 0.02,
-            f"{plan.FELT}; a period is the time of one pull",
-            VIRTUAL,
-            conditions=(mass, ("Spring", "300 N/m, drawn at 2 cm/s"), friction, ("Reference", "closed form")),
-        ),
-        plan.Scene(
-            "hold", "A mass that should hold", drift, 1e-5, resting, VIRTUAL, "m/s",
-            (mass, pull, friction, held),
-        ),
-        plan.Scene(
-            "handle", "A handle that should hold", drift, 1e-5, f"{resting}; {plan.BY_HAND}",
-            plan.default_of("friction", "model"), "m/s",
-            (
-                ("Handle", "0.044 kg, 0.5 N·s/m"), ("Sensor", "20.7 µm"), pull, friction, held,
-            ),
-        ),
-    )  # fmt: skip
-
-
+RESTING = "In two seconds less than a count of the Hapkit's sensor, 20.7 µm: it counts as rest"
+_LEVELS, _DRAWN = ("Friction", "1 N, then 0.5 N"), ("Mass", "0.05 kg, drawn by 300 N/m at 2 cm/s")
 PLAN = plan.Plan(
     "friction",
     "Friction",
-    tuple(plan.Method(key, LABELS[key]) for key in MODELS),
-    _scenes(),
+    "Which friction model slips in time and holds at rest, and at what cost?",
+    LABELS,
+    (
+        plan.Scene(
+            "period", "Stick-slip of a mass", "error of the period / period", 0.02,
+            f"{plan.FELT}; a period is the time of one pull", "",
+            (_DRAWN, _LEVELS, ("Reference", "closed form")),
+        ),
+        plan.Scene(
+            "handle", "A handle that should hold", "drift of what should hold", 1e-5, RESTING, "m/s",
+            (
+                ("Handle", "0.044 kg, 0.5 N·s/m"), ("Sensor", "20.7 µm"),
+                ("Pull", "0.3 N ± 0.15 N at 20 Hz"), _LEVELS, ("Reference", "no drift"),
+            ),
+        ),
+    ),
     runs,
     order=40,
-)
+)  # fmt: skip

@@ -1,202 +1,438 @@
-"""Speed against accuracy: what each method's error costs, which the scene should use, and whether it does."""
+"""Speed and accuracy: what each method costs and errs, what this scene should use, and what it needs."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QSignalBlocker, Qt
-from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QComboBox
+from PySide6.QtCore import QTimer, Signal
+from PySide6.QtWidgets import QComboBox, QPushButton, QSizePolicy, QStackedWidget, QWidget
 
 from hapkit_studio.analysis import accuracy
-from hapkit_studio.analysis.accuracy import words
-from hapkit_studio.analysis.accuracy.plan import Accuracy, Chart, Point, Sheet
-from hapkit_studio.charts.accuracy import AccuracyAxes, accuracy_figure, computer, draw, marker_and_color
-from hapkit_studio.formatting import significant
-from hapkit_studio.gui.pages.base import View
+from hapkit_studio.analysis.accuracy import Accuracy, words
+from hapkit_studio.analysis.accuracy import scene as this_scene
+from hapkit_studio.analysis.accuracy.needs import Effect, Needs
+from hapkit_studio.analysis.accuracy.plan import Sheet
+from hapkit_studio.analysis.accuracy.scene import Option, Place, Question, SceneResult, hertz, jnd
+from hapkit_studio.analysis.perception import THRESHOLDS
+from hapkit_studio.analysis.setting import estimator_words
+from hapkit_studio.charts import accuracy as charts
+from hapkit_studio.charts.accuracy import accuracy_figure, felt_words
+from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
+from hapkit_studio.environments import discover
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.gui.background import LatestAnswer, Progress
+from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.drawing import sign
 from hapkit_studio.gui.pages.measuring import MeasuringPage
-from hapkit_studio.gui.pages.table import Column
-from hapkit_studio.gui.widgets.parts import hint, keep_size_when_hidden
+from hapkit_studio.gui.pages.table import Column, Table
+from hapkit_studio.gui.panel.limits import steady_delay
+from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
+from hapkit_studio.gui.undo import put
+from hapkit_studio.gui.widgets.parts import down, hint
 from hapkit_studio.gui.widgets.segmented import Segmented
+from hapkit_studio.haptics.engine import BOARD, COMPUTER
 
 if TYPE_CHECKING:
-    from matplotlib.backend_bases import MouseEvent
-
     from hapkit_studio.gui.live.live import Live
     from hapkit_studio.gui.studio import Studio
 
-CHARTS = (
-    ("integrators", "Integrators"),
-    ("velocity", "Velocity"),
-    ("servo", "Servo rate"),
-    ("friction", "Friction"),
-)
+PARTS = "Methods", "This scene", "What it needs"
+REST_MS = 400  # after the last change of a setting all options are computed again
 
 
-def columns(sheet: Sheet) -> tuple[Column, ...]:
-    """Return the columns of the points that compete: what is chosen between, cost, error in one unit."""
-    scene, default = sheet.scene, sheet.answer.default
-    head = f"{'Of limit' if scene.goal else 'Error'}\n{words.unit(scene)[1]}"
+class Part(MeasuringPage):
+    """One part: ``result`` is what is in sight, drawn over the board's cycles where ``board`` says so."""
 
-    def cost(point: Point) -> str:
-        return significant(1e-3 * point.ns_per_simulated_s)
-
-    return (
-        Column(
-            "Rate" if scene.step_s is None else "Method", lambda p: words.name_words(scene, p), right=False,
-            sign=lambda p: sign(*marker_and_color(p.method)),
-            token=lambda p: "accent" if p is default else "ink",
-        ),
-        Column("µs\nper s", cost, lambda p: p.ns_per_simulated_s),
-        Column(
-            head, lambda p: words.error_figures(p.error, scene), lambda p: p.error,
-            lambda p: "ok" if sheet.passes(p) else "danger",
-        ),
-    )  # fmt: skip
-
-
-class AccuracyPage(MeasuringPage):
-    """One chart at a time, one of its scenes; measured charts are kept."""
-
-    file = "accuracy"
-    heading, about = "Speed against accuracy", "What each method's error costs in computing time."
-    begin, measuring = "Run to see what each method costs.", "Measuring what each method costs…"
-    drawn, listed = "Error over computing time of every method", "Methods with cost and error"
     buttons = ("Run", "Run again")
-    conditions_title = "Scene"
-    read = (
-        "Each line is a method, each marker a step size; filled: the loop's own step. Left is faster, "
-        "down is more accurate. No method lies below and left of the grey Pareto front. Ring: the studio's "
-        "default. Dashed red: tolerance. Choose an integrator in the table to see its motion over time."
-    )
+    board = False
+
+    @property
+    def result(self) -> Accuracy:
+        """Return what is in sight."""
+        raise NotImplementedError
+
+    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
+        from hapkit_studio.commands.accuracy import as_json
+
+        found, board = self.result, self.board
+        return lambda path: accuracy_figure(found, path, board), lambda: as_json(found)
+
+
+class MethodsPart(Part):
+    """One work-precision chart at a time; charts once measured are kept."""
+
+    file = "accuracy-methods"
+    heading = "Methods"
+    begin = "Which method is the truest for its cost?"
+    drawn, listed = "Error over cost of every method", "Cheapest method within each tolerance"
+    read = charts.METHODS_KEY
 
     def __init__(self, studio: "Studio", live: "Live"):
         super().__init__(studio, live)
-        self._found: dict[str, Chart] = {}
-        self._seconds: dict[str, float] = {}
-        self._chosen: Point | None = None
-        self.charts = Segmented("Chart", tuple(title for _, title in CHARTS))
-        self.charts.show_index(0)
-        self.scenes = QComboBox()
-        self.scenes.setAccessibleName("Scene")
-        self.scenes.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-        self.scenes.hide()
-        self.bar.add(self.charts)
-        self.bar.add(self.scenes)
-        self.reason = hint()
-        keep_size_when_hidden(self.chart)
+        self._found: dict[tuple[str, str], Sheet] = {}
+        self.choice, self.where = QComboBox(), Segmented("Cost on", ("Computer", "Board"))
+        self.choice.setAccessibleName("Chart")
+        for plan in accuracy.plans().values():
+            for one in plan.scenes:
+                self.choice.addItem(f"{plan.title}: {one.title}", (plan.key, one.key))
+        self.where.show_index(0)
+        self.bar.add(self.choice)
+        self.choice.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Fixed)
+        self.choice.setMinimumWidth(150)  # narrower than its text in a small window
+        self.bar.add(self.where)
         self.build()
-        self.side.add(self.reason)
-        self.charts.chosen.connect(lambda _index: self.show_chart())
-        self.scenes.currentIndexChanged.connect(lambda _index: self.show_sheet())
-        self.table.chosen.connect(self.stand_out)
-        self.chart.pointed.connect(self.show_near)
-        self.job.running_changed.connect(lambda _on: None if self.sheet else self.show_sheet())
-
-    @property
-    def key(self) -> str:
-        """Return the key of the chart that is chosen."""
-        return CHARTS[self.charts.index][0]
+        self.choice.currentIndexChanged.connect(lambda _index: self.show_chart())
+        self.where.chosen.connect(lambda _index: self.show_chart())
+        self.show_chart()
 
     @property
     def sheet(self) -> Sheet | None:
-        """Return the sheet shown, None before it was measured."""
-        found = self._found.get(self.key)
-        return found.sheet(self.scenes.currentData()) if found and self.scenes.count() else None
+        """Return the sheet that is chosen, None before it was measured."""
+        return self._found.get(self.choice.currentData())
+
+    @property
+    def result(self) -> Accuracy:
+        return Accuracy(sheets=tuple(filter(None, (self.sheet,))))
 
     def first(self) -> str:
-        return "" if self.key in self._found else self.key
+        return "" if self.sheet else self.choice.currentData()[0]
 
     def run(self) -> None:
         """Measure the chart that is chosen, all its scenes."""
-        key = self.key
-        self.job.start(lambda progress: accuracy.compute([key], progress=progress))
+        key = self.choice.currentData()[0]
+        self.job.start(lambda progress: accuracy.of_methods([key], progress))
 
     def show_result(self, result: Accuracy) -> None:
         """Keep what was measured and show it."""
-        for chart in result.charts:
-            self._found[chart.key] = chart
-            self._seconds[chart.key] = result.seconds
+        self._found.update({(sheet.chart, sheet.scene.key): sheet for sheet in result.sheets})
         self.show_chart()
 
     def show_chart(self) -> None:
-        """Show the first scene of the chosen chart, if it was measured."""
-        found = self._found.get(self.key)
-        with QSignalBlocker(self.scenes):
-            self.scenes.clear()
-            for index, sheet in enumerate(found.sheets if found else ()):
-                self.scenes.addItem(sheet.scene.title, sheet.scene.key)
-                self.scenes.setItemData(index, sheet.scene.title, Qt.ItemDataRole.ToolTipRole)
-        self.scenes.setVisible(found is not None)
-        self.show_sheet()
-        self.measure_first()
-
-    def show_sheet(self) -> None:
-        """Show the chosen scene: points, answer, methods, conditions."""
-        sheet = self.sheet
-        self.chart.setVisible(sheet is not None)
-        self.point.setText("")
+        """Show the chosen sheet: points, answer, winners, conditions."""
+        sheet, plan = self.sheet, accuracy.plans()[self.choice.currentData()[0]]
+        self.board = board = self.where.index == 1 and sheet is not None and sheet.boarded
+        self.side.heading.setText(plan.title)
+        self.side.words.setText(plan.question)
+        self.where.setEnabled(sheet is None or sheet.boarded)
+        self.bar.set_measured(sheet is not None)
         self.bar.export.setEnabled(sheet is not None)
-        self.side.heading.setText(CHARTS[self.charts.index][1])
-        self.scenes.setToolTip(self.scenes.currentText())
-        self.bar.set_measured(self.key in self._found)
+        self.chart.setVisible(sheet is not None)
         if sheet is None:
-            self.answer.say(self.measuring if self.job.running else self.begin)
+            self.answer.say(plan.question)
             self.table.show_rows((), ())
-            self.side.words.setText("Not measured yet.")
-            self.conditions.show_pairs([])
-            self.reason.setText("")
-            if not self.job.running:
-                self.bar.say("")
+            self.measure_first()
             return
-        self.stand_out(None)
-        self.table.show_rows(columns(sheet), sorted(sheet.competing, key=lambda p: p.error))
-        sign = ("check", "ok") if sheet.passes(sheet.answer.default) else ("triangle", "warn")
-        self.answer.say(words.sentence(sheet), *sign)
-        choice = next(choice for choice in self._found[self.key].choices if sheet in choice.sheets)
-        self.side.words.setText("\n".join(dict.fromkeys((words.verdict(sheet), words.reason(choice)))))
-        self.conditions.show_pairs(list(sheet.scene.conditions))
-        self.reason.setText(f"Tolerance: {words.tolerance_words(sheet.scene)}. {sheet.scene.reason}.")
-        count = sum(len(s.points) for s in self._found[self.key].sheets)
-        self.bar.say(f"{count:,} points, {self._seconds[self.key]:.1f} s")
+        self.chart.show_drawing(lambda figure, c: charts.draw_methods(figure, c, sheet, board))
+        self.answer.say(words.sentence(sheet, board), "check", "ok")
+        within = Column("Within", lambda t: words.tolerance_words(t, sheet.scene), right=False)
+        cheapest = Column("Cheapest", lambda t: words.winner_words(sheet, t, board), right=False)
+        self.table.show_rows((cheapest, within), sheet.scene.tolerances)
+        tolerance = words.tolerance_words(sheet.scene.tolerance, sheet.scene)
+        self.conditions.show_pairs([*sheet.scene.conditions, (tolerance, sheet.scene.reason)])
 
-    def stand_out(self, point: Point | None) -> None:
-        """Redraw the sheet with a point's method emphasised, its motion below; None for no method."""
-        sheet, self._chosen = self.sheet, point
-        if sheet is not None:
-            self.chart.show_drawing(lambda figure, colors: draw(figure, colors, sheet, point))
 
-    def resizeEvent(self, event: QResizeEvent) -> None:
-        super().resizeEvent(event)
-        self.scenes.setMaximumWidth(min(max(event.size().width() - 700, 160), 290))
+class ScenePart(Part):
+    """The scene as it is set: every option's error in its parts, and the one to use."""
 
-    def show_near(self, event: "MouseEvent | None") -> None:
-        """Say in words what the point under the pointer is."""
-        self.point.setText("")
-        sheet = self.sheet
-        if event is None or sheet is None or event.inaxes is not self.chart.figure.axes[0]:
+    totals = Signal(object)
+    file = "accuracy-scene"
+    heading, about = "This scene", "Every way of rendering it. Choose one and feel it."
+    begin = "How close is this to the real thing, and what would be closer?"
+    drawn, listed = "Error of every option in its parts", "Options with error, rate and stiffness limit"
+    read = charts.SCENE_KEY
+    use_button: QPushButton
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        super().__init__(studio, live)
+        self.found: SceneResult | None = None
+        self.better: Option | None = None  # the recommended option where the scene is rendered
+        self._chosen: Option | None = None
+        self._worker = LatestAnswer(lambda asked: this_scene.in_force(*asked), self)
+        self._worker.answered.connect(self.show_in_force)
+        self._rest = QTimer(self, interval=REST_MS, singleShot=True)
+        self._rest.timeout.connect(self.press)
+        self.reason, body = hint(), QWidget()
+        self.reason.setContentsMargins(42, 2, 16, 0)
+        down(self.reason, (self.chart, 1), into=body)
+        self.build(body)
+        self.table.chosen.connect(self._choose)
+        self.totals.connect(self.show_totals)
+        for changed in (studio.settings_changed, studio.engine_changed, studio.hidden_changed):
+            changed.connect(self.look)
+
+    def side_parts(self) -> tuple[QWidget, ...]:
+        self.use_button = QPushButton("Use it", autoDefault=True)
+        self.use_button.clicked.connect(self.use)
+        self.use_button.setEnabled(False)
+        title, self.now = PanelTitle(self._studio), Pairs()
+        return self.use_button, self.now, title, ParameterRows(self._studio, title.help)
+
+    def first(self) -> str:
+        return "" if self.found else "scene"
+
+    def set_shown(self, on: bool) -> None:
+        super().set_shown(on)
+        self.look()
+
+    def question(self) -> Question:
+        """Return the scene and loop as they are set, on the device in use."""
+        studio, engine = self._studio, self._studio.engine
+        loop, device = studio.loop, SimulatedHapkit()  # with all that the scene in sight may go without
+        here = Place(COMPUTER, loop.rate, loop.delay)
+        if engine is not None and not engine.device.simulated:
+            kit = engine.device
+            device = replace(device, mass=kit.mass, damping=kit.viscous, quantum=kit.quantum)
+            here = Place(COMPUTER, engine.loop.rate, steady_delay(engine, COMPUTER))
+        places = here, Place(BOARD, loop.board_rate or this_scene.ON_BOARD.rate)
+        return Question(studio.environment, dict(studio.values), loop.spec, places, device)
+
+    def run(self) -> None:
+        """Compute every option of the scene as it is set: first the errors, then their parts."""
+        question = self.question()
+
+        def work(progress: Progress) -> SceneResult:
+            found = this_scene.compute(question, progress)
+            self.totals.emit(found)
+            return this_scene.split(found, progress)
+
+        self.job.start(work)
+
+    def look(self) -> None:
+        """Follow what is set: another method is known; after anything else all is computed again."""
+        if not self._seen or self._studio.hidden or self.found is None:
             return
-        index = self.chart.near(event, *zip(*map(AccuracyAxes(sheet).place, sheet.points), strict=True))
-        if index is not None:
-            point = sheet.points[index]
-            error = words.error_words(point.error, sheet.scene)
-            cost = words.cost_words(point.ns_per_simulated_s)
-            step = words.step_words(point.step_s)
-            self.point.setText(f"{point.label} at {step}: {error}, {cost} per second")
+        question = self.question()
+        if self.found.knows(question):
+            if question != self.found.question:
+                self.show_result(replace(self.found, question=question))
+            return
+        self.chart.fade()
+        self.use_button.setEnabled(False)
+        self.job.cancel()
+        self._worker.ask((question, self.found))
+        self._rest.start()
 
-    def exports(self) -> tuple[Callable[[str], object], Callable[[], dict]]:
-        chart, seconds = self._found[self.key], self._seconds[self.key]
-        method = self._chosen.method if self._chosen else ""
+    def show_totals(self, result: SceneResult) -> None:
+        """Show errors that are not split yet, unless something else is set by now."""
+        if self.job.running and result.question == self.question():
+            self.show_result(result)
 
-        def numbers() -> dict:
-            return {
-                "rows": [p.row() for sheet in chart.sheets for p in sheet.points],
-                "choices": [words.choice_row(choice) for choice in chart.choices],
-                "conditions": {sheet.scene.key: dict(sheet.scene.conditions) for sheet in chart.sheets},
-                "computer": computer(),
-            }
+    def show_result(self, result: SceneResult) -> None:
+        """Show what was computed."""
+        self.found, self._chosen = result, None
+        self._worker.forget()
+        where = self._studio.engine.where if self._studio.engine else COMPUTER
+        self.chart.show_drawing(lambda figure, colors: charts.draw_scene(figure, colors, result))
+        rows = [one for _, options in charts.shown(result) for one in options]
+        self.table.show_rows(_option_columns(result), rows)
+        self.better = result.recommended(where)
+        on = self.better is not None and self.better is result.in_force(where)
+        self.answer.say(result.sentence(where), *(("check", "ok") if on else ("triangle", "warn")))
+        q = result.question
+        refused = result.refused.get(q.words(q.options, q.spec(BOARD)), "")
+        self.reason.setText(" ".join(filter(None, (result.reason(where), refused))))
+        self.use_button.setEnabled(self.better is not None)
+        self.show_in_force([result.in_force(place.name) or refused for place in q.places])
+        estimator = estimator_words(q.estimator)[1]
+        self.conditions.show_pairs([("Velocity", estimator), ("Ideal", f"exact, {hertz(result.ideal_rate)}")])
 
-        return lambda path: accuracy_figure(Accuracy((chart,), seconds), path, method), numbers
+    def show_in_force(self, found: list[Option | str]) -> None:
+        """Show the error of what is set, in each place, or why it cannot be rendered there."""
+        places = [place.name.capitalize() for place in self.question().places]
+        self.now.show_pairs([
+            (name, one if isinstance(one, str) else f"{jnd(one.error)}, {this_scene.limit_words(one.limit)}")
+            for name, one in zip(places, found, strict=True)
+        ])  # fmt: skip
+
+    def use(self) -> None:
+        """Set the methods of the chosen row, or of the recommended option."""
+        one = self._chosen or self.better
+        if one is None or not self.use_button.isEnabled():
+            return
+        key = self._studio.environment.key
+        settings: dict = {("value", key, name): value for name, value in one.options}
+        if not one.options and one.method and one.estimator != self._studio.loop.spec:
+            settings |= {("loop", "estimator"): one.estimator, ("loop", "options"): ()}
+        try:
+            put(self._studio, settings)
+        except ParameterError as error:
+            self.bar.say(str(error), danger=True)
+
+    def _choose(self, one: Option | None) -> None:
+        self._chosen, said = one, ""
+        if one is not None:
+            said = f"{jnd(one.error)} as a {one.sense}, hand: {one.hand}; {this_scene.limit_words(one.limit)}"
+        self.point.setText(said)
+
+    @property
+    def result(self) -> Accuracy:
+        return Accuracy(scenes=tuple(filter(None, (self.found,))))
+
+    def end(self) -> None:
+        self._rest.stop()
+        super().end()
+        self._worker.close()
 
 
-VIEW = View("accuracy", "Accuracy", 20, AccuracyPage, scene=False)
+def _option_columns(found: SceneResult) -> tuple[Column, ...]:
+    best = [found.recommended(place.name) for place in found.question.places]
+    return (
+        Column(
+            "Way", lambda one: f"{one.method or 'As set'}, {one.place}", right=False,
+            sign=lambda one: sign(*charts.look(one, found)),
+            token=lambda one: "accent" if one in best else "ink",
+        ),
+        Column("JND", lambda one: jnd(one.error).removesuffix(" JND"), lambda one: one.error,
+               lambda one: "ok" if one.error < 1.0 else "ink"),
+    )  # fmt: skip
+
+
+Row = tuple[str, Needs | None]  # a scene's title, and what was found of it
+
+
+class NeedsPart(Part):
+    """Scenes down, terms across; what a cell says in words at the side."""
+
+    file = "accuracy-needs"
+    begin = "What must be modelled? The scene is rendered without one term after the other."
+    buttons = ("Run", "All scenes")
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        super().__init__(studio, live)
+        self._results: dict[str, Needs] = {}
+        self.table = Table("Scenes down, terms of the device across", cells=True)
+        self.details, self.law = Pairs(), hint()
+        self.side = SidePanel("What it needs", "Choose a cell once it is measured.")
+        self.side.section("What the law does without")
+        self.side.add(self.law)
+        self.side.section("This cell")
+        self.side.add(self.details)
+        self.side.section("Read the table")
+        self.side.add(hint(charts.NEEDS_KEY))
+        self.side.section("One just-noticeable difference")
+        for sense, typical, strict, source in THRESHOLDS:
+            self.side.add(hint(f"{sense}: {typical}; the best subjects: {strict}. {source}."))
+        self.build(self.table)
+        self.table.cell_chosen.connect(self._choose)
+        self._list()
+
+    def first(self) -> str:
+        key = self._studio.environment.key
+        return key if key in discover() and key not in self._results else ""
+
+    def run(self) -> None:
+        """Judge the scene in force, and once that is done all scenes of the library."""
+        library, key = discover(), self.first()
+        wanted = [library[key]] if key else list(library.values())
+        self.job.start(lambda progress: accuracy.of_needs(wanted, progress))
+
+    def show_result(self, result: Accuracy) -> None:
+        """Show what was found; begin with the scene in force."""
+        self._results.update({one.scene: one for one in result.needs})
+        self._list()
+        keys, key = list(discover()), self._studio.environment.key
+        self.table.setCurrentIndex(self.table.model().index(keys.index(key) if key in keys else 0, 1))
+        found = self._results.get(key)
+        if found is not None:
+            terms = ", ".join(TERMS[term].word for term in found.needs)
+            title = discover()[key].title
+            self.answer.say(f"{title} needs {terms}; of the rest nobody feels a difference.", "check", "ok")
+
+    def _list(self) -> None:
+        rows = [(one.title, self._results.get(key)) for key, one in discover().items()]
+        heads = [term.word.replace(" ", "\n") for term in TERMS.values()]
+        terms = map(_term_column, heads, range(len(heads)))
+        self.table.show_rows((Column("Scene", lambda row: row[0], right=False), *terms), rows)
+
+    def _choose(self, row: Row, column: int) -> None:
+        if row[1] is not None:
+            self.show_effect(row[1], row[1].effects[max(column - 1, 0)])
+
+    def show_effect(self, found: Needs, effect: Effect) -> None:
+        """Say in words what leaving out one term does to one scene."""
+        self.side.heading.setText(f"{discover()[found.scene].title} without {TERMS[effect.term].word}")
+        self.law.setText("\n".join(one.words for one in found.law) or "No term that takes cycles.")
+        self.side.words.setText(need_words(found, effect))
+        self.details.show_pairs([
+            ("Felt by most", f"{felt_words(effect.felt)} JND"), ("As a", effect.sense),
+            ("With the hand", effect.hand), ("By the best subjects", f"{felt_words(effect.strict)} JND"),
+            ("Felt", effect.since_words), ("Stiffness limit without it", effect.gain_words),
+        ])  # fmt: skip
+
+    @property
+    def result(self) -> Accuracy:
+        return Accuracy(needs=tuple(self._results.values()))
+
+
+def need_words(found: Needs, effect: Effect) -> str:
+    """Write whether a scene needs a term."""
+    if effect.felt is None:
+        return "No hand of this scene holds the handle, so its mass cannot be left out."
+    if effect.term in found.needs:
+        return "The scene needs it." if effect.needed else "Needed with others that are left out."
+    return "Only the best subjects would miss it." if effect.differs else "The scene does not need it."
+
+
+def _term_column(head: str, index: int) -> Column:
+    def text(row: Row) -> str:
+        if row[1] is None:
+            return ""
+        found = row[1].effects[index]
+        return felt_words(found.felt) + " †" * found.differs + f"\n{found.sense}" * needed(row)
+
+    def needed(row: Row) -> bool:
+        return row[1] is not None and tuple(TERMS)[index] in row[1].needs
+
+    return Column(
+        head, text, lambda row: (row[1].effects[index].felt or 0.0) if row[1] else -1.0,
+        lambda row: "accent" if needed(row) else "ink3",
+        ground=lambda row: "accentsoft" if needed(row) else "surface",
+    )  # fmt: skip
+
+
+class AccuracyPage(Page):
+    """The three parts; each has a run bar, an answer and a side of its own, and one is in sight."""
+
+    side: QStackedWidget
+    scene: ScenePart
+
+    def __init__(self, studio: "Studio", live: "Live"):
+        super().__init__()
+        self.methods, self.scene = MethodsPart(studio, live), ScenePart(studio, live)
+        self.needs = NeedsPart(studio, live)
+        self.pages: tuple[MeasuringPage, ...] = self.methods, self.scene, self.needs
+        self.parts = Segmented("Part", PARTS)
+        self._stack, self.side = QStackedWidget(), QStackedWidget()
+        for page in self.pages:
+            self._stack.addWidget(page)
+            self.side.addWidget(page.side)
+        self.column.addWidget(self._stack)
+        self._seen = False
+        self.parts.chosen.connect(self._show)
+        self.parts.show_index(PARTS.index("This scene"))
+        self._show(self.parts.index)
+
+    @property
+    def part(self) -> MeasuringPage:
+        """Return the part in sight."""
+        return self.pages[self.parts.index]
+
+    def _show(self, index: int) -> None:
+        for page in self.pages:
+            if page is not self.part:
+                page.set_shown(False)
+        self.part.bar.lead(self.parts)
+        self._stack.setCurrentIndex(index)
+        self.side.setCurrentIndex(index)
+        self.part.set_shown(self._seen)
+
+    def set_shown(self, on: bool) -> None:
+        self._seen = on
+        self.part.set_shown(on)
+
+    def end(self) -> None:
+        for page in self.pages:
+            page.end()
+
+
+VIEW = View("accuracy", "Speed and accuracy", 20, AccuracyPage, scene=False)

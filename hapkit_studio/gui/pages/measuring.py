@@ -78,6 +78,11 @@ class RunBar(QWidget):
                 button.setAutoDefault(True)
         self._left.addWidget(widget)
 
+    def lead(self, widget: QWidget) -> None:
+        """Put a widget at the left of all others; it may come from another bar."""
+        widget.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
+        self._left.insertWidget(0, widget)
+
     def say(self, text: str, danger: bool = False) -> None:
         """Show a status beside the button, or on a line of its own where it is long."""
         self.status.setText(text)

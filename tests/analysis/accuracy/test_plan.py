@@ -1,234 +1,145 @@
-"""Which answer a sheet gives: the front by brute force, ties, what a cost is; its picture."""
+"""Work-precision charts: the front by brute force, orders, winners, what a cost is; command and picture."""
 
+import json
 import math
-from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matplotlib.figure import Figure
 
-from hapkit_studio.analysis.accuracy import plan
-from hapkit_studio.analysis.accuracy.plan import (
-    Accuracy,
-    Chart,
-    Choice,
-    Default,
-    Method,
-    Point,
-    Scene,
-    Sheet,
-    mark_front,
-)
-from hapkit_studio.analysis.accuracy.words import reason, sentence, verdict
-from hapkit_studio.charts import accuracy as charts
-from hapkit_studio.charts.accuracy import AccuracyAxes, accuracy_figure
-from hapkit_studio.charts.style import colors
+from hapkit_studio.analysis import accuracy
+from hapkit_studio.analysis.accuracy import plan, words
+from hapkit_studio.analysis.accuracy.plan import Point, Scene, Sheet, front
+from hapkit_studio.charts.accuracy import AccuracyAxes
+from hapkit_studio.cli import main
+from hapkit_studio.haptics.board_plan import frames
+from hapkit_studio.laws import board, machine
 
 
-def point(method="verlet", error=0.01, ns=1000.0, step_s=1e-3, **more):
-    return Point("servo", "scene", method, step_s, error, ns, label=method, **more)
-
-
-def scene(default="verlet", tolerance=0.02, **more):
-    return Scene("scene", "A scene", "error / scale", tolerance, "a reason", Default(default), **more)
+def point(method="verlet", error=0.01, ns=1000.0, step_s=1e-3, cycles=math.nan, **more):
+    return Point(method, method.capitalize(), step_s, error, cycles, ns, **more)
 
 
 def sheet(points, **more):
-    methods = tuple(Method(key, key.capitalize()) for key in dict.fromkeys(p.method for p in points))
-    return Sheet("servo", scene(**more), methods, mark_front(points))
+    made = Scene("scene", "A scene", "error / scale", 0.02, "a reason", **more)
+    return Sheet("servo", made, {p.method: p.method.capitalize() for p in points}, tuple(points))
 
 
-def accuracy(*sheets):
-    return Accuracy((Chart("servo", "Made up", sheets),), 1.0)
-
-
-ROW = {"chart", "scene", "method", "step_s", "error", "ns_per_simulated_s", "ns_spread", "pareto"}
 # few values, so that equal errors, equal costs and equal points are common
-NUMBERS = st.sampled_from([0.0, 1e-15, 1e-3, 0.01, 0.02, 1.0, 7.0, math.inf, math.nan])
-COSTS = st.sampled_from([1.0, 2.0, 2.5, 40.0])
-
-
-SPREADS = st.sampled_from([0.0, 0.4, 0.5])
+NUMBERS = st.sampled_from([0.0, 1e-15, 1e-3, 0.01, 0.02, 1.0, math.inf])
+COSTS = st.sampled_from([1.0, 2.0, 2.5, 40.0, math.nan])
 
 
 @settings(max_examples=50)
-@given(st.lists(st.tuples(NUMBERS, COSTS, SPREADS), max_size=12))
-def test_the_front_is_what_nothing_beats(found):
-    points = [point(error=error, ns=ns, ns_spread=spread) for error, ns, spread in found]
-    marked = mark_front(points)
-    assert [replace(p, pareto=False) for p in marked if p.error == p.error] == [
-        p for p in points if p.error == p.error
-    ]
-    for p, (error, ns, spread) in zip(marked, found, strict=True):
-        tied = {q for q in found if abs(q[1] - ns) <= max(q[2], spread)}
-        as_cheap = [q for q in found if q in tied or q[1] < ns]
-        rivals = [q for q in as_cheap if q[0] < error or (q[0] == error and q not in tied)]
-        assert p.pareto == (math.isfinite(error) and not rivals)
-    costs_and_errors = sorted((p.ns_per_simulated_s, -p.error) for p in marked if p.pareto)
-    errors = [-error for _, error in costs_and_errors]
+@given(st.lists(st.tuples(NUMBERS, COSTS), max_size=12), st.booleans())
+def test_the_front_is_every_point_that_no_other_dominates(found, on_board):
+    points = [point(error=e, ns=1.0 if on_board else c, cycles=c, spread=9.0) for e, c in found]
+    best = front(points, on_board)
+    for p, (error, cost) in zip(points, found, strict=True):
+        better = [q for q in found if q[0] <= error and q[1] <= cost and q != (error, cost)]
+        assert (p in best) == (math.isfinite(error + cost) and not better)
+    errors = [p.error for p in best]
     assert errors == sorted(errors, reverse=True)  # the dearer, the more accurate
 
 
-def test_a_row_has_exactly_these_keys_and_what_its_chart_measures_besides():
-    row = point(options=(("cutoff", 20.0),), extra=(("lag_s", 0.004),)).row()
-    assert set(point().row()) == ROW
-    assert set(row) == {*ROW, "options", "lag_s"}
-    assert row["options"] == {"cutoff": 20.0}
-    assert point(error=math.inf).row()["error"] is None
+@pytest.mark.parametrize("order", [1.0, 2.0, 4.0])
+def test_the_order_is_the_power_of_the_step(order):
+    steps = (4e-3, 2e-3, 1e-3, 0.5e-3)
+    points = [point(error=0.05 * (h / 4e-3) ** order, step_s=h) for h in steps]
+    assert sheet(points).order("verlet") == pytest.approx(order)
+    uneven = [point(error=e, step_s=h) for e, h in zip((0.01, 0.09, 0.001), steps, strict=False)]
+    assert math.isnan(sheet(uneven).order("verlet"))
 
 
-def test_the_cheapest_within_the_tolerance_at_the_loops_own_step():
-    cheap_but_off = point("euler", 0.0201, 500.0)
-    coarse = point("verlet", 0.001, 100.0, step_s=4e-3)
-    fits, dear = point("verlet", 0.02, 1000.0), point("rk4", 1e-9, 2000.0)
-    made = sheet([cheap_but_off, coarse, dear, fits])
-    assert made.answer.cheapest.label == "verlet"
-    assert made.answer.cheapest.step_s == 1e-3
-    assert made.answer.right
-    where = "In this scene the cheapest method within 2 % at a 1 ms step"
-    assert sentence(made) == f"{where} is verlet: 1.0 µs per simulated second."
-    assert verdict(made) == "It is the default."
+def test_winners_are_the_cheapest_within_each_tolerance_and_those_that_cost_the_same():
+    euler, fine = point("euler", 0.05, 100.0), point("rk4", 1e-6, 900.0, cycles=5e6)
+    verlet = point("verlet", 0.005, 500.0, spread=20.0, cycles=3e6)
+    near = point("exact", 0.0, 515.0)
+    made = sheet([euler, fine, verlet, near])
+    found = [[p.method for p in made.winners(t)] for t in plan.TOLERANCES]
+    assert found == [["euler"], ["verlet", "exact"], ["exact"], ["exact"]]
+    assert [p.method for p in made.winners(1e-3, board=True)] == ["rk4"]
+    assert words.sentence(made) == (
+        "Cheapest within 2 %: Verlet, 0.50 µs per simulated second. 1 more costs the same."
+    )
+    assert words.sentence(sheet([point("verlet", math.inf, 10.0)])) == "No method is within 2 %."
 
 
-@pytest.mark.parametrize(("cost", "tied"), [(1.019, True), (1.021, False)])
-def test_costs_within_their_measured_spread_are_equal_and_the_error_decides(cost, tied):
-    euler = point("euler", 0.01, 1000.0, ns_spread=20.0)
-    for error, wins in ((0.01, tied), (0.009, tied), (0.011, False)):
-        made = sheet([euler, point("verlet", error, 1000.0 * cost, ns_spread=10.0)])
-        assert made.answer.right is wins
-        assert made.answer.cheapest.method == ("verlet" if wins else "euler")
-        assert [p.method for p in made.front] == (
-            ["euler", "verlet"] if error == 0.01 and tied else
-            ["verlet"] if wins else ["euler", "verlet"] if error < 0.01 else ["euler"]
-        )  # fmt: skip
-        assert sentence(made).startswith(
-            f"In this scene {'2 methods' if tied else 'the cheapest method'} within 2 %"
-        )
-        costs = "costs the same as euler" if tied else "costs 2 % more than euler"
-        others = "It is the default. Just as cheap: euler." if wins else f"The default, verlet, {costs}; its"
-        assert verdict(made).startswith(others)
+@pytest.mark.parametrize("rate", [500.0, 1000.0])
+def test_the_boards_cycles_in_a_second_are_those_of_the_counted_law(rate):
+    from hapkit_studio import environments
+
+    friction = environments.named("friction")
+    values = friction.values({"model": "tether"})
+    program = board.compile(friction.force, values, 1.0 / rate, machine.ARENA)
+    law = machine.mean_cycles(program.code, program.slots, program.given)[0]
+    found = plan.board_cycles("friction", "model", "tether", rate)
+    rest = machine.REST + machine.ESTIMATE  # friction reads the velocity
+    assert found == pytest.approx(rate * (law + rest) + frames(rate) * machine.FRAME, rel=1e-3)
 
 
-def over(*errors, ns=1000.0, key="verlet"):
-    """Return a method's points in one scene each; the tolerance is 0.02."""
-    lag = (("lag_s", 0.0031),)
-    return [point(key, error, ns, ns_spread=10.0, extra=lag) for error in errors]
+@pytest.mark.slow
+def test_a_method_that_the_board_has_no_room_for_has_no_cycles():
+    assert math.isnan(plan.board_cycles("mass_spring_damper", "integrator", "exact", 1000.0))
 
 
-@pytest.mark.parametrize(
-    ("rival", "right", "words"),
-    [
-        (over(0.01, 0.03, key="rk4", ns=2.0), True, "none is in more, and none in as many costs less"),
-        (over(0.0, 0.0, 0.03, key="rk4", ns=1005.0), True, "none in as many costs less on average"),
-        (over(0.0, 0.0, 0.024, key="rk4", ns=1005.0), False, "rk4 is in as many, costs the same"),
-        (over(0.0, 0.0, 0.03, key="rk4", ns=500.0), False, "the default costs 2.0 times as much as rk4"),
-        (over(0.0, 0.0, 0.02, key="rk4", ns=1e6), False, "in 2 of them, rk4 in 3"),
-    ],
-)  # fmt: skip
-def test_one_default_for_several_scenes_and_what_it_gives_up(rival, right, words):
-    rival += over(*[math.inf] * (3 - len(rival)), key="rk4")
-    pairs = zip(over(0.01, 0.02, 0.025), rival, strict=True)
-    choice = Choice(tuple(sheet(pair) for pair in pairs))
-    assert choice.answer.right is right
-    assert words in reason(choice)
-    assert reason(choice).startswith("One default serves 3 scenes: verlet is within the tolerance in 2")
-    assert reason(choice).endswith("Not in “A scene”: its error is 2.5 %, 3.1 ms late.")
+def test_the_shortest_turns_count_and_candidates_take_turns():
+    now, order = [0], []
 
-
-def test_a_default_outside_of_the_tolerance_is_not_right_however_cheap():
-    made = sheet([point("euler", 0.01, 1000.0), point("verlet", 0.03, 10.0)])
-    assert not made.answer.right
-    assert verdict(made) == "The default, verlet, is outside the tolerance here: its error is 3.0 %."
-    nothing = sheet([point("verlet", math.inf, 10.0)])
-    assert nothing.answer.cheapest is None
-    assert sentence(nothing) == "In this scene no method is within 2 % at a 1 ms step."
-
-
-class Clock:
-    """A clock that stands still but for the work done."""
-
-    def __init__(self):
-        self.now = 0
-        self.order = []
-
-    def __call__(self):
-        return self.now
-
-    def work(self, name, durations):
-        """Return what prepares work that takes one duration after the other, the last for ever."""
+    def works(name, durations):
         left = list(durations)
 
         def do():
-            self.order.append(name)
-            self.now += left.pop(0) if len(left) > 1 else left[0]
+            order.append(name)
+            now[0] += left.pop(0) if len(left) > 1 else left[0]
 
         def prepare():
-            self.now += 1_000_000  # making ready costs, outside of the time
+            now[0] += 1_000_000  # making ready costs, outside of the time
             return do
 
         return prepare
 
-
-def test_the_shortest_turns_count_and_candidates_take_turns():
-    clock = Clock()
-    disturbed = clock.work("a", [90_000, 5000, 700, 80_000, 500, 600])
-    steady = clock.work("b", [300])
-    assert plan.shortest([disturbed, steady], clock) == [(600, 100), (300, pytest.approx(18))]
-    assert clock.order[:8] == ["a", "b", "a", "b", "b", "a", "a", "b"]
-    assert len(clock.order) / 2 >= plan.LEAST_TURNS
+    candidates = [works("a", [90_000, 5000, 700, 80_000, 500, 600]), works("b", [300])]
+    assert plan.shortest(candidates, lambda: now[0]) == [(600, 100), (300, pytest.approx(18))]
+    assert order[:8] == ["a", "b", "a", "b", "b", "a", "a", "b"]
+    assert len(order) / 2 >= plan.LEAST_TURNS
 
 
-def test_one_lucky_turn_is_not_believed_until_others_are_as_short():
-    """Slow for 60 turns but one: the turns go on until the short time came HITS times."""
-    clock = Clock()
-    slow = clock.work("a", [1400] * 5 + [1000] + [1400] * 55 + [1010])
-    assert plan.shortest([slow, clock.work("b", [900])], clock) == [(1010, 400), (900, pytest.approx(54))]
-    assert clock.order.count("a") - 1 == 60 + plan.HITS - 1
-
-
-@pytest.mark.parametrize(("longer", "equal"), [(1.05, True), (1.07, False)])
-def test_costs_that_are_both_believed_within_three_per_cent_may_be_equal(longer, equal):
-    clock = Clock()
-    works = [clock.work("a", [100_000]), clock.work("b", [round(100_000 * longer)])]
-    one, other = (point(ns=ns, ns_spread=spread) for ns, spread in plan.shortest(works, clock))
-    assert one.as_cheap(other) == equal
-
-
-STRANGE = [
-    point("verlet", 0.0, 1000.0),
-    point("verlet", 1e-3, 2000.0, step_s=5e-4),
-    point("rk4", math.inf, 3000.0),
-    point("rk4", 2180.0, 500.0, step_s=2e-3),
-    point("exact", 3e-16, 8000.0),
-]
-
-
-def test_no_error_stands_on_a_row_of_its_own_inside_the_frame():
-    frame = AccuracyAxes(sheet(STRANGE))
-    assert frame.has_zero
-    cost, bottom = frame.place(STRANGE[0])
-    assert cost == 1.0  # µs
-    assert frame.bottom < bottom < frame.place(STRANGE[4])[1] == pytest.approx(3e-14)  # %
-    assert not AccuracyAxes(sheet(STRANGE[1:])).has_zero
+def test_every_error_has_a_place_inside_the_axes():
+    strange = [point("verlet", 0.0, 1000.0), point("rk4", math.inf, 3000.0), point("exact", 3e-15, 8000.0)]
+    frame = AccuracyAxes(sheet(strange))
+    (low, high), places = frame.box["ylim"], [frame.place(p) for p in strange]
+    assert places[0][0] == 1.0  # µs
+    assert places[2][1] == pytest.approx(3e-13)  # %
+    assert all(low < error < high for _, error in places)
 
 
 @pytest.mark.slow
-def test_a_picture_of_several_sheets(tmp_path):
-    sheets = [sheet(STRANGE), sheet([point()], step_s=None), sheet([point("rk4", 0.5)], unit="m/s")]
-    path = tmp_path / "chart.png"
-    accuracy_figure(accuracy(*sheets, *sheets[:2]), path)
-    assert path.stat().st_size > 10_000
+def test_the_orders_of_the_integrators_are_those_of_theory():
+    found = accuracy.of_methods(["integrators"]).sheets[0]
+    orders = {"explicit_euler": 1.0, "lecture": 1.0, "semi_implicit": 1.0, "verlet": 2.0, "rk4": 4.0}
+    assert {key: found.order(key) for key in orders} == pytest.approx(orders, abs=0.03)
 
 
-@pytest.mark.parametrize(("method", "drawn"), [("", "Verlet, 1 ms"), ("rk4", "RK4, 1 ms")])
-def test_a_picture_shows_the_motion_of_a_method_the_defaults_unless_told(monkeypatch, method, drawn):
-    keys = {"verlet": "Verlet", "rk4": "RK4"}
-    points = [replace(point(key), chart="integrators", scene="damped", label=keys[key]) for key in keys]
-    shown = replace(sheet(points), chart="integrators")
-    figure = Figure(figsize=(12.0, 14.0), layout="constrained")
-    monkeypatch.setattr(charts, "save", lambda paint, *_args, **_more: paint(figure, colors()))
-    accuracy_figure(accuracy(shown), "", method)
-    axes = figure.subfigs[0].axes
-    assert [each.get_ylabel() for each in axes] == ["error / scale, %", "position, mm", "error, %"]
-    assert [text.get_text() for text in axes[1].get_legend().get_texts()] == ["true motion", drawn]
+@pytest.mark.slow
+def test_one_object_of_methods_and_of_a_scene_and_pictures(capsys, tmp_path):
+    picture = str(tmp_path / "chart.png")
+    words = ["--methods", "servo", "contact", "--json", "--plot", picture, "--board"]
+    assert main(["accuracy", *words]) == 0
+    found, *others = json.loads(capsys.readouterr().out)["methods"]
+    assert len(found["rows"]) == 14
+    assert not any(row["cycles"] for sheet in others for row in sheet["rows"])  # the board has none
+    assert {"cycles", "ns"} <= set(found["rows"][0])
+    assert found["orders"]["prompt"] == pytest.approx(1.0, abs=0.05)
+    assert main(["chain", "friction", "-p", "viscous=2", "--json", "--plot", picture]) == 0  # former name
+    (scene,) = json.loads(capsys.readouterr().out)["scenes"]
+    assert scene["values"]["viscous"] == 2.0
+    for place in ("computer", "board"):
+        best = scene["answers"][place]["recommended"]
+        assert sum(best["parts"].values()) == pytest.approx(best["error"])
+        assert all(unit in scene["answers"][place]["answer"] for unit in (" Hz", " N/m"))
+
+
+def test_parameters_are_of_one_scene(capsys):
+    assert main(["accuracy", "spring", "wall", "-p", "stiffness=3"]) != 0
+    assert "Parameters are of one environment" in capsys.readouterr().err

@@ -1,181 +1,162 @@
-"""The accuracy view: the answer in words, every method in chart and table, points told under the pointer."""
-
-import math
+"""Speed and accuracy: three parts, each with its sentence; a method is used and undone; cells in words."""
 
 import pytest
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QGuiApplication
+from matplotlib.figure import Figure
+from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
-from hapkit_studio.analysis import accuracy
-from hapkit_studio.analysis.accuracy.plan import (
-    Accuracy,
-    Chart,
-    Default,
-    Method,
-    Point,
-    Scene,
-    Sheet,
-    mark_front,
-)
-from hapkit_studio.charts.accuracy import AccuracyAxes, marker_and_color
-from hapkit_studio.dynamics.estimators import ESTIMATORS
-from hapkit_studio.dynamics.integrators import INTEGRATORS
-from hapkit_studio.dynamics.stick_slip import MODELS
-from hapkit_studio.gui.pages.accuracy import CHARTS, columns
-from hapkit_studio.gui.widgets.theme import theme
-from hapkit_studio.palette import TOKENS
-from tests.gui.pages.drawing_support import drawn, leave, outside
-from tests.gui.pages.drawing_support import point as point_at
-from tests.gui.test_layout import cut_off
-
-LABELS = {"verlet": "Verlet", "rk4": "RK4", "explicit_euler": "Explicit Euler"}
+from hapkit_studio.analysis.accuracy import Accuracy
+from hapkit_studio.analysis.accuracy import scene as this_scene
+from hapkit_studio.analysis.accuracy.needs import Effect, Needs
+from hapkit_studio.analysis.accuracy.plan import Point, Scene, Sheet
+from hapkit_studio.analysis.accuracy.scene import Question
+from hapkit_studio.charts.accuracy import draw_scene
+from hapkit_studio.charts.style import colors
+from hapkit_studio.devices.simulated import TERMS
+from hapkit_studio.environments import discover
+from hapkit_studio.gui.pages.measuring import write
+from tests.gui.pages.drawing_support import outside
+from tests.gui.test_layout import cut_off, resize
 
 
-def point(method: str, step_ms: float, error: float, cost: float) -> Point:
-    return Point("integrators", "damped", method, step_ms * 1e-3, error, cost, label=LABELS[method])
-
-
-def made_up(default: str, tolerance: float = 0.02) -> Accuracy:
+def sheet() -> Sheet:
     """Return a chart whose answer is known: Verlet at 1 ms, 4 µs, off by 0.2 %; nothing is cheaper."""
-    points = mark_front(
-        [
-            point("explicit_euler", 1.0, 0.5, 2000.0),
-            point("explicit_euler", 0.5, math.inf, 4000.0),
-            point("verlet", 1.0, 0.002, 4000.0),
-            point("verlet", 0.5, 0.0005, 8000.0),
-            point("rk4", 1.0, 2e-6, 12000.0),
-            point("rk4", 0.5, 0.0, 24000.0),
-        ]
+    numbers = [("verlet", 1e-3, 0.002, 4000.0, 5e6), ("verlet", 5e-4, 0.0005, 8000.0, 9e6)]
+    numbers += [("rk4", 1e-3, 2e-6, 12_000.0, 14e6), ("rk4", 5e-4, 0.0, 24_000.0, 28e6)]
+    points = tuple(
+        Point(method, method.capitalize(), step, error, cycles, ns)
+        for method, step, error, ns, cycles in numbers
     )
-    scene = Scene("damped", "Damped mass", "largest error", tolerance, "felt", Default(default))
-    methods = tuple(Method(key, label) for key, label in LABELS.items())
-    return Accuracy(
-        (Chart("integrators", "Integrators", (Sheet("integrators", scene, methods, points),)),), 0.9
-    )
+    scene = Scene("damped", "Damped mass", "largest error", 0.02, "felt")
+    return Sheet("integrators", scene, {"verlet": "Verlet", "rk4": "RK4"}, points)
 
 
 @pytest.fixture
-def page(shared_window):
-    """Return the page in sight, its first chart chosen and measured, none measured by itself."""
+def page(shared_window, monkeypatch):
+    """Return the page in sight; nothing is measured by itself."""
     shown = shared_window.views.page("accuracy")
-    shown.begun.update(dict(CHARTS))
+    for part in shown.pages:
+        monkeypatch.setattr(part.job, "_needs", "")
+        monkeypatch.setattr(part, "press", lambda: None)
     shared_window.views.show("accuracy")
-    shown.charts.button(0).click()
-    shown.show_result(made_up("verlet"))
     return shown
 
 
-def test_the_answer_and_whether_the_default_is_it(page):
-    assert page.answer.words.text().startswith("In this scene the cheapest method within 2")
-    assert page.answer.words.text().endswith("at a 1 ms step is Verlet: 4.0 µs per simulated second.")
-    assert "It is the default." in page.side.words.text()
-    page.show_result(made_up("rk4"))
-    said = "The default, RK4, costs 3.0 times as much as Verlet; its error here is 2·10⁻⁴ %."
-    assert page.side.words.text() == said, "of one scene nothing is said twice"
-    page.show_result(made_up("verlet", tolerance=1e-9))
-    assert page.answer.words.text() == "In this scene no method is within 1·10⁻⁷ % at a 1 ms step."
+def show(page, index):
+    page.parts.button(index).click()
+    return page.part
 
 
-def test_every_error_is_drawn_somewhere_in_the_frame_and_told(page):
-    assert outside(page.chart) == cut_off(page) == []
-    frame = AccuracyAxes(page.sheet)
-    for found in page.sheet.points:
-        point_at(page.chart, *frame.place(found))
-        assert page.point.text().startswith(f"{found.label} at "), found
-    point_at(page.chart, 4.0, 0.2)  # %
-    assert page.point.text() == "Verlet at 1 ms: 0.20 %, 4.0 µs per second"
-    leave(page.chart)
-    assert page.point.text() == ""
+def test_methods_answer_in_one_sentence_on_the_computer_and_on_the_board(page):
+    part = show(page, 0)
+    part.show_result(Accuracy(sheets=(sheet(),)))
+    said = "Cheapest within 2 %: Verlet at 1 ms, 4.0 µs per simulated second."
+    assert part.answer.words.text() == said
+    assert [" ".join(row) for row in part.table.texts()[1:]] == [
+        "Verlet at 1 ms 10 %", "Verlet at 1 ms 1 %", "Verlet at 0.5 ms 0.1 %", "Rk4 at 1 ms 0.01 %",
+    ]  # fmt: skip
+    assert outside(part.chart) == cut_off(part) == []
+    part.where.button(1).click()
+    assert "5.00 million cycles a second" in part.answer.words.text()
+    part.where.button(0).click()
 
 
-def test_a_row_of_the_table_lets_its_line_stand_out_and_shows_its_motion(page):
-    # the most accurate one comes first; a second click chooses none
-    for width, titles in ((3.0, ["position, mm", "error, %"]), (1.5, [])):
-        row = page.table.visualRect(page.table.model().index(0, 0)).center()
-        QTest.mouseClick(page.table.viewport(), Qt.MouseButton.LeftButton, pos=row)
-        axes, *traces = drawn(page.chart)
-        color = theme.color(marker_and_color("rk4")[1]).name()
-        widths = {line.get_linewidth() for line in axes.lines if line.get_color() == color.upper()}
-        assert width in widths
-        assert [each.get_ylabel() for each in traces] == titles
-        if traces:
-            page.point.setText("")
-            point_at(page.chart, 0.5, 9.0, axes=1)
-            assert page.point.text() == ""  # no method's cost is there
+def test_errors_come_first_and_then_their_parts(page, shared_window, qtbot):
+    part, studio = show(page, 1), shared_window.studio
+    studio.adopt(studio.environments["damping"])
+    studio.reset_values()
+    early = []
+    part.totals.connect(early.append)
+    with qtbot.waitSignal(part.job.finished):
+        part.run()
+    assert early[0].options[0].parts == ()
+    assert sum(part.found.options[0].parts) == pytest.approx(part.found.options[0].error)
+    assert part.answer.words.text() == part.found.sentence("computer")
+    assert len(part.table.texts()) == 1 + 8
 
 
-def test_the_table_is_sorted_by_a_click_on_a_head_and_copied(page):
-    head = page.table.horizontalHeader()
-    place = QPoint(head.sectionPosition(1) + 4, 4)
-    QTest.mouseClick(head.viewport(), Qt.MouseButton.LeftButton, pos=place)
-    costs = [row[1] for row in page.table.texts()[1:]]
-    assert costs in (["2.0", "4.0", "12"], ["12", "4.0", "2.0"])
-    page.table.setFocus()
-    QTest.keyClick(page.table, Qt.Key.Key_C, Qt.KeyboardModifier.ControlModifier)
-    lines = QGuiApplication.clipboard().text().split("\n")
-    assert lines[0] == "Method\tµs per s\tError %"
-    assert len(lines) == 4
+def test_another_method_is_known_at_once_and_use_it_is_undone(page, shared_window, qtbot):
+    part, studio = show(page, 1), shared_window.studio
+    studio.adopt(studio.environments["friction"])
+    studio.reset_values()
+    part.show_result(this_scene.compute(part.question()))
+    before = part.found
+    studio.set_value("model", 0.0)
+    assert part.found.options is before.options
+    assert part.found.in_force("board").method == "Coulomb"
+    assert not part.chart.pale
+    best = part.better
+    shared_window.history.gesture += 1  # another press
+    part.use_button.click()
+    assert part.found.in_force("computer").options == best.options
+    shared_window.history.undo()
+    assert studio.values["model"] == 0.0
+    with qtbot.waitSignal(part._worker.answered):
+        studio.set_value("kinetic_force", 0.2)
+    live = this_scene.in_force(part.question(), part.found)
+    assert [said.split(" JND")[0] for _, said in part.now.pairs] == [
+        this_scene.jnd(one.error).split(" JND")[0] for one in live
+    ]
+    assert part.chart.pale
+    assert not part.use_button.isEnabled()
 
 
-def test_a_chart_that_was_not_measured_shows_no_other_charts_points(page):
-    page.charts.button(1).click()
-    assert page.sheet is None
-    assert page.answer.words.text() == "Run to see what each method costs."
-    assert (page.side.heading.text(), page.side.words.text()) == ("Velocity", "Not measured yet.")
-    assert (page.bar.status.text(), page.bar.run.text()) == ("", "Run")
-    assert not page.chart.isVisible()
-    assert not page.table.isVisible()
-    page.charts.button(0).click()
-    assert page.sheet is not None
-    assert (page.side.heading.text(), page.bar.run.text()) == ("Integrators", "Run again")
-    assert page.bar.status.text() == "6 points, 0.9 s"
+def test_the_lower_chart_stands_where_there_is_room_and_no_words_overlap():
+    friction = discover()["friction"]
+    question = Question(friction, friction.values(), places=(this_scene.ON_BOARD,))
+    found = this_scene.split(this_scene.compute(question))
+    for height, charts in ((420.0, 3), (760.0, 5)):
+        figure = Figure(figsize=(13.0, height / 72.0), dpi=72, layout="constrained")
+        draw_scene(figure, colors(), found)
+        figure.draw_without_rendering()
+        panels = [axes for panel in figure.subfigs or [figure] for axes in panel.axes]
+        assert len(panels) == charts
+        written = [text for axes in panels for text in (*axes.texts, *axes.get_yticklabels())]
+        written += panels[1].get_legend().texts
+        boxes = [text.get_window_extent() for text in written if text.get_text()]
+        assert not [box for n, box in enumerate(boxes) if box.count_overlaps(boxes[:n])]
 
 
-def test_each_chart_is_measured_by_itself_when_first_seen(page, shared_window, monkeypatch, qtbot):
-    monkeypatch.setattr(page.job, "_needs", "")
-    asked = []
-    monkeypatch.setattr(accuracy, "compute", lambda keys, progress: asked.extend(keys) or made_up("rk4"))
-    page._found.clear()
-    page.begun.clear()
-    shared_window.views.show("live")
-    assert asked == []
-    shared_window.views.show("accuracy")
-    assert page.answer.words.text() == "Measuring what each method costs…"
-    qtbot.waitUntil(lambda: not page.job.running)
-    page.charts.button(1).click()
-    qtbot.waitUntil(lambda: not page.job.running)
-    assert asked == ["integrators", "velocity"]
-    assert page.answer.words.text() == page.begin  # what came was of another chart
-    page.charts.button(0).click()
-    shared_window.views.show("live")
-    shared_window.views.show("accuracy")
-    assert asked == ["integrators", "velocity"]
-    page.begun.update(dict(CHARTS))
+def test_an_estimator_is_used_where_a_scene_has_no_methods(page, shared_window):
+    part, studio = show(page, 1), shared_window.studio
+    studio.adopt(studio.environments["damping"])
+    studio.reset_values()
+    part.show_result(this_scene.compute(part.question()))
+    row = next(n for n, cells in enumerate(part.table.texts()) if cells[0] == "Difference, computer")
+    part.table.setCurrentIndex(part.table.model().index(row - 1, 0))
+    part.use_button.click()
+    assert studio.loop.estimator == "difference"
+    assert part.found.in_force("computer").method == "Difference"
+    shared_window.history.undo()
+    assert studio.loop.estimator == "kalman"
 
 
-SPEED = Scene("tremor", "Tremor", "RMS", 5e-3, "felt", Default("verlet"), unit="m/s")
-RATE = Scene("wall", "Wall", "K / limit", 1.0, "safe", Default("verlet"), step_s=None, goal="stable")
+def made_up(scene: str) -> Needs:
+    """Return a judgement in which each term is felt 0.3 JND less than the one before, the last not at all."""
+    felt = [2.1 - 0.3 * k for k in range(len(TERMS) - 1)] + [0.0]
+    effects = tuple(
+        Effect(scene, key, jnd, "force", "press", 4.0 / 3.0 * jnd)
+        for key, jnd in zip(TERMS, felt, strict=True)
+    )
+    return Needs(scene, effects, tuple(TERMS)[:4], effects[-1], ())
 
 
-def rows_of(page, scene: Scene, points: list[Point]) -> list[tuple[str, str, str]]:
-    sheet = Sheet("servo", scene, (), tuple(points))
-    page.table.show_rows(columns(sheet), points)
-    return page.table.texts()
-
-
-def test_a_table_has_one_unit_and_tells_rates_apart(page):
-    head, row = rows_of(page, SPEED, [Point("c", "s", "verlet", 1e-3, 0.34e-3, 38e3, label="Kalman")])
-    assert (head, row) == (("Method", "µs\nper s", "Error\nmm/s"), ("Kalman", "38", "0.34"))
-    once = Point("c", "s", "verlet", 1e-3, 0.8, 48e3, label="At once")
-    late = Point("c", "s", "rk4", 0.5e-3, 1.59, 91e3, label="1 ms later")
-    head, first, second = rows_of(page, RATE, [once, late])
-    assert head == ("Rate", "µs\nper s", "Of limit\n%")
-    assert (first, second) == (("1 kHz", "48", "80"), ("2 kHz, 1 ms later", "91", "159"))
-
-
-def test_methods_of_a_chart_differ_in_marker_or_colour():
-    for family in (INTEGRATORS, tuple(ESTIMATORS), tuple(MODELS)):
-        looks = [marker_and_color(method) for method in family]
-        assert len(set(looks)) == len(looks)
-        assert {token for _, token in looks} <= set(TOKENS)
+def test_a_cell_is_told_in_words_by_keys_and_clicks(page, qapp, shared_window, tmp_path):
+    part = show(page, 2)
+    part.show_result(Accuracy(needs=tuple(made_up(key) for key in discover())))
+    assert part.answer.words.text().endswith(
+        "needs mass, damping, friction, sensor steps; of the rest nobody feels a difference."
+    )
+    place = part.table.visualRect(part.table.model().index(0, 4)).center()
+    QTest.mouseClick(part.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
+    assert part.side.heading.text() == "Free without sensor steps"
+    told = dict(part.details.pairs)
+    assert (told["Felt by most"], told["As a"], told["With the hand"]) == ("1.2 JND", "force", "press")
+    QTest.keyClick(part.table, Qt.Key.Key_Right)  # 0.9: only the best subjects tell it
+    assert part.side.words.text() == "Only the best subjects would miss it."
+    assert part.table.texts()[1][5].startswith("0.9 †")
+    write(tmp_path / "a.json", *part.exports())
+    assert "wall" in (tmp_path / "a.json").read_text()
+    for size in ((960, 600), (1440, 900)):
+        resize(qapp, shared_window, size)
+        assert cut_off(part) == []

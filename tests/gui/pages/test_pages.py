@@ -174,7 +174,7 @@ def test_many_words_take_a_line_of_their_own_and_enter_presses(job, shared_windo
 
 
 def test_the_e_stop_is_within_reach_while_a_file_is_named(shared_window):
-    page = shared_window.views.page("fidelity")
+    page = shared_window.views.page("accuracy").needs
     page.export()
     dialog = page.findChild(QFileDialog)
     assert dialog.isVisible()
@@ -188,12 +188,12 @@ def test_the_e_stop_is_within_reach_while_a_file_is_named(shared_window):
 def test_a_file_is_written_in_a_thread_and_what_went_wrong_is_said(
     shared_window, monkeypatch, qtbot, tmp_path
 ):
-    page, taken = shared_window.views.page("fidelity"), []
+    page, taken = shared_window.views.page("accuracy").needs, []
     monkeypatch.setattr(measuring, "choose_file", lambda *given, save_as: taken.append((given[3], save_as)))
     monkeypatch.setattr(page, "exports", lambda: (lambda path: None, lambda: {"found": 1.5}))
     page.bar.export_pressed.emit()
     ((save, name),) = taken
-    assert name == "fidelity.png"
+    assert name == "accuracy-needs.png"
     for path, said in (("a.json", "Saved a.json"), ("no/a.json", "a.json cannot be written: No such file")):
         save(str(tmp_path / path))
         qtbot.waitUntil(lambda said=said: page.bar.status.text().startswith(said))

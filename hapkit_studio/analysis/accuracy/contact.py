@@ -1,0 +1,94 @@
+"""Contact: what a bounce off a springy wall does to a mass's energy, with the contact sampled or located.
+
+A bounce off a spring gives back all energy. The mass is the puck's, shoved to and fro between its two walls.
+"""
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.accuracy.integrators import STEPS
+from hapkit_studio.analysis.accuracy.plan import FELT, Plan, Point, Run, Scene, always, repeats
+from hapkit_studio.dynamics.contact import held, located
+from hapkit_studio.dynamics.integrators import INTEGRATORS, Body, drive, instants
+from hapkit_studio.dynamics.moving_mass import FAR
+from hapkit_studio.environments.puck import REACH
+
+BOUNCES = 100
+MASS, WALL = (environments.named("puck").values()[key] for key in ("mass", "wall_stiffness"))
+SHOVED, PUCK_FROM = 0.5, 0.010  # m/s, m
+Motion = tuple[Callable[[], object], np.ndarray, np.ndarray]
+LABELS = {
+    "held": "Penalty, held force", "semi_implicit": "Penalty, semi-implicit", "verlet": "Penalty, Verlet",
+    "located": "Verlet, contact located", "exact": "Exact",
+}  # fmt: skip
+
+
+def moving(method: str, h: float, seconds: float, times: int = 1) -> Motion:
+    """Return what computes the motion by steps of h s, and the positions and velocities (n,) it fills."""
+    t = instants(seconds, h)
+    x, v = np.full_like(t, PUCK_FROM), np.full_like(t, SHOVED)
+    if method in INTEGRATORS:
+        body = Body(MASS, reach=REACH, wall=WALL)
+        given = body.numbers(), np.zeros_like(t), np.full_like(t, -FAR)
+        return partial(drive, float(INTEGRATORS.index(method)), times, h, *given, x, v), x, v
+    return partial(held if method == "held" else located, times, h, MASS, WALL, REACH, x, v), x, v
+
+
+def energies(method: str, h: float, bounces: int = BOUNCES) -> np.ndarray:
+    """Return the energy of each flight over the first one's: (bounces + 1,); inf for no number."""
+    one = math.pi * math.sqrt(MASS / WALL) + 2.0 * REACH / SHOVED
+    work, x, v = moving(method, h, (bounces + 1) * one)
+    work()
+    free = np.abs(x) < REACH
+    begins = np.flatnonzero(np.diff(free.astype(int), prepend=0) == 1)[: bounces + 1]
+    found = (v[begins] / SHOVED) ** 2
+    return np.where(np.isfinite(found), found, np.inf)
+
+
+def error(method: str, h: float, drift: bool) -> float:
+    """Return the energy that a bounce gains or loses, root mean square, or that all of them add up to."""
+    found = energies(method, h)
+    with np.errstate(all="ignore"):
+        off = abs(found[-1] - 1.0) if drift else math.sqrt(np.mean((np.diff(found) / found[:-1]) ** 2))
+    return float(off) if math.isfinite(off) else math.inf
+
+
+def runs(scene: Scene) -> list[Run]:
+    """Return every way of contact at every step."""
+    made = []
+    for key, label in LABELS.items():
+        for h in STEPS:
+            times = repeats(round(1.0 / h))
+            work, off = always(moving(key, h, 1.0, times)[0]), error(key, h, scene.key == "drift")
+            made.append((Point(key, label, h, off), work, float(times)))
+    return made
+
+
+CONDITIONS = (
+    ("Mass", f"0.5 kg, {SHOVED:g} m/s"), ("Walls", "500 N/m, 70 mm apart"),
+    ("Reference", "a spring gives back all energy"),
+)  # fmt: skip
+PLAN = Plan(
+    "contact",
+    "Contact",
+    "Which way of computing a contact keeps its energy, and at what cost?",
+    LABELS,
+    (
+        Scene(
+            "bounce",
+            "Energy per bounce",
+            "energy gained or lost in a bounce / energy",
+            0.02,
+            FELT,
+            "",
+            CONDITIONS,
+        ),
+        Scene("drift", "Drift over 100 bounces", "the same over 100 bounces", 0.02, FELT, "", CONDITIONS),
+    ),
+    runs,
+    order=15,
+)

@@ -1,0 +1,261 @@
+"""What it needs: what a person feels of each term of the device and loop, from where on, and what it costs.
+
+The reference models everything. One term at a time is left out, and both runs are compared under every hand
+of the scene, and one that pushes beyond the force limit. A term is needed if a person tells the two apart, by
+more than one just-noticeable difference (JND); of the other terms as many are left out together as nobody
+tells from everything. Where no script shows a difference, the hands also throw the handle at other speeds, go
+on for longer, and let go at many moments.
+
+The terms of a law are its parameters that may be zero: what each takes on the board.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hapkit_studio.analysis.accuracy import trials
+from hapkit_studio.analysis.accuracy.scene import ON_BOARD, Option, Question, hertz, limit_of, loop_of
+from hapkit_studio.analysis.accuracy.trials import Trial
+from hapkit_studio.analysis.perception import RATE, Difference
+from hapkit_studio.analysis.sweeps import Progress, no_progress
+from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
+from hapkit_studio.dynamics.estimators import Spec
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.formatting import MINUS
+from hapkit_studio.haptics import headless
+from hapkit_studio.haptics.board_plan import BoardPlanner
+from hapkit_studio.haptics.settings import LoopSettings
+from hapkit_studio.laws.machine import ARENA
+from hapkit_studio.parameters import Parameter
+
+FINE_RATE = 16_000.0  # Hz: the loop without sampling
+DELAY = 1e-3
+ESTIMATOR: Spec = ("iir", {"cutoff": 35.5})
+PUSH = "push"  # the hand that presses beyond the force limit
+RATES = np.geomspace(500.0, 8000.0, 9)  # Hz, s and shares of the stiffness at which a term is looked for
+DELAYS = np.geomspace(0.05e-3, 12.8e-3, 9)
+LEAST = 0.02  # of a law's cycles: a term that takes less is not listed
+STIFFER = np.geomspace(1.0 / 16.0, 16.0, 9)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What a person feels without one term, in JND, of which sense, under which hand; None: not judged.
+
+    strict: the same in JND of the best subjects. since: felt up to this rate in Hz (sampling), or from this
+    delay in s or stiffness in N/m on; nan where not found. limit, without: the exact stiffness limit in N/m
+    of the released handle with the term and without it.
+    """
+
+    scene: str
+    term: str
+    felt: float | None
+    sense: str = ""
+    hand: str = ""
+    strict: float | None = None
+    since: float = math.nan
+    limit: float = math.nan
+    without: float = math.nan
+
+    @property
+    def since_words(self) -> str:
+        """Write up to which rate, or from which delay or stiffness on, it is felt."""
+        if math.isnan(self.since):
+            return "–"
+        if self.since == 0.0:
+            return "always"
+        if self.term == "sampling":
+            return f"up to {hertz(float(f'{self.since:.2g}'))}"
+        number, unit = (1e3 * self.since, "ms") if self.term == "delay" else (self.since, "N/m")
+        return f"from {float(f'{number:.2g}'):,g} {unit}"
+
+    @property
+    def gain_words(self) -> str:
+        """Write what leaving it out adds to the exact stiffness limit."""
+        gain = self.without - self.limit
+        return "–" if math.isnan(gain) or abs(gain) < 0.5 else f"{gain:+,.0f} N/m".replace("-", MINUS)
+
+    @property
+    def needed(self) -> bool:
+        """Return whether most people tell the difference of this term alone."""
+        return self.felt is not None and self.felt > 1.0
+
+    @property
+    def differs(self) -> bool:
+        """Return whether only the best subjects tell it."""
+        return self.strict is not None and (self.strict > 1.0) != self.needed
+
+
+@dataclass(frozen=True)
+class LawTerm:
+    """Cycles a tick, rate in Hz, stiffness limit in N/m of a law on the board, with a parameter and at 0."""
+
+    key: str
+    label: str
+    cycles: tuple[float, float]
+    rate: tuple[float, float]
+    limit: tuple[float, float]
+
+    @property
+    def words(self) -> str:
+        """Write what the law gains without the term."""
+        cycles, rate, limit = (f"{a:,.0f} → {b:,.0f}" for a, b in (self.cycles, self.rate, self.limit))
+        return f"{self.label} 0: {cycles} cycles, {rate} Hz, {limit} N/m"
+
+
+@dataclass(frozen=True)
+class Needs:
+    """A scene's effects, one a term, the terms that it needs, what all others change, and its law's terms."""
+
+    scene: str
+    effects: tuple[Effect, ...]
+    needs: tuple[str, ...]
+    together: Effect
+    law: tuple[LawTerm, ...]
+
+
+class _Rendered:
+    """Renders a scene with its defaults without some terms; the runs with all of them are kept."""
+
+    def __init__(self, environment: Environment):
+        self.environment = environment
+        self._whole: dict[str, np.ndarray] = {}
+
+    def run(
+        self,
+        trial: Trial,
+        gone: Iterable[str],
+        rate: float = RATE,
+        delay: float = DELAY,
+        stiffer: float = 1.0,
+    ) -> np.ndarray:
+        """Return the rows of a trial; stiffer: the stiffness of the scene is so many times its default."""
+        removed = set(gone)
+        if not trial.holds:
+            removed.discard("mass")
+        environment, values = self.environment, self.environment.values()
+        if stiffer != 1.0:
+            values[stiffness_of(environment).key] *= stiffer  # type: ignore[union-attr]
+        rate = FINE_RATE if "sampling" in removed else rate
+        loop = LoopSettings(rate, 0.0 if "delay" in removed else delay, ESTIMATOR)
+        device = SimulatedHapkit().without(removed)
+        scene = headless.Scene(environment, values, device, loop, true_velocity="filter" in removed)
+        return trials.render(scene, trial)
+
+    def told(self, trial: Trial, gone: Iterable[str]) -> Difference:
+        """Return what is felt in a trial of leaving terms out."""
+        if trial.words not in self._whole:
+            self._whole[trial.words] = self.run(trial, ())
+        return trials.felt(self.environment, trial, self._whole[trial.words], self.run(trial, gone))
+
+    def effect(self, label: str, gone: Sequence[str]) -> Effect:
+        """Return the largest difference under any hand where terms are left out."""
+        scripted = [*trials.scripts(self.environment), trials.script(PUSH)]
+        if tuple(gone) == ("mass",):
+            scripted = [trial for trial in scripted if trial.holds]
+        tried = [(self.told(trial, gone), trial.words) for trial in scripted]
+        if max((one.most for one, _ in tried), default=0.0) <= 1.0:
+            for trial in (variant for one in scripted[:-1] for variant in trials.variants(one)):
+                tried.append((self.told(trial, gone), trial.words))
+        if not tried:
+            return Effect(self.environment.key, label, None)
+        most, hand = max(tried, key=lambda one: one[0].most)
+        strict = max(one.strict.most for one, _ in tried)
+        return Effect(self.environment.key, label, most.most, most.word, hand, strict)
+
+    def since(self, term: str) -> float:
+        """Return up to which rate, or from which delay or stiffness on, scripts let a term be felt."""
+
+        def felt(**how: float) -> float:
+            found = []
+            for trial in [*trials.scripts(self.environment), trials.script(PUSH)]:
+                if term != "mass" or trial.holds:
+                    runs = [self.run(trial, gone, **how) for gone in ((), (term,))]
+                    found.append(trials.felt(self.environment, trial, *runs).most)
+            return max(found, default=0.0)
+
+        if term == "sampling":
+            return crossing(RATES[::-1], [felt(rate=rate) for rate in RATES[::-1]])
+        if term == "delay":
+            return crossing(DELAYS, [felt(delay=delay) for delay in DELAYS])
+        wanted = stiffness_of(self.environment)
+        if wanted is None:
+            return math.nan
+        return wanted.default * crossing(STIFFER, [felt(stiffer=share) for share in STIFFER])
+
+
+def crossing(places: np.ndarray, felt: Sequence[float]) -> float:
+    """Return the first place at which 1 JND is felt, between two on a straight line of logarithms.
+
+    nan where it is nowhere, 0 where it is felt at the first place already.
+    """
+    at = next((k for k, jnd in enumerate(felt) if jnd >= 1.0), None)
+    if not at:
+        return math.nan if at is None else 0.0
+    low, high = math.log(max(felt[at - 1], 1e-6)), math.log(min(felt[at], 1e6))
+    ratio = places[at] / places[at - 1]
+    return float(places[at - 1] * ratio ** (-low / (high - low)))
+
+
+def stiffness_of(environment: Environment) -> Parameter | None:
+    """Return the parameter that is the stiffness of a scene, None where it has no such one."""
+    wanted = Question(environment, environment.values()).stiffness
+    own = (p for p in environment.parameters if isinstance(p, Parameter) and p.unit == "N/m")
+    return next((p for p in own if p.default == wanted), None)
+
+
+def _limit(environment: Environment, gone: str = "") -> float:
+    """Return the exact stiffness limit without a term; nan without a mass, for there is no motion."""
+    if gone == "mass":
+        return math.nan
+    device = SimulatedHapkit().without((gone,) if gone else ())
+    rate, delay = FINE_RATE if gone == "sampling" else RATE, 0.0 if gone == "delay" else DELAY
+    spec: Spec = "difference" if gone == "filter" else ESTIMATOR
+    question = Question(environment, environment.values(), device=device)
+    return limit_of(question, question.options, rate, delay, spec)
+
+
+def law_terms(environment: Environment) -> tuple[LawTerm, ...]:
+    """Return what each parameter of a law takes that may be 0; the dearest first.
+
+    The limits are those of the law without the term, at the rate and delay with it and without.
+    """
+    planner, found = BoardPlanner(ARENA), []
+    for parameter in environment.parameters:
+        if not isinstance(parameter, Parameter) or not parameter.low <= 0.0 < parameter.high:
+            continue
+        pair = []
+        for value in (parameter.default or 0.5 * parameter.high, 0.0):
+            question = Question(environment, {**environment.values(), parameter.key: value})
+            pair.append(loop_of(question, (ON_BOARD, question.options, question.estimator), planner))
+        full, bare = pair
+        if isinstance(full, Option) and isinstance(bare, Option) and full.tick >= (1.0 + LEAST) * bare.tick:
+            limits = [limit_of(question, bare.options, o.rate, o.delay, "kalman") for o in (full, bare)]
+            shown = (full.tick, bare.tick), (full.rate, bare.rate), (limits[0], limits[1])
+            found.append(LawTerm(parameter.key, parameter.label, *shown))
+    return tuple(sorted(found, key=lambda term: term.cycles[1] - term.cycles[0]))
+
+
+def compute(environment: Environment, progress: Progress = no_progress) -> Needs:
+    """Return what each term changes in a scene with its defaults.
+
+    progress is told how many of how many steps are done.
+    """
+    rendered, steps = _Rendered(environment), len(TERMS) + 2
+    effects: list[Effect] = []
+    for key in TERMS:
+        progress(len(effects) + 1, steps)
+        found, limit, without = rendered.effect(key, (key,)), _limit(environment), _limit(environment, key)
+        effects.append(replace(found, since=rendered.since(key), limit=limit, without=without))
+    progress(steps - 1, steps)
+    spare = sorted((e for e in effects if not e.needed), key=lambda e: e.felt or 0.0)
+    together = rendered.effect("together", [e.term for e in spare])
+    while together.needed:
+        spare.pop()
+        together = rendered.effect("together", [e.term for e in spare])
+    removed = {e.term for e in spare}
+    progress(steps, steps)
+    needs = tuple(key for key in TERMS if key not in removed)
+    return Needs(environment.key, tuple(effects), needs, together, law_terms(environment))

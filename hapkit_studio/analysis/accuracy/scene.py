@@ -1,0 +1,492 @@
+"""This scene: how far each way of rendering it is from the scene itself, why, and which one to use.
+
+The ideal of a scene is its law with the exact method, rendered so fast and with so little delay that doubling
+the rate changes less than KNOWN, with an ideal sensor, the true velocity and no force limit. The error of an
+option is what the scene's hands feel of the difference, in just-noticeable differences (JND), under the hand
+that feels most. Shapley values split it into PARTS: the share of each is its mean effect over all orders in
+which ideal components are replaced by real ones. They add up to the error, and may be negative.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import combinations, product
+from types import MappingProxyType
+
+import numpy as np
+
+from hapkit_studio.analysis.accuracy import trials
+from hapkit_studio.analysis.accuracy.trials import Trial
+from hapkit_studio.analysis.accuracy.velocity import SHORT
+from hapkit_studio.analysis.perception import PLACE, Difference
+from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.analysis.stability import kb_plane, objects
+from hapkit_studio.analysis.sweeps import Progress, no_progress
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, Spec, parse
+from hapkit_studio.environments.base import Environment, Values
+from hapkit_studio.formatting import plain, significant
+from hapkit_studio.haptics import board_plan, headless, rows
+from hapkit_studio.haptics.board_plan import CLOCK, BoardPlanner, PlanRequest
+from hapkit_studio.haptics.engine import BOARD, COMPUTER
+from hapkit_studio.haptics.settings import RATE, LoopSettings
+from hapkit_studio.laws.machine import ARENA, FRAME, REST_AT_MOST
+from hapkit_studio.parameters import Choice
+
+PARTS = ("method", "rate", "delay", "velocity", "sensor", "limit")
+PART_WORDS = {"velocity": "velocity estimate", "sensor": "sensor steps", "limit": "force limit"}
+METHOD, REAL_RATE, REAL_DELAY, VELOCITY, SENSOR, LIMIT = PARTS
+SLOWEST_IDEAL, FASTEST_IDEAL = 16_000.0, 256_000.0  # Hz
+LIVE_IDEAL = 32_000.0  # Hz at most, so that an answer takes less than 50 ms
+KNOWN = 0.05  # JND: the ideal is known as well as this, and errors that differ by less are equal
+MARGIN = 1.5  # the stiffness limit of an option over the scene's stiffness
+_AS_STIFF, _AS_TRUE = 0.99, 2.0  # where no option has the margin: of the largest limit, of the least error
+_MOST = 100.0  # JND that a difference counts at most where it is split into parts
+Options = tuple[tuple[str, float], ...]  # the key of each choice between methods, and the option taken
+
+
+@dataclass(frozen=True)
+class Place:
+    """What renders, at a rate in Hz at most; delay in s from a sample to its force, None: not measured.
+
+    A computer then answers a period late; the board's force is in effect as soon as its tick is computed.
+    """
+
+    name: str
+    rate: float
+    delay: float | None = None
+
+
+ON_COMPUTER = Place(COMPUTER, RATE.default)  # as often as a Hapkit sends its position
+ON_BOARD = Place(BOARD, float(board_plan.RATES[0]))
+
+
+@dataclass(frozen=True)
+class Question:
+    """A scene as it is set, the velocity estimator in force, what may render it, and the handle."""
+
+    environment: Environment
+    values: Values
+    estimator: Spec = USUAL
+    places: tuple[Place, ...] = (ON_COMPUTER, ON_BOARD)
+    device: SimulatedHapkit = field(default_factory=SimulatedHapkit)
+
+    @property
+    def choices(self) -> tuple[Choice, ...]:
+        """Return the scene's choices between methods."""
+        return tuple(p for p in self.environment.parameters if isinstance(p, Choice) and p.method)
+
+    @property
+    def options(self) -> Options:
+        """Return the methods in force."""
+        return tuple((c.key, self.values[c.key]) for c in self.choices)
+
+    @property
+    def exact(self) -> Options:
+        """Return the methods of the ideal."""
+        return tuple((c.key, c.check(c.exact) if c.exact else c.default) for c in self.choices)
+
+    @property
+    def stiffness(self) -> float:
+        """Return the stiffness in N/m that the scene asks for, 0 where none bounds its stability."""
+        impedance = self.environment.impedance
+        return impedance(self.with_options(self.exact))[0] if impedance else 0.0
+
+    def spec(self, place: str) -> Spec:
+        """Return the estimator that a place uses."""
+        return board_plan.spec_on_board(self.estimator) if place == BOARD else self.estimator
+
+    def with_options(self, options: Options) -> dict[str, float]:
+        """Return the values with other methods."""
+        return {**self.values, **dict(options)}
+
+    def methods(self) -> Iterator[Options]:
+        """Yield every combination of methods that goes together."""
+        for options in product(*([(c.key, float(n)) for n in range(len(c.options))] for c in self.choices)):
+            if not self.environment.check(self.with_options(options)):
+                yield options
+
+    def words(self, options: Options, estimator: Spec) -> str:
+        """Write methods as a person reads them, or the estimator of a scene without any."""
+        chosen = dict(options)
+        named = ", ".join(choice.word(chosen[choice.key]) for choice in self.choices)
+        return named or SHORT[parse(estimator)[0].key]
+
+
+@dataclass(frozen=True)
+class Option:
+    """One way to render a scene; SI units; cycles of the board a second and of the law a tick, else nan.
+
+    method in words: of the scene, else its estimator; "" where neither makes a difference. limit: the exact
+    stiffness limit, nan where the estimator is not linear. error in JND, of which sense, under which hand;
+    parts: what each of PARTS contributes, () before it was split. own: the method's own error at the rate and
+    at twice the rate, each with the board's cycles a second; () unless it was split, on the board.
+    """
+
+    place: str
+    options: Options
+    estimator: Spec = field(hash=False)
+    method: str
+    rate: float
+    delay: float
+    cycles: float
+    tick: float
+    limit: float
+    error: float = math.nan
+    sense: str = ""
+    hand: str = ""
+    parts: tuple[float, ...] = ()
+    own: tuple[tuple[float, float], ...] = ()
+
+    def row(self) -> dict[str, object]:
+        """Return it as an object for programs."""
+        parts = dict(zip(PARTS, self.parts, strict=False))
+        return plain(self) | {"options": dict(self.options), "parts": parts}
+
+
+class Ideal:
+    """Renders a scene with ideal and real components, each combination once."""
+
+    def __init__(self, question: Question, rates: Mapping[str, float] = MappingProxyType({})):
+        self._question, self.trials = question, trials.scripts(question.environment)
+        self.rendered: dict[tuple, np.ndarray] = {}
+        self.rates = dict(rates)  # Hz, by the words of a trial
+
+    def rate(self, trial: Trial) -> float:
+        """Return the rate in Hz of the ideal: the first of which the double changes less than KNOWN."""
+        rate = self.rates.get(trial.words, SLOWEST_IDEAL)
+        while trial.words not in self.rates:
+            change = self._told(trial, self._ideal(trial, 2.0 * rate), self._ideal(trial, rate)).most
+            if rate >= FASTEST_IDEAL or change < KNOWN:
+                self.rates[trial.words] = rate
+            else:
+                rate *= 2.0
+        return rate
+
+    def error(self, trial: Trial, option: Option, real: frozenset[str] = frozenset(PARTS)) -> Difference:
+        """Return what is felt of an option in which only the parts named are real."""
+        return self._told(trial, self._ideal(trial, self.rate(trial)), self.render(trial, option, real))
+
+    def render(self, trial: Trial, option: Option, real: frozenset[str]) -> np.ndarray:
+        """Return the rows of an option in which only the parts named are real."""
+        q = self._question
+        return self._render(
+            trial,
+            option.options if METHOD in real else q.exact,
+            option.rate if REAL_RATE in real else self.rate(trial),
+            option.delay if REAL_DELAY in real else 0.0,
+            option.estimator if VELOCITY in real else None,
+            q.device.quantum if SENSOR in real else 0.0,
+            q.device.max_force if LIMIT in real else math.inf,
+        )
+
+    def parts(self, option: Option) -> tuple[float, ...]:
+        """Return what each of PARTS contributes to an option's error in JND, under its hand.
+
+        A part that changes no bit of the real loop nor of the ideal one is left out of the combinations.
+        """
+        trial = next(t for t in self.trials if t.words == option.hand)
+        every = frozenset(PARTS)
+
+        def matters(part: str) -> bool:
+            alone = frozenset((part,))
+            pairs = (every, every - alone), (alone, frozenset[str]())
+            return any(self.differ(trial, option, *pair) for pair in pairs)
+
+        live = [part for part in PARTS if matters(part)]
+        value = {
+            real: min(self.error(trial, option, real).most, _MOST)
+            for size in range(len(live) + 1)
+            for real in map(frozenset, combinations(live, size))
+        }
+        return tuple(shapley(value, live).get(part, 0.0) for part in PARTS)
+
+    def own(self, option: Option) -> tuple[tuple[float, float], ...]:
+        """Return the board's cycles a second and the method's own error at an option's rate, and at twice it.
+
+        That error is the largest difference of position from the exact method at the same rate, everything
+        else ideal, in steps of 0.4 mm (JND).
+        """
+        found = []
+        for times in (1.0, 2.0):
+            rate, apart = times * option.rate, 0.0
+            for trial in self.trials:
+                pair = [
+                    self._render(trial, options, rate, 0.0, None, 0.0, math.inf)[:, rows.TRUE_POSITION]
+                    for options in (self._question.exact, option.options)
+                ]
+                apart = max(apart, float(np.abs(pair[0] - pair[1]).max()) / PLACE)
+            telemetry = FRAME * (board_plan.frames(rate) - times * board_plan.frames(option.rate))
+            found.append((times * option.cycles + telemetry, apart))
+        return tuple(found)
+
+    def differ(self, trial: Trial, option: Option, *pair: frozenset[str]) -> bool:
+        """Return whether an option with two sets of real parts differs in any bit of what is seen or felt."""
+        seen = rows.TRUE_POSITION, rows.HAND_FORCE, *range(rows.STATE, rows.ROW_WIDTH)
+        one, other = (self.render(trial, option, real)[:, seen] for real in pair)
+        return not np.array_equal(one, other, equal_nan=True)
+
+    def _render(self, trial: Trial, options: Options, rate, delay, spec: Spec | None, quantum, force):
+        key = trial.words, options, rate, delay, repr(spec), quantum, force
+        if key not in self.rendered:
+            q, loop = self._question, LoopSettings(rate, delay, "difference" if spec is None else spec)
+            device = replace(q.device, quantum=quantum, max_force=force)
+            given = q.environment, q.with_options(options), device, loop
+            scene = headless.Scene(*given, true_velocity=spec is None, designed_for=q.device.quantum)
+            self.rendered[key] = trials.render(scene, trial)
+        return self.rendered[key]
+
+    def _ideal(self, trial: Trial, rate: float) -> np.ndarray:
+        return self._render(trial, self._question.exact, rate, 0.0, None, 0.0, math.inf)
+
+    def _told(self, trial: Trial, one: np.ndarray, other: np.ndarray) -> Difference:
+        return trials.felt(self._question.environment, trial, one, other)
+
+
+def shapley(value: Mapping[frozenset[str], float], players: list[str]) -> dict[str, float]:
+    """Return each player's share of the value of all: its mean gain over all orders of joining."""
+    count = len(players)
+    weight = [1.0 / (count * math.comb(count - 1, size)) for size in range(count)]
+    return {
+        one: sum(
+            weight[len(others)] * (value[frozenset((*others, one))] - value[frozenset(others)])
+            for size in range(count)
+            for others in combinations([p for p in players if p != one], size)
+        )
+        for one in players
+    }
+
+
+@dataclass(frozen=True)
+class SceneResult:
+    """Every option of a scene; refused: why the board cannot render a method, by its words.
+
+    ideal_rate: the fastest rate in Hz that an ideal needed.
+    """
+
+    question: Question
+    options: tuple[Option, ...]
+    refused: Mapping[str, str]
+    ideal_rate: float
+    ideal: Ideal = field(repr=False, compare=False)
+
+    def at(self, place: str) -> tuple[Option, ...]:
+        """Return the options of a place."""
+        return tuple(o for o in self.options if o.place == place)
+
+    def find(self, place: str, options: Options, estimator: Spec) -> Option | None:
+        """Return the option of a place with these methods, or this estimator where the scene has none."""
+        found = [o for o in self.at(place) if o.options == options]
+        return next((o for o in found if len(found) == 1 or o.estimator == estimator), None)
+
+    def default(self, place: str) -> Option | None:
+        """Return the option that the scene begins with."""
+        return self.find(place, tuple((c.key, c.default) for c in self.question.choices), USUAL)
+
+    def in_force(self, place: str) -> Option | None:
+        """Return the option that is set."""
+        return self.find(place, self.question.options, self.question.spec(place))
+
+    def knows(self, question: Question) -> bool:
+        """Return whether the options hold for another question: one that differs in its methods at most."""
+        before = self.question
+        if not before.choices:
+            question = replace(question, estimator=before.estimator)
+        return replace(question, values=question.with_options(before.options)) == before
+
+    def admissible(self, place: str) -> list[Option]:
+        """Return the options that may be recommended: those that hold MARGIN times the scene's stiffness.
+
+        Where there are none, those within 1 % of the stiffest; an option with more than twice the least error
+        is not counted among these, however stiff. A known limit goes before an unknown one.
+        """
+        options = [o for o in self.at(place) if not math.isnan(o.limit)] or list(self.at(place))
+        enough = [o for o in options if self.holds(o)]
+        if enough or not options:
+            return enough
+        least = min(o.error for o in options)
+        true = [o for o in options if o.error <= _AS_TRUE * least]
+        top = max(o.limit for o in true)
+        return [o for o in true if math.isnan(top) or o.limit >= _AS_STIFF * top]
+
+    def holds(self, option: Option) -> bool:
+        """Return whether an option holds the scene's stiffness with the margin."""
+        wanted = MARGIN * self.question.stiffness
+        return wanted == 0.0 or option.limit >= wanted
+
+    def recommended(self, place: str) -> Option | None:
+        """Return the admissible option with the least error; of equal ones the cheapest, then the default.
+
+        On a computer every method takes less than a thousandth of a period, so that cost decides nothing.
+        """
+        options, default = self.admissible(place), self.default(place)
+        tied = [o for o in options if o.error <= min(p.error for p in options) + KNOWN]
+        cost = {o: 0.0 if place == COMPUTER else o.cycles for o in tied}
+        return min(tied, key=lambda o: (cost[o], o is not default), default=None)
+
+    def sentence(self, place: str) -> str:
+        """Write the answer of a place."""
+        best = self.recommended(place)
+        if best is None:
+            return next(iter(self.refused.values()), "")
+        where = f"On the {place}{f', {best.method}' * bool(best.method)} at {hertz(best.rate)}"
+        apart = "no hand tells it" if best.error < 1.0 else jnd(best.error)
+        return f"{where}: {apart} from the ideal scene, {limit_words(best.limit)}."
+
+    def reason(self, place: str) -> str:
+        """Write why: what a more accurate method would cost, or what the error is made of."""
+        best = self.recommended(place)
+        if best is None:
+            return ""
+        wanted, held = f"{self.question.stiffness:,.0f} N/m", ""
+        if not self.holds(best):
+            held = f"No option is stable up to {MARGIN:g} times the {wanted} of this scene: "
+            near = best.limit >= self.question.stiffness
+            held += "it is near its limit." if near else "it needs a hand or friction to come to rest."
+        closer = [o for o in self.at(place) if math.isnan(o.limit) and o.error < best.error - KNOWN]
+        unknown = "".join(f"{o.method} is closer, but its stiffness limit is not known." for o in closer)
+        return " ".join(filter(None, (held, self._cause(best), unknown)))
+
+    def _cause(self, best: Option) -> str:
+        if not best.parts or best.error < KNOWN:
+            return ""
+        own = best.parts[0]
+        truer = [o for o in self.at(best.place) if o.parts and abs(o.parts[0]) < abs(own)]
+        other = min(truer, key=lambda o: o.error, default=best)
+        if other.error > best.error + KNOWN and other.rate < 0.95 * best.rate:
+            return (
+                f"{other.method} is the more accurate method, but on this {best.place} it lowers the rate to "
+                f"{hertz(other.rate)}, and the rate matters more to your hand."
+            )
+        size, part = max(zip(best.parts, PARTS, strict=True))
+        most = f"Most of it is the {PART_WORDS.get(part, part)}: {jnd(size)}."
+        if own >= -KNOWN:
+            return most
+        pairs = zip(self.question.choices, best.options, strict=True)
+        ahead = any(choice.text(value) == "semi_implicit" for choice, (_, value) in pairs)
+        lead = "runs half a step ahead, which" if ahead else "has an error that"
+        return f"{most} {best.method} {lead} makes up for {jnd(-own)} of it."
+
+
+def jnd(error: float) -> str:
+    """Write an error in JND."""
+    small = "0" if abs(error) < 0.005 else significant(error, 3 if abs(error) >= 10.0 else 2)
+    return f"{'> 999' if error > 999.0 else small} JND"
+
+
+def hertz(rate: float) -> str:
+    """Write a rate to 10 Hz."""
+    return f"{round(rate, -1):,.0f} Hz"
+
+
+def limit_words(limit: float) -> str:
+    """Write up to which stiffness a loop is stable."""
+    if math.isnan(limit):
+        return "limit unknown"
+    return "any stiffness" if math.isinf(limit) else f"stable up to {limit:,.0f} N/m"
+
+
+def limit_of(question: Question, options: Options, rate: float, delay: float, spec: Spec) -> float:
+    """Return the exact stiffness limit of a released handle, or of it and the object that it is pressed to.
+
+    With the damping of the exact method: what another adds near rest, such as the slope of a smoothed
+    friction, makes no spring stiffer.
+    """
+    device, environment = question.device, question.environment
+    setting = Setting(
+        device.mass, device.viscous, quantum=device.quantum, rate=rate, delay=delay, estimator=spec
+    )
+    if setting.linear and objects.holds(environment):
+        return objects.contact_limit(setting, environment.key, question.with_options(options))
+    values, impedance = question.with_options(question.exact), environment.impedance
+    return float(kb_plane.limit(setting, impedance(values)[1] if impedance else 0.0))
+
+
+Way = tuple[Place, Options, Spec]  # where, with which methods, with which velocity estimator
+# Why the board has no code for a law, by its choices and which numbers are 0: others make the same code.
+_REFUSED: dict[tuple, str] = {}
+
+
+def loop_of(question: Question, way: Way, planner: BoardPlanner) -> Option | str:
+    """Return an option with its rate, delay, cost and limit, or why the board cannot render it."""
+    place, options, spec = way
+    rate, cycles, tick = place.rate, math.nan, math.nan
+    delay = 1.0 / rate if place.delay is None else place.delay
+    if place.name == BOARD:
+        values, environment = question.with_options(options), question.environment
+        numbers = [(values[p.key], p.discrete) for p in environment.parameters]
+        shape = environment.force, tuple(v if discrete else v == 0.0 for v, discrete in numbers)
+        planned = _REFUSED.get(shape) or planner.plan(PlanRequest(environment, values, rate=place.rate))
+        if isinstance(planned, str):
+            return _REFUSED.setdefault(shape, planned)
+        rate, cycles, tick = planned.rate, CLOCK * planned.share, planned.program.usual
+        if place.delay is None:
+            delay = (tick + REST_AT_MOST) / CLOCK
+    limit, words = limit_of(question, options, rate, delay, spec), question.words(options, spec)
+    return Option(place.name, options, spec, words, rate, delay, cycles, tick, limit)
+
+
+def _ways(question: Question, ideal: Ideal, planner: BoardPlanner) -> list[Way]:
+    """Return every method in each place; of a scene without methods every estimator that changes anything."""
+    set_now = [(place, question.options, question.spec(place.name)) for place in question.places]
+    if question.choices:
+        return [(place, options, spec) for place, _, spec in set_now for options in question.methods()]
+    options = [o for o in (loop_of(question, way, planner) for way in set_now) if isinstance(o, Option)]
+    every = frozenset(PARTS)
+    if not any(ideal.differ(t, o, every, every - {VELOCITY}) for o in options[:1] for t in ideal.trials):
+        return set_now
+    return [
+        (place, now, own if key == parse(own)[0].key else key)
+        for place, now, own in set_now
+        for key in (board_plan.ESTIMATORS if place.name == BOARD else ESTIMATORS)
+    ]
+
+
+def compute(question: Question, progress: Progress = no_progress) -> SceneResult:
+    """Return every option of a scene with its error, not yet split; raise ParameterError."""
+    ideal, planner, found, refused = Ideal(question), BoardPlanner(ARENA), [], {}
+    every = _ways(question, ideal, planner)
+    alone = not question.choices and len(every) == len(question.places)
+    for done, way in enumerate(every):
+        progress(done, len(every))
+        option = loop_of(question, way, planner)
+        if isinstance(option, str):
+            refused[question.words(*way[1:])] = option
+            continue
+        found.append(_judged(replace(option, method="") if alone else option, ideal))
+    progress(len(every), len(every))
+    return SceneResult(question, tuple(found), refused, max(ideal.rates.values()), ideal)
+
+
+def _judged(option: Option, ideal: Ideal) -> Option:
+    felt = [(ideal.error(trial, option), trial.words) for trial in ideal.trials]
+    most, hand = max(felt, key=lambda one: one[0].most)
+    return replace(option, error=most.most, sense=most.word, hand=hand)
+
+
+def in_force(question: Question, before: SceneResult) -> list[Option | str]:
+    """Return what is set in each place, or why it cannot be: a live answer, at the rates found before."""
+    rates = {words: min(rate, LIVE_IDEAL) for words, rate in before.ideal.rates.items()}
+    ideal, planner, found = Ideal(question, rates), BoardPlanner(ARENA), []
+    for place in question.places:
+        way = place, question.options, question.spec(place.name)
+        known = before.find(place.name, *way[1:]) if place in before.question.places else None
+        option = known or loop_of(question, way, planner)
+        if not isinstance(option, str):
+            limit = limit_of(question, way[1], option.rate, option.delay, way[2])
+            option = _judged(replace(option, limit=limit, parts=()), ideal)
+        found.append(option)
+    return found
+
+
+def split(result: SceneResult, progress: Progress = no_progress) -> SceneResult:
+    """Return the same options, the error of each split into its parts."""
+    options = []
+    for done, option in enumerate(result.options):
+        progress(done, len(result.options))
+        judged = bool(result.question.choices) and option.place == BOARD
+        own = result.ideal.own(option) if judged else ()
+        options.append(replace(option, parts=result.ideal.parts(option), own=own))
+    progress(len(options), len(options))
+    result.ideal.rendered.clear()  # up to 100 MB
+    return replace(result, options=tuple(options))

@@ -1,0 +1,113 @@
+"""What a hand does at a scene, and how different two renderings of it feel."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hapkit_studio.analysis import perception
+from hapkit_studio.analysis.perception import MOMENT, Difference
+from hapkit_studio.dynamics.hand import Hand, hand_named
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.haptics import headless, rows
+
+# A released handle is thrown to the right from the middle, or nothing would happen; m/s.
+THROWN = 0.5
+THROWS = np.linspace(0.3, 0.7, 81)
+SECONDS = {
+    "released": 1.0, "press": 1.5, "push": 1.5, "tap": 0.8, "stroke": 2.4, "sweep": 1.8, "hold": 0.8,
+    "pluck": 2.0, "shake": 2.0, "pet": 9.6, "rub": 2.4,
+}  # fmt: skip
+OTHER_SECONDS = 2.0
+LONG, WATCHED = 3.0, 1.0  # s of the longer run; s that the handle is watched after a hand let go
+_STEP = 1e-6  # s before and after a moment, for the velocity of a hand's target
+HANDS = ("released", "press", "stroke")  # of an environment that names none, a student's own
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A hand at a scene, for how many seconds, and how fast the handle starts in m/s."""
+
+    words: str
+    hand: Hand
+    seconds: float
+    thrown: float = 0.0
+
+    @property
+    def holds(self) -> bool:
+        """Return whether the hand stays on the handle and brings a mass of its own."""
+        return self.hand.mass > 0.0 and math.isinf(self.hand.release)
+
+
+def script(name: str) -> Trial:
+    """Return what a named hand does."""
+    hand = hand_named(name)
+    return Trial(name, hand, SECONDS.get(name, OTHER_SECONDS), THROWN if hand.release <= 0.0 else 0.0)
+
+
+def scripts(environment: Environment) -> list[Trial]:
+    """Return what the hands of a scene do."""
+    return [script(name) for name in environment.hands or HANDS]
+
+
+def variants(trial: Trial) -> Iterator[Trial]:
+    """Yield what else the hand may do: throw at other speeds; go on for longer, let go at some moment."""
+    if trial.thrown:
+        for speed in THROWS:
+            yield replace(trial, words=f"thrown {speed:.3g} m/s", seconds=LONG, thrown=speed)
+        return
+    if trial.seconds < LONG:
+        yield replace(trial, words=f"{trial.words} for {LONG:g} s", seconds=LONG)
+    for moment in np.arange(MOMENT, trial.seconds, MOMENT):
+        let_go = replace(trial.hand, release=moment)
+        yield Trial(f"{trial.words} until {moment:.3g} s", let_go, moment + WATCHED)
+
+
+def render(scene: headless.Scene, trial: Trial) -> np.ndarray:
+    """Return the rows at perception.RATE of a scene in a trial, the last one at its end.
+
+    Between the samples of a loop at another rate the position is a cubic through positions and velocities.
+    """
+    handle = replace(scene.device, initial_velocity=trial.thrown)
+    scene, rate = replace(scene, device=handle), scene.loop.rate
+    count, every = math.ceil(trial.seconds * rate - 1e-9) + 1, round(rate / perception.RATE)
+    if every and math.isclose(every * perception.RATE, rate, rel_tol=1e-9):
+        found = headless.render_every(scene, trial.hand, count, every)
+    else:
+        found = _resampled(headless.render_every(scene, trial.hand, count, 1), rate, trial.seconds)
+    found[:, rows.HAND_FORCE] = _hand_force(trial.hand, found)
+    return found
+
+
+def _resampled(found: np.ndarray, rate: float, seconds: float) -> np.ndarray:
+    wanted = np.arange(round(seconds * perception.RATE) + 1) / perception.RATE
+    resampled, known = found[(wanted * rate + 1e-9).astype(int)], np.arange(len(found)) / rate
+    motion = found[:, (rows.TRUE_POSITION, rows.TRUE_VELOCITY)]
+    if np.isfinite(motion).all():
+        from scipy.interpolate import CubicHermiteSpline
+
+        path = CubicHermiteSpline(known, *motion.T)
+        resampled[:, rows.TRUE_POSITION] = path(wanted)
+        resampled[:, rows.TRUE_VELOCITY] = path(wanted, 1)
+    return resampled
+
+
+def _hand_force(hand: Hand, found: np.ndarray) -> np.ndarray:
+    """Return the force (n,) in N of a hand on a handle that moves as in rows (n, ROW_WIDTH) at RATE.
+
+    The rows' own force has the target's velocity of half a sample before: up to 11 mN off at 1 kHz.
+    """
+    t = np.arange(len(found)) / perception.RATE
+    target, before, after = (hand.target(t + s) for s in (0.0, -_STEP, _STEP))  # type: ignore[arg-type]
+    position, velocity = found[:, rows.TRUE_POSITION], found[:, rows.TRUE_VELOCITY]
+    force = hand.stiffness * (target - position) + hand.damping * (
+        (after - before) / (2.0 * _STEP) - velocity
+    )
+    return np.where(t < hand.release, force, 0.0)
+
+
+def felt(environment: Environment, trial: Trial, one: np.ndarray, other: np.ndarray) -> Difference:
+    """Return what a person tells apart of two runs of a trial."""
+    counted = [rows.STATE + environment.state_names.index(name) for name in environment.counts]
+    return perception.difference_under(trial.hand, one, other, counted)

@@ -1,0 +1,55 @@
+"""A mass between two springy walls at ± reach, with the contact sampled or located; all SI."""
+
+import math
+
+import numpy as np
+
+from hapkit_studio.dynamics.jit import compiled
+
+
+@compiled
+def spring(x, reach, rate):
+    """Return the acceleration in m/s² of a wall; rate: its stiffness over the mass, 1/s²."""
+    if x > reach:
+        return -rate * (x - reach)
+    return -rate * (x + reach) if x < -reach else 0.0
+
+
+@compiled
+def held(times: int, h: float, mass: float, wall: float, reach: float, x: np.ndarray, v: np.ndarray) -> None:
+    """Fill x, v (n,), `times` over: the wall's force is that of the sample, held for a step."""
+    for _ in range(times):
+        for n in range(x.size - 1):
+            a = spring(x[n], reach, wall / mass)
+            x[n + 1], v[n + 1] = x[n] + h * (v[n] + 0.5 * h * a), v[n] + h * a
+
+
+@compiled
+def located(
+    times: int, h: float, mass: float, wall: float, reach: float, x: np.ndarray, v: np.ndarray
+) -> None:
+    """Fill x, v (n,), `times` over, by Verlet, its steps parted where the mass meets or leaves a wall."""
+    rate = wall / mass
+    for _ in range(times):
+        for n in range(x.size - 1):
+            q, u, left = x[n], v[n], h
+            for _part in range(4):
+                a = spring(q, reach, rate)
+                inside = abs(q) > reach or (abs(q) == reach and q * u > 0.0)
+                span = left
+                level = math.copysign(reach, q if inside else u)
+                end = q + left * (u + 0.5 * left * a)
+                crosses = (abs(end) <= reach) if inside else (abs(end) > reach)
+                if crosses and q != level:
+                    # q + u t + a t²/2 = level, the smaller root, written so that it keeps its digits
+                    root = math.sqrt(max(u * u + 2.0 * a * (level - q), 0.0))
+                    span = min(2.0 * (level - q) / (u + math.copysign(root, level - q)), left)
+                end = q + span * (u + 0.5 * span * a)
+                if span < left:
+                    end = level
+                u += 0.5 * span * (a + spring(end, reach, rate))
+                q = end
+                left -= span
+                if left <= 0.0:
+                    break
+            x[n + 1], v[n + 1] = q, u
