@@ -33,7 +33,9 @@ OPTIONS = (
     base.option("-K", "--stiffness", type=float, default=300.0, metavar="N/m", help="what is rendered"),
     base.option("-B", "--damping", type=float, default=0.0, metavar="N·s/m", help="what is rendered"),
     base.option("--to", type=float, metavar="N·s/m", help="the largest damping shown"),
-    base.option("--hands", action="store_true", help="the worst of all hands, of people's and of objects"),
+    base.option(
+        "--hands", action="store_true", help="the worst of hands, a box around people's, and of objects"
+    ),
     base.option("--object", metavar="KEY", help=f"its contact's limit: {', '.join(objects.OBJECTS)}, -p"),
     base.PARAMETER,
     base.option("--jitter", metavar="FILE", help="what a session's or a CSV's lateness costs; --plot"),
@@ -165,7 +167,8 @@ def _hands(found: hands.Family, damping: float) -> list[str]:
     worst = found.worst[int(np.abs(found.damping - damping).argmin())]
     mass, b, k = worst.mass, worst.damping, worst.stiffness
     return [
-        f"In the worst hand of people {_newtons(people)} N/m: {mass:.3g} kg, {b:g} N·s/m, {k:.4g} N/m.",
+        f"In the worst hand of a box around people's hands {_newtons(people)} N/m: "
+        f"{mass:.3g} kg, {b:g} N·s/m, {k:.4g} N/m.",
         f"With the worst object, masses on springs, which no hand is, {_newtons(springy)} N/m.",
         *(
             f"  {hand.what}: {hands.words(hand.mass, hand.damping, hand.stiffness)}; {hand.source}"

@@ -1,8 +1,9 @@
-"""The hand as a family: how stiff a loop may be in the worst of people's hands, and in no person's.
+"""The hand as a family: how stiff a loop may be in a box around people's hands, and in what no hand is.
 
-People's hands are those of the table, and all between: a mass that moves with the handle, a damper and a
-spring to the ground. Each has damping of its own, so they allow several times what passivity does. What comes
-down to the passivity line is an object without damping, masses on springs, which may lean on the handle.
+The box is spanned by the ranges of the table: a mass that moves with the handle, a damper and a spring to the
+ground. Its corners, such as 3.5 g with 40 N·s/m, are no real hand. Each has damping of its own, so they allow
+several times what passivity does. What comes down to the passivity line is an object without damping, masses
+on springs, which may lean on the handle.
 """
 
 from collections.abc import Callable
@@ -87,7 +88,7 @@ PEOPLE = words(MASS, DAMPING, STIFFNESS)
 class Family:
     """The least limits in N/m over damping (n,) in N·s/m: of people's hands, and of masses on springs.
 
-    worst: the hand of people that each is the limit of.
+    worst: the hand of the box that each is the limit of.
     """
 
     damping: np.ndarray
