@@ -89,6 +89,8 @@ def shortened(text: str, longest: int = _LONGEST_SHOWN) -> str:
 
 def quoted(value: object) -> str:
     """Return a foreign value for a message as Python writes it, shortened."""
+    if isinstance(value, str) and len(value) > _LONGEST_SHOWN:
+        return repr(f"{value[:_LONGEST_SHOWN]}…")
     try:
         return shortened(repr(value))
     except ValueError:  # a whole number with more digits than Python prints
