@@ -18,6 +18,7 @@ from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.block import Block
 from hapkit_studio.haptics.clib import load_acquire, store_release
 from hapkit_studio.laws.native import call
+from hapkit_studio.laws.translate import FUEL
 
 STALE_AFTER = 0.020
 RECOVER_AFTER = 0.100
@@ -25,6 +26,9 @@ STALE_WINDOW = 10.0
 OVERRUN_WINDOW, MOST_OVERRUN, MOST_ONCE = 0.1, 0.005, 0.050
 """s of processor time: a law latches a fault where two or more calls longer than a period use the second
 within the first, or one call uses the third. A page that the kernel has to clear takes some ms, once."""
+LONGEST_TURN = 20e-6
+"""s of processor time that one turn of a law's loops explains, and the rest of a call: some 1,000 sines. A
+computer that lends its processor to others counts their time as the thread's, 4 ms at once."""
 _SUSPECT = 0.1  # of a period: shorter ticks by the wall clock need no look at the processor time
 _ROUNDING = 1e-9
 
@@ -365,8 +369,8 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
 def live_tick(r: LoopArrays, position: float, period: float, effect: float, row: np.ndarray) -> float:
     """Render one sample as ``tick`` does, and measure its law: one that is too slow gives no force.
 
-    While two laws cross-fade they have a period each. What counts is processor time: a thread that had to
-    wait for a processor has a slow machine, not a slow law.
+    While two laws cross-fade they have a period each. What counts is processor time that the law's turns
+    explain: a thread that had to wait for a processor has a slow machine, not a slow law.
     """
     r.word[arrays.CALLS] = 0
     used, begun = clock.thread_time(), clock.now()
@@ -375,7 +379,9 @@ def live_tick(r: LoopArrays, position: float, period: float, effect: float, row:
     done = clock.now()
     spent = done - begun
     if spent > _SUSPECT * limit:
-        spent = min(spent, clock.thread_time() - used)
+        turns = FUEL - r.fault[1] if r.fault[0] == 0 else FUEL
+        explained = LONGEST_TURN * (1 + turns) * (1 + r.word[arrays.CALLS])
+        spent = min(spent, clock.thread_time() - used, explained)
     r.real[arrays.LAW_TIME] = spent / (1 + r.word[arrays.CALLS])
     if note_law_time(r, done, spent, limit, 1):
         r.word[arrays.FLAGS] |= rows.FAULT

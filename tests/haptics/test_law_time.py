@@ -14,7 +14,7 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError
 from hapkit_studio.haptics import arrays, headless, passivity, patience, rows, survey, tick
 from hapkit_studio.laws import law
-from hapkit_studio.parameters import Parameter
+from hapkit_studio.parameters import Choice, Parameter
 from tests.haptics.support import CONSTANT, LoopHarness, read
 from tests.waiting import wait_until
 
@@ -44,6 +44,24 @@ SLOW = Environment(
     impedance=lambda values: (values["stiffness"], 0.0),
 )
 EVERYWHERE = {"beyond": -1.0}
+
+
+@law(state={"turned": 0.0})
+def turning(p, s, x, v, dt):
+    for i in range(10_000):
+        if i >= p.turns:
+            break
+        s.turned += 1.0
+    return 1.0
+
+
+TURNING = Environment(
+    "turning",
+    "Turning",
+    "",
+    (Parameter("turns", "Turns", "", 10_000.0, 0.0, 10_000.0), Choice("place", "Place", ("a", "b"))),
+    turning,
+)
 
 
 def latched(spent, period, calls=1000, pause=0.0):
@@ -117,7 +135,7 @@ def lasting(monkeypatch):
 
 
 def test_a_thread_that_waited_for_a_processor_has_no_slow_law(lasting):
-    harness = LoopHarness(CONSTANT)
+    harness = LoopHarness(TURNING)
     out = lasting(harness, 15.0 * MS, 0.9 * MS, 300)
     assert harness.r.control[arrays.FAULT] == arrays.NO_FAULT
     assert np.all(out[:, rows.APPLIED] == 1.0)
@@ -125,25 +143,35 @@ def test_a_thread_that_waited_for_a_processor_has_no_slow_law(lasting):
 
 
 def test_the_tick_that_latches_a_slow_law_gives_no_force_any_more(lasting):
-    harness = LoopHarness(CONSTANT)
+    harness = LoopHarness(TURNING)
     out = lasting(harness, 1.5 * MS, 1.5 * MS, 5)
     np.testing.assert_array_equal(out[:, rows.APPLIED], [1.0, 1.0, 1.0, 0.0, 0.0])
     np.testing.assert_array_equal(
         out[:, rows.FLAGS].astype(int) & rows.FAULT, [0, 0, 0, rows.FAULT, rows.FAULT]
     )
     assert harness.r.control[arrays.FAULT] == arrays.SLOW_LAW
-    assert harness.r.word[arrays.SLOW] == CONSTANT.force.compiled().address
+    assert harness.r.word[arrays.SLOW] == TURNING.force.compiled().address
 
 
 def test_two_laws_that_cross_fade_have_a_period_each(lasting):
     for spent, fault in ((1.9 * MS, arrays.NO_FAULT), (2.1 * MS, arrays.SLOW_LAW)):
-        harness = LoopHarness(CONSTANT, {"place": "a"})
+        harness = LoopHarness(TURNING, {"place": "a"})
         harness.tick(0.0)
-        harness.set(CONSTANT, {"place": "b"})
+        harness.set(TURNING, {"place": "b"})
         harness.tick(0.0)
         assert harness.r.real[arrays.BLEND] < 1.0
         lasting(harness, spent, spent, 20)
         assert harness.r.control[arrays.FAULT] == fault
+
+
+@pytest.mark.parametrize(("turns", "fault"), [(0, False), (47, False), (49, True)])
+def test_a_call_is_charged_20_microseconds_a_turn_at_most(lasting, turns, fault):
+    """The host of a virtual machine takes 4 ms at once, and the thread's clock goes on: no law of a few lines
+    takes that long. The turn that leaves the loop counts, too."""
+    harness = LoopHarness(TURNING, {"turns": turns})
+    lasting(harness, 4.0 * MS, 4.0 * MS, 300)
+    assert harness.r.control[arrays.FAULT] == (arrays.SLOW_LAW if fault else arrays.NO_FAULT)
+    assert harness.r.real[arrays.LAW_TIME] == pytest.approx(0.02 * MS * (2 + turns), rel=1e-6)
 
 
 # --- what the observer asks of a law
