@@ -146,4 +146,4 @@ class BoardSetup:
     def compiled(self):
         """Wait until what is wanted is compiled for the board."""
         self.engine.board_refusal(wait=True)
-        wait_until(lambda: self.engine.board_plan == self.engine.possible_plan)
+        wait_until(lambda: self.engine.board_plan == self.engine.possible_plan is not None)
