@@ -19,7 +19,7 @@ from hapkit_studio.dynamics.sampled_loop import stiffness_limit
 from hapkit_studio.haptics.board_plan import coefficients
 from hapkit_studio.laws.board import compile
 from hapkit_studio.protocol.messages import Sample
-from tests.firmware.board_runs import frames, listen, send
+from tests.firmware.board_runs import SETTLE, frames, listen, send
 from tests.firmware.vb import exchange, opened
 
 MASS, VISCOUS = 0.044, 0.5
@@ -81,7 +81,8 @@ def on_board(stiffness: float, damping: float, spec: str, seconds: float, rate: 
         stream = frames(board)
         send(board, law, rate, coefficients(spec, rate, board.quantum), stream)
         seen = listen(board, seconds, stream)
-        skipped = (seen[-1].overruns - seen[0].overruns) & 0xFF
+        settled = next(shown for shown in seen if shown.time_us - seen[0].time_us > 1e6 * SETTLE)
+        skipped = (seen[-1].overruns - settled.overruns) & 0xFF
         return _swing(seen, board.quantum, centre, skipped)
 
 
