@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFormLayout, QFrame, QLabel, QWidget
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QWidget
 
 from hapkit_studio.gui.widgets.parts import ScrollColumn, down, hint, label, rule
 
@@ -60,20 +60,23 @@ class Pairs(QWidget):
         super().__init__()
         self.pairs: list[tuple[str, str]] = []
         self._above = above
-        self._form = QFormLayout(self)
-        self._form.setContentsMargins(0, 0, 0, 0)
-        self._form.setVerticalSpacing(6)
+        self.setProperty("form", True)
+        self._rows = QGridLayout(self)  # a QFormLayout gives a value on several lines too little height
+        self._rows.setContentsMargins(0, 0, 0, 0)
+        self._rows.setVerticalSpacing(6)
+        self._rows.setColumnStretch(1, 1)
         self.show_pairs([])
 
     def show_pairs(self, pairs: list[tuple[str, str]]) -> None:
         """Show these pairs from top to bottom."""
         self.pairs = pairs
-        while self._form.rowCount():
-            self._form.removeRow(0)
-        for name, value in pairs:
+        for old in self.findChildren(QLabel):
+            old.setParent(None)  # deletes it
+        for row, (name, value) in enumerate(pairs):
             right = label(value)
             right.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop)
-            self._form.addRow(label(name, "axis", wrap=False), right)
+            self._rows.addWidget(label(name, "axis", wrap=False), row, 0, Qt.AlignmentFlag.AlignTop)
+            self._rows.addWidget(right, row, 1)
         for part in self._above:
             part.setVisible(bool(pairs))
 

@@ -8,7 +8,6 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import (
     QBoxLayout,
     QFileDialog,
-    QFormLayout,
     QFrame,
     QHBoxLayout,
     QLabel,
@@ -181,7 +180,7 @@ def rows_of(column: QWidget) -> Iterator[QWidget]:
     """Give the parts in sight of a column, and those of each column or form in it."""
     for part in column.findChildren(QWidget, options=Qt.FindChildOption.FindDirectChildrenOnly):
         if part.isVisibleTo(column):
-            if isinstance(part.layout(), QVBoxLayout | QFormLayout):
+            if isinstance(part.layout(), QVBoxLayout) or part.property("form"):
                 yield from rows_of(part)
             else:
                 yield part
