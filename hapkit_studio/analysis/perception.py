@@ -28,13 +28,13 @@ VIBRATION = (
 LOWEST, HIGHEST = 20.0, 400.0  # Hz
 WINDOW = 0.25  # s of a vibration that are looked at together
 RATE = 1000.0  # Hz at which rows are compared
-STRICT_PLACE, STRICT_VIBRATION = 4.0 / 3.0, 10.0  # the typical threshold over that of the best subjects
+STRICT_PLACE, STRICT_VIBRATION = 4.0 / 3.0, 10.0  # most people's threshold over the most sensitive people's
 
 
 FROM_MEMORY = " (from memory)"  # marks a source whose figure could not be read
 THRESHOLDS = (
     ("Force", "6 % of it", "the same", "Jones 1989, abstract; others say 7 %"),
-    ("Force, least", "15 mN", "the same", "Chosen for this studio"),
+    ("Force, least", "15 mN", "the same", "Our own choice"),
     ("Position", "0.4 mm", "0.3 mm", "Ho and Srinivasan 1996: 0.4 ± 0.1 mm of thickness between two fingers"),
     (
         "Vibration", "10, 0.5, 0.05, 0.1, 1 µm at 26, 100, 150 to 200, 250, 400 Hz", "a tenth",
@@ -43,7 +43,7 @@ THRESHOLDS = (
     ),
     ("Event", "its presence, or 20 ms", "the same", f"Levitin and others 1999{FROM_MEMORY}"),
 )  # fmt: skip
-"""One JND of a sense: of most people, of the best subjects, and the source."""
+"""One JND of a sense: of most people, of the most sensitive people, and the source."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Difference:
 
     @property
     def strict(self) -> "Difference":
-        """Return the difference in JND of the best subjects instead of most people's."""
+        """Return the difference in JND of the most sensitive people instead of most people's."""
         place, vibration = STRICT_PLACE * self.place, STRICT_VIBRATION * self.vibration
         return replace(self, place=place, vibration=vibration)
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from hapkit_studio import environments
 from hapkit_studio.analysis.accuracy import words
 from hapkit_studio.analysis.accuracy.plan import front
-from hapkit_studio.analysis.accuracy.scene import PART_WORDS, PARTS, hertz, jnd, limit_words
+from hapkit_studio.analysis.accuracy.scene import PART_WORDS, PARTS, delay_words, hertz, jnd, limit_words
 from hapkit_studio.charts.style import DASH, TEXT, TICK, Colors, Label, legend, save, style_axes, write_labels
 from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.dynamics.estimators import ESTIMATORS, parse
@@ -53,8 +53,8 @@ def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -
     board: the cost of methods is that on the board, where it has any of them.
     """
     if result.needs:
-        size = 1280, 86 + 66 * len(result.needs)
-        save(lambda figure, c: draw_needs(figure, c, result.needs), path, size, caption=NEEDS_KEY)
+        size, caption = (1280, 86 + 66 * len(result.needs)), NEEDS_KEY.removesuffix(".") + _DRAWN_TOO
+        save(lambda figure, c: draw_needs(figure, c, result.needs), path, size, caption=caption)
         return
     parts: Sequence[Any] = result.sheets or result.scenes
     columns = 1 if result.scenes and len(parts) <= 3 else min(len(parts), 2)
@@ -75,16 +75,17 @@ def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -
             draw_methods(panel, c, part, counted) if result.sheets else draw_scene(panel, c, part)
 
     machine = f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"
-    key = f"{METHODS_KEY} Timed on: {machine}" if result.sheets else SCENE_KEY
+    delays = delay_words(option for scene in result.scenes for option in scene.options)
+    key = f"{METHODS_KEY} Timed on: {machine}" if result.sheets else f"{SCENE_KEY} Delay: {delays}."
     save(paint, path, (columns * wide, rows * high), caption=key)
 
 
 # --- methods
 
 METHODS_KEY = (
-    "Left is cheaper, down is truer. A line is a method, a marker a step size; the number is its order: "
-    "at 2.00 half the step leaves a quarter of the error. Filled: 1 ms, the loop's own. Grey: the "
-    "Pareto front, which no method beats."
+    "Left is cheaper, lower is more accurate. Each line is a method, each marker a step size. The number is "
+    "the order: at 2.00, half the step gives a quarter of the error. Filled: 1 ms, the loop's step. Grey: "
+    "Pareto front, the least error at each cost."
 )
 STEP = 1e-3  # s of the loop
 _FLOOR, _MOST = {"": 1e-16, "m/s": 1e-9}, 1e6  # what is less is rounding, what is more left all numbers
@@ -159,7 +160,7 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
     tolerance = f"within {words.tolerance_words(sheet.scene.tolerance, sheet.scene)}"
     found = [Label(frame.right, limit, tolerance, c.danger, bold=True), *orders]
     if board:
-        found.append(Label(CLOCK * 1e-6, top / 10.0, "16: all the board has", c.ink2))
+        found.append(Label(CLOCK * 1e-6, top / 10.0, "board limit: 16", c.ink2))
     if len({p.step_s for p in frame.points}) == 1:  # the points differ in their options
         sound = [p for p in frame.points if math.isfinite(p.error)]
         found += [Label(*frame.place(p), p.label, getattr(c, marker_and_color(p.method)[1])) for p in sound]
@@ -169,9 +170,9 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
 # --- this scene
 
 SCENE_KEY = (
-    "A shorter bar is closer to the ideal scene: its law by the exact method, without hold, delay, sensor "
-    "steps or force limit. 1 JND is the least that a hand notices. What lies left of 0 makes up for other "
-    "parts. Ring: recommended."
+    "A shorter bar is closer to the ideal scene: the same law solved exactly, without sampling, delay, "
+    "sensor steps or force limit. Most people notice 1 JND. Parts left of 0 cancel others; the upright mark "
+    "is the total. →: longer than drawn. Ring: recommended."
 )
 OWN_KEY = """Own error: distance from the exact method at the
 same rate. Filled: the rate that the board keeps.
@@ -241,13 +242,14 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
             low = min(low, _bar(axes, c, option, row, reach))
             right.text(0.45, row, hertz(option.rate), ha="right", **plain)
             limit = limit_words(option.limit).removeprefix("stable up to ").removeprefix("limit ")
+            limit = limit.removesuffix(" stable")
             right.text(1.0, row, limit, ha="right", **plain)
             row += 1.0
     bottom = max(row, _ROWS)
     axes.vlines(1.0, -0.6, bottom, color=c.danger, linewidth=1.6, linestyle=DASH, zorder=6)  # below the names
     axes.axvline(0.0, color=c.edge, linewidth=1.0, zorder=6)
     axes.set(xlim=(1.1 * low, 1.25 * reach), ylim=(bottom, -1.4))
-    style_axes(axes, c, "total error, in just-noticeable differences (JND); dashed: felt from here", "")
+    style_axes(axes, c, "total error, in just-noticeable differences (JND); dashed: most people feel it", "")
     axes.set_yticks([])
     for text in (*names.texts, *axes.texts, *right.texts):
         text.set_in_layout(False)
@@ -260,7 +262,7 @@ def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Optio
     right.set(xlim=(0.0, 1.0), ylim=(len(options) + 3.6, -0.5))
     right.set_axis_off()
     has, words = CLOCK * 1e-6, {"size": TICK, "va": "center"}
-    right.text(0.0, 0.0, "At twice the rate the error is divided by", color=c.ink2, **words)
+    right.text(0.0, 0.0, "Doubling the rate divides the error by", color=c.ink2, **words)
     for row, option in enumerate(sorted(options, key=lambda o: -o.own[0][1]), 1):
         (shape, token), (cycles, errors) = look(option, scene), zip(*option.own, strict=True)
         color, places = getattr(c, token), [max(e, _LEAST_OWN) for e in errors]
@@ -284,7 +286,7 @@ def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Optio
     axes.axvline(has, color=c.ink2, linewidth=1.4, zorder=2)
     beyond = {"facecolor": "none", "edgecolor": c.line, "hatch": "///", "linewidth": 0.0, "zorder": 0.5}
     axes.axvspan(has, high, **beyond)
-    style_axes(axes, c, "million cycles a second; hatched: more than a board has", "method's own error, JND")
+    style_axes(axes, c, "million cycles a second; hatched: beyond the board's 16", "method's own error, JND")
 
 
 def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> float:
@@ -297,7 +299,7 @@ def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> fl
         start, (token, hatch) = min(ends[size >= 0.0], reach), _FILL[part]
         ends[size >= 0.0] += size
         end = min(ends[size >= 0.0], reach)
-        if not (cut and size < 0.0):  # what is cut does not tell what makes up for what
+        if not (cut and size < 0.0):  # a cut bar does not show which part cancels which
             color = getattr(c, token)
             axes.barh(row, end - start, left=start, facecolor=color, hatch=hatch, edgecolor=c.plot, **how)
     left = 0.0 if cut else ends[False]
@@ -330,10 +332,11 @@ def _part_names(axes: Any, c: Colors, options: "Sequence[Option]", reach: float)
 # --- what it needs
 
 NEEDS_KEY = (
-    "What most people feel of one term left out, in just-noticeable differences (JND), at 1 kHz, 1 ms late, "
-    "velocity by IIR at 35.5 Hz. Shaded: needed. †: only the best subjects feel it. Small: as what, under "
-    "which hand; from where on it is felt; what leaving it out adds to the stiffness limit."
+    "What most people feel when one term is left out, in just-noticeable differences (JND); loop at 1 kHz, "
+    "1 ms delay, velocity estimate by IIR at 35.5 Hz. Shaded: needed, alone or with others. †: only the "
+    "most sensitive people feel it. Small: the sense."
 )
+_DRAWN_TOO = ", the hand motion, where it becomes noticeable, the change of the stiffness limit."
 
 
 def felt_words(felt: float | None) -> str:

@@ -79,14 +79,14 @@ def _sheet(sheet: Sheet) -> str:
     lines = [f"{sheet.chart} · {sheet.scene.title}", words.sentence(sheet)]
     for tolerance in sheet.scene.tolerances:
         within = words.tolerance_words(tolerance, sheet.scene)
-        said = f"  within {within}: {words.winner_words(sheet, tolerance)}"
+        said = f"  error within {within}: {words.winner_words(sheet, tolerance)}"
         board = f"; on the board {words.winner_words(sheet, tolerance, True)}" if sheet.boarded else ""
         lines.append(said + board)
     best = front(sheet.points)
     for p in sheet.points:
         costs = f"{words.cost_words(p):>10}{words.cost_words(p, True):>22}{' *' * (p in best)}"
         error = words.error_words(p.error, sheet.scene)
-        lines.append(f"  {words.name_words(p, sheet):<32}{error:>14}{costs}")
+        lines.append(f"  {words.name_words(p, sheet):<40}{error:>14}{costs}")
     return "\n".join(lines)
 
 
@@ -108,13 +108,15 @@ def _scene(scene: SceneResult) -> str:
 
 
 def _needs(found: Needs) -> str:
-    """Return what a law does without, then a line a term; * needed, † felt by the best subjects alone."""
+    """Return the gains without law terms, then a line a term; * needed, † only the most sensitive feel it."""
     lines = [f"{found.scene} needs {', '.join(found.needs) or 'none of them'}"]
     lines += [f"  {term.words}" for term in found.law]
-    lines.append(f"  {'without':<16}{'JND':>7}  {'as, under':<36}{'felt':<18}{'stiffness limit':>16}")
+    lines.append(
+        f"  {'without':<16}{'JND':>7}  {'sense, hand motion':<36}{'noticeable':<18}{'limit change':>16}"
+    )
     for e in found.effects:
         mark = "*" if e.term in found.needs else "†" if e.differs else " "
-        where = f"{e.sense} under {e.hand}" if e.felt else ""
+        where = f"{e.sense}, {e.hand}" if e.felt else ""
         cells = f"{felt_words(e.felt):>7}{mark} {where:<36}{e.since_words:<18}{e.gain_words:>16}"
         lines.append(f"  {TERMS[e.term].word:<16}{cells}".rstrip())
     return "\n".join(lines)

@@ -43,7 +43,7 @@ TERMS: dict[str, Term] = {
         Term("sampling", "sampling"),
         Term("delay", "delay"),
         Term("saturation", "force limit", "max_force", math.inf),
-        Term("filter", "velocity filter"),
+        Term("filter", "velocity estimate"),
     )
 }
 # What a live loop may leave out: a released handle has no other mass, plots and velocity filters show the

@@ -70,7 +70,7 @@ def runs(scene: Scene) -> list[Run]:
 
 CONDITIONS = (
     ("Mass", f"0.5 kg, {SHOVED:g} m/s"), ("Walls", "500 N/m, 70 mm apart"),
-    ("Reference", "a spring gives back all energy"),
+    ("Reference", "no energy lost in a bounce"),
 )  # fmt: skip
 PLAN = Plan(
     "contact",
@@ -81,13 +81,21 @@ PLAN = Plan(
         Scene(
             "bounce",
             "Energy per bounce",
-            "energy gained or lost in a bounce / energy",
+            "energy change in a bounce / energy",
             0.02,
             FELT,
             "",
             CONDITIONS,
         ),
-        Scene("drift", "Drift over 100 bounces", "the same over 100 bounces", 0.02, FELT, "", CONDITIONS),
+        Scene(
+            "drift",
+            "Drift over 100 bounces",
+            f"energy change over {BOUNCES} bounces / start energy",
+            0.02,
+            FELT,
+            "",
+            CONDITIONS,
+        ),
     ),
     runs,
     order=15,

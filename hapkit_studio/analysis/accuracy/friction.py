@@ -1,4 +1,4 @@
-"""Friction models: how true they make stick-slip, and how well what rests under a trembling pull holds.
+"""Friction models: how accurate their stick-slip is, and how well they hold under a trembling pull.
 
 Stick-slip is that of a virtual mass alone, drawn by a spring. The handle is pulled by less than friction
 holds, and the friction environment's law renders its models on it, by the loop's own tick.
@@ -102,7 +102,7 @@ PLAN = plan.Plan(
         plan.Scene(
             "period", "Stick-slip of a mass", "error of the period / period", 0.02,
             f"{plan.FELT}; a period is the time of one pull", "",
-            (_DRAWN, _LEVELS, ("Reference", "closed form")),
+            (_DRAWN, _LEVELS, ("Reference", "exact formula")),
         ),
         plan.Scene(
             "handle", "A handle that should hold", "drift of what should hold", 1e-5, RESTING, "m/s",

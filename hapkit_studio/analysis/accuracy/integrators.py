@@ -82,22 +82,19 @@ def runs(scene: Scene) -> list[Run]:
 
 _SWINGING = (
     ("Mass", f"{FREE.mass:g} kg"), ("Stiffness", f"{FREE.stiffness:,g} N/m"), ("Start", "10 mm, at rest"),
-    ("Exact", "its map computed once"), ("Reference", "closed form, 1 s"),
+    ("Exact", "state matrix precomputed"), ("Reference", "exact formula, 1 s"),
 )  # fmt: skip
 _STICKING = (
     ("Mass", "0.05 kg"), ("Spring", "300 N/m, drawn at 2 cm/s"), ("Friction", "1 N, then 0.5 N"),
-    ("Reference", "closed form, 3 s"),
+    ("Reference", "exact formula, 3 s"),
 )  # fmt: skip
 _DAMPER = ("Damping", f"{DAMPED.damping:g} N·s/m")
-_FIRST, _THIRD = (
-    "largest error / first deflection",
-    f"{FELT}; an object's force is in proportion to its motion",
-)
+_FIRST, _THIRD = "largest error / initial deflection", f"{FELT}; force is proportional to motion"
 _PERIOD = f"{FELT}; a period is the time of one pull"
 PLAN = Plan(
     "integrators",
     "Integrators",
-    "Which rule moves an object most truly for its cost?",
+    "Which integrator is most accurate for its cost?",
     dict(zip(INTEGRATORS, LABELS, strict=True)),
     (
         Scene("damped", "Damped mass", _FIRST, 0.02, _THIRD, "", (*_SWINGING, _DAMPER)),

@@ -44,8 +44,8 @@ STIFFER = np.geomspace(1.0 / 16.0, 16.0, 9)
 class Effect:
     """What a person feels without one term, in JND, of which sense, under which hand; None: not judged.
 
-    strict: the same in JND of the best subjects. since: felt up to this rate in Hz (sampling), or from this
-    delay in s or stiffness in N/m on; nan where not found. limit, without: the exact stiffness limit in N/m
+    strict: the same in JND of the most sensitive people. since: felt up to this rate in Hz (sampling), or
+    from this delay in s or stiffness in N/m on; nan where not found. limit, without: the exact limit in N/m
     of the released handle with the term and without it.
     """
 
@@ -84,7 +84,7 @@ class Effect:
 
     @property
     def differs(self) -> bool:
-        """Return whether only the best subjects tell it."""
+        """Return whether only the most sensitive people feel it."""
         return self.strict is not None and (self.strict > 1.0) != self.needed
 
 
@@ -102,7 +102,7 @@ class LawTerm:
     def words(self) -> str:
         """Write what the law gains without the term."""
         cycles, rate, limit = (f"{a:,.0f} → {b:,.0f}" for a, b in (self.cycles, self.rate, self.limit))
-        return f"{self.label} 0: {cycles} cycles, {rate} Hz, {limit} N/m"
+        return f"{self.label} = 0: {cycles} cycles a tick, {rate} Hz, stable up to {limit} N/m"
 
 
 @dataclass(frozen=True)

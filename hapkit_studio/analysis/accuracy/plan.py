@@ -19,7 +19,7 @@ from hapkit_studio.haptics import board_plan
 from hapkit_studio.haptics.board_plan import BoardPlanner, PlanRequest
 from hapkit_studio.laws.machine import ARENA
 
-FELT = "A third of the smallest change of force that people feel, 6 %"  # why a tolerance is 2 %
+FELT = "A third of the 6 % change of force that people can feel"  # why a tolerance is 2 %
 Work = Callable[[], object]
 Prepare = Callable[[], Work]
 TOLERANCES = 0.1, 0.01, 1e-3, 1e-4  # shares of a scale; a speed's: of its scene's tolerance × 10

@@ -8,7 +8,7 @@ which ideal components are replaced by real ones. They add up to the error, and 
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import combinations, product
 from types import MappingProxyType
@@ -329,9 +329,9 @@ class SceneResult:
         best = self.recommended(place)
         if best is None:
             return next(iter(self.refused.values()), "")
-        where = f"On the {place}{f', {best.method}' * bool(best.method)} at {hertz(best.rate)}"
-        apart = "no hand tells it" if best.error < 1.0 else jnd(best.error)
-        return f"{where}: {apart} from the ideal scene, {limit_words(best.limit)}."
+        where = f"On the {place}{f', use {best.method}' * bool(best.method)} at {hertz(best.rate)}"
+        apart = "feels like" if best.error < 1.0 else f"{jnd(best.error)} from"
+        return f"{where}: {apart} the ideal scene, {limit_words(best.limit)}."
 
     def reason(self, place: str) -> str:
         """Write why: what a more accurate method would cost, or what the error is made of."""
@@ -344,7 +344,7 @@ class SceneResult:
             near = best.limit >= self.question.stiffness
             held += "it is near its limit." if near else "it needs a hand or friction to come to rest."
         closer = [o for o in self.at(place) if math.isnan(o.limit) and o.error < best.error - KNOWN]
-        unknown = "".join(f"{o.method} is closer, but its stiffness limit is not known." for o in closer)
+        unknown = " ".join(f"{o.method} is closer, but its stiffness limit is not known." for o in closer)
         return " ".join(filter(None, (held, self._cause(best), unknown)))
 
     def _cause(self, best: Option) -> str:
@@ -359,19 +359,28 @@ class SceneResult:
                 f"{hertz(other.rate)}, and the rate matters more to your hand."
             )
         size, part = max(zip(best.parts, PARTS, strict=True))
-        most = f"Most of it is the {PART_WORDS.get(part, part)}: {jnd(size)}."
+        most = f"Largest part: {PART_WORDS.get(part, part)}, {jnd(size)}."
         if own >= -KNOWN:
             return most
         pairs = zip(self.question.choices, best.options, strict=True)
         ahead = any(choice.text(value) == "semi_implicit" for choice, (_, value) in pairs)
         lead = "runs half a step ahead, which" if ahead else "has an error that"
-        return f"{most} {best.method} {lead} makes up for {jnd(-own)} of it."
+        return f"{most} {best.method} {lead} cancels {jnd(-own)} of the total."
 
 
 def jnd(error: float) -> str:
     """Write an error in JND."""
     small = "0" if abs(error) < 0.005 else significant(error, 3 if abs(error) >= 10.0 else 2)
     return f"{'> 999' if error > 999.0 else small} JND"
+
+
+def delay_words(options: Iterable[Option]) -> str:
+    """Write the delay in ms of each place; on the board it depends on the method."""
+    found: dict[str, list[float]] = {}
+    for option in options:
+        found.setdefault(option.place, []).append(1e3 * option.delay)
+    ends = {place: [f"{float(f'{end(ms):.2g}'):g}" for end in (min, max)] for place, ms in found.items()}
+    return ", ".join(f"{place} {' to '.join(dict.fromkeys(pair))} ms" for place, pair in ends.items())
 
 
 def hertz(rate: float) -> str:
@@ -383,6 +392,8 @@ def limit_words(limit: float) -> str:
     """Write up to which stiffness a loop is stable."""
     if math.isnan(limit):
         return "limit unknown"
+    if limit < 0.5:  # unstable at any stiffness, however small
+        return "never stable"
     return "any stiffness" if math.isinf(limit) else f"stable up to {limit:,.0f} N/m"
 
 

@@ -1,4 +1,4 @@
-"""Servo rate: how true a wall is, over what the ticks of a second cost.
+"""Servo rate: how accurate a wall is, over what the ticks of a second cost.
 
 The wall is the stiffest that students choose on a Hapkit, 800 N/m. The path of a tapping hand into it is
 compared with that into a wall rendered FINE_RATE times a second.
@@ -68,12 +68,12 @@ CONDITIONS = (
     ("Wall", f"{STIFFNESS:,g} N/m"), ("Handle", "0.044 kg, 0.5 N·s/m, an ideal sensor"),
     ("Hand", "taps, medium grip"), ("Reference", "the same wall at 1 MHz"),
 )  # fmt: skip
-_REASON = f"{FELT}; the force is in proportion to the depth"
+_REASON = f"{FELT}; force is proportional to depth"
 _ERROR = "largest error / deepest penetration"
 PLAN = Plan(
     "servo",
     "Servo rate",
-    "How true is a wall at each servo rate, and at what cost?",
+    "How accurate is a wall at each servo rate, and at what cost?",
     LABELS,
     (Scene("contact", "A tap on a wall", _ERROR, 0.02, _REASON, "", CONDITIONS),),
     runs,

@@ -42,15 +42,15 @@ def cost_words(point: Point, board: bool = False) -> str:
     )
 
 
-def name_words(point: Point, sheet: Sheet) -> str:
-    """Name a point by its method, and by its step where there are several."""
+def name_words(point: Point, sheet: Sheet, unit: str = "ms step") -> str:
+    """Name a point by its method, and by its step in ms where there are several."""
     several = len({p.step_s for p in sheet.points}) > 1
-    return f"{point.label} at {1e3 * point.step_s:.4g} ms" if several else point.label
+    return f"{point.label}, {1e3 * point.step_s:.4g} {unit}" if several else point.label
 
 
-def winner_words(sheet: Sheet, tolerance: float, board: bool = False) -> str:
+def winner_words(sheet: Sheet, tolerance: float, board: bool = False, unit: str = "ms step") -> str:
     """Write the cheapest point within a tolerance, and those that cost the same."""
-    names = [name_words(p, sheet) for p in sheet.winners(tolerance, board)]
+    names = [name_words(p, sheet, unit) for p in sheet.winners(tolerance, board)]
     return " or ".join(names[:_NAMED]) + " or others" * (len(names) > _NAMED) or "none"
 
 
@@ -59,7 +59,7 @@ def sentence(sheet: Sheet, board: bool = False) -> str:
     where = tolerance_words(sheet.scene.tolerance, sheet.scene)
     found = sheet.winners(sheet.scene.tolerance, board)
     if not found:
-        return f"No method is within {where}."
+        return f"No method has an error within {where}."
     cost = f"{cost_words(found[0], board)} {'a second' if board else 'per simulated second'}"
     others = f" {len(found) - 1} more cost{'s' * (len(found) == 2)} the same." if found[1:] else ""
-    return f"Cheapest within {where}: {name_words(found[0], sheet)}, {cost}.{others}"
+    return f"Cheapest with error within {where}: {name_words(found[0], sheet)}, {cost}.{others}"

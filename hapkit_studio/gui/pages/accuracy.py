@@ -12,7 +12,15 @@ from hapkit_studio.analysis.accuracy import Accuracy, words
 from hapkit_studio.analysis.accuracy import scene as this_scene
 from hapkit_studio.analysis.accuracy.needs import Effect, Needs
 from hapkit_studio.analysis.accuracy.plan import Sheet
-from hapkit_studio.analysis.accuracy.scene import Option, Place, Question, SceneResult, hertz, jnd
+from hapkit_studio.analysis.accuracy.scene import (
+    Option,
+    Place,
+    Question,
+    SceneResult,
+    delay_words,
+    hertz,
+    jnd,
+)
 from hapkit_studio.analysis.perception import THRESHOLDS
 from hapkit_studio.analysis.setting import estimator_words
 from hapkit_studio.charts import accuracy as charts
@@ -37,6 +45,7 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.studio import Studio
 
 PARTS = "Methods", "This scene", "What it needs"
+USE_RECOMMENDED, USE_CHOSEN = "Use recommended", "Use this method"
 REST_MS = 400  # after the last change of a setting all options are computed again
 
 
@@ -63,7 +72,7 @@ class MethodsPart(Part):
 
     file = "accuracy-methods"
     heading = "Methods"
-    begin = "Which method is the truest for its cost?"
+    begin = "Which method is most accurate for its cost?"
     drawn, listed = "Error over cost of every method", "Cheapest method within each tolerance"
     read = charts.METHODS_KEY
 
@@ -124,8 +133,8 @@ class MethodsPart(Part):
             return
         self.chart.show_drawing(lambda figure, c: charts.draw_methods(figure, c, sheet, board))
         self.answer.say(words.sentence(sheet, board), "check", "ok")
-        within = Column("Within", lambda t: words.tolerance_words(t, sheet.scene), right=False)
-        cheapest = Column("Cheapest", lambda t: words.winner_words(sheet, t, board), right=False)
+        within = Column("Error ≤", lambda t: words.tolerance_words(t, sheet.scene), right=False)
+        cheapest = Column("Cheapest, step", lambda t: words.winner_words(sheet, t, board, "ms"), right=False)
         self.table.show_rows((cheapest, within), sheet.scene.tolerances)
         tolerance = words.tolerance_words(sheet.scene.tolerance, sheet.scene)
         self.conditions.show_pairs([*sheet.scene.conditions, (tolerance, sheet.scene.reason)])
@@ -136,7 +145,7 @@ class ScenePart(Part):
 
     totals = Signal(object)
     file = "accuracy-scene"
-    heading, about = "This scene", "Every way of rendering it. Choose one and feel it."
+    heading, about = "This scene", "Every method for this scene. Choose one and feel it."
     begin = "How close is this to the real thing, and what would be closer?"
     drawn, listed = "Error of every option in its parts", "Options with error, rate and stiffness limit"
     read = charts.SCENE_KEY
@@ -161,7 +170,7 @@ class ScenePart(Part):
             changed.connect(self.look)
 
     def side_parts(self) -> tuple[QWidget, ...]:
-        self.use_button = QPushButton("Use it", autoDefault=True)
+        self.use_button = QPushButton(USE_RECOMMENDED, autoDefault=True)
         self.use_button.clicked.connect(self.use)
         self.use_button.setEnabled(False)
         title, self.now = PanelTitle(self._studio), Pairs()
@@ -231,10 +240,14 @@ class ScenePart(Part):
         q = result.question
         refused = result.refused.get(q.words(q.options, q.spec(BOARD)), "")
         self.reason.setText(" ".join(filter(None, (result.reason(where), refused))))
+        self.use_button.setText(USE_RECOMMENDED)
         self.use_button.setEnabled(self.better is not None)
         self.show_in_force([result.in_force(place.name) or refused for place in q.places])
         estimator = estimator_words(q.estimator)[1]
-        self.conditions.show_pairs([("Velocity", estimator), ("Ideal", f"exact, {hertz(result.ideal_rate)}")])
+        self.conditions.show_pairs([
+            ("Velocity estimate", estimator), ("Delay", delay_words(result.options)),
+            ("Ideal", f"exact, {hertz(result.ideal_rate)}"),
+        ])  # fmt: skip
 
     def show_in_force(self, found: list[Option | str]) -> None:
         """Show the error of what is set, in each place, or why it cannot be rendered there."""
@@ -261,7 +274,9 @@ class ScenePart(Part):
     def _choose(self, one: Option | None) -> None:
         self._chosen, said = one, ""
         if one is not None:
-            said = f"{jnd(one.error)} as a {one.sense}, hand: {one.hand}; {this_scene.limit_words(one.limit)}"
+            felt = f"{jnd(one.error)}, sense: {one.sense}, hand motion: {one.hand}"
+            said = f"{felt}; {this_scene.limit_words(one.limit)}"
+        self.use_button.setText(USE_CHOSEN if one else USE_RECOMMENDED)
         self.point.setText(said)
 
     @property
@@ -278,7 +293,7 @@ def _option_columns(found: SceneResult) -> tuple[Column, ...]:
     best = [found.recommended(place.name) for place in found.question.places]
     return (
         Column(
-            "Way", lambda one: f"{one.method or 'As set'}, {one.place}", right=False,
+            "Method", lambda one: f"{one.method or 'As set'}, {one.place}", right=False,
             sign=lambda one: sign(*charts.look(one, found)),
             token=lambda one: "accent" if one in best else "ink",
         ),
@@ -303,7 +318,7 @@ class NeedsPart(Part):
         self.table = Table("Scenes down, terms of the device across", cells=True)
         self.details, self.law = Pairs(), hint()
         self.side = SidePanel("What it needs", "Choose a cell once it is measured.")
-        self.side.section("What the law does without")
+        self.side.section("What leaving out law terms gains")
         self.side.add(self.law)
         self.side.section("This cell")
         self.side.add(self.details)
@@ -311,7 +326,7 @@ class NeedsPart(Part):
         self.side.add(hint(charts.NEEDS_KEY))
         self.side.section("One just-noticeable difference")
         for sense, typical, strict, source in THRESHOLDS:
-            self.side.add(hint(f"{sense}: {typical}; the best subjects: {strict}. {source}."))
+            self.side.add(hint(f"{sense}: {typical}; most sensitive: {strict}. {source}."))
         self.build(self.table)
         self.table.cell_chosen.connect(self._choose)
         self._list()
@@ -336,7 +351,7 @@ class NeedsPart(Part):
         if found is not None:
             terms = ", ".join(TERMS[term].word for term in found.needs)
             title = discover()[key].title
-            self.answer.say(f"{title} needs {terms}; of the rest nobody feels a difference.", "check", "ok")
+            self.answer.say(f"{title} needs {terms}; most people would not miss the rest.", "check", "ok")
 
     def _list(self) -> None:
         rows = [(one.title, self._results.get(key)) for key, one in discover().items()]
@@ -354,9 +369,9 @@ class NeedsPart(Part):
         self.law.setText("\n".join(one.words for one in found.law) or "No term that takes cycles.")
         self.side.words.setText(need_words(found, effect))
         self.details.show_pairs([
-            ("Felt by most", f"{felt_words(effect.felt)} JND"), ("As a", effect.sense),
-            ("With the hand", effect.hand), ("By the best subjects", f"{felt_words(effect.strict)} JND"),
-            ("Felt", effect.since_words), ("Stiffness limit without it", effect.gain_words),
+            ("Most people feel", f"{felt_words(effect.felt)} JND"), ("Sense", effect.sense),
+            ("Hand motion", effect.hand), ("Most sensitive people", f"{felt_words(effect.strict)} JND"),
+            ("Noticeable", effect.since_words), ("Change of stiffness limit", effect.gain_words),
         ])  # fmt: skip
 
     @property
@@ -370,13 +385,15 @@ def need_words(found: Needs, effect: Effect) -> str:
         return "No hand of this scene holds the handle, so its mass cannot be left out."
     if effect.term in found.needs:
         return "The scene needs it." if effect.needed else "Needed with others that are left out."
-    return "Only the best subjects would miss it." if effect.differs else "The scene does not need it."
+    return (
+        "Only the most sensitive people would miss it." if effect.differs else "The scene does not need it."
+    )
 
 
 def _term_column(head: str, index: int) -> Column:
     def text(row: Row) -> str:
         if row[1] is None:
-            return ""
+            return "not run"
         found = row[1].effects[index]
         return felt_words(found.felt) + " †" * found.differs + f"\n{found.sense}" * needed(row)
 

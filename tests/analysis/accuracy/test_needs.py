@@ -38,7 +38,7 @@ def test_one_jnd_is_crossed_on_a_straight_line_of_logarithms(felt, place):
     assert found == pytest.approx(place, nan_ok=True)
 
 
-def test_only_the_best_subjects_feel_what_is_marked():
+def test_only_the_most_sensitive_people_feel_what_is_marked():
     assert Effect("made", "mass", 0.9, strict=1.1).differs
     assert not Effect("made", "mass", 1.1, strict=1.4).differs
     assert not Effect("made", "mass", 0.1, strict=0.9).differs
@@ -81,7 +81,7 @@ def test_cells_and_texts_agree(capsys, monkeypatch):
     for effect in found["effects"]:
         line = next(one for one in lines if one.strip().startswith(TERMS[effect["term"]].word))
         assert felt_words(effect["felt"]) in line
-        assert effect["felt"] == 0.0 or f"{effect['sense']} under {effect['hand']}" in line
+        assert effect["felt"] == 0.0 or f"{effect['sense']}, {effect['hand']}" in line
 
 
 def test_numbers_in_words():
@@ -97,5 +97,5 @@ def test_numbers_in_words():
     ]
     assert said == [
         "up to 2,400 Hz", "from 0.2 ms", "from 230 N/m", "always", "+668 N/m",
-        "Damping 0: 200 → 100 cycles, 1,000 → 2,000 Hz, 400 → 900 N/m",
+        "Damping = 0: 200 → 100 cycles a tick, 1,000 → 2,000 Hz, stable up to 400 → 900 N/m",
     ]  # fmt: skip

@@ -60,9 +60,9 @@ def test_winners_are_the_cheapest_within_each_tolerance_and_those_that_cost_the_
     assert found == [["euler"], ["verlet", "exact"], ["exact"], ["exact"]]
     assert [p.method for p in made.winners(1e-3, board=True)] == ["rk4"]
     assert words.sentence(made) == (
-        "Cheapest within 2 %: Verlet, 0.50 µs per simulated second. 1 more costs the same."
+        "Cheapest with error within 2 %: Verlet, 0.50 µs per simulated second. 1 more costs the same."
     )
-    assert words.sentence(sheet([point("verlet", math.inf, 10.0)])) == "No method is within 2 %."
+    assert words.sentence(sheet([point("verlet", math.inf, 10.0)])) == "No method has an error within 2 %."
 
 
 @pytest.mark.parametrize("rate", [500.0, 1000.0])

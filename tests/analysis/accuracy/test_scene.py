@@ -241,8 +241,42 @@ def test_the_rate_may_outweigh_the_method_and_the_answer_says_so():
     found = replace(found, options=(best, truer))
     said = "M1 is the more accurate method, but on this board it lowers the rate to 1,000 Hz, and the rate "
     assert found.reason("board") == f"{said}matters more to your hand."
-    said = "On the board, M0 at 2,000 Hz: 3.0 JND from the ideal scene, stable up to 900 N/m."
+    said = "On the board, use M0 at 2,000 Hz: 3.0 JND from the ideal scene, stable up to 900 N/m."
     assert found.sentence("board") == said
+
+
+def test_an_answer_below_one_jnd_feels_like_the_ideal_and_a_lead_cancels_a_part():
+    found = made_up((0.99, 900.0, 1.0))
+    said = "On the board, use M0 at 1,000 Hz: feels like the ideal scene, stable up to 900 N/m."
+    assert found.sentence("board") == said
+    unnamed = replace(found, options=(replace(found.options[0], method="", error=1.0),))
+    said = "On the board at 1,000 Hz: 1.0 JND from the ideal scene, stable up to 900 N/m."
+    assert unnamed.sentence("board") == said
+    split = replace(found.options[0], parts=(-0.5, 0.19, 0.0, 1.3, 0.0, 0.0))
+    said = "Largest part: velocity estimate, 1.3 JND. M0 has an error that cancels 0.50 JND of the total."
+    assert replace(found, options=(split,)).reason("board") == said
+
+
+def test_each_closer_method_of_unknown_limit_is_a_sentence():
+    found = made_up((2.0, 900.0, 1.0), (1.0, math.nan, 1.0), (1.5, math.nan, 1.0))
+    closer = "M{} is closer, but its stiffness limit is not known."
+    assert found.reason("board") == f"{closer.format(1)} {closer.format(2)}"
+
+
+def test_a_limit_of_zero_is_never_stable():
+    """Explicit Euler gains energy in a spring at any stiffness: 1 + (h w)² a step."""
+    puck = LIBRARY["puck"]
+    question = Question(puck, puck.values({"integrator": "explicit_euler"}), "kalman")
+    limit = scene.limit_of(question, question.options, 1000.0, 1e-3, "kalman")
+    assert (limit, scene.limit_words(limit)) == (0.0, "never stable")
+    assert scene.limit_words(1.0) == "stable up to 1 N/m"
+
+
+def test_delays_are_one_number_or_a_range_a_place():
+    one = made_up((1.0, 900.0, 1.0)).options[0]
+    options = [replace(one, place=place, delay=s) for place, s in (("computer", 1e-3), ("computer", 1e-3))]
+    options += [replace(one, delay=s) for s in (0.3912e-3, 0.1249e-3)]
+    assert scene.delay_words(options) == "computer 1 ms, board 0.12 to 0.39 ms"
 
 
 def scenes(*quick):

@@ -7,6 +7,7 @@ from PySide6.QtTest import QTest
 
 from hapkit_studio.analysis.accuracy import Accuracy
 from hapkit_studio.analysis.accuracy import scene as this_scene
+from hapkit_studio.analysis.accuracy.contact import CONDITIONS
 from hapkit_studio.analysis.accuracy.needs import Effect, Needs
 from hapkit_studio.analysis.accuracy.plan import Point, Scene, Sheet
 from hapkit_studio.analysis.accuracy.scene import Question
@@ -27,7 +28,8 @@ def sheet() -> Sheet:
         Point(method, method.capitalize(), step, error, cycles, ns)
         for method, step, error, ns, cycles in numbers
     )
-    scene = Scene("damped", "Damped mass", "largest error", 0.02, "felt")
+    reason = "A third of the 6 % change of force that people can feel"
+    scene = Scene("damped", "Damped mass", "largest error", 0.02, reason, "", CONDITIONS)
     return Sheet("integrators", scene, {"verlet": "Verlet", "rk4": "RK4"}, points)
 
 
@@ -47,15 +49,16 @@ def show(page, index):
     return page.part
 
 
-def test_methods_answer_in_one_sentence_on_the_computer_and_on_the_board(page):
+def test_methods_answer_in_one_sentence_on_the_computer_and_on_the_board(page, qapp, shared_window):
     part = show(page, 0)
     part.show_result(Accuracy(sheets=(sheet(),)))
-    said = "Cheapest within 2 %: Verlet at 1 ms, 4.0 µs per simulated second."
+    resize(qapp, shared_window, (1280, 720))
+    said = "Cheapest with error within 2 %: Verlet, 1 ms step, 4.0 µs per simulated second."
     assert part.answer.words.text() == said
     assert [" ".join(row) for row in part.table.texts()[1:]] == [
-        "Verlet at 1 ms 10 %", "Verlet at 1 ms 1 %", "Verlet at 0.5 ms 0.1 %", "Rk4 at 1 ms 0.01 %",
+        "Verlet, 1 ms 10 %", "Verlet, 1 ms 1 %", "Verlet, 0.5 ms 0.1 %", "Rk4, 1 ms 0.01 %",
     ]  # fmt: skip
-    assert outside(part.chart) == cut_off(part) == []
+    assert outside(part.chart) == cut_off(shared_window) == []
     part.where.button(1).click()
     assert "5.00 million cycles a second" in part.answer.words.text()
     part.where.button(0).click()
@@ -123,8 +126,12 @@ def test_an_estimator_is_used_where_a_scene_has_no_methods(page, shared_window):
     studio.reset_values()
     part.show_result(this_scene.compute(part.question()))
     row = next(n for n, cells in enumerate(part.table.texts()) if cells[0] == "Difference, computer")
+    assert part.use_button.text() == "Use recommended"
     part.table.setCurrentIndex(part.table.model().index(row - 1, 0))
+    assert part.use_button.text() == "Use this method"
     part.use_button.click()
+    assert part.use_button.text() == "Use recommended"
+    assert dict(part.conditions.pairs)["Delay"] == this_scene.delay_words(part.found.options)
     assert studio.loop.estimator == "difference"
     assert part.found.in_force("computer").method == "Difference"
     shared_window.history.undo()
@@ -143,20 +150,25 @@ def made_up(scene: str) -> Needs:
 
 def test_a_cell_is_told_in_words_by_keys_and_clicks(page, qapp, shared_window, tmp_path):
     part = show(page, 2)
+    assert part.table.texts()[1] == ("Free", *["not run"] * len(TERMS))
     part.show_result(Accuracy(needs=tuple(made_up(key) for key in discover())))
     assert part.answer.words.text().endswith(
-        "needs mass, damping, friction, sensor steps; of the rest nobody feels a difference."
+        "needs mass, damping, friction, sensor steps; most people would not miss the rest."
     )
     place = part.table.visualRect(part.table.model().index(0, 4)).center()
     QTest.mouseClick(part.table.viewport(), Qt.MouseButton.LeftButton, pos=place)
     assert part.side.heading.text() == "Free without sensor steps"
     told = dict(part.details.pairs)
-    assert (told["Felt by most"], told["As a"], told["With the hand"]) == ("1.2 JND", "force", "press")
-    QTest.keyClick(part.table, Qt.Key.Key_Right)  # 0.9: only the best subjects tell it
-    assert part.side.words.text() == "Only the best subjects would miss it."
+    assert [told[key] for key in ("Most people feel", "Sense", "Hand motion")] == [
+        "1.2 JND",
+        "force",
+        "press",
+    ]
+    QTest.keyClick(part.table, Qt.Key.Key_Right)  # 0.9: only the most sensitive people feel it
+    assert part.side.words.text() == "Only the most sensitive people would miss it."
     assert part.table.texts()[1][5].startswith("0.9 †")
     write(tmp_path / "a.json", *part.exports())
     assert "wall" in (tmp_path / "a.json").read_text()
     for size in ((960, 600), (1440, 900)):
         resize(qapp, shared_window, size)
-        assert cut_off(part) == []
+        assert cut_off(shared_window) == []
