@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from PySide6.QtCore import QPoint, QRect, Qt
+from PySide6.QtCore import QCoreApplication, QPoint, QRect, Qt
 from PySide6.QtGui import QFontInfo
 from PySide6.QtWidgets import QAbstractButton, QLabel, QLineEdit, QPushButton, QTabBar, QToolButton, QWidget
 
@@ -52,9 +52,11 @@ def place(widget: QWidget, window: QWidget) -> QRect:
 
 def cut_off(window: QWidget) -> list[str]:
     """Return what is shown in less room than its words need."""
+    for _ in range(3):
+        QCoreApplication.processEvents()
     found = []
     for widget in window.findChildren(QWidget):
-        if not widget.isVisibleTo(window) or widget.window() is not window:
+        if not widget.isVisibleTo(window) or widget.window() is not window.window():
             continue
         if isinstance(widget, QLabel) and widget.text():
             needed = widget.sizeHint()
