@@ -25,7 +25,7 @@ def write(text):
 
 WRONG = {
     "theme=purple": "theme is 'purple'; it must be one of system, light, dark, contrast.",
-    "theme=dark, light": "theme is \"['dark', 'light']\"; it must be one of system, light, dark, contrast.",
+    "theme=dark, light": "theme is ['dark', 'light']; it must be one of system, light, dark, contrast.",
     "geometry=5": "geometry holds no geometry of a window.",
     "geometry=@ByteArray(\\x1\\xd9\\xd0\\xcb\\xff\\xff)": "geometry holds no geometry of a window.",
     "grid=perhaps": "grid is 'perhaps'; it must be one of false, true.",
