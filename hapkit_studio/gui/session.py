@@ -13,6 +13,7 @@ from hapkit_studio.gui.live import trigger
 from hapkit_studio.gui.panel.loop import DELAY, ESTIMATOR, GRIP, RATE
 from hapkit_studio.gui.panel.rendering import RATE as BOARD_RATE
 from hapkit_studio.gui.panel.rendering import RENDERERS
+from hapkit_studio.gui.views import LAW, LIVE
 from hapkit_studio.parameters import AnyParameter, Choice
 
 if TYPE_CHECKING:
@@ -59,12 +60,14 @@ def _restore(window: "MainWindow") -> None:
     key = str(settings.value(_ENVIRONMENT, ""))
     if (former := str(settings.value(_VIEW, ""))) in _FORMER_VIEWS:
         settings.setValue(_VIEW, _FORMER_VIEWS[former])
-    if view := settings.choice(_VIEW, "", pages.discover()):
+    known = pages.discover()
+    view = settings.choice(_VIEW, LIVE, (LIVE, LAW, *known))
+    if view in known:
         window.views.show(view)
     values = settings.table(_VALUES)
-    for known in values.keys() & studio.environments.keys():
-        reject = _rejection(settings, _VALUES, f"{_VALUES}.{known}")
-        studio.set_values_of(known, usable(studio.environments[known], _table(values[known], reject), reject))
+    for scene in values.keys() & studio.environments.keys():
+        reject = _rejection(settings, _VALUES, f"{_VALUES}.{scene}")
+        studio.set_values_of(scene, usable(studio.environments[scene], _table(values[scene], reject), reject))
     _restore_loop(studio, settings)
     given = settings.table(_TRIGGER)
     for name, value in checked(trigger.PARAMETERS, given, _rejection(settings, _TRIGGER)).items():

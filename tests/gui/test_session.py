@@ -58,6 +58,8 @@ def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
     again.close()
     third = start()
     assert (third.studio.environment.key, third.views.key) == ("cat", "live")
+    assert not again.settings.rejected
+    assert not third.settings.rejected
     assert third.studio.values_of("wall") == again.studio.values_of("wall") != LIBRARY["wall"].values()
 
 
