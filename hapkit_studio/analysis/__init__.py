@@ -1,1 +1,1 @@
-"""What a loop renders, one question a file or folder: stability, speed and accuracy, Z-width, failures."""
+"""Analyses of a haptic loop, one per file or folder: stability, speed and accuracy, Z-width, failures."""

@@ -21,7 +21,7 @@ from hapkit_studio.environments.base import Environment
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What was computed of each part: charts of methods, scenes with their options, what scenes need."""
+    """Results of the three parts: charts of methods, scenes with their options, needs of scenes."""
 
     sheets: tuple[Sheet, ...] = ()
     scenes: tuple[SceneResult, ...] = ()

@@ -1,4 +1,4 @@
-"""What it needs: what a person feels of each term of the device and loop, from where on, and what it costs.
+"""Which terms of device and loop a scene needs: how strongly each is felt, from which value, and its cost.
 
 The reference models everything. One term at a time is left out, and both runs are compared under every hand
 of the scene, and one that pushes beyond the force limit. A term is needed if a person tells the two apart, by
@@ -42,7 +42,7 @@ STIFFER = np.geomspace(1.0 / 16.0, 16.0, 9)
 
 @dataclass(frozen=True)
 class Effect:
-    """What a person feels without one term, in JND, of which sense, under which hand; None: not judged.
+    """Difference in JND that leaving out one term makes, its sense and hand motion; None if not judged.
 
     strict: the same in JND of the most sensitive people. since: felt up to this rate in Hz (sampling), or
     from this delay in s or stiffness in N/m on; nan where not found. limit, without: the exact limit in N/m
@@ -131,7 +131,7 @@ class _Rendered:
         delay: float = DELAY,
         stiffer: float = 1.0,
     ) -> np.ndarray:
-        """Return the rows of a trial; stiffer: the stiffness of the scene is so many times its default."""
+        """Return the rows of a trial; stiffer: factor on the scene's default stiffness."""
         removed = set(gone)
         if not trial.holds:
             removed.discard("mass")
@@ -145,7 +145,7 @@ class _Rendered:
         return trials.render(scene, trial)
 
     def told(self, trial: Trial, gone: Iterable[str]) -> Difference:
-        """Return what is felt in a trial of leaving terms out."""
+        """Return the felt difference of a trial that leaves terms out."""
         if trial.words not in self._whole:
             self._whole[trial.words] = self.run(trial, ())
         return trials.felt(self.environment, trial, self._whole[trial.words], self.run(trial, gone))
@@ -207,7 +207,7 @@ def stiffness_of(environment: Environment) -> Parameter | None:
 
 
 def _limit(environment: Environment, gone: str = "") -> float:
-    """Return the exact stiffness limit without a term; nan without a mass, for there is no motion."""
+    """Return the exact stiffness limit in N/m without a term; NaN without the mass, which has no motion."""
     if gone == "mass":
         return math.nan
     device = SimulatedHapkit().without((gone,) if gone else ())

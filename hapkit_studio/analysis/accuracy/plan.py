@@ -1,4 +1,4 @@
-"""What a work-precision chart is: its scenes, points, Pareto front, winners and orders, and how it is timed.
+"""Work-precision charts: scenes, points, Pareto front, winners, orders, and the timing of methods.
 
 Cost is the computing time of a simulated second, in ns on a computer, or the board's cycles in a second. Of
 compiled work it is the time that several of its shortest turns kept within, all candidates in the same turns;
@@ -64,9 +64,10 @@ def front(points: Sequence[Point], board: bool = False) -> tuple[Point, ...]:
 
 @dataclass(frozen=True)
 class Scene:
-    """What is computed: error says of what over what, in unit, "" for a share; reason is the tolerance's.
+    """A test problem of a chart.
 
-    conditions are name and value with unit, for people.
+    error: label of the error axis; unit: "" for a fraction; reason: why this tolerance; conditions:
+    name and value with unit, as shown.
     """
 
     key: str
@@ -109,7 +110,7 @@ class Sheet:
         return tuple(p for p in good if p.cost(board) - good[0].cost(board) <= spread)
 
     def order(self, method: str) -> float:
-        """Return the slope of error over step in powers of ten, nan where it is no straight line.
+        """Return the order of convergence: log-log slope of error over step, NaN if it is not a line.
 
         Points with an error above a tenth, or within rounding, are left out.
         """

@@ -47,7 +47,7 @@ Options = tuple[tuple[str, float], ...]  # the key of each choice between method
 
 @dataclass(frozen=True)
 class Place:
-    """What renders, at a rate in Hz at most; delay in s from a sample to its force, None: not measured.
+    """Computer or board: its highest rate in Hz, and its delay from sample to force in s, None if unmeasured.
 
     A computer then answers a period late; the board's force is in effect as soon as its tick is computed.
     """
@@ -63,7 +63,7 @@ ON_BOARD = Place(BOARD, float(board_plan.RATES[0]))
 
 @dataclass(frozen=True)
 class Question:
-    """A scene as it is set, the velocity estimator in force, what may render it, and the handle."""
+    """A scene with its values, velocity estimator, the places that can render it, and the handle."""
 
     environment: Environment
     values: Values
