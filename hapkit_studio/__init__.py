@@ -2,6 +2,8 @@
 
 from importlib import import_module
 
+from hapkit_studio.version import __version__
+
 TYPE_CHECKING = False  # typing takes longer to import than all that is imported here
 if TYPE_CHECKING:
     from hapkit_studio import environments
@@ -15,8 +17,6 @@ if TYPE_CHECKING:
     from hapkit_studio.dynamics.stick_slip import stick_slip
     from hapkit_studio.errors import LawError, ParameterError, StudioError
     from hapkit_studio.workshop import load_environment
-
-__version__ = "0.1.0"
 
 _PLACES = {
     "Run": "api",
@@ -44,6 +44,7 @@ __all__ = [
     "Run",
     "SimulatedHapkit",
     "StudioError",
+    "__version__",
     "environments",
     "estimate_velocity",
     "integrate",

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from hapkit_studio.errors import StudioError
+from hapkit_studio.version import __version__
 
 COUNT_SECONDS = 1.0
 CONNECT_SECONDS = 5.0
@@ -114,6 +115,4 @@ def _check_workers(client: Any, address: str) -> None:
 
 def studio_version() -> str:
     """Return the version of the studio where this runs."""
-    import hapkit_studio
-
-    return hapkit_studio.__version__
+    return __version__

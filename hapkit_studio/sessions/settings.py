@@ -5,12 +5,12 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
-from hapkit_studio import __version__
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import plain
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.sessions.file import ABOUT, SETTINGS, Event
 from hapkit_studio.settings_log import Log, Settings
+from hapkit_studio.version import __version__
 
 _NESTED = ("parameters", "units", "state_names", "device")
 

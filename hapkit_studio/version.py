@@ -1,0 +1,3 @@
+"""The version of the studio, as the package metadata states it."""
+
+__version__ = "0.1.0"
