@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,13 +20,11 @@ from hapkit_studio.analysis.stability.margin import (
     stable_again,
 )
 from hapkit_studio.analysis.stability.passivity import passive_damping, passive_stiffness
+from hapkit_studio.analysis.stability.scene_verdict import Verdict
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.dynamics.sampled_loop import Intervals, first_end, stable_intervals
 from hapkit_studio.formatting import plain, with_unit
-
-if TYPE_CHECKING:
-    from hapkit_studio.analysis.stability.verdict import Verdict
 
 RENDERED_STIFFNESS = replace(STIFFNESS, label="The rendered stiffness")
 RENDERED_DAMPING = replace(DAMPING, label="The rendered damping")
@@ -99,7 +97,7 @@ class Plane:
     hands: dict[str, float]
     points: Points | None = None
     cells: Cells | None = None
-    said: "Verdict | None" = None
+    said: Verdict | None = None
     family: Family | None = None
 
     @property

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane
-from hapkit_studio.analysis.stability.verdict import Asked, Verdict, verdict
+from hapkit_studio.analysis.stability.scene_verdict import Verdict
+from hapkit_studio.analysis.stability.verdict import Asked, verdict
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.haptics import board_plan

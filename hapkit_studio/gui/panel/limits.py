@@ -15,7 +15,8 @@ from hapkit_studio.gui.studio import Studio
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.setting import Setting
-    from hapkit_studio.analysis.stability.verdict import Asked, Verdict
+    from hapkit_studio.analysis.stability.scene_verdict import Verdict
+    from hapkit_studio.analysis.stability.verdict import Asked
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Health
 
