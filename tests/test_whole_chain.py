@@ -8,8 +8,8 @@ from pytestqt.qtbot import QtBot
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, truth
+from hapkit_studio.gui.actions import new_window
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.window import MainWindow
 from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.engine import Engine
 from hapkit_studio.haptics.rows import RingReader
@@ -44,7 +44,7 @@ def session(tmp_path_factory, request, qapp):
     script.write_text("\n".join(PUSHES) + "\n")
     board = VirtualBoard("lockstep", log=log, script=script)
     entry = DeviceEntry("virtual-board", "Virtual board", lambda: board)
-    window = MainWindow(Studio(lambda: [entry], build_engine))
+    window = new_window(Studio(lambda: [entry], build_engine))
     window.show()
     window.studio.choose("wall")
     window.studio.set_value("stiffness", STIFFNESS)

@@ -1,117 +1,66 @@
 """Every action once: key, words, shortcut, what it does, when it may. Menus, shortcuts and tests derive."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from PySide6.QtCore import QObject, Qt
-from PySide6.QtGui import QAction, QActionGroup, QKeySequence
-from PySide6.QtWidgets import QMenu, QMenuBar
-
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui import demos, pages
+from hapkit_studio.gui import action_set, demos, pages
 from hapkit_studio.gui.editor.code_page import CYCLES, CYCLES_KEY
-from hapkit_studio.gui.header import fill_frames_menu, fill_menu
 from hapkit_studio.gui.live.time_view import SPANS
 from hapkit_studio.gui.lock import DEVICE
-from hapkit_studio.gui.own_environments import OwnEnvironments
+from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.gui.studio import QUIZ, Studio
 from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.gui.window import MainWindow
 
 if TYPE_CHECKING:
     from hapkit_studio.gui.pages.accuracy import AccuracyPage
     from hapkit_studio.gui.pages.sessions import SessionsPage
     from hapkit_studio.gui.pages.stability.jitter import LoopJitter
     from hapkit_studio.gui.pages.stability.page import StabilityPage
-    from hapkit_studio.gui.window import MainWindow
 
+Action = action_set.Action[MainWindow]
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
-PLOT_ACTIONS = "view.fit", "view.lock", "view.live", "view.trigger", "view.trigger_settings"
-"""What is offered over a plot."""
 
 
-@dataclass(frozen=True)
-class Action:
-    """One thing a person can do; its key begins with its menu's name.
-
-    checked tells whether a check mark stands before it; filtered: the key is caught by the event filter,
-    so no shortcut is registered for it; extra are further keys that do the same; said: what the menu says
-    now; rule: a line stands before it.
-    """
-
-    key: str
-    text: str
-    run: Callable[["MainWindow"], object]
-    shortcut: str = ""
-    enabled: Callable[["MainWindow"], bool] = lambda _window: True
-    checked: Callable[["MainWindow"], bool] | None = None
-    filtered: bool = False
-    extra: tuple[str, ...] = ()
-    said: Callable[["MainWindow"], str] | None = None
-    submenu: str = ""
-    rule: bool = False
-
-    @property
-    def menu(self) -> str:
-        """Return "Menu" or "Menu/Submenu"."""
-        name = self.key.partition(".")[0].capitalize()
-        return f"{name}/{self.submenu}" if self.submenu else name
-
-    @property
-    def keys(self) -> tuple[str, ...]:
-        """Return all its keys in portable text."""
-        return tuple(k for k in (self.shortcut, *self.extra) if k)
-
-    @property
-    def single(self) -> bool:
-        """Say whether a key without modifiers would do it: silent in texts, can be switched off."""
-        return not self.filtered and any(len(k) == 1 or k == "Space" for k in self.keys)
-
-
-def native(key: str) -> str:
-    """Return a key as this system writes it."""
-    return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
-
-
-def _has_engine(window: "MainWindow") -> bool:
+def _has_engine(window: MainWindow) -> bool:
     return window.studio.engine is not None
 
 
-def _has_board(window: "MainWindow") -> bool:
+def _has_board(window: MainWindow) -> bool:
     return _has_engine(window) and not window.studio.simulated
 
 
-def _may_set_up(window: "MainWindow") -> bool:
+def _may_set_up(window: MainWindow) -> bool:
     return _has_board(window) and not window.studio.why_fixed(*DEVICE)
 
 
-def _shows_values(window: "MainWindow") -> bool:
+def _shows_values(window: MainWindow) -> bool:
     return not window.studio.hidden
 
 
-def _replays(window: "MainWindow") -> bool:
+def _replays(window: MainWindow) -> bool:
     return window.replay.history is not None
 
 
-def _may_set(window: "MainWindow") -> bool:
+def _may_set(window: MainWindow) -> bool:
     return _shows_values(window) and not _replays(window)
 
 
-def _has_parameters(window: "MainWindow") -> bool:
+def _has_parameters(window: MainWindow) -> bool:
     return bool(window.studio.environment.parameters)
 
 
-def _has_samples(window: "MainWindow") -> bool:
+def _has_samples(window: MainWindow) -> bool:
     return len(window.centre.view.history) > 1 and _shows_values(window)
 
 
-def _may_ask(window: "MainWindow") -> bool:
+def _may_ask(window: MainWindow) -> bool:
     return not (window.demos.demo or window.projector.on) and window.quiz.parameter is not None
 
 
-def _has_law(window: "MainWindow") -> bool:
+def _has_law(window: MainWindow) -> bool:
     return window.editor.path is not None
 
 
@@ -120,7 +69,7 @@ def _demo(name: str, path: Path) -> Action:
     return Action(f"teach.demo.{name}", words, lambda w: w.play_demo(path), enabled=_may_play)
 
 
-def _may_play(window: "MainWindow") -> bool:
+def _may_play(window: MainWindow) -> bool:
     studio = window.studio
     free = window.demos.possible and studio.fault is None and not _replays(window)
     return free and (not studio.stopped or studio.held)
@@ -148,9 +97,14 @@ def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
     )  # fmt: skip
 
 
+def new_window(studio: Studio, settings: StoredSettings | None = None) -> MainWindow:
+    """Return the main window with every action."""
+    return MainWindow(studio, table(studio.environments.values()), settings)
+
+
 def _one_of(
-    prefix: str, options: Iterable[tuple[str, str, str]], choose: Callable[["MainWindow", str], object],
-    chosen: Callable[["MainWindow"], str], submenu: str = "",
+    prefix: str, options: Iterable[tuple[str, str, str]], choose: Callable[[MainWindow, str], object],
+    chosen: Callable[[MainWindow], str], submenu: str = "",
 ) -> list[Action]:  # fmt: skip
     """Return an action for each of some options (key, words, shortcut), of which one is in force."""
 
@@ -161,13 +115,13 @@ def _one_of(
     return [option(*given) for given in options]
 
 
-def _sessions(window: "MainWindow") -> "SessionsPage":
+def _sessions(window: MainWindow) -> "SessionsPage":
     """Bring the view *Sessions* into sight, unless another one may not be left, and return it."""
     window.views.show("sessions")
     return cast("SessionsPage", window.views.page("sessions"))
 
 
-def _lists_sessions(window: "MainWindow", button: str) -> bool:
+def _lists_sessions(window: MainWindow, button: str) -> bool:
     """Return whether the view *Sessions* is in sight, and a button of it can be pressed."""
     return window.views.key == "sessions" and getattr(window.views.shown, button).isEnabled()
 
@@ -287,21 +241,21 @@ _VIEW = (
     Action("view.cursor_b", "Cursor B here", lambda w: w.centre.time.put_cursor(1), "B"),
     Action("view.hold", "Hold traces", lambda w: w.display.hold(), "H", enabled=_shows_values),
     Action("view.hold_file", "Hold a recording…", lambda w: w.opener.ask(), enabled=_shows_values),
-    Action("view.live", "Back to live", lambda w: w.display.go_live(), "Backspace", rule=True),
+    Action("view.live", "Back to live", lambda w: w.display.go_live(), "Backspace", rule=True, on_plots=True),
     Action(
         "view.trigger", "Trigger", lambda w: w.centre.trigger.toggle(), "T",
-        enabled=lambda w: not _replays(w), checked=lambda w: w.centre.trigger.armed,
+        enabled=lambda w: not _replays(w), checked=lambda w: w.centre.trigger.armed, on_plots=True,
     ),
-    Action("view.trigger_settings", "Trigger settings…", lambda w: w.show_trigger()),
+    Action("view.trigger_settings", "Trigger settings…", lambda w: w.show_trigger(), on_plots=True),
     Action(
         "view.lock", "Lock axes", lambda w: w.centre.view.set_locked(not w.centre.view.locked), "Y",
-        checked=lambda w: w.centre.view.locked, rule=True,
+        checked=lambda w: w.centre.view.locked, rule=True, on_plots=True,
     ),
     Action(
         "view.as_felt", "Force as felt", lambda w: w.centre.phase.felt.toggle(),
         enabled=lambda w: w.centre.phase.felt.isEnabled(), checked=lambda w: w.centre.phase.felt.isChecked(),
     ),
-    Action("view.fit", "Fit axes", lambda w: w.fit_axes(), "F"),
+    Action("view.fit", "Fit axes", lambda w: w.fit_axes(), "F", on_plots=True),
     Action("view.grid", "Grid", lambda w: w.toggle_grid(), "G", checked=lambda _w: theme.grid),
     Action(
         "view.projector", "Projector", lambda w: w.projector.toggle(), "F11", enabled=_shows_values,
@@ -322,19 +276,19 @@ _VIEW = (
 )  # fmt: skip
 
 
-def _set_up(window: "MainWindow") -> object:
+def _set_up(window: MainWindow) -> object:
     from hapkit_studio.gui.wizard.setup import SetupDialog
 
-    return SetupDialog.open_over(window)
+    return SetupDialog.open_over(window.studio, window, window.closed)
 
 
-def _test(window: "MainWindow") -> object:
+def _test(window: MainWindow) -> object:
     from hapkit_studio.gui.wizard.check import CheckDialog
 
-    return CheckDialog.open_over(window)
+    return CheckDialog.open_over(window.studio, window, window.closed)
 
 
-def _jitter(window: "MainWindow") -> "LoopJitter":
+def _jitter(window: MainWindow) -> "LoopJitter":
     return cast("StabilityPage", window.views.shown).side.jitter
 
 
@@ -355,7 +309,7 @@ _DEVICE = (
 )  # fmt: skip
 
 
-def _has_method(window: "MainWindow") -> bool:
+def _has_method(window: MainWindow) -> bool:
     if window.views.key != "accuracy":
         return False
     page = cast("AccuracyPage", window.views.shown)
@@ -432,99 +386,3 @@ _HELP = (
     Action("help.priority", "Real-time priority", lambda w: w.show_priority(), enabled=_has_engine),
     Action("help.about", "About", lambda w: w.show_about(), rule=True),
 )
-
-
-class ActionSet(QObject):
-    """The table as Qt actions of one window; ``refresh`` brings marks and greyness up to date."""
-
-    def __init__(self, window: "MainWindow", entries: tuple[Action, ...]):
-        super().__init__(window)
-        self._window = window
-        self.entries = entries
-        self.qt: dict[str, QAction] = {}
-        groups: dict[str, QActionGroup] = {}
-        for entry in entries:
-            action = self.qt[entry.key] = QAction(entry.text, window)
-            action.triggered.connect(lambda _on=False, entry=entry: self.run(entry.key))
-            action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
-            if entry.checked is not None:
-                action.setCheckable(True)
-            if entry.submenu:
-                groups.setdefault(entry.menu, QActionGroup(self)).addAction(action)
-            window.addAction(action)
-        self.set_single_keys(window.single_keys)
-        self.refresh()
-
-    def run(self, key: str) -> None:
-        """Do what an action does, if it may."""
-        entry = next(e for e in self.entries if e.key == key)
-        if entry.enabled(self._window):
-            entry.run(self._window)
-        self.refresh()
-
-    def refresh(self) -> None:
-        """Bring check marks and greyness up to date."""
-        for entry in self.entries:
-            action = self.qt[entry.key]
-            action.setEnabled(entry.enabled(self._window))
-            if entry.said is not None:
-                action.setText(entry.said(self._window))
-            if entry.checked is not None:
-                action.setChecked(entry.checked(self._window))
-
-    def set_single_keys(self, on: bool) -> None:
-        """Let keys without modifiers act, or not."""
-        for entry in self.entries:
-            action = self.qt[entry.key]
-            if entry.filtered:
-                action.setText(f"{entry.text}\t{entry.shortcut}")
-            elif on or not entry.single:
-                action.setShortcuts([QKeySequence(k) for k in entry.keys])
-            else:
-                action.setShortcuts([QKeySequence(k) for k in entry.keys if len(k) > 1 and k != "Space"])
-
-
-def build_menus(bar: QMenuBar, actions: ActionSet, studio: Studio, own: OwnEnvironments) -> None:
-    """Fill the bar; order of menus and entries is the table's."""
-    menus: dict[str, QMenu] = {}
-    for entry in actions.entries:
-        menu = _menu(bar, menus, entry.menu)
-        if entry.rule:
-            menu.addSeparator()
-        menu.addAction(actions.qt[entry.key])
-    for menu in menus.values():
-        menu.aboutToShow.connect(actions.refresh)
-    _add_devices(menus["Device"], studio)
-    _add_own(menus["Environment"], actions.qt["environment.new"], own)
-
-
-def _menu(bar: QMenuBar, menus: dict[str, QMenu], path: str) -> QMenu:
-    if path not in menus:
-        parent, _, name = path.rpartition("/")
-        menus[path] = _menu(bar, menus, parent).addMenu(name) if parent else bar.addMenu(path)
-    return menus[path]
-
-
-def _add_devices(menu: QMenu, studio: Studio) -> None:
-    choose = QMenu("Choose", menu)
-    choose.aboutToShow.connect(lambda: fill_menu(choose, studio))
-    frames = QMenu("USB frames", menu)
-    frames.aboutToShow.connect(lambda: fill_frames_menu(frames, studio))
-    first = menu.actions()[0]
-    menu.insertMenu(first, choose)
-    menu.insertMenu(first, frames)
-    menu.insertSeparator(first)
-
-
-def _add_own(menu: QMenu, before: QAction, own: OwnEnvironments) -> None:
-    yours = QMenu("Yours", menu)
-    entry = menu.insertMenu(before, yours)
-
-    def fill() -> None:
-        yours.clear()
-        for file in own.files:
-            yours.addAction(file.title, partial(own.choose, file.path))
-        entry.setVisible(bool(own.files))
-
-    menu.aboutToShow.connect(fill)
-    fill()

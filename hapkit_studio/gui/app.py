@@ -17,6 +17,7 @@ from hapkit_studio.environments import named
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import printable
 from hapkit_studio.gui import demos, prepare, session
+from hapkit_studio.gui.actions import new_window
 from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import style
@@ -84,7 +85,7 @@ def build(options: argparse.Namespace) -> MainWindow:
     theme.set_mode(options.theme or settings.choice("theme", "system", MODES))
     studio = Studio(devices.available)
     key = named(options.environment).key if options.environment is not None else None
-    window = MainWindow(studio, settings)
+    window = new_window(studio, settings)
     if key is None or studio.why_fixed("environment", key):
         session.restore(window)
     if key is not None:

@@ -1,8 +1,6 @@
 """Ctrl+K: every action of the table in a list, found by the words that a person types."""
 
-import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, QModelIndex, QObject, QSize, Qt
 from PySide6.QtGui import QKeyEvent, QShowEvent, QStandardItem, QStandardItemModel
@@ -17,27 +15,16 @@ from PySide6.QtWidgets import (
 )
 
 from hapkit_studio.gui import header
-from hapkit_studio.gui.actions import ActionSet, native
+from hapkit_studio.gui.action_set import ActionSet, matches, native
 from hapkit_studio.gui.widgets.parts import across, down, label
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import theme
-
-if TYPE_CHECKING:
-    from hapkit_studio.gui.window import MainWindow
 
 _WIDE, _HIGH, _ROW = 560, 420, 28
 _COLUMNS = {1: 120, 2: 150}  # px: menu path, keys
 _LIST_KEYS = (Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_PageUp, Qt.Key.Key_PageDown)
 _KEY = Qt.ItemDataRole.UserRole + 1  # Qt's own for an item's data
 _MAY = Qt.ItemFlag.ItemIsEnabled | Qt.ItemFlag.ItemIsSelectable
-
-
-def matches(sought: str, words: str) -> bool:
-    """Say whether each word sought is in others, or begins like one and has its letters in that order."""
-    return all(
-        part in words.lower() or re.search(r"\b" + r"\w*?".join(map(re.escape, part)), words.lower())
-        for part in sought.lower().split()
-    )
 
 
 def _listed(actions: ActionSet, parent: QObject) -> QStandardItemModel:
@@ -77,11 +64,11 @@ class FindButton(QPushButton):
 class CommandPalette(QDialog):
     """A popup: a click beside it or Esc closes it, Enter or a click on a command runs that."""
 
-    def __init__(self, window: "MainWindow"):
+    def __init__(self, actions: ActionSet, window: QWidget):
         super().__init__(window, Qt.WindowType.Popup)
         self.setObjectName("palette")
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self._window, self._actions = window, window.actions_by_key
+        self._window, self._actions = window, actions
         self._actions.refresh()
         self.field, self.list = QLineEdit(), QTableView()
         self.field.setPlaceholderText("Find a command")

@@ -9,8 +9,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QDialog, QFormLayout, QLineEdit, QPushButton, QScrollArea, QWidget
 
 from hapkit_studio.gui import banners, header
-from hapkit_studio.gui.actions import Action, native
-from hapkit_studio.gui.command_palette import matches
+from hapkit_studio.gui.action_set import Action, matches, native
 from hapkit_studio.gui.glossary import WORDS
 from hapkit_studio.gui.widgets.parts import AnswerLine, across, down, label, primary
 from hapkit_studio.gui.widgets.theme import theme

@@ -13,6 +13,7 @@ from hapkit_studio import devices
 from hapkit_studio.arguments import LineParser, size
 from hapkit_studio.dynamics.hand import SCRIPTS
 from hapkit_studio.environments.base import Environment
+from hapkit_studio.gui.actions import new_window
 from hapkit_studio.gui.app import prepare_all
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import style
@@ -89,7 +90,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     theme.mode = chosen.theme
     style.apply(application)
     studio = Studio(devices.available)
-    window = MainWindow(studio)
+    window = new_window(studio)
     window.resize(*chosen.size)
     window.show()
     window.live.start()

@@ -3,26 +3,25 @@
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QSettings, Qt
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QToolButton, QWidget
+from PySide6.QtWidgets import QLabel, QMainWindow, QMenu, QPushButton, QToolButton, QWidget
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.gallery import icon_name
+from hapkit_studio.gui.header import Header
+from hapkit_studio.gui.live.centre import Centre
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.views import LIVE
+from hapkit_studio.gui.views import LIVE, Views
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.numbers import Quantity, ValueSlider
 from hapkit_studio.gui.widgets.parts import AnswerLine, Sign, across, down, label, refill, rule
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.text import rich
 from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.gui.window_layout import WindowLayout
 from hapkit_studio.parameters import AnyParameter, Choice
-
-if TYPE_CHECKING:
-    from hapkit_studio.gui.window import MainWindow
 
 THEME = "contrast"
 VALUES = 2
@@ -198,43 +197,54 @@ class Projector(QObject):
 
     on: bool
 
-    def __init__(self, window: "MainWindow"):
+    def __init__(
+        self,
+        window: QMainWindow,
+        layout: WindowLayout,
+        studio: Studio,
+        settings: QSettings,
+        header: Header,
+        centre: Centre,
+        views: Views,
+    ):
         super().__init__(window)
-        self._window = window
+        self._window, self._layout = window, layout
+        self._header, self._centre, self._views = header, centre, views
         self.on = False
         self._before = window.windowState(), theme.mode, LIVE
-        self.card = ValueCard(window.studio, window.settings)
-        self.title = Title(window.studio)
+        self.card = ValueCard(studio, settings)
+        self.title = Title(studio)
         self.leave = QToolButton()
         self.leave.setToolTip("Leave the projector view (F11)")
         self.leave.setAccessibleName("Leave the projector view")
         self.leave.setFocusPolicy(Qt.FocusPolicy.TabFocus)
         icons.bind(self.leave, "close", "ink2", 18)
         self.leave.clicked.connect(self.toggle)
-        window.header.hold(self.title, self.leave)
-        window.centre.hold(self.card)
+        header.hold(self.title, self.leave)
+        centre.hold(self.card)
 
     def toggle(self) -> None:
-        """Show the projector's view, or the usual one as it was."""
+        """Switch the projector's view on, or back to the view before it."""
         window = self._window
         self.on = not self.on
         if self.on:
-            self._before = window.windowState(), theme.mode, window.views.key
+            self._before = window.windowState(), theme.mode, self._views.key
         state, mode, view = self._before
         window.menuBar().setVisible(not self.on)
-        window.header.project(self.on)
-        window.centre.project(self.on)
+        self._header.project(self.on)
+        self._centre.project(self.on)
+        self._layout.projected = self.on
         with theme.together():
-            window.body.set_scale()
+            self._layout.set_scale()
             if self.on:
                 theme.set_mode(THEME)
-            elif theme.mode == THEME:  # else a person has chosen another one meanwhile
+            elif theme.mode == THEME:  # otherwise another theme was chosen meanwhile
                 theme.set_mode(mode)
-        window.views.show(LIVE if self.on else view)
+        self._views.show(LIVE if self.on else view)
         window.setWindowState(window.windowState() | Qt.WindowState.WindowFullScreen if self.on else state)
-        window.body.share()
+        self._layout.share()
 
     def end(self) -> None:
-        """Show the usual view, if it is not."""
+        """Leave the projector's view if it is on."""
         if self.on:
             self.toggle()

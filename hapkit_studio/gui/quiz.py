@@ -14,14 +14,15 @@ from hapkit_studio.formatting import number
 from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.pages.base import SidePanel
 from hapkit_studio.gui.panel.rows import BOX_WIDE
+from hapkit_studio.gui.panel.stability_card import StabilityCard
 from hapkit_studio.gui.studio import QUIZ, Studio
+from hapkit_studio.gui.views import Views
 from hapkit_studio.gui.widgets.numbers import NumberBox, Quantity
 from hapkit_studio.gui.widgets.parts import AnswerLine, across, hint, label, primary
 from hapkit_studio.parameters import Parameter
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.stability.verdict import Asked
-    from hapkit_studio.gui.window import MainWindow
 
 LEAST, MOST = 0.5, 4.0
 """Times its default: what a value is drawn from can be felt, and measured below the force limit."""
@@ -147,18 +148,17 @@ class QuizSide(SidePanel):
 class Quiz(QObject):
     """Brings the quiz into sight of a window, and takes it away once nothing is hidden any more."""
 
-    def __init__(self, window: "MainWindow"):
+    def __init__(self, studio: Studio, card: StabilityCard, views: Views, window: QWidget):
         super().__init__(window)
-        self._window = window
+        self._studio, self._card, self._views = studio, card, views
         self.side: QuizSide | None = None
-        window.studio.hidden_changed.connect(self._look)
-        for ending in (window.studio.engine_changed, window.closed):  # calm holds for one device
-            ending.connect(self.end)
+        studio.hidden_changed.connect(self._look)
+        studio.engine_changed.connect(self.end)  # calm holds for one device
 
     @property
     def parameter(self) -> Parameter | None:
         """Return what can be asked for now, None where nothing can: locked, measured, replayed, no delay."""
-        studio, card = self._window.studio, self._window.stability
+        studio, card = self._studio, self._card
         wanted = asked_for(studio.environment, studio.values)
         if wanted is None or studio.trying or card.asked() is None:
             return None
@@ -166,20 +166,20 @@ class Quiz(QObject):
 
     def begin(self, source: random.Random | None = None) -> None:
         """Ask about the environment in force; values are drawn from source."""
-        window, wanted, asked = self._window, self.parameter, self._window.stability.asked()
+        wanted, asked = self.parameter, self._card.asked()
         if wanted is not None and asked is not None:
-            self.side = QuizSide(window.studio, asked, wanted, source or random.Random())
-            window.views.cover(self.side)
+            self.side = QuizSide(self._studio, asked, wanted, source or random.Random())
+            self._views.cover(self.side)
             self.side.begin()
 
     def end(self) -> None:
         """Render what the window shows, if a quiz is on."""
         if self.side is not None:
-            self._window.studio.hide_values(None)
+            self._studio.hide_values(None)
 
     def _look(self) -> None:
-        if self.side is not None and not self._window.studio.hidden:
+        if self.side is not None and not self._studio.hidden:
             side, self.side = self.side, None
-            self._window.views.cover(None)
+            self._views.cover(None)
             side.job.end()
             side.deleteLater()

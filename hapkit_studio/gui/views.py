@@ -32,7 +32,7 @@ class Views(QObject):
         bar: Tabs,
         centre: Centre,
         editor: EditorController,
-        show_side: Callable[[QWidget | None], None],
+        show_side: Callable[..., None],
     ):
         super().__init__(centre)
         self._studio, self._live, self._show_side = studio, live, show_side
@@ -89,7 +89,7 @@ class Views(QObject):
             self._centre.add_page(page)
         self._bar.setEnabled(side is None)
         self._centre.show_page(page, scene=page is None or self._studio.hand_is_ours)
-        self._show_side(side)
+        self._show_side(side, fixed=self.covered)
         self.take_keys()
 
     def take_keys(self) -> None:

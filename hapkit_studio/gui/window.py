@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QCloseEvent, QHideEvent, QKeyEvent, QResizeEvent, QShowEvent
-from PySide6.QtWidgets import QAbstractButton, QApplication, QMainWindow, QSplitter, QStackedWidget, QWidget
+from PySide6.QtWidgets import QAbstractButton, QApplication, QMainWindow, QWidget
 from shiboken6 import isValid
 
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui import breakpoints
-from hapkit_studio.gui.actions import PLOT_ACTIONS, ActionSet, build_menus, table
+from hapkit_studio.gui.action_set import Action, ActionSet
 from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.blind import BlindComparison
 from hapkit_studio.gui.command_palette import CommandPalette, FindButton
@@ -31,7 +30,7 @@ from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
 from hapkit_studio.gui.live.canvas import Canvas
-from hapkit_studio.gui.live.centre import Centre, fill
+from hapkit_studio.gui.live.centre import Centre
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
 from hapkit_studio.gui.live.dividers import Dividers
@@ -41,6 +40,7 @@ from hapkit_studio.gui.live.replay import Replay
 from hapkit_studio.gui.live.replay_bar import ReplayBar
 from hapkit_studio.gui.lock import ENTRY, Lock
 from hapkit_studio.gui.lock_dialog import LockDialog
+from hapkit_studio.gui.menus import build_menus
 from hapkit_studio.gui.notices import Notices
 from hapkit_studio.gui.open_recording import RecordingOpener
 from hapkit_studio.gui.own_environments import OwnEnvironments
@@ -58,8 +58,9 @@ from hapkit_studio.gui.trigger_dialog import TriggerDialog
 from hapkit_studio.gui.undo import UndoHistory
 from hapkit_studio.gui.views import LIVE, Views
 from hapkit_studio.gui.widgets.numbers import NumberBox
-from hapkit_studio.gui.widgets.parts import choose_file, down
+from hapkit_studio.gui.widgets.parts import choose_file
 from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.gui.window_layout import WindowLayout
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.identify import Recording
@@ -76,7 +77,7 @@ _PRESS, _OVERRIDE, _RELEASE = QEvent.Type.KeyPress, QEvent.Type.ShortcutOverride
 
 
 class MainWindow(QMainWindow):
-    """The studio's one window; ``studio`` is what it works on. ``closed``: it is about to go."""
+    """The main window; its menus offer the actions given. ``closed``: it is about to close."""
 
     closed = Signal()
     studio: Studio
@@ -99,7 +100,12 @@ class MainWindow(QMainWindow):
     opener: RecordingOpener
     single_keys: bool
 
-    def __init__(self, studio: Studio, settings: StoredSettings | None = None):
+    def __init__(
+        self,
+        studio: Studio,
+        actions: tuple[Action["MainWindow"], ...],
+        settings: StoredSettings | None = None,
+    ):
         super().__init__()
         self.setWindowTitle("Hapkit Studio")
         self.setMinimumSize(*_SMALLEST)
@@ -109,7 +115,7 @@ class MainWindow(QMainWindow):
         self.settings = settings or StoredSettings()
         studio.device.padding = self.settings.choice("padding", 0, (0, PACKET))
         studio.set_lock(self.settings.read(ENTRY, Lock(), Lock.read))
-        self.body = WindowLayout(self)
+        self.body = WindowLayout(self, self.settings)
         self.history = UndoHistory(studio, self)
         self.live = Live(studio, self)
         self.replay = Replay(studio, self.live)
@@ -138,7 +144,10 @@ class MainWindow(QMainWindow):
         self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
         self.single_keys = self.settings.flag("single_keys", True)
         theme.grid = self.settings.flag("grid", True)
-        self.body.arrange()
+        self.body.arrange(
+            self.header, self.gallery, self.centre, self.panel, self.replay_bar, self.caption, self.status,
+            self.banners,
+        )  # fmt: skip
         self.setCentralWidget(self.body)
         self.gallery.order()
         self.panel.parameters.order()
@@ -148,15 +157,17 @@ class MainWindow(QMainWindow):
             lambda: self.views.show("sessions"),
         )  # fmt: skip
         self.blind = BlindComparison(studio, self.two, self.views, self)
-        self.quiz = Quiz(self)
-        self.projector = Projector(self)
+        self.quiz = Quiz(studio, self.stability, self.views, self)
+        self.projector = Projector(
+            self, self.body, studio, self.settings, self.header, self.centre, self.views
+        )
         self.export = LiveExport(studio, self.centre)
         self.export.said.connect(self.record_display.say)
         self.export.failed.connect(lambda why: self.record_display.show_failure("Nothing was written.", why))
         self.opener = RecordingOpener(self)
         self.opener.opened.connect(self._hold_recording)
         self.opener.failed.connect(lambda why: self.record_display.show_failure("Nothing was held.", why))
-        self.actions_by_key = ActionSet(self, table(studio.environments.values()))
+        self.actions_by_key = ActionSet(self, actions, self.single_keys)
         build_menus(self.menuBar(), self.actions_by_key, studio, self.own)
         self.menuBar().setCornerWidget(FindButton(self.show_commands, self.menuBar()))
         self._connect()
@@ -213,7 +224,7 @@ class MainWindow(QMainWindow):
 
     def show_commands(self) -> None:
         """Open the list of every action."""
-        CommandPalette(self).show()
+        CommandPalette(self.actions_by_key, self).show()
 
     def show_priority(self) -> None:
         """Open the dialog on real-time priority."""
@@ -352,7 +363,7 @@ class MainWindow(QMainWindow):
         self.live.frame.connect(self.file_watcher.on_row)
         self.centre.toolbar.fit.clicked.connect(self.fit_axes)
         for canvas in self.findChildren(Canvas):
-            canvas.addActions([self.actions_by_key.qt[key] for key in PLOT_ACTIONS])
+            canvas.addActions(self.actions_by_key.on_plots)
         self.stability.judged.connect(self.status.show_margin)
         self.stability.judged.connect(self.projector.card.show_verdict)
         self.stability.ask()
@@ -364,8 +375,8 @@ class MainWindow(QMainWindow):
             signal.connect(lambda why: self.banners.warn("undo", "Nothing was changed.", why))
         for taken in (self.centre.scene.taken, self.display.releasing):
             taken.connect(self.demos.end)
-        self.closed.connect(self.demos.end)
-        self.closed.connect(self.projector.end)
+        for part in (self.demos, self.projector, self.quiz):
+            self.closed.connect(part.end)
         self.replay.changed.connect(self._show_replay)
         self.replay.failed.connect(
             lambda why: self.banners.warn("replay", "The session cannot be replayed.", why)
@@ -388,104 +399,6 @@ class MainWindow(QMainWindow):
             self.views.changed,
         ):  # fmt: skip
             signal.connect(self.actions_by_key.refresh)
-
-
-class WindowLayout(QWidget):
-    """Header, gallery | centre | panel in a splitter, status bar; the panel is a drawer where room is short.
-
-    A person may drag the borders; the widths are remembered.
-    """
-
-    def __init__(self, window: "MainWindow"):
-        super().__init__(window)
-        self._window = window
-        self._drawer_open: bool | None = None
-        settings = window.settings
-        self._gallery_width = settings.pixels("gallery_width", breakpoints.GALLERY)
-        self._panel_width = settings.pixels("panel_width", breakpoints.PANEL)
-        # each part is made inside its place: moved there later, all of it would be styled once more
-        self.borders = QSplitter(self)
-        self._left, self.side = QWidget(self.borders), QStackedWidget(self.borders)
-        self.inner = QSplitter(self._left)
-
-    def arrange(self) -> None:
-        """Put the window's parts, each made inside this widget, in their places."""
-        window = self._window
-        self.side.addWidget(window.panel)
-        fill(self.inner, 1, 1, window.gallery, window.centre)
-        fill(self.borders, 1, 0, self._left, self.side)
-        self._beside = down((self.inner, 1), window.replay_bar, into=self._left)
-        self._column = down(window.header, (self.borders, 1), window.caption, window.status, into=self)
-        self._place_banners(False)
-        self.inner.splitterMoved.connect(self._gallery_dragged)
-        self.borders.splitterMoved.connect(self._panel_dragged)
-
-    def open_drawer(self, on: bool) -> None:
-        """Show or hide the panel, whatever the size."""
-        self._drawer_open = on
-        self.share()
-
-    def show_side(self, side: QWidget | None) -> None:
-        """Put a page's own side in the panel's place, None for the panel."""
-        shown = side or self._window.panel
-        if self.side.indexOf(shown) < 0:
-            self.side.addWidget(shown)
-        self.side.setCurrentWidget(shown)
-        self.share()
-        shown.resize(self.side.size())  # at once: a page asks for its side's width next
-
-    def set_scale(self) -> None:
-        """Draw everything as large as the window's size asks for."""
-        window = self._window
-        if window.projector.on:
-            theme.set_scale(breakpoints.projected_scale(window.width(), window.height()), breakpoints.FRAME)
-        else:
-            theme.set_scale(breakpoints.scale(window.width(), window.height()))
-
-    def share(self) -> None:
-        """Decide what gives way at this size."""
-        self.set_scale()
-        parts, wide, px = self._window, self._window.width(), theme.px
-        projected = parts.projector.on
-        parts.gallery.setHidden(projected)
-        parts.gallery.setMinimumWidth(px(breakpoints.RAIL))
-        parts.gallery.setMaximumWidth(px(breakpoints.GALLERY_MOST))
-        self.side.setMinimumWidth(px(breakpoints.PANEL_NARROW))
-        self.side.setMaximumWidth(px(breakpoints.PANEL_MOST))
-        small = wide < breakpoints.DRAWER_WIDTH or parts.height() < breakpoints.DRAWER_HEIGHT
-        opened = not small if self._drawer_open is None else self._drawer_open
-        opened = not projected and (opened or parts.views.covered)
-        parts.header.panel.setVisible(small and not projected and not parts.views.covered)
-        self.side.setVisible(opened)
-        self._place_banners(wide < breakpoints.BANNERS_BESIDE_PANEL and opened)
-        self._column.activate()  # at once: else a frame is painted with parts of two sizes
-        usual = breakpoints.gallery_width(wide / theme.scale, self._gallery_width, self._panel_width)
-        narrow = usual == breakpoints.RAIL != self._gallery_width
-        gallery, panel = px(usual), px(breakpoints.PANEL_NARROW if narrow else self._panel_width)
-        self.borders.setSizes([wide - panel - 1, panel])
-        self._beside.activate()
-        self.inner.setSizes([gallery, self._left.width() - gallery - 1])
-        parts.centre.lay_out()
-
-    def _gallery_dragged(self, place: int, _handle: int) -> None:
-        """Take a width that shows all words, or a rail."""
-        half, usual = (breakpoints.RAIL + breakpoints.GALLERY) / 2, place / theme.scale
-        self._gallery_width = breakpoints.RAIL if usual < half else max(usual, breakpoints.GALLERY)
-        gallery = theme.px(self._gallery_width)
-        self.inner.setSizes([gallery, self._left.width() - gallery - 1])
-        self._window.settings.setValue("gallery_width", self._gallery_width)
-
-    def _panel_dragged(self) -> None:
-        self._panel_width = self.side.width() / theme.scale
-        self._window.settings.setValue("panel_width", self._panel_width)
-
-    def _place_banners(self, across: bool) -> None:
-        """Put the banners beside the panel, so that a slider being dragged stays put; across if narrow."""
-        banners = self._window.banners
-        if across:
-            self._column.insertWidget(1, banners)
-        else:
-            self._beside.insertWidget(0, banners)
 
 
 class StopFilter(QObject):

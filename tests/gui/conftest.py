@@ -10,6 +10,7 @@ from PySide6.QtTest import QTest
 
 from hapkit_studio.arguments import window_parser
 from hapkit_studio.gui import app
+from hapkit_studio.gui.actions import new_window
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import style
 from hapkit_studio.gui.widgets.theme import theme
@@ -56,7 +57,7 @@ def open_windows():
     with deleted_in_the_end() as windows:
 
         def make(entries=(SIMULATED,), build=build_engine, size=(1440, 900)) -> MainWindow:
-            window = MainWindow(Studio(lambda: list(entries), build))
+            window = new_window(Studio(lambda: list(entries), build))
             windows.append(window)
             window.resize(*size)
             window.show()

@@ -9,7 +9,8 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel, QLineEdit
 
 from hapkit_studio.environments import discover
-from hapkit_studio.gui.actions import native, table
+from hapkit_studio.gui.action_set import native
+from hapkit_studio.gui.actions import table
 from hapkit_studio.gui.dialogs import KeysDialog
 from hapkit_studio.gui.live.time_view import SPANS
 from tests.gui.window_support import sheets

@@ -7,8 +7,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
-from hapkit_studio.gui.actions import native
-from hapkit_studio.gui.command_palette import CommandPalette, matches
+from hapkit_studio.gui.action_set import matches, native
+from hapkit_studio.gui.command_palette import CommandPalette
 from hapkit_studio.gui.dialogs import KeysDialog
 from hapkit_studio.gui.glossary import WORDS
 

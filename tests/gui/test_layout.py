@@ -388,12 +388,12 @@ import sys
 from PySide6.QtWidgets import QApplication
 app = QApplication([])
 from hapkit_studio.gui.widgets import style
+from hapkit_studio.gui.actions import new_window
 from hapkit_studio.gui.studio import Studio
-from hapkit_studio.gui.window import MainWindow
 from tests.gui.test_layout import cut_off, overlapping, resize, settle
 from tests.gui.window_support import SIMULATED, build_engine
 style.apply(app)
-window = MainWindow(Studio(lambda: [SIMULATED], build_engine))
+window = new_window(Studio(lambda: [SIMULATED], build_engine))
 window.show()
 found = []
 for key in ("wall", "friction", "mass_spring_damper", "hard_surface"):

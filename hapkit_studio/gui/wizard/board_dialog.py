@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from PySide6.QtCore import Qt, QTimer
+from PySide6.QtCore import Qt, QTimer, SignalInstance
 from PySide6.QtGui import QCloseEvent, QKeyEvent
 from PySide6.QtWidgets import QDialog, QFrame, QProgressBar, QPushButton, QWidget
 
@@ -20,7 +20,6 @@ from hapkit_studio.gui.wizard.board_thread import BoardThread
 if TYPE_CHECKING:
     from hapkit_studio.devices.board_runner import BoardRunner
     from hapkit_studio.gui.studio import Studio
-    from hapkit_studio.gui.window import MainWindow
 
 FRAME_MS = 50
 NEUTRAL = ("circle", "ink3")
@@ -68,15 +67,15 @@ class BoardDialog(QDialog):
         self._stop_changed()
 
     @classmethod
-    def open_over(cls, window: "MainWindow") -> "BoardDialog":
-        """Open the dialog over the window, or bring to the front the one that has the board."""
+    def open_over(cls, studio: "Studio", window: QWidget, closed: SignalInstance) -> "BoardDialog":
+        """Open the dialog over the window, or raise the one that has the board; it closes with the window."""
         for dialog in window.findChildren(BoardDialog):
             if dialog.isVisible():
                 dialog.raise_()
                 dialog.activateWindow()
                 return dialog
-        made = cls(window.studio, window)
-        window.closed.connect(made.close)
+        made = cls(studio, window)
+        closed.connect(made.close)
         made.show()
         made.begin()
         return made

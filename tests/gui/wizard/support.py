@@ -36,7 +36,7 @@ class Played:
         self.kit = kit or PaddleKit(pace=PACE, **truth)
         self.qtbot, self.window = qtbot, window
         window.studio.device.entry = DeviceEntry("kit", "Hapkit on test", lambda: self.kit)
-        self.dialog = kind.open_over(window)
+        self.dialog = kind.open_over(window.studio, window, window.closed)
         self.wait()
 
     def wait(self):

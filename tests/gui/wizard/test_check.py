@@ -13,7 +13,9 @@ def test_cancel_and_esc_end_the_checks_and_each_has_its_result_in_words(played, 
     play.kit.origin = Origin.STORED
     dialog = play.dialog
     for opens in (SetupDialog, CheckDialog):
-        assert opens.open_over(play.window) is dialog, "one of them at a time has the board"
+        assert opens.open_over(play.window.studio, play.window, play.window.closed) is dialog, (
+            "one of them at a time has the board"
+        )
     for end, words in (
         (dialog.close_button.click, "Cancelled"),
         (lambda: qtbot.keyClick(dialog, Qt.Key.Key_Escape), "Stopped"),

@@ -1,0 +1,120 @@
+"""An action of the window, and the set of all its actions as QActions."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from PySide6.QtCore import QObject, Qt
+from PySide6.QtGui import QAction, QActionGroup, QKeySequence
+from PySide6.QtWidgets import QWidget
+
+Window = TypeVar("Window", bound=QWidget)
+
+
+@dataclass(frozen=True)
+class Action(Generic[Window]):
+    """A command of the window: menu entry, shortcut and entry of the command palette.
+
+    key begins with the name of its menu. checked returns whether it has a check mark. filtered: the
+    window's event filter handles the shortcut. extra: further shortcuts. said returns the text that the
+    menu shows now. rule: a separator stands above it in the menu. on_plots: plots offer it in their context
+    menu.
+    """
+
+    key: str
+    text: str
+    run: Callable[[Window], object]
+    shortcut: str = ""
+    enabled: Callable[[Window], bool] = lambda _window: True
+    checked: Callable[[Window], bool] | None = None
+    filtered: bool = False
+    extra: tuple[str, ...] = ()
+    said: Callable[[Window], str] | None = None
+    submenu: str = ""
+    rule: bool = False
+    on_plots: bool = False
+
+    @property
+    def menu(self) -> str:
+        """Return "Menu" or "Menu/Submenu"."""
+        name = self.key.partition(".")[0].capitalize()
+        return f"{name}/{self.submenu}" if self.submenu else name
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Return all shortcuts in portable text."""
+        return tuple(k for k in (self.shortcut, *self.extra) if k)
+
+    @property
+    def single(self) -> bool:
+        """Return True if a key without modifiers triggers it: ignored in text fields, can be switched off."""
+        return not self.filtered and any(len(k) == 1 or k == "Space" for k in self.keys)
+
+
+def native(key: str) -> str:
+    """Return a shortcut as the operating system writes it."""
+    return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
+
+
+def matches(sought: str, words: str) -> bool:
+    """Return True if each word sought occurs, or begins like a word and has its letters in that order."""
+    return all(
+        part in words.lower() or re.search(r"\b" + r"\w*?".join(map(re.escape, part)), words.lower())
+        for part in sought.lower().split()
+    )
+
+
+class ActionSet(QObject, Generic[Window]):
+    """The actions of one window as QActions."""
+
+    def __init__(self, window: Window, entries: tuple[Action[Window], ...], single_keys: bool):
+        super().__init__(window)
+        self._window = window
+        self.entries = entries
+        self.qt: dict[str, QAction] = {}
+        groups: dict[str, QActionGroup] = {}
+        for entry in entries:
+            action = self.qt[entry.key] = QAction(entry.text, window)
+            action.triggered.connect(lambda _on=False, entry=entry: self.run(entry.key))
+            action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
+            if entry.checked is not None:
+                action.setCheckable(True)
+            if entry.submenu:
+                groups.setdefault(entry.menu, QActionGroup(self)).addAction(action)
+            window.addAction(action)
+        self.set_single_keys(single_keys)
+        self.refresh()
+
+    @property
+    def on_plots(self) -> list[QAction]:
+        """Return the actions of a plot's context menu."""
+        return [self.qt[entry.key] for entry in self.entries if entry.on_plots]
+
+    def run(self, key: str) -> None:
+        """Run the action if it is enabled."""
+        entry = next(e for e in self.entries if e.key == key)
+        if entry.enabled(self._window):
+            entry.run(self._window)
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Update text, check mark and enabled state of every action."""
+        for entry in self.entries:
+            action = self.qt[entry.key]
+            action.setEnabled(entry.enabled(self._window))
+            if entry.said is not None:
+                action.setText(entry.said(self._window))
+            if entry.checked is not None:
+                action.setChecked(entry.checked(self._window))
+
+    def set_single_keys(self, on: bool) -> None:
+        """Enable or disable the shortcuts without modifiers."""
+        for entry in self.entries:
+            action = self.qt[entry.key]
+            if entry.filtered:
+                action.setText(f"{entry.text}\t{entry.shortcut}")
+            elif on or not entry.single:
+                action.setShortcuts([QKeySequence(k) for k in entry.keys])
+            else:
+                action.setShortcuts([QKeySequence(k) for k in entry.keys if len(k) > 1 and k != "Space"])
