@@ -78,12 +78,17 @@ def _may_play(window: MainWindow) -> bool:
 def table(environments: Iterable[Environment]) -> tuple[Action, ...]:
     """Return all actions, one per environment among them."""
     views = [("live", "Live"), *((tab.key, tab.title) for tab in pages.discover().values())]
-    tabs = [(key, title, f"Ctrl+{place % 10}") for place, (key, title) in enumerate(views, 1)]
+    keys = [f"Ctrl+{place}" for place in range(1, 9)] + [""] * len(views)  # Ctrl+9 shows the law
+    tabs = [(key, title, shortcut) for (key, title), shortcut in zip(views, keys, strict=False)]
     laws = [(e.key, e.title, e.shortcut) for e in environments]
     return (
         *_SESSION,
         *_EDIT,
         *_one_of("view.tab", tabs, lambda w, key: w.views.show(key), lambda w: w.views.key),
+        Action(
+            "view.tab.law", "Law", lambda w: w.views.show("law"), "Ctrl+9",
+            enabled=lambda w: w.views.has_law, checked=lambda w: w.views.key == "law",
+        ),
         *_VIEW,
         *_DEVICE,
         *_one_of(

@@ -28,9 +28,9 @@ _FREE_FOR_SCENE, _FREE_FOR_LOW_SCENE = 680, 480
 # in a wide window the scene grows with its width, so that it keeps its proportions, while the plots have this
 _USUAL_CENTRE, _FREE_FOR_PLOTS = 910, 430
 
-# 3. header width: below the first its key caps go, and the device list is no wider than its words; below the
-# second its icons, and its tabs stand closer
-KEY_CAPS, TABS_APART = 1380, 1180
+# 3. header width: below the first its key caps go, tabs stand closer, and the device list is as wide as
+# its words; below the second its icons go
+KEY_CAPS, HEADER_ICONS = 1440, 1180
 
 # 4. a centre narrower than this shows the force–position plot behind a switch; a law needs more beside it
 PLOTS_BESIDE, LAW_BESIDE = 720, 1240

@@ -270,7 +270,7 @@ class Header(QWidget):
 
     @property
     def _compact(self) -> bool:
-        return not self._on_projector and self.width() < theme.px(breakpoints.TABS_APART)
+        return not self._on_projector and self.width() < theme.px(breakpoints.HEADER_ICONS)
 
     @property
     def _has_caps(self) -> bool:
@@ -281,5 +281,5 @@ class Header(QWidget):
             button.set_cap(self._has_caps and not button.property("recording"))
             button.picture.setHidden(self._compact)
         self.devices.setMinimumWidth(theme.px(breakpoints.GALLERY) - 24 if self._has_caps else 0)
-        mark(self.tabs, "compact", self._compact)
+        mark(self.tabs, "compact", not self._has_caps)
         super().resizeEvent(event)

@@ -57,6 +57,11 @@ class Views(QObject):
         return self._bar.tabData(self._bar.currentIndex())
 
     @property
+    def has_law(self) -> bool:
+        """Return whether a law is open, so that its tab is there."""
+        return self._index(LAW) >= 0
+
+    @property
     def shown(self) -> Page | None:
         """Return the page in sight, None where plots or a law are."""
         return self._shown

@@ -7,12 +7,13 @@ import sys
 import pytest
 from PySide6.QtCore import QCoreApplication, QPoint, QRect, Qt
 from PySide6.QtGui import QFontInfo
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QLabel, QLineEdit, QPushButton, QTabBar, QToolButton, QWidget
 
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.verdict import Asked
-from hapkit_studio.gui import breakpoints
+from hapkit_studio.gui import breakpoints, pages
 from hapkit_studio.gui.banners import Notice
 from hapkit_studio.gui.gallery import GalleryRow
 from hapkit_studio.gui.panel.limits import Question, answer
@@ -162,8 +163,33 @@ def test_every_view_is_offered_beside_a_law_whose_tab_stays(window, qapp):
                 assert every_view_is_offered(window)
 
 
+VIEWS = ("Live", "Stability", "Speed and accuracy", "Break it", "Bode", "Z-width", "Identify", "Sessions")
+
+
+@pytest.mark.parametrize("size", [(1280, 720), (1439, 720), (1440, 900)])
+def test_eight_views_and_an_open_law_are_seen_whole_in_their_order_each_with_its_key(window, qapp, size):
+    tabs, shown = window.header.tabs, ("live", *pages.discover())
+    window.editor.shown.emit(True)
+    resize(qapp, window, size)
+    widest = max(range(len(VIEWS)), key=lambda index: tabs.tabRect(index).width())
+    for place, key in enumerate(reversed(shown)):
+        QTest.keyClick(window, Qt.Key(Qt.Key.Key_8 - place), Qt.KeyboardModifier.ControlModifier)
+        assert (window.views.key, tabs.currentIndex()) == (key, len(shown) - 1 - place)
+        assert tabs.more.isHidden()
+    assert tuple(tabs.tabText(index) for index in range(tabs.count())) == (*VIEWS, "Law")
+    tabs.setCurrentIndex(widest)  # bold
+    window.views.page("break_it").marked.emit("Something acts on the scene")
+    assert tabs.tabText(3) == "Break it ●"
+    assert tabs.more.isHidden()
+    assert every_view_is_offered(window)
+    QTest.keyClick(window, Qt.Key.Key_9, Qt.KeyboardModifier.ControlModifier)
+    assert window.views.key == "law"
+    window.views.page("break_it").marked.emit("")
+    window.editor.shown.emit(False)
+
+
 def test_a_view_from_the_menu_is_shown_with_its_tab(window, qapp):
-    settle(qapp, window, (1280, 720))
+    settle(qapp, window, (1024, 640))
     tabs = window.header.tabs
     last = tabs.menu.actions()[-1]
     assert last.text() == "Sessions"

@@ -147,4 +147,4 @@ class BodePage(MeasuringPage):
         return lambda path: bode_figure(found, path), found.as_json
 
 
-VIEW = View("bode", "Bode", 55, BodePage, scene=False)
+VIEW = View("bode", "Bode", 40, BodePage, scene=False)

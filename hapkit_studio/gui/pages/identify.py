@@ -317,4 +317,4 @@ class IdentifyPage(MeasuringPage):
         self._say(self.part)
 
 
-VIEW = View("identify", "Identify", 50, IdentifyPage)
+VIEW = View("identify", "Identify", 60, IdentifyPage)

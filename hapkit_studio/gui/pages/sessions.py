@@ -471,4 +471,4 @@ def _story(found: Overview) -> list[tuple[str, str]]:
     return [*lines, ("", f"and {more:,} more: sessions show lists them")] if more > 0 else lines
 
 
-VIEW = View("sessions", "Sessions", 60, SessionsPage, scene=False)
+VIEW = View("sessions", "Sessions", 70, SessionsPage, scene=False)

@@ -272,4 +272,4 @@ class ZWidthPage(MeasuringPage):
         self._facts.changed.connect(self.measure_first)
 
 
-VIEW = View("zwidth", "Z-width", 30, ZWidthPage)
+VIEW = View("zwidth", "Z-width", 50, ZWidthPage)
