@@ -1,4 +1,4 @@
-"""Recording in the window: one recorder follows the device in use; header, status bar and banner show it."""
+"""Recording in the window: one recorder follows the device in use."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -7,24 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from hapkit_studio.errors import FileError, StudioError
+from hapkit_studio.errors import StudioError
 from hapkit_studio.formatting import number
 from hapkit_studio.gui.background import Job
-from hapkit_studio.gui.banners import BannerStack
+from hapkit_studio.gui.device_link import DeviceLink
 from hapkit_studio.sessions.file import MARKER
-from hapkit_studio.sessions.folder import chosen_folder, folder, new_path
+from hapkit_studio.sessions.folder import new_path
 
 if TYPE_CHECKING:
-    from hapkit_studio.gui.header import Header
-    from hapkit_studio.gui.live.live import Live
-    from hapkit_studio.gui.status_bar import StatusBar
-    from hapkit_studio.gui.studio import Studio
     from hapkit_studio.sessions.recorder import Progress, Recorder
 
 LOOK_MS = 250
-SAID_MS = 5000
-_RANK = 5
-_WHOLE_S = 1.0  # what is kept ends with a chunk, not with the second
 
 
 def clock(seconds: float) -> str:
@@ -49,9 +42,10 @@ class Recording(QObject):
     changed = Signal()
     failed = Signal(str, str)
 
-    def __init__(self, studio: "Studio"):
-        super().__init__(studio)
-        self._studio = studio
+    def __init__(self, device: DeviceLink, environment: Callable[[], str], parent: QObject):
+        """environment: returns the key of the environment in force, with which names of files begin."""
+        super().__init__(parent)
+        self._device, self._environment = device, environment
         self._recorder: Recorder | None = None
         self._ended: Progress | None = None  # the recording whose end by itself was said
         self.newest: tuple[Path, int] | None = None
@@ -59,7 +53,7 @@ class Recording(QObject):
         self._save = self._job("Nothing was saved.")
         self._looks = QTimer(self, interval=LOOK_MS)
         self._looks.timeout.connect(self._look)
-        studio.engine_changed.connect(self._follow)
+        device.engine_changed.connect(self._follow)
 
     @property
     def progress(self) -> "Progress | None":
@@ -75,11 +69,11 @@ class Recording(QObject):
     @property
     def possible(self) -> bool:
         """Say whether there is anything to record, or a recording to end."""
-        return self._studio.engine is not None or self.progress is not None
+        return self._device.engine is not None or self.progress is not None
 
     def toggle(self) -> None:
         """Begin to record into a new file, or end the file."""
-        recorder, key = self._recorder, self._studio.environment.key
+        recorder, key = self._recorder, self._environment()
         if recorder is None or self._turn.running:
             return
         if self.progress is None:
@@ -89,7 +83,7 @@ class Recording(QObject):
 
     def save_kept(self) -> None:
         """Write what already happened into a new file."""
-        recorder, key = self._recorder, self._studio.environment.key
+        recorder, key = self._recorder, self._environment()
         if recorder is None or self._save.running:
             return
 
@@ -126,7 +120,7 @@ class Recording(QObject):
         return job
 
     def _follow(self) -> None:
-        engine = self._studio.engine
+        engine = self._device.engine
         if self._recorder is None and engine is not None:
             from hapkit_studio.sessions.recorder import Recorder  # late: keeps start-up fast
 
@@ -154,79 +148,3 @@ class Recording(QObject):
 
 def _written(path: Path | None) -> tuple[Path, int] | None:
     return None if path is None or not path.exists() else (path, path.stat().st_size)
-
-
-class RecordingDisplay(QObject):
-    """Shows a recording in the header, what is kept in the status bar, and what failed as a banner."""
-
-    def __init__(
-        self,
-        recording: Recording,
-        live: "Live",
-        header: "Header",
-        status: "StatusBar",
-        banners: BannerStack,
-        show: Callable[[], Any],
-    ):
-        """show: brings the sessions into sight."""
-        super().__init__(recording)
-        self._recording, self._live = recording, live
-        self._header, self._status, self._banners = header, status, banners
-        self._said, self._quiet = "", QTimer(self, interval=SAID_MS, singleShot=True)
-        self._quiet.timeout.connect(lambda: self.say(""))
-        header.record_pressed.connect(recording.toggle)
-        status.show_sessions.connect(lambda: self._show_newest(show))
-        recording.changed.connect(self.show_state)
-        recording.failed.connect(self.show_failure)
-        live.paused_changed.connect(lambda _on: self.show_state())
-        self.show_state()
-        try:
-            chosen_folder()
-        except FileError as error:
-            self.show_failure(f"Recordings go into {folder()}.", str(error))
-
-    def show_state(self) -> None:
-        """Show whether it records and for how long, how much is kept, what was written last."""
-        progress = self._recording.progress
-        time = clock(progress.seconds) if progress is not None else ""
-        self._header.show_recording(time, self._recording.possible)
-        self._status.show_kept(*self._words(progress))
-        if progress is not None:
-            self._banners.set("recording", None)
-
-    def _words(self, progress: "Progress | None") -> tuple:
-        """Return words for the status bar, a sign, its token, and whether the sessions are offered."""
-        lost, newest = self._live.lost, self._recording.newest
-        paused = "Paused. " if self._live.paused else ""
-        if progress is not None:
-            words = f"Recording {clock(progress.seconds)}, {megabytes(progress.size)}"
-            return f"{paused}{words}", "record", "danger"
-        if self._said:
-            return self._said, "check", "ok"
-        if newest is not None:
-            return f"{newest[0].stem}, {megabytes(newest[1])}", "check", "ok", True
-        if lost:
-            return f"{lost:,} rows not read", "triangle", "warn"
-        kept = self._recording.kept
-        return (f"{paused}Last {_lasting(kept)} kept" if kept else "",)
-
-    def _show_newest(self, show: Callable[[], Any]) -> None:
-        show()
-        self._recording.newest = None  # it was seen: the status bar is free for what is kept
-        self.show_state()
-
-    def say(self, words: str) -> None:
-        """Say for a while in the status bar what was done."""
-        self._said = words
-        self._quiet.start()
-        self._banners.set("recording", None)
-        self.show_state()
-
-    def show_failure(self, what: str, why: str) -> None:
-        """Say in two sentences what was not done, and why."""
-        self._banners.warn("recording", what, why, _RANK)
-
-
-def _lasting(seconds: float) -> str:
-    minutes = int((seconds + _WHOLE_S) // 60)
-    return f"{minutes} min" if minutes else f"{seconds:.0f} s"

@@ -90,9 +90,9 @@ class Studio(QObject):
         self.readiness = Readiness(self)
         self.readiness.request_ready.connect(self.choose)
         self.device = DeviceLink(entries, build, self._hold, self._configure, self)
+        self.recording = Recording(self.device, lambda: self.environment.key, self)
         self.device.engine_changed.connect(self.engine_changed)
         self.device.link_changed.connect(self.link_changed)
-        self.recording = Recording(self)
         self.loop = LoopChoice()
         self.grip = "medium"
         self.stopped = False

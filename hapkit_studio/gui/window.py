@@ -50,7 +50,7 @@ from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.panel.two_settings import TwoSettings
 from hapkit_studio.gui.projector import Projector
 from hapkit_studio.gui.quiz import Quiz
-from hapkit_studio.gui.recording import RecordingDisplay
+from hapkit_studio.gui.recording_display import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.gui.studio import Studio
