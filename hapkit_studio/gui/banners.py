@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QPushButton, QWidget
 
+from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.widgets.parts import Sign, across, down, label
 from hapkit_studio.gui.widgets.theme import theme
-
-HEIGHT = 54
-MOST = 2
 
 Button = tuple[str, Callable[[], object]]
 
@@ -41,7 +39,7 @@ class Banner(QWidget):
         self.notice = notice
         self.setObjectName("banner")
         self.setAttribute(Qt.WidgetAttribute.WA_StyledBackground)
-        self.setFixedHeight(theme.px(HEIGHT))
+        self.setFixedHeight(theme.px(breakpoints.BANNER_HEIGHT))
         self.setProperty("tone", notice.tone)
         self.title, self.text = label(wrap=False), label()
         self.title.setFont(theme.font("banner"))
@@ -105,7 +103,7 @@ class BannerStack(QWidget):
         return self._notices.get(key)
 
     def _worst(self) -> list[Notice]:
-        return sorted(self._notices.values(), key=lambda notice: notice.rank)[:MOST]
+        return sorted(self._notices.values(), key=lambda notice: notice.rank)[: breakpoints.BANNERS]
 
     def _rebuild(self) -> None:
         before = len(self.banners)

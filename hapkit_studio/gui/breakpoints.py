@@ -17,6 +17,9 @@ FRAME = 2
 GAP = 12
 """Between cards, and around them."""
 
+HEADER_HEIGHT, BANNER_HEIGHT = 52, 54
+BANNERS = 2  # shown at once
+
 # 1. a centre narrower than this makes the gallery a rail of icons and keys, and the panel narrow
 CENTRE = 880
 GALLERY, RAIL, GALLERY_MOST = 228, 64, 320

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from hapkit_studio.gui import header
+from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.action_set import ActionSet, matches, native
 from hapkit_studio.gui.widgets.parts import across, down, label
 from hapkit_studio.gui.widgets.style import mark
@@ -100,7 +100,8 @@ class CommandPalette(QDialog):
         parent = self._window
         corner = parent.mapToGlobal(parent.rect().topLeft())
         self.move(
-            corner.x() + (parent.width() - self.width()) // 2, corner.y() + theme.px(_ROW + header.HEIGHT + 8)
+            corner.x() + (parent.width() - self.width()) // 2,
+            corner.y() + theme.px(_ROW + breakpoints.HEADER_HEIGHT + 8),
         )
         self.field.setFocus()
 

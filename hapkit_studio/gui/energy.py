@@ -9,7 +9,6 @@ from PySide6.QtCore import QObject
 
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.lock import LOOP
-from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets.theme import number
 
@@ -30,11 +29,12 @@ class EnergyWatch(QObject):
     """Watches the rows for energy that a scene gives in excess, and says so until a while after the last.
 
     calm: returns whether the scene in force is known to settle, which what is said must not contradict.
+    show(words, tooltip, color, remedy=False): shows the message, nothing for "".
     """
 
-    def __init__(self, studio: Studio, live: Live, status: StatusBar, calm: Callable[[], bool]):
+    def __init__(self, studio: Studio, live: Live, calm: Callable[[], bool], show: Callable[..., object]):
         super().__init__()
-        self._studio, self._status, self._calm = studio, status, calm
+        self._studio, self._calm, self._show = studio, calm, show
         self._told = math.inf  # of the excess in J: so much has been said of
         self._before = self._until = self._shown = 0.0
         live.frame.connect(self.on_row)
@@ -43,7 +43,6 @@ class EnergyWatch(QObject):
             signal.connect(self._forget)
         for signal in (studio.loop_changed, studio.hidden_changed):
             signal.connect(self._forget)
-        status.energy.link.clicked.connect(lambda: studio.set_loop(controller=True))
 
     def on_row(self, _row: np.ndarray, _clamped: bool) -> None:
         """Say what is given in the frame it is given in."""
@@ -63,13 +62,13 @@ class EnergyWatch(QObject):
         """Say nothing any more a while after the last."""
         if self._until and time.monotonic() > self._until:
             self._until = self._shown = 0.0
-            self._status.show_energy("")
+            self._show("")
 
     def _forget(self) -> None:
         """Begin anew: what gave energy is no more."""
         self._told = math.inf
         self._until = self._shown = 0.0
-        self._status.show_energy("")
+        self._show("")
 
     def _say(self, given: float) -> None:
         if self._shown / CHANGE < given < self._shown * CHANGE:
@@ -77,11 +76,11 @@ class EnergyWatch(QObject):
         self._shown = given
         words = f"Gave {energy_words(given)} more than it took"
         if self._studio.loop.controller:
-            self._status.show_energy(words, _CANNOT, "warn")
+            self._show(words, _CANNOT, "warn")
         elif self._calm():
-            self._status.show_energy(words, _TAKEN_UP, "ink2")
+            self._show(words, _TAKEN_UP, "ink2")
         else:
-            self._status.show_energy(words, _LOWER, "warn", remedy=not self._studio.why_fixed(*LOOP))
+            self._show(words, _LOWER, "warn", remedy=not self._studio.why_fixed(*LOOP))
 
 
 def energy_words(joules: float) -> str:

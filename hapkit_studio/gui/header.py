@@ -10,9 +10,11 @@ from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QWidget
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.devices.serial_ports import is_path
 from hapkit_studio.gui import breakpoints
+from hapkit_studio.gui.panel.stop_button import StopButton
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.shortcut_button import ShortcutButton
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.tabs import Tabs
 from hapkit_studio.gui.widgets.theme import theme
@@ -26,53 +28,6 @@ _WORDS = {
     "failed": "No device",
 }
 _FRAMES = (("As short as they are", 0), ("Filled to whole USB packets", PACKET))
-HEIGHT = 52
-
-
-class ShortcutButton(QPushButton):
-    """A push button laid out from parts, so that its size follows all of them."""
-
-    word_role = "button"
-
-    def __init__(self, icon: str, text: str, key: str, parent: QWidget | None = None):
-        super().__init__(parent)
-        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
-        self.setProperty("tall", True)
-        self.picture, self.word, self.cap = QLabel(), QLabel(text), QLabel(key)
-        self.word.setProperty("role", self.word_role)
-        self.cap.setProperty("role", "key")
-        parts = (self.picture, self.word, self.cap)
-        for part in parts:
-            part.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
-        self._row = across(*parts, into=self, margins=(14, 0, 12, 0))
-        for part in parts:
-            self._row.setAlignment(part, Qt.AlignmentFlag.AlignVCenter)
-        self._icon, self._color, self._cap_color = icon, "ink", "ink3"
-        theme.changed.connect(self.show_look)
-        self.show_look()
-
-    def set_look(self, icon: str, text: str, color: str, cap_color: str = "ink3") -> None:
-        """Change icon, word, the colour token of both and that of the key cap."""
-        self._icon, self._color, self._cap_color = icon, color, cap_color
-        self.word.setText(text)
-        self.show_look()
-
-    def set_cap(self, visible: bool) -> None:
-        """Show the key cap, or leave it out where room is short."""
-        self.cap.setVisible(visible)
-        self.updateGeometry()
-
-    def show_look(self) -> None:
-        """Paint the parts in the theme in force."""
-        self.picture.setPixmap(icons.pixmap(self._icon, theme.px(18), self._color, self.devicePixelRatioF()))
-        mark(self.word, "ink", self._color)
-        mark(self.cap, "ink", self._cap_color)
-
-    def sizeHint(self) -> QSize:
-        return QSize(self._row.sizeHint().width() + 4, super().sizeHint().height())
-
-    def minimumSizeHint(self) -> QSize:
-        return self.sizeHint()
 
 
 class StateDot(QWidget):
@@ -168,33 +123,6 @@ def fill_frames_menu(menu: QMenu, studio: Studio) -> None:
     for words, size in _FRAMES:
         choose = partial(studio.device.set_padding, size)
         _add_choice(menu, words, studio.device.padding == size, choose).setEnabled(hasattr(device, "padding"))
-
-
-class StopButton(ShortcutButton):
-    """Stops on the press, not on the release of the button; pressed again it does nothing."""
-
-    word_role = "stop"
-
-    def __init__(self, studio: Studio, parent: QWidget | None = None):
-        super().__init__("octagon", "E-STOP", "Esc", parent)
-        self._studio = studio
-        self.setProperty("stop", True)
-        self.setAccessibleName("E-stop")
-        self._row.insertStretch(0)
-        self._row.addStretch()
-        self.pressed.connect(studio.stop)
-        self.clicked.connect(studio.stop)
-        studio.stop_changed.connect(self.show_state)
-        self.show_state()
-
-    def show_state(self) -> None:
-        """Show red while the force may act, hollow once stopped."""
-        stopped = self._studio.stopped
-        mark(self, "latched", stopped)
-        self.set_look("octagon", *(("STOPPED", "danger") if stopped else ("E-STOP", "onstop")), "onstop")
-        self.set_cap(not stopped)
-        released = "Force to zero at the next tick (Esc)"
-        self.setToolTip("Stopped. Release in the line below." if stopped else released)
 
 
 class Header(QWidget):

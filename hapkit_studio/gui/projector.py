@@ -9,12 +9,12 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QLabel, QMainWindow, QMenu, QPushButton, QToolButton, QWidget
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.gallery import icon_name
 from hapkit_studio.gui.header import Header
 from hapkit_studio.gui.live.centre import Centre
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.views import LIVE, Views
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.gallery_row import icon_name
 from hapkit_studio.gui.widgets.numbers import Quantity, ValueSlider
 from hapkit_studio.gui.widgets.parts import AnswerLine, Sign, across, down, label, refill, rule
 from hapkit_studio.gui.widgets.style import mark

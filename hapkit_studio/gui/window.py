@@ -17,19 +17,12 @@ from hapkit_studio.gui.blind import BlindComparison
 from hapkit_studio.gui.command_palette import CommandPalette, FindButton
 from hapkit_studio.gui.demo_player import CaptionBar, DemoPlayer
 from hapkit_studio.gui.demos import read as read_demo
-from hapkit_studio.gui.dialogs import (
-    KeysDialog,
-    MarkerDialog,
-    about_dialog,
-    priority_dialog,
-    text_dialog,
-)
+from hapkit_studio.gui.dialogs import text_dialog
 from hapkit_studio.gui.editor.controller import EditorController, FileActions, FileWatcher
 from hapkit_studio.gui.energy import EnergyWatch
 from hapkit_studio.gui.flash_dialog import FlashDialog
 from hapkit_studio.gui.gallery import Gallery
 from hapkit_studio.gui.header import Header
-from hapkit_studio.gui.live.canvas import Canvas
 from hapkit_studio.gui.live.centre import Centre
 from hapkit_studio.gui.live.comparison import RenderingComparison
 from hapkit_studio.gui.live.display import LiveDisplay
@@ -57,9 +50,11 @@ from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.trigger_dialog import TriggerDialog
 from hapkit_studio.gui.undo import UndoHistory
 from hapkit_studio.gui.views import LIVE, Views
+from hapkit_studio.gui.widgets.canvas import Canvas
 from hapkit_studio.gui.widgets.numbers import NumberBox
 from hapkit_studio.gui.widgets.parts import choose_file
 from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.gui.window_dialogs import KeysDialog, MarkerDialog, about_dialog, priority_dialog
 from hapkit_studio.gui.window_layout import WindowLayout
 
 if TYPE_CHECKING:
@@ -140,7 +135,8 @@ class MainWindow(QMainWindow):
             studio, self.live, self.replay, self.centre, self.status, self.panel.warnings
         )
         self.notices = Notices(studio, self.live, self.banners)
-        self.energy = EnergyWatch(studio, self.live, self.status, lambda: self.stability.calm)
+        self.energy = EnergyWatch(studio, self.live, lambda: self.stability.calm, self.status.show_energy)
+        self.status.energy.link.clicked.connect(lambda: studio.set_loop(controller=True))
         self.comparison = RenderingComparison(studio, self.live, self.centre, self.loop.where)
         self.single_keys = self.settings.flag("single_keys", True)
         theme.grid = self.settings.flag("grid", True)

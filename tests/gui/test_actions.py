@@ -11,8 +11,8 @@ from PySide6.QtWidgets import QLabel, QLineEdit
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.action_set import native
 from hapkit_studio.gui.actions import table
-from hapkit_studio.gui.dialogs import KeysDialog
 from hapkit_studio.gui.live.time_view import SPANS
+from hapkit_studio.gui.window_dialogs import KeysDialog
 from tests.gui.window_support import sheets
 
 TABLE = table(discover().values())

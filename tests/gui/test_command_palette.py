@@ -9,8 +9,8 @@ from PySide6.QtWidgets import QLabel
 
 from hapkit_studio.gui.action_set import matches, native
 from hapkit_studio.gui.command_palette import CommandPalette
-from hapkit_studio.gui.dialogs import KeysDialog
 from hapkit_studio.gui.glossary import WORDS
+from hapkit_studio.gui.window_dialogs import KeysDialog
 
 
 @pytest.fixture

@@ -7,12 +7,12 @@ from PySide6.QtGui import QFontMetricsF
 
 from hapkit_studio.gui import energy
 from hapkit_studio.gui.energy import EnergyWatch
-from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.live.plots.declared import phase_plots
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.gui.widgets.theme import theme
 from tests.gui.live.plot_support import LIBRARY, RATE, colored, telemetry
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
@@ -107,7 +107,8 @@ class Alarm:
         monkeypatch.setattr(energy.time, "monotonic", lambda: self.now)
         self.studio, self.status = Studio(list), StatusBar()
         qtbot.addWidget(self.status)
-        self.watch = EnergyWatch(self.studio, Live(self.studio), self.status, lambda: self.calm)
+        self.watch = EnergyWatch(self.studio, Live(self.studio), lambda: self.calm, self.status.show_energy)
+        self.status.energy.link.clicked.connect(lambda: self.studio.set_loop(controller=True))
 
     def strike(self, *joules):
         """Let frames come with these excesses; the engine is no other by that."""

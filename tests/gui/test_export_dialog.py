@@ -5,7 +5,7 @@ import re
 import pytest
 
 from hapkit_studio.devices import profiles
-from hapkit_studio.gui import banners
+from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.export_dialog import ExportDialog
 from hapkit_studio.workshop.sketch import Kit
 
@@ -27,7 +27,7 @@ def test_it_writes_what_the_panel_shows_at_the_moment_of_saving(window, sheet, t
     window.studio.choose("wall")
     window.studio.set_values({"stiffness": 430.0})
     assert sheet.what.text() == "Wall, as tuned in the panel"
-    assert sheet.y() >= window.mapToGlobal(window.banners.pos()).y() + 2 * banners.HEIGHT
+    assert sheet.y() >= window.mapToGlobal(window.banners.pos()).y() + 2 * breakpoints.BANNER_HEIGHT
     sheet.write(str(tmp_path / "mine.ino"))
     text = (tmp_path / "mine" / "mine.ino").read_text("utf-8")
     assert "stiffness = 430.0f" in text

@@ -10,8 +10,8 @@ from PySide6.QtWidgets import QLabel, QPushButton, QSplitterHandle
 
 from hapkit_studio.gui import demos
 from hapkit_studio.gui.banners import Notice
-from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.lock import Lock
+from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.gui.widgets.theme import theme
 from tests.wide import wide
 

@@ -1,5 +1,6 @@
 """What the live plots show as tables and pictures: what is visible, what lies between the cursors, or all."""
 
+import json
 import math
 import time
 from collections import deque
@@ -15,13 +16,11 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QGuiApplication, QImage
 
-from hapkit_studio.errors import ParameterError
+from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.gui.background import Job
 from hapkit_studio.gui.live.history import OBJECT, Window
 from hapkit_studio.gui.live.live import KEPT_SECONDS
 from hapkit_studio.gui.live.recorded import Recorded
-from hapkit_studio.gui.pages.measuring import write
-from hapkit_studio.gui.pages.sessions import COMMA, TABLES
 from hapkit_studio.gui.widgets.parts import choose_file
 from hapkit_studio.sessions import export, settings
 from hapkit_studio.settings_log import Log
@@ -33,9 +32,26 @@ if TYPE_CHECKING:
     from hapkit_studio.gui.studio import Studio
 
 PICTURES = (".png", ".svg", ".pdf")
+COMMA = "Table, decimal comma (*.csv)"
+TABLES = f"Table (*.csv);;{COMMA};;Parquet (*.parquet);;MATLAB (*.mat)"
 _KINDS = f"Picture (*.png);;Drawing (*.svg);;Page (*.pdf);;{TABLES}"
 Figure = Callable[[str], object]
 """Draws to a path, in a thread."""
+
+
+def write(path: str | Path, figure: Callable[[str], object], numbers: Callable[[], dict]) -> str:
+    """Write a picture by ``figure(path)``, or numbers as one JSON object where the name says so.
+
+    Return the path. Raise StudioError.
+    """
+    try:
+        if Path(path).suffix.lower() == ".json":
+            Path(path).write_text(json.dumps(numbers(), ensure_ascii=False, indent=2), encoding="utf-8")
+        else:
+            figure(str(path))
+    except OSError as error:
+        raise StudioError(f"{Path(path).name} cannot be written: {error.strerror}.") from error
+    return str(path)
 
 
 class LiveExport(QObject):

@@ -10,10 +10,9 @@ from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from hapkit_studio.analysis.felt import as_felt
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import CHANNELS, History
 from hapkit_studio.gui.live.plot_header import Sample
-from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets import icons, strokes
 from hapkit_studio.gui.widgets.parts import across
 from hapkit_studio.gui.widgets.theme import theme
 

@@ -12,12 +12,12 @@ from PySide6.QtGui import QPainter, QPixmap, QPolygonF
 from hapkit_studio.analysis.felt import Cycle, as_felt, last_cycle
 from hapkit_studio.analysis.statistics import Line
 from hapkit_studio.analysis.theory import Curve, sampled
-from hapkit_studio.gui.live import strokes
-from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.live.held import PastTrace, paint_past
 from hapkit_studio.gui.live.history import Window
 from hapkit_studio.gui.live.plots.declared import PhasePlot, landmarks
 from hapkit_studio.gui.live.time_view import TimeView
+from hapkit_studio.gui.widgets import strokes
+from hapkit_studio.gui.widgets.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.widgets.theme import number, theme
 
 _FAR = 1e4  # px

@@ -10,12 +10,12 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QStackedWidget, QWidget
 from hapkit_studio.analysis.theory import Curve
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import with_unit
-from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.cursors import CursorCard, Cursors
 from hapkit_studio.gui.live.phase_canvas import PhaseCanvas
 from hapkit_studio.gui.live.plot_header import Sample
 from hapkit_studio.gui.live.plots.declared import PhasePlot, phase_plots, time_plots
 from hapkit_studio.gui.live.time_plots import TimePlots
+from hapkit_studio.gui.widgets.canvas import RIGHT
 from hapkit_studio.gui.widgets.parts import across, down, hint, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import theme

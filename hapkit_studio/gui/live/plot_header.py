@@ -7,11 +7,11 @@ from PySide6.QtCore import QPointF, QSize, Qt
 from PySide6.QtGui import QPainter, QResizeEvent
 from PySide6.QtWidgets import QLabel, QPushButton, QSizePolicy, QWidget
 
-from hapkit_studio.gui.live.canvas import RIGHT
 from hapkit_studio.gui.live.plots.declared import TimePlot
-from hapkit_studio.gui.live.strokes import pen
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.canvas import RIGHT
 from hapkit_studio.gui.widgets.parts import across, label
+from hapkit_studio.gui.widgets.strokes import pen
 from hapkit_studio.gui.widgets.text import plain
 from hapkit_studio.gui.widgets.theme import number, theme
 

@@ -12,14 +12,14 @@ from PySide6.QtWidgets import QWidget
 from hapkit_studio.analysis.oscillation import Oscillation
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import hertz, on_screen
-from hapkit_studio.gui.live import strokes
-from hapkit_studio.gui.live.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.live.cursors import NAMES, Cursors
 from hapkit_studio.gui.live.held import PastTrace, paint_past
 from hapkit_studio.gui.live.history import OBJECT, Window
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
 from hapkit_studio.gui.live.plots.declared import TimePlot, landmarks, phase_plots, time_plots
 from hapkit_studio.gui.live.time_view import SPANS, TimeView
+from hapkit_studio.gui.widgets import strokes
+from hapkit_studio.gui.widgets.canvas import Canvas, fitted, widened, with_nearest
 from hapkit_studio.gui.widgets.parts import down
 from hapkit_studio.gui.widgets.theme import number, theme
 

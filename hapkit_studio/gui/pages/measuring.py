@@ -1,6 +1,5 @@
 """The page of a view that measures: run bar, answer, drawing; beside it table, words, conditions; export."""
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +10,7 @@ from PySide6.QtWidgets import QFrame, QProgressBar, QPushButton, QSizePolicy, QW
 
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.background import Job
+from hapkit_studio.gui.live.export import write
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel
 from hapkit_studio.gui.pages.drawing import Drawing
 from hapkit_studio.gui.pages.table import Table
@@ -131,21 +131,6 @@ class RunBar(QWidget):
 
 
 _FILE_KINDS = "Picture (*.png);;Drawing (*.svg);;Page (*.pdf);;Numbers (*.json)"
-
-
-def write(path: str | Path, figure: Callable[[str], object], numbers: Callable[[], dict]) -> str:
-    """Write a picture by ``figure(path)``, or numbers as one JSON object where the name says so.
-
-    Return the path. Raise StudioError.
-    """
-    try:
-        if Path(path).suffix.lower() == ".json":
-            Path(path).write_text(json.dumps(numbers(), ensure_ascii=False, indent=2), encoding="utf-8")
-        else:
-            figure(str(path))
-    except OSError as error:
-        raise StudioError(f"{Path(path).name} cannot be written: {error.strerror}.") from error
-    return str(path)
 
 
 Facts = Mapping[str, object]

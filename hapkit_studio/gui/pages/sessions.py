@@ -18,6 +18,7 @@ from hapkit_studio.formatting import number
 from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.dialogs import WordsDialog
 from hapkit_studio.gui.editor.controller import DeleteDialog
+from hapkit_studio.gui.live.export import COMMA, TABLES
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.drawing import Drawing
 from hapkit_studio.gui.pages.table import Column, Table
@@ -39,9 +40,7 @@ if TYPE_CHECKING:
 _NONE = "Nothing is recorded yet in {}. Press Record (R), or keep what already happened (Ctrl+Shift+S)."
 _READING = "Reading the sessions…"
 _CHOOSE = "Choose a session."
-COMMA = "Table, decimal comma (*.csv)"
 _SESSIONS = f"Sessions (*{SUFFIX})"
-TABLES = f"Table (*.csv);;{COMMA};;Parquet (*.parquet);;MATLAB (*.mat)"
 _SEARCH = 260  # px
 _LONG_WORD = re.compile(r"\S{12,}")
 _WIDE, _VALUE = 232, 140  # px that the panel has for words, and for values beside their names

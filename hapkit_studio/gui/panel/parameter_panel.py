@@ -7,7 +7,6 @@ from PySide6.QtGui import QFontMetricsF, QResizeEvent
 from PySide6.QtWidgets import QLabel, QToolButton, QWidget
 
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.gui.gallery import icon_name
 from hapkit_studio.gui.panel.loop import LoopPanel
 from hapkit_studio.gui.panel.preset_row import PresetRow, Presets
 from hapkit_studio.gui.panel.rows import ParameterRow, Row, row_of
@@ -17,6 +16,7 @@ from hapkit_studio.gui.panel.warnings import WarningLines
 from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.gallery_row import icon_name
 from hapkit_studio.gui.widgets.parts import SIDE, ScrollColumn, Sign, across, down, label, refill, rule
 from hapkit_studio.gui.widgets.text import rich
 from hapkit_studio.gui.widgets.theme import theme

@@ -9,10 +9,10 @@ from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.analysis.stability.margin import RELEASED, height, nice_width
 from hapkit_studio.gui.background import LatestAnswer
-from hapkit_studio.gui.live import strokes
-from hapkit_studio.gui.live.canvas import Canvas
 from hapkit_studio.gui.panel.limits import JUDGING, Answer, LoopFacts, Question, answer
 from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets import strokes
+from hapkit_studio.gui.widgets.canvas import Canvas
 from hapkit_studio.gui.widgets.parts import AnswerLines, down, hint, label
 from hapkit_studio.gui.widgets.theme import number, theme
 

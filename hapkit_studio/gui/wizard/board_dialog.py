@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QDialog, QFrame, QProgressBar, QPushButton, QWidge
 from hapkit_studio.analysis.calibrate.result import FAIL, PASS, SKIP, WARN, CheckResult
 from hapkit_studio.devices.board_runner import motor_force
 from hapkit_studio.devices.profiles import readings
-from hapkit_studio.gui.header import StopButton
+from hapkit_studio.gui.panel.stop_button import StopButton
 from hapkit_studio.gui.widgets.parts import Sign, across, down, keep_size_when_hidden, label
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.wizard.board_thread import BoardThread

@@ -6,10 +6,10 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QLabel
 
-from hapkit_studio.gui.dialogs import KeysDialog
 from hapkit_studio.gui.editor import code_page
 from hapkit_studio.gui.editor.language import LanguageDialog
 from hapkit_studio.gui.export_dialog import ExportDialog
+from hapkit_studio.gui.window_dialogs import KeysDialog
 from hapkit_studio.haptics import rows
 from hapkit_studio.workshop import trial
 from hapkit_studio.workshop.source import is_trusted, read, typed

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hapkit_studio.gui.live import strokes
 from hapkit_studio.gui.live.history import CHANNELS, OBJECT
 from hapkit_studio.gui.live.phase_canvas import Band
 from hapkit_studio.gui.live.plots.declared import phase_plots, time_plots
+from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY, canvas_of, colored, telemetry
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QLabel
 
-from hapkit_studio.gui.live.canvas import labels, ticks
 from hapkit_studio.gui.live.history import CHANNELS, History
+from hapkit_studio.gui.widgets.canvas import labels, ticks
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY, RATE, canvas_of, colored, telemetry, turn_wheel

@@ -15,7 +15,7 @@ from hapkit_studio.charts.accuracy import draw_scene
 from hapkit_studio.charts.style import colors
 from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.environments import discover
-from hapkit_studio.gui.pages.measuring import write
+from hapkit_studio.gui.live.export import write
 from tests.gui.pages.drawing_support import outside
 from tests.gui.test_layout import cut_off, resize
 

@@ -3,8 +3,8 @@
 import pytest
 
 from hapkit_studio.analysis.bode import simulation
+from hapkit_studio.gui.live.export import write
 from hapkit_studio.gui.pages.bode import SIMULATION
-from hapkit_studio.gui.pages.measuring import write
 
 
 @pytest.fixture

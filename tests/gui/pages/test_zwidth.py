@@ -11,7 +11,7 @@ from PySide6.QtGui import QGuiApplication
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.zwidth import HIGHEST
 from hapkit_studio.analysis.zwidth.result import BUZZES, Point, Protocol, ZWidth, conditions
-from hapkit_studio.gui.pages.measuring import write
+from hapkit_studio.gui.live.export import write
 from hapkit_studio.gui.pages.zwidth import DEVICE, SIMULATION
 from hapkit_studio.haptics import rows
 from tests.gui.pages.drawing_support import leave, outside, point, words

@@ -1,0 +1,34 @@
+"""The E-stop."""
+
+from PySide6.QtWidgets import QWidget
+
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.widgets.shortcut_button import ShortcutButton
+from hapkit_studio.gui.widgets.style import mark
+
+
+class StopButton(ShortcutButton):
+    """Stops on the press, not on the release of the button; pressed again it does nothing."""
+
+    word_role = "stop"
+
+    def __init__(self, studio: Studio, parent: QWidget | None = None):
+        super().__init__("octagon", "E-STOP", "Esc", parent)
+        self._studio = studio
+        self.setProperty("stop", True)
+        self.setAccessibleName("E-stop")
+        self._row.insertStretch(0)
+        self._row.addStretch()
+        self.pressed.connect(studio.stop)
+        self.clicked.connect(studio.stop)
+        studio.stop_changed.connect(self.show_state)
+        self.show_state()
+
+    def show_state(self) -> None:
+        """Show red while the force may act, hollow once stopped."""
+        stopped = self._studio.stopped
+        mark(self, "latched", stopped)
+        self.set_look("octagon", *(("STOPPED", "danger") if stopped else ("E-STOP", "onstop")), "onstop")
+        self.set_cap(not stopped)
+        released = "Force to zero at the next tick (Esc)"
+        self.setToolTip("Stopped. Release in the line below." if stopped else released)

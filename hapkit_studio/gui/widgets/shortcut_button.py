@@ -1,0 +1,55 @@
+"""A button with icon, word and the cap of its shortcut."""
+
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtWidgets import QLabel, QPushButton, QWidget
+
+from hapkit_studio.gui.widgets import icons
+from hapkit_studio.gui.widgets.parts import across
+from hapkit_studio.gui.widgets.style import mark
+from hapkit_studio.gui.widgets.theme import theme
+
+
+class ShortcutButton(QPushButton):
+    """A push button laid out from parts, so that its size follows all of them."""
+
+    word_role = "button"
+
+    def __init__(self, icon: str, text: str, key: str, parent: QWidget | None = None):
+        super().__init__(parent)
+        self.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+        self.setProperty("tall", True)
+        self.picture, self.word, self.cap = QLabel(), QLabel(text), QLabel(key)
+        self.word.setProperty("role", self.word_role)
+        self.cap.setProperty("role", "key")
+        parts = (self.picture, self.word, self.cap)
+        for part in parts:
+            part.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
+        self._row = across(*parts, into=self, margins=(14, 0, 12, 0))
+        for part in parts:
+            self._row.setAlignment(part, Qt.AlignmentFlag.AlignVCenter)
+        self._icon, self._color, self._cap_color = icon, "ink", "ink3"
+        theme.changed.connect(self.show_look)
+        self.show_look()
+
+    def set_look(self, icon: str, text: str, color: str, cap_color: str = "ink3") -> None:
+        """Change icon, word, the colour token of both and that of the key cap."""
+        self._icon, self._color, self._cap_color = icon, color, cap_color
+        self.word.setText(text)
+        self.show_look()
+
+    def set_cap(self, visible: bool) -> None:
+        """Show the key cap, or leave it out where room is short."""
+        self.cap.setVisible(visible)
+        self.updateGeometry()
+
+    def show_look(self) -> None:
+        """Paint the parts in the theme in force."""
+        self.picture.setPixmap(icons.pixmap(self._icon, theme.px(18), self._color, self.devicePixelRatioF()))
+        mark(self.word, "ink", self._color)
+        mark(self.cap, "ink", self._cap_color)
+
+    def sizeHint(self) -> QSize:
+        return QSize(self._row.sizeHint().width() + 4, super().sizeHint().height())
+
+    def minimumSizeHint(self) -> QSize:
+        return self.sizeHint()
