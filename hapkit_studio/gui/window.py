@@ -41,7 +41,7 @@ from hapkit_studio.gui.pages.measuring import MeasuringPage
 from hapkit_studio.gui.panel.parameter_panel import ParameterPanel
 from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.panel.two_settings import TwoSettings
-from hapkit_studio.gui.projector import Projector
+from hapkit_studio.gui.projector_view import Projector
 from hapkit_studio.gui.quiz import Quiz
 from hapkit_studio.gui.recording_display import RecordingDisplay
 from hapkit_studio.gui.status_bar import StatusBar
