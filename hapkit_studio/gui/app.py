@@ -5,7 +5,6 @@ import gc
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from subprocess import Popen
 
 from PySide6.QtCore import QObject, QRect, QSize, QTimer
@@ -16,7 +15,7 @@ from hapkit_studio.arguments import window_parser
 from hapkit_studio.environments import named
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import printable
-from hapkit_studio.gui import demos, prepare, session
+from hapkit_studio.gui import demos, prepare
 from hapkit_studio.gui.actions import new_window
 from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.gui.studio import Studio
@@ -87,14 +86,14 @@ def build(options: argparse.Namespace) -> MainWindow:
     key = named(options.environment).key if options.environment is not None else None
     window = new_window(studio, settings)
     if key is None or studio.why_fixed("environment", key):
-        session.restore(window)
+        window.state.restore()
     if key is not None:
         studio.choose(key)
     window.history.forget()
     if options.demo is not None:
         window.demos.play(demos.read(demos.named(options.demo), studio.environments))
     if not options.screenshot:
-        window.closed.connect(partial(session.save, window))
+        window.closed.connect(window.state.save)
     _place(window, options.size)
     if not options.screenshot and (words := window.settings.new_notice()):
         window.banners.warn("settings", _REJECTED, words)

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from hapkit_studio.devices.simulated import MODELS
 from hapkit_studio.dynamics.estimators import ESTIMATORS
@@ -10,16 +10,15 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui import pages
 from hapkit_studio.gui.environment_library import Reject, checked, ignore, usable
 from hapkit_studio.gui.live import trigger
+from hapkit_studio.gui.live.trigger import Trigger
 from hapkit_studio.gui.panel.loop import DELAY, ESTIMATOR, GRIP, RATE
+from hapkit_studio.gui.panel.preset_row import Presets
 from hapkit_studio.gui.panel.rendering import RATE as BOARD_RATE
 from hapkit_studio.gui.panel.rendering import RENDERERS
-from hapkit_studio.gui.views import LAW, LIVE
+from hapkit_studio.gui.stored import StoredSettings
+from hapkit_studio.gui.studio import Studio
+from hapkit_studio.gui.views import LAW, LIVE, Views
 from hapkit_studio.parameters import AnyParameter, Choice
-
-if TYPE_CHECKING:
-    from hapkit_studio.gui.stored import StoredSettings
-    from hapkit_studio.gui.studio import Studio
-    from hapkit_studio.gui.window import MainWindow
 
 _ENVIRONMENT, _VALUES, _LOOP, _VIEW, _PRESETS = "environment", "values", "loop", "view", "presets"
 _FORMER_VIEWS = {"chain": "accuracy", "fidelity": "accuracy"}  # merged into the view that they name
@@ -30,55 +29,61 @@ _OF_LOOP = (
 _BOARD_RATES = [None, *map(float, BOARD_RATE.options[1:])]
 
 
-def save(window: "MainWindow") -> None:
-    """Remember what is in force, choices by their names, and what is in sight."""
-    studio, settings = window.studio, window.settings
-    values = {
-        key: _by_name(environment.parameters, studio.values_of(key))
-        for key, environment in studio.environments.items()
-    }
-    loop = {**vars(studio.loop), "options": dict(studio.loop.options), "grip": studio.grip}
-    settings.setValue(_ENVIRONMENT, studio.environment.key)
-    settings.setValue(_VALUES, json.dumps(values))
-    settings.setValue(_LOOP, json.dumps(loop))
-    settings.setValue(_VIEW, window.views.key)
-    settings.setValue(_PRESETS, json.dumps(window.presets.names))
-    settings.setValue(_TRIGGER, json.dumps(_by_name(trigger.PARAMETERS, window.centre.trigger.values)))
+class WindowState:
+    """Saves what is chosen and shown to the settings, and restores it at the next start."""
+
+    def __init__(
+        self, studio: Studio, settings: StoredSettings, views: Views, presets: Presets, trigger: Trigger
+    ):
+        self._studio, self._settings, self._views = studio, settings, views
+        self._presets, self._trigger = presets, trigger
+
+    def save(self) -> None:
+        """Store environment, values, loop, hand, view, presets and trigger; choices by their names."""
+        studio, settings = self._studio, self._settings
+        values = {
+            key: _by_name(environment.parameters, studio.values_of(key))
+            for key, environment in studio.environments.items()
+        }
+        loop = {**vars(studio.loop), "options": dict(studio.loop.options), "grip": studio.grip}
+        settings.setValue(_ENVIRONMENT, studio.environment.key)
+        settings.setValue(_VALUES, json.dumps(values))
+        settings.setValue(_LOOP, json.dumps(loop))
+        settings.setValue(_VIEW, self._views.key)
+        settings.setValue(_PRESETS, json.dumps(self._presets.names))
+        settings.setValue(_TRIGGER, json.dumps(_by_name(trigger.PARAMETERS, self._trigger.values)))
+
+    def restore(self) -> None:
+        """Restore what is stored and valid, locked settings included; a motor waits for *Render*."""
+        with self._studio.temporarily():
+            self._restore()
+
+    def _restore(self) -> None:
+        studio, settings = self._studio, self._settings
+        key = str(settings.value(_ENVIRONMENT, ""))
+        if (former := str(settings.value(_VIEW, ""))) in _FORMER_VIEWS:
+            settings.setValue(_VIEW, _FORMER_VIEWS[former])
+        known = pages.discover()
+        view = settings.choice(_VIEW, LIVE, (LIVE, LAW, *known))
+        if view in known:
+            self._views.show(view)
+        values = settings.table(_VALUES)
+        for scene in values.keys() & studio.environments.keys():
+            reject = _rejection(settings, _VALUES, f"{_VALUES}.{scene}")
+            studio.set_values_of(
+                scene, usable(studio.environments[scene], _table(values[scene], reject), reject)
+            )
+        _restore_loop(studio, settings)
+        given = settings.table(_TRIGGER)
+        for name, value in checked(trigger.PARAMETERS, given, _rejection(settings, _TRIGGER)).items():
+            self._trigger.set_value(name, value)
+        self._presets.remember(settings.table(_PRESETS))
+        if key in studio.environments:
+            studio.choose(key)
+        studio.restored = bool(key)
 
 
-def restore(window: "MainWindow") -> None:
-    """Put what was remembered in force, as far as it still is there and valid; a motor waits for "Render".
-
-    Also what is locked: it was left so.
-    """
-    with window.studio.temporarily():
-        _restore(window)
-
-
-def _restore(window: "MainWindow") -> None:
-    studio, settings = window.studio, window.settings
-    key = str(settings.value(_ENVIRONMENT, ""))
-    if (former := str(settings.value(_VIEW, ""))) in _FORMER_VIEWS:
-        settings.setValue(_VIEW, _FORMER_VIEWS[former])
-    known = pages.discover()
-    view = settings.choice(_VIEW, LIVE, (LIVE, LAW, *known))
-    if view in known:
-        window.views.show(view)
-    values = settings.table(_VALUES)
-    for scene in values.keys() & studio.environments.keys():
-        reject = _rejection(settings, _VALUES, f"{_VALUES}.{scene}")
-        studio.set_values_of(scene, usable(studio.environments[scene], _table(values[scene], reject), reject))
-    _restore_loop(studio, settings)
-    given = settings.table(_TRIGGER)
-    for name, value in checked(trigger.PARAMETERS, given, _rejection(settings, _TRIGGER)).items():
-        window.centre.trigger.set_value(name, value)
-    window.presets.remember(settings.table(_PRESETS))
-    if key in studio.environments:
-        studio.choose(key)
-    studio.restored = bool(key)
-
-
-def _restore_loop(studio: "Studio", settings: "StoredSettings") -> None:
+def _restore_loop(studio: Studio, settings: StoredSettings) -> None:
     given, reject = settings.table(_LOOP), _rejection(settings, _LOOP)
     loop = loop_from(given, studio.loop.estimator, reject)
     studio.set_grip(loop.pop(GRIP.key, studio.grip))
@@ -106,7 +111,7 @@ def _by_name(parameters: Iterable[AnyParameter], values: Mapping[str, Any]) -> d
     return {p.key: p.text(values[p.key]) if isinstance(p, Choice) else values[p.key] for p in known}
 
 
-def _rejection(settings: "StoredSettings", name: str, place: str = "") -> Reject:
+def _rejection(settings: StoredSettings, name: str, place: str = "") -> Reject:
     """Return a callback that notes an error as the reason why a part of a setting is not used."""
     return lambda error: settings.reject(name, f"{place or name}: {error}")
 

@@ -44,6 +44,7 @@ from hapkit_studio.gui.panel.two_settings import TwoSettings
 from hapkit_studio.gui.projector_view import Projector
 from hapkit_studio.gui.quiz import Quiz
 from hapkit_studio.gui.recording_display import RecordingDisplay
+from hapkit_studio.gui.session import WindowState
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.stored import StoredSettings
 from hapkit_studio.gui.studio import Studio
@@ -157,6 +158,7 @@ class MainWindow(QMainWindow):
         self.projector = Projector(
             self, self.body, studio, self.settings, self.header, self.centre, self.views
         )
+        self.state = WindowState(studio, self.settings, self.views, self.presets, self.centre.trigger)
         self.export = LiveExport(studio, self.centre)
         self.export.said.connect(self.record_display.say)
         self.export.failed.connect(lambda why: self.record_display.show_failure("Nothing was written.", why))

@@ -8,7 +8,6 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractSpinBox
 
 from hapkit_studio.errors import FileError, ParameterError
-from hapkit_studio.gui import session
 from hapkit_studio.gui.lock import DEVICE, ENTRY, LOOP, Lock
 from hapkit_studio.gui.lock_dialog import LockDialog
 from hapkit_studio.gui.studio import LOCKED
@@ -162,9 +161,9 @@ def test_it_is_locked_and_unlocked_in_a_dialog_and_survives_a_restart(window, ma
         dialog.again.setText(again)
         assert dialog.confirm.isEnabled() == can
     dialog.confirm.click()
-    session.save(window)
+    window.state.save()
     again = make_window()
-    session.restore(again)
+    again.state.restore()
     assert again.studio.lock == window.studio.lock
     assert again.studio.values["stiffness"] == 900.0  # as it was left
     with pytest.raises(ParameterError):
@@ -195,7 +194,7 @@ def test_the_dialog_is_whole_on_a_low_screen(window):
 
 def test_an_option_of_the_command_line_obeys_it(start_window, window, closed):
     window.settings.setValue(ENTRY, closed.text())
-    session.save(window)
+    window.state.save()
     assert start_window("--environment", "cat").studio.environment.key == "wall"
     window.settings.setValue(ENTRY, "")
     assert start_window("--environment", "cat").studio.environment.key == "cat"

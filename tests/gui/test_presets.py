@@ -7,7 +7,7 @@ import pytest
 
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.files import MOST_BYTES
-from hapkit_studio.gui import presets, session
+from hapkit_studio.gui import presets
 from hapkit_studio.gui.panel.preset_row import CompareDialog, SavePresetDialog
 from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.gui.undo import settings_of
@@ -111,9 +111,9 @@ def test_the_next_start_knows_the_preset_s_name_and_what_differs(window, home):
     window.studio.set_values(STIFF)
     window.presets.keep("stiff", with_loop=False)
     window.studio.set_value("stiffness", 300.0)
-    session.save(window)
+    window.state.save()
     window.presets._chosen.clear()
-    session.restore(window)
+    window.state.restore()
     row = window.panel.preset
     assert (row.name.text(), row.button.text()) == ("Preset, changed", "stiff")
     assert window.studio.values["stiffness"] == 300.0
@@ -121,7 +121,7 @@ def test_the_next_start_knows_the_preset_s_name_and_what_differs(window, home):
         path = presets.found("wall")["stiff"]
         path.write_text(damage) if damage else path.unlink()
         window.presets._chosen.clear()
-        session.restore(window)
+        window.state.restore()
         assert row.button.text() == "Own values"
 
 

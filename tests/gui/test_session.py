@@ -9,7 +9,6 @@ from PySide6.QtTest import QTest
 
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
-from hapkit_studio.gui import session
 from hapkit_studio.gui.environment_library import usable
 from hapkit_studio.gui.studio import LoopChoice
 from hapkit_studio.haptics import rows
@@ -26,8 +25,8 @@ def start(make_window):
 
     def begin(entries=(SIMULATED,)):
         window = make_window(entries)
-        session.restore(window)
-        window.closed.connect(lambda: session.save(window))
+        window.state.restore()
+        window.closed.connect(lambda: window.state.save())
         return window
 
     return begin
@@ -110,7 +109,7 @@ def test_what_is_unknown_or_out_of_range_is_left_out(kept_idle_window, environme
     window = kept_idle_window
     for name, value in (("environment", environment), ("values", values), ("view", view)):
         window.settings.setValue(name, value)
-    session.restore(window)
+    window.state.restore()
     assert window.studio.environment.key == "wall"
     assert window.views.key == "live"
     assert window.studio.values == LIBRARY["wall"].values(found)
@@ -119,7 +118,7 @@ def test_what_is_unknown_or_out_of_range_is_left_out(kept_idle_window, environme
 @pytest.mark.parametrize("view", ["chain", "fidelity", "accuracy"])
 def test_settings_of_a_view_that_was_merged_open_the_one_it_is_part_of(kept_idle_window, view):
     kept_idle_window.settings.setValue("view", view)
-    session.restore(kept_idle_window)
+    kept_idle_window.state.restore()
     assert kept_idle_window.views.key == "accuracy"
     kept_idle_window.views.show("live")
 
@@ -137,7 +136,7 @@ def test_a_loop_that_cannot_be_is_left_out_one_by_one(kept_idle_window, loop, fo
     window = kept_idle_window
     window.settings.setValue("environment", "wall")
     window.settings.setValue("loop", json.dumps(loop))
-    session.restore(window)
+    window.state.restore()
     assert (window.studio.loop, window.studio.grip) == (LoopChoice(**found), grip)
 
 
