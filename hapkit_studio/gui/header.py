@@ -7,7 +7,6 @@ from PySide6.QtCore import QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QAction, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QLabel, QMenu, QPushButton, QWidget
 
-from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.devices.serial_ports import is_path
 from hapkit_studio.gui import breakpoints
 from hapkit_studio.gui.panel.stop_button import StopButton
@@ -27,7 +26,6 @@ _WORDS = {
     "gone": "{} is gone",
     "failed": "No device",
 }
-_FRAMES = (("As short as they are", 0), ("Filled to whole USB packets", PACKET))
 
 
 class StateDot(QWidget):
@@ -116,13 +114,6 @@ def _add_choice(menu: QMenu, words: str, chosen: bool, choose: Callable[[], None
     return action
 
 
-def fill_frames_menu(menu: QMenu, studio: Studio) -> None:
-    """Fill a menu with how a board fills its frames; the embedded device sends none."""
-    menu.clear()
-    device = studio.engine.device if studio.engine is not None else None
-    for words, size in _FRAMES:
-        choose = partial(studio.device.set_padding, size)
-        _add_choice(menu, words, studio.device.padding == size, choose).setEnabled(hasattr(device, "padding"))
 
 
 class Header(QWidget):

@@ -6,7 +6,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QMenu, QMenuBar
 
 from hapkit_studio.gui.action_set import ActionSet
-from hapkit_studio.gui.header import fill_frames_menu, fill_menu
+from hapkit_studio.gui.header import fill_menu
 from hapkit_studio.gui.own_environments import OwnEnvironments
 from hapkit_studio.gui.studio import Studio
 
@@ -35,11 +35,8 @@ def _menu(bar: QMenuBar, menus: dict[str, QMenu], path: str) -> QMenu:
 def _add_devices(menu: QMenu, studio: Studio) -> None:
     choose = QMenu("Choose", menu)
     choose.aboutToShow.connect(lambda: fill_menu(choose, studio))
-    frames = QMenu("USB frames", menu)
-    frames.aboutToShow.connect(lambda: fill_frames_menu(frames, studio))
     first = menu.actions()[0]
     menu.insertMenu(first, choose)
-    menu.insertMenu(first, frames)
     menu.insertSeparator(first)
 
 

@@ -149,9 +149,13 @@ VIRTUAL = SimpleNamespace(simulated=False, hand=True)
 @pytest.mark.parametrize(
     ("what", "delay", "words"),
     [
-        (device(0.016), 1.01 * LONG, "The USB chip holds frames back, up to 16 ms: fill its frames"),
+        (
+            device(0.016),
+            1.01 * LONG,
+            "back, up to 16 ms: let Device, Set up my Hapkit… choose",
+        ),
         (device(0.016), 0.99 * LONG, ""),
-        (device(0.001), 1.01 * LONG, "The line holds frames back: fill its frames"),
+        (device(0.001), 1.01 * LONG, "The line holds frames back: let Device, Set up my Hapkit…"),
         (device(), 1.01 * LONG, "render on the board"),
         (device(simulated=True), 0.1, ""),
         (device(padding=PACKET), 0.1, "The line holds frames back: render on the board"),

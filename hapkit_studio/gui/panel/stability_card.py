@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 LONG = 2e-3
 """s from which on a delay is worth a word: two periods, on a good line it is half of one."""
 _BOARD = "render on the board"
-_FRAMES = "fill its frames (Device, USB frames)"
+_FRAMES = "let Device, Set up my Hapkit… choose how frames are sent"
 _HEIGHT, _LEFT = 146, 54.0
 _RING = 9  # px: the radius of what warns round the dot
 ASK_MS = 50

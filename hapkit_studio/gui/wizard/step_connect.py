@@ -1,10 +1,11 @@
 """Connect: USB only, and which kit it is."""
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QCheckBox, QComboBox
+from PySide6.QtWidgets import QComboBox
 
 from hapkit_studio.analysis.calibrate.result import PASS, passed
 from hapkit_studio.devices import profiles
+from hapkit_studio.devices.padding import Padding
 from hapkit_studio.gui.wizard.board_dialog import SIGNS
 from hapkit_studio.gui.wizard.board_thread import BoardThread
 from hapkit_studio.gui.wizard.pictures import KitDrawing
@@ -27,34 +28,30 @@ class ConnectStep(StepPage):
 
     def __init__(self, board: BoardThread) -> None:
         super().__init__(board)
-        self._size = 0
         self.column.addWidget(KitDrawing(supply=False), 1)
-        self.kits, self.padded = QComboBox(), QCheckBox()
+        self.kits = QComboBox()
         self.kits.setProperty("tall", True)
         self.kits.setAccessibleName("Kit")
         for kit in profiles.KITS:
             self.kits.addItem(kit.title, kit.key)
         self.first = self.take = self.button("Use this kit", self.use_kit, primary=True)
         self.add_row(self.kits, self.take)
-        self.note = self.add_text()
-        self.padded.hide()
-        self.column.addWidget(self.padded)
-        self.padded.toggled.connect(lambda on: self.padding_chosen.emit(self._size if on else 0))
+        self.note, self.frames = self.add_text(), self.add_text()
+        self.frames.hide()
         self.kits.currentIndexChanged.connect(lambda _index: self._show_note())
         self._show_note()
 
     def enter(self) -> None:
-        """Show the kit that the board is set to; offer to fill frames where that shortens the delay."""
+        """Show the kit that the board is set to; fill frames from now on if that is faster."""
         if self.calibration is None or self.result is not None:
             return
         now, found = self.calibration.original, self.calibration.padding
         kit = profiles.numbered(now.profile)
         self.kits.setCurrentIndex(profiles.KITS.index(kit) if kit else 0)
-        self._size = found.better if found is not None else 0
-        self.padded.setVisible(self._size > 0)
+        self.frames.setVisible(found is not None)
         if found is not None:
-            delays = f"{1e3 * found.padded:.1f} ms instead of {1e3 * found.plain:.1f} ms"
-            self.padded.setText(f"Fill frames to {self._size} bytes: delay {delays}")
+            self.padding_chosen.emit(found.better)
+            self.frames.setText(frame_words(found))
         stored = "has stored settings" if now.origin == Origin.STORED else "has the usual kit's settings"
         self.box.show_text(f"Connected. The board {stored}. Force is zero.", look=SIGNS[PASS])
 
@@ -73,3 +70,11 @@ class ConnectStep(StepPage):
 
     def _show_note(self) -> None:
         self.note.setText(profiles.named(self.kits.currentData()).note)
+
+
+def frame_words(found: Padding) -> str:
+    """Write how frames are sent from now on, and the delays that were measured in ms."""
+    plain, padded = (f"{1e3 * delay:.1f} ms" for delay in found)
+    if found.better:
+        return f"USB frames are filled to {found.better} bytes: {padded} delay instead of {plain}."
+    return f"USB frames stay short: {plain} delay, filled {padded}."

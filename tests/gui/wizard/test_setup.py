@@ -10,6 +10,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QLabel, QPushButton
 
 from hapkit_studio.devices import calibration_file, profiles
+from hapkit_studio.devices.hapkit import PACKET
+from hapkit_studio.devices.padding import Padding
 from hapkit_studio.devices.profiles import quantum_of
 from hapkit_studio.gui.wizard import step_sensor
 from hapkit_studio.protocol.messages import Force, Origin
@@ -259,3 +261,24 @@ def test_springs_are_pulled_at_one_after_the_other(played):
     play.press(step.use_pulled)
     assert play.kit.settings_now.motor_constant == pytest.approx(0.9 * 0.0183, rel=0.01)
     assert "The motor pushes 90 ± 4 %" in step.box.words.text()
+
+
+@pytest.mark.parametrize(
+    ("delays", "size", "words"),
+    [
+        (
+            (9.0e-3, 3.1e-3),
+            PACKET,
+            "USB frames are filled to 62 bytes: 3.1 ms delay instead of 9.0 ms.",
+        ),
+        ((1.0e-3, 1.2e-3), 0, "USB frames stay short: 1.0 ms delay, filled 1.2 ms."),
+    ],
+)
+def test_frames_are_sent_as_was_measured_to_be_faster(played, delays, size, words):
+    dialog = played().dialog
+    link = dialog.studio.device
+    link.padding = PACKET - size
+    dialog.board.subject.padding = Padding(*delays)
+    dialog.reset()
+    assert link.padding == size
+    assert dialog.connect_step.frames.text() == words
