@@ -60,7 +60,6 @@ class Map:
             "simple": True,
             "passive": bool(plane.edge.any()),
             "people": plane.family is not None,
-            "springy": plane.family is not None,
             "coulomb": plane.coulomb < plane.top,
         }
         return {key: kb_plane.line_words(plane, key) for key, on in there.items() if on}
@@ -143,12 +142,8 @@ def _lines(axes: Any, c: style.Colors, shown: Map) -> None:
             label=name,
         )
     if plane.family is not None:
-        across, family = plane.family.damping, plane.family
-        axes.plot(across, family.people, color=c.lecture, linewidth=2.4, label=names["people"])
-        springy = np.where(family.springy > 0.0, family.springy, np.nan)
-        axes.plot(
-            across, springy, color=c.lecture, linewidth=2.4, linestyle=style.DOT, label=names["springy"]
-        )
+        family = plane.family
+        axes.plot(family.damping, family.people, color=c.lecture, linewidth=2.4, label=names["people"])
     if "coulomb" in names:
         axes.axhline(plane.coulomb, color=c.warn, linewidth=2, linestyle=(0, (6, 3)), label=names["coulomb"])
 

@@ -9,23 +9,18 @@ from typing import Any
 import numpy as np
 
 from hapkit_studio.analysis.cluster import cluster
-from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability import hands, irregular, kb_plane, objects
+from hapkit_studio.analysis.stability import hands, kb_plane
 from hapkit_studio.analysis.stability.kb_plane import RENDERED_DAMPING, WIDTH, Plane, plane
 from hapkit_studio.analysis.stability.margin import hand_words, sentence
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
 from hapkit_studio.analysis.stability.verdict import of_spring
-from hapkit_studio.charts.jitter import jitter_figure
 from hapkit_studio.charts.stability import stability_figure
 from hapkit_studio.commands import base
-from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import number, on_screen, plain
-from hapkit_studio.sessions.lateness import recorded
+from hapkit_studio.formatting import number, on_screen
 
 COLUMNS = 13
 SIDE = 100
-JITTERS = 4
 
 
 OPTIONS = (
@@ -33,12 +28,7 @@ OPTIONS = (
     base.option("-K", "--stiffness", type=float, default=300.0, metavar="N/m", help="what is rendered"),
     base.option("-B", "--damping", type=float, default=0.0, metavar="N·s/m", help="what is rendered"),
     base.option("--to", type=float, metavar="N·s/m", help="the largest damping shown"),
-    base.option(
-        "--hands", action="store_true", help="the worst of hands, a box around people's, and of objects"
-    ),
-    base.option("--object", metavar="KEY", help=f"its contact's limit: {', '.join(objects.OBJECTS)}, -p"),
-    base.PARAMETER,
-    base.option("--jitter", metavar="FILE", help="what a session's or a CSV's lateness costs; --plot"),
+    base.option("--hands", action="store_true", help="the worst hand of a box around people's"),
     base.option("--measure", action="store_true", help="find the boundary by rendering, too"),
     base.option("--map", action="store_true", help=f"judge {SIDE} × {SIDE} cells of the plane"),
     base.option("--real", action="store_true", help="measure with friction and sensor steps"),
@@ -59,12 +49,8 @@ def run(options: argparse.Namespace) -> base.Result:
     with cluster(options.scheduler) if options.scheduler is not None else nullcontext() as executor:
         found = _measured(options, found, executor)
     seconds = time.monotonic() - begin if found.points or found.cells else None
-    contact, of_contact = _contact(options, setting)
-    cost, jitter, of_jitter = _jitter(options, setting)
-    as_json = {**kb_plane.as_json(found), "measuring_seconds": seconds, **contact, **jitter}
-    text = "\n".join([_text(found, seconds), *of_contact, *of_jitter])
-    draw, what = (stability_figure, found) if cost is None else (jitter_figure, cost)
-    return base.with_files(text, as_json, base.drawn(options.plot, draw, what))
+    as_json = {**kb_plane.as_json(found), "measuring_seconds": seconds}
+    return base.with_files(_text(found, seconds), as_json, base.drawn(options.plot, stability_figure, found))
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -129,47 +115,14 @@ def _text(found: Plane, seconds: float | None) -> str:
     return "\n".join(lines)
 
 
-def _contact(options: argparse.Namespace, setting: Setting) -> tuple[dict[str, Any], list[str]]:
-    """Return the limit of an object's contact in every hand where it is asked for, to keep and in words."""
-    if options.object is None:
-        return {}, []
-    values = base.key_values(options.parameter)
-    limits = {
-        hand: objects.contact_limit(replace(setting, hand=hand), options.object, values) for hand in GRIPS
-    }
-    words = ", ".join(f"{hand_words(hand)} {_newtons(limit)}" for hand, limit in limits.items())
-    return {"contact": limits}, [f"Limit of the contact with {options.object} in N/m: {words}."]
-
-
-def _jitter(
-    options: argparse.Namespace, setting: Setting
-) -> tuple[irregular.Cost | None, dict[str, Any], list[str]]:
-    """Return what a recorded lateness costs where it is asked for: to draw, to keep and in words."""
-    if options.jitter is None:
-        return None, {}, []
-    lateness = recorded(options.jitter)
-    steps, say = JITTERS if options.plot else 1, base.progress_line("sizes of jitter")
-    found = irregular.cost(setting, options.damping, lateness, steps, say)
-    steady, late, measured = found.limits[0], found.limits[steps], found.measured[steps]
-    middle, most = (on_screen(float(f(lateness)), "s", 2) for f in (np.median, np.max))
-    words = (
-        f"Recorded forces come {middle} late as a rule, {most} at most. On a handle that samples on time "
-        f"that costs {found.words}. By 300 simulated motions the limit is {measured:,.0f} N/m."
-    )
-    sizes = {key: getattr(found, key) for key in ("late", "limits", "measured")}
-    numbers = {"steady": steady, "late": late, "cost": steady - late, "measured": measured, "sizes": sizes}
-    return found, {"jitter": plain(numbers)}, [words]
-
-
 def _hands(found: hands.Family, damping: float) -> list[str]:
     """Return the worst hands at a damping, and whose hands were looked at."""
-    people, springy = (float(np.interp(damping, found.damping, y)) for y in (found.people, found.springy))
+    people = float(np.interp(damping, found.damping, found.people))
     worst = found.worst[int(np.abs(found.damping - damping).argmin())]
     mass, b, k = worst.mass, worst.damping, worst.stiffness
     return [
         f"In the worst hand of a box around people's hands {_newtons(people)} N/m: "
         f"{mass:.3g} kg, {b:g} N·s/m, {k:.4g} N/m.",
-        f"With the worst object, masses on springs, which no hand is, {_newtons(springy)} N/m.",
         *(
             f"  {hand.what}: {hands.words(hand.mass, hand.damping, hand.stiffness)}; {hand.source}"
             f"{'' if hand.read else ' (from memory)'}"

@@ -17,8 +17,6 @@ from hapkit_studio.gui.window import MainWindow
 if TYPE_CHECKING:
     from hapkit_studio.gui.pages.accuracy import AccuracyPage
     from hapkit_studio.gui.pages.sessions import SessionsPage
-    from hapkit_studio.gui.pages.stability.jitter import LoopJitter
-    from hapkit_studio.gui.pages.stability.page import StabilityPage
 
 Action = action_set.Action[MainWindow]
 THEMES = {"system": "Like the system", "light": "Light", "dark": "Dark", "contrast": "High contrast"}
@@ -293,10 +291,6 @@ def _test(window: MainWindow) -> object:
     return CheckDialog.open_over(window.studio, window, window.closed)
 
 
-def _jitter(window: MainWindow) -> "LoopJitter":
-    return cast("StabilityPage", window.views.shown).side.jitter
-
-
 _DEVICE = (
     Action("device.setup", "Set up my Hapkit…", _set_up, enabled=_may_set_up),
     Action("device.check", "Test my Hapkit…", _test, enabled=_has_board),
@@ -305,10 +299,6 @@ _DEVICE = (
     Action(
         "device.reconnect", "Reconnect", lambda w: w.studio.device.reconnect(), "Ctrl+R",
         enabled=lambda w: w.studio.link.state not in ("preparing", "connecting"),
-    ),
-    Action(
-        "device.jitter", "What this loop's jitter costs", lambda w: _jitter(w).ask(),
-        enabled=lambda w: w.views.key == "stability" and _jitter(w).button.isEnabled(),
     ),
     Action("device.flash", "Flash firmware…", lambda w: w.show_flash()),
 )  # fmt: skip

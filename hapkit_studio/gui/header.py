@@ -114,8 +114,6 @@ def _add_choice(menu: QMenu, words: str, chosen: bool, choose: Callable[[], None
     return action
 
 
-
-
 class Header(QWidget):
     """Emits ``pause_pressed``, ``record_pressed`` and ``panel_pressed``; the rest goes to the studio."""
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
@@ -93,11 +93,6 @@ class Recording(QObject):
             return _written(path)
 
         self._save.start(save)
-
-    def lateness(self, since: float) -> Any:
-        """Return how late in s each kept sample was since a time of the rows' clock; for another thread."""
-        assert self._recorder is not None
-        return self._recorder.lateness(since)
 
     def mark(self, text: str, when: float) -> None:
         """Note a marker at a time in s of the rows' clock."""

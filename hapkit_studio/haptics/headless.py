@@ -78,34 +78,6 @@ def run_prescribed(
             return
 
 
-@compiled
-def run_irregular(
-    r: LoopArrays, body: Plant, hand: np.ndarray, periods: np.ndarray, late: np.ndarray, out: np.ndarray
-) -> None:
-    """Fill one row a sample: periods, late (n,) in s until the next sample, until the force of this one.
-
-    hand is mass, damping, stiffness, at rest at 0. A force acts so many samples later as late has periods.
-    """
-    settings = r.block.values
-    passed, when = settings[block.PERIOD], 0.0
-    patience.begin(r)
-    for k in range(out.shape[0]):
-        settings[block.PERIOD], settings[block.DELAY] = periods[k], late[k]
-        body.constants[simulated_loop.PERIOD] = math.nan  # other than the last: configure looks at it
-        simulated.keep_order(body.dev)
-        simulated_loop.configure(body, settings, hand, True)
-        row = out[k]
-        row[rows.BOARD_TIME] = when
-        simulated_loop.write_truth(body, math.nan, row)
-        force = tick(r, simulated_loop.measure(body), passed, body.dev[simulated.EFFECT], row)
-        simulated.command(body.dev, body.queue, force)
-        simulated.advance(body.dev, body.queue, 0.0, 0.0)
-        passed = periods[k]
-        when += passed
-        if not patience.goes_on(r):
-            return
-
-
 _AT_ONCE = 1 << 17  # rows, 35 MB: Ctrl+C need not wait for gigabytes
 
 

@@ -108,11 +108,6 @@ class Recorder:
         """Write what is kept into a new session; return its samples; raise SessionError. Takes a second."""
         return self._wait(lambda: self._save(path))
 
-    def lateness(self, since: float) -> np.ndarray:
-        """Return how late in s each sample was that is kept and came after a time in s of the rows' clock."""
-        chunks = self._wait(lambda: [chunk for chunk in self._chunks if chunk.start >= since])
-        return np.concatenate([np.empty(0), *(chunk.values("lateness") for chunk in chunks)])
-
     def close(self) -> None:
         """End the recording and the thread; raise SessionError."""
         try:

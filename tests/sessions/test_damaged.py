@@ -214,14 +214,6 @@ def test_what_is_no_number_or_infinite_is_exported_as_it_is_and_drawn_as_a_gap(p
     assert found.damage == ()
 
 
-@pytest.mark.parametrize("late", [1e30, -1e30])
-def test_a_lateness_that_no_loop_has_is_refused_with_its_limit(path, capsys, late):
-    set_value(path, "chunk", 2, "lateness", encode(np.full(100, late)))
-    assert main(["stability", "--jitter", str(path)]) == 2
-    said = f"bad.hapkit: lateness is {np.float32(late):.17g}; it must be a number from -3,600 to 3,600 s."
-    assert capsys.readouterr().err == f"hapkit-studio: {said}\n"
-
-
 def test_control_characters_reach_neither_terminal_nor_window(path, capsys):
     text = json.dumps({"text": ESCAPES, "device": ESCAPES}, ensure_ascii=False)
     for row in (1, 5, 6):

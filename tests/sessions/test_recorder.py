@@ -97,20 +97,6 @@ def test_what_already_happened_can_be_saved_with_what_was_set_then(engine, recor
     assert run.settings["parameters"]["stiffness"] == 123.0
 
 
-def test_the_lateness_since_a_time_is_that_of_the_rings_rows(engine, recorder):
-    """To the microsecond, whole chunks; nothing of a loop that only begins."""
-    reader, pieces = engine.reader(), []
-    collected(reader, pieces, 400)
-    since = float(pieces[-1][-1, rows.HOST_TIME])
-    collected(reader, pieces, 800)
-    ring, late = np.concatenate(pieces), recorder.lateness(since)
-    after = ring[ring[:, rows.HOST_TIME] >= since, rows.LATENESS]
-    assert 0 < late.size <= after.size + 200
-    begin = np.flatnonzero(np.abs(after[: after.size // 2] - late[0]) < 1e-6)
-    assert any(np.allclose(after[k : k + 100], late[:100], atol=1e-6) for k in begin)
-    assert not recorder.lateness(time.perf_counter() + 1.0).size
-
-
 def test_a_thread_that_was_held_up_makes_no_larger_chunks(engine, recorder, tmp_path):
     recorder.record(tmp_path / "a.hapkit")
     reader, go_on = engine.reader(), threading.Event()

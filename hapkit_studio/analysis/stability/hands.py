@@ -1,9 +1,8 @@
-"""The hand as a family: how stiff a loop may be in a box around people's hands, and in what no hand is.
+"""The hand as a family: how stiff a loop may be in a box around people's hands.
 
 The box is spanned by the ranges of the table: a mass that moves with the handle, a damper and a spring to the
 ground. Its corners, such as 3.5 g with 40 N·s/m, are no real hand. Each has damping of its own, so they allow
-several times what passivity does. What comes down to the passivity line is an object without damping, masses
-on springs, which may lean on the handle.
+several times what passivity does.
 """
 
 from collections.abc import Callable
@@ -16,15 +15,12 @@ import numpy as np
 
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.limits import checked_loop
-from hapkit_studio.analysis.stability.passivity import stiffness_with_modes
 from hapkit_studio.dynamics.hand import GRIPS, Grip
 from hapkit_studio.dynamics.sampled_loop import stiffness_limits
 
 Range = tuple[float, float]
 # Masses and stiffnesses tried in their ranges: the worst is mostly at an end.
 _TRIED = 7
-# Masses on springs of the worst object: within 10 % of the passivity line up to 0.9 of the passive damping.
-_MODES = 64
 
 
 @dataclass(frozen=True)
@@ -86,15 +82,11 @@ PEOPLE = words(MASS, DAMPING, STIFFNESS)
 
 @dataclass(frozen=True)
 class Family:
-    """The least limits in N/m over damping (n,) in N·s/m: of people's hands, and of masses on springs.
-
-    worst: the hand of the box that each is the limit of.
-    """
+    """The least limit in N/m of people's hands over damping (n,) in N·s/m, and the worst hand of each."""
 
     damping: np.ndarray
     people: np.ndarray
     worst: tuple[Grip, ...]
-    springy: np.ndarray
 
 
 def family(setting: Setting, damping: np.ndarray) -> Family:
@@ -102,13 +94,7 @@ def family(setting: Setting, damping: np.ndarray) -> Family:
     grips = _people()
     limits = np.array([stiffness_limits(_loop(setting, grip), damping) for grip in grips])
     worst = tuple(grips[k] for k in limits.argmin(axis=0))
-    return Family(damping, limits.min(axis=0), worst, springy(setting, damping))
-
-
-def springy(setting: Setting, damping: np.ndarray, modes: int = _MODES) -> np.ndarray:
-    """Return the limit (n,) in N/m with the worst of so many heavy masses on springs, without damping."""
-    sampling = setting.rate, setting.delay, setting.estimator, setting.quantum
-    return stiffness_with_modes(setting.viscous, damping, *sampling, modes)
+    return Family(damping, limits.min(axis=0), worst)
 
 
 @lru_cache(maxsize=1)

@@ -304,7 +304,6 @@ LINES = {
     "simple": ("Simple rule", "k < (b₀ + b) / (T/2 + td), b₀ of handle and hand"),
     "passive": ("Passivity line", "below it stable in any hand"),
     "people": ("Worst hand in the box", f"around people's hands: {PEOPLE}"),
-    "springy": ("Worst object", "masses on springs, no damping of its own: no hand"),
     "coulomb": ("Friction hides steps", "below k = 2 Fc / Δ sensor steps start no buzz"),
     "decays": ("Comes to rest", "let go 3 and 200 steps away"),
     "buzzes": ("Buzzes", "goes on moving, does not grow"),

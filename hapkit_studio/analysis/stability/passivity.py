@@ -7,13 +7,6 @@ one frequency, x_k = X z^k, x(k T + θ) = P z^k, that is a Hermitian form in (X,
 |b β - c| <= b α with α = 1/θ + 1/(T-θ), β = 1/θ + z*/(T-θ), c = (K + B H)* z^d (z - 1) / 2, H the velocity
 estimator. The hand may be anything, so neither it nor the mass counts. Without a fraction of a period the
 two instants are one, and it is Colgate & Schenkel's condition (J. Robotic Systems 14(1), 1997).
-
-The hand that comes nearest to this line is an object: masses on springs without any damping, so heavy that
-the loop does not detune them, each swinging the handle at one of the frequencies w + 2 pi n / T that look
-alike in the samples. With infinitely many of them the handle moves evenly between two instants; with fewer it
-does not, so its damping takes more. Sinusoids a_n there cost b T sum w_n² |a_n|² and make X = sum a_n,
-Y = sum a_n e_n, e_n = e^(j w_n td); the least cost of (X, Y) is b T times the form of the inverse of
-sum (1, e_n)(1, e_n)* / w_n².
 """
 
 import math
@@ -69,40 +62,6 @@ def passive_stiffness(
     return np.array([_largest(angles, viscous, float(virtual)) or 0.0 for virtual in damping])
 
 
-def stiffness_with_modes(
-    viscous: float,
-    damping: np.ndarray,
-    rate: float,
-    delay: float,
-    estimator: Spec = "difference",
-    quantum: float = USUAL_QUANTUM,
-    modes: int = 1,
-) -> np.ndarray:
-    """Return the stiffness (n,) in N/m up to which no such object of so many modes is set swinging.
-
-    Never below ``passive_stiffness``, which it comes down to with ever more modes; arguments as there.
-    """
-    at, period = _angles(rate, delay, estimator, quantum), 1.0 / rate
-    number = np.arange(2 * modes)
-    turns = np.where(number % 2, -1, 1) * ((number + 1) // 2)  # 0, -1, 1, -2, ...: the slowest first
-    swing = (at.w[:, np.newaxis] + 2.0 * math.pi * turns) * rate
-    weight = 1.0 / swing**2
-    weight[:-1, modes:] = 0.0  # a swing at half the rate looks like its own reverse, and stands for two
-    across = (weight * np.exp(1j * swing * delay)).sum(axis=1)
-    apart = 1.0 - np.cos(2.0 * math.pi * rate * delay * (turns - turns[:, np.newaxis]))
-    step, cost = -2.0 * np.sin(0.5 * at.w) ** 2 + 1j * np.sin(at.w), viscous * period  # z - 1
-    loose = 0.25 * np.abs(step) ** 2 * np.einsum("wn,nm,wm->w", weight, apart, weight)
-    found = []
-    for virtual in map(float, damping):
-        # loose K² - 2 half K - rest <= 0 at every angle
-        half = 0.5 * cost * (step * across).real - loose * virtual * at.velocity.real
-        rest = cost**2 + cost * virtual * (at.velocity.conj() * step * across).real
-        rest -= loose * virtual**2 * np.abs(at.velocity) ** 2
-        low, high = _between(loose, half, rest)
-        found.append(_both(low, high, _NEARLY * viscous / period) or 0.0)
-    return np.array(found)
-
-
 def passive_damping(
     viscous: float,
     rate: float,
@@ -126,23 +85,8 @@ def passive_damping(
 def _largest(angles: _Angles, viscous: float, damping: float) -> float | None:
     """Return the largest stiffness that is passive at every angle; None where there is none."""
     low, high = (_late if angles.rest else _prompt)(angles, viscous, damping)
-    return _both(low, high, _NEARLY * viscous / angles.period)
-
-
-def _both(low: np.ndarray, high: np.ndarray, nearly: float) -> float | None:
-    """Return the largest stiffness between the ends (m,) of every angle; None where there is none."""
     most, least = float(np.nanmin(high)), max(float(np.nanmax(low)), 0.0)
-    return max(most, 0.0) if most >= least - nearly else None
-
-
-def _between(a: np.ndarray | float, r: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ends of a K² - 2 r K - q <= 0 for a >= 0, in terms that keep their digits as a -> 0."""
-    inside = r * r + a * q
-    root = np.sqrt(np.maximum(inside, 0.0))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        high = np.where(r < 0.0, q / (root - r), (r + root) / a)
-        low = np.where(r < 0.0, (r - root) / a, -q / (root + r))
-    return np.where(inside < 0.0, math.inf, low), np.where(inside < 0.0, -math.inf, high)
+    return max(most, 0.0) if most >= least - _NEARLY * viscous / angles.period else None
 
 
 def _angles(rate: float, delay: float, estimator: Spec, quantum: float) -> _Angles:
@@ -187,4 +131,8 @@ def _late(at: _Angles, viscous: float, damping: float) -> tuple[np.ndarray, np.n
         - 4.0 * viscous**2 / (at.rest * late)
         - 4.0 * viscous * damping * mixed.real
     )
-    return _between(1.0, r, -q)
+    inside = r * r - q
+    root = np.sqrt(np.maximum(inside, 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        low, high = np.where(r < 0.0, r - root, q / (root + r)), np.where(r < 0.0, -q / (root - r), r + root)
+    return np.where(inside < 0.0, math.inf, low), np.where(inside < 0.0, -math.inf, high)

@@ -1,7 +1,5 @@
 """The stability map in the window: a dot that follows, clicks that set sliders, measuring."""
 
-import re
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -17,13 +15,11 @@ from hapkit_studio.analysis.stability.kb_plane import (
     hands,
     passivity_line,
 )
-from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.analysis.stability.objects import contact_limit
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.pages import measuring as measuring_page
 from hapkit_studio.gui.pages.stability import page as stability
-from hapkit_studio.gui.pages.stability.jitter import said
 from hapkit_studio.gui.pages.stability.map_data import measuring
 from hapkit_studio.gui.pages.stability.page import reading
 from hapkit_studio.gui.pages.stability.trial import map_parameters
@@ -215,54 +211,6 @@ def test_which_parameters_a_click_sets(key, stiffness, damping):
     assert found == (stiffness, damping)
     assert set(pair.values(123.0, 4.0)) == {key for key in found if key}
     assert set(pair.values(9e9, -3.0).values()) <= {5000.0, 0.0}, "beyond a slider it goes to its end"
-
-
-@pytest.mark.slow
-def test_the_loops_own_jitter_is_told_in_newton_per_metre_once_it_has_run_for_a_while(
-    wall_page, window, qtbot, monkeypatch
-):
-    """Always late by half a period is a delay of half a period; the simulated Hapkit has no other."""
-    window.studio.set_loop(estimator="difference", options=())
-    window.studio.set_values({"stiffness": 300.0, "damping": 0.0})
-    setting, late = follow(wall_page, qtbot).setting, np.full(9_999, 0.5e-3)
-    jitter, asked_since, began = wall_page.side.jitter, [], time.perf_counter()
-    monkeypatch.setattr(window.studio.recording, "lateness", lambda since: asked_since.append(since) or late)
-    jitter.job._needs = ""
-
-    def answer():
-        jitter.button.click()
-        assert not jitter.button.isEnabled()
-        qtbot.waitUntil(lambda: not jitter.job.running, timeout=PATIENCE_MS)
-        return jitter.words.text()
-
-    assert answer() == "Ask again in 1 s: the loop has just begun."
-    late = np.append(late, 0.5e-3)
-    limits = [stiffness_limit(setting.mass, setting.viscous, delay=delay) for delay in (0.0, 0.5e-3)]
-    before, now = (round(limit) for limit in limits)
-    told = f"{before - now} N/m: {now} instead of {before:,} N/m. The simulated one is not late."
-    assert answer() == f"On a real Hapkit this jitter would cost {told}"
-    window.studio.set_values({"stiffness": 320.0})
-    follow(wall_page, qtbot)
-    assert jitter.words.text(), "what was said holds at any stiffness"
-    window.studio.set_values({"damping": 1.0})
-    follow(wall_page, qtbot)
-    assert jitter.words.text() == ""
-    window.studio.set_loop(rate=900.0)
-    follow(wall_page, qtbot)
-    answer()
-    assert asked_since[0] == asked_since[1] < began < asked_since[2], "of this very loop"
-
-
-def test_on_a_real_line_the_mean_delay_is_there_with_the_jitter():
-    """Late by 0 or 0.4 ms as often: the mean delay of 0.7 ms is 0.5 ms on time."""
-    before, now = (stiffness_limit(0.044, 0.5, delay=delay) for delay in (0.5e-3, 0.7e-3))
-    words = said(Setting(delay=0.7e-3), 0.0, np.tile([0.0, 0.4e-3], 5_000), simulated=False)
-    assert words.startswith("This loop's jitter costs ")
-    cost, *both = (int(n) for n in re.findall(r"\d+", words))
-    assert both == pytest.approx([now, before], rel=0.02)
-    assert cost == both[1] - both[0]
-    beyond = said(Setting(delay=0.7e-3), 0.0, np.tile([0.0, 1.4e-3], 5_000), simulated=False)
-    assert "costs at least" in beyond, "some come later than the next sample"
 
 
 def test_a_puck_has_the_limits_of_handle_and_object_and_says_that_the_map_has_not(wall_page, window, qtbot):

@@ -19,7 +19,6 @@ from hapkit_studio.gui.background import LatestAnswer
 from hapkit_studio.gui.lock import LOOP
 from hapkit_studio.gui.pages.base import SidePanel
 from hapkit_studio.gui.pages.measuring import MeasuringPage
-from hapkit_studio.gui.pages.stability.jitter import LoopJitter
 from hapkit_studio.gui.pages.stability.map_data import (
     Lines,
     LinesQuestion,
@@ -49,7 +48,7 @@ _CONTROLLER = "Adds damping only while the scene has given out more energy than 
 
 
 class StabilitySide(SidePanel):
-    """The environment's sliders, a trial, the controller, what the loop's jitter costs."""
+    """The environment's sliders, a trial, the controller."""
 
     def __init__(self, studio: Studio):
         super().__init__()
@@ -64,9 +63,6 @@ class StabilitySide(SidePanel):
         self.section("Keep it stable")
         self.controller = QCheckBox("Passivity controller")
         self.add(self.controller, hint(_CONTROLLER))
-        self.section("Jitter of this loop")
-        self.jitter = LoopJitter(studio, self)
-        self.add(self.jitter)
 
 
 HANDS = ("released", "medium", "all")
@@ -187,8 +183,6 @@ class StabilityPage(MeasuringPage):
     def show_lines(self, lines: Lines) -> None:
         """Show the newest lines."""
         self.lines = lines
-        asked, joint = lines.question, lines.plane.said is not None and lines.plane.said.joint
-        self.side.jitter.follow(None if joint else (asked.setting, asked.damping))
         self._show_studio()
         self.verdict_column.show_limits(lines)
         self.bar.export.setEnabled(True)
@@ -222,7 +216,6 @@ class StabilityPage(MeasuringPage):
 
     def end(self) -> None:
         super().end()
-        self.side.jitter.job.end()
         self._worker.close()
 
     # inner
@@ -280,7 +273,6 @@ class StabilityPage(MeasuringPage):
 
     def _forget_lines(self) -> None:
         self.lines = None
-        self.side.jitter.follow(None)
         self.chart.fade()
         self.verdict_column.show_lines({})
         self.verdict_column.conditions.show_pairs([])
