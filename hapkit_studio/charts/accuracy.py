@@ -112,6 +112,7 @@ class AccuracyAxes:
 
 def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) -> None:
     """Draw one chart of methods."""
+    from matplotlib.patheffects import withStroke
     from matplotlib.ticker import LogLocator
 
     axes, frame = figure.add_subplot(), AccuracyAxes(sheet, board)
@@ -132,9 +133,9 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
     if best:  # a staircase band through every point of the front
         places = [frame.place(point) for point in best]
         x, y = zip((places[0][0], top), *places, (frame.right, places[-1][1]), strict=True)
-        for color, width in ((c.edge, 9.6), (c.theory, 7.2)):
-            axes.step(x, y, where="post", color=color, linewidth=width, solid_joinstyle="miter", zorder=2.0)
-        axes.lines[-1].set_label("Pareto front")
+        band = {"where": "post", "linewidth": 7.2, "solid_joinstyle": "miter", "zorder": 2.0}
+        rim = [withStroke(linewidth=11.2, foreground=c.ink2)]
+        axes.step(x, y, color=c.theory, path_effects=rim, label="Pareto front", **band)
     orders: list[Label] = []
     for key, name in sheet.methods.items():
         points = [p for p in sheet.line(key) if p in frame.points]
@@ -172,7 +173,7 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
 SCENE_KEY = (
     "A shorter bar is closer to the ideal scene: the same law solved exactly, without sampling, delay, "
     "sensor steps or force limit. Most people notice 1 JND. Parts left of 0 cancel others; the upright mark "
-    "is the total. →: longer than drawn. Ring: recommended."
+    "is the total. // and →: longer than drawn. Ring: recommended."
 )
 OWN_KEY = """Own error: distance from the exact method at the
 same rate. Filled: the rate that the board keeps.
@@ -306,6 +307,9 @@ def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> fl
     if left < -0.01 * reach:
         axes.plot([option.error] * 2, [row - 0.4, row + 0.4], color=c.ink, linewidth=2.0, zorder=7)
     end = reach if cut else max(option.error, ends[True])
+    for at in (0.93, 0.95) if cut else ():  # a break: the bar is longer than drawn
+        slash = [at * reach, (at + 0.015) * reach], [row + 0.42, row - 0.42]
+        axes.plot(*slash, color=c.plot, linewidth=4.0, zorder=5)
     words = f"{jnd(option.error)}{' →' if cut else ''}"
     axes.text(end + 0.015 * reach, row, words, size=TICK, color=c.ink, va="center", zorder=7, weight="bold")
     return left

@@ -5,6 +5,9 @@ the rate changes less than KNOWN, with an ideal sensor, the true velocity and no
 option is what the scene's hands feel of the difference, in just-noticeable differences (JND), under the hand
 that feels most. Shapley values split it into PARTS: the share of each is its mean effect over all orders in
 which ideal components are replaced by real ones. They add up to the error, and may be negative.
+
+The options are the scene's methods. The velocity estimate is one setting of the loop for all scenes: its part
+of the error is given, and the charts of methods compare the estimators.
 """
 
 import math
@@ -17,13 +20,12 @@ import numpy as np
 
 from hapkit_studio.analysis.accuracy import trials
 from hapkit_studio.analysis.accuracy.trials import Trial
-from hapkit_studio.analysis.accuracy.velocity import SHORT
 from hapkit_studio.analysis.perception import PLACE, Difference
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability import kb_plane, objects
 from hapkit_studio.analysis.sweeps import Progress, no_progress
 from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.dynamics.estimators import ESTIMATORS, USUAL, Spec, parse
+from hapkit_studio.dynamics.estimators import USUAL, Spec
 from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.formatting import plain, significant
 from hapkit_studio.haptics import board_plan, headless, rows
@@ -106,19 +108,18 @@ class Question:
             if not self.environment.check(self.with_options(options)):
                 yield options
 
-    def words(self, options: Options, estimator: Spec) -> str:
-        """Write methods as a person reads them, or the estimator of a scene without any."""
+    def words(self, options: Options) -> str:
+        """Write methods as a person reads them, "" for a scene without any."""
         chosen = dict(options)
-        named = ", ".join(choice.word(chosen[choice.key]) for choice in self.choices)
-        return named or SHORT[parse(estimator)[0].key]
+        return ", ".join(choice.word(chosen[choice.key]) for choice in self.choices)
 
 
 @dataclass(frozen=True)
 class Option:
     """One way to render a scene; SI units; cycles of the board a second and of the law a tick, else nan.
 
-    method in words: of the scene, else its estimator; "" where neither makes a difference. limit: the exact
-    stiffness limit, nan where the estimator is not linear. error in JND, of which sense, under which hand;
+    method in words: "" where the scene has none. limit: the exact stiffness limit, nan where the estimator is
+    not linear. error in JND, of which sense, under which hand;
     parts: what each of PARTS contributes, () before it was split. own: the method's own error at the rate and
     at twice the rate, each with the board's cycles a second; () unless it was split, on the board.
     """
@@ -274,31 +275,29 @@ class SceneResult:
         """Return the options of a place."""
         return tuple(o for o in self.options if o.place == place)
 
-    def find(self, place: str, options: Options, estimator: Spec) -> Option | None:
-        """Return the option of a place with these methods, or this estimator where the scene has none."""
-        found = [o for o in self.at(place) if o.options == options]
-        return next((o for o in found if len(found) == 1 or o.estimator == estimator), None)
+    def find(self, place: str, options: Options) -> Option | None:
+        """Return the option of a place with these methods."""
+        return next((o for o in self.at(place) if o.options == options), None)
 
     def default(self, place: str) -> Option | None:
         """Return the option that the scene begins with."""
-        return self.find(place, tuple((c.key, c.default) for c in self.question.choices), USUAL)
+        return self.find(place, tuple((c.key, c.default) for c in self.question.choices))
 
     def in_force(self, place: str) -> Option | None:
         """Return the option that is set."""
-        return self.find(place, self.question.options, self.question.spec(place))
+        return self.find(place, self.question.options)
 
     def knows(self, question: Question) -> bool:
         """Return whether the options hold for another question: one that differs in its methods at most."""
         before = self.question
-        if not before.choices:
-            question = replace(question, estimator=before.estimator)
         return replace(question, values=question.with_options(before.options)) == before
 
     def admissible(self, place: str) -> list[Option]:
         """Return the options that may be recommended: those that hold MARGIN times the scene's stiffness.
 
-        Where there are none, those within 1 % of the stiffest; an option with more than twice the least error
-        is not counted among these, however stiff. A known limit goes before an unknown one.
+        Where there are none, those within 1 % of the stiffest. An option with more than twice the least error
+        is not counted among these: 2 % of stiffness is not worth three times the error. A known limit goes
+        before an unknown one.
         """
         options = [o for o in self.at(place) if not math.isnan(o.limit)] or list(self.at(place))
         enough = [o for o in options if self.holds(o)]
@@ -360,6 +359,7 @@ class SceneResult:
             )
         size, part = max(zip(best.parts, PARTS, strict=True))
         most = f"Largest part: {PART_WORDS.get(part, part)}, {jnd(size)}."
+        most += " Another one is set under Loop, for all scenes." * (part == VELOCITY)
         if own >= -KNOWN:
             return most
         pairs = zip(self.question.choices, best.options, strict=True)
@@ -433,38 +433,21 @@ def loop_of(question: Question, way: Way, planner: BoardPlanner) -> Option | str
         rate, cycles, tick = planned.rate, CLOCK * planned.share, planned.program.usual
         if place.delay is None:
             delay = (tick + REST_AT_MOST) / CLOCK
-    limit, words = limit_of(question, options, rate, delay, spec), question.words(options, spec)
-    return Option(place.name, options, spec, words, rate, delay, cycles, tick, limit)
-
-
-def _ways(question: Question, ideal: Ideal, planner: BoardPlanner) -> list[Way]:
-    """Return every method in each place; of a scene without methods every estimator that changes anything."""
-    set_now = [(place, question.options, question.spec(place.name)) for place in question.places]
-    if question.choices:
-        return [(place, options, spec) for place, _, spec in set_now for options in question.methods()]
-    options = [o for o in (loop_of(question, way, planner) for way in set_now) if isinstance(o, Option)]
-    every = frozenset(PARTS)
-    if not any(ideal.differ(t, o, every, every - {VELOCITY}) for o in options[:1] for t in ideal.trials):
-        return set_now
-    return [
-        (place, now, own if key == parse(own)[0].key else key)
-        for place, now, own in set_now
-        for key in (board_plan.ESTIMATORS if place.name == BOARD else ESTIMATORS)
-    ]
+    limit = limit_of(question, options, rate, delay, spec)
+    return Option(place.name, options, spec, question.words(options), rate, delay, cycles, tick, limit)
 
 
 def compute(question: Question, progress: Progress = no_progress) -> SceneResult:
     """Return every option of a scene with its error, not yet split; raise ParameterError."""
     ideal, planner, found, refused = Ideal(question), BoardPlanner(ARENA), [], {}
-    every = _ways(question, ideal, planner)
-    alone = not question.choices and len(every) == len(question.places)
-    for done, way in enumerate(every):
+    every = list(product(question.places, question.methods()))
+    for done, (place, options) in enumerate(every):
         progress(done, len(every))
-        option = loop_of(question, way, planner)
+        option = loop_of(question, (place, options, question.spec(place.name)), planner)
         if isinstance(option, str):
-            refused[question.words(*way[1:])] = option
-            continue
-        found.append(_judged(replace(option, method="") if alone else option, ideal))
+            refused[question.words(options)] = option
+        else:
+            found.append(_judged(option, ideal))
     progress(len(every), len(every))
     return SceneResult(question, tuple(found), refused, max(ideal.rates.values()), ideal)
 
@@ -481,11 +464,11 @@ def in_force(question: Question, before: SceneResult) -> list[Option | str]:
     ideal, planner, found = Ideal(question, rates), BoardPlanner(ARENA), []
     for place in question.places:
         way = place, question.options, question.spec(place.name)
-        known = before.find(place.name, *way[1:]) if place in before.question.places else None
+        known = before.find(place.name, way[1]) if place in before.question.places else None
         option = known or loop_of(question, way, planner)
         if not isinstance(option, str):
             limit = limit_of(question, way[1], option.rate, option.delay, way[2])
-            option = _judged(replace(option, limit=limit, parts=()), ideal)
+            option = _judged(replace(option, estimator=way[2], limit=limit, parts=()), ideal)
         found.append(option)
     return found
 

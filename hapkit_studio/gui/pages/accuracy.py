@@ -238,10 +238,10 @@ class ScenePart(Part):
         on = self.better is not None and self.better is result.in_force(where)
         self.answer.say(result.sentence(where), *(("check", "ok") if on else ("triangle", "warn")))
         q = result.question
-        refused = result.refused.get(q.words(q.options, q.spec(BOARD)), "")
-        self.reason.setText(" ".join(filter(None, (result.reason(where), refused))))
-        self.use_button.setText(USE_RECOMMENDED)
-        self.use_button.setEnabled(self.better is not None)
+        refused = result.refused.get(q.words(q.options), "")
+        others = [result.sentence(place.name) for place in q.places if place.name != where]
+        self.reason.setText("\n".join(filter(None, (result.reason(where), *others, refused))))
+        self._offer(self.better, USE_RECOMMENDED)
         self.show_in_force([result.in_force(place.name) or refused for place in q.places])
         estimator = estimator_words(q.estimator)[1]
         self.conditions.show_pairs([
@@ -263,11 +263,8 @@ class ScenePart(Part):
         if one is None or not self.use_button.isEnabled():
             return
         key = self._studio.environment.key
-        settings: dict = {("value", key, name): value for name, value in one.options}
-        if not one.options and one.method and one.estimator != self._studio.loop.spec:
-            settings |= {("loop", "estimator"): one.estimator, ("loop", "options"): ()}
         try:
-            put(self._studio, settings)
+            put(self._studio, {("value", key, name): value for name, value in one.options})
         except ParameterError as error:
             self.bar.say(str(error), danger=True)
 
@@ -276,8 +273,13 @@ class ScenePart(Part):
         if one is not None:
             felt = f"{jnd(one.error)}, sense: {one.sense}, hand motion: {one.hand}"
             said = f"{felt}; {this_scene.limit_words(one.limit)}"
-        self.use_button.setText(USE_CHOSEN if one else USE_RECOMMENDED)
+        self._offer(one or self.better, USE_CHOSEN if one else USE_RECOMMENDED)
         self.point.setText(said)
+
+    def _offer(self, one: Option | None, words: str) -> None:
+        """Offer to use the methods of an option, unless they are in force or the scene has none."""
+        self.use_button.setText(words)
+        self.use_button.setEnabled(one is not None and one.options != self.question().options)
 
     @property
     def result(self) -> Accuracy:
@@ -357,7 +359,11 @@ class NeedsPart(Part):
         rows = [(one.title, self._results.get(key)) for key, one in discover().items()]
         heads = [term.word.replace(" ", "\n") for term in TERMS.values()]
         terms = map(_term_column, heads, range(len(heads)))
-        self.table.show_rows((Column("Scene", lambda row: row[0], right=False), *terms), rows)
+        scene = Column(
+            "Scene", lambda row: row[0] if row[1] else f"{row[0]}\nnot run", right=False,
+            token=lambda row: "ink" if row[1] else "ink3",
+        )  # fmt: skip
+        self.table.show_rows((scene, *terms), rows)
 
     def _choose(self, row: Row, column: int) -> None:
         if row[1] is not None:
@@ -393,7 +399,7 @@ def need_words(found: Needs, effect: Effect) -> str:
 def _term_column(head: str, index: int) -> Column:
     def text(row: Row) -> str:
         if row[1] is None:
-            return "not run"
+            return ""
         found = row[1].effects[index]
         return felt_words(found.felt) + " †" * found.differs + f"\n{found.sense}" * needed(row)
 

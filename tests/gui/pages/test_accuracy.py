@@ -75,7 +75,7 @@ def test_errors_come_first_and_then_their_parts(page, shared_window, qtbot):
     assert early[0].options[0].parts == ()
     assert sum(part.found.options[0].parts) == pytest.approx(part.found.options[0].error)
     assert part.answer.words.text() == part.found.sentence("computer")
-    assert len(part.table.texts()) == 1 + 8
+    assert len(part.table.texts()) == 1 + 2
 
 
 def test_another_method_is_known_at_once_and_use_it_is_undone(page, shared_window, qtbot):
@@ -120,22 +120,21 @@ def test_the_lower_chart_stands_where_there_is_room_and_no_words_overlap():
         assert not [box for n, box in enumerate(boxes) if box.count_overlaps(boxes[:n])]
 
 
-def test_an_estimator_is_used_where_a_scene_has_no_methods(page, shared_window):
+def test_a_row_is_chosen_and_used_and_what_is_recommended_is_the_default(page, shared_window):
     part, studio = show(page, 1), shared_window.studio
-    studio.adopt(studio.environments["damping"])
+    studio.adopt(studio.environments["friction"])
     studio.reset_values()
     part.show_result(this_scene.compute(part.question()))
-    row = next(n for n, cells in enumerate(part.table.texts()) if cells[0] == "Difference, computer")
-    assert part.use_button.text() == "Use recommended"
+    assert "On the board, use Projection" in part.reason.text()
+    assert (part.use_button.text(), part.use_button.isEnabled()) == ("Use recommended", False)
+    row = next(n for n, cells in enumerate(part.table.texts()) if cells[0] == "LuGre, computer")
     part.table.setCurrentIndex(part.table.model().index(row - 1, 0))
     assert part.use_button.text() == "Use this method"
     part.use_button.click()
-    assert part.use_button.text() == "Use recommended"
-    assert dict(part.conditions.pairs)["Delay"] == this_scene.delay_words(part.found.options)
-    assert studio.loop.estimator == "difference"
-    assert part.found.in_force("computer").method == "Difference"
+    assert part.found.in_force("computer").method == "LuGre"
+    assert (part.use_button.text(), part.use_button.isEnabled()) == ("Use recommended", True)
     shared_window.history.undo()
-    assert studio.loop.estimator == "kalman"
+    assert dict(part.conditions.pairs)["Delay"] == this_scene.delay_words(part.found.options)
 
 
 def made_up(scene: str) -> Needs:
@@ -150,7 +149,7 @@ def made_up(scene: str) -> Needs:
 
 def test_a_cell_is_told_in_words_by_keys_and_clicks(page, qapp, shared_window, tmp_path):
     part = show(page, 2)
-    assert part.table.texts()[1] == ("Free", *["not run"] * len(TERMS))
+    assert part.table.texts()[1] == ("Free\nnot run", *[""] * len(TERMS))
     part.show_result(Accuracy(needs=tuple(made_up(key) for key in discover())))
     assert part.answer.words.text().endswith(
         "needs mass, damping, friction, sensor steps; most people would not miss the rest."
