@@ -1,6 +1,5 @@
-"""Habits of the whole repository that no tool checks: small files, known layers, nothing of one machine."""
+"""Habits of the whole repository that no tool checks: known layers, nothing of one machine."""
 
-import ast
 import os
 import re
 import tomllib
@@ -33,15 +32,6 @@ def files(*suffixes):
 
 def lines(path):
     return path.read_text(encoding="utf-8").splitlines()
-
-
-def test_most_functions_stay_short():
-    lengths = []
-    for path in files(".py"):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        nodes = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
-        lengths += [node.end_lineno - node.lineno + 1 for node in nodes]
-    assert sum(length <= 25 for length in lengths) > 0.9 * len(lengths)
 
 
 @pytest.mark.parametrize("what", NOT_IN_ANY_FILE)
