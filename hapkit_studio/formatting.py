@@ -65,6 +65,18 @@ def on_screen(value: float, unit: str, digits: int = 4) -> str:
     return with_unit(value, unit, digits)
 
 
+def clock(seconds: float) -> str:
+    """Write a duration in s as 0:42, or 1:02:03 from an hour on."""
+    minutes, rest = divmod(int(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
+
+
+def megabytes(size: int) -> str:
+    """Write bytes as MB with one decimal, below one as kB."""
+    return f"{number(1e-6 * size, 1)} MB" if size >= 1e6 else f"{number(1e-3 * size, 0)} kB"
+
+
 def unbroken(words: str) -> str:
     """Return words that wrap neither between a number and its unit nor within a unit."""
     joined = _WITH_NUMBER.sub(lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), words)

@@ -17,6 +17,7 @@ from hapkit_studio.analysis.accuracy import words
 from hapkit_studio.analysis.accuracy.plan import front
 from hapkit_studio.analysis.accuracy.scene import PART_WORDS, PARTS, delay_words, hertz, jnd, limit_words
 from hapkit_studio.charts.style import DASH, TEXT, TICK, Colors, Label, legend, save, style_axes, write_labels
+from hapkit_studio.columns import Column
 from hapkit_studio.devices.simulated import TERMS
 from hapkit_studio.dynamics.estimators import ESTIMATORS, parse
 from hapkit_studio.dynamics.stick_slip import MODELS
@@ -45,6 +46,28 @@ _FAMILY = {key: n for family in (ESTIMATORS, MODELS) for n, key in enumerate(fam
 def marker_and_color(method: str) -> tuple[str, str]:
     """Return the marker and the colour's token of a method."""
     return _OWN.get(method, _OTHERS[_FAMILY.get(method, 0) % len(_OTHERS)])
+
+
+def winner_columns(sheet: "Sheet", board: bool = False) -> tuple[Column, ...]:
+    """Return the columns of a chart's tolerances: cheapest methods, by cost here or on the board."""
+    return (
+        Column("Cheapest, step", lambda t: words.winner_words(sheet, t, board, "ms"), right=False),
+        Column("Error ≤", lambda t: words.tolerance_words(t, sheet.scene), right=False),
+    )
+
+
+def option_columns(found: "SceneResult") -> tuple[Column, ...]:
+    """Return the columns of a scene's options: method with place, and error."""
+    best = [found.recommended(place.name) for place in found.question.places]
+    return (
+        Column(
+            "Method", lambda one: f"{one.method or 'As set'}, {one.place}", right=False,
+            mark=lambda one: look(one, found),
+            token=lambda one: "accent" if one in best else "ink",
+        ),
+        Column("JND", lambda one: jnd(one.error).removesuffix(" JND"), lambda one: one.error,
+               lambda one: "ok" if one.error < 1.0 else "ink"),
+    )  # fmt: skip
 
 
 def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -> None:
@@ -349,6 +372,16 @@ def felt_words(felt: float | None) -> str:
         return "–"
     most = felt >= 99.5
     return "0" if felt < 0.05 else "> 99" if most else f"{felt:.0f}" if felt >= 9.95 else f"{felt:.1f}"
+
+
+EFFECT_COLUMNS = (
+    Column("Most people feel", lambda effect: felt_words(effect.felt), unit="JND"),
+    Column("Sense", lambda effect: effect.sense, right=False),
+    Column("Hand motion", lambda effect: effect.hand, right=False),
+    Column("Most sensitive people", lambda effect: felt_words(effect.strict), unit="JND"),
+    Column("Noticeable", lambda effect: effect.since_words, right=False),
+    Column("Change of stiffness limit", lambda effect: effect.gain_words),
+)  # of a Needs' effects, each of leaving out one term
 
 
 def draw_needs(figure: Any, c: Colors, results: "Sequence[Needs]") -> None:

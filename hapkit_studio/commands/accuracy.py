@@ -1,6 +1,7 @@
 """Speed and accuracy: tables, one object, a picture; of methods, of scenes, or of what scenes need."""
 
 import argparse
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -9,8 +10,9 @@ from hapkit_studio.analysis import accuracy as measure
 from hapkit_studio.analysis.accuracy import Accuracy, words
 from hapkit_studio.analysis.accuracy.needs import Needs
 from hapkit_studio.analysis.accuracy.plan import Sheet, front
-from hapkit_studio.analysis.accuracy.scene import PARTS, Question, SceneResult
-from hapkit_studio.charts.accuracy import accuracy_figure, felt_words
+from hapkit_studio.analysis.accuracy.scene import PARTS, Option, Question, SceneResult
+from hapkit_studio.charts.accuracy import EFFECT_COLUMNS, accuracy_figure, option_columns, winner_columns
+from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.commands import base
 from hapkit_studio.commands.base import Command, Result, option, progress_line, with_files
 from hapkit_studio.devices.simulated import TERMS
@@ -75,51 +77,63 @@ def _scene_json(scene: SceneResult) -> dict[str, Any]:
 
 
 def _sheet(sheet: Sheet) -> str:
-    """Return a chart's winners, and a line a point; * marks the Pareto front."""
-    lines = [f"{sheet.chart} · {sheet.scene.title}", words.sentence(sheet)]
-    for tolerance in sheet.scene.tolerances:
-        within = words.tolerance_words(tolerance, sheet.scene)
-        said = f"  error within {within}: {words.winner_words(sheet, tolerance)}"
-        board = f"; on the board {words.winner_words(sheet, tolerance, True)}" if sheet.boarded else ""
-        lines.append(said + board)
+    """Return the winners of a chart at each tolerance, and a line per point; * marks the Pareto front."""
+    cheapest, within = winner_columns(sheet)
+    columns = [within, cheapest]
+    if sheet.boarded:
+        on_board, _ = winner_columns(sheet, board=True)
+        columns.append(replace(on_board, title="On the board"))
     best = front(sheet.points)
-    for p in sheet.points:
-        costs = f"{words.cost_words(p):>10}{words.cost_words(p, True):>22}{' *' * (p in best)}"
-        error = words.error_words(p.error, sheet.scene)
-        lines.append(f"  {words.name_words(p, sheet):<40}{error:>14}{costs}")
-    return "\n".join(lines)
+    points = (
+        Column("Method", lambda p: words.name_words(p, sheet), right=False),
+        Column("Error", lambda p: words.error_words(p.error, sheet.scene)),
+        Column("Cost", words.cost_words),
+        Column("Cost on the board", lambda p: words.cost_words(p, True)),
+        Column("", lambda p: "*" * (p in best), right=False),
+    )
+    return "\n".join([
+        f"{sheet.chart} · {sheet.scene.title}", words.sentence(sheet),
+        *text_lines(columns, sheet.scene.tolerances, "  "), *text_lines(points, sheet.points, "  "),
+    ])  # fmt: skip
 
 
 def _scene(scene: SceneResult) -> str:
-    """Return a scene's answers, then a line an option."""
+    """Return a scene's answers, then a line per option."""
     lines = [scene.question.environment.title]
+    parts = (
+        Column(head, lambda o, index=index: f"{o.parts[index]:.2f}" if o.parts else "–")  # type: ignore[misc]
+        for index, head in enumerate(PARTS)
+    )
+    columns = (
+        *option_columns(scene),
+        *parts,
+        Column("Rate", lambda o: f"{o.rate:,.0f}", unit="Hz"),
+        Column("Stable up to", lambda o: f"{o.limit:,.0f}", unit="N/m"),
+        Column("", partial(_option_marks, scene), right=False),
+    )
     for place in (place.name for place in scene.question.places):
         lines += filter(None, (scene.sentence(place), scene.reason(place)))
-        heads = ("JND", *PARTS, "Hz", "N/m")
-        lines.append(f"  {'':<18}" + "".join(f"{head:>10}" for head in heads))
-        for o in scene.at(place):
-            marks = {"recommended": scene.recommended(place), "default": scene.default(place)}
-            marked = ", ".join(word for word, one in marks.items() if o is one)
-            numbers = (
-                "".join(f"{one:>10.2f}" for one in (o.error, *o.parts)) + f"{o.rate:>10,.0f}{o.limit:>10,.0f}"
-            )
-            lines.append(f"  {o.method or 'as set':<18}{numbers}  {marked}".rstrip())
+        lines += text_lines(columns, scene.at(place), "  ")
     return "\n".join([*lines, *scene.refused.values()])
 
 
+def _option_marks(scene: SceneResult, option: Option) -> str:
+    marks = {"recommended": scene.recommended(option.place), "default": scene.default(option.place)}
+    return ", ".join(word for word, one in marks.items() if one is option)
+
+
 def _needs(found: Needs) -> str:
-    """Return the gains without law terms, then a line a term; * needed, † only the most sensitive feel it."""
-    lines = [f"{found.scene} needs {', '.join(found.needs) or 'none of them'}"]
-    lines += [f"  {term.words}" for term in found.law]
-    lines.append(
-        f"  {'without':<16}{'JND':>7}  {'sense, hand motion':<36}{'noticeable':<18}{'limit change':>16}"
+    """Return the gains without law terms, then a line per term; * needed, † felt only by a few."""
+    columns = (
+        Column("Without", lambda e: TERMS[e.term].word, right=False),
+        *EFFECT_COLUMNS,
+        Column("", lambda e: "*" if e.term in found.needs else "†" * e.differs, right=False),
     )
-    for e in found.effects:
-        mark = "*" if e.term in found.needs else "†" if e.differs else " "
-        where = f"{e.sense}, {e.hand}" if e.felt else ""
-        cells = f"{felt_words(e.felt):>7}{mark} {where:<36}{e.since_words:<18}{e.gain_words:>16}"
-        lines.append(f"  {TERMS[e.term].word:<16}{cells}".rstrip())
-    return "\n".join(lines)
+    return "\n".join([
+        f"{found.scene} needs {', '.join(found.needs) or 'none of them'}",
+        *(f"  {term.words}" for term in found.law),
+        *text_lines(columns, found.effects, "  "),
+    ])  # fmt: skip
 
 
 _HELP = "say how far a scene is from the ideal and which method to use; what methods cost; what scenes need"

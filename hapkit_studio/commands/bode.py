@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hapkit_studio import devices
-from hapkit_studio.analysis.bode import AMPLITUDE, COMPARED
+from hapkit_studio.analysis.bode import AMPLITUDE, COMPARED, CURVE_COLUMNS
 from hapkit_studio.analysis.setting import Setting
+from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.commands import base
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
@@ -24,7 +25,14 @@ NO_HAND = (
 )
 _HANDLE = "mass", "viscous", "coulomb", "quantum"  # a board has its own
 _OTHERWISE = "--rate", "--hand"
-_ROW, _APART = "{:>8}{:>10}{:>9}{:>10}{:>12}{:>9}{:>12}", 3
+_APART = 3  # of the measured frequencies, each third one is printed
+_COLUMNS = tuple(
+    Column(title, lambda row, index=index: with_unit(float(row[index])), unit=unit)  # type: ignore[misc]
+    for index, (title, unit) in enumerate((
+        ("Frequency", "Hz"), ("|Z|", "N/m"), ("Phase", "°"), ("k", "N/m"), ("b", "N·s/m"),
+        ("± 95 %", "N·s/m"), ("Coherence", ""),
+    ))
+)  # fmt: skip
 
 OPTIONS = (
     base.ENVIRONMENT,
@@ -78,20 +86,15 @@ def _settings(options: argparse.Namespace) -> list[Setting]:
 
 
 def _text(found: "Bode") -> str:
-    lines = [found.sentence, f"The handle was {found.driven}."]
+    lines = [found.sentence, f"The handle was {found.driven}.", "", *text_lines(CURVE_COLUMNS, found.curves)]
     for curve in found.curves:
-        lines += [
-            "",
-            f"{curve.name}{_off(curve)}",
-            _ROW.format("Hz", "|Z| N/m", "°", "k N/m", "b N·s/m", "± 95 %", "coherence"),
-        ]
+        lines += ["", f"{curve.name}{_off(curve)}"]
         one = curve.measured
-        columns = (
+        rows = zip(
             one.frequency, np.abs(one.impedance), np.degrees(np.angle(one.impedance)), one.stiffness,
-            one.damping, curve.damping_interval, curve.coherence,
+            one.damping, curve.damping_interval, curve.coherence, strict=True,
         )  # fmt: skip
-        for row in list(zip(*columns, strict=True))[::_APART]:
-            lines.append(_ROW.format(*(with_unit(float(value)) for value in row)))
+        lines += text_lines(_COLUMNS, list(rows)[::_APART])
         if curve.clamped:
             lines.append(f"The motor was at its limit in {100.0 * curve.clamped:.2g} % of the samples.")
     return "\n".join(lines)

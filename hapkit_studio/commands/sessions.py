@@ -7,13 +7,15 @@ from contextlib import closing
 from pathlib import Path
 
 from hapkit_studio import api
+from hapkit_studio import environments as library
+from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.commands.base import Command, Result, option, with_files
-from hapkit_studio.errors import ParameterError, StudioError
+from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain
-from hapkit_studio.sessions.event_values import one_line
 from hapkit_studio.sessions.export import DECIMALS, WRITERS
 from hapkit_studio.sessions.file import ABOUT, MARKER, SETTINGS, SUFFIX
 from hapkit_studio.sessions.folder import choose_folder, chosen_folder, folder, rename
+from hapkit_studio.sessions.overview import Overview, columns, overview
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.sessions.settings import changes
 
@@ -25,17 +27,26 @@ def _list(options: argparse.Namespace) -> Result:
     place = Path(options.path or ".")
     if not place.is_dir():
         raise ParameterError(f"sessions list takes a folder, not {options.path}.")
-    lines, found = [], []
+    rows, found = [], []
     for path in sorted(place.glob(f"*{SUFFIX}")):
-        name = f"{one_line(path.name):<28}"
         try:
+            row = overview(path)
+        except OSError:  # deleted meanwhile
+            continue
+        rows.append(row)
+        if row.error:
+            found.append({"path": str(path), "error": row.error})
+        else:
             with closing(Session(path)) as session:
                 found.append(_facts(session))
-                lines.append(f"{name} {'. '.join([_line(session), *_remarks(session)])}")
-        except StudioError as error:
-            lines.append(f"{name} {one_line(str(error))}")
-            found.append({"path": str(path), "error": str(error)})
-    return Result("\n".join(lines) or f"No sessions in {place}.", {"sessions": found})
+    remarks = Column("Remarks", lambda row: row.error or ". ".join(_remarks(row)), right=False)
+    lines = text_lines((*columns(_title), remarks), rows) if rows else [f"No sessions in {place}."]
+    return Result("\n".join(lines), {"sessions": found})
+
+
+def _title(key: str) -> str:
+    found = library.discover().get(key)
+    return found.title if found else key
 
 
 def _show(options: argparse.Namespace) -> Result:
@@ -117,7 +128,7 @@ def _line(session: Session) -> str:
     return ", ".join(word for word in words if word)
 
 
-def _remarks(session: Session) -> list[str]:
+def _remarks(session: Session | Overview) -> list[str]:
     """Return the damage found, and how to repair a recording that was not ended."""
     return [*session.damage, *([session.unfinished] if session.unfinished else [])]
 

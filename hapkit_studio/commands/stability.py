@@ -15,6 +15,7 @@ from hapkit_studio.analysis.stability.margin import hand_words, sentence
 from hapkit_studio.analysis.stability.rendered import cell_centres, measure_cells, measure_points
 from hapkit_studio.analysis.stability.verdict import of_spring
 from hapkit_studio.charts.stability import stability_figure
+from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.commands import base
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import number, on_screen
@@ -132,25 +133,26 @@ def _hands(found: hands.Family, damping: float) -> list[str]:
 
 
 def _table(found: Plane) -> list[str]:
-    """Return damping against every limit, a line each."""
+    """Return damping against every limit, a line each; a row is an index and a measured column's index."""
     step = max((len(found.damping) - 1) // (COLUMNS - 1), 1)
-    swing = found.points.swing if found.points is not None else None
-    heads, units = ["damping", "exact", "simple rule", "passive"], ["N·s/m", "N/m", "N/m", "N/m"]
-    if found.points is not None:
-        heads, units = [*heads, "measured" if swing is None else "bounded"], [*units, "N/m"]
-    if swing is not None:
-        heads, units = [*heads, "swing"], [*units, "± mm"]
-    lines = ["".join(f"{word:>13}" for word in words) for words in (heads, units)]
-    passive = kb_plane.passive(found)
-    for row, index in enumerate(range(0, len(found.damping), step)):
-        cells = [f"{found.damping[index]:.2f}"]
-        cells += [_newtons(found.exact[index]), _newtons(found.simple[index]), _newtons(passive[index])]
-        if found.points is not None:
-            cells.append(_newtons(found.points.stiffness[row]))
+    passive, points = kb_plane.passive(found), found.points
+    columns = [
+        Column("Damping", lambda row: f"{found.damping[row[1]]:.2f}", unit="N·s/m"),
+        Column("Exact", lambda row: _newtons(found.exact[row[1]]), unit="N/m"),
+        Column("Simple rule", lambda row: _newtons(found.simple[row[1]]), unit="N/m"),
+        Column("Passive", lambda row: _newtons(passive[row[1]]), unit="N/m"),
+    ]
+    if points is not None:
+        stiffness, swing = points.stiffness, points.swing
+        head = "Measured" if swing is None else "Bounded"
+        columns.append(Column(head, lambda row: _newtons(stiffness[row[0]]), unit="N/m"))
         if swing is not None:
-            cells.append("–" if np.isnan(swing[row]) else number(1e3 * swing[row], 2))
-        lines.append("".join(f"{cell:>13}" for cell in cells))
-    return lines
+            columns.append(Column("Swing", lambda row: _millimetres(swing[row[0]]), unit="± mm"))
+    return text_lines(columns, enumerate(range(0, len(found.damping), step)))
+
+
+def _millimetres(value: float) -> str:
+    return "–" if np.isnan(value) else number(1e3 * value, 2)
 
 
 def _newtons(value: float) -> str:

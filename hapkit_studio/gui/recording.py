@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QObject, QTimer, Signal
 
 from hapkit_studio.errors import StudioError
-from hapkit_studio.formatting import number
+from hapkit_studio.formatting import clock
 from hapkit_studio.gui.background import Job
 from hapkit_studio.gui.device_link import DeviceLink
 from hapkit_studio.sessions.file import MARKER
@@ -18,18 +18,6 @@ if TYPE_CHECKING:
     from hapkit_studio.sessions.recorder import Progress, Recorder
 
 LOOK_MS = 250
-
-
-def clock(seconds: float) -> str:
-    """Write a duration in s as 0:42, or 1:02:03 from an hour on."""
-    minutes, rest = divmod(int(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
-
-
-def megabytes(size: int) -> str:
-    """Write bytes as MB with one decimal, below one as kB."""
-    return f"{number(1e-6 * size, 1)} MB" if size >= 1e6 else f"{number(1e-3 * size, 0)} kB"
 
 
 class Recording(QObject):

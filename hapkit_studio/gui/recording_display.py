@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 from PySide6.QtCore import QObject, QTimer
 
 from hapkit_studio.errors import FileError
+from hapkit_studio.formatting import clock, megabytes
 from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.header import Header
 from hapkit_studio.gui.live.live import Live
-from hapkit_studio.gui.recording import Recording, clock, megabytes
+from hapkit_studio.gui.recording import Recording
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.sessions.folder import chosen_folder, folder
 

@@ -1,12 +1,16 @@
 """A session at a glance: what its file is, what happened in it, and its position to draw."""
 
 import math
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
 
+from hapkit_studio.columns import Column
+from hapkit_studio.formatting import clock, megabytes
 from hapkit_studio.sessions.chunk import DRAWN
 from hapkit_studio.sessions.event_values import one_line
 from hapkit_studio.sessions.file import ABOUT, LOG, SETTINGS, SessionError
@@ -46,6 +50,47 @@ class Overview:
     def name(self) -> str:
         """Return the file's name without its ending, in one line."""
         return one_line(self.path.stem)
+
+    @property
+    def noted(self) -> list[str]:
+        """Return all notes and the texts of the markers, notes on the whole session first."""
+        return [*self.notes, *(text for _, text in self.markers)]
+
+
+def columns(title: Callable[[str], str]) -> tuple[Column, ...]:
+    """Return the list's columns; title gives an environment's."""
+
+    def quiet(row: Overview) -> str:
+        return "warn" if row.error or row.damage or row.unfinished else "ink2"
+
+    return (
+        Column("Name", lambda row: row.name, right=False),
+        Column("Environment", lambda row: _some([title(key) for key in row.environments]), right=False),
+        Column("Device", lambda row: row.device, right=False, token=quiet),
+        Column("Notes", _notes, right=False, token=quiet),
+        Column("Written", lambda row: date_words(row.saved), lambda row: row.saved, quiet),
+        Column("Length", lambda row: "" if row.error else clock(row.seconds), lambda row: row.seconds),
+        Column("Size", lambda row: megabytes(row.size), lambda row: row.size, quiet),
+    )
+
+
+def date_words(seconds: float) -> str:
+    """Write when something was saved, in local time; a dash beyond the years that a date may have."""
+    try:
+        return f"{datetime.fromtimestamp(seconds):%Y-%m-%d %H:%M}"
+    except (ValueError, OverflowError, OSError):
+        return "–"
+
+
+def _some(titles: list[str]) -> str:
+    """Name the first of several, and how many there are more."""
+    return f"{titles[0]} + {len(titles) - 1}" if len(titles) > 1 else "".join(titles)
+
+
+def _notes(row: Overview) -> str:
+    if row.error or row.damage or row.unfinished:
+        return "Cannot be read" if row.error else "Damaged" if row.damage else "Not ended"
+    return ", ".join(row.noted)
 
 
 def overview(path: Path) -> Overview:

@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
 
 import hapkit_studio as hs
-from hapkit_studio.gui.recording import clock, megabytes
+from hapkit_studio.formatting import clock, megabytes
 from hapkit_studio.gui.window_dialogs import MarkerDialog
 from hapkit_studio.haptics import rows
 from hapkit_studio.sessions.folder import folder

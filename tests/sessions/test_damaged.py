@@ -5,6 +5,7 @@ import json
 import math
 import os
 import random
+import re
 import sqlite3
 import sys
 import time
@@ -93,7 +94,7 @@ def listed(folder, capsys) -> dict[str, str]:
     out, err = capsys.readouterr()
     assert err == ""
     assert all(c.isprintable() or c == "\n" for c in out)
-    lines = {line.partition(" ")[0]: line.partition(" ")[2].strip() for line in out.splitlines()}
+    lines = {f"{line.split()[0]}.hapkit": line.partition(" ")[2].strip() for line in out.splitlines()[1:]}
     shown = look(sorted(folder.glob("*.hapkit")), {}, lambda _done, _of: None)
     assert {row.path.name for row in shown.values()} == set(lines)
     assert all(row.error in lines[row.path.name] for row in shown.values())
@@ -155,9 +156,7 @@ def test_a_session_without_a_chunk_that_can_be_read_is_refused_with_the_reason(p
     for row in range(1, CHUNKS + 1):
         set_value(path, "chunk", row, name, value)
     lines = listed(path.parent, capsys)
-    assert lines["bad.hapkit"].startswith(
-        f"bad.hapkit holds no samples that can be read. chunk 1: {name} is "
-    )
+    assert f"bad.hapkit holds no samples that can be read. chunk 1: {name} is " in lines["bad.hapkit"]
     for action in ("show", "export", "check", "repair"):
         assert main(["sessions", action, str(path)]) == 2
         assert capsys.readouterr().err.count("\n") == 1
@@ -238,7 +237,7 @@ def test_a_name_with_control_characters_is_one_line_of_the_list(path, capsys):
     path.rename(path.with_name(f"a{ESCAPES.replace('/', '')}b.hapkit"))
     assert main(["sessions", "list", str(path.parent)]) == 0
     out = capsys.readouterr().out
-    assert out.count("\n") == 2
+    assert out.count("\n") == 1 + 2
     assert "\x1b" not in out
     (shown,) = look([*path.parent.glob("a*")], {}, lambda *_: None).values()
     assert shown.name.isprintable()
@@ -415,7 +414,7 @@ def test_what_would_block_or_is_no_regular_file_is_refused(path, capsys):
     lines = listed(path.parent, capsys)
     assert lines["fifo.hapkit"].endswith("fifo.hapkit: it is not a regular file.")
     assert "Cannot read" in lines["folder.hapkit"]
-    assert lines["bad.hapkit"] == "bad.hapkit-wal is not a regular file: nothing beside it is read."
+    assert lines["bad.hapkit"].endswith("bad.hapkit-wal is not a regular file: nothing beside it is read.")
     assert "neighbour.hapkit" in lines
 
 
@@ -460,7 +459,9 @@ def test_sessions_with_one_changed_value_are_read_or_refused_and_their_neighbour
             with suppress(StudioError):
                 replayed(file)
     assert len(lines) == len(files) + 2
-    assert lines["neighbour.hapkit"] == "0.5 s, 400 samples, 1,000 Hz, puck, Simulated Hapkit"
+    assert re.fullmatch(
+        r"Puck +Simulated Hapkit +in the lab, here +[-\d]+ [:\d]+ +0:00 +\d+ kB", lines["neighbour.hapkit"]
+    )
     bad = "damaged", "cannot be read", "can be read", "no session", "newer studio"
     assert sum(any(word in line for word in bad) for line in lines.values()) > 50
     assert all(file.read_bytes() == data for file, data in files.items())

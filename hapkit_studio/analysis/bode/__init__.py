@@ -1,7 +1,21 @@
-"""What a person may choose for a Bode diagram; knows nothing else, so that it loads at once."""
+"""Settings and columns of a Bode diagram, in a module that is quick to import."""
 
+from hapkit_studio.columns import Column
+from hapkit_studio.formatting import hertz
 from hapkit_studio.parameters import Parameter
 
 AMPLITUDE = Parameter("amplitude", "Amplitude", "m", 1e-3, 20e-6, 0.01, "The handle moves so far at most")
 LINEAR = 0.9  # coherence below which a point says little
 COMPARED = 0.4  # of half the rate: up to here measured and theory are compared
+
+
+def _from(frequency: float) -> str:
+    return hertz(frequency) if frequency == frequency else "–"
+
+
+CURVE_COLUMNS = (
+    Column("Loop", lambda curve: curve.name.replace(", ", "\n"), right=False),
+    Column("−3 dB", lambda curve: _from(curve.softens), lambda curve: curve.softens),
+    Column("Damping\n< 0", lambda curve: _from(curve.negative), lambda curve: curve.negative),
+    Column("Gives\nenergy", lambda curve: _from(curve.gives_energy), lambda curve: curve.gives_energy),
+)

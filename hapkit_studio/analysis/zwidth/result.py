@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from hapkit_studio.analysis.setting import Setting, estimator_words
 from hapkit_studio.analysis.stability.kb_plane import exact_boundary
 from hapkit_studio.analysis.stability.margin import RELEASED, hand_words
 from hapkit_studio.analysis.zwidth import DAMPING, HIGHEST, MAX_FORCE, PUSH, SPEED
+from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain
 
@@ -47,6 +49,14 @@ class Condition:
         return f"{self.short or self.name[0].lower() + self.name[1:]} {self.text}"
 
 
+class Row(NamedTuple):
+    """One damping in N·s/m, the wall found there, and the linear loop's limit in N/m, NaN without one."""
+
+    damping: float
+    point: "Point"
+    linear: float
+
+
 @dataclass(frozen=True)
 class ZWidth:
     """The wall up to which all come to rest, at each damping (n,) in N·s/m.
@@ -78,6 +88,11 @@ class ZWidth:
             for across in (damping, fine)
         )
         return cls(where, damping, tuple(points), linear, np.array([fine, curve]), conditions)
+
+    @property
+    def rows(self) -> list[Row]:
+        """Return a row per damping."""
+        return [Row(*row) for row in zip(self.damping, self.points, self.linear, strict=True)]
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -153,16 +168,29 @@ def three_digits(value: float) -> str:
     return f"{step * math.floor(value / step):,.0f}"
 
 
+COLUMNS = (
+    Column("b", lambda row: f"{row.damping:g}", lambda row: row.damping, right=False, unit="N·s/m"),
+    Column(
+        "All rest to", lambda row: three_digits(row.point.stiffness), lambda row: row.point.stiffness,
+        unit="N/m",
+    ),
+    Column("Some rest to", lambda row: row.point.band or "–", lambda row: row.point.last_held, unit="N/m"),
+)  # fmt: skip
+_MORE_COLUMNS = (
+    Column(
+        "Exact boundary", lambda row: f"{row.linear:,.0f}" if math.isfinite(row.linear) else "–", unit="N/m"
+    ),
+    Column(
+        "Beyond",
+        lambda row: ENDED[row.point.ended] + ", with the motor at its limit" * row.point.clamped,
+        right=False,
+    ),
+)
+
+
 def text(result: ZWidth) -> str:
     """Return for a person the verdict, then a line a damping with the exact boundary, and the conditions."""
-    lines = [f"{'b, N·s/m':>9}{'all rest to':>14}{'some rest to':>14}{'exact boundary':>16} N/m   beyond"]
-    for damping, linear, point in zip(result.damping, result.linear, result.points, strict=True):
-        limit = f"{linear:,.0f}" if math.isfinite(linear) else "–"
-        motor = ", with the motor at its limit" if point.clamped else ""
-        lines.append(
-            f"{damping:>9g}{three_digits(point.stiffness):>14}{point.band or '–':>14}{limit:>16}"
-            f"       {ENDED[point.ended]}{motor}"
-        )
+    lines = text_lines((*COLUMNS, *_MORE_COLUMNS), result.rows)
     return "\n".join([result.sentence, "", *lines, "", f"Conditions: {result.caption}"])
 
 

@@ -9,10 +9,11 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtWidgets import QWidget
 
 from hapkit_studio.analysis.statistics import Line, line, statistics
+from hapkit_studio.columns import Column
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.time_view import TimeView
-from hapkit_studio.gui.pages.table import Column, Table
+from hapkit_studio.gui.pages.table import Table
 from hapkit_studio.gui.widgets.parts import across, down, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import number

@@ -4,9 +4,9 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt, Signal
 from PySide6.QtGui import QHelpEvent, QMouseEvent, QPainter, QPaintEvent, QPen
 from PySide6.QtWidgets import QComboBox, QFrame, QPushButton, QToolTip, QWidget
 
+from hapkit_studio.formatting import clock
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.live.replay import SPEEDS, Replay
-from hapkit_studio.gui.recording import clock
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.parts import across, down, hint, label
 from hapkit_studio.gui.widgets.theme import theme

@@ -25,14 +25,14 @@ from hapkit_studio.analysis.perception import THRESHOLDS
 from hapkit_studio.analysis.setting import estimator_words
 from hapkit_studio.charts import accuracy as charts
 from hapkit_studio.charts.accuracy import accuracy_figure, felt_words
+from hapkit_studio.columns import Column
 from hapkit_studio.devices.simulated import TERMS, SimulatedHapkit
 from hapkit_studio.environments import discover
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import LatestAnswer, Progress
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
-from hapkit_studio.gui.pages.drawing import sign
 from hapkit_studio.gui.pages.measuring import MeasuringPage
-from hapkit_studio.gui.pages.table import Column, Table
+from hapkit_studio.gui.pages.table import Table
 from hapkit_studio.gui.panel.limits import steady_delay
 from hapkit_studio.gui.panel.parameter_panel import PanelTitle, ParameterRows
 from hapkit_studio.gui.undo import put
@@ -133,9 +133,7 @@ class MethodsPart(Part):
             return
         self.chart.show_drawing(lambda figure, c: charts.draw_methods(figure, c, sheet, board))
         self.answer.say(words.sentence(sheet, board), "check", "ok")
-        within = Column("Error ≤", lambda t: words.tolerance_words(t, sheet.scene), right=False)
-        cheapest = Column("Cheapest, step", lambda t: words.winner_words(sheet, t, board, "ms"), right=False)
-        self.table.show_rows((cheapest, within), sheet.scene.tolerances)
+        self.table.show_rows(charts.winner_columns(sheet, board), sheet.scene.tolerances)
         tolerance = words.tolerance_words(sheet.scene.tolerance, sheet.scene)
         self.conditions.show_pairs([*sheet.scene.conditions, (tolerance, sheet.scene.reason)])
 
@@ -233,7 +231,7 @@ class ScenePart(Part):
         where = self._studio.engine.where if self._studio.engine else COMPUTER
         self.chart.show_drawing(lambda figure, colors: charts.draw_scene(figure, colors, result))
         rows = [one for _, options in charts.shown(result) for one in options]
-        self.table.show_rows(_option_columns(result), rows)
+        self.table.show_rows(charts.option_columns(result), rows)
         self.better = result.recommended(where)
         on = self.better is not None and self.better is result.in_force(where)
         self.answer.say(result.sentence(where), *(("check", "ok") if on else ("triangle", "warn")))
@@ -289,19 +287,6 @@ class ScenePart(Part):
         self._rest.stop()
         super().end()
         self._worker.close()
-
-
-def _option_columns(found: SceneResult) -> tuple[Column, ...]:
-    best = [found.recommended(place.name) for place in found.question.places]
-    return (
-        Column(
-            "Method", lambda one: f"{one.method or 'As set'}, {one.place}", right=False,
-            sign=lambda one: sign(*charts.look(one, found)),
-            token=lambda one: "accent" if one in best else "ink",
-        ),
-        Column("JND", lambda one: jnd(one.error).removesuffix(" JND"), lambda one: one.error,
-               lambda one: "ok" if one.error < 1.0 else "ink"),
-    )  # fmt: skip
 
 
 Row = tuple[str, Needs | None]  # a scene's title, and what was found of it
@@ -374,11 +359,8 @@ class NeedsPart(Part):
         self.side.heading.setText(f"{discover()[found.scene].title} without {TERMS[effect.term].word}")
         self.law.setText("\n".join(one.words for one in found.law) or "No term that takes cycles.")
         self.side.words.setText(need_words(found, effect))
-        self.details.show_pairs([
-            ("Most people feel", f"{felt_words(effect.felt)} JND"), ("Sense", effect.sense),
-            ("Hand motion", effect.hand), ("Most sensitive people", f"{felt_words(effect.strict)} JND"),
-            ("Noticeable", effect.since_words), ("Change of stiffness limit", effect.gain_words),
-        ])  # fmt: skip
+        pairs = [(c.title, f"{c.text(effect)} {c.unit}".strip()) for c in charts.EFFECT_COLUMNS]
+        self.details.show_pairs(pairs)
 
     @property
     def result(self) -> Accuracy:

@@ -3,14 +3,13 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from hapkit_studio.analysis.bode import AMPLITUDE
+from hapkit_studio.analysis.bode import AMPLITUDE, CURVE_COLUMNS
 from hapkit_studio.devices import virtual_board
 from hapkit_studio.errors import ParameterError
-from hapkit_studio.formatting import hertz, on_screen, with_unit
+from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.gui.background import Progress
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
-from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.panel.rows import ParameterRow
 from hapkit_studio.gui.widgets.parts import hint
@@ -26,19 +25,6 @@ _HOW = (
     "The simulated handle is moved by many swings at once, whatever force that takes; your own handle stays "
     "where it is. A real Hapkit has no hand to drive it: its loop is simulated with the rate and delay "
     "measured on it. Virtual board runs the real firmware, once with the computer's law and once its own."
-)
-
-
-def _end(frequency: float) -> str:
-    """Write a frequency, a dash where there is none."""
-    return hertz(frequency) if frequency == frequency else "–"
-
-
-COLUMNS = (
-    Column("Loop", lambda curve: curve.name.replace(", ", "\n"), right=False),
-    Column("−3 dB", lambda curve: _end(curve.softens), lambda curve: curve.softens),
-    Column("Damping\n< 0", lambda curve: _end(curve.negative), lambda curve: curve.negative),
-    Column("Gives\nenergy", lambda curve: _end(curve.gives_energy), lambda curve: curve.gives_energy),
 )
 
 
@@ -125,7 +111,7 @@ class BodePage(MeasuringPage):
         from hapkit_studio.charts.bode import draw
 
         self.chart.show_drawing(lambda figure, colors: draw(figure, colors, found), pale=bool(outdated))
-        self.table.show_rows(COLUMNS, found.curves)
+        self.table.show_rows(CURVE_COLUMNS, found.curves)
         self.point.setText("\n".join(found.notes))
         pairs = [("Scene", found.environment.title), ("Place", on_screen(found.place, "m"))]
         pairs += [("Amplitude", on_screen(found.amplitude, "m"))]

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from PySide6.QtCore import QPointF, Qt, QTimer, Signal
-from PySide6.QtGui import QPainter, QPixmap, QPolygonF, QShowEvent
+from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QSizePolicy, QToolTip, QWidget
 
 from hapkit_studio.gui.widgets.parts import down
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from hapkit_studio.charts.style import Paint
 
-_NEAR, _SIGN = 16.0, 12.0  # px
+_NEAR = 16.0  # px
 _PAD = 10.0 / 72.0, 6.0 / 72.0  # inches
 _PIXELS_AN_INCH = 72  # sizes in points are pixels then
 
@@ -30,26 +30,6 @@ class _Press(NamedTuple):
     on_screen: QPointF
     box: Any
     to_data: Any
-
-
-def sign(marker: str, token: str) -> QPixmap:
-    """Return a marker of matplotlib's as a small picture in a colour of the theme."""
-    from matplotlib.markers import MarkerStyle
-
-    style, ratio = MarkerStyle(marker), 2.0
-    picture = QPixmap(round(_SIGN * ratio), round(_SIGN * ratio))
-    picture.fill(Qt.GlobalColor.transparent)
-    picture.setDevicePixelRatio(ratio)
-    painter = QPainter(picture)
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    painter.translate(0.5 * _SIGN, 0.5 * _SIGN)
-    painter.scale(0.8 * _SIGN, -0.8 * _SIGN)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(theme.color(token))
-    for corners in style.get_path().transformed(style.get_transform()).to_polygons():
-        painter.drawPolygon(QPolygonF([QPointF(x, y) for x, y in np.asarray(corners)]))
-    painter.end()
-    return picture
 
 
 class Drawing(QWidget):

@@ -11,13 +11,13 @@ import numpy as np
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
+from hapkit_studio.columns import Column
 from hapkit_studio.dynamics.hand import GRIPS
 from hapkit_studio.errors import StudioError
 from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.open_recording import RecordingOpener
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
-from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.widgets.parts import down, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.haptics import rows

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Callable
 from contextlib import closing
-from datetime import datetime
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,15 +13,14 @@ from PySide6.QtWidgets import QFileDialog, QFrame, QLineEdit, QPushButton
 
 from hapkit_studio.charts.session import draw
 from hapkit_studio.errors import StudioError
-from hapkit_studio.formatting import number
+from hapkit_studio.formatting import megabytes, number
 from hapkit_studio.gui.background import Job, Progress
 from hapkit_studio.gui.dialogs import WordsDialog
 from hapkit_studio.gui.editor.controller import DeleteDialog
 from hapkit_studio.gui.live.export import COMMA, TABLES
 from hapkit_studio.gui.pages.base import Page, Pairs, SidePanel, View
 from hapkit_studio.gui.pages.drawing import Drawing
-from hapkit_studio.gui.pages.table import Column, Table
-from hapkit_studio.gui.recording import clock, megabytes
+from hapkit_studio.gui.pages.table import Table
 from hapkit_studio.gui.widgets.parts import across, choose_file, down, hint, primary, rule
 from hapkit_studio.gui.widgets.style import mark
 from hapkit_studio.gui.widgets.theme import theme
@@ -30,7 +28,7 @@ from hapkit_studio.sessions.database import BESIDE
 from hapkit_studio.sessions.event_values import one_line
 from hapkit_studio.sessions.file import SUFFIX, SessionError
 from hapkit_studio.sessions.folder import choose_folder, files, folder, rename
-from hapkit_studio.sessions.overview import Overview, overview
+from hapkit_studio.sessions.overview import Overview, columns, date_words, overview
 from hapkit_studio.sessions.session import Session, add_note
 
 if TYPE_CHECKING:
@@ -344,7 +342,7 @@ class SessionsPage(Page):
     def _text(self, row: Overview) -> str:
         """Return all that is searched, in small letters."""
         named = row.name, row.device, *map(self._titles, row.environments)
-        return " ".join((*named, *_noted(row))).lower()
+        return " ".join((*named, *row.noted)).lower()
 
     def _arrange(self) -> None:
         other, reveal, into = (
@@ -388,35 +386,6 @@ class SessionsPage(Page):
             self.say(f"The sessions are in {place}.")
 
 
-def columns(title: Callable[[str], str]) -> tuple[Column, ...]:
-    """Return the list's columns; title gives an environment's."""
-
-    def quiet(row: Overview) -> str:
-        return "warn" if row.error or row.damage or row.unfinished else "ink2"
-
-    return (
-        Column("Name", lambda row: row.name, right=False),
-        Column("Environment", lambda row: _some([title(key) for key in row.environments]), right=False),
-        Column("Device", lambda row: row.device, right=False, token=quiet),
-        Column("Notes", _notes, right=False, token=quiet),
-        Column("Written", lambda row: _date(row.saved), lambda row: row.saved, quiet),
-        Column("Length", lambda row: "" if row.error else clock(row.seconds), lambda row: row.seconds),
-        Column("Size", lambda row: megabytes(row.size), lambda row: row.size, quiet),
-    )
-
-
-def _date(seconds: float) -> str:
-    try:
-        return f"{datetime.fromtimestamp(seconds):%Y-%m-%d %H:%M}"
-    except (ValueError, OverflowError, OSError):  # beyond the years that a date may have
-        return "–"
-
-
-def _some(titles: list[str]) -> str:
-    """Name the first of several, and how many there are more."""
-    return f"{titles[0]} + {len(titles) - 1}" if len(titles) > 1 else "".join(titles)
-
-
 def _folded(words: str, role: str = "body", width: int = _VALUE) -> str:
     """Return words, those that are wider than so many px broken into several lines."""
     metrics, most = QFontMetrics(theme.font(role)), theme.px(width)
@@ -432,17 +401,6 @@ def _folded(words: str, role: str = "body", width: int = _VALUE) -> str:
     return _LONG_WORD.sub(fold, words)
 
 
-def _notes(row: Overview) -> str:
-    if row.error or row.damage or row.unfinished:
-        return "Cannot be read" if row.error else "Damaged" if row.damage else "Not ended"
-    return ", ".join(_noted(row))
-
-
-def _noted(row: Overview) -> list[str]:
-    """Return all that a person noted, on all of it first."""
-    return [*row.notes, *(text for _, text in row.markers)]
-
-
 def _words(found: Overview) -> str:
     if found.error:
         return one_line(found.error)
@@ -452,7 +410,7 @@ def _words(found: Overview) -> str:
 
 def _pairs(found: Overview, title: Callable[[str], str]) -> list[tuple[str, str]]:
     pairs = [
-        ("Written", _date(found.saved)),
+        ("Written", date_words(found.saved)),
         ("Size", megabytes(found.size)),
         ("Folder", found.path.parent.name),
     ]

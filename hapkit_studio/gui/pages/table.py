@@ -1,39 +1,60 @@
 """A table of what was measured: a row a result, sorted by a click on a head, copied with Ctrl+C."""
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
 from typing import Any
 
-from PySide6.QtCore import QAbstractTableModel, QItemSelection, QModelIndex, QPersistentModelIndex, Qt, Signal
-from PySide6.QtGui import QFontMetrics, QGuiApplication, QKeyEvent, QKeySequence, QMouseEvent, QResizeEvent
+import numpy as np
+from PySide6.QtCore import (
+    QAbstractTableModel,
+    QItemSelection,
+    QModelIndex,
+    QPersistentModelIndex,
+    QPointF,
+    Qt,
+    Signal,
+)
+from PySide6.QtGui import (
+    QFontMetrics,
+    QGuiApplication,
+    QKeyEvent,
+    QKeySequence,
+    QMouseEvent,
+    QPainter,
+    QPixmap,
+    QPolygonF,
+    QResizeEvent,
+)
 from PySide6.QtWidgets import QAbstractItemView, QFrame, QHeaderView, QSizePolicy, QTableView
 
+from hapkit_studio.columns import Column
 from hapkit_studio.formatting import printable
 from hapkit_studio.gui.widgets.theme import theme
 
-_ROW, _GAP = 28, 8  # px
+_ROW, _GAP, _MARKER = 28, 8, 12.0  # px
 _PART = 6  # of a list's width a column of texts takes at most; a tooltip shows what is cut off
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 Index = QModelIndex | QPersistentModelIndex
 
 
-@dataclass(frozen=True)
-class Column:
-    """A head, what a row says under it, what it is sorted by if not by that, tokens of colours, a sign."""
+def _marker_picture(marker: str, token: str) -> QPixmap:
+    """Return a matplotlib marker as a picture, in a color of the theme."""
+    from matplotlib.markers import MarkerStyle
 
-    head: str
-    text: Callable[[Any], str]
-    order: Callable[[Any], Any] | None = None
-    token: Callable[[Any], str] = lambda _row: "ink"
-    sign: Callable[[Any], Any] | None = None
-    ground: Callable[[Any], str] | None = None
-    right: bool = True
-
-    @property
-    def align(self) -> Qt.AlignmentFlag:
-        """Return the alignment of its text."""
-        return _RIGHT if self.right else _LEFT
+    style, ratio = MarkerStyle(marker), 2.0
+    picture = QPixmap(round(_MARKER * ratio), round(_MARKER * ratio))
+    picture.fill(Qt.GlobalColor.transparent)
+    picture.setDevicePixelRatio(ratio)
+    painter = QPainter(picture)
+    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+    painter.translate(0.5 * _MARKER, 0.5 * _MARKER)
+    painter.scale(0.8 * _MARKER, -0.8 * _MARKER)
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(theme.color(token))
+    for corners in style.get_path().transformed(style.get_transform()).to_polygons():
+        painter.drawPolygon(QPolygonF([QPointF(x, y) for x, y in np.asarray(corners)]))
+    painter.end()
+    return picture
 
 
 class Rows(QAbstractTableModel):
@@ -65,16 +86,16 @@ class Rows(QAbstractTableModel):
         if role == Qt.ItemDataRole.BackgroundRole and column.ground is not None:
             return theme.color(column.ground(row))
         if role == Qt.ItemDataRole.TextAlignmentRole:
-            return column.align
-        if role == Qt.ItemDataRole.DecorationRole and column.sign is not None:
-            return column.sign(row)
+            return _RIGHT if column.right else _LEFT
+        if role == Qt.ItemDataRole.DecorationRole and column.mark is not None:
+            return _marker_picture(*column.mark(row))
         return None
 
     def headerData(self, section: int, way: Qt.Orientation, role: int = Qt.ItemDataRole.DisplayRole) -> Any:
         if way != Qt.Orientation.Horizontal or section >= len(self.columns):
             return None
         if role == Qt.ItemDataRole.TextAlignmentRole:
-            return self.columns[section].align
+            return _RIGHT if self.columns[section].right else _LEFT
         return self.columns[section].head if role == Qt.ItemDataRole.DisplayRole else None
 
     def sort(self, column: int, way: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QTimer, Signal
 
 from hapkit_studio.analysis.zwidth import DEVICE_DAMPING, DEVICE_FORCE, SIMULATED_DAMPING, simulation
-from hapkit_studio.analysis.zwidth.result import ENDED, Point, Protocol, ZWidth, three_digits
+from hapkit_studio.analysis.zwidth.result import COLUMNS, ENDED, Point, Protocol, ZWidth
 from hapkit_studio.charts.zwidth import Walls, draw, zwidth_figure
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.background import Progress, Work
 from hapkit_studio.gui.pages.base import View
 from hapkit_studio.gui.pages.measuring import Freshness, MeasuringPage, loop_facts
-from hapkit_studio.gui.pages.table import Column
 from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.panel.rows import ParameterRow
 from hapkit_studio.gui.widgets.parts import hint
@@ -187,15 +186,7 @@ class ZWidthPage(MeasuringPage):
 
     def _list(self, result: ZWidth | None) -> None:
         self.point.setText("")
-        columns = (
-            Column("b\nN·s/m", lambda row: f"{row[0]:g}", lambda row: row[0], right=False),
-            Column(
-                "All rest to\nN/m", lambda row: three_digits(row[1].stiffness), lambda row: row[1].stiffness
-            ),
-            Column("Some rest to\nN/m", lambda row: row[1].band or "–", lambda row: row[1].last_held),
-        )
-        rows = zip(result.damping, result.points, strict=True) if result else ()
-        self.table.show_rows(columns, rows)
+        self.table.show_rows(COLUMNS, result.rows if result else ())
         pairs = [("Where", result.place), *((c.name, c.text) for c in result.conditions)] if result else []
         self.conditions.show_pairs(pairs)
 

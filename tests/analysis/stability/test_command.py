@@ -31,7 +31,7 @@ def test_the_margin_is_the_first_line(capsys):
     assert (code, err) == (0, "")
     assert out.startswith("620 N/m and 2 N·s/m: 1.4 × below the limit; let go.\nLet go: calm, 1.4 × below")
     assert FILTER in out
-    for words in ("exact", "simple rule", "passive", "firm grip 6,023.3"):
+    for words in ("Exact", "Simple rule", "Passive", "firm grip 6,023.3"):
         assert words in out
     assert "measured" not in out
 

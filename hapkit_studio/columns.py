@@ -1,0 +1,53 @@
+"""Columns of a table of results: declared once, shown by the window and printed by the command line."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from hapkit_studio.formatting import printable
+
+_GAP = "  "
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column: its title and unit, and how a row's cell is written, sorted, colored and aligned.
+
+    order: the sort key, by default the text. token, ground: the palette's names of the colors of text and
+    background. mark: the matplotlib marker before the text and the palette's name of its color. right: the
+    text is aligned right.
+    """
+
+    title: str
+    text: Callable[[Any], str]
+    order: Callable[[Any], Any] | None = None
+    token: Callable[[Any], str] = lambda _row: "ink"
+    mark: Callable[[Any], tuple[str, str]] | None = None
+    ground: Callable[[Any], str] | None = None
+    right: bool = True
+    unit: str = ""
+
+    @property
+    def head(self) -> str:
+        """Return the title with the unit on a line of its own."""
+        return f"{self.title}\n{self.unit}" if self.unit else self.title
+
+
+def text_lines(columns: Iterable[Column], rows: Iterable[Any], indent: str = "") -> list[str]:
+    """Return a table as lines of text: the titles, the units if any column has one, then a line per row.
+
+    A cell is one printable line: a line break in it becomes a space.
+    """
+    columns = tuple(columns)
+    heads = [[c.title for c in columns], [c.unit for c in columns]]
+    cells = [*(head for head in heads if any(head)), *([c.text(row) for c in columns] for row in rows)]
+    cells = [[printable(text.replace("\n", " ")) for text in line] for line in cells]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return [
+        indent
+        + _GAP.join(
+            text.rjust(width) if column.right else text.ljust(width)
+            for text, width, column in zip(line, widths, columns, strict=True)
+        ).rstrip()
+        for line in cells
+    ]
