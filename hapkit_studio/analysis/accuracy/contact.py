@@ -77,25 +77,12 @@ PLAN = Plan(
     "Contact",
     "Which way of computing a contact keeps its energy, and at what cost?",
     LABELS,
-    (
-        Scene(
-            "bounce",
-            "Energy per bounce",
-            "energy change in a bounce / energy",
-            0.02,
-            FELT,
-            "",
-            CONDITIONS,
-        ),
-        Scene(
-            "drift",
-            "Drift over 100 bounces",
-            f"energy change over {BOUNCES} bounces / start energy",
-            0.02,
-            FELT,
-            "",
-            CONDITIONS,
-        ),
+    tuple(
+        Scene(key, title, error, 0.02, FELT, "", CONDITIONS)
+        for key, title, error in (
+            ("bounce", "Energy per bounce", "energy change in a bounce / energy"),
+            ("drift", "Drift over 100 bounces", f"energy change over {BOUNCES} bounces / start energy"),
+        )
     ),
     runs,
     order=15,

@@ -34,7 +34,28 @@ class Kalman:
         return self.speed
 
 
-def rendered(trial, device, environment, values, real=(), rate=FINE, delay=0.0):
+class LowPass:
+    """The difference of two positions, through a low-pass of a cutoff in Hz."""
+
+    cutoff = 35.5
+
+    def __init__(self, period, _quantum):
+        self.period, self.place, self.speed = period, None, 0.0
+        self.share = -math.expm1(-2.0 * math.pi * self.cutoff * period)
+
+    def __call__(self, place):
+        before, self.place = place if self.place is None else self.place, place
+        self.speed += self.share * ((place - before) / self.period - self.speed)
+        return self.speed
+
+
+class Difference(LowPass):
+    """The difference of two positions."""
+
+    cutoff = math.inf
+
+
+def rendered(trial, device, environment, values, real=(), rate=FINE, delay=0.0, estimate=Kalman):
     """Return rows at perception.RATE of a law in a loop, in which only the parts named are real.
 
     Between two events, a sample or a force that begins, the handle moves half a step, is pushed, moves on.
@@ -42,7 +63,8 @@ def rendered(trial, device, environment, values, real=(), rate=FINE, delay=0.0):
     rate, delay = rate if "rate" in real else FINE, delay if "delay" in real else 0.0
     quantum, limit = (device.quantum if "sensor" in real else 0.0), device.max_force
     limit = limit if "limit" in real else math.inf
-    law, kalman = Plain(environment.force, values, 1.0 / rate), Kalman(1.0 / rate, device.quantum)
+    law = Plain(environment.force, values, 1.0 / rate)
+    filtered = estimate(1.0 / rate, device.quantum) if "velocity" in real else None
     hand, seconds = trial.hand, trial.seconds
     samples = np.arange(math.ceil(seconds * rate) + 1) / rate
     grid = np.concatenate([np.arange(seconds * FINE + 1) / FINE, samples, samples + delay, [hand.release]])
@@ -60,7 +82,7 @@ def rendered(trial, device, environment, values, real=(), rate=FINE, delay=0.0):
         if n in asks:
             ahead = x if real else x + 0.5 * h * v  # the ideal has the force of the middle of a step
             place = quantum * math.floor(ahead / quantum) if quantum else ahead
-            asked = law.call(place, kalman(place) if "velocity" in real else v)
+            asked = law.call(place, filtered(place) if filtered else v)
             forces.append(min(max(asked, -limit), limit))
             counts = [law.state[i] for i in counted]
         if n in acts:
