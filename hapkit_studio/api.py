@@ -11,6 +11,7 @@ import numpy as np
 
 from hapkit_studio import environments, interrupts
 from hapkit_studio.analysis.setting import DELAY, RATE
+from hapkit_studio.devices.base import Device
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
 from hapkit_studio.dynamics.hand import Grip, Hand, Prescribed, hand_named
@@ -145,7 +146,7 @@ def simulate(
     parameters: Mapping[str, object] | None = None,
     *,
     hand: str | Hand | Prescribed | None = None,
-    device: SimulatedHapkit | None = None,
+    device: Device | None = None,
     rate: float = 1000.0,
     delay: float = 0.0,
     estimator: Spec = "difference",
@@ -164,8 +165,9 @@ def simulate(
     chosen = environment if isinstance(environment, Environment) else environments.named(environment)
     values = chosen.values(parameters)
     device = SimulatedHapkit() if device is None else device
-    if not isinstance(device, SimulatedHapkit):
+    if not isinstance(device, Device) or device.model is None:
         raise ParameterError(f"device takes a SimulatedHapkit or None, not {device!r}.")
+    model: SimulatedHapkit = device.model
     loop = LoopSettings(RATE.check(rate), DELAY.check(delay), estimator, bool(controller))
     count = _count(SECONDS.check(seconds), loop.rate)
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer):
@@ -173,7 +175,7 @@ def simulate(
     moving = _hand(hand)
     if max_speed != math.inf:
         max_speed = SPEED.check(max_speed)
-    scene = headless.Scene(chosen, values, device, loop, max_speed)
+    scene = headless.Scene(chosen, values, model, loop, max_speed)
     out, left = headless.render(scene, moving, count)
     fault = health.describe_fault(int(left.control[arrays.FAULT]), left)
     settings = {
@@ -183,7 +185,7 @@ def simulate(
         "delay_s": loop.delay,
         "estimator": estimator,
         "controller": loop.controller,
-        "device": {k: repr(v) if math.isinf(v) else v for k, v in vars(device).items()},
+        "device": {k: repr(v) if math.isinf(v) else v for k, v in vars(model).items()},
         "seed": seed,
     }
     own = isinstance(moving, Hand) and not isinstance(hand, str)
@@ -191,8 +193,8 @@ def simulate(
         settings["hand_grip"] = {key: float(getattr(moving, key)) for key in ("mass", "damping", "stiffness")}
     speed = float(np.abs(out[:, rows.TRUE_VELOCITY]).max())
     conditions = Conditions(
-        1.0 / loop.rate, device.quantum, device.viscous, speed, loop.delay, device.mass,
-        device.coulomb_force, device.max_force, estimator,
+        1.0 / loop.rate, model.quantum, model.viscous, speed, loop.delay, model.mass,
+        model.coulomb_force, model.max_force, estimator,
     )  # fmt: skip
     place = chosen.place(values, out[:, rows.POSITION], out[:, rows.STATE :])
     return Run(

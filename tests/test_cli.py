@@ -299,7 +299,7 @@ def engine_on_bad_link():
     return SimpleNamespace(
         where="computer",
         fault=None,
-        device=SimpleNamespace(simulated=False, mass=0.044, viscous=0.5, quantum=2e-5),
+        device=SimpleNamespace(measures_delay=True, has_board=True, mass=0.044, viscous=0.5, quantum=2e-5),
         loop=SimpleNamespace(rate=1000.0, estimator="difference"),
         environment=environments.discover()["spring"],
         values={"stiffness": 300.0, "damping": 0.0, "center": 0.0},

@@ -66,12 +66,12 @@ def _is_board(options: argparse.Namespace) -> bool:
     """Return whether a virtual board is driven; raise ParameterError for what cannot be."""
     check_rate(options.board_rate)
     device = devices.named(options.device) if options.device else SimulatedHapkit()
-    if isinstance(device, SimulatedHapkit):
+    if device.model is not None:
         if options.board_rate is not None:
             raise ParameterError("--board-rate is for --device virtual-board.")
         return False
     if not isinstance(device, VirtualBoard):
-        raise ParameterError(NO_HAND.format(title=device.title))  # type: ignore[attr-defined]
+        raise ParameterError(NO_HAND.format(title=device.title))
     own = next(iter(base.of_options(options, ("rate", *_HANDLE))), None)
     if own:
         raise ParameterError(f"{device.title} has its own {own}; leave the option out.")

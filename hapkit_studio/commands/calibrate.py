@@ -85,7 +85,7 @@ def _strength(board: Any, springs: list[float], known: float) -> "Strength":
     runner.read_settings()
     work = Calibration(runner)
     for stiffness in sorted(springs):
-        if not hasattr(board, "hook_spring"):  # the virtual board's hang on by themselves
+        if not board.simulated_hand:  # else the springs are hooked on by the program
             hook = f"Hook the spring of {stiffness:g} N/m {HOOKED}."
             print(f"{hook} Hands off, then press Enter.", end=" ", file=sys.stderr, flush=True)
             if sys.stdin is None or not sys.stdin.readline():

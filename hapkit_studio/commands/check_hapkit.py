@@ -8,7 +8,6 @@ from typing import Any
 from hapkit_studio import devices as device_list
 from hapkit_studio.commands.base import Command, Result, option
 from hapkit_studio.devices.board_runner import BoardRunner
-from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.errors import ParameterError
 
 _SIGNS = {"pass": "pass", "look": "LOOK", "fail": "FAIL", "skip": "left out"}
@@ -22,7 +21,7 @@ OPTIONS = (option("device", help="a device's key or a port; hands off, handle in
 def board_named(key: str) -> Any:
     """Return the board with a key or on a port; raise ParameterError where that is none."""
     device = device_list.named(key)
-    if not isinstance(device, HapkitBoard):
+    if not device.calibration:
         raise ParameterError(f"{key!r} has no board. Name a port; `hapkit-studio devices` lists them.")
     return device
 

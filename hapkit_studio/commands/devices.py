@@ -4,7 +4,6 @@ import argparse
 
 from hapkit_studio import devices as device_list
 from hapkit_studio.commands.base import Command, Result, option, progress_line
-from hapkit_studio.devices.hapkit import probe
 
 OPTIONS = (
     option("--probe", action="store_true", help="open each, which restarts a board, and say who answers"),
@@ -18,7 +17,7 @@ def devices(options: argparse.Namespace) -> Result:
     say = progress_line("Devices")
     for done, entry in enumerate(entries if options.probe else ()):
         say(done, len(entries))
-        found[done] |= probe(entry)
+        found[done] |= entry.make().probe()
     say(len(entries), len(entries))
     lines = []
     for line in found:

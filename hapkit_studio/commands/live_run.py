@@ -65,7 +65,7 @@ def run(
     record: the path of a session to be written meanwhile.
     """
     reader = engine.reader()
-    if not engine.device.simulated:
+    if engine.device.measures_delay:
         of_spring(Setting(), 300.0, 0.0)  # compiles what judges the link: seconds in which no hand would move
     with contextlib.closing(engine):
         engine.start()
@@ -98,7 +98,7 @@ def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) ->
     if rate is not None and where == COMPUTER:
         raise ParameterError("--board-rate is for --render board.")
     _check_board(engine, where)
-    _wait(engine, lambda: len(reader.read()) > 0, no_data(getattr(engine.device, "port", ""), _PATIENCE))
+    _wait(engine, lambda: len(reader.read()) > 0, no_data(engine.device.port, _PATIENCE))
     if where == BOARD:
         time.sleep(_MEASURING)
         engine.set_where(where, rate)

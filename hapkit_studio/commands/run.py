@@ -33,7 +33,7 @@ def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dic
     """Return the run and what each way of rendering came to; raise a StudioError."""
     device = device_list.named(options.device)
     hand = hand_named(options.hand) if options.hand else None
-    if hand is not None and not (getattr(device, "hand", False) or getattr(device, "simulated", False)):
+    if hand is not None and not device.simulated_hand:
         raise ParameterError(
             f"{options.device} has no simulated hand: leave --hand away and move the handle."
         )
@@ -41,7 +41,7 @@ def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dic
     engine = Engine(device, chosen)
     engine.set_environment(chosen, base.key_values(options.parameter))
     engine.set_loop(delay=options.delay, estimator=base.estimator_spec(options.estimator))
-    if engine.device.simulated:
+    if not device.own_clock:
         engine.set_loop(rate=options.rate)
     played = live_run.run(engine, options, hand, seconds, options.record)
     fault, took = played.fault, played.seconds
@@ -53,7 +53,7 @@ def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dic
     if options.render != live_run.COMPUTER:
         remarks += map(str, chosen.force.remarks)
     skipped = played.found[live_run.COMPUTER]["missed"]
-    if engine.device.simulated and skipped > _SAID_SKIPPED * len(played.table):
+    if device.model is not None and skipped > _SAID_SKIPPED * len(played.table):
         remarks.append(f"{skipped:,} samples were skipped, as the loop was late.")
     if got < _WHOLE * took and not live_run.is_gone(fault):
         remarks.append(f"Only {got:.2f} s of samples came in {took:g} s.")

@@ -4,6 +4,7 @@ import argparse
 import contextlib
 import math
 import sys
+from dataclasses import replace
 from functools import partial
 
 from hapkit_studio import devices
@@ -22,8 +23,7 @@ from hapkit_studio.analysis.zwidth.result import Protocol, ZWidth, text
 from hapkit_studio.charts.style import new_figure
 from hapkit_studio.charts.zwidth import zwidth_figure
 from hapkit_studio.commands import base
-from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.devices.base import Device
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.engine import Engine
 
@@ -81,16 +81,16 @@ def _on_device(options: argparse.Namespace) -> ZWidth:
         return on_device.measure(engine, levels, limits, progress=base.progress_line("trial"), say=say)
 
 
-def _device(options: argparse.Namespace) -> object:
+def _device(options: argparse.Namespace) -> Device:
     device = devices.named(_SHORT.get(options.device, options.device))
     given = base.of_options(options, _HANDLE)
-    if not isinstance(device, SimulatedHapkit):
+    if device.model is None:
         if given:
-            raise ParameterError(f"{device.title} has its own {next(iter(given))}; leave the option out.")  # type: ignore[attr-defined]
-        # as fast as it goes: nobody watches, and a busy machine changes nothing it does
-        return VirtualBoard("lockstep") if isinstance(device, VirtualBoard) else device
+            raise ParameterError(f"{device.title} has its own {next(iter(given))}; leave the option out.")
+        return device.unpaced()
     own = {"viscous": "damping", "coulomb": "coulomb_force"}
-    return SimulatedHapkit(**{own.get(name, name): value for name, value in given.items()})
+    changes = {own.get(name, name): value for name, value in given.items()}
+    return replace(device.model, end_stops=math.inf, **changes)
 
 
 def dampings(given: str | None, usual: tuple[float, ...]) -> tuple[float, ...]:

@@ -1,11 +1,14 @@
-"""The devices one can choose: one kind a file, found by the name ``DEVICE``."""
+"""The devices to choose from: one kind a file, found by the name ``DEVICE``, here or in other packages."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
+from hapkit_studio.devices.base import Device
 from hapkit_studio.discovery import declared
 from hapkit_studio.errors import ParameterError
+
+ENTRY_POINTS = "hapkit_studio.devices"
 
 
 @dataclass(frozen=True)
@@ -14,7 +17,7 @@ class DeviceEntry:
 
     key: str
     title: str
-    make: Callable[[], object]
+    make: Callable[[], Device]
 
 
 @dataclass(frozen=True)
@@ -23,13 +26,15 @@ class DeviceKind:
 
     order: int
     entries: Callable[[], Sequence[DeviceEntry]]
-    unlisted: Callable[[str], object | None] = lambda key: None
+    unlisted: Callable[[str], Device | None] = lambda key: None
 
 
 @cache
 def kinds() -> tuple[DeviceKind, ...]:
     """Return every kind of device in the order of the list."""
-    return tuple(sorted(declared(__name__, "DEVICE", DeviceKind), key=lambda kind: kind.order))
+    return tuple(
+        sorted(declared(__name__, "DEVICE", DeviceKind, group=ENTRY_POINTS), key=lambda kind: kind.order)
+    )
 
 
 def available() -> list[DeviceEntry]:
@@ -37,7 +42,7 @@ def available() -> list[DeviceEntry]:
     return [entry for kind in kinds() for entry in kind.entries()]
 
 
-def named(key: str) -> object:
+def named(key: str) -> Device:
     """Return a new device by its key or, for a port that is not listed, its path; raise ParameterError."""
     entries = {e.key: e for e in available()}
     if key in entries:

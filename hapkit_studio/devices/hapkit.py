@@ -1,6 +1,6 @@
 """A Hapkit, or anything that speaks like one, on a serial port: opening, settings, samples, closing.
 
-Every serial port is a device that can be chosen; ``probe`` asks who answers on it.
+Every serial port is a device that can be chosen; ``HapkitBoard.probe`` asks who answers on it.
 """
 
 import contextlib
@@ -16,6 +16,7 @@ import numpy as np
 import serial
 
 from hapkit_studio.devices import DeviceEntry, DeviceKind, serial_ports
+from hapkit_studio.devices.base import SERIAL, Device
 from hapkit_studio.devices.calibration_file import ORIGINS
 from hapkit_studio.devices.port_errors import FLASH, gone, no_answer, no_data, not_a_hapkit, unopened
 from hapkit_studio.devices.profiles import full_force, of_settings
@@ -79,7 +80,7 @@ _POSSIBLE: dict[str, tuple[float, float]] = {
 Reply = TypeVar("Reply", bound=Message)
 
 
-class HapkitBoard:
+class HapkitBoard(Device):
     """The firmware at the end of a port; every constant comes from the board."""
 
     mass = 0.044
@@ -88,9 +89,8 @@ class HapkitBoard:
     """N·s/m at the handle, usual value."""
     coulomb_force = 0.10
     """N at the handle, usual value."""
-    simulated = False
-    padding = 0
-    """Bytes to which every frame of a stream is filled up: 0 or PACKET."""
+    driver = SERIAL
+    own_clock = has_board = calibration = usb_chip = True
     patience = 0.0
     """s that any answer may take: a board that is simulated goes as fast as the machine lets it."""
 
@@ -99,8 +99,7 @@ class HapkitBoard:
         self.title = title or f"Hapkit on {port_name(self.port)}"
         self.identity = identity
         self.latency = Latency()
-        self.on_status: Callable[[str], object] = lambda words: None
-        """Is told what open waits for; runs in the thread that opens."""
+        self._report: Callable[[str], object] = lambda words: None
         self._serial: Any = None
         self._hello: Hello | None = None
 
@@ -112,11 +111,11 @@ class HapkitBoard:
         return self._hello
 
     @property
-    def max_force(self) -> float:
+    def max_force(self) -> float:  # type: ignore[override]
         return self.hello.max_force
 
     @property
-    def quantum(self) -> float:
+    def quantum(self) -> float:  # type: ignore[override]
         return self.hello.quantum
 
     @property
@@ -130,10 +129,37 @@ class HapkitBoard:
         return full_force(self.hello)
 
     @property
+    def flash_port(self) -> str:
+        return self.port
+
+    @property
     def name(self) -> str:
-        """Return what to call it in a sentence."""
         name = port_name(self.port)
         return f"Hapkit on {name}" if self.title.startswith(name) else self.title
+
+    def about(self) -> dict[str, Any]:
+        return {"firmware": self.hello.build, "protocol": self.hello.version}
+
+    def probe(self) -> dict[str, Any]:
+        port = serial_ports.at(self.port)
+        if port is not None and port.role is Role.OTHER:
+            return {"ok": False, "text": "Not asked: not a Hapkit."}
+        try:
+            self.open()
+            return _answers(self)
+        except DeviceError as error:
+            run = f" Run `hapkit-studio flash {self.port}`." if error.step else ""
+            return {"ok": False, "text": f"{error}{run}", "step": error.step, "command": error.command}
+        finally:
+            self.close()
+
+    def report_opening(self, say: Callable[[str], object]) -> None:
+        self._report = say
+
+    def pad_frames(self, size: int) -> None:
+        self.padding = size
+        if self._serial is not None:
+            self.start_stream()
 
     def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
         """Open the port and learn who is there; raise the DeviceError that fits. Motor off, samples off."""
@@ -158,7 +184,7 @@ class HapkitBoard:
         self._set_exclusive("TIOCEXCL")
         try:
             self.latency = shorten_latency(self._serial, self.port, self.identity)
-            self.on_status("Starting board…")
+            self._report("Starting board…")
             self._hello = self._shake_hands(handshake_time)
             self._serial.write(encode(Stream(0, 0)) + encode(Release()))
         except (serial.SerialException, OSError) as error:
@@ -360,24 +386,6 @@ def unlisted(key: str) -> HapkitBoard | None:
 
 
 DEVICE = DeviceKind(2, entries, unlisted)
-
-
-def probe(entry: DeviceEntry) -> dict[str, Any]:
-    """Return what a device says of itself: ``text`` in words, ``ok``, and the numbers behind it."""
-    port = serial_ports.at(entry.key)
-    if port is not None and port.role is Role.OTHER:
-        return {"ok": False, "text": "Not asked: not a Hapkit."}
-    device = entry.make()
-    if not isinstance(device, HapkitBoard):
-        return {"ok": True, "text": "Always there: part of the studio."}
-    try:
-        device.open()
-        return _answers(device)
-    except DeviceError as error:
-        run = f" Run `hapkit-studio flash {entry.key}`." if error.step else ""
-        return {"ok": False, "text": f"{error}{run}", "step": error.step, "command": error.command}
-    finally:
-        device.close()
 
 
 def _answers(board: HapkitBoard) -> dict[str, Any]:

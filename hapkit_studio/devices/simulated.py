@@ -8,11 +8,11 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import ClassVar
 
 import numpy as np
 
 from hapkit_studio.devices import DeviceEntry, DeviceKind
+from hapkit_studio.devices.base import SIMULATED, Device
 from hapkit_studio.dynamics import paddle
 from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
@@ -72,7 +72,7 @@ _NOTHING = 1e-150
 
 
 @dataclass(frozen=True)
-class SimulatedHapkit:
+class SimulatedHapkit(Device):
     """A paddle with the mass kg, damping N·s/m, Coulomb friction N, sensor quantum m and force limit N given.
 
     quantum=0 is an ideal sensor, max_force=inf no clamp. The paddle goes as far as end_stops m to either
@@ -88,8 +88,10 @@ class SimulatedHapkit:
     initial_velocity: float = 0.0
     end_stops: float = math.inf
 
-    title: ClassVar[str] = "Simulated Hapkit"
-    simulated: ClassVar[bool] = True
+    title = "Simulated Hapkit"
+    driver = SIMULATED
+    motor = measures_delay = False
+    simulated_hand = True
 
     def __post_init__(self) -> None:
         check_number(self.mass, "device's mass", "kg", above=True)
@@ -102,7 +104,11 @@ class SimulatedHapkit:
         check_number(self.end_stops, "device's end stops", "m", above=True, endless=True)
 
     @property
-    def viscous(self) -> float:
+    def model(self) -> "SimulatedHapkit":
+        return self
+
+    @property
+    def viscous(self) -> float:  # type: ignore[override]
         """Return the paddle's own damping in N·s/m."""
         return self.damping
 

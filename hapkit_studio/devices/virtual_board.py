@@ -152,7 +152,7 @@ class VirtualBoard(HapkitBoard):
     options: further words of the program's command line.
     """
 
-    hand = True
+    simulated_hand, usb_chip = True, False
     patience = PATIENCE
 
     def __init__(
@@ -188,6 +188,14 @@ class VirtualBoard(HapkitBoard):
         """Set the force to zero, end the board and keep its counters in ``summary``; never fails."""
         super().close()
         self.end()
+
+    @property
+    def flash_port(self) -> str:
+        return ""
+
+    def unpaced(self) -> "VirtualBoard":
+        """Return a board in lockstep: nobody watches, and a busy machine changes nothing in its results."""
+        return VirtualBoard("lockstep")
 
     # --- the program
     def start(self) -> None:

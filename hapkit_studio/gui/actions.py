@@ -27,7 +27,7 @@ def _has_engine(window: MainWindow) -> bool:
 
 
 def _has_board(window: MainWindow) -> bool:
-    return _has_engine(window) and not window.studio.simulated
+    return window.studio.opened is not None and window.studio.opened.calibration
 
 
 def _may_set_up(window: MainWindow) -> bool:
@@ -145,7 +145,7 @@ _SESSION = (
     ),
     Action(
         "session.release_here", "Release here", lambda w: w.display.release_here(), "L",
-        enabled=lambda w: w.studio.simulated and not _replays(w),
+        enabled=lambda w: w.studio.models_handle and not _replays(w),
     ),
     Action("session.open", "Open…", lambda w: _sessions(w).ask_open(), "Ctrl+Shift+O", rule=True),
     Action(

@@ -57,7 +57,7 @@ class DemoPlayer(QObject):
     def note(self) -> str:
         """Return why a demo moves no hand, where it does not."""
         studio = self._studio
-        if self.demo is None or studio.engine is None or studio.simulated:
+        if self.demo is None or studio.engine is None or studio.hand_is_ours:
             return ""
         return f"{_NO_HAND}; zero force until you press Render." if studio.held else f"{_NO_HAND}."
 
@@ -106,7 +106,7 @@ class DemoPlayer(QObject):
         step = demo.step(place)
         if step is not self._step:
             self._apply(step)
-        hand = step.hand(place) if studio.simulated else None
+        hand = step.hand(place) if studio.hand_is_ours else None
         if self.demo is not None and hand != self._hand:
             self._hand = hand
             studio.move_hand(hand)
@@ -119,8 +119,8 @@ class DemoPlayer(QObject):
     def _apply(self, step: Step) -> None:
         """Put a step's settings in force; a demo that cannot go on as it says ends."""
         studio, changes = self._studio, not_in_force(self._studio, step.settings)
-        if not studio.simulated:
-            changes.pop(_RATE, None)  # a board has a rate of its own
+        if studio.opened is None or studio.opened.own_clock:
+            changes.pop(_RATE, None)
         try:
             with studio.temporarily():
                 put(studio, changes)

@@ -107,16 +107,14 @@ class DeviceLink(QObject):
     def set_padding(self, size: int) -> None:
         """Choose to how many bytes a board fills its frames, 0 not at all; in force at once."""
         self.padding = size
-        device: Any = self.engine.device if self.engine is not None else None
-        if hasattr(device, "padding"):
-            device.padding = size
-            device.start_stream()
+        if self.engine is not None:
+            self.engine.device.pad_frames(size)
 
     def note_health(self, health: "Health") -> None:
         """Notice that the device went away."""
         if self.link.state == "running" and not health.running and self.entry is not None:
-            name = getattr(self.engine.device, "name", "") if self.engine is not None else ""
-            gone = f"{name or self.entry.title} is gone. Force is zero. Looking again every second."
+            name = self.engine.device.name if self.engine is not None else self.entry.title
+            gone = f"{name} is gone. Force is zero. Looking again every second."
             self._set_link(LinkStatus("gone", self.entry.title, health.message or gone))
             self._again.start()
 
@@ -148,11 +146,8 @@ class DeviceLink(QObject):
         if request != self._request:
             return None
         engine = self._build(entry)
-        device: Any = engine.device
-        if hasattr(device, "on_status"):
-            device.on_status = partial(self._waits.emit, request)
-        if hasattr(device, "padding"):
-            device.padding = self.padding
+        engine.device.report_opening(partial(self._waits.emit, request))
+        engine.device.pad_frames(self.padding)
         self._before_start(engine)
         try:
             engine.start()
@@ -207,10 +202,9 @@ class DeviceLink(QObject):
         self._refusals = 0
         self.engine = engine
         self._configure(engine)
-        latency: Any = getattr(engine.device, "latency", None)
+        latency = engine.device.latency
         hint = latency.words if latency is not None and latency.long else ""
-        title = getattr(engine.device, "name", engine.device.title)
-        self._set_link(LinkStatus("running", title, hint))
+        self._set_link(LinkStatus("running", engine.device.name, hint))
         self.engine_changed.emit()
 
     def _fail(self, error: DeviceError) -> None:

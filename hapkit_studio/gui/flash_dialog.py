@@ -128,8 +128,8 @@ class FlashDialog(FormDialog):
         elif engine is None:
             return  # the engine's own signal follows
         else:
-            hello = engine.device.hello
-            words = f"The board says: build {hello.build}, protocol version {hello.version}."
+            found = engine.device.about()
+            words = f"The board says: build {found['firmware']}, protocol version {found['protocol']}."
             self.verdict.say(f"{wrote} {words}", "check", "ok")
         self._flashed = None
         self._look_at_job(False)
@@ -152,8 +152,8 @@ class FlashDialog(FormDialog):
         """Return the port of the device in use, if it is a board on a port."""
         engine, entry = self._studio.engine, self._studio.entry
         key = entry.key if entry is not None else ""
-        path = getattr(engine.device, "port", key) if engine is not None else key
-        return path if key != "virtual-board" and serial_ports.is_path(path) else ""
+        path = engine.device.flash_port if engine is not None else key
+        return path if serial_ports.is_path(path) else ""
 
     def reject(self) -> None:
         """Stay while it writes, whatever was to close it: half a firmware is none."""

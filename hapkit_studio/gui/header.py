@@ -99,10 +99,9 @@ class DeviceList(QPushButton):
 def fill_menu(menu: QMenu, studio: Studio) -> None:
     """Fill a menu with every device there is now, the one in use marked."""
     menu.clear()
-    device = studio.engine.device if studio.engine is not None else None
     own = studio.entry.key if studio.entry is not None else ""
-    if is_path(own):  # a board that came back may have another port than its entry says
-        own = getattr(device, "port", own)
+    if is_path(own) and studio.opened is not None:  # a board that came back may have a different port
+        own = studio.opened.port
     for entry in studio.device.entries():
         _add_choice(menu, entry.title, entry.key == own, partial(studio.device.open, entry))
 

@@ -105,7 +105,8 @@ class Notices(QObject):
     def show_unmeasured(self, health: "Health") -> None:
         """Show that the delay, and so the limit, is unknown although forces have gone out for a while."""
         studio = self._studio
-        forces = health.running and self._heard and not studio.simulated and studio.link.state == "running"
+        measures = studio.opened is not None and studio.opened.measures_delay
+        forces = health.running and self._heard and measures and studio.link.state == "running"
         if not forces or health.delay is not None or studio.stopped or studio.fault is not None:
             self._unmeasured.invalidate()
         elif not self._unmeasured.isValid():

@@ -20,6 +20,7 @@ from hapkit_studio.gui.recording import Recording
 
 if TYPE_CHECKING:
     from hapkit_studio.devices import DeviceEntry
+    from hapkit_studio.devices.base import Device
     from hapkit_studio.environments.base import Environment
     from hapkit_studio.haptics.engine import Engine
     from hapkit_studio.haptics.health import Fault, Health
@@ -331,7 +332,7 @@ class Studio(QObject):
             self.stop()
 
     def _waits(self, engine: "Engine") -> bool:
-        return self.restored and not engine.device.simulated
+        return self.restored and engine.device.motor
 
     @property
     def fault(self) -> "Fault | None":
@@ -368,7 +369,7 @@ class Studio(QObject):
     def _check_board_answer(self) -> None:
         """Tell that the loop is another one as soon as it is known how the board would render, or why not."""
         engine = self.engine
-        if engine is None or engine.device.simulated:
+        if engine is None or not engine.device.has_board:
             return
         if not self.board_answered:
             self._answer.start()
@@ -389,14 +390,19 @@ class Studio(QObject):
         return way is not None and (engine.where != "board" or engine.board_plan == way)
 
     @property
-    def simulated(self) -> bool:
-        """Say whether the device is embedded: its rate is ours, and there is nothing to calibrate."""
-        return self.engine is not None and bool(self.engine.device.simulated)
+    def opened(self) -> "Device | None":
+        """Return the device in use and its capabilities, None while there is none."""
+        return self.engine.device if self.engine is not None else None
+
+    @property
+    def models_handle(self) -> bool:
+        """Return whether the loop simulates the handle, so that its true motion is known and can be set."""
+        return self.opened is not None and self.opened.model is not None
 
     @property
     def hand_is_ours(self) -> bool:
-        """Say whether mouse and keys are the hand; on a real board a person's is."""
-        return self.simulated or (self.engine is not None and getattr(self.engine.device, "hand", False))
+        """Return whether mouse and keys are the hand; on a real board a person's is."""
+        return self.opened is not None and self.opened.simulated_hand
 
     def zero_here(self) -> None:
         """Make the present position of a real board its zero."""
@@ -423,7 +429,7 @@ class Studio(QObject):
         engine.set_environment(self.environment, self._hidden or self.values)
         loop = self.loop
         engine.set_loop(delay=loop.delay, estimator=loop.spec, controller=loop.controller)
-        if engine.device.simulated:
+        if not engine.device.own_clock:
             engine.set_loop(rate=self.loop.rate)
         engine.set_grip(self.grip)
         engine.set_model(self.loop.model)

@@ -421,7 +421,8 @@ class StopFilter(QObject):
         self._history.gesture += kind != _RELEASE
         if event.key() == Qt.Key.Key_Escape and kind != _RELEASE:
             front = QApplication.activePopupWidget() or QApplication.activeWindow() or self._window
-            if self._studio.simulated and front is not self._window and front.isVisible():
+            moves = self._studio.opened is None or self._studio.opened.motor
+            if not moves and front is not self._window and front.isVisible():
                 QTimer.singleShot(0, self, lambda: self._stop_unless_closed(front))
             else:
                 self._studio.stop()

@@ -1,12 +1,11 @@
-"""What moves the loop: one driver a kind of device, all with the same tick."""
+"""Drivers: each runs the loop for the devices that name it, all with the same tick."""
 
 import sys
+from typing import Any
 
 import numpy as np
 
-from hapkit_studio.devices.hapkit import HapkitBoard
-from hapkit_studio.devices.simulated import SimulatedHapkit
-from hapkit_studio.devices.virtual_board import VirtualBoard
+from hapkit_studio.devices.base import SERIAL, SIMULATED, Device
 from hapkit_studio.errors import DeviceError
 from hapkit_studio.haptics import arrays, board_plan, link, serial_loop, simulated_loop
 from hapkit_studio.haptics.arrays import LoopArrays
@@ -22,8 +21,8 @@ HOLD_SECONDS = 0.5
 class Driver:
     """Owns one connection; ``run`` keeps its thread until the control words say quit.
 
-    hold_seconds of zero force come first; rate: Hz that the device itself sets, None where the loop does;
-    planner: what it can render by itself, no_planner in one line why that is nothing.
+    hold_seconds of zero force come first; rate: Hz of the device's own clock, None without one; planner:
+    what its board can render, no_planner in one line why that is nothing.
     """
 
     hold_seconds = 0.0
@@ -52,13 +51,12 @@ class Driver:
 
 
 class SimulatedDriver(Driver):
-    """The embedded device: nothing to open, nothing to lose; its hand comes with the parameter block."""
+    """Moves a device's model: nothing to open, nothing to lose; the hand comes with the parameter block."""
 
-    no_planner = "The simulated Hapkit has no board: the computer renders."
-
-    def __init__(self, device: SimulatedHapkit):
+    def __init__(self, device: Device):
         super().__init__(link.new_link(device.quantum))
-        self.body = simulated_loop.new_plant(device)
+        self.rate, self.no_planner = device.rate, no_board(device)
+        self.body = simulated_loop.new_plant(device.model)
 
     def run(self, r: LoopArrays, out: Ring, late: np.ndarray) -> None:
         simulated_loop.run(r, self.body, out, late)
@@ -69,7 +67,7 @@ class SerialDriver(Driver):
 
     hold_seconds = HOLD_SECONDS
 
-    def __init__(self, device: HapkitBoard):
+    def __init__(self, device: Any):
         device.open()
         super().__init__(link.new_link(device.quantum, 1e-3 * device.hello.watchdog_ms))
         self.device = device
@@ -97,9 +95,8 @@ class SerialDriver(Driver):
         serial_loop.run(r, self.conn, out, late, self.device.fileno())
 
     def move_hand(self, target: float | None, grip: str) -> None:
-        if isinstance(self.device, VirtualBoard):
-            self.device.set_grip(grip)
-            self.device.move_hand(target)
+        self.device.set_grip(grip)
+        self.device.move_hand(target)
 
     def close(self) -> None:
         self.device.close()
@@ -115,10 +112,20 @@ class PortableDriver(SerialDriver):
             serial_loop.run_portable(r, self.conn, out, late, self.device.read, self.device.write)
 
 
-def driver_for(device: object) -> Driver:
-    """Return the driver of a device, opened; raise DeviceError."""
-    if isinstance(device, SimulatedHapkit):
-        return SimulatedDriver(device)
-    if isinstance(device, HapkitBoard):
-        return PortableDriver(device) if sys.platform == "win32" else SerialDriver(device)
-    raise DeviceError(f"{device!r} is not a device that the studio can drive.")
+_DRIVERS: dict[str, type[SimulatedDriver] | type[SerialDriver]] = {
+    SIMULATED: SimulatedDriver,
+    SERIAL: PortableDriver if sys.platform == "win32" else SerialDriver,
+}
+
+
+def driver_for(device: Device) -> Driver:
+    """Return the driver that a device names, opened; raise DeviceError."""
+    if device.driver not in _DRIVERS:
+        drivers = ", ".join(_DRIVERS)
+        raise DeviceError(f"{device.title}: its driver is one of {drivers}, not {device.driver!r}.")
+    return _DRIVERS[device.driver](device)
+
+
+def no_board(device: Device) -> str:
+    """Return in one line why a device without a board renders no laws."""
+    return f"{device.title} has no board: the computer renders."

@@ -9,6 +9,7 @@ import numpy as np
 
 from hapkit_studio import environments
 from hapkit_studio.devices import delays
+from hapkit_studio.devices.base import Device
 from hapkit_studio.devices.delays import MeasuredDelay
 from hapkit_studio.devices.simulated import MODELS, SimulatedHapkit
 from hapkit_studio.dynamics.estimators import Spec
@@ -18,7 +19,7 @@ from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.haptics import arrays, block, board_plan, health, link, passivity, priority
 from hapkit_studio.haptics.board_plan import BackgroundPlanner, BoardPlan, BoardPlanner, PlanRequest
 from hapkit_studio.haptics.clib import load_acquire, store_release
-from hapkit_studio.haptics.drivers import Driver, SimulatedDriver, driver_for
+from hapkit_studio.haptics.drivers import Driver, driver_for, no_board
 from hapkit_studio.haptics.health import Fault, Health, Watch
 from hapkit_studio.haptics.priority import Priority
 from hapkit_studio.haptics.rows import RingReader, new_ring
@@ -39,7 +40,7 @@ def _environment(named: str | Environment) -> Environment:
 class Engine:
     """Runs one device's loop in a thread of its own and passes settings to it."""
 
-    def __init__(self, device: Any, environment: str | Environment = "wall", realtime: bool = True):
+    def __init__(self, device: Device, environment: str | Environment = "wall", realtime: bool = True):
         self.device = device
         self._realtime = realtime
         # the loop
@@ -114,7 +115,7 @@ class Engine:
             self.driver = None
         self._planning.close()
 
-    def use(self, device: Any) -> None:
+    def use(self, device: Device) -> None:
         """Change to another device, settings and readers kept; raise DeviceError with the force at zero."""
         self.close()
         self.device = device
@@ -158,15 +159,16 @@ class Engine:
 
     @property
     def modelled(self) -> SimulatedHapkit | None:
-        """Return the simulated device as the loop models it now, None for a board."""
+        """Return the device's model with the terms that the loop simulates now, None for hardware."""
         return self._modelled(self.environment, self._wanted.values)
 
     def _modelled(self, environment: Environment, values: Values) -> SimulatedHapkit | None:
-        if not isinstance(self.device, SimulatedHapkit):
+        model: SimulatedHapkit | None = self.device.model
+        if model is None:
             return None
         if self.model == "scene":
-            return self.device.reduced(environment.needed_at(values))
-        return self.device.without(("coulomb",) if self.model == "frictionless" else ())
+            return model.reduced(environment.needed_at(values))
+        return model.without(("coulomb",) if self.model == "frictionless" else ())
 
     @property
     def max_force(self) -> float:
@@ -329,7 +331,7 @@ class Engine:
         """
         driver = self.driver
         if driver is None:
-            return SimulatedDriver.no_planner if self.device.simulated else "No device is open."
+            return "No device is open." if self.device.has_board else no_board(self.device)
         if driver.planner is None:
             return driver.no_planner
         if wanted.max_force < self.device.max_force:
@@ -442,7 +444,7 @@ class Engine:
         rate, late, missed_lately = self._watch.look(control, self.lateness_bins)
         running = thread is not None and thread.is_alive()
         delay: float | None = self.loop.delay
-        if self.driver is not None and not self.device.simulated:
+        if self.driver is not None and self.device.measures_delay:
             measured = self.delay_of(self.rendering)
             delay = None if measured is None else measured.mean
         if thread is not None and running and thread.native_id is not None:

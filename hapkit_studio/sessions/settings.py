@@ -47,11 +47,8 @@ def in_force(engine: Engine) -> dict[str, Any]:
 def about_device(engine: Engine) -> dict[str, Any]:
     """Return what the device is: its name, its sensor; of a board firmware and calibration too."""
     device = engine.device
-    found = {"device": device.title, "quantum_m": device.quantum, "studio": __version__}
-    hello = getattr(device, "hello", None)
-    if hello is not None:
-        found |= {"firmware": hello.build, "protocol": hello.version}
-    return found
+    found: dict[str, Any] = {"device": device.title, "quantum_m": device.quantum, "studio": __version__}
+    return found | device.about()
 
 
 def log(events: Sequence[Event], start: float, stop: float) -> Log:

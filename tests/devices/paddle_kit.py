@@ -6,6 +6,7 @@ from dataclasses import fields
 
 import numpy as np
 
+from hapkit_studio.devices.base import Device
 from hapkit_studio.devices.profiles import default
 from hapkit_studio.dynamics.paddle import advance, transition
 from hapkit_studio.errors import DeviceError, ParameterError
@@ -20,7 +21,7 @@ ANSWER = 0.4e-3
 """s from a sample to its force in effect: the wire and the board."""
 
 
-class PaddleKit:
+class PaddleKit(Device):
     """Truth by keyword; ``settings`` is what its board believes. Called as a HapkitBoard is.
 
     mass, viscous, coulomb: the paddle. sense: -1 with the magnet turned round. direction: -1 with the motor's
@@ -29,7 +30,7 @@ class PaddleKit:
     student(kit): called every period, may set ``hand`` to a place in m, or None.
     """
 
-    simulated, title = False, "Hapkit on test"
+    title = "Hapkit on test"
 
     def __init__(
         self, board=None, *, mass=0.044, viscous=0.5, coulomb=0.10, sense=1, direction=1, magnet=300.0,

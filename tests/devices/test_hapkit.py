@@ -58,7 +58,7 @@ def test_every_constant_comes_from_the_board(opened):
     board, _ = opened(says_hello)
     assert board.hello.counts_per_flip == 921
     assert board.hello.build == "test"
-    assert (board.max_force, board.rate, board.simulated) == (2.5, 1000.0, False)
+    assert (board.max_force, board.rate, board.motor) == (2.5, 1000.0, True)
     assert board.quantum == pytest.approx(2e-5, rel=1e-7)
     # torque 0.0183 N·m at the motor, times the gear 74/5, over the handle's 90 mm
     assert board.full_force == pytest.approx(0.0183 * 74 / 5 / 0.090, rel=1e-6)

@@ -48,7 +48,7 @@ def start(images, tmp_path):
 def test_it_is_in_the_list_only_where_it_is_built(monkeypatch, tmp_path):
     entry = next(e for e in devices.available() if e.key == "virtual-board")
     assert isinstance(entry.make(), VirtualBoard)
-    assert not entry.make().simulated
+    assert entry.make().motor
     monkeypatch.setenv(virtual_board.VARIABLE, str(tmp_path / "virtual_board"))
     assert "virtual-board" not in [e.key for e in devices.available()]
     with pytest.raises(DeviceError, match="not built"):

@@ -35,6 +35,6 @@ def answered(window, qtbot):
 @pytest.fixture
 def held_board_window(board_window):
     """Return a window on a board whose hand is the mouse, so that both ways can be compared."""
-    board_window.studio.engine.device.hand = True
+    board_window.studio.engine.device.simulated_hand = True
     board_window.loop.where.show_state()
     return board_window

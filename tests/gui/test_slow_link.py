@@ -1,11 +1,11 @@
 """A link that is slow, mute, or whose delay nobody knows: said at once, with the way out beside it."""
 
-from types import SimpleNamespace
-
 import pytest
 
-from hapkit_studio.devices.hapkit import PACKET
+from hapkit_studio.devices.hapkit import PACKET, HapkitBoard
 from hapkit_studio.devices.serial_ports import Latency
+from hapkit_studio.devices.simulated import SimulatedHapkit
+from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.gui import notices
 from hapkit_studio.gui.panel.stability_card import LONG, delay_reason
 from hapkit_studio.haptics import arrays
@@ -139,27 +139,26 @@ def test_a_board_without_samples_is_noticed_until_they_come_and_its_late_ones_ar
     assert "latency_timer`" in window.stability.words.toolTip()
 
 
-def device(timer=None, padding=0, simulated=False):
-    return SimpleNamespace(simulated=simulated, latency=Latency(timer), padding=padding)
-
-
-VIRTUAL = SimpleNamespace(simulated=False, hand=True)
+def board(timer=None, padding=0):
+    made = HapkitBoard("port")
+    made.latency, made.padding = Latency(timer), padding
+    return made
 
 
 @pytest.mark.parametrize(
     ("what", "delay", "words"),
     [
         (
-            device(0.016),
+            board(0.016),
             1.01 * LONG,
             "back, up to 16 ms: let Device, Set up my Hapkit… choose",
         ),
-        (device(0.016), 0.99 * LONG, ""),
-        (device(0.001), 1.01 * LONG, "The line holds frames back: let Device, Set up my Hapkit…"),
-        (device(), 1.01 * LONG, "render on the board"),
-        (device(simulated=True), 0.1, ""),
-        (device(padding=PACKET), 0.1, "The line holds frames back: render on the board"),
-        (VIRTUAL, 1.01 * LONG, "The virtual board shares this computer's"),
+        (board(0.016), 0.99 * LONG, ""),
+        (board(0.001), 1.01 * LONG, "The line holds frames back: let Device, Set up my Hapkit…"),
+        (board(), 1.01 * LONG, "render on the board"),
+        (SimulatedHapkit(), 0.1, ""),
+        (board(padding=PACKET), 0.1, "The line holds frames back: render on the board"),
+        (VirtualBoard(), 1.01 * LONG, "The virtual board shares this computer's"),
     ],
 )
 def test_only_a_long_delay_has_a_reason(what, delay, words):

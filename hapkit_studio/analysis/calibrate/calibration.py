@@ -159,7 +159,7 @@ class Calibration:
         A virtual board's is hooked on and off here. Raise StudioError.
         """
         self._need_direction()
-        hook = getattr(self.runner.board, "hook_spring", lambda stiffness: None)
+        hook = self.runner.board.hook_spring
         hook(stiffness)
         try:
             track = self._pull_in_time(stiffness)

@@ -43,7 +43,7 @@ UNKNOWN = "The delay of the link cannot be measured: nobody knows how stiff a sp
 
 def rendering_rate(engine: Engine, where: str) -> float | None:
     """Return the rate in Hz of one way of rendering, None where the board cannot."""
-    if where == COMPUTER or engine.device.simulated:
+    if where == COMPUTER or not engine.device.has_board:
         return engine.loop.rate
     way = engine.board_plan or engine.possible_plan
     return None if way is None else float(way.rate)
@@ -68,7 +68,7 @@ def rendering_limit(engine: Engine, where: str) -> float | None:
 def link_warning(engine: Engine) -> str:
     """Return in one line why what is rendered is too much for the link, or may be; "" where it is not."""
     where, device = engine.where, engine.device
-    if device.simulated:
+    if not device.measures_delay:
         return ""
     delay, rate = engine.delay_of(where), rendering_rate(engine, where)
     if delay is None or rate is None:

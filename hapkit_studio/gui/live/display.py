@@ -183,7 +183,7 @@ class LiveDisplay(QObject):
     def _own_rate(self) -> tuple[float | None, bool]:
         """Return the rate in Hz that the loop should have, and whether it is the board's own."""
         engine = self._studio.engine
-        if engine is None or engine.device.simulated:
+        if engine is None or not engine.device.own_clock:
             return None, False
         plan = engine.board_plan if engine.rendering == engine.where else None
         return (engine.loop.rate, False) if plan is None else (float(plan.rate), True)
@@ -248,7 +248,7 @@ class LiveDisplay(QObject):
         self._show_preparing()
         replaying = self._live.replaying
         self._centre.scene.set_hand_enabled(self._studio.hand_is_ours and not replaying)
-        self._centre.toolbar.show_release(self._studio.simulated and not replaying)
+        self._centre.toolbar.show_release(self._studio.models_handle and not replaying)
         self._centre.time.set_stale(state in ("gone", "failed", "idle") and not replaying)
         if state != "running":
             self._centre.time.show_oscillation(None)

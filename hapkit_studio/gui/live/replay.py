@@ -248,8 +248,8 @@ class Replay(QObject):
         """Set what differs from what is set."""
         now, differing = settings_of(self._studio), self._differing(wanted)
         rate = ("loop", "rate")
-        if self._studio.engine is not None and not self._studio.simulated and rate in differing:
-            self._studio.loop = replace(self._studio.loop, rate=differing.pop(rate))  # a board has its own
+        if self._studio.opened is not None and self._studio.opened.own_clock and rate in differing:
+            self._studio.loop = replace(self._studio.loop, rate=differing.pop(rate))
         self._putting = True
         try:
             put(self._studio, {ENVIRONMENT: wanted.get(ENVIRONMENT, now[ENVIRONMENT]), **differing})
@@ -269,7 +269,8 @@ class Replay(QObject):
 
     def _notice_release(self) -> None:
         """End where a person lets the force come back, which fades in with the settings of before."""
-        if not self._studio.stopped and not self._studio.simulated:
+        opened = self._studio.opened
+        if not self._studio.stopped and (opened is None or opened.motor):
             self.close()
 
 
@@ -284,7 +285,7 @@ def recorded_settings(studio: Studio, what: Mapping[str, Any]) -> Settings:
     parameters, spec = what.get("parameters"), what.get("estimator")
     name, options = spec if isinstance(spec, list) and len(spec) == 2 else (spec, {})
     given = {"delay": what.get("delay_s"), "estimator": name, "options": options, "grip": what.get("grip")}
-    if studio.simulated:
+    if studio.opened is not None and not studio.opened.own_clock:
         given["rate"] = what.get("rate_Hz")
     loop = loop_from({**given, "controller": what.get("controller")}, studio.loop.estimator)
     found: Settings = {ENVIRONMENT: key, HAND: loop.pop("grip", studio.grip)}

@@ -186,10 +186,11 @@ class ScenePart(Part):
         studio, engine = self._studio, self._studio.engine
         loop, device = studio.loop, SimulatedHapkit()  # with all that the scene in sight may go without
         here = Place(COMPUTER, loop.rate, loop.delay)
-        if engine is not None and not engine.device.simulated:
+        if engine is not None:
             kit = engine.device
-            device = replace(device, mass=kit.mass, damping=kit.viscous, quantum=kit.quantum)
-            here = Place(COMPUTER, engine.loop.rate, steady_delay(engine, COMPUTER))
+            device = SimulatedHapkit(kit.mass, kit.viscous, kit.coulomb_force, kit.quantum)
+            delay = steady_delay(engine, COMPUTER) if kit.measures_delay else loop.delay
+            here = Place(COMPUTER, engine.loop.rate, delay)
         places = here, Place(BOARD, loop.board_rate or this_scene.ON_BOARD.rate)
         return Question(studio.environment, dict(studio.values), loop.spec, places, device)
 

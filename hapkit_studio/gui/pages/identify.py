@@ -311,9 +311,9 @@ class IdentifyPage(MeasuringPage):
         ours = self._studio.hand_is_ours and self._studio.grip != "released"
         self.shaking.setEnabled(ours or self.shake.isActive())
         self.shaking.setText("Let go" if self.shake.isActive() else "Shake")
-        board = self._studio.engine is not None and not self._studio.simulated
+        hardware = self._studio.engine is not None and not self._studio.models_handle
         unknown = self._file is not None and not np.isfinite(self._file[0].hand_force).all()
-        self.released.setVisible(unknown if self._file else board)
+        self.released.setVisible(unknown if self._file else hardware)
         self._say(self.part)
 
 

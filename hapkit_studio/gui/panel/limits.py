@@ -78,7 +78,7 @@ class LoopFacts(QObject):
         return Setting(
             device.mass,
             modelled.viscous,
-            getattr(modelled, "coulomb_force", Setting.coulomb),
+            modelled.coulomb_force,
             modelled.quantum,
             engine.loop.rate if board is None else float(board.rate),
             self.delay,
@@ -105,7 +105,8 @@ class LoopFacts(QObject):
         handing_over = engine is not None and engine.rendering != engine.where
         if handing_over or health.delay is None:
             return
-        own = None if engine is None or engine.device.simulated else steady_delay(engine, engine.where)
+        measures = engine is not None and engine.device.measures_delay
+        own = steady_delay(engine, engine.where) if engine is not None and measures else None
         delay = coarse(health.delay, self.delay) if own is None else own
         if delay != self.delay:
             self.delay = delay
@@ -114,15 +115,16 @@ class LoopFacts(QObject):
     def _follow(self) -> None:
         """Know the delay of whoever is to render now."""
         engine = self._studio.engine
-        if engine is not None and not engine.device.simulated and engine.where != self._where:
+        if engine is not None and engine.device.measures_delay and engine.where != self._where:
             self._where = engine.where
             self.delay = steady_delay(engine, engine.where)
         self.changed.emit()
 
     def _forget(self) -> None:
-        """Know nothing of another device's delay; the embedded one has none but the added."""
-        self._where = "computer"
-        self.delay = self._studio.loop.delay if self._studio.simulated else None
+        """Forget the delay of the previous device; without a delay to measure it is the added delay."""
+        opened, self._where = self._studio.opened, "computer"
+        known = opened is not None and not opened.measures_delay
+        self.delay = self._studio.loop.delay if known else None
         self.changed.emit()
 
 

@@ -71,15 +71,15 @@ class ModelLine(QWidget):
         self.switch.chosen.connect(lambda index: self.chosen.emit(MODELS[index]))
         down(self.words, self.switch, into=self, gap=4)
 
-    def show_model(self, environment: Environment, values: Values, model: str, simulated: bool) -> None:
-        """Show what is in force; a real device is not modelled."""
-        self.setVisible(simulated)
+    def show_model(self, environment: Environment, values: Values, model: str, modelled: bool) -> None:
+        """Show what is in force; hidden for hardware, which is not modelled."""
+        self.setVisible(modelled)
         needs = environment.needed_at(values)
         # () was never looked at, and gets everything
         spare = [key for key in OPTIONAL if needs and key not in needs]
         left_out = {"everything": [], "frictionless": ["coulomb"]}.get(model, spare)
-        modelled = [key for key in MODELLED if key not in left_out]
-        self.words.setText(f"Modelled: {_words(modelled) if left_out else 'everything'}")
+        terms = [key for key in MODELLED if key not in left_out]
+        self.words.setText(f"Modelled: {_words(terms) if left_out else 'everything'}")
         self.switch.show_index(MODELS.index(model))
         self.setToolTip(f"<p>{rich(_model_tip(environment.title, spare, judged=bool(needs)))}</p>")
 
@@ -169,9 +169,9 @@ class LoopPanel(QWidget):
         self.fold.setText(self.summary() if self.folded else "Fold")
         self.fold.setAccessibleName(f"Loop: {self.summary()}")
         self._show_model()
-        self.more.setVisible(studio.simulated or bool(self.options[loop.estimator]))
-        own_clock = engine is not None and not engine.device.simulated
-        self.rate.set_locked("The board samples by its own clock. Its rate is fixed." if own_clock else "")
+        self.more.setVisible(studio.models_handle or bool(self.options[loop.estimator]))
+        own_clock = engine is not None and engine.device.own_clock
+        self.rate.set_locked("The device samples by its own clock. Its rate is fixed." if own_clock else "")
         self.controller_words.setText(UNWATCHED if self._plan() else CONTROLLER)
         own_hand = engine is not None and not studio.hand_is_ours
         self.grip.set_locked("The hand on this device is your own." if own_hand else "")
@@ -205,7 +205,7 @@ class LoopPanel(QWidget):
 
     def _show_model(self) -> None:
         studio = self._studio
-        self.model.show_model(studio.environment, studio.values, studio.loop.model, studio.simulated)
+        self.model.show_model(studio.environment, studio.values, studio.loop.model, studio.models_handle)
 
     def _connect(self) -> None:
         studio = self._studio

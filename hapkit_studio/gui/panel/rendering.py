@@ -230,7 +230,7 @@ class RenderingSwitch(QWidget):
     def show_state(self) -> None:
         """Show who renders, and why the board cannot where it cannot; until that is known, as it was."""
         engine = self._studio.engine
-        board = engine is not None and not engine.device.simulated
+        board = engine is not None and engine.device.has_board
         self.setVisible(board)
         if engine is None or not board:
             self._refusal, self._cheaper, self._renderers = "", None, None

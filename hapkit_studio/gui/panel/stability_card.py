@@ -1,7 +1,7 @@
 """The stability card: what the handle does, held and let go, and how far the limit is, on a small map."""
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QRectF, Qt, QTimer, Signal
 from PySide6.QtGui import QBrush, QPainter, QPen, QPolygonF
@@ -18,6 +18,7 @@ from hapkit_studio.gui.widgets.theme import number, theme
 
 if TYPE_CHECKING:
     from hapkit_studio.analysis.stability.verdict import Asked
+    from hapkit_studio.devices.base import Device
     from hapkit_studio.haptics.health import Health
 
 LONG = 2e-3
@@ -31,21 +32,21 @@ _LEAST_WIDTH = 4.0
 _PALE = 0.35
 
 
-def delay_reason(device: Any, delay: float) -> str:
+def delay_reason(device: "Device", delay: float) -> str:
     """Return the likeliest reason and what helps; nothing where the delay in s is short."""
-    if device.simulated or delay <= LONG:
+    if not device.measures_delay or delay <= LONG:
         return ""
-    if getattr(device, "hand", False):  # a virtual board has no USB chip, and frames filled do not help
+    if not device.usb_chip:
         return f"The virtual board shares this computer's processors: {_BOARD}."
-    what = _BOARD if getattr(device, "padding", 0) else f"{_FRAMES}, or {_BOARD}"
+    what = _BOARD if device.padding else f"{_FRAMES}, or {_BOARD}"
     timer = latency_timer(device)
     holds = f"The USB chip holds frames back, up to {timer} ms" if timer else "The line holds frames back"
     return f"{holds}: {what}."
 
 
-def latency_timer(device: Any) -> str:
+def latency_timer(device: "Device") -> str:
     """Return the USB chip's latency timer in ms, nothing where it is short or not known."""
-    latency = getattr(device, "latency", None)
+    latency = device.latency
     return f"{1e3 * latency.timer:.0f}" if latency is not None and latency.long else ""
 
 

@@ -103,7 +103,7 @@ class BoardThread(QObject):
     @property
     def has_hand(self) -> bool:
         """Say whether the board has a hand that the window moves, as the virtual board has."""
-        return self.runner is not None and getattr(self.runner.board, "hand", None) is True
+        return self.runner is not None and bool(self.runner.board.simulated_hand)
 
     def move_hand(self, place: float | None) -> None:
         """Hold the virtual board's hand at a place in m; None lets go."""

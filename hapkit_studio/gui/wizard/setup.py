@@ -9,10 +9,8 @@ from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QWidget
 
 from hapkit_studio.analysis.calibrate.calibration import Calibration
 from hapkit_studio.analysis.calibrate.result import PASS, SKIP, CheckResult
-from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.padding import measure_padding
 from hapkit_studio.devices.profiles import of_settings
-from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.gui.widgets import icons
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.gui.wizard.board_dialog import NEUTRAL, SIGNS, BoardDialog, Recent
@@ -76,7 +74,7 @@ class SetupDialog(BoardDialog):
     def prepare(runner: "BoardRunner") -> Calibration:
         """Return a calibration; where a USB chip may hold frames back, with what filling them gains."""
         work = Calibration(runner)
-        if isinstance(runner.board, HapkitBoard) and not isinstance(runner.board, VirtualBoard):
+        if runner.board.usb_chip:
             work.padding = measure_padding(runner.board)
         return work
 

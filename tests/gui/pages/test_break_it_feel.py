@@ -137,7 +137,7 @@ def test_what_a_person_changes_takes_the_failure_out_and_what_is_refused_changes
     assert state(studio) == before
     assert not felt.feel.on
     assert "rate" in felt.bar.status.text().lower()
-    monkeypatch.setattr(type(studio), "simulated", property(lambda self: False))
+    monkeypatch.setattr(type(studio.opened), "motor", True)
     studio.engine_changed.emit()
     assert not felt.verdict.feel.isEnabled()
     assert "Only the simulated Hapkit" in felt.verdict.feel.toolTip()

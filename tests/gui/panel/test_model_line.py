@@ -35,22 +35,22 @@ def line(qtbot):
     ],
 )
 def test_says_what_is_modelled_and_what_is_left_out(line, needs, model, words, tip):
-    line.show_model(scene(*needs), {}, model, simulated=True)
+    line.show_model(scene(*needs), {}, model, modelled=True)
     assert line.words.text() == words
     assert tip in line.toolTip()
 
 
 def test_a_real_device_is_not_modelled(line):
-    line.show_model(scene("mass"), {}, "everything", simulated=True)
+    line.show_model(scene("mass"), {}, "everything", modelled=True)
     assert line.switch.index == 1
-    line.show_model(scene("mass"), {}, "scene", simulated=False)
+    line.show_model(scene("mass"), {}, "scene", modelled=False)
     assert line.isHidden()
 
 
 def test_a_person_switches_and_showing_does_not(kept_window):
     line, studio = kept_window.loop.model, kept_window.studio
     studio.choose("free")
-    line.show_model(studio.environment, studio.values, "everything", simulated=True)
+    line.show_model(studio.environment, studio.values, "everything", modelled=True)
     assert studio.loop.model == "scene"
     line.switch.button(0).click()
     line.switch.button(1).click()
@@ -63,7 +63,7 @@ def test_a_person_switches_and_showing_does_not(kept_window):
 def test_at_other_parameters_everything_is_modelled(line, stiffness, words):
     """What a scene needs was judged with those that it starts with; a softer one may show friction."""
     wall = replace(environments.named("wall"), needs=("mass", "viscous"))
-    line.show_model(wall, wall.values({"stiffness": stiffness} if stiffness else {}), "scene", simulated=True)
+    line.show_model(wall, wall.values({"stiffness": stiffness} if stiffness else {}), "scene", modelled=True)
     assert line.words.text() == words
 
 

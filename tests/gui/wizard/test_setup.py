@@ -118,14 +118,14 @@ def test_no_supply_offers_the_search_and_the_hand_of_a_board_that_has_one_is_dra
     middle = view.rect().center()
     qtbot.mouseClick(view, Qt.MouseButton.LeftButton, pos=middle)
     assert led == []
-    kit.hand = True
+    kit.simulated_hand = True
     view.set_hand_enabled(dialog.board.has_hand)
     for leave in (view.let_go.click, lambda: dialog.go(1)):
         qtbot.mouseClick(view, Qt.MouseButton.LeftButton, pos=middle)
         assert led[-1] == pytest.approx(0.0, abs=3e-4)
         leave()
         assert led[-1] is None
-    kit.hand = None
+    kit.simulated_hand = False
 
 
 class EncoderKit(PaddleKit):

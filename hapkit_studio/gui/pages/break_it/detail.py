@@ -79,9 +79,12 @@ class VerdictRow(QWidget):
         across(self.sign, (down(self.words, self.more), 1), self.back, self.feel, into=self)
 
     def show_record(
-        self, record: Record, simulated: bool, felt: bool, taken: bool, gone: bool = False
+        self, record: Record, harmless: bool, felt: bool, taken: bool, gone: bool = False
     ) -> None:
-        """Show a verdict; felt: it is in the scene; gone: it was; taken: there is something to take back."""
+        """Show a verdict.
+
+        harmless: no motor moves; felt: it is in the scene; gone: it was; taken: something can be taken back.
+        """
         here = record.here if not record.wrong else None
         fresh = here is not None and "here" not in record.old
         token = "ok" if here and here.evidence.holds else "danger"
@@ -97,8 +100,8 @@ class VerdictRow(QWidget):
         mark(self.more, "on", felt)
         pressed = next((button for button in (self.feel, self.back) if button.hasFocus()), None)
         self.feel.setVisible(record.failure.live is not None and not felt)
-        self.feel.setEnabled(simulated and fresh and live is not None)
-        self.feel.setToolTip(_FEEL if simulated else _BOARD)
+        self.feel.setEnabled(harmless and fresh and live is not None)
+        self.feel.setToolTip(_FEEL if harmless else _BOARD)
         self.back.setVisible(taken)
         if pressed is not None and pressed.isHidden():  # else a box takes the focus, and the next digit
             (self.back if taken else self.feel).setFocus()

@@ -104,7 +104,7 @@ class BreakItPage(MeasuringPage):
     def feel_it(self) -> None:
         """Put the failure at the knob's present value into the scene."""
         here = self.record.here
-        if here is None or here.live is None or "here" in self.record.old or not self._studio.simulated:
+        if here is None or here.live is None or "here" in self.record.old or not self._harmless:
             return
         try:
             self.feel.put(self.record.failure.key, here.live)
@@ -191,10 +191,15 @@ class BreakItPage(MeasuringPage):
         self._show_verdict()
         self.bar.export.setEnabled(self.record.complete)
 
+    @property
+    def _harmless(self) -> bool:
+        """Return whether a failure may be put into the scene: only where no motor moves."""
+        return self._studio.opened is not None and not self._studio.opened.motor
+
     def _show_verdict(self) -> None:
         ours = self.feel.on and self.feel.key == self.record.failure.key
         felt = ours and bool(self.feel.felt)
-        self.verdict.show_record(self.record, self._studio.simulated, felt, self.feel.on, ours and not felt)
+        self.verdict.show_record(self.record, self._harmless, felt, self.feel.on, ours and not felt)
 
     # putting together
 
