@@ -185,7 +185,7 @@ def simulate(
         "delay_s": loop.delay,
         "estimator": estimator,
         "controller": loop.controller,
-        "device": {k: repr(v) if math.isinf(v) else v for k, v in vars(model).items()},
+        "device": settings_of.of_model(device, model),
         "seed": seed,
     }
     own = isinstance(moving, Hand) and not isinstance(hand, str)

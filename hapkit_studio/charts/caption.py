@@ -9,6 +9,7 @@ from typing import Any
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import estimator_words
 from hapkit_studio.charts.style import unbroken
+from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import on_screen
@@ -69,7 +70,8 @@ def _conditions(settings: Settings) -> list[str]:
     """Return device, hand and loop in words."""
     device, hand, grip = (settings.get(key) for key in ("device", "hand", "grip"))
     rate, delay, render = (settings.get(key) for key in ("rate_Hz", "delay_s", "render"))
-    words = [device if isinstance(device, str) else "Simulated Hapkit"]
+    model = device.get("title") if isinstance(device, Mapping) else None
+    words = [device if isinstance(device, str) else str(model or SimulatedHapkit.title)]
     words += [_HANDS.get(hand, f"hand: {hand}")] if isinstance(hand, str) else []
     words += [f"{grip} grip"] if isinstance(grip, str) and not isinstance(device, str) else []
     words += [f"rendered on the {render}"] if isinstance(render, str) and isinstance(device, str) else []

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
+from hapkit_studio.devices.base import Device
+from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import plain
 from hapkit_studio.haptics.engine import Engine
@@ -25,10 +27,15 @@ def of_scene(environment: Environment, values: dict[str, float]) -> dict[str, An
     }
 
 
+def of_model(device: Device, modelled: SimulatedHapkit) -> dict[str, Any]:
+    """Return a device's title and the terms of its model that are simulated, infinity as text."""
+    terms = {key: repr(value) if math.isinf(value) else value for key, value in vars(modelled).items()}
+    return {"title": device.title, **terms}
+
+
 def in_force(engine: Engine) -> dict[str, Any]:
     """Return what is set at this moment, as JSON has it."""
-    modelled, loop = engine.modelled, engine.loop
-    device = {} if modelled is None else vars(modelled)
+    device, modelled, loop = engine.device, engine.modelled, engine.loop
     return {
         **of_scene(engine.environment, engine.values),
         "state_names": list(engine.environment.state_names),
@@ -40,7 +47,7 @@ def in_force(engine: Engine) -> dict[str, Any]:
         "estimator": plain(loop.estimator),
         "controller": loop.controller,
         "max_force_N": engine.max_force,
-        "device": {k: repr(v) if math.isinf(v) else v for k, v in device.items()} or engine.device.title,
+        "device": device.title if modelled is None else of_model(device, modelled),
     }
 
 
