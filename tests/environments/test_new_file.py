@@ -1,14 +1,9 @@
 """A new environment is one file: nothing else is touched, and the tests of every environment take it too."""
 
-import os
-import shutil
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.project_copy import copy_with, run_tests
+
 NEW = '''"""Magnet: pulls to its place, strongest a little beside it."""
 
 from hapkit_studio.environments.base import Environment
@@ -46,21 +41,7 @@ LOOK_AT_EACH = ("environments", "analysis", "laws", "gui")
 
 @pytest.mark.slow
 def test_a_file_of_its_own_is_all_that_a_new_environment_takes(tmp_path):
-    left = shutil.ignore_patterns("__pycache__", "build", ".*")
-    for name in ("hapkit_studio", "tests", "assets", "firmware"):
-        shutil.copytree(ROOT / name, tmp_path / name, ignore=left)
-    shutil.copy(ROOT / "pyproject.toml", tmp_path)
-    if (ROOT / "firmware" / "build").is_dir():
-        (tmp_path / "firmware" / "build").symlink_to(ROOT / "firmware" / "build")
-    (tmp_path / "hapkit_studio" / "environments" / "magnet.py").write_text(NEW, encoding="utf-8")
-    around = os.environ | {"PYTHONPATH": str(tmp_path), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    words = [sys.executable, "-m", "pytest", "-v", "-p", "no:cacheprovider", "-m", "not slow and not alone"]
-    words += [*(f"tests/{folder}" for folder in LOOK_AT_EACH), "-k", f"magnet or {OF_ALL}"]
-    done = subprocess.run(words, cwd=tmp_path, env=around, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-1000:]
-    assert (
-        "test_is_described[magnet]"
-        in subprocess.run(
-            [*words, "--collect-only"], cwd=tmp_path, env=around, capture_output=True, text=True, check=False
-        ).stdout
-    )
+    copy = copy_with(tmp_path, "hapkit_studio/environments/magnet.py", NEW)
+    folders = [f"tests/{folder}" for folder in LOOK_AT_EACH]
+    said = run_tests(copy, "-m", "not slow and not alone", *folders, "-k", f"magnet or {OF_ALL}")
+    assert "test_is_described[magnet]" in said

@@ -1,0 +1,109 @@
+"""Every device whose handle is simulated: listed, headless, in the loop, recorded, judged, and by command."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from hapkit_studio import api, cli, devices
+from hapkit_studio.analysis.stability.verdict import Asked, verdict
+from hapkit_studio.analysis.zwidth.on_device import setting_of
+from hapkit_studio.dynamics.hand import Prescribed
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.engine import Engine
+from hapkit_studio.sessions.recorder import Recorder
+from tests.waiting import wait_until
+
+MODELLED = [entry for entry in devices.available() if entry.make().model is not None]
+every_device = pytest.mark.parametrize("entry", MODELLED, ids=lambda entry: entry.key)
+
+
+@pytest.fixture
+def engine(entry):
+    engine = Engine(entry.make(), "wall", realtime=False)
+    engine.start()
+    yield engine
+    engine.close()
+
+
+@every_device
+def test_is_listed_and_found_by_its_key(entry, capsys):
+    assert cli.main(["devices", "--probe", "--json"]) == 0
+    (listed,) = [d for d in json.loads(capsys.readouterr().out)["devices"] if d["key"] == entry.key]
+    assert (listed["title"], listed["ok"]) == (entry.title, True)
+    assert type(devices.named(entry.key)) is type(entry.make())
+
+
+@every_device
+def test_a_model_is_what_the_device_says_of_its_handle(entry):
+    device = entry.make()
+    for name in ("mass", "viscous", "coulomb_force", "quantum", "max_force"):
+        assert getattr(device.model, name) == getattr(device, name), name
+    assert (device.rate is not None) == device.own_clock
+
+
+@every_device
+def test_headless_a_hand_needs_the_force_of_mass_damping_and_friction(entry):
+    """Newton's law for a prescribed sine, with the force in N from the derivatives of the sine."""
+    device, size, turn = entry.make(), 0.01, 2.0 * math.pi * 5.0
+    run = api.simulate(
+        "free", device=device, hand=Prescribed(lambda t: size * math.sin(turn * t)), seconds=0.5
+    )
+    speed = size * turn * np.cos(turn * run.time)
+    force = -device.mass * turn**2 * size * np.sin(turn * run.time) + device.viscous * speed
+    force += device.coulomb_force * np.sign(speed)
+    inside = (np.abs(speed) > 0.05 * size * turn) & (run.time > 0.01) & (run.time < 0.49)
+    assert run.hand_force[inside] == pytest.approx(force[inside], rel=1e-3, abs=1e-3)
+    assert np.allclose(run.position / device.quantum, np.round(run.position / device.quantum), atol=1e-6)
+
+
+@every_device
+def test_the_loop_renders_records_and_is_judged(entry, engine, tmp_path):
+    device, reader = entry.make(), engine.reader()
+    path = tmp_path / "run.hapkit"
+    recorder = Recorder(seconds=0.5)
+    recorder.follow(engine)
+    recorder.record(path)
+    engine.move_hand(0.01)
+    found = []
+
+    def pressed():
+        found.extend(reader.read())
+        return bool(found) and found[-1][rows.APPLIED] < -0.1
+
+    wait_until(pressed)
+    recorder.stop()
+    recorder.close()
+    table = np.array(found)
+    counts = table[:, rows.POSITION] / device.quantum
+    assert np.allclose(counts, np.round(counts), atol=1e-6)
+    assert (np.abs(table[:, rows.APPLIED]) <= device.max_force).all()
+    assert engine.loop.rate == (device.rate or 1000.0)
+    run = api.open_session(path)
+    assert run.settings["device"]["title"] == device.title
+    assert run.settings["rate_Hz"] == engine.loop.rate
+    setting = setting_of(engine, "medium")
+    assert (setting.mass, setting.rate) == (device.mass, engine.loop.rate)
+    assert verdict(Asked(engine.environment, engine.values, setting, engine.max_force)).lines
+
+
+@every_device
+def test_a_rate_of_its_own_is_kept(entry, engine):
+    device = entry.make()
+    other = 2.0 * (device.rate or 500.0)
+    if device.own_clock:
+        with pytest.raises(ParameterError, match="sets the rate"):
+            engine.set_loop(rate=other)
+    else:
+        engine.set_loop(rate=other)
+        assert engine.loop.rate == other
+
+
+@every_device
+def test_a_command_runs_it_with_a_hand(entry, capsys):
+    words = ["run", "wall", "--device", entry.key, "--hand", "press", "--seconds", "0.5", "--json"]
+    assert cli.main(words) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["computer"]["rate_Hz"] == (entry.make().rate or 1000.0)
