@@ -18,7 +18,7 @@ from hapkit_studio.cli import main
 from hapkit_studio.commands import live_run
 from hapkit_studio.devices import DeviceEntry, flash
 from hapkit_studio.devices.delays import MeasuredDelay
-from hapkit_studio.devices.hapkit import HapkitBoard, probe
+from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.virtual_board import built
 from hapkit_studio.haptics import arrays, rows
 from hapkit_studio.haptics.engine import Engine
@@ -395,7 +395,7 @@ def test_old_firmware_names_the_command_that_updates_it(capsys, fake_board):
     old = encode(replace(FakeKit().hello(), version=1))
     board = fake_board(lambda message: old)
     entry = DeviceEntry(board.path, "", partial(HapkitBoard, board.path))
-    for words in (run(capsys, "check", board.path)[2], probe(entry)["text"]):
+    for words in (run(capsys, "check", board.path)[2], entry.make().probe()["text"]):
         assert f"Update firmware. Run `hapkit-studio flash {board.path}`." in words
 
 

@@ -11,7 +11,7 @@ import serial
 
 from hapkit_studio import cli, errors
 from hapkit_studio.devices import hapkit, port_errors, serial_ports
-from hapkit_studio.devices.hapkit import HapkitBoard, probe
+from hapkit_studio.devices.hapkit import HapkitBoard
 from hapkit_studio.devices.port_errors import unopened
 from hapkit_studio.devices.serial_ports import NOWHERE, Identity, Latency, Role, port_name, shorten_latency
 from hapkit_studio.protocol.messages import SettingsRequest
@@ -107,7 +107,7 @@ def test_another_kit_under_its_name_is_left_alone(plugged, monkeypatch):
 # --- who answers
 def test_a_kit_says_firmware_and_settings_in_words_and_in_the_command(plugged, capsys, monkeypatch):
     entry, _ = plugged(FakeKit())
-    found = probe(entry)
+    found = entry.make().probe()
     assert found["ok"]
     assert (found["build"], found["version"], found["arena"]) == ("test", 4, 760)
     assert (found["settings"]["label"], found["settings"]["origin"]) == ("fake kit", "default")
@@ -127,14 +127,14 @@ def test_a_kit_says_firmware_and_settings_in_words_and_in_the_command(plugged, c
 
 
 def test_a_kit_that_does_not_know_its_settings_is_there_all_the_same(plugged):
-    found = probe(plugged(FakeKit(deaf={SettingsRequest: 9}))[0])
+    found = plugged(FakeKit(deaf={SettingsRequest: 9}))[0].make().probe()
     assert found["ok"]
     assert "did not answer when asked for its settings" in found["text"]
 
 
 def test_what_is_not_a_hapkit_is_not_even_opened_by_probe_and_never_flashed(plugged):
     entry, peer = plugged(lambda m: b"OK\r\n", MODEM)
-    assert probe(entry) == {"ok": False, "text": "Not asked: not a Hapkit."}
+    assert entry.make().probe() == {"ok": False, "text": "Not asked: not a Hapkit."}
     assert peer.received == []
     with pytest.raises(errors.NotAHapkitError, match=r"of another kind: mobile modem\.") as caught:
         HapkitBoard(PATH).open()
