@@ -296,10 +296,10 @@ class SceneResult:
         """Return the options that may be recommended: those that hold MARGIN times the scene's stiffness.
 
         Where there are none, those within 1 % of the stiffest. An option with more than twice the least error
-        is not counted among these: 2 % of stiffness is not worth three times the error. A known limit goes
-        before an unknown one.
+        is not counted among these: 2 % of stiffness is not worth three times the error. With an estimator
+        that is not linear no limit is known, and any option may be recommended.
         """
-        options = [o for o in self.at(place) if not math.isnan(o.limit)] or list(self.at(place))
+        options = self.at(place)
         enough = [o for o in options if self.holds(o)]
         if enough or not options:
             return enough
@@ -338,13 +338,11 @@ class SceneResult:
         if best is None:
             return ""
         wanted, held = f"{self.question.stiffness:,.0f} N/m", ""
-        if not self.holds(best):
+        if not (self.holds(best) or math.isnan(best.limit)):
             held = f"No option is stable up to {MARGIN:g} times the {wanted} of this scene: "
             near = best.limit >= self.question.stiffness
             held += "it is near its limit." if near else "it needs a hand or friction to come to rest."
-        closer = [o for o in self.at(place) if math.isnan(o.limit) and o.error < best.error - KNOWN]
-        unknown = " ".join(f"{o.method} is closer, but its stiffness limit is not known." for o in closer)
-        return " ".join(filter(None, (held, self._cause(best), unknown)))
+        return " ".join(filter(None, (held, self._cause(best))))
 
     def _cause(self, best: Option) -> str:
         if not best.parts or best.error < KNOWN:
