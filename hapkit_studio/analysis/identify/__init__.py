@@ -1,4 +1,4 @@
-"""Identification: what a recorded piece tells about what was rendered, and about the handle.
+"""System identification from a recording: the rendered impedance, and the handle's mass and friction.
 
 ``identify(from_run(run))``, ``identify(from_csv("run.csv"))``, ``identify(of_rows(rows, setup))``.
 """
@@ -25,10 +25,10 @@ RENDERED_TERMS = ("stiffness", "damping", "friction")
 
 @dataclass(frozen=True)
 class Identified:
-    """A piece's answers: what was rendered, what the handle is, and of what piece.
+    """Result of ``identify`` for the recording from ``begin`` to ``end`` in s.
 
-    hertz: the position's dominant frequency, NaN without a clear peak. noise: standard deviation in m of the
-    positions' noise beside the sensor's steps, 0 where there is none.
+    hertz: dominant frequency of the position, NaN without a clear peak. noise: standard deviation in m of the
+    position noise beyond quantisation, 0 if there is none.
     """
 
     rendered: Part
@@ -41,11 +41,11 @@ class Identified:
     noise: float = 0.0
 
     def sentences(self, part: Part) -> list[str]:
-        """Return a part in words, a line each."""
+        """Return a part's results as sentences, one per line."""
         return words.sentences(part, self.setup, self.samples) + self._noise_remark(part)
 
     def notes(self, part: Part) -> list[str]:
-        """Return what a table of a part's numbers does not say, a line each."""
+        """Return the remarks that go below a table of a part's numbers, one per line."""
         return words.notes(part, self.setup, self.samples) + self._noise_remark(part)
 
     def _noise_remark(self, part: Part) -> list[str]:
@@ -53,15 +53,15 @@ class Identified:
 
     @property
     def force_known(self) -> str:
-        """Return in words what every number rests on: a force that nothing measured."""
+        """Return a sentence on the source of the force: it is the command, not a measurement."""
         return words.force_known(self.setup)
 
     def surprises(self, part: Part) -> bool:
-        """Return whether a number was rendered that neither the settings nor the loop explain."""
+        """Return True if a rendered value differs from both the setting and the loop's expected value."""
         return part.key == "rendered" and any(words.surprising(e) for e in part.estimates)
 
     def as_json(self) -> dict[str, Any]:
-        """Return both answers with their intervals, without the points; SI units but where a key says so."""
+        """Return both parts with their intervals, without the points; SI units unless a key names another."""
         parts = {part.key: self._part_json(part) for part in (self.rendered, self.handle)}
         setup = dict(words.conditions(self.setup, self.handle.released))
         found = {"from_s": self.begin, "to_s": self.end, "parts": parts, "setup": setup}
@@ -91,11 +91,11 @@ def identify(
     terms: tuple[str, ...] | None = None,
     released: bool = False,
 ) -> Identified:
-    """Identify the piece from begin to end in s of a recording; None: from its start, to its end.
+    """Identify the part of a recording from ``begin`` to ``end`` in s; None: its start, its end.
 
-    terms of RENDERED_TERMS; None: those that the environment has. released: no hand holds the handle, where
-    the recording does not know. Where the settings changed and neither begin nor end is given, the longest
-    piece without a change is taken. Raise ParameterError.
+    terms: some of RENDERED_TERMS; None: those of the environment. released: no hand holds the handle, for
+    recordings that do not say. If the settings change and neither begin nor end is given, the longest part
+    with constant settings is used. Raise ParameterError.
     """
     unknown = [term for term in terms or () if term not in RENDERED_TERMS]
     if unknown or terms == ():

@@ -1,4 +1,4 @@
-"""What identification answers: numbers with intervals, and when a piece does not tell them."""
+"""Estimates with confidence intervals, and the check whether a recording determines them."""
 
 import math
 from dataclasses import dataclass, field
@@ -11,7 +11,7 @@ from hapkit_studio.analysis.identify.windows import Windows
 
 @dataclass(frozen=True)
 class Term:
-    """One thing that can be identified: fine is an interval so narrow that a hand feels no difference."""
+    """A parameter that can be identified; ``fine``: the just-noticeable difference, in its unit."""
 
     key: str
     label: str
@@ -41,10 +41,10 @@ TERMS = {
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number with the half width of its 95 % interval, in SI units.
+    """An estimate with the half width of its 95 % confidence interval, in SI units.
 
-    asked is what had been set, expected what the loop must make of that (hold, delay, estimator); told says
-    whether the piece tells it at all, advice what to do where not.
+    asked: the value set; expected: the value that the loop should render from it, with hold, delay and
+    estimator. told: the recording determines the value; advice: what to do if not.
     """
 
     key: str
@@ -57,7 +57,7 @@ class Estimate:
 
     @property
     def term(self) -> Term:
-        """Return the words and the unit."""
+        """Return the label, unit and advice of this parameter."""
         return TERMS[self.key]
 
     @property
@@ -71,16 +71,16 @@ class Estimate:
         return self.value + self.half
 
     def holds(self, value: float) -> bool:
-        """Return whether a value lies in the interval."""
+        """Return True if a value lies in the interval."""
         return self.low <= value <= self.high
 
 
 @dataclass(frozen=True)
 class Points:
-    """The windows that were used: time s, columns (m, p) named, force in N, and the fit to them.
+    """The windows used in a fit: time in s, regressors (m, p) with their names, force in N, and the fit.
 
-    The force is the sum of columns times coefficients; the last column is 1. middle is the position in m that
-    the column of positions counts from.
+    The force is the sum of regressors times coefficients; the last regressor is the constant 1. middle: the
+    position in m that is the origin of the position column.
     """
 
     time: np.ndarray
@@ -91,9 +91,10 @@ class Points:
     middle: float = 0.0
 
     def share(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return what a term acts on (k,) and the force in N (k,) that is left without the other terms.
+        """Return a term's regressor (k,) and its partial residuals (k,) in N.
 
-        Positions are the sensor's own, and the constant force stays with them.
+        Partial residuals: the force minus all other terms. Positions are those of the sensor; the constant
+        force belongs to the stiffness term.
         """
         at = self.names.index(name)
         own = self.columns[:, at]
@@ -102,7 +103,7 @@ class Points:
         return own[there] + moved, own[there] * self.fit.beta[at] + offset + self.fit.residual[there]
 
     def line(self, name: str, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the term's force in N at values (k,) of what it acts on, and its band's half width (k,)."""
+        """Return the fitted force (k,) in N at values ``at`` (k,) of a regressor, and its half band."""
         moved, offset = self._constant(name)
         place, own = self.names.index(name), at - moved
         gradient = np.zeros((len(at), len(self.names)))
@@ -116,11 +117,11 @@ class Points:
 
 @dataclass(frozen=True)
 class Part:
-    """One question's answer: key "rendered" or "handle"; estimates may be empty, then advice says why.
+    """Result for "rendered" or for "handle"; without estimates, ``advice`` gives the reason.
 
-    explained is the share of the force's variance that the terms make; turning the motion's RMS speed over
-    its RMS distance from its mean, in rad/s; seconds the length of what was used; left_out counts samples by
-    the reason, damped those in which the passivity controller damped.
+    explained: R², the fraction of the force's variance that the fit explains. turning: RMS speed over RMS
+    deviation of the position, in rad/s. seconds: duration used. left_out: number of samples excluded, by
+    reason. damped: number of samples in which the passivity controller damped.
     """
 
     key: str
@@ -139,13 +140,13 @@ class Part:
         return {e.key: e for e in self.estimates}[key]
 
 
-# Sums over samples stand for integrals only so well: no interval is finer than that share of what is felt.
-_FINEST = 1e-3
+# Smallest half width as a fraction of ``Term.fine``: the discretisation error of sums over samples.
+_SMALLEST_HALF = 1e-3
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """How far, how fast and how hard a piece moves: m peak to peak, m/s, m/s^2, turning rad/s, mean m."""
+    """Extent of the motion: travel in m peak to peak, m/s, m/s², turning in rad/s, mean position in m."""
 
     travel: float
     speed: float
@@ -155,7 +156,7 @@ class Sizes:
 
 
 def sizes(position: np.ndarray, windows: Windows, kept: np.ndarray) -> Sizes:
-    """Return the sizes of a position (n,) in the windows kept; zeros where there is none."""
+    """Return the extent of a motion (n,) in the windows kept; zeros without any."""
     if not kept.any():
         return Sizes(0.0, 0.0, 0.0, 0.0)
     x, v, a = (windows.derivative(position, order)[kept] for order in range(3))
@@ -172,10 +173,10 @@ def estimate(
     asked: float | None = None,
     expected: float | None = None,
 ) -> Estimate:
-    """Return the estimate; an interval wider than its value and than what is felt tells nothing."""
+    """Return the estimate; ``told`` is False if its interval exceeds both its value and ``Term.fine``."""
     term, value = TERMS[name], float(value)
-    half = max(float(half), _FINEST * term.fine)
-    # a mass is above zero, no friction pushes
+    half = max(float(half), _SMALLEST_HALF * term.fine)
+    # mass is positive, friction does not push
     possible = {"mass": value > half, "viscous": value >= -half, "coulomb": value >= -half}.get(name, True)
     told = math.isfinite(half) and (half <= abs(value) or half <= term.fine) and possible
     words = {

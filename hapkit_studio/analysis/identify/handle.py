@@ -1,8 +1,8 @@
-"""What the handle is: its mass and friction, out of the forces on it and its motion.
+"""The handle's mass and friction, estimated from the forces on it and its motion.
 
-m a + b v + F_c sgn v + c = F + F_hand, averaged over smooth windows: the acceleration's average is that of
-the position times the window's second derivative. Even and odd samples give every column twice, with errors
-that have nothing in common. While a hand holds, the mass is the handle's and the hand's together.
+m a + b v + F_c sgn v + c = F + F_hand, averaged over smooth windows: the mean acceleration is the integral of
+the position times the window's second derivative. Even and odd samples give each regressor twice, with
+independent errors. While a hand holds the handle, the mass includes the hand's.
 """
 
 import math
@@ -12,17 +12,18 @@ import numpy as np
 
 from hapkit_studio.analysis.identify.estimates import Estimate, Part, Points, Sizes, estimate, sizes
 from hapkit_studio.analysis.identify.recording import Setup
-from hapkit_studio.analysis.identify.regression import QUANTILE, STRONG, Fit, by_target, solve, widening
+from hapkit_studio.analysis.identify.regression import QUANTILE, STRONG, Fit, first_stage, solve, widening
 from hapkit_studio.analysis.identify.windows import Grid, Windows
 
 NAMES = ("mass", "viscous", "coulomb")
-PIECES = (2, 4, 8, 16, 32, 64)
-# While so many counts of the sensor go by, their errors are many and average out.
-_COUNTS = 40.0
-# Shares of the sensor's steps in what the acceleration tells alone: so few do no harm, so many all of it.
+SEGMENT_SAMPLES = (2, 4, 8, 16, 32, 64)
+# Shortest window in sensor counts at the RMS speed: over this many counts quantisation errors average out.
+_SHORTEST_COUNTS = 40.0
+# Noise fraction of the acceleration left after regressing it on the other terms: harmless below _RICH,
+# useless above _POOR.
 _RICH, _POOR = 5e-4, 0.1
-# So strong must instruments be where no other length of windows can be compared.
-_SURE = 20.0
+# First-stage F required where no neighbouring window length is available for comparison.
+_STRONG_ALONE = 20.0
 UNKNOWN_HOLD = (
     "Cannot tell: the file does not say how the hand held. Save the run anew, or let go in the piece."
 )
@@ -35,12 +36,12 @@ NOTHING_MOVES = (
 
 
 def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
-    """Identify the handle; released says that no hand holds it, where the recording does not know."""
+    """Identify the handle; released: no hand holds it, for recordings that do not say."""
     if not grid.hand_known and not released:
         return Part("handle", advice=UNKNOWN_HAND, left_out=grid.left_out)
     held = grid.held & (not released)
     ways = ((~held, True), (held & setup.hold_known, False))
-    parts = [_best(grid, setup, free, free_hand) for free, free_hand in ways]
+    parts = [_least_variance_part(grid, setup, free, free_hand) for free, free_hand in ways]
     found = [part for part in parts if part is not None]
     if not found:
         unknown = not setup.hold_known and bool(held.any())
@@ -49,23 +50,23 @@ def handle(grid: Grid, setup: Setup, released: bool = False) -> Part:
 
 
 @dataclass(frozen=True)
-class _Found:
-    """What windows of one length tell: how little, the part, and the motion in them."""
+class _WindowResult:
+    """Result at one window length; ``log_variance``: log variance of the estimates (smaller is better)."""
 
-    little: float
+    log_variance: float
     part: Part
     moved: Sizes
     rich: bool
     sure: bool
 
 
-def _best(grid: Grid, setup: Setup, chosen: np.ndarray, released: bool) -> Part | None:
-    """Return the part from the windows that tell most; chosen (n,) says which samples belong to it."""
-    found: list[_Found] = []
+def _least_variance_part(grid: Grid, setup: Setup, chosen: np.ndarray, released: bool) -> Part | None:
+    """Return the result at the window length of least variance; chosen (n,): the samples to use."""
+    found: list[_WindowResult] = []
     moving = chosen & (grid.sign != 0.0)
     speed = float(np.sqrt(np.mean(grid.slope[moving] ** 2))) if moving.any() else 0.0
-    least = _COUNTS * setup.quantum / max(speed, 1e-9)
-    for piece in PIECES:
+    least = _SHORTEST_COUNTS * setup.quantum / max(speed, 1e-9)
+    for piece in SEGMENT_SAMPLES:
         windows = Windows(len(grid), piece, grid.period, setup.delay)
         if windows.length * grid.period < least:
             continue
@@ -75,15 +76,15 @@ def _best(grid: Grid, setup: Setup, chosen: np.ndarray, released: bool) -> Part 
         found += [made] if made is not None else []
     if not found:
         return None
-    at = min(range(len(found)), key=lambda i: found[i].little)
-    return _agreeing(found[at], found[max(at - 1, 0) : at] + found[at + 1 : at + 2])
+    at = min(range(len(found)), key=lambda i: found[i].log_variance)
+    return _widened(found[at], found[max(at - 1, 0) : at] + found[at + 1 : at + 2])
 
 
-def _agreeing(best: _Found, others: list[_Found]) -> Part | None:
-    """Return the part, its intervals as wide as other windows disagree; None without any.
+def _widened(best: _WindowResult, others: list[_WindowResult]) -> Part | None:
+    """Return the part, its intervals widened to cover neighbouring window lengths; None without a comparison.
 
-    Each length lets other errors pass; what a loop makes of the sensor's steps at a steady speed is slow, and
-    looks like motion to one of them. Where the motion is rich, their own intervals excuse them.
+    Window lengths differ in their bandwidth: at a steady speed the loop turns quantisation into a slow motion
+    that biases only some of them. With a rich motion, differences within their own intervals are allowed.
     """
     if not (best.sure or others or best.part.released):
         return None
@@ -95,28 +96,30 @@ def _agreeing(best: _Found, others: list[_Found]) -> Part | None:
     return replace(best.part, estimates=tuple(made))
 
 
-def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, released: bool) -> _Found | None:
-    """Return what these windows tell, None where that is nothing."""
+def _fitted(
+    grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, released: bool
+) -> _WindowResult | None:
+    """Fit at one window length; None if the acceleration is too noisy or the instruments are weak."""
     sign = np.sign(windows.derivative(grid.sign, 0))
     halves = [_columns(grid, windows, sign, part) for part in (0, 1)]
     columns = 0.5 * (halves[0] + halves[1])
     made, wider = columns, np.ones(len(NAMES))
-    noise = _noise(windows, columns[kept], grid.step)
+    noise = _noise_fraction(windows, columns[kept], grid.step)
     rich = bool(noise < _RICH)
     if noise > _POOR and (released or grid.target is None):
         return None
     sure = False
     if not (rich or released or grid.target is None):
-        made, strong = by_target(grid.target, windows, columns, kept)
+        made, strong = first_stage(grid.target, windows, columns, kept)
         if not (strong[: len(NAMES)] > STRONG).all():
             return None
-        sure = bool(noise < _POOR and strong.min() > _SURE)
+        sure = bool(noise < _POOR and strong.min() > _STRONG_ALONE)
         wider = widening(strong[: len(NAMES)])
         halves = [made, made]
     force, fit = _solved(grid, setup, windows, halves, columns, kept, released)
     if fit is None:
         return None
-    variances = _by_steps(windows, made, kept)
+    variances = _error_variances(windows, made, kept)
     times = grid.begin + windows.middles[kept]
     moved = sizes(grid.position, windows, kept)
     part = Part(
@@ -129,8 +132,8 @@ def _fitted(grid: Grid, setup: Setup, windows: Windows, kept: np.ndarray, releas
         points=Points(times, (*NAMES, "offset"), columns[kept], force[kept], fit, grid.middle),
         left_out=grid.left_out,
     )
-    # chosen by the variances and not by the intervals found, the windows do not favour small intervals
-    return _Found(float(np.log(np.maximum(variances, 1e-300)).sum()), part, moved, rich, rich or sure)
+    # selecting by variance, not by the interval found, avoids a bias towards narrow intervals
+    return _WindowResult(float(np.log(np.maximum(variances, 1e-300)).sum()), part, moved, rich, rich or sure)
 
 
 def _solved(
@@ -142,17 +145,17 @@ def _solved(
     kept: np.ndarray,
     released: bool,
 ) -> tuple[np.ndarray, Fit | None]:
-    """Return the windows' forces (windows,) in N and the fit to them."""
+    """Return the windows' forces (windows,) in N and their fit."""
     rest = columns - 0.5 * (halves[0] + halves[1])
     force = windows.held(grid.commands)
     if not released:
         force = force + windows.derivative(grid.hand, 0) + windows.held(grid.hand_held, 0.0)
     fit = solve(halves[0], halves[1], force, kept, again=True)
     if not released and fit is not None and fit.beta[0] > 0.0:
-        force = force + windows.derivative(_jerks(grid, setup), 0) / fit.beta[0]
+        force = force + windows.derivative(_step_errors(grid, setup), 0) / fit.beta[0]
         fit = solve(halves[0], halves[1], force, kept, again=True)
     if fit is not None and rest.any():
-        # what the target does not make of the columns explains nothing, but it is no residual either
+        # subtract the part of the regressors that the instruments do not explain: it is not a residual
         fit = solve(halves[0], halves[1], force - rest @ fit.beta, kept, again=True)
     return force, fit
 
@@ -160,8 +163,8 @@ def _solved(
 def _estimates(
     fit: Fit, wider: np.ndarray, by_steps: np.ndarray, moved: Sizes, setup: Setup, released: bool
 ) -> tuple[Estimate, ...]:
-    """Return the estimates; no interval is narrower than the sensor's steps or noise alone make it."""
-    truth = _truth(setup, released)
+    """Return the estimates; quantisation and noise give a lower limit of their intervals."""
+    truth = _true_values(setup, released)
     steps = QUANTILE / math.sqrt(12.0) * abs(fit.beta[0]) * by_steps
     half = wider * np.maximum(fit.half[: len(NAMES)], steps)
     return tuple(
@@ -177,27 +180,28 @@ def _columns(grid: Grid, windows: Windows, sign: np.ndarray, part: int) -> np.nd
     )
 
 
-def _by_steps(windows: Windows, columns: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Return the variances (p,) that independent errors of the samples cause, per their own and m^2."""
+def _error_variances(windows: Windows, columns: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return the variances (p,) of the coefficients for independent position errors, per kg² and m²."""
     used = columns * kept[:, None]
     of_samples = windows.back(used, windows.kernel(2))
     inverse = np.linalg.pinv(used.T @ used)
     return np.diag(inverse @ (of_samples.T @ of_samples) @ inverse)[: len(NAMES)]
 
 
-def _noise(windows: Windows, columns: np.ndarray, step: float) -> float:
-    """Return the share of the sensor's steps in what accelerations tell beside the other columns (m, p)."""
+def _noise_fraction(windows: Windows, columns: np.ndarray, step: float) -> float:
+    """Return the noise fraction of the acceleration that the other regressors (m, p) leave unexplained."""
     if not len(columns):
         return math.inf
     steps = step**2 / 12.0 * float(np.sum(windows.kernel(2) ** 2))
     return len(columns) * steps * float(np.linalg.pinv(columns.T @ columns)[0, 0])
 
 
-def _jerks(grid: Grid, setup: Setup) -> np.ndarray:
-    """Return what a hand's damper makes of the motor's and its own steps between samples, in N kg (n,).
+def _step_errors(grid: Grid, setup: Setup) -> np.ndarray:
+    """Return the discretisation error in N·kg (n,) of the hand's damping force after force steps.
 
-    Each step bends the speed, and a sum over samples of what bends is off by T^2 B2(u) / 2 times the bend for
-    one that lies u periods after a sample (Euler and Maclaurin; B2 the second Bernoulli polynomial).
+    A step of the force between samples bends the speed. A sum over samples misses T² B₂(u)
+    2 times the bend for a step u periods after a sample (Euler–Maclaurin; B₂: the second Bernoulli
+    polynomial).
     """
     if setup.grip is None:
         return np.zeros(len(grid))
@@ -211,8 +215,8 @@ def _jerks(grid: Grid, setup: Setup) -> np.ndarray:
     return np.where(grid.held, -0.5 * setup.grip.damping * grid.period * bends, 0.0)
 
 
-def _truth(setup: Setup, released: bool) -> dict[str, float]:
-    """Return what a simulated handle was given, with the hand's mass while it holds."""
+def _true_values(setup: Setup, released: bool) -> dict[str, float]:
+    """Return a simulated handle's true parameters, with the hand's mass while it holds."""
     if setup.handle is None or (not released and setup.grip is None):
         return {}
     grip = 0.0 if released or setup.grip is None else setup.grip.mass

@@ -1,4 +1,4 @@
-"""What was recorded, out of runs and files: columns over time, and what had been set."""
+"""Recordings from runs and files: columns over time, and the settings in force."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,18 +17,18 @@ from hapkit_studio.settings_log import Log
 from hapkit_studio.tables import TableColumn, TableColumns, UnknownColumnsError
 
 FEWEST_SAMPLES = 32
-# Deviation of a gap between samples from whole periods, in periods, that makes it uneven; and the fraction of
-# the gaps that may be uneven.
+# A gap is irregular if it differs from a whole number of periods by more than _UNEVEN periods; _MOST_UNEVEN:
+# largest fraction of irregular gaps accepted.
 _UNEVEN, _MOST_UNEVEN = 0.25, 0.1
 _MOST_FLAGS = 255
-_NAMED = 5  # changes named in a message
-# A change is noted up to 0.1 s after it was made, and numbers ramp for 30 ms.
+_LISTED_CHANGES = 5  # number of changes listed in a message
+# s excluded around a settings change: it is logged up to 0.1 s late, and numbers ramp for 30 ms
 _BEFORE_CHANGE, _AFTER_CHANGE = 0.1, 0.05
 
 
 @dataclass(frozen=True)
 class Handle:
-    """What a simulated handle is: mass kg, viscous friction N·s/m, Coulomb friction N."""
+    """True parameters of a simulated handle: mass kg, viscous friction N·s/m, Coulomb friction N."""
 
     mass: float
     viscous: float
@@ -37,11 +37,11 @@ class Handle:
 
 @dataclass(frozen=True)
 class Setup:
-    """What had been set: environment and its values, the loop in Hz and s, the sensor's quantum in m.
+    """Settings of a recording: environment and its values, rate in Hz, delay in s, sensor quantum in m.
 
-    environment None where it is not known; handle None on a real device; grip None where no hand is known;
-    hold_known False where a hand held of which the recording does not say how; foreign: another program
-    wrote the recording, and its force may be measured.
+    environment: None if unknown. handle: None on a real device. grip: None without a known hand. hold_known:
+    False if a hand held the handle and its grip is unknown. foreign: written by another program, so the force
+    may be measured.
     """
 
     environment: Environment | None = None
@@ -59,10 +59,10 @@ class Setup:
 class Recording:
     """Columns (n,) in SI units: position and velocity as the loop saw them, commands as asked and applied.
 
-    flags are those of telemetry rows; hand_force is the hand's force at the sample, NaN where it is unknown,
-    but for hand_held: what its damper adds as the target moves, in N, the same from the sample to the next.
-    target is where the hand pulls to, in m, None where it is unknown. setup is the one at the start, later
-    has each change: its time in s, and the setup from then on.
+    flags: those of telemetry rows. hand_force: the hand's force at the sample in N, NaN if unknown, without
+    hand_held: the force of its damper due to the target's speed, constant between samples, in N. target: the
+    position in m towards which the hand pulls, None if unknown. setup: the settings at the start; later: each
+    change as time in s and settings from then on.
     """
 
     time: np.ndarray
@@ -81,7 +81,7 @@ class Recording:
         return len(self.time)
 
     def between(self, begin: float | None, end: float | None) -> "Recording":
-        """Return the piece from begin to end, in the recording's own time in s; raise ParameterError."""
+        """Return the part from begin to end in s of the recording's time; raise ParameterError."""
         first, last = self.time[0], self.time[-1]
         low, high = first if begin is None else begin, last if end is None else end
         if not (low < high and low <= last and high >= first):
@@ -96,12 +96,12 @@ class Recording:
 
     @property
     def change_times(self) -> str:
-        """Return the times in s of the first changes of the settings, in words."""
+        """List the times in s of the first settings changes."""
         times = [f"{when:.3g}" for when, _ in self.later]
-        return ", ".join([*times[:_NAMED], *["…"][: len(times) - _NAMED]])
+        return ", ".join([*times[:_LISTED_CHANGES], *["…"][: len(times) - _LISTED_CHANGES]])
 
     def longest(self) -> "Recording":
-        """Return the longest piece without a change of the settings; raise ParameterError without one."""
+        """Return the longest part with constant settings; raise ParameterError without one."""
         changes = [when for when, _ in self.later]
         begins = [float(self.time[0]), *(when + _AFTER_CHANGE for when in changes)]
         ends = [*(when - _BEFORE_CHANGE for when in changes), float(self.time[-1])]
@@ -112,7 +112,7 @@ class Recording:
         return self.between(begin, end)
 
     def check(self) -> "Recording":
-        """Return this; raise ParameterError where it is too short, irregular, or settings change in it."""
+        """Return self; raise ParameterError if it is too short, irregular, or its settings change."""
         if len(self) < FEWEST_SAMPLES:
             raise ParameterError(f"A piece has at least {FEWEST_SAMPLES} samples, not {len(self)}.")
         if self.later:
@@ -129,9 +129,10 @@ class Recording:
 
 
 def of_rows(table: np.ndarray, setup: Setup) -> Recording:
-    """Return the recording of telemetry rows (n, ROW_WIDTH), oldest first, by the device's own clock.
+    """Return the recording of telemetry rows (n, ROW_WIDTH), oldest first, in device time.
 
-    Where that clock went back, a connection began: only what follows counts. Raise ParameterError.
+    Rows before the device clock last went back belong to an earlier connection and are ignored. Raise
+    ParameterError.
     """
     table = np.asarray(table, dtype=float)
     if table.ndim != 2 or table.shape[1] != rows.ROW_WIDTH:
@@ -145,10 +146,10 @@ def of_rows(table: np.ndarray, setup: Setup) -> Recording:
 
 
 def hand_parts(force: np.ndarray, target: np.ndarray | None, setup: Setup) -> tuple[np.ndarray, np.ndarray]:
-    """Return the hand's force (n,) at the samples without its steps, and those (n,), held sample by sample.
+    """Split the hand's force (n,) into a smooth part at the samples and a part (n,) held between samples.
 
-    The target goes in lines from sample to sample, so its speed, and what the damper makes of it, has steps;
-    what was recorded at a sample has the speed of the line before.
+    The target is piecewise linear, so its speed, and with it the damper's force, has steps; a sample's
+    recorded force contains the speed of the interval before it.
     """
     steps = np.zeros(len(force))
     if setup.grip is None or target is None or len(force) < 3:
@@ -158,21 +159,27 @@ def hand_parts(force: np.ndarray, target: np.ndarray | None, setup: Setup) -> tu
     after = np.append(np.diff(place), 0.0) * setup.grip.damping * setup.rate
     before = np.insert(after[:-1], 0, after[0])
     bend = np.zeros(len(force))
-    # a spring to lines instead of the arcs through the same points: a twelfth of the bend
+    # interpolation error of the spring's force on a piecewise linear target: one twelfth of the second
+    # difference
     bend[1:-1] = setup.grip.stiffness * np.diff(place, 2) / 12.0
     return np.where(holds, force - before + bend, force), np.where(holds, after, 0.0)
 
 
-# The studio's own columns by the field that they fill.
-_OWN = {
+# the studio's own columns, by Recording field
+_STUDIO_COLUMNS = {
     "time": TableColumn("time_s", "s"),
     "position": TableColumn("position_m", "m"),
     "velocity": TableColumn("velocity_m_per_s", "m/s"),
     "force": TableColumn("force_applied_N", "N"),
 }
-# Without these a piece tells less, but something.
-_MORE = {"asked": "force_asked_N", "flags": "flags", "hand_force": "hand_force_N", "target": "hand_target_m"}
-# Hands that need no more words: none, and one whose force is what the motion takes.
+# optional columns
+_OPTIONAL_COLUMNS = {
+    "asked": "force_asked_N",
+    "flags": "flags",
+    "hand_force": "hand_force_N",
+    "target": "hand_target_m",
+}
+# hands without a grip
 _NO_GRIP = ("released", "Prescribed")
 
 
@@ -187,23 +194,23 @@ class Motion(NamedTuple):
 
 
 def from_run(run: Any, hand: Hand | None = None) -> Recording:
-    """Return the recording of a run of ``simulate``; hand: the Hand that moved it, if none by name."""
+    """Return the recording of a run of ``simulate``; hand: the Hand that moved it, if it has no name."""
     motion = Motion(np.asarray(run.time), run.position, run.velocity, run.force, run.applied_force)
     log = getattr(run, "settings_log", ()) or ((0.0, run.settings),)
     return _recording(motion, run.flags, run.hand_force, getattr(run, "hand_target", None), log, hand)
 
 
 def from_csv(path: str | Path, columns: TableColumns | None = None) -> Recording:
-    """Return the recording in a file that ``Run.save`` wrote, or in a table of another program.
+    """Return the recording in a file of ``Run.save`` or in a table of another program.
 
-    columns: those of a foreign table, by tables.NEEDED and "velocity". Forces are those on the handle,
-    positive to the right. Raise FileError with one line, UnknownColumnsError where columns must be named.
+    columns: column names of a foreign table, by tables.NEEDED and "velocity". Forces act on the handle,
+    positive to the right. Raise FileError, or UnknownColumnsError if columns must be named.
     """
     if not isinstance(path, str | Path):
         raise ParameterError(f"A recording is the path of a file, not {path!r}.")
     table = tables.read(path)
     named = dict(columns or {})
-    for quantity, own in _OWN.items():
+    for quantity, own in _STUDIO_COLUMNS.items():
         if quantity not in named and own.name in table.names:
             named[quantity] = own
         elif quantity not in named and quantity in tables.NEEDED:
@@ -211,7 +218,7 @@ def from_csv(path: str | Path, columns: TableColumns | None = None) -> Recording
     for quantity, column in named.items():
         if column.name not in table.names:
             raise UnknownColumnsError(table, f"{column.name} for the {quantity}")
-    more = {key: name for key, name in _MORE.items() if name in table.names}
+    more = {key: name for key, name in _OPTIONAL_COLUMNS.items() if name in table.names}
     values = table.values([*(column.name for column in named.values()), *more.values()]).T
     found = dict(zip((*named, *more), values, strict=True))
     for quantity, column in named.items():
@@ -222,11 +229,11 @@ def from_csv(path: str | Path, columns: TableColumns | None = None) -> Recording
         found["velocity"] = np.gradient(position, time) if len(time) > 1 else np.zeros(len(time))
     motion = Motion(time, position, found["velocity"], found.get("asked", applied), applied)
     log = settings_log.read(table.comments, table.file) or [(0.0, {})]
-    log = [(when, {"quantum_m": _step(position), **settings}) for when, settings in log]
+    log = [(when, {"quantum_m": _smallest_step(position), **settings}) for when, settings in log]
     flags = np.clip(np.nan_to_num(found.get("flags", np.zeros(len(time)))), 0, _MOST_FLAGS)
     unknown = np.full(len(time), math.nan)
     read = _recording(motion, flags, found.get("hand_force", unknown), found.get("target"), log)
-    return replace(read, setup=replace(read.setup, foreign=named["force"] != _OWN["force"]))
+    return replace(read, setup=replace(read.setup, foreign=named["force"] != _STUDIO_COLUMNS["force"]))
 
 
 def _check_times(table: tables.Table, time: np.ndarray, columns: Sequence[np.ndarray]) -> None:
@@ -242,8 +249,8 @@ def _check_times(table: tables.Table, time: np.ndarray, columns: Sequence[np.nda
         raise FileError(f"{table.file} has times that go back or stand: {times}.")
 
 
-def _step(position: np.ndarray) -> float:
-    """Return the smallest step in m between positions, the sensor's or that of the file's digits."""
+def _smallest_step(position: np.ndarray) -> float:
+    """Return the smallest difference between positions in m, that of the sensor or of the file's digits."""
     steps = np.diff(np.unique(np.round(position, 9)))
     return float(steps.min()) if len(steps) else 0.0
 
@@ -279,19 +286,19 @@ def _recording(
 
 
 def _script(settings: settings_log.Settings) -> Hand | None:
-    """Return the hand whose script settings name, None where they name none."""
+    """Return the scripted hand named in the settings, or None."""
     name = settings.get("hand")
     return SCRIPTS.get(name) if isinstance(name, str) else None
 
 
 def _target(hand: Hand, times: np.ndarray) -> np.ndarray:
-    """Return where a hand pulls to (n,) in m."""
+    """Return the target (n,) in m of a hand."""
     target: Any = hand.target
     return np.array(target(times) if hand.vectorised else [target(t) for t in times.tolist()], float)
 
 
 def _setup_of(settings: settings_log.Settings, usual: float, hand: Hand | None) -> Setup:
-    """Return the setup that settings describe; usual: the rate in Hz where they do not say."""
+    """Return the setup that settings describe; usual: the rate in Hz if they contain none."""
     device = settings.get("device")
     device = device if isinstance(device, Mapping) else {}
     name = settings.get("hand")
@@ -312,7 +319,7 @@ def _setup_of(settings: settings_log.Settings, usual: float, hand: Hand | None) 
 
 
 def _grip(numbers: Any) -> Grip | None:
-    """Return the hand that a run's settings keep, None where they do not say."""
+    """Return the grip in a run's settings, None if unknown."""
     if not isinstance(numbers, Mapping):
         return None
     found = [_number(numbers, key) for key in ("mass", "damping", "stiffness")]
@@ -320,7 +327,7 @@ def _grip(numbers: Any) -> Grip | None:
 
 
 def _scene(settings: Mapping) -> tuple[Any, dict[str, float]]:
-    """Return the environment and its values; (None, {}) for one that the library does not know."""
+    """Return the environment and its values; (None, {}) if the library does not contain it."""
     try:
         environment = environments.named(settings["environment"])
         return environment, environment.values(settings.get("parameters"))

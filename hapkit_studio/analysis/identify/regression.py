@@ -1,15 +1,15 @@
-"""Least squares with instruments, and intervals that hold although neighbouring residuals are alike.
+"""Instrumental-variable least squares with intervals that are valid for autocorrelated residuals.
 
-Errors of quantised positions in the columns would draw estimates towards zero. Here each column comes twice,
-from different samples, with errors that have nothing in common: one is the instrument of the other.
+Quantisation errors in the regressors would bias estimates towards zero (errors in variables). Each regressor
+is therefore computed twice, from different samples with independent errors: one is the instrument of the
+other.
 
-Intervals: the scores' long-run variance from a few cosines, whose weights are independent even where the
-scores are not, and Student's t with as many degrees of freedom (Müller 2007; Lazarus, Lewis, Stock and Watson
-2018, J. Business & Economic Statistics 36(4)).
+Intervals: long-run variance of the scores from a few cosine weights, which are independent even if the scores
+are not, and Student's t with as many degrees of freedom (Müller 2007; Lazarus, Lewis, Stock and Watson 2018,
+J. Business & Economic Statistics 36(4)).
 
-Another instrument is the hand's target: what it alone makes of the motion is free of the sensor's steps. A
-loop feeds the steps back, so they move the handle, and at a constant speed they are no noise: samples that
-lie apart share them. The target knows nothing of them. Two-stage least squares.
+A second instrument is the hand's target, by two-stage least squares. A loop feeds the sensor's steps back
+into the motion, and at a constant speed samples far apart share them; the target is independent of them.
 """
 
 from dataclasses import dataclass
@@ -20,19 +20,19 @@ from scipy import stats
 from hapkit_studio.analysis.identify.windows import Windows
 
 LEVEL = 0.95
-QUANTILE = 1.96  # standard deviations to either side that hold 95 % of a normal error
+QUANTILE = 1.96  # normal quantile of a 95 % interval
 MOST_COSINES = 12
 FEWEST_WINDOWS = 12
-# Windows so many places apart have no sample in common.
+# windows at least this many places apart share no samples
 APART = 6
-# Residuals that far apart are alike by chance only in pieces shorter than that.
-_ALIKE = 0.4
+# smallest autocorrelation that counts as a repetition of the residuals
+_REPEATS = 0.4
 _FEWEST_AGAIN = 40
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Coefficients (p,), covariance (p, p), degrees of freedom, residuals (windows,), share explained."""
+    """Coefficients (p,), covariance (p, p), degrees of freedom, residuals (windows,), and R²."""
 
     beta: np.ndarray
     covariance: np.ndarray
@@ -42,11 +42,11 @@ class Fit:
 
     @property
     def half(self) -> np.ndarray:
-        """Return the half widths (p,) of the intervals."""
+        """Return the half widths (p,) of the confidence intervals."""
         return self.half_of(np.eye(len(self.beta)))
 
     def half_of(self, gradient: np.ndarray) -> np.ndarray:
-        """Return the half widths (k,) of what depends on the coefficients by these gradients (k, p)."""
+        """Return the half widths (k,) of functions of the coefficients with these gradients (k, p)."""
         variance = np.einsum("ki,ij,kj->k", gradient, self.covariance, gradient)
         return np.sqrt(np.maximum(variance, 0.0)) * stats.t.ppf(0.5 + 0.5 * LEVEL, self.freedom)
 
@@ -54,11 +54,11 @@ class Fit:
 def solve(
     one: np.ndarray, two: np.ndarray, y: np.ndarray, kept: np.ndarray, again: bool = False
 ) -> Fit | None:
-    """Fit y (windows,) by columns (windows, p) measured twice; kept says which windows count.
+    """Fit y (windows,) to regressors (windows, p) computed twice; kept: the windows to use.
 
-    Windows are in order of time, those not kept too: the distance between neighbours matters. None where too
-    few are kept, or a column is no different from the others. again: where residuals repeat, what repeats
-    counts once.
+    Windows are in order of time and include those not kept, so that distances in time are known. Return None
+    if too few windows are kept or the regressors are collinear. again: repetitions of the residuals count as
+    one observation.
     """
     columns = one.shape[1]
     if kept.sum() < max(FEWEST_WINDOWS, 4 * columns):
@@ -75,20 +75,21 @@ def solve(
     ra, rb = y - a @ beta, y - b @ beta
     residual = 0.5 * (ra + rb)
     scores = 0.5 * (a * rb[:, None] + b * ra[:, None])
-    middle, freedom = _spread(scores, kept)
-    times = repeated(residual, kept) if again else 1.0
+    middle, freedom = _cosine_covariance(scores, kept)
+    times = repetitions(residual, kept) if again else 1.0
     if times > 1.0:
-        middle = middle + times * _nearby(scores)
+        middle = middle + times * _bartlett_covariance(scores)
     around = y[kept] - y[kept].mean()
     explained = 1.0 - float(residual @ residual) / max(float(around @ around), 1e-300)
     covariance = inverse @ middle @ inverse / np.outer(scale, scale)
     return Fit(beta / scale, covariance, freedom, residual[kept], explained)
 
 
-def repeated(residual: np.ndarray, kept: np.ndarray) -> float:
-    """Return how many times residuals (windows,) come again; 1 where they do not.
+def repetitions(residual: np.ndarray, kept: np.ndarray) -> float:
+    """Return how often the residuals (windows,) repeat, weighted by their autocorrelation; 1 if they do not.
 
-    A motion that repeats to a count of the sensor repeats its errors: more of it tells no more.
+    A motion that repeats to within one sensor count repeats its quantisation errors: repetitions add no
+    information.
     """
     count = len(residual)
     size = 2 * count
@@ -101,14 +102,14 @@ def repeated(residual: np.ndarray, kept: np.ndarray) -> float:
     enough = (both > _FEWEST_AGAIN) & (np.arange(count) > APART) & (norm > 1e-9 * max(norm[0], 1e-300))
     alike = np.where(enough, products / np.where(enough, norm, 1.0), 0.0)
     most = float(alike.max())
-    if most < _ALIKE:
+    if most < _REPEATS:
         return 1.0
     period = int(np.flatnonzero(alike >= 0.8 * most)[0])
     return 1.0 + (count / period - 1.0) * most
 
 
-def _nearby(scores: np.ndarray) -> np.ndarray:
-    """Return the covariance (p, p) of the sum of scores (windows, p) that neighbours make (Bartlett)."""
+def _bartlett_covariance(scores: np.ndarray) -> np.ndarray:
+    """Return the Bartlett long-run covariance (p, p) of the sum of scores (windows, p)."""
     found = scores.T @ scores
     for lag in range(1, min(2 * APART, len(scores))):
         product = scores[lag:].T @ scores[:-lag]
@@ -116,7 +117,7 @@ def _nearby(scores: np.ndarray) -> np.ndarray:
     return found
 
 
-def _spread(scores: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, int]:
+def _cosine_covariance(scores: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, int]:
     """Return the covariance (p, p) of the sum of scores (windows, p), and its degrees of freedom."""
     where = np.flatnonzero(kept)
     scores = scores[where[0] : where[-1] + 1]
@@ -127,18 +128,19 @@ def _spread(scores: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, int]:
     return weights.T @ weights / freedom, freedom
 
 
-# The handle follows its target for some time: its response is made of the target so many seconds before.
-_LATER = (0.0, 0.016, 0.048)
-# Below that first-stage F an instrument is weak, and intervals are worth nothing (Staiger and Stock 1997).
+# lags in s of the target that serve as instruments: the handle follows it with a delay
+_LAGS = (0.0, 0.016, 0.048)
+# weak instruments below this first-stage F (Staiger and Stock 1997)
 STRONG = 10.0
-# Up to an F of a hundred intervals are too narrow, at 10 by 1.75 (Lee, McCrary, Moreira and Porter 2022).
-_WIDER = 7.5
+# intervals are 1 + _WEAK_WIDENING
+# F times as wide: 1.75 at F = 10, 1.075 at F = 100 (Lee et al. 2022)
+_WEAK_WIDENING = 7.5
 
 
-def by_target(
+def first_stage(
     target: np.ndarray, windows: Windows, columns: np.ndarray, kept: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the columns (windows, p) as the target (n,) in m makes them, and how strong each is (p,)."""
+    """Return the first-stage fit (windows, p) of the regressors to the target (n,) in m, and its F (p,)."""
     made = np.zeros_like(columns)
     if not kept.any():
         return made, np.zeros(columns.shape[1])
@@ -147,29 +149,29 @@ def by_target(
     if len(used) <= 1.5 * instruments.shape[1]:
         return made, np.zeros(columns.shape[1])
     made[kept] = used @ np.linalg.lstsq(used, own, rcond=1e-9)[0]
-    return made, _strength(made[kept], own, instruments.shape[1])
+    return made, _first_stage_f(made[kept], own, instruments.shape[1])
 
 
 def _instruments(target: np.ndarray, windows: Windows, columns: np.ndarray) -> np.ndarray:
     series = [windows.derivative(target, 0)]
-    for seconds in _LATER:
+    for seconds in _LAGS:
         samples = round(seconds / windows.period)
         late = np.concatenate((np.full(samples, target[0]), target[: len(target) - samples]))
         series += [windows.derivative(late, 1), windows.derivative(late, 2)]
-    # directions and the constant are known as they are
+    # the direction and the constant are exogenous
     found = np.column_stack([*series, columns[:, -2:]])
     return found / np.maximum(np.sqrt(np.mean(found**2, axis=0)), 1e-12)
 
 
-def _strength(made: np.ndarray, own: np.ndarray, instruments: int) -> np.ndarray:
-    """Return each column's F: what of it the target alone makes, beside what it does not."""
+def _first_stage_f(made: np.ndarray, own: np.ndarray, instruments: int) -> np.ndarray:
+    """Return the first-stage F (p,) of each regressor."""
     scale = np.maximum(np.sqrt(np.mean(own**2, axis=0)), 1e-300)
     inverse = np.diag(np.linalg.pinv((made / scale).T @ (made / scale)))
     rest = np.mean(((own - made) / scale) ** 2, axis=0)
-    # neighbouring windows share their samples: so many of them tell as much as one
+    # one in APART of the overlapping windows is independent
     return 1.0 / np.maximum(APART * inverse * rest * instruments, 1e-12)
 
 
 def widening(strong: np.ndarray) -> np.ndarray:
-    """Return by how much intervals are to be wider for the strength of their instruments."""
-    return 1.0 + _WIDER / strong
+    """Return the factor by which intervals widen for a first-stage F."""
+    return 1.0 + _WEAK_WIDENING / strong

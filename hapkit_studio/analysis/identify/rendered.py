@@ -1,14 +1,15 @@
-"""What was rendered: the stiffness, damping and friction that the handle met, beside what had been set.
+"""The rendered impedance: stiffness, damping and friction at the handle, beside the settings.
 
--F = K (x - x0) + B v + F_c sgn v, with F the commanded force in effect: held, and late by the loop's delay.
-No force is measured, so what the motor makes of the command is neither in the numbers nor in their intervals.
-Each side is averaged over smooth windows, so speed comes without a difference of counts. What the hold and
-the delay take from the damping is part of what was rendered.
+-F = K (x - x0) + B v + F_c sgn v, where F is the commanded force in effect: held, and late by the loop's
+delay. The motor's force is not measured, so its errors appear neither in the estimates nor in their
+intervals. Both sides are averaged over smooth windows, which avoids differences of sensor counts. The damping
+lost to hold and delay is part of what was rendered.
 
-What the loop must make of what was set, on this very motion: a command is held for a period T and comes td
-late, so the force at the handle lags the position by T / 2 + td: of -K x it makes -K x + K (T / 2 + td) v, a
-damping of B - K (T / 2 + td). The velocity estimate comes later still: of -B v it makes some stiffness as
-well, B w^2 times its lag.
+Expected value for this motion: the force is held for a period T and arrives td late, so it lags the position
+by T
+2 + td. From -K x the handle gets -K x + K (T
+2 + td) v, a damping of B - K (T
+2 + td). The velocity estimate lags further: -B v adds a stiffness of B w² times its lag.
 """
 
 import math
@@ -21,20 +22,20 @@ from hapkit_studio.analysis.identify.regression import QUANTILE, Fit, solve
 from hapkit_studio.analysis.identify.windows import Grid, Windows
 from hapkit_studio.environments.base import ForceTerms
 
-# Windows of about that length are short beside any motion of a hand, and long beside the sensor's steps.
+# longest window: short beside any motion of a hand, long beside the sensor's steps
 LONGEST_SECONDS = 0.026
 PIECES = (32, 16, 8, 4, 2)
-# Shorter windows are worth it only where they find so much more that can be used.
+# a shorter window is used only if it yields this many times as many usable seconds
 _GAIN = 1.3
-# A term's column is this derivative of the position.
+# order of the position's derivative in each term's regressor
 _DERIVATIVES = {"stiffness": 0, "damping": 1, "damping_in": 1, "damping_out": 1}
-# After a change of direction the velocity estimate still has the old sign for a few samples.
+# samples after a reversal in which the velocity estimate may still have the old sign
 _ESTIMATOR_SAMPLES = 4
 
 
 def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> Part:
-    """Identify what was rendered; terms None: what the environment consists of."""
-    known = setup.environment  # without a known environment nothing was set
+    """Identify the rendered impedance; terms None: those of the environment."""
+    known = setup.environment  # an unknown environment has no set values
     asked = known.force_terms(setup.values) if known else ForceTerms(simple=False)
     names = _names(asked, terms or asked.terms)
     best: tuple[int, Windows, np.ndarray] | None = None
@@ -46,12 +47,12 @@ def rendered(grid: Grid, setup: Setup, terms: tuple[str, ...] | None = None) -> 
         used = int(kept.sum()) * piece
         if best is None or used > _GAIN * best[0]:
             best = used, windows, kept
-    assert best is not None  # the shortest windows are always looked at
+    assert best is not None  # the loop considers the shortest windows first
     return _fitted(grid, setup, asked, names, *best[1:])
 
 
 def _names(asked: ForceTerms, terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the columns' names: damping that acts one way only has two."""
+    """Return the regressor names; one-way damping has separate ones for in and out."""
     if asked.one_way == 0.0:
         return terms
     return tuple(n for t in terms for n in (("damping_in", "damping_out") if t == "damping" else (t,)))
@@ -96,9 +97,11 @@ def _fitted(
     if fit is None:
         return Part("rendered", advice=_why_not(grid, asked, names), left_out=left_out)
     moved, times = sizes(grid.position, windows, kept), grid.begin + windows.middles[kept]
-    steps = _steps(fit, names, windows, columns[kept], grid.step)
+    steps = _quantisation_bias(fit, names, windows, columns[kept], grid.step)
     noise = math.sqrt(max(grid.step**2 - setup.quantum**2, 0.0) / 12.0)
-    half = np.maximum(fit.half, QUANTILE * noise * _by_noise(fit, names, windows, columns, kept)) + steps
+    half = (
+        np.maximum(fit.half, QUANTILE * noise * _noise_deviations(fit, names, windows, columns, kept)) + steps
+    )
     expected = _expected(grid, asked, names, windows, columns, kept)
     known = {"stiffness": asked.stiffness, "friction": asked.friction, "damping_out": 0.0}
     known |= dict.fromkeys(("damping", "damping_in"), asked.damping)
@@ -120,12 +123,13 @@ def _fitted(
     )
 
 
-def _steps(
+def _quantisation_bias(
     fit: Fit, names: tuple[str, ...], windows: Windows, columns: np.ndarray, step: float
 ) -> np.ndarray:
-    """Return by how much (p,) the sensor's steps or noise may draw the coefficients towards zero.
+    """Return the bias (p,) of the coefficients towards zero by quantisation or noise of the sensor.
 
-    Errors of variance step^2 / 12 in each sample, as the windows weigh them, against what really moves.
+    Errors of variance step²
+    12 per sample, weighted by the windows, relative to the motion.
     """
     error = np.zeros(len(fit.beta))
     for i, name in enumerate(names):
@@ -135,18 +139,19 @@ def _steps(
     return len(columns) * np.abs(inverse) @ (error * np.abs(fit.beta))
 
 
-def _by_noise(
+def _noise_deviations(
     fit: Fit, names: tuple[str, ...], windows: Windows, columns: np.ndarray, kept: np.ndarray
 ) -> np.ndarray:
-    """Return the standard deviations (p,) of the coefficients for white noise of 1 m in the positions.
+    """Return the standard deviations (p,) of the coefficients for white position noise of 1 m.
 
-    Columns (windows, p) hold each sample's error as their windows weigh it; neighbours share samples.
+    The errors of overlapping windows are correlated.
     """
     used = np.where(kept[:, None], columns, 0.0)
     of_samples = np.zeros((windows.count, len(fit.beta)))
     for i, name in enumerate(names):
         if name in _DERIVATIVES:
-            there = used[:, i : i + 1] != 0.0  # damping that acts one way has no error in the other's windows
+            # one-way damping has no error in the windows of the other direction
+            there = used[:, i : i + 1] != 0.0
             of_samples += fit.beta[i] * windows.back(there * used, windows.kernel(_DERIVATIVES[name]))
     inverse = np.linalg.pinv(used.T @ used)
     return np.sqrt(np.diag(inverse @ (of_samples.T @ of_samples) @ inverse))
@@ -160,7 +165,7 @@ def _expected(
     columns: np.ndarray,
     kept: np.ndarray,
 ) -> dict[str, float]:
-    """Return what would have been found if the law had done what was set, no more and no less."""
+    """Return the estimates expected from a law that renders exactly the set values."""
     if not asked.simple:
         return {}
     depth, rate = grid.seen - (asked.centre or 0.0), grid.speed
@@ -181,10 +186,10 @@ def _centre(
     moved: Sizes,
     offset: float | None = None,
 ) -> list[Estimate]:
-    """Return where the spring pulls to, or the wall's surface, where a stiffness was found.
+    """Return the spring's centre or the wall's surface, if a stiffness was found.
 
-    What a late velocity adds to the stiffness acts on the motion alone, not on where it is about: there the
-    law's own stiffness pulls, so the addition that is expected is taken off.
+    A late velocity adds stiffness for the motion about its mean only, so the expected addition is subtracted
+    for the mean force.
     """
     if "stiffness" not in names:
         return []
@@ -204,7 +209,7 @@ def _centre(
     value = float(grid.middle + mean - force / still)
     half = float(fit.half_of(gradient)[0])
     if offset is not None and found.expected is not None and asked.stiffness and asked.centre is not None:
-        # what a late velocity adds to the mean force, by the same fit to what was set
+        # mean force that a late velocity adds, from the same fit to the set values
         set_force = found.expected * mean + offset
         shift = grid.middle + mean - set_force / asked.stiffness - asked.centre
         value, half = value - shift, math.hypot(half, 0.5 * shift)

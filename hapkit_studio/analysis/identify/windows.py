@@ -1,9 +1,9 @@
 """A recording on an even grid of samples, and the smooth windows over it.
 
-Weak form: what is integrated against smooth windows needs no derivative of a quantised position. For a window
-w that is zero at its ends, the integral of w v is that of -w' x, and that of w a is that of w'' x. The
-windows are quintic B-splines of six pieces; their spectrum has zeros at every multiple of the piece's rate,
-so that sums over samples stand for integrals.
+Weak form: integration by parts against a smooth window replaces derivatives of the quantised position. For a
+window w that is zero at its ends, the integral of w v is that of -w' x, and the integral of w a that of w''
+x. The windows are quintic B-splines of six segments; their spectrum is zero at every multiple of the segment
+rate, so sums over samples equal the integrals.
 """
 
 import math
@@ -19,7 +19,7 @@ from scipy.signal import oaconvolve
 from hapkit_studio.analysis.identify.recording import Recording
 from hapkit_studio.haptics import rows
 
-# Reasons to leave samples out, in the order in which they are told.
+# reasons to exclude samples, in order of precedence
 REASONS = {
     "clamped": rows.CLAMPED,
     "stopped": rows.STOPPED,
@@ -31,24 +31,24 @@ _MOTOR_OFF = rows.STOPPED | rows.FAULT | rows.STALE
 _NOT_AS_ASKED = _MOTOR_OFF | rows.CLAMPED | rows.FADING
 _SLOPE_SECONDS = 0.009
 _FEWEST = 5
-_SMOOTH_SAMPLES = 3.0  # standard deviation of the Gaussian that makes a smooth motion of a quantised one
-# Variance of the noise, in that of the sensor's steps, that makes intervals wider: quantised motions without
-# noise appear to have at most 0.13, Gaussian noise of 0.3 counts at least 0.8.
+_SMOOTH_SAMPLES = 3.0  # standard deviation in samples of the Gaussian that smooths a quantised motion
+# Noise variance relative to quantisation above which intervals widen: quantised motions without noise reach
+# at most 0.13, Gaussian noise of 0.3 counts at least 0.8.
 _NOISY = 0.25
-# A longer break than that starts anew: what came before is of no use to what comes after.
+# samples: after a longer gap the grid starts again, and the earlier part is ignored
 _LONGEST_GAP = 1000
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Arrays (n,) on an even grid: position m about its middle, commands N, the hand's force N
-    (what is smooth of it, and what is held from sample to sample).
+    """Arrays (n,) on an even grid: position in m about its mean, commands and the hand's force in N.
 
-    there: recorded at all; law: the law's force was applied as asked; known: the force in effect is known;
-    contact: the law pushed; slope: the speed of a line through 9 ms; sign: its direction, 0 where that cannot
-    be told; gone: how far it went that way, in m; seen and speed: what the law got as position and velocity;
-    damped: the passivity controller added damping; target: where the hand pulls to, None where that is not
-    known all the time. step: the sensor's in m; where positions are noisier, that of a sensor as uncertain.
+    hand: the smooth part of the hand's force; hand_held: the part held between samples. there: recorded. law:
+    the law's force was applied as asked. known: the force in effect is known. contact: the law pushed. slope:
+    regression speed over 9 ms in m/s; sign: its direction, 0 if uncertain. gone: distance moved in that
+    direction in m. seen, speed: position and velocity passed to the law. damped: the passivity controller
+    added damping. target: the position towards which the hand pulls, None unless known throughout. step: the
+    sensor's step in m, or, for noisier positions, the step with the same variance.
     """
 
     period: float
@@ -79,8 +79,8 @@ class Grid:
 
 
 def lay(recording: Recording) -> Grid:
-    """Lay a recording on its grid; samples between rows that were lost are not there."""
-    steps, period = _steps(recording)
+    """Put a recording on an even grid; missing rows give samples with ``there`` False."""
+    steps, period = _sample_steps(recording)
     good = np.concatenate(([True], steps > 0))
     place = np.concatenate(([0], np.cumsum(np.clip(steps, 0, _LONGEST_GAP))))[good]
     count = int(place[-1]) + 1
@@ -123,7 +123,7 @@ def lay(recording: Recording) -> Grid:
         contact=spread(recording.asked) != 0.0,
         slope=along,
         sign=sign,
-        gone=_gone(position, sign),
+        gone=_distance_since_reversal(position, sign),
         damped=flags & rows.DAMPED != 0,
         seen=spread(recording.position),
         speed=spread(recording.velocity),
@@ -132,8 +132,8 @@ def lay(recording: Recording) -> Grid:
     )
 
 
-def _steps(recording: Recording) -> tuple[np.ndarray, float]:
-    """Return how many periods each sample is after the one before (n - 1,), and the period in s."""
+def _sample_steps(recording: Recording) -> tuple[np.ndarray, float]:
+    """Return the number of periods between consecutive samples (n - 1,), and the period in s."""
     gaps = np.diff(recording.time)
     usual = float(np.median(gaps[gaps > 0.0])) if (gaps > 0.0).any() else 1.0 / recording.setup.rate
     steps = np.rint(gaps / usual).astype(int)
@@ -142,10 +142,11 @@ def _steps(recording: Recording) -> tuple[np.ndarray, float]:
 
 
 def noise_ratio(position: np.ndarray, there: np.ndarray, quantum: float) -> float:
-    """Return the variance of white noise in positions (n,) in m beside quantum^2 / 12, 0 where it is small.
+    """Return the variance of white noise in positions (n,) in m over quantum²
 
-    The fourth differences of white noise have 70 times its variance, those of a motion next to none. Those of
-    the sensor's steps depend on the speed: they are taken from the smoothed motion, quantised again.
+    12, 0 if it is small.
+    Fourth differences amplify the variance of white noise 70 times and suppress the motion. Those of the
+    quantisation depend on the speed: they are computed from the smoothed motion, quantised again.
     """
     if quantum == 0.0 or len(position) < _FEWEST:
         return 0.0
@@ -161,7 +162,7 @@ def noise_ratio(position: np.ndarray, there: np.ndarray, quantum: float) -> floa
 
 
 def slope(position: np.ndarray, period: float) -> np.ndarray:
-    """Return the speed (n,) in m/s of a line through some 9 ms about each sample, 0 at the ends."""
+    """Return the regression speed (n,) in m/s over about 9 ms around each sample, 0 at the ends."""
     samples = _slope_samples(period)
     if len(position) < samples:
         return np.zeros(len(position))
@@ -172,7 +173,7 @@ def slope(position: np.ndarray, period: float) -> np.ndarray:
 
 
 def direction(speed: np.ndarray, step: float, period: float) -> np.ndarray:
-    """Return the sign of a ``slope`` (n,), 0 where a step or two in m of the sensor could have made it."""
+    """Return the sign of a speed (n,), 0 if one or two sensor steps of ``step`` m could have caused it."""
     least = max(2.0 * step / (_slope_samples(period) * period), 1e-6)
     return np.where(np.abs(speed) > least, np.sign(speed), 0.0)
 
@@ -181,8 +182,8 @@ def _slope_samples(period: float) -> int:
     return max(_FEWEST, int(_SLOPE_SECONDS / period) // 2 * 2 + 1)
 
 
-def _gone(position: np.ndarray, sign: np.ndarray) -> np.ndarray:
-    """Return how far the handle is from where it last turned or stood, in m, (n,)."""
+def _distance_since_reversal(position: np.ndarray, sign: np.ndarray) -> np.ndarray:
+    """Return the distance (n,) in m since the last reversal or stop."""
     turned = np.flatnonzero(np.diff(sign, prepend=0.0) != 0.0)
     last = np.searchsorted(turned, np.arange(len(sign)), side="right") - 1
     origin = np.where(last >= 0, turned[last] if len(turned) else 0, 0)
@@ -193,17 +194,18 @@ PIECES = 6
 _SPLINE = BSpline.basis_element(np.arange(PIECES + 1), extrapolate=False)
 
 
-def _of(spline: BSpline, u: np.ndarray, after: float = 0.0) -> np.ndarray:
-    """Return a spline's values at u in pieces, zero before the window, `after` behind it."""
+def _spline_values(spline: BSpline, u: np.ndarray, after: float = 0.0) -> np.ndarray:
+    """Return a spline's values at u in segments: 0 before the window, ``after`` behind it."""
     inside = np.nan_to_num(spline(np.clip(u, 0.0, PIECES)))
     return np.where(u <= 0.0, 0.0, np.where(u >= PIECES, after, inside))
 
 
 @dataclass(frozen=True)
 class Windows:
-    """Windows of mean weight 1 over a grid of `count` samples, `piece` (even) samples a piece and apart.
+    """Windows of mean weight 1 over a grid of ``count`` samples.
 
-    Each stands over samples k piece … (k + 6) piece. delay in s from a sample to its force, period in s.
+    piece: samples per segment, even, and between windows: window k covers samples k piece … (k + 6) piece.
+    delay: s from a sample to its force; period in s.
     """
 
     count: int
@@ -213,12 +215,12 @@ class Windows:
 
     @property
     def length(self) -> int:
-        """Return the samples from a window's start to its end."""
+        """Return the length of a window in samples."""
         return PIECES * self.piece
 
     @cached_property
     def lead(self) -> int:
-        """Return how many samples before the window the force in it may come from."""
+        """Return how many samples before the window can contribute to the force in it."""
         return int(np.ceil(self.delay / self.period - 1e-9)) + 1
 
     @property
@@ -229,19 +231,21 @@ class Windows:
 
     @property
     def middles(self) -> np.ndarray:
-        """Return every window's middle in s from the grid's first sample."""
+        """Return the middle of every window in s after the grid's first sample."""
         return self.period * (self.starts + 0.5 * self.length)
 
     def kernel(self, order: int) -> np.ndarray:
-        """Return the weights (length + 1,) of samples in the mean of a derivative of that order."""
+        """Return the weights (length + 1,) of the samples in the mean of a derivative of this order."""
         u = np.arange(self.length + 1) / self.piece
         step = self.piece * self.period
-        return (-1.0) ** order * _of(_SPLINE.derivative(order), u) * self.period / step ** (order + 1)
+        return (
+            (-1.0) ** order * _spline_values(_SPLINE.derivative(order), u) * self.period / step ** (order + 1)
+        )
 
     def derivative(self, series: np.ndarray, order: int, part: int | None = None) -> np.ndarray:
-        """Return each window's mean of the series' derivative of that order, (windows,).
+        """Return the mean in each window of a derivative of the series, (windows,).
 
-        part 0 or 1 takes every other sample only, so that two results share no sample's error.
+        part 0 or 1: only even or odd samples, so that both results have independent errors.
         """
         kernel = self.kernel(order)
         if part is not None:
@@ -249,20 +253,20 @@ class Windows:
         return self._sums(series, kernel, 0)
 
     def held(self, commands: np.ndarray, delay: float | None = None) -> np.ndarray:
-        """Return each window's mean of a force in N that is held from one command to the next, delayed."""
+        """Return the mean (windows,) of the delayed zero-order-hold force of commands in N."""
         late = self.delay if delay is None else delay
         edges = np.arange(-self.lead, self.length + 1) * self.period + late
-        weight = np.diff(_of(_SPLINE.antiderivative(), edges / (self.piece * self.period), 1.0))
+        weight = np.diff(_spline_values(_SPLINE.antiderivative(), edges / (self.piece * self.period), 1.0))
         return self._sums(commands, weight, -self.lead)
 
     def every(self, good: np.ndarray, before: int = 0) -> np.ndarray:
-        """Return whether all of a window's samples, and so many before it, are good: bool (windows,)."""
+        """Return for each window whether all its samples, and ``before`` samples ahead of it, are good."""
         bad = np.concatenate(([0], np.cumsum(~good)))
         first = np.maximum(self.starts - before, 0)
         return bad[self.starts + self.length + 1] == bad[first]
 
     def back(self, values: np.ndarray, kernel: np.ndarray) -> np.ndarray:
-        """Return what each sample contributes to sums of the windows' values (windows, p): (count, p)."""
+        """Return each sample's contribution (count, p) to sums of window values (windows, p)."""
         sparse = np.zeros((self.count, values.shape[1]))
         sparse[self.starts] = values
         return oaconvolve(sparse, kernel[:, None], axes=0)[: self.count]

@@ -1,4 +1,4 @@
-"""What was identified, in words: "You set 300 N/m, you rendered 299.8 ± 0.1 N/m." and why."""
+"""Sentences on identified values: "You set 300 N/m, you rendered 299.8 ± 0.1 N/m.", and the reason."""
 
 import math
 
@@ -6,16 +6,16 @@ from hapkit_studio.analysis.identify.estimates import Estimate, Part
 from hapkit_studio.analysis.identify.recording import Setup
 from hapkit_studio.formatting import MINUS, number, on_screen
 
-# What a person reads: unit in the words, and how many of it are one SI unit.
+# display units: the unit, and its number per SI unit
 READ_UNITS = {"m": ("mm", 1e3), "kg": ("g", 1e3)}
-# An interval is not written finer than that share of what is felt.
-_FINEST = 0.1
-# A difference below that share of what is felt needs no reason.
+# smallest half width shown, as a fraction of ``Term.fine``
+_SMALLEST_HALF = 0.1
+# smallest difference that gets a reason, as a fraction of ``Term.fine``
 _WORTH_A_REASON = 0.1
 
 
 def unit_of(estimate: Estimate) -> str:
-    """Return the unit a person reads the estimate in."""
+    """Return the display unit of an estimate."""
     return _unit(estimate)[0]
 
 
@@ -23,39 +23,39 @@ def _unit(estimate: Estimate) -> tuple[str, float]:
     return READ_UNITS.get(estimate.term.unit, (estimate.term.unit, 1.0))
 
 
-def _read(estimate: Estimate) -> tuple[float, int]:
-    """Return how many of the unit a person reads one SI unit is, and the decimals that are known."""
+def _scale_and_decimals(estimate: Estimate) -> tuple[float, int]:
+    """Return the display units per SI unit, and the number of significant decimals."""
     scale = _unit(estimate)[1]
     if not math.isfinite(estimate.half):
         return scale, 2
-    half = scale * max(estimate.half, _FINEST * estimate.term.fine)
+    half = scale * max(estimate.half, _SMALLEST_HALF * estimate.term.fine)
     digits = 1 - math.floor(math.log10(half))
     return scale, max(digits - 1 if half * 10.0 ** (digits - 1) >= 3.0 else digits, 0)
 
 
-def _shown(estimate: Estimate) -> tuple[float, float, int]:
-    """Return value and half the interval as written, in the unit a person reads, and their decimals."""
-    scale, decimals = _read(estimate)
+def _rounded(estimate: Estimate) -> tuple[float, float, int]:
+    """Return the rounded value and half width in display units, and their decimals."""
+    scale, decimals = _scale_and_decimals(estimate)
     half = max(scale * estimate.half, 10.0**-decimals)
     return round(scale * estimate.value, decimals), round(half, decimals), decimals
 
 
 def measured(estimate: Estimate) -> str:
-    """Write "299.8 ± 0.1", in the unit a person reads."""
-    value, half, decimals = _shown(estimate)
+    """Format an estimate in display units: "299.8 ± 0.1"."""
+    value, half, decimals = _rounded(estimate)
     return f"{number(value, decimals)} ± {half:,.{decimals}f}"
 
 
 def confirms(estimate: Estimate) -> bool:
-    """Return whether the interval, rounded as in the text, contains the value that was set."""
+    """Return True if the rounded interval contains the value set."""
     return estimate.told and estimate.asked is not None and not deviation(estimate)
 
 
 def deviation(estimate: Estimate) -> str:
-    """Write "0.6 N/m less": how far the value is from the one set; "" if the interval contains that one."""
+    """Format the deviation from the value set: "0.6 N/m less"; "" if the interval contains it."""
     if not estimate.told or estimate.asked is None:
         return ""
-    value, half, decimals = _shown(estimate)
+    value, half, decimals = _rounded(estimate)
     apart = value - _unit(estimate)[1] * estimate.asked
     if abs(apart) <= half + 1e-9:
         return ""
@@ -63,13 +63,13 @@ def deviation(estimate: Estimate) -> str:
 
 
 def alike(value: float, estimate: Estimate) -> str:
-    """Write another value as finely as the estimate, with its unit."""
-    scale, decimals = _read(estimate)
+    """Format another value with the estimate's decimals and unit."""
+    scale, decimals = _scale_and_decimals(estimate)
     return f"{number(scale * value, decimals)} {unit_of(estimate)}"
 
 
 def plain(value: float | None, estimate: Estimate) -> str:
-    """Write a value that was set or is expected, in the unit a person reads; a dash for none."""
+    """Format a value set or expected in display units; a dash for None."""
     if value is None:
         return "–"
     scale = _unit(estimate)[1]
@@ -79,7 +79,7 @@ def plain(value: float | None, estimate: Estimate) -> str:
 
 
 def had(estimate: Estimate, setup: Setup | None) -> str:
-    """Write what a simulated handle was given: its own, and the hand's beside it while one holds."""
+    """Describe a simulated handle's true mass or friction, with the hand's mass while it holds."""
     whole, unit = estimate.asked, unit_of(estimate)
     own = getattr(setup.handle, estimate.key, None) if setup and setup.handle else None
     if whole is None or own is None or estimate.key != "mass" or whole - own <= 1e-9:
@@ -89,7 +89,7 @@ def had(estimate: Estimate, setup: Setup | None) -> str:
 
 
 def line(estimate: Estimate, part: str, setup: Setup | None = None) -> str:
-    """Write one estimate as a sentence."""
+    """Format one estimate as a sentence."""
     label, unit = estimate.term.label, unit_of(estimate)
     if not estimate.told:
         return f"{label}: {estimate.advice}"
@@ -104,7 +104,7 @@ def line(estimate: Estimate, part: str, setup: Setup | None = None) -> str:
 
 
 def differs(estimate: Estimate) -> bool:
-    """Return whether another number was rendered than set, by so much that it needs a reason."""
+    """Return True if the rendered value differs noticeably from the value set."""
     asked, expected = estimate.asked, estimate.expected
     if not estimate.told or asked is None or expected is None or estimate.key == "centre":
         return False
@@ -112,7 +112,7 @@ def differs(estimate: Estimate) -> bool:
 
 
 def surprising(estimate: Estimate) -> bool:
-    """Return whether neither what was set nor what the loop makes of it was rendered."""
+    """Return True if the rendered value differs noticeably from both the set and the expected value."""
     if not differs(estimate) or estimate.expected is None:
         return False
     least = max(estimate.half, _WORTH_A_REASON * estimate.term.fine)
@@ -120,7 +120,7 @@ def surprising(estimate: Estimate) -> bool:
 
 
 def why(estimate: Estimate) -> str:
-    """Say in a line why another number was rendered than set, "" where it was not or nobody knows."""
+    """Explain a difference from the value set in one line; "" without one or if the cause is unknown."""
     if not differs(estimate) or estimate.expected is None:
         return ""
     must = alike(estimate.expected, estimate)
@@ -130,7 +130,7 @@ def why(estimate: Estimate) -> str:
 
 
 def lateness(part: Part, setup: Setup) -> str:
-    """Say how late the force is and what that takes from the damping, "" where no spring was set."""
+    """State the force's mean delay and the damping lost to it; "" without a spring."""
     spring = next((e for e in part.estimates if e.key == "stiffness" and e.asked), None)
     if spring is None or spring.asked is None:
         return ""
@@ -141,13 +141,13 @@ def lateness(part: Part, setup: Setup) -> str:
 
 
 def noisy(noise: float, setup: Setup) -> str:
-    """Say that positions with that much noise in m made the intervals wider."""
+    """State that position noise in m widened the intervals."""
     size = f"{noise / setup.quantum:.2g} counts ({1e6 * noise:.2g} µm)"
     return f"The positions have noise of {size} besides the sensor's steps: the intervals are wider for it."
 
 
 def force_known(setup: Setup) -> str:
-    """Say what every number rests on: a force that was commanded, not measured, and what does measure it."""
+    """State that the force is commanded, not measured, and how to measure it."""
     if setup.foreign:
         return "The force is the file's, and ± is that of the fit: if its scale is wrong, so is every number."
     if setup.handle is not None:
@@ -160,9 +160,9 @@ def force_known(setup: Setup) -> str:
 
 
 def conditions(setup: Setup, released: bool) -> list[tuple[str, str]]:
-    """Return what had been set while a piece was recorded, as pairs of a name and its value.
+    """Return the settings of a recording as pairs of name and value.
 
-    released: the handle was identified where no hand held it.
+    released: the handle was identified without a hand.
     """
     known = setup.environment
     scene = [("Environment", known.title)] if known else []
@@ -186,7 +186,7 @@ def conditions(setup: Setup, released: bool) -> list[tuple[str, str]]:
 
 
 def remarks(part: Part, setup: Setup, total: int) -> list[str]:
-    """Return what is to be said of the whole part, a line each."""
+    """Return remarks on the whole part, one per line."""
     rendered = part.key == "rendered"
     reasons = rendered and any(differs(estimate) for estimate in part.estimates)
     lines = [lateness(part, setup) if reasons else ""]
@@ -204,7 +204,7 @@ def remarks(part: Part, setup: Setup, total: int) -> list[str]:
 
 
 def notes(part: Part, setup: Setup, total: int) -> list[str]:
-    """Return what a table of the numbers does not say: what is not told, reasons, remarks."""
+    """Return the notes below a table: undetermined estimates, reasons, remarks."""
     found = []
     for estimate in part.estimates:
         reason = why(estimate) if part.key == "rendered" else ""
@@ -216,7 +216,7 @@ def notes(part: Part, setup: Setup, total: int) -> list[str]:
 
 
 def sentences(part: Part, setup: Setup, total: int) -> list[str]:
-    """Return a part's lines: each estimate, why it differs, how well it fits, what was left out."""
+    """Return a part's sentences: estimates, reasons, goodness of fit, excluded samples."""
     found: list[str] = [] if part.estimates else [part.advice]
     for estimate in part.estimates:
         found.append(line(estimate, part.key, setup))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hapkit_studio.analysis.identify.regression import repeated, solve
+from hapkit_studio.analysis.identify.regression import repetitions, solve
 from hapkit_studio.analysis.identify.windows import PIECES, Windows
 
 TRUTH = np.array([2.0, -1.0])
@@ -57,12 +57,12 @@ def test_residuals_count_as_often_as_they_come_again():
     once = random.normal(size=100)
     for times in (2, 3, 4):
         count = 100 * times
-        assert repeated(np.tile(once, times), np.ones(count, bool)) == pytest.approx(times)
-        assert repeated(random.normal(size=count), np.ones(count, bool)) == 1.0
+        assert repetitions(np.tile(once, times), np.ones(count, bool)) == pytest.approx(times)
+        assert repetitions(random.normal(size=count), np.ones(count, bool)) == 1.0
     # errors of the same size, half of whose square comes again: a correlation of a half
     half = np.mean(
         [
-            repeated(np.tile(random.normal(size=400), 3) + random.normal(size=1200), np.ones(1200, bool))
+            repetitions(np.tile(random.normal(size=400), 3) + random.normal(size=1200), np.ones(1200, bool))
             for _ in range(20)
         ]
     )
