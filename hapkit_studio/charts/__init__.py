@@ -1,1 +1,1 @@
-"""Pictures of what was measured, one file a picture: large enough to read on a projector."""
+"""Figures of measurements, readable on a projector; one module per figure."""

@@ -1,7 +1,6 @@
-"""Speed and accuracy drawn: work-precision charts, a scene's errors in their parts, the table of its needs.
+"""Figures of speed and accuracy: work-precision charts, a scene's errors by part, the table of needs.
 
-Every method has one marker and one colour's name in all charts, never colour alone; markers are matplotlib's,
-colours tokens of the palette.
+Each method has the same marker and colour token in all charts, and differs in more than its colour.
 """
 
 import math
@@ -33,8 +32,8 @@ if TYPE_CHECKING:
 _OTHERS = tuple(zip("osDp*vP^Xo", (
     "velocity", "position", "asked", "energy", "ink", "hold", "lecture", "applied", "ok", "danger",
 ), strict=True))  # fmt: skip
-# Integrators and rates that look like what they are in the live plots; all others in the order above.
-_OWN = {
+# integrators and rates with the same marker and colour as in the live plots; all others by position
+_LIVE_LOOKS = {
     "explicit_euler": ("^", "applied"), "lecture": ("P", "lecture"), "semi_implicit": ("o", "velocity"),
     "verlet": ("s", "position"), "rk4": ("D", "asked"), "implicit_euler": ("v", "hold"),
     "trapezoid": ("p", "energy"), "exact": ("*", "ink"), "held": ("^", "applied"),
@@ -44,8 +43,8 @@ _FAMILY = {key: n for family in (ESTIMATORS, MODELS) for n, key in enumerate(fam
 
 
 def marker_and_color(method: str) -> tuple[str, str]:
-    """Return the marker and the colour's token of a method."""
-    return _OWN.get(method, _OTHERS[_FAMILY.get(method, 0) % len(_OTHERS)])
+    """Return the marker and the colour token of a method."""
+    return _LIVE_LOOKS.get(method, _OTHERS[_FAMILY.get(method, 0) % len(_OTHERS)])
 
 
 def winner_columns(sheet: "Sheet", board: bool = False) -> tuple[Column, ...]:
@@ -71,9 +70,9 @@ def option_columns(found: "SceneResult") -> tuple[Column, ...]:
 
 
 def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -> None:
-    """Write what a result holds: its charts of methods, its scenes, or the table of needs.
+    """Write the figure of a result: method charts, scene bars or the table of needs.
 
-    board: the cost of methods is that on the board, where it has any of them.
+    board: plot the cost on the board for methods that have one.
     """
     if result.needs:
         size, caption = (1280, 86 + 66 * len(result.needs)), NEEDS_KEY.removesuffix(".") + _DRAWN_TOO
@@ -84,7 +83,7 @@ def accuracy_figure(result: "Accuracy", path: str | Path, board: bool = False) -
     rows, wide, high = -(-len(parts) // columns), 680, 504
     if result.scenes:
         wide, high = 860, 150 + 24 * max(10, *(len(scene.options) for scene in result.scenes))
-        high += 280 * (len(parts) == 1)  # room for the lower chart
+        high += 280 * (len(parts) == 1)  # height of the lower chart
 
     def paint(figure: Any, c: Colors) -> None:
         for panel, part in zip(figure.subfigures(rows, columns, squeeze=False).flat, parts, strict=False):
@@ -110,14 +109,15 @@ METHODS_KEY = (
     "the order: at 2.00, half the step gives a quarter of the error. Filled: 1 ms, the loop's step. Grey: "
     "Pareto front, the least error at each cost."
 )
-STEP = 1e-3  # s of the loop
-_FLOOR, _MOST = {"": 1e-16, "m/s": 1e-9}, 1e6  # what is less is rounding, what is more left all numbers
+STEP = 1e-3  # s, period of the loop
+# limits of the error axis: below _FLOOR is rounding, above _MOST divergence
+_FLOOR, _MOST = {"": 1e-16, "m/s": 1e-9}, 1e6
 _SIZE = 9.0
-_FLAT = 0.3  # a smaller order says that smaller steps do not help
+_FLAT = 0.3  # a lower observed order means that smaller steps no longer help
 
 
 class AccuracyAxes:
-    """Axes of error in its unit over cost in µs or million cycles, both in powers of ten."""
+    """Log-log axes of error over cost, in µs or million cycles."""
 
     def __init__(self, sheet: "Sheet", board: bool = False):
         self.board, self._scale = board, 1e-6 if board else 1e-3
@@ -129,7 +129,7 @@ class AccuracyAxes:
         self.box = {"xlim": (min(costs) / 1.6, self.right), "ylim": (min(errors) / 4.0, max(errors) * 4.0)}
 
     def place(self, point: "Point") -> tuple[float, float]:
-        """Return a point's place; an error within rounding stands at the floor."""
+        """Return the position of a point; errors below the floor are drawn at the floor."""
         return point.cost(self.board) * self._scale, min(max(point.error, self._floor), _MOST) * self.factor
 
 
@@ -153,7 +153,7 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
         beyond = CLOCK * 1e-6, frame.right
         axes.axvspan(*beyond, facecolor="none", edgecolor=c.line, hatch="///", linewidth=0.0, zorder=0.6)
     best = front(sheet.points, board)
-    if best:  # a staircase band through every point of the front
+    if best:  # staircase band along the Pareto front
         places = [frame.place(point) for point in best]
         x, y = zip((places[0][0], top), *places, (frame.right, places[-1][1]), strict=True)
         band = {"where": "post", "linewidth": 7.2, "solid_joinstyle": "miter", "zorder": 2.0}
@@ -166,7 +166,8 @@ def draw_methods(figure: Any, c: Colors, sheet: "Sheet", board: bool = False) ->
         color, sound = getattr(c, token), [p for p in points if math.isfinite(p.error)]
         if sound:
             axes.plot(*zip(*map(frame.place, sound), strict=True), color=color, linewidth=1.5, zorder=3)
-        if len({p.step_s for p in sound}) > 1:  # else they differ in their options, and are named one by one
+        # with one step only, the options differ and have their own labels
+        if len({p.step_s for p in sound}) > 1:
             axes.plot([], [], shape, color=color, markersize=_SIZE, label=name)
             if (order := sheet.order(key)) > _FLAT:
                 orders.append(Label(*frame.place(sound[-1]), f"{order:.2f}", color, bold=True))
@@ -205,26 +206,26 @@ _FILL = {
     "method": ("ink2", ""), "rate": ("position", "///"), "delay": ("velocity", "..."),
     "velocity": ("energy", "\\\\\\"), "sensor": ("hold", "|||"), "limit": ("danger", "xxx"),
 }  # fmt: skip
-_LONG = 2.0  # an axis ends at so many times the recommended options' error; what is longer is cut there
-_SHOWN = 0.01  # of the axis: a narrower part has no name
-_ROWS = 12.0  # at least; a scene with few options has no thicker bars
-_BOTH, _BELOW = 560.0, 0.36  # points of height that both charts need; share of the lower one
-_LEAST_OWN, _ROUNDING = 1e-4, 1e-9  # JND: a smaller error of a method is drawn there; is rounding
-_NAMES, _FIGURES = 190.0, 170.0  # points that the names at the left and the figures at the right take
+_AXIS_FACTOR = 2.0  # the axis ends at this multiple of the recommended options' error; longer bars are cut
+_LABELLED = 0.01  # fraction of the axis: narrower parts are not labelled
+_FEWEST_ROWS = 12.0  # smallest number of rows for the layout, so that few bars are not too thick
+_BOTH, _BELOW = 560.0, 0.36  # pt, height needed for both charts; height fraction of the lower one
+_LEAST_OWN, _ROUNDING = 1e-4, 1e-9  # JND: smallest method error drawn; rounding level
+_NAMES, _FIGURES = 190.0, 170.0  # pt, width of the labels at the left and the figures at the right
 
 
 def _places(scene: "SceneResult") -> list[str]:
     return [place.name for place in reversed(scene.question.places)]
 
 
-def look(option: "Option", scene: "SceneResult") -> tuple[str, str]:
-    """Return marker and colour token of an option: its method's, or its estimator's."""
+def option_look(option: "Option", scene: "SceneResult") -> tuple[str, str]:
+    """Return the marker and colour token of an option: those of its method, or of its estimator."""
     first = scene.question.choices[0] if scene.question.choices else None
     return marker_and_color(first.text(option.options[0][1]) if first else parse(option.estimator)[0].key)
 
 
-def shown(scene: "SceneResult") -> "list[tuple[str, list[Option]]]":
-    """Return each place with its options, the recommended one first, then by their error."""
+def options_by_location(scene: "SceneResult") -> "list[tuple[str, list[Option]]]":
+    """Return the options by location, recommended ones first, then by error."""
     return [
         (place, sorted(scene.at(place), key=lambda o: (o is not scene.recommended(place), o.error)))
         for place in _places(scene)
@@ -232,7 +233,7 @@ def shown(scene: "SceneResult") -> "list[tuple[str, list[Option]]]":
 
 
 def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
-    """Draw one bar an option, in its parts once the errors are split."""
+    """Draw one bar per option, split into its parts if they are known."""
     wide, high = (72.0 * size / figure.dpi for size in (figure.bbox.width, figure.bbox.height))
     judged = [option for option in scene.options if option.own]
     if judged and high >= _BOTH:
@@ -244,15 +245,15 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
         side.set(xlim=(0.0, 1.0))
         side.set_axis_off()
     best = [o.error for p in _places(scene) if (o := scene.recommended(p)) and math.isfinite(o.error)]
-    reach, row, low = max(1.3, _LONG * max(best, default=1.0)), 0.0, 0.0
+    reach, row, low = max(1.3, _AXIS_FACTOR * max(best, default=1.0)), 0.0, 0.0
     quiet = {"size": TICK, "color": c.ink3, "va": "center"}
     right.text(0.45, -0.9, "Rate", ha="right", **quiet)
     right.text(1.0, -0.9, "Stable up to", ha="right", **quiet)
-    for place, options in shown(scene):
+    for place, options in options_by_location(scene):
         names.text(0.02, row, place.capitalize(), **quiet)
         row += 0.9
         for option in options:
-            ringed, (shape, token) = option is scene.recommended(place), look(option, scene)
+            ringed, (shape, token) = option is scene.recommended(place), option_look(option, scene)
             if ringed:
                 for part in (names, axes, right):
                     part.axhspan(row - 0.46, row + 0.46, color=c.accentsoft, zorder=0.4)
@@ -269,8 +270,9 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
             limit = limit.removesuffix(" stable")
             right.text(1.0, row, limit, ha="right", **plain)
             row += 1.0
-    bottom = max(row, _ROWS)
-    axes.vlines(1.0, -0.6, bottom, color=c.danger, linewidth=1.6, linestyle=DASH, zorder=6)  # below the names
+    bottom = max(row, _FEWEST_ROWS)
+    # below the labels
+    axes.vlines(1.0, -0.6, bottom, color=c.danger, linewidth=1.6, linestyle=DASH, zorder=6)
     axes.axvline(0.0, color=c.edge, linewidth=1.0, zorder=6)
     axes.set(xlim=(1.1 * low, 1.25 * reach), ylim=(bottom, -1.4))
     style_axes(axes, c, "total error, in just-noticeable differences (JND); dashed: most people feel it", "")
@@ -281,14 +283,14 @@ def draw_scene(figure: Any, c: Colors, scene: "SceneResult") -> None:
 
 
 def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Option]") -> None:
-    """Draw each method's own error over the board's cycles: at its rate filled, at twice the rate hollow."""
+    """Draw each method's own error over the board's cycles: filled at its rate, hollow at twice the rate."""
     axes, right = figure.subplots(1, 2, width_ratios=(1.0, 0.62))
     right.set(xlim=(0.0, 1.0), ylim=(len(options) + 3.6, -0.5))
     right.set_axis_off()
     has, words = CLOCK * 1e-6, {"size": TICK, "va": "center"}
     right.text(0.0, 0.0, "Doubling the rate divides the error by", color=c.ink2, **words)
     for row, option in enumerate(sorted(options, key=lambda o: -o.own[0][1]), 1):
-        (shape, token), (cycles, errors) = look(option, scene), zip(*option.own, strict=True)
+        (shape, token), (cycles, errors) = option_look(option, scene), zip(*option.own, strict=True)
         color, places = getattr(c, token), [max(e, _LEAST_OWN) for e in errors]
         axes.plot([1e-6 * n for n in cycles], places, color=color, linewidth=1.5, zorder=3)
         for n, error, face in zip(cycles, places, (color, c.plot), strict=True):
@@ -314,8 +316,9 @@ def _draw_own(figure: Any, c: Colors, scene: "SceneResult", options: "list[Optio
 
 
 def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> float:
-    """Draw an option's bar, cut where it is longer than the axis; return how far it goes to the left."""
-    cut, ends = option.error > reach, {True: 0.0, False: 0.0}  # to the right, to the left
+    """Draw an option's bar, cut at the end of the axis; return its extent to the left."""
+    # end of the bar to the right (True) and to the left (False)
+    cut, ends = option.error > reach, {True: 0.0, False: 0.0}
     how = {"height": 0.62, "linewidth": 0.6, "zorder": 3}
     if not option.parts:
         axes.barh(row, min(option.error, reach), color=c.theory, edgecolor=c.edge, **how)
@@ -323,7 +326,7 @@ def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> fl
         start, (token, hatch) = min(ends[size >= 0.0], reach), _FILL[part]
         ends[size >= 0.0] += size
         end = min(ends[size >= 0.0], reach)
-        if not (cut and size < 0.0):  # a cut bar does not show which part cancels which
+        if not (cut and size < 0.0):  # in a cut bar, cancelling parts are not recognisable
             color = getattr(c, token)
             axes.barh(row, end - start, left=start, facecolor=color, hatch=hatch, edgecolor=c.plot, **how)
     left = 0.0 if cut else ends[False]
@@ -339,11 +342,11 @@ def _bar(axes: Any, c: Colors, option: "Option", row: float, reach: float) -> fl
 
 
 def _part_names(axes: Any, c: Colors, options: "Sequence[Option]", reach: float) -> None:
-    """Name the parts that are seen in any bar, above the bars."""
+    """Label the visible parts above the bars."""
     from matplotlib.patches import Patch
 
     drawn = {
-        p for o in options for p, size in zip(PARTS, o.parts, strict=False) if abs(size) > _SHOWN * reach
+        p for o in options for p, size in zip(PARTS, o.parts, strict=False) if abs(size) > _LABELLED * reach
     }
     axes.legend(
         handles=[
@@ -367,7 +370,7 @@ _DRAWN_TOO = ", the hand motion, where it becomes noticeable, the change of the 
 
 
 def felt_words(felt: float | None) -> str:
-    """Write just-noticeable differences, short; an event that is missing is more than any number."""
+    """Format just-noticeable differences; infinite for a missing event."""
     if felt is None:
         return "–"
     most = felt >= 99.5
@@ -385,7 +388,7 @@ EFFECT_COLUMNS = (
 
 
 def draw_needs(figure: Any, c: Colors, results: "Sequence[Needs]") -> None:
-    """Draw the table scene × term; what a scene needs is shaded."""
+    """Draw the table of terms by scene; required terms are shaded."""
     axes = figure.add_subplot()
     axes.set_axis_off()
     texts, grounds = [], []

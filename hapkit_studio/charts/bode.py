@@ -1,4 +1,4 @@
-"""Bode diagram of the rendered impedance; stiffness, damping and mass over frequency; theory under all."""
+"""Bode diagram of the rendered impedance, with stiffness, damping and mass over frequency."""
 
 import math
 from pathlib import Path
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 _SIZE = (1000, 640)
 _HUES = "position", "applied", "velocity", "asked"
-_STIFFNESS, _DAMPING, _MASS = 2, 3, 4  # panels
-_ROOM = 1.3  # of the axes, so that words stand clear
-_WIDEST = 2.0  # of the range of the dampings: wider bars would hide everything else
-_TIMES = 4.0  # below and above what was measured
+_STIFFNESS, _DAMPING, _MASS = 2, 3, 4  # panel indices
+_ROOM = 1.3  # factor on the axis limits that leaves room for labels
+_LONGEST_BAR = 2.0  # maximum length of an error bar, as a multiple of the range of the dampings
+_AXIS_FACTOR = 4.0  # axis range as a factor below and above the measured one
 
 
 def bode_figure(found: "Bode", path: str | Path) -> None:
-    """Write the diagram, in words what each loop makes of the scene, and the conditions."""
+    """Write the diagram with a description of each loop and the conditions."""
     caption = unbroken(
         ["Dots: measured; hollow: not linear", "lines: theory", found.driven, *conditions(found)]
     )
@@ -31,7 +31,7 @@ def bode_figure(found: "Bode", path: str | Path) -> None:
 
 
 def conditions(found: "Bode") -> list[str]:
-    """Return under which conditions it was measured."""
+    """Return the conditions of the measurement."""
     s = found.curves[0].setting
     own = f"handle {with_unit(1e3 * s.mass, 'g')}, {with_unit(s.viscous, 'N·s/m')}"
     delays = [f"{curve.name}: delay {with_unit(1e6 * curve.setting.delay, 'µs')}" for curve in found.curves]
@@ -39,10 +39,10 @@ def conditions(found: "Bode") -> list[str]:
 
 
 def draw(figure: Any, c: Colors, found: "Bode") -> None:
-    """Draw six quantities over frequency, and where each curve's wall stops being one."""
+    """Draw six quantities over frequency, and the frequency up to which each curve is a wall."""
     grid = figure.add_gridspec(3, 2, height_ratios=(3, 3, 2))
     first = figure.add_subplot(grid[0, 0], xscale="log")
-    # as in _values, the coherence last
+    # order of _values, then the coherence
     places = (1, 0), (0, 1), (1, 1), (2, 1), (2, 0)
     panels = [first, *(figure.add_subplot(grid[place], sharex=first) for place in places)]
     names = "|Z|, N/m", "phase of Z, °", "stiffness, N/m", "damping, N·s/m", "mass, g", "coherence"
@@ -60,7 +60,7 @@ def draw(figure: Any, c: Colors, found: "Bode") -> None:
 
 
 def _curve(panels: list, curve: "Curve", color: str, c: Colors) -> None:
-    """Draw theory as lines, what was measured as dots, hollow where it is not linear."""
+    """Draw theory as lines and measurements as dots, hollow where the response is nonlinear."""
     if curve.theory is not None:
         for axes, values in zip(panels, _values(curve.theory), strict=False):
             axes.plot(curve.theory.frequency, values, color=color, linewidth=2.2, alpha=0.5)
@@ -69,21 +69,22 @@ def _curve(panels: list, curve: "Curve", color: str, c: Colors) -> None:
         axes.plot(frequency[sure], values[sure], "o", color=color, markersize=4.5, label=curve.name)
         axes.plot(frequency[~sure], values[~sure], "o", color=color, markersize=4.5, markerfacecolor=c.plot)
     damping, wide = curve.measured.damping, curve.damping_interval
-    seen = wide < _WIDEST * np.ptp(damping)  # at the lowest tones a sensor step outweighs the damping force
+    # at the lowest frequencies, quantisation exceeds the damping force
+    seen = wide < _LONGEST_BAR * np.ptp(damping)
     panels[_DAMPING].errorbar(
         frequency[seen], damping[seen], wide[seen], fmt="none", ecolor=color, elinewidth=1.0, capsize=2.0
     )
 
 
 def _mark(panels: list, curve: "Curve", color: str, row: int) -> None:
-    """Draw a line where a curve's wall stops being one, and say why, in a row of words of its own."""
+    """Mark the frequency up to which a curve is a wall; ``row``: row of the label."""
     if math.isnan(curve.ends):
         return
     for axes in panels:
         axes.axvline(curve.ends, color=color, linewidth=1.4, linestyle=DASH)
     soft = curve.ends == curve.softens
     words = f"{hertz(curve.ends)}: {'−3 dB' if soft else 'gives energy'}"
-    near = curve.ends < math.sqrt(math.prod(panels[0].get_xlim()))  # to the middle, words stand on that side
+    near = curve.ends < math.sqrt(math.prod(panels[0].get_xlim()))  # label towards the middle of the axis
     panels[_STIFFNESS if soft else _DAMPING].annotate(
         words, (curve.ends, 1.0), (5 if near else -5, -5 - 1.3 * TICK * row), va="top",
         xycoords=("data", "axes fraction"), textcoords="offset points", ha="left" if near else "right",
@@ -92,14 +93,14 @@ def _mark(panels: list, curve: "Curve", color: str, row: int) -> None:
 
 
 def _values(response: "Response") -> tuple[np.ndarray, ...]:
-    """Return magnitude, phase in degrees, stiffness, damping, and mass in g."""
+    """Return magnitude, phase in degrees, stiffness in N/m, damping in N·s/m, and mass in g."""
     z = response.impedance
     phase = np.where(z, np.degrees(np.unwrap(np.angle(z))), math.nan)
     return np.where(z, np.abs(z), math.nan), phase, response.stiffness, response.damping, 1e3 * response.mass
 
 
 def _handle(panels: list, c: Colors, setting: "Setting") -> None:
-    """Draw what the handle's own mass and damping take, dotted; the axes show what was measured."""
+    """Draw the handle's own mass and damping as dotted lines, without effect on the axis limits."""
     style = {"color": c.ink2, "linestyle": DOT, "linewidth": 1.6}
     panels[_DAMPING].axhline(-setting.viscous, **style)
     panels[_MASS].axhline(1e3 * setting.mass, **style)
@@ -108,7 +109,7 @@ def _handle(panels: list, c: Colors, setting: "Setting") -> None:
         low, high = axes.get_ylim()
         axes.set_ylim(low, low + _ROOM * (high - low))
     low, high = panels[0].get_ylim()
-    panels[0].set_ylim(max(low, 0.01 * high) / _TIMES, high * _TIMES)
+    panels[0].set_ylim(max(low, 0.01 * high) / _AXIS_FACTOR, high * _AXIS_FACTOR)
     panels[0].set_yscale("log")
     panels[0].yaxis.set_major_formatter("{x:,g}")
     panels[_MASS].set_ylim(bottom=0.0)

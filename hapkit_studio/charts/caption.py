@@ -1,4 +1,4 @@
-"""A picture's caption: the scene in words; device, hand, loop and date; each change with its time."""
+"""Caption of a figure: scene, device, hand, loop, date, and each change of settings with its time."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -26,7 +26,7 @@ _SPACE = "\N{NO-BREAK SPACE}"
 
 
 def caption(log: Log, known: Known, date: str = "") -> str:
-    """Return the lines of a recording's caption by its log; date: when it began, now without one."""
+    """Return a recording's caption lines from its settings log; date: of its start, omitted if empty."""
     date = date or datetime.now().isoformat(" ", "minutes")
     log = [(time, _checked(settings)) for time, settings in log]
     first = log[0][1]
@@ -35,13 +35,13 @@ def caption(log: Log, known: Known, date: str = "") -> str:
 
 
 def _checked(settings: Settings) -> Settings:
-    """Return settings, which may come from any file, without parameters and units that are none."""
+    """Return settings from a file of any origin, without invalid parameters and units."""
     groups = ("parameters", "units")
     return {k: v for k, v in settings.items() if k not in groups or isinstance(v, Mapping)}
 
 
 def environment_of(settings: Settings, known: Known) -> tuple[Environment, dict[str, float]] | None:
-    """Return the environment that was set and its values; None where there is none that takes them."""
+    """Return the recorded environment and its values; None if no known environment accepts them."""
     key, given = settings.get("environment"), settings.get("parameters")
     found = known.get(key) or environments.discover().get(key) if isinstance(key, str) else None
     with suppress(ParameterError):
@@ -50,13 +50,15 @@ def environment_of(settings: Settings, known: Known) -> tuple[Environment, dict[
 
 
 def scene(settings: Settings, known: Known) -> str:
-    """Return the environment's title and its parameters in words; one without effect is left out."""
+    """Return the environment's title and its active parameters as text."""
     found = environment_of(settings, known)
     if found is not None:
         environment, values = found
         unused, title = environment.unused(values), environment.title
         words = [
-            f"{_small(p.label)} {_value(p, values)}" for p in environment.parameters if p.key not in unused
+            f"{_lower_first(p.label)} {_value(p, values)}"
+            for p in environment.parameters
+            if p.key not in unused
         ]
     else:
         title = str(settings.get("environment") or "")
@@ -67,7 +69,7 @@ def scene(settings: Settings, known: Known) -> str:
 
 
 def _conditions(settings: Settings) -> list[str]:
-    """Return device, hand and loop in words."""
+    """Return device, hand and loop as text."""
     device, hand, grip = (settings.get(key) for key in ("device", "hand", "grip"))
     rate, delay, render = (settings.get(key) for key in ("rate_Hz", "delay_s", "render"))
     model = device.get("title") if isinstance(device, Mapping) else None
@@ -88,7 +90,7 @@ def _estimator(spec: Any) -> list[str]:
 
 
 def _changes(log: Log, known: Known) -> list[str]:
-    """Return a line for each change; count the last of many."""
+    """Return a line per change; the last line counts those that do not fit."""
     said = [(time, _change(before, after, known)) for (_, before), (time, after) in pairwise(log)]
     lines = [f"At {time:.2f} s: {words}" for time, words in said[:_MOST_CHANGES]]
     more = len(said) - _MOST_CHANGES
@@ -96,14 +98,14 @@ def _changes(log: Log, known: Known) -> list[str]:
 
 
 def _change(before: Settings, after: Settings, known: Known) -> str:
-    """Return what changed, each with both values; another environment with all of its own."""
+    """Return the changed settings with old and new value; all settings of a new environment."""
     if before.get("environment") != after.get("environment"):
         return scene(after, known)
     old, new = environment_of(before, known), environment_of(after, known)
     if old is None or new is None:
         return ", ".join(differences(before, after)) or "device changed"
     words = [
-        f"{_small(p.label)} {_both(_value(p, old[1]), _value(p, new[1]))}"
+        f"{_lower_first(p.label)} {_old_and_new(_value(p, old[1]), _value(p, new[1]))}"
         for p in new[0].parameters
         if old[1][p.key] != new[1][p.key]
     ]
@@ -111,8 +113,8 @@ def _change(before: Settings, after: Settings, known: Known) -> str:
     return ", ".join(words) or "device changed"
 
 
-def _both(old: str, new: str) -> str:
-    """Return two values with their unit once: "250 → 600 N/m"."""
+def _old_and_new(old: str, new: str) -> str:
+    """Join two values with one unit: "250 → 600 N/m"."""
     number, _, unit = old.partition(" ")
     return f"{number if unit and new.endswith(f' {unit}') else old} → {new}"
 
@@ -128,6 +130,6 @@ def _raw(value: Any, unit: Any) -> str:
     )
 
 
-def _small(words: str) -> str:
-    """Return the words with a small first letter, except for names such as RK4."""
+def _lower_first(words: str) -> str:
+    """Return text with a lower-case first letter, except for names such as RK4."""
     return words[:1].lower() + words[1:] if words[1:2].islower() else words

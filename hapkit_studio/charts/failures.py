@@ -1,4 +1,4 @@
-"""A failure: what moves just inside its limit and just outside, and the measured curve beside the formula."""
+"""Figure of a failure: motion just inside and just outside the limit, and the measured curve."""
 
 import itertools
 import math
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from hapkit_studio.analysis.failures.base import Chart, Evidence, Shown, Try
 
 _SIZE = (1080, 560)
-_LONG = 50  # letters that leave room for the knob's name and its share of the limit
-_LETTER = 6.6  # points that a letter of a title takes
-_ROOM = 0.08  # of the height, for each mark's words at the top
-_LINE = 16.0  # points
-# A mark beyond this share of the axis has its words at its left.
+_LONG = 50  # longest verdict in characters beside the knob's name and value
+_LETTER = 6.6  # pt, width of a character of a title
+_ROOM = 0.08  # fraction of the height for each label at the top
+_LINE = 16.0  # pt, line height
+# labels of marks beyond this fraction of the axis are at their left
 _RIGHT = 0.7
-_SHORT = 0.5  # s: shorter traces are drawn over ms
-_TRACE = 0.36  # of the width, for a trace's title
-_DECADES = 3.0  # of an axis on which 2 and 5 have ticks, too
-_SMALL = 0.01  # numbers below this would need ticks too long to be read
-_FEW = 50  # points that are shown one by one
-# By role, the second of a role unlike the first: token, dashes, marker.
+_SHORT = 0.5  # s: shorter traces have an axis in ms
+_TRACE = 0.36  # fraction of the width for a trace's title
+_DECADES = 3.0  # on axes shorter than this, 2 and 5 have ticks, too
+_SMALL = 0.01  # smaller numbers are scaled by a power of ten
+_FEW = 50  # up to this many samples, a trace shows its points
+# look by role and rank within the role: colour token, dashes, marker
 _LOOKS = {
     "theory": (("ink", (0, (3.2, 2.0)), ""), ("asked", (0, (5, 2)), ""), ("energy", (0, (5, 2, 1.2, 2)), "")),
     "measured": (("position", "none", "o"), ("velocity", "none", "s"), ("applied", "none", "^")),
@@ -36,7 +36,7 @@ _LOOKS = {
 
 
 def failure_figure(shown: "Shown", path: str | Path) -> None:
-    """Write a failure that was charted, its formula above and its conditions below."""
+    """Write a failure's figure, with its formula above and its conditions below."""
     failure = shown.failure
     conditions = [f"{p.label} {p.text(shown.case[p.key])}" for p in failure.options]
     title = f"{failure.title}: {failure.formula}"
@@ -44,15 +44,15 @@ def failure_figure(shown: "Shown", path: str | Path) -> None:
 
 
 def draw(figure: Any, c: style.Colors, shown: "Shown") -> "Knob | None":
-    """Draw two traces at the left, the curve at the right; return the knob where the curve runs over it."""
+    """Draw two traces at the left, the curve at the right; return the knob, None if not the x axis."""
     grid = figure.add_gridspec(2, 2, width_ratios=(1.0, 1.2))
     for row, (word, one) in enumerate((("inside", shown.inside), ("outside", shown.outside))):
         axes = figure.add_subplot(grid[row, 0])
-        axes.set_navigate(False)  # a click there turns no knob
+        axes.set_navigate(False)  # no navigation in the small traces
         _trace(axes, style.pale(c) if word in shown.old else c, shown, one, word)
-        below = shown.outside and _across(shown.outside)
+        below = shown.outside and _time_label(shown.outside)
         if row == 0 and axes.get_xlabel() == below:
-            axes.set_xlabel("")  # it stands below the other
+            axes.set_xlabel("")  # the lower trace has the label
     axes = figure.add_subplot(grid[:, 1])
     if shown.chart is None:
         axes.set_navigate(False)
@@ -64,7 +64,7 @@ def draw(figure: Any, c: style.Colors, shown: "Shown") -> "Knob | None":
 
 
 def clauses(words: str) -> list[str]:
-    """Return the verdict, and after it what is added, each a sentence without its full stop."""
+    """Split a sentence into its verdict and additions, each without full stop."""
     parts = [part.strip() for part in re.split("[;,] ", words)]
     return [part[:1].upper() + part[1:] for part in parts]
 
@@ -81,7 +81,7 @@ def _trace(axes: Any, c: style.Colors, shown: "Shown", one: "Try | None", word: 
     time, trace = found.trace
     factor, power = scaled(trace)
     axes.plot(
-        (1e3 if _brief(one) else 1.0) * time, factor * trace, color=color, linewidth=1.6, markersize=4,
+        (1e3 if _is_short(one) else 1.0) * time, factor * trace, color=color, linewidth=1.6, markersize=4,
         marker="o" if len(time) < _FEW else "", drawstyle="steps-post" if found.held else "default",
     )  # fmt: skip
     knob, limit = shown.failure.knob, shown.limit
@@ -91,22 +91,22 @@ def _trace(axes: Any, c: style.Colors, shown: "Shown", one: "Try | None", word: 
         place, size = f"{word}, {far}, {one.value / limit:.3g} × the limit", style.TEXT
     title = fill(f"{sign} {place}: {clauses(found.words)[0].lower()}", letters)
     axes.set_title(title, size=size, color=color, loc="left")
-    style.style_axes(axes, c, _across(one), f"{power} {found.unit}".strip())
+    style.style_axes(axes, c, _time_label(one), f"{power} {found.unit}".strip())
     axes.locator_params(axis="y", nbins=4)
 
 
-def _brief(one: "Try") -> bool:
-    """Return whether a trace is drawn over ms."""
+def _is_short(one: "Try") -> bool:
+    """Return True if a trace's time axis is in ms."""
     return 0.0 < one.evidence.seconds < _SHORT
 
 
-def _across(one: "Try") -> str:
-    """Return the label of a trace's time axis, which says what is drawn, too: low axes have no room."""
-    return f"{one.evidence.label} over time, {'ms' if _brief(one) else 's'}"
+def _time_label(one: "Try") -> str:
+    """Return the label of a trace's time axis; on low axes it includes the quantity drawn."""
+    return f"{one.evidence.label} over time, {'ms' if _is_short(one) else 's'}"
 
 
 def scaled(y: np.ndarray) -> tuple[float, str]:
-    """Return the factor that makes very small numbers readable, and its power of ten: "10⁻⁶" or ""."""
+    """Return the factor that makes very small numbers readable, and its inverse as text: "10⁻⁶" or ""."""
     finite = np.asarray(y)[np.isfinite(y)]
     most = float(np.abs(finite).max()) if len(finite) else 0.0
     if not 0.0 < most < _SMALL:
@@ -152,7 +152,7 @@ def _curve(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
 
 
 def _limits(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
-    """Draw where it holds and fails, the boundary and the other limits, each with its words on top."""
+    """Draw the stable and unstable ranges, the boundary and other limits, each with its label on top."""
     low, high = axes.get_ylim()
     share = _ROOM * len(chart.marks)
     axes.set_ylim(low, high * (high / low) ** share if chart.plot.log_y else high + share * (high - low))
@@ -177,7 +177,7 @@ def _limits(axes: Any, c: style.Colors, shown: "Shown", chart: "Chart") -> None:
 
 
 class Knob:
-    """Where the knob stands on the curve's axis, and what it showed there; ``artists`` are drawn last."""
+    """The knob's position on the curve's axis and the value measured there; ``artists`` are drawn last."""
 
     def __init__(self, axes: Any, c: style.Colors, scale: float | None):
         self._scale = scale or 1.0
@@ -189,7 +189,7 @@ class Knob:
         self.place(None, None)
 
     def place(self, value: float | None, measure: float | None) -> None:
-        """Show a value, in the knob's unit, and what was measured there if the curve runs up over that."""
+        """Move to a value in the knob's unit; ``measure``: the value measured there, None if not charted."""
         x = math.nan if value is None else value * self._scale
         self._line.set_xdata([x, x])
         self._tip.set_data([x], [0.02])
@@ -197,6 +197,6 @@ class Knob:
 
 
 def measured_there(chart: "Chart | None", found: "Evidence") -> float | None:
-    """Return the measure of a try, where it is the chart's y axis; else None."""
+    """Return a trial's measured value if it is the quantity of the chart's y axis, else None."""
     same = chart is not None and chart.plot.y_label.endswith(f", {found.measure_unit}")
     return found.measure if same and math.isfinite(found.measure) else None

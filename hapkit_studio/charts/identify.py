@@ -1,4 +1,4 @@
-"""Identification: force over what moves, with the line that was found and its band; residuals below."""
+"""Figure of an identification: partial residuals with fit and confidence band, residuals below."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,7 +12,7 @@ from hapkit_studio.charts.style import DOT, TEXT, TICK, Colors, save, style_axes
 if TYPE_CHECKING:
     from hapkit_studio.analysis.identify import Identified, Part, Points
 
-# What is drawn over what: a term's column, its axis, and how many of the axis's units one SI unit has.
+# x axis by term: axis label, and its display unit per SI unit
 AXES = {
     "stiffness": ("position, mm", 1e3),
     "damping": ("velocity, mm/s", 1e3),
@@ -26,15 +26,15 @@ AXES = {
 TITLES = {"rendered": "What was rendered", "handle": "What the handle is"}
 _MOST_PANELS = 3
 _SIZE = (1080, 500)
-# less height than that, in points, leaves the upper charts no axis beside the residuals
+# pt: smallest height with room for the residuals
 _BOTH = 270.0
 _STEPS = 60
 
 
 def identify_figure(found: "Identified", path: str | Path, source: Sequence[tuple[str, str]] = ()) -> None:
-    """Write both answers: a row of charts each, the residuals below, the numbers in words.
+    """Write rendered impedance and handle: one row of charts each, residuals and sentences below.
 
-    Below them stands what had been set; source: device or file, as a name and its value.
+    Settings follow; source: device or file, as pairs of name and value.
     """
     parts = [part for part in (found.rendered, found.handle) if part.points is not None] or [found.rendered]
 
@@ -51,7 +51,7 @@ def identify_figure(found: "Identified", path: str | Path, source: Sequence[tupl
 
 
 def draw(figure: Any, c: Colors, part: "Part", end: float) -> None:
-    """Draw a part's terms side by side, what no term explains below; end: when, in s, time counts from."""
+    """Draw a part's terms side by side, residuals below; end: origin of the time axis in s."""
     if part.points is None:
         return
     names = [name for name in part.points.names if name in AXES][:_MOST_PANELS]
@@ -67,7 +67,7 @@ def draw(figure: Any, c: Colors, part: "Part", end: float) -> None:
 
 
 def _term(axes: Any, c: Colors, part: "Part", name: str) -> None:
-    """Draw the force that is left without all other terms, the line found, its band, what was set."""
+    """Draw a term's partial residuals, fit, confidence band and set value."""
     points, estimate = part.points, part[name]
     assert points is not None
     label, scale = AXES[name]

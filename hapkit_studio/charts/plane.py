@@ -1,4 +1,4 @@
-"""A failure in the plane of two dimensionless numbers: boundaries, measured points, the knob's own point."""
+"""Figure of a failure in two dimensionless numbers: boundaries, measured points, the knob's point."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,20 +13,20 @@ if TYPE_CHECKING:
 
 _SIZE, _SMALL_SIZE = (1080, 700), (820, 600)
 _COLUMNS = 4
-_LOW = 6.0  # inches: less height has no room for two rows of panels
-# by outcome: colour token and marker
+_LOW_FIGURE = 6.0  # inches: lower figures show only the panel of the case
+# colour token and marker by outcome
 _POINTS = {
     "stable": ("ok", "o"),
     "bounded": ("warn", "D"),
     "pushed": ("warn", "^"),
     "unstable": ("danger", "X"),
 }
-_MOST = 3.0  # of a field: all above is unstable alike
+_LARGEST = 3.0  # largest value of the colour scale
 _DASHES = (style.DASH, style.DOT, style.DASH_DOT)
 
 
 def plane_figure(shown: "Shown", path: str | Path) -> None:
-    """Write a failure's plane, its sentence above and the conditions below."""
+    """Write a failure's plane with its sentence above and the conditions below."""
     plane = shown.plane
     assert plane is not None
     conditions = [f"{p.label} {p.text(shown.case[p.key])}" for p in shown.failure.options]
@@ -39,7 +39,7 @@ def plane_figure(shown: "Shown", path: str | Path) -> None:
 
 
 class KnobPoint:
-    """Where the knob's value lies in a plane; ``artists`` are drawn last."""
+    """The knob's point in a plane; ``artists`` are drawn last."""
 
     def __init__(self, axes: Any, c: style.Colors, plane: "Plane"):
         self._plane = plane
@@ -49,18 +49,18 @@ class KnobPoint:
         self.artists = (self._ring, self._dot)
 
     def place(self, value: float | None) -> None:
-        """Move the point to a value of the knob; hide it without one."""
+        """Move the point to a value of the knob; None hides it."""
         x, y = (np.nan, np.nan) if value is None else self._plane.place(value)
         for artist in self.artists:
             artist.set_data([x], [y])
 
 
 def draw(figure: Any, c: style.Colors, plane: "Plane") -> KnobPoint:
-    """Draw every panel, or only the case's own where there is little height; return the knob's point."""
+    """Draw all panels, or only that of the case if the figure is low; return the knob's point."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     panels, own = plane.panels, plane.own
-    if figure.get_figheight() < _LOW:
+    if figure.get_figheight() < _LOW_FIGURE:
         panels, own = (panels[own],), 0
     count = len(panels)
     columns = min(count, _COLUMNS)
@@ -89,7 +89,7 @@ def _panel(axes: Any, c: style.Colors, panel: "Panel") -> None:
     axes.set_xlim(field.x[0], field.x[-1])
     axes.set_ylim(field.y[0], field.y[-1])
     filled = axes.contourf(
-        field.x, field.y, np.minimum(field.z, _MOST), levels=[0.0, 1.0, 2.0, _MOST],
+        field.x, field.y, np.minimum(field.z, _LARGEST), levels=[0.0, 1.0, 2.0, _LARGEST],
         colors=[c.stable, c.warnsoft, c.unstable], hatches=["", "", "//"], zorder=0.1,
     )  # fmt: skip
     filled.set_edgecolor(c.danger + "40")

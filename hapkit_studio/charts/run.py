@@ -1,4 +1,4 @@
-"""A run: position, velocity and force over time, and force over position."""
+"""Figure of a run: position, velocity and force over time, and force over position or velocity."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,24 +16,25 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import number
 
 _SIZE = (792, 450)
-_LETTER = 0.016  # of the time axis: what a letter of a mark's words takes there
-_ROOM = 0.25  # of the range: what is left free above the lines for words
+_LETTER = 0.016  # width of a character of a mark, as a fraction of the time axis
+_ROOM = 0.25  # free space above the lines for marks, as a fraction of the range
 
 _UNITS = {"position": "mm", "velocity": "mm/s"}
 _CURVES = {"position": theory.over_position, "velocity": theory.over_velocity}
-_FAR = 0.06  # m, and m/s: where a curve is looked for
-_LEAST_HALF = 2.5  # mm, and mm/s: half the least range of the law's curve
+_CURVE_RANGE = 0.06  # m or m/s: range in which a law's curve is evaluated
+_LEAST_HALF = 2.5  # mm or mm/s: smallest half range of the law's curve
 _MORE_SIGHT = 0.1
-_OVER_LIMIT = 1.35  # of the force limit: what lies beyond is not worth showing
-_BESIDE, _LEAST_FORCE = 0.08, 0.5  # free space beyond the forces as a fraction of their range; least range, N
+_OVER_LIMIT = 1.35  # largest force drawn, as a multiple of the force limit
+# free space beyond the forces as a fraction of their range; smallest range in N
+_BESIDE, _LEAST_FORCE = 0.08, 0.5
 
 Mark = tuple[float, str]
-"""When something was changed, in s, and in words what."""
+"""Time in s of a settings change, and its label."""
 
 
 @dataclass(frozen=True)
 class Past:
-    """A stretch to compare with, (n,) each in SI: its words, token of its colour, dash in line widths."""
+    """An earlier part for comparison, (n,) each in SI units; colour token, dash pattern in line widths."""
 
     words: str
     time: np.ndarray
@@ -52,10 +53,10 @@ def run_figure(
     known: Known = MappingProxyType({}),
     over: str = "",
 ) -> None:
-    """Write a Run's position, velocity and force over time and its force over position or velocity.
+    """Write a run's position, velocity and force over time, and force over position or velocity.
 
-    known: environments besides the library's; over: "position" or "velocity", else the one over which the law
-    has a curve. The caption has the settings at the start, and below them each change with its time.
+    known: environments besides the library's. over: "position" or "velocity"; else the one over which the law
+    has a curve. The caption contains the settings at the start and each change with its time.
     """
     words = caption(run.log, known, run.date)
     save(lambda figure, c: draw(figure, c, run, marks, past, known, over), path, _SIZE, caption=words)
@@ -70,15 +71,15 @@ def draw(
     known: Known = MappingProxyType({}),
     over: str = "",
 ) -> None:
-    """Draw three quantities below one another, beside them force over one of them; as ``run_figure``.
+    """Draw three quantities over time and force over ``over``, as ``run_figure``.
 
-    What is past lies below. The law's curve and the force limit are those at the end.
+    Earlier parts are drawn below. The law's curve and the force limit are those at the end.
     """
     grid = figure.add_gridspec(3, 2, width_ratios=(3, 2))
     upper, middle, lower = (figure.add_subplot(grid[i, 0]) for i in range(3))
     loop = figure.add_subplot(grid[:, 1])
     found = environment_of(run.log[-1][1], known)
-    over = over or _over(found)
+    over = over or _curve_quantity(found)
     for was in past:
         look = {"color": getattr(c, was.token), "dashes": was.dash}
         upper.plot(was.time, 1e3 * was.position, label=was.words, **look)
@@ -112,23 +113,26 @@ def draw(
         legend(upper, c)
 
 
-def _over(found: tuple[Environment, dict[str, float]] | None) -> str:
-    """Return over what the law has a curve; "velocity" first where it declares one, else "position"."""
+def _curve_quantity(found: tuple[Environment, dict[str, float]] | None) -> str:
+    """Return the quantity of the law's curve: "velocity" if it declares one, else "position"."""
     if found is None:
         return "position"
     environment, values = found
     order = ["position", "velocity"] if environment.over_velocity is None else ["velocity", "position"]
-    return next((over for over in order if _CURVES[over](environment, values, -_FAR, _FAR)), "position")
+    return next(
+        (over for over in order if _CURVES[over](environment, values, -_CURVE_RANGE, _CURVE_RANGE)),
+        "position",
+    )
 
 
 def _draw_theory(
     axes: Any, c: Colors, found: tuple[Environment, dict[str, float]], over: str, limit: float
 ) -> bool:
-    """Draw the law's curve below the data, as far as they go, up to what the motor gives; return whether."""
+    """Draw the law's curve below the data, over their range, up to the force limit; return True if drawn."""
     low, high = axes.get_xlim()
     middle, half = 0.5 * (low + high), max(0.5 * (high - low), _LEAST_HALF)
     low, high = middle - half, middle + half
-    beyond = _MORE_SIGHT * half  # no end of the curve is in sight
+    beyond = _MORE_SIGHT * half  # beyond the visible range, so that no end of the curve is seen
     curve = _CURVES[over](*found, 1e-3 * (low - beyond), 1e-3 * (high + beyond))
     if curve is None:
         return False
@@ -139,16 +143,14 @@ def _draw_theory(
     axes.set_xlim(low, high)
     axes.set_ylim(min(bottom, seen.min() - margin), max(top, seen.max() + margin))
     for token, width in (("edge", 8.8), ("theory", 6.4)):
-        for (
-            force
-        ) in curve.force:  # backwards: of an ascending line matplotlib draws no sample beyond the axes
+        for force in curve.force:  # reversed: matplotlib draws no sample of an ascending line beyond the axes
             axes.plot(1e3 * curve.x[::-1], force[::-1], color=getattr(c, token), linewidth=width, zorder=0.7)
     axes.lines[-1].set_label("theory")
     return True
 
 
 def _limit(settings: Mapping) -> float:
-    """Return the force limit that was set, in N, or inf if none was recorded."""
+    """Return the force limit in N, inf if none was recorded."""
     device = settings.get("device")
     found = settings.get("max_force_N", device.get("max_force") if isinstance(device, Mapping) else None)
     try:
@@ -158,7 +160,7 @@ def _limit(settings: Mapping) -> float:
 
 
 def _draw_limit(axes: Any, c: Colors, limit: float) -> None:
-    """Draw the force limit on both sides where it lies within the axes, with its name."""
+    """Draw the force limit on both sides if it lies within the axes, with its label."""
     bottom, top = axes.get_ylim()
     for level in (limit, -limit):
         if bottom < level < top:
@@ -171,7 +173,7 @@ def _draw_limit(axes: Any, c: Colors, limit: float) -> None:
 
 
 def _write_marks(axes: Any, c: Colors, marks: Sequence[Mark], begin: float, end: float) -> None:
-    """Write the marks' words along the top; an older one gives way to a newer."""
+    """Label the marks along the top; a newer label hides older ones that it overlaps."""
     right, (low, high) = end, axes.get_ylim()
     axes.set_ylim(low, high + _ROOM * (high - low) * bool(marks))
     for when, words in reversed(marks):

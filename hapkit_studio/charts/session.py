@@ -1,4 +1,4 @@
-"""A session at a glance: where the handle was all the while, with its markers."""
+"""Overview of a session: position over the whole time, and its markers."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from hapkit_studio.charts.style import Colors, style_axes
 
 
 def draw(figure: Any, c: Colors, trace: Any, markers: tuple[tuple[float, str], ...]) -> None:
-    """Draw least and greatest positions, a trace (3, n) as an Overview has it, and a line for each marker."""
+    """Draw minimum and maximum positions, a trace (3, n) of an Overview, and a line per marker."""
     axes = figure.add_subplot()
     time, least, greatest = trace
     axes.fill_between(time, 1e3 * least, 1e3 * greatest, step="post", color=c.position, linewidth=1.5)

@@ -1,4 +1,4 @@
-"""The map of damping and stiffness: boundaries, regions, and where the rendered impedance lies."""
+"""The map of damping and stiffness: boundaries, regions, and the rendered impedance."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -16,21 +16,21 @@ from hapkit_studio.charts import style
 from hapkit_studio.formatting import number
 
 _SIZE = (972, 700)
-# DECAYS, BUZZES, GROWS of the measured classes
+# colour tokens of DECAYS, BUZZES, GROWS
 _TOKENS = ("stable", "warnsoft", "unstable")
 _GROWS = 2
-_FAINT = "40"  # a quarter, as the last two digits of a colour
+_FAINT = "40"  # opacity of 25 %, as the last two digits of a colour
 _HANDS = {"released": "-", "light": style.DASH, "medium": style.DASH_DOT, "firm": style.DOT}
-# Less than this between dot and boundary leaves no room for the arrow's words, in points.
+# pt: smallest distance between dot and boundary with room for the arrow's label
 _ROOM_FOR_WORDS = 40.0
 
 
 @dataclass(frozen=True)
 class Map:
-    """A plane with what was measured last in it, and what else is drawn.
+    """A plane, its latest measurement, and further layers of the drawing.
 
-    others: boundaries measured before, hands: every hand's exact boundary (n,) over the plane's damping;
-    outdated: what was measured holds for other conditions; dotted: the rendered impedance can be shown.
+    others: boundaries measured earlier. hands: exact boundary (n,) of every hand over the plane's damping.
+    outdated: the measurement is for other conditions. dotted: the impedance can be shown as a dot.
     """
 
     plane: Plane
@@ -41,7 +41,7 @@ class Map:
 
     @property
     def particular(self) -> Cells | None:
-        """Return measured cells that the lines cannot stand for: with friction, or with the controller."""
+        """Return measured cells that a boundary line cannot replace: dry friction or passivity control."""
         cells = None if self.outdated else self.plane.cells
         return cells if cells is not None and (cells.real or cells.controller) else None
 
@@ -51,7 +51,7 @@ class Map:
         return (*self.others, *([self.plane.points] if self.plane.points is not None else []))
 
     def lines(self) -> dict[str, tuple[str, str]]:
-        """Return the lines that there are, by key: what each is called and means."""
+        """Return the name and meaning of the lines available, by key."""
         plane = self.plane
         there = {
             "exact": plane.setting.linear,
@@ -68,9 +68,9 @@ class Map:
 def stability_figure(
     plane: Plane, path: str | Path, device: str = "", dampings: Mapping[str, float] = MappingProxyType({})
 ) -> None:
-    """Write the plane, its verdict above and the conditions below it; device: what it holds for.
+    """Write the plane with its verdict above and the conditions below; device: its name.
 
-    dampings: where no stiffness is rendered, each hand's limit in N·s/m.
+    dampings: each hand's limit in N·s/m where no stiffness is rendered.
     """
     shown = Map(plane)
     real = any(found is not None and found.real for found in (plane.cells, plane.points))
@@ -91,20 +91,20 @@ def stability_figure(
 
 
 def draw(figure: Any, c: style.Colors, shown: Map) -> "Dot":
-    """Draw regions, lines and what was measured; return the dot, which moves."""
+    """Draw regions, lines and measurements; return the dot, which moves."""
     plane, axes = shown.plane, figure.add_subplot()
     measured = style.pale(c) if shown.outdated else c
     style.style_axes(axes, c, "damping b, N·s/m", "stiffness k, N/m")
     axes.set_xlim(0.0, plane.width)
     axes.set_ylim(0.0, plane.top)
     axes.locator_params(nbins=6)
-    axes.tick_params(axis="y", pad=7)  # a dot at no damping stands beside its number
+    axes.tick_params(axis="y", pad=7)  # room for the dot at zero damping beside the tick labels
     axes.yaxis.set_major_formatter("{x:,.0f}")
     _lines(axes, c, shown)
     _measured(axes, measured, shown)
     _regions(axes, c, measured, shown)
     style.legend(axes, c)
-    figure.draw_without_rendering()  # what is where has to be known before words keep clear of it
+    figure.draw_without_rendering()  # artists need their positions before labels can avoid them
     for words in axes.texts:
         style.keep_clear(words, axes.lines)
     dot = Dot(axes, c)
@@ -149,7 +149,7 @@ def _lines(axes: Any, c: style.Colors, shown: Map) -> None:
 
 
 def _measured(axes: Any, c: style.Colors, shown: Map) -> None:
-    """Draw measured boundaries; points on the frame stay whole, and one beyond it takes no room."""
+    """Draw measured boundaries; points beyond the frame do not change the layout."""
     plane = shown.plane
     for points in shown.boundaries:
         seen = (points.stiffness <= plane.top) & (points.damping <= plane.width)
@@ -175,13 +175,18 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
             del named["unstable"]
     if plane.setting.linear and shown.particular is None:
         axes.fill_between(
-            plane.damping, plane.exact, 10.0 * plane.top, zorder=0.1, linewidth=0.0, **_beyond(c, plane)
+            plane.damping,
+            plane.exact,
+            10.0 * plane.top,
+            zorder=0.1,
+            linewidth=0.0,
+            **_unstable_style(c, plane),
         )
         axes.fill_between(plane.damping, 0.0, plane.friction, color=c.warnsoft, linewidth=0.0, zorder=0.25)
         axes.fill_between(plane.damping, 0.0, plane.exact, color=c.stable, linewidth=0.0, zorder=0.26)
         axes.fill_between(plane.damping, *plane.again, color=c.stable, linewidth=0.0, zorder=0.26)
     if cells is not None:
-        _cells(axes, measured, cells, _beyond(measured, plane))
+        _cells(axes, measured, cells, _unstable_style(measured, plane))
         named |= {_TOKENS[kind]: hand for kind in np.unique(cells.classes)}
     if plane.edge.any():
         axes.fill_between(plane.edge_damping, 0.0, plane.edge, color=c.passive, linewidth=0.0, zorder=0.4)
@@ -195,12 +200,12 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
             exact |= {"warnsoft": "small pushes settle"} if friction else {}
             word = kind if shown.particular is not None else exact.get(token, kind)
             label = word if token == "warnsoft" else f"{word}, {named[token]}"
-            look = _beyond(c, plane) if token == "unstable" else {"facecolor": getattr(c, token)}
+            look = _unstable_style(c, plane) if token == "unstable" else {"facecolor": getattr(c, token)}
             axes.add_patch(Rectangle((0, 0), 0, 0, label=label, **look))
 
 
-def _beyond(c: style.Colors, plane: Plane) -> dict[str, Any]:
-    """Return how the unstable side looks: no danger where the scene only pushes the handle out."""
+def _unstable_style(c: style.Colors, plane: Plane) -> dict[str, Any]:
+    """Return the style of the unstable side: not dangerous if the scene only pushes the handle out."""
     ground, hatch = (c.contact, c.ink3) if plane.pushes else (c.unstable, c.danger)
     return {"facecolor": ground, "edgecolor": hatch + _FAINT, "hatch": "//"}
 
@@ -242,7 +247,7 @@ class Dot:
             artist.set_in_layout(False)
 
     def place(self, plane: Plane, dotted: bool = True) -> None:
-        """Show a plane's impedance; dotted: whether there is one."""
+        """Move to a plane's impedance; dotted: show it."""
         margin, c = plane.margin, self._c
         bad = not plane.said.calm if plane.said else not margin.stable and plane.setting.linear
         color = c.danger if bad else c.accent

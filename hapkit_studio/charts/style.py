@@ -1,6 +1,6 @@
-"""What every drawing shares: colours by token, quiet axes, names above them, saving in light colours.
+"""Shared style of all figures: colours by token, quiet axes, legends above them, saving in light colours.
 
-Words beside points stand where they cover no other.
+Labels are placed where they cover no line and no other label.
 """
 
 import io
@@ -17,28 +17,28 @@ from hapkit_studio.files import replacing
 from hapkit_studio.palette import paler, table
 
 Colors = SimpleNamespace
-"""Every token of the palette as an attribute, "#RRGGBB"."""
+"""Palette tokens as attributes, "#RRGGBB"."""
 Paint = Callable[[Any, Colors], object]
-"""Draws on an empty figure of any size; text sizes are in points, which in the window are pixels."""
+"""Draws on an empty figure of any size; text sizes are in points, equal to pixels in the window."""
 
 TICK, TEXT, HEAD = 12, 13, 16
 DOT, DASH, DASH_DOT = (0, (1, 1.6)), (0, (5, 3.5)), (0, (7, 2.6, 1.6, 2.6))
-# Points that ticks and title of an axis take, with some to spare, or the layout is slow to find its width;
-# share of the height for names.
+# pt for ticks and titles of an axis, generous as a tight width makes the layout slow; largest height fraction
+# of the legend
 _TICKS, _MOST = 100.0, 0.34
-_LETTER = 6.4  # points that a letter of a caption takes
+_LETTER = 6.4  # pt, width of a character of a caption
 _DPI, _PAD = 110, 0.12  # inches
-# what stays as strong while data are out of date
+# tokens that do not fade while data are out of date
 _GROUND = {"surface", "plot", "grid", "line", "edge", "axis", "ink2", "ink3"}
 
 
 def colors(mode: str = "light") -> Colors:
-    """Return the colours of a mode of the palette."""
+    """Return the palette's colours of a mode."""
     return SimpleNamespace(**table(mode))
 
 
 def pale(strong: Colors) -> Colors:
-    """Return colours in which data that are out of date are drawn."""
+    """Return the faded colours of out-of-date data."""
     faint = {k: v if k in _GROUND else paler(v, strong.plot) for k, v in vars(strong).items()}
     return SimpleNamespace(**faint)
 
@@ -46,9 +46,9 @@ def pale(strong: Colors) -> Colors:
 def save(
     paint: Paint, path: str | Path, size: tuple[float, float], title: str = "", caption: str = ""
 ) -> None:
-    """Write a drawing of so many points in light colours, its title above it, its conditions below.
+    """Write a drawing of this size in points, in light colours, with title and caption.
 
-    The path's ending picks the format. Raise ParameterError for an ending that is no format of pictures.
+    The path's suffix selects the format. Raise ParameterError for a suffix without picture format.
     """
     figure, light = new_figure(path, (size[0] / 72.0, size[1] / 72.0)), colors()
     figure.get_layout_engine().set(w_pad=_PAD, h_pad=_PAD)
@@ -62,19 +62,19 @@ def save(
         )
         figure.supxlabel(words, size=TICK - 1, color=light.ink3, x=0.01, ha="left")
     paint(figure, light)
-    picture = io.BytesIO()  # formats go back in what they write, which a pipe cannot
+    picture = io.BytesIO()  # writers of picture formats seek, which a pipe cannot
     figure.savefig(picture, format=ending(path), dpi=_DPI, facecolor=light.surface)
     with replacing(path) as part:
         part.write_bytes(picture.getvalue())
 
 
 def unbroken(parts: list[str]) -> str:
-    """Join conditions to one line that may break between two of them only."""
+    """Join conditions to a line that breaks only between them."""
     return " · ".join(words.replace(" ", "\u00a0") for words in parts)
 
 
 def style_axes(axes: Any, c: Colors, across: str, up: str) -> None:
-    """Title the axes; give them a quiet frame and grid."""
+    """Label the axes; set a quiet frame and grid."""
     axes.set_facecolor(c.plot)
     axes.set_xlabel(across, size=TICK, color=c.axis)
     axes.set_ylabel(up, size=TICK, color=c.axis)
@@ -85,7 +85,7 @@ def style_axes(axes: Any, c: Colors, across: str, up: str) -> None:
 
 
 def legend(axes: Any, c: Colors) -> None:
-    """Put the legend above the axes, in as few rows as fit; hide it where it would leave too little room."""
+    """Put the legend above the axes in as few rows as possible; hide it if it leaves too little room."""
     names = axes.get_legend_handles_labels()[1]
     box = axes.figure.bbox
     share = axes.get_subplotspec().get_position(axes.figure).width / 0.775
@@ -110,7 +110,7 @@ def text_outline(c: Colors) -> list:
 
 @dataclass(frozen=True)
 class Label:
-    """Words at a point; bold: they lie on no line either."""
+    """Text at a point; bold: must not cover a line."""
 
     x: float
     y: float
@@ -120,9 +120,9 @@ class Label:
 
 
 def write_labels(axes: Any, c: Colors, labels: Sequence[Label]) -> None:
-    """Write labels beside their points, none on another; one that is far has a thin line to its point.
+    """Place labels beside their points without overlap, with a leader line if far from it.
 
-    The figure's layout must have been made.
+    The figure's layout must be final.
     """
     lines = list(axes.lines)
     taken: list[Any] = []
@@ -139,17 +139,17 @@ def write_labels(axes: Any, c: Colors, labels: Sequence[Label]) -> None:
         taken.append(words.get_window_extent())
 
 
-_FAR = 20.0  # points: words farther from their point have a line to it
-_CLEAR = 3.0  # points between words and a line
-# Where words may stand about their point, in points, the nearest first.
-_AROUND = sorted(
+_FAR = 20.0  # pt: labels farther from their point have a leader line
+_CLEAR = 3.0  # pt between a label and a line
+# candidate offsets of a label from its point in pt, nearest first
+_OFFSETS = sorted(
     ((dx, dy) for dx in (13, -13, 40, -40, 90, -90) for dy in range(-132, 133, 6)),
     key=lambda away: (math.hypot(*away), -away[0]),
 )
 
 
 def keep_clear(words: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> None:
-    """Put words about their point where they cover no line and no box; beside it if nowhere is free."""
+    """Place a label where it covers no line and no box; beside its point if there is no free place."""
     from matplotlib.transforms import Bbox
 
     axes, points = words.axes, words.figure.dpi / 72.0
@@ -165,12 +165,12 @@ def keep_clear(words: Any, lines: Sequence[Any], taken: Sequence[Any] = ()) -> N
         crossed = inside and any(path.intersects_bbox(wide, filled=False) for path in paths)
         return inside and not crossed and not box.count_overlaps(taken)
 
-    words.xyann = next(filter(free, _AROUND), _AROUND[0])
+    words.xyann = next(filter(free, _OFFSETS), _OFFSETS[0])
     words.set(horizontalalignment="left" if words.xyann[0] > 0 else "right")
 
 
 def new_figure(path: str | Path, size: tuple[float, float]) -> Any:
-    """Return an empty figure of so many inches; raise ParameterError where path is no picture's."""
+    """Return an empty figure of this size in inches; raise ParameterError without a picture's suffix."""
     from matplotlib.figure import Figure
 
     check_picture(path)
@@ -181,12 +181,12 @@ PNG = "png"
 
 
 def ending(path: str | Path) -> str:
-    """Return the format of a picture by its path's ending, PNG without one."""
+    """Return the picture format of a path's suffix, PNG without one."""
     return Path(path).suffix[1:].lower() or PNG
 
 
 def check_picture(path: str | Path) -> None:
-    """Raise ParameterError where path is no picture's."""
+    """Raise ParameterError unless path has a picture's suffix."""
     from matplotlib.backend_bases import FigureCanvasBase
 
     found, known = ending(path), FigureCanvasBase.get_supported_filetypes()

@@ -1,4 +1,4 @@
-"""A survey: what rate buys and what delay costs, each estimator's median and softest, as far as computed."""
+"""Figure of a survey: stiffness limit over rate and over delay, median and lowest decile per estimator."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
 
 _SIZE = (936, 432)
 _PANELS = (1, "rate, Hz", 1.0), (2, "delay, ms", 1e3)
-_NEWTONS = 1.0, 1e5  # per metre
-_FEWEST = 5  # points of which a median says something
+_NEWTONS = 1.0, 1e5  # axis range in N/m
+_FEWEST = 5  # smallest number of points for a median
 
 
 def survey_figure(found: "tuple[Axes, np.ndarray]", path: str | Path) -> None:
-    """Write how stiff loops may be over rate and over delay; only what is computed counts."""
+    """Write the stiffness limits over rate and over delay; cells not yet computed are ignored."""
     axes, limits = found
     known = np.mean(~np.isnan(limits))
     title = f"What rate buys and delay costs: {100.0 * known:.3g} % of {limits.size:,} loops computed"
@@ -46,7 +46,7 @@ def draw(figure: Any, c: Colors, axes: "Axes", limits: np.ndarray) -> None:
 
 
 def _quantiles(limits: np.ndarray) -> np.ndarray:
-    """Return median and lowest tenth (2, n) of what is known of limits (n, ...), nan where that is little."""
+    """Return median and lowest decile (2, n) of limits (n, ...), NaN with fewer than _FEWEST known ones."""
     found = np.full((2, len(limits)), np.nan)
     for column, each in enumerate(limits):
         known = each[~np.isnan(each)]

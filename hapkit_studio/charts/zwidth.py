@@ -1,4 +1,4 @@
-"""The Z-width: the stiffest wall over virtual damping, the exact boundary of the linear loop beside it."""
+"""Figure of the Z-width: stiffest rendered wall over virtual damping, with the exact linear boundary."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
 _SIZE = (792, 504)
 _ROOM = 1.18
-# The bar above a point, narrower than its marker, in points.
+# pt, width of the bar above a point, narrower than its marker
 _BAND = 6.0
-# What the axes show at least while points come, N·s/m and N/m.
+# smallest axis limits while points arrive, N·s/m and N/m
 _RIGHT, _TOP = 10.0, 1000.0
 
 
 @dataclass(frozen=True)
 class Walls:
-    """Points so far, each with its damping; the linear limit (2, m).
+    """Points so far with their dampings; linear limit (2, m).
 
-    right, top: how far the axes go at least; tried: the wall that is tried now.
+    right, top: smallest axis limits. tried: the wall under test.
     """
 
     points: "Sequence[tuple[float, Point]]" = ()
@@ -38,7 +38,7 @@ class Walls:
 
     @classmethod
     def of(cls, result: "ZWidth") -> "Walls":
-        """Return what a result shows; above its points it buzzes, unless nothing stiffer was tried."""
+        """Return the walls of a result; above a point it buzzes, unless no stiffer wall was tried."""
         points = list(zip(result.damping.tolist(), result.points, strict=True))
         right = max(float(result.damping[-1]), 1.0)
         sure = all(point.ended != HIGHEST for point in result.points)
@@ -46,14 +46,14 @@ class Walls:
 
 
 def zwidth_figure(result: "ZWidth", path: str | Path) -> None:
-    """Write what was rendered, what the linear loop allows, and under which conditions."""
+    """Write the rendered walls, the linear limit and the conditions."""
     walls = Walls.of(result)
     caption = unbroken([result.place, *(c.words for c in result.conditions)])
     save(lambda figure, c: draw(figure, c, walls), path, _SIZE, result.sentence, caption)
 
 
 def draw(figure: Any, c: Colors, walls: Walls) -> None:
-    """Draw stiffness over damping; a hollow marker: the motor's limit was reached; a bar: some walls rest."""
+    """Draw stiffness over damping; hollow: force limit reached; bar: only some walls settle."""
     axes = figure.add_subplot()
     tried = walls.tried or (0.0, 0.0)
     damping, points = [b for b, _ in walls.points], [point for _, point in walls.points]
