@@ -1,4 +1,4 @@
-"""A law as code for the board's machine: specialised, laid out in slots, and measured before it is sent."""
+"""A law as machine code for the board: specialised, assigned to slots, and timed before it is sent."""
 
 import math
 import struct
@@ -16,16 +16,16 @@ from hapkit_studio.laws.machine import EQUAL, FIRST, GREATER, LESS, UNORDERED, V
 from hapkit_studio.laws.translate import CheckedLaw, checked
 
 _SMALL = (60, 14, 6)
-"""Operations of a function that is inlined at every place that calls it; fewer where room is short."""
+"""Operations up to which functions are inlined at every call; smaller values if code space is short."""
 
 
 @dataclass(frozen=True)
 class Program:
-    """A law for the board. Where only constants differ, the code is the same bytes.
+    """A law for the board; parameter values change constants only, not the code.
 
-    states: values of state; given: what the slots from FIRST on begin with, state first, then constants,
-    then tables; slots: how many there are in all; most: cycles that one call takes on its longest way;
-    lines: the source line of each instruction; tables: bytes of the tables.
+    states: number of state values. given: initial values of the slots from FIRST on: state, constants,
+    tables. slots: their total number. most: worst-case cycles of a call. lines: source line of each
+    instruction. tables: bytes of the tables.
     """
 
     code: bytes
@@ -38,12 +38,12 @@ class Program:
 
     @property
     def usual(self) -> float:
-        """Return the cycles of one call on average, where an imposed motion makes it work most."""
+        """Return the mean cycles of a call, for the imposed motion with the highest mean."""
         return machine.mean_cycles(self.code, self.slots, self.given)[0]
 
     @property
     def rest(self) -> int:
-        """Return the cycles of a tick besides the law as a rule: more where it reads the velocity."""
+        """Return the usual cycles of a tick besides the law, more if the law reads the velocity."""
         reads = any(
             kind == "s" and self.code[at + 1 + i] == machine.V
             for at, operation, _ in instructions(self.code)
@@ -52,7 +52,7 @@ class Program:
         return machine.REST + (machine.ESTIMATE if reads else 0)
 
     def cycles_by_line(self) -> dict[int, float]:
-        """Return the cycles that each source line takes in a call, on average over that motion."""
+        """Return the mean cycles of each source line in a call, for the same motion."""
         found: dict[int, float] = {}
         counts = machine.mean_cycles(self.code, self.slots, self.given)[1]
         for (_, operation, _), line, count in zip(instructions(self.code), self.lines, counts, strict=True):
@@ -65,22 +65,22 @@ class Program:
 
     @property
     def data(self) -> bytes:
-        """Return the bytes that travel in pieces."""
+        """Return the bytes to send in chunks."""
         return struct.pack(f"<{len(self.given)}f", *self.given) + self.code
 
 
 @dataclass
 class Code:
-    """One instruction before it has its place: operands are variables, labels or numbers."""
+    """An instruction before layout: operands are variables, labels or numbers."""
 
     name: str
     operands: tuple = ()
-    mask: int = 0  # of the two jumps that compare
-    line: int = 0  # of the source
+    mask: int = 0  # of the compare-and-jump instructions
+    line: int = 0  # in the source
 
 
 class Label:
-    """A place in the code that jumps lead to."""
+    """A jump target."""
 
 
 _BINARY = {o.name.lower(): o.name for o in machine.OPERATIONS if 0x10 <= o.code < 0x20} | {
@@ -97,12 +97,12 @@ _OUTCOMES = {
 _ALL = LESS | EQUAL | GREATER | UNORDERED
 _MIRROR = {LESS: GREATER, GREATER: LESS}
 _OPERATIONS = {o.name: o for o in machine.OPERATIONS}
-# These leave A as it was.
-_KEEPING = frozenset(("STORE", "COMPARE", "TEST", "STORE_AT", "LABEL"))
+# instructions that preserve A
+_PRESERVE_A = frozenset(("STORE", "COMPARE", "TEST", "STORE_AT", "LABEL"))
 _ENDING = frozenset(("RETURN", "JUMP"))
 _FORWARD = frozenset(("JUMP", "TEST", "COMPARE"))
-# These give A another value and do nothing else.
-_FILLING = frozenset(("LOAD", *_UNARY.values()))
+# instructions whose only effect is a new value in A
+_LOAD_ONLY = frozenset(("LOAD", *_UNARY.values()))
 
 
 @lru_cache(maxsize=64)
@@ -111,9 +111,9 @@ def _trees(law: Law) -> CheckedLaw:
 
 
 def compile(law: Law, values: Mapping[str, float], period: float, room: int = 0) -> Program:
-    """Return a law for the board, with its parameters by key and its period in s; raise LawError.
+    """Compile a law for the board, with parameter values by key and the period in s; raise LawError.
 
-    Functions are inlined as far as the room in bytes allows; where none does, it is the smallest code.
+    Functions are inlined as long as the code fits ``room`` bytes; otherwise the smallest code is returned.
     """
     known = {i: float(values[p.key]) for i, p in enumerate(law.parameters)}
     found: list[Program] = []
@@ -132,7 +132,7 @@ def compile(law: Law, values: Mapping[str, float], period: float, room: int = 0)
 
 
 def assemble(law: t.Specialised, start: Sequence[float]) -> Program:
-    """Return the code of a specialised law whose state starts so; raise LawError where it is too large."""
+    """Return the code of a specialised law with initial state ``start``; raise LawError if too large."""
     sections = [_Section(f) for f in law.functions]
     main = _Section(None, law.body)
     _lay_out([*sections, main])
@@ -173,22 +173,23 @@ def _single(value: float) -> float:
 
 
 class _Section:
-    """The code of one function, or of the law itself, before its variables have slots."""
+    """Code of one function, or of the law's body, before its variables have slots."""
 
     def __init__(self, function: t.Function | None, body: list[t.Statement] | None = None):
         self.function = function
         self.code: list[Code] = []
-        self.counter = 0  # counters of loops that are in use here or below
-        self.depth = 0  # of calls from here
+        self.counter = 0  # loop counters in use here or below
+        self.depth = 0  # call depth below this section
         self.places: dict[str, int] = {}
         self.base = self.top = 0
         self.called: list[t.Function] = []
-        self._held: set[t.Expr] = set()  # what A is equal to
-        self._brought: dict[Label, set[t.Expr]] = {}  # the same at every jump to a place ahead
-        self._numbers: dict[str, int] = {}  # of variables, for sets of bits
+        self._held: set[t.Expr] = set()  # expressions equal to A
+        # expressions equal to A at every forward jump to a label
+        self._at_label: dict[Label, set[t.Expr]] = {}
+        self._numbers: dict[str, int] = {}  # bit positions of variables
         self._ends: dict[int, Label] = {}
         self._loops: list[tuple[Label, Label]] = []
-        self._starts: dict[int, Label] = {}  # of LOOP instructions
+        self._starts: dict[int, Label] = {}  # by LOOP instruction
         self._extra = self._line = 0
         if function is None:
             assert body is not None
@@ -196,19 +197,19 @@ class _Section:
         else:
             self.statements([function.body])
             self.put("RETURN")
-        self.tidy()
+        self.optimise()
 
     def put(self, name: str, *operands: Any, mask: int = 0) -> None:
         self.code.append(Code(name, operands, mask, self._line))
         if name in _FORWARD:
             aim = operands[-1]
-            self._brought[aim] = self._brought.get(aim, self._held) & self._held
-        if name not in _KEEPING:
+            self._at_label[aim] = self._at_label.get(aim, self._held) & self._held
+        if name not in _PRESERVE_A:
             self._held = set()
 
     def label(self, label: Label) -> None:
-        """Mark a place: A is there what it is on every way to it."""
-        brought = self._brought.get(label)
+        """Emit a label; keep only what is known of A on every path to it."""
+        brought = self._at_label.get(label)
         if self.code and self.code[-1].name in _ENDING:
             self._held = set(brought or ())
         elif brought is not None:
@@ -216,7 +217,7 @@ class _Section:
         self.code.append(Code("LABEL", (label,)))
 
     def kept(self, value: t.Expr) -> t.Var:
-        """Return a variable of our own that has a value."""
+        """Return a temporary that holds a value."""
         self.load(value)
         self._extra += 1
         made = t.Var(f"#{self._extra}")
@@ -261,7 +262,7 @@ class _Section:
                 self.put("CALL", function)
 
     def branch(self, test: t.Test, then: list[t.Statement], other: list[t.Statement]) -> None:
-        """Put the shorter way to the rest of the code first: a side that is empty costs no jump."""
+        """Emit a branch; an empty side costs no jump."""
         if not then:
             test, then, other = t.Not(test), other, then
         no, end = Label(), Label()
@@ -293,7 +294,7 @@ class _Section:
 
     # --- tests
     def jump(self, test: t.Test, label: Label, when: bool) -> None:
-        """Jump to a label where a test's outcome is `when`."""
+        """Emit a jump taken if the test's outcome is ``when``."""
         match test:
             case t.Not(inner):
                 self.jump(inner, label, not when)
@@ -331,11 +332,11 @@ class _Section:
         self._held = {h for h in self._held if not t.mentions(h, frozenset((to.name,)))} | {to}
 
     def load(self, value: t.Expr) -> None:
-        """Bring a value into A."""
+        """Load a value into A."""
         if value in self._held:
             return
         match value:
-            case t.Num(number) if abs(number) > t.MOST_FLOAT:  # it becomes infinite
+            case t.Num(number) if abs(number) > t.MOST_FLOAT:  # infinite in single precision
                 self.load(t.literal(math.copysign(3e38, number)))
                 self.put("MULTIPLY", t.literal(3e38))
             case t.Num(number) if not t.is_single(number):
@@ -363,7 +364,7 @@ class _Section:
             self._held.add(value)
 
     def combine(self, name: str, left: t.Expr, right: t.Expr) -> None:
-        """Put an operation on two values, of which one is in A and the other in a slot."""
+        """Emit a binary operation with one operand in A and the other in a slot."""
         turned = _TURNED.get(name)
         left_is, right_is = (
             isinstance(s, t.Num | t.Var) and (not isinstance(s, t.Num) or t.is_single(s.value))
@@ -380,21 +381,21 @@ class _Section:
             self.load(left)
             self.put(_BINARY[name], kept)
 
-    # --- afterwards
-    def tidy(self) -> None:
-        """Shorten ways and drop what is not reached or not read, until nothing changes."""
+    # --- optimisation
+    def optimise(self) -> None:
+        """Optimise jumps and remove dead code until nothing changes."""
         size = -1
         while size != len(self.code):
             size = len(self.code)
-            self._shorten()
+            self._thread_jumps()
             self._drop_dead()
-            # loops whose end is not reached run once
+            # a loop whose end is unreachable runs once
             turned = {id(c.operands[-1]) for c in self.code if c.name == "NEXT"}
             self.code = [c for c in self.code if c.name != "LOOP" or id(self._starts[id(c)]) in turned]
-            self._join()
+            self._coalesce_copies()
 
-    def _shorten(self) -> None:
-        """Lead jumps to jumps to their end; drop what follows a jump, and jumps to what follows."""
+    def _thread_jumps(self) -> None:
+        """Jump threading; remove unreachable code and jumps to the next instruction."""
         after: dict[Label, Code] = {}
         last: Code | None = None
         for code in reversed(self.code):
@@ -421,24 +422,24 @@ class _Section:
                 aims.add(code.operands[-1])
             kept.append(code)
             dead = code.name in _ENDING
-        self.code = [c for i, c in enumerate(kept) if not (c.name == "JUMP" and _falls(kept, i))]
+        self.code = [c for i, c in enumerate(kept) if not (c.name == "JUMP" and _jumps_to_next(kept, i))]
         aims = {o for c in self.code if c.name != "LABEL" for o in c.operands if isinstance(o, Label)}
         self.code = [c for c in self.code if c.name != "LABEL" or c.operands[0] in aims]
 
     def _drop_dead(self) -> None:
-        """Drop loads and stores whose value nobody reads."""
+        """Dead-store elimination."""
         live, kept = self.live(), []
         for i, code in enumerate(self.code):
             if code.name == "STORE" and not live[i + 1] & self.bit(code.operands[0]):
                 continue
             following = next((c.name for c in self.code[i + 1 :] if c.name != "LABEL"), "")
-            if code.name in _FILLING and following in ("LOAD", "CALL"):
+            if code.name in _LOAD_ONLY and following in ("LOAD", "CALL"):
                 continue
             kept.append(code)
         self.code = kept
 
-    def _join(self) -> None:
-        """Give two variables one slot where one is only a copy of the other."""
+    def _coalesce_copies(self) -> None:
+        """Copy coalescing: one slot for two variables if one is only a copy of the other."""
         clashes: dict[int, int] | None = None
         for at in range(len(self.code) - 1):
             first, second = self.code[at], self.code[at + 1]
@@ -457,12 +458,12 @@ class _Section:
         self.code = [c for i, c in enumerate(self.code) if not self._is_idle(i)]
 
     def _is_idle(self, at: int) -> bool:
-        """Return whether an instruction stores what was loaded from there just before."""
+        """Return True if an instruction stores a value back where it was just loaded."""
         code, before = self.code[at], self.code[at - 1]
         return code.name == "STORE" and at > 0 and before.name == "LOAD" and code.operands == before.operands
 
     def is_local(self, variable: t.Expr) -> bool:
-        """Return whether a variable is this section's own, and means nothing outside."""
+        """Return True if a variable is local to this section."""
         if not isinstance(variable, t.Var) or variable.name in ("x", "v") or variable.name.startswith("s["):
             return False
         functions = [*self.called, *([self.function] if self.function else [])]
@@ -482,7 +483,7 @@ class _Section:
         return self._bits(code.operands[0].results) if code.name == "CALL" else 0
 
     def read(self, code: Code) -> int:
-        """Return the variables, as bits, that an instruction reads; the state by an index not among them."""
+        """Return the variables, as bits, that an instruction reads, without indexed state."""
         if code.name == "CALL":
             return self._bits(code.operands[0].parameters)
         if code.name == "STORE" or not code.operands or not isinstance(code.operands[0], t.Var):
@@ -490,7 +491,7 @@ class _Section:
         return self.bit(code.operands[0])
 
     def clashes(self) -> dict[int, int]:
-        """Return for each variable's bit the bits of those that are wanted where it is written."""
+        """Return the interference graph: for each variable's bit, the bits live where it is written."""
         live, found = self.live(), dict[int, int]()
         for i, code in enumerate(self.code):
             if code.name not in ("STORE", "STORE_AT", "CALL"):
@@ -502,7 +503,8 @@ class _Section:
                 bit = self.bit(name)
                 others = live[i + 1] & ~bit & ~copied
                 found[bit] = found.get(bit, 0) | others
-        for bit, others in list(found.items()):  # once at the end: in the loop it would take most of the time
+        # symmetric closure at the end: inside the loop it would dominate the run time
+        for bit, others in list(found.items()):
             while others:
                 other = others & -others
                 found[other] = found.get(other, 0) | bit
@@ -510,10 +512,10 @@ class _Section:
         return found
 
     def overwritten(self, code: Code) -> list[str]:
-        """Return the variables that an instruction may write; a call: all but what is given to it."""
+        """Return the variables that an instruction may write; for a call all but its arguments."""
         if code.name == "STORE":
             name = code.operands[0].name
-            # what another function takes and gives may lie in the same place
+            # slots of another function's arguments and results may be shared
             others = [f for f in self.called if name not in f.lasting]
             others = others if len(others) < len(self.called) else []
             return [name, *(n for f in others for n in f.lasting)]
@@ -524,8 +526,8 @@ class _Section:
         return sorted(found - set(code.operands[0].parameters))
 
     def live(self) -> list[int]:
-        """Return the variables, as bits, that are wanted before each instruction, and behind the last one."""
-        # who calls a function may know what it was given the last time
+        """Liveness analysis: return the variables, as bits, live before each instruction and at the end."""
+        # a caller may rely on the previous arguments of a function
         lasting = self._bits(self.function.lasting) if self.function else 0
         used = {o.name for c in self.code for o in c.operands if isinstance(o, t.Var)}
         states = self._bits(name for name in used if name.startswith("s["))
@@ -551,19 +553,19 @@ class _Section:
                 out = (out & ~written) | read
                 if out != live[i]:
                     live[i] = out
-                    # only a loop's end looks back
+                    # only loop ends jump backwards
                     changed = changed or any(c.name == "NEXT" for c in self.code[i:])
         return live
 
 
-# The law may end here with the state as it is, or the state is read or written by an index.
+# instructions that may end the law, which keeps the state, or that access the state by index
 _ENDING_MAYBE = frozenset(
     ("DIVIDE", "DIVIDE_INTO", "FLOOR_DIVIDE", "MODULO", "REMAINDER", "LOAD_AT", "STORE_AT")
 )
 
 
-def _falls(codes: Sequence[Code], at: int) -> bool:
-    """Return whether a jump leads to what follows it."""
+def _jumps_to_next(codes: Sequence[Code], at: int) -> bool:
+    """Return True if a jump leads to the next instruction."""
     for code in codes[at + 1 :]:
         if code.name != "LABEL":
             return False
@@ -573,9 +575,9 @@ def _falls(codes: Sequence[Code], at: int) -> bool:
 
 
 def _lay_out(sections: Sequence[_Section]) -> None:
-    """Give every local variable a place behind the constants: one that no other needs at the same time.
+    """Assign a slot after the constants to every local variable; slots are shared unless live together.
 
-    A function's own lie behind those of what it calls.
+    The variables of a function come after those of its callees.
     """
     by_name = {s.function.name: s for s in sections if s.function is not None}
     for section in sections:
@@ -594,7 +596,7 @@ def _lay_out(sections: Sequence[_Section]) -> None:
 
 
 def _colour(section: _Section) -> None:
-    """Give the section's own variables places from its base on."""
+    """Graph colouring: assign slots to the section's variables from its base on."""
     lasting = section.function.lasting if section.function else ()
     section.places |= {name: section.base + i for i, name in enumerate(lasting)}
     section.top = place = section.base + len(lasting)
@@ -611,14 +613,14 @@ def _colour(section: _Section) -> None:
 
 # --- bytes
 class _Encoder:
-    """Turns sections into bytes; numbers: the slots of constants and tables, first: the first variable's."""
+    """Encodes sections as bytes; numbers: slots of constants and tables; first: first variable's slot."""
 
     def __init__(self, numbers: Mapping[str, int], first: int):
         self.numbers, self.first = numbers, first
-        self.starts: dict[str, int] = {}  # of functions, in the code
+        self.starts: dict[str, int] = {}  # code offset of each function
 
     def encoded(self, sections: Sequence[_Section]) -> tuple[bytes, tuple[int, ...]]:
-        """Return the code of all sections, the law itself last, and the source line of each instruction."""
+        """Return the code of all sections, the law's body last, and the source line of each instruction."""
         out, lines = bytearray(), list[int]()
         for section in sections:
             if section.function is not None:
@@ -630,7 +632,7 @@ class _Encoder:
         return bytes(out), tuple(lines)
 
     def section(self, section: _Section) -> list[tuple[bytes, int]]:
-        """Return the bytes and the line of each instruction; a jump too far for one byte becomes two."""
+        """Return the bytes and line of each instruction; a jump out of one-byte range becomes two."""
         far: set[int] = set()
         while True:
             ends = list(accumulate(_size(code, i in far) for i, code in enumerate(section.code)))
@@ -652,7 +654,7 @@ class _Encoder:
     def instruction(
         self, section: _Section, code: Code, places: Mapping[Label, int], end: int, far: bool
     ) -> bytes | None:
-        """Return an instruction's bytes, of a label none; None where a jump is too long for one byte."""
+        """Return an instruction's bytes, empty for a label; None if a jump is out of one-byte range."""
         if code.name == "LABEL":
             return b""
         operation = _OPERATIONS[code.name]
@@ -661,7 +663,7 @@ class _Encoder:
             jump = bytes([_OPERATIONS["FAR_JUMP"].code]) + struct.pack("<H", distance)
             if code.name == "JUMP":
                 return jump
-            # over the far jump where the outcome is another
+            # skip the long jump on the opposite outcome
             near = [self.slot(section, o) for o in code.operands[:-1]]
             return bytes([operation.code | (_ALL ^ code.mask), *near, 3]) + jump
         out = bytes([operation.code | code.mask])
@@ -673,7 +675,7 @@ class _Encoder:
                         return None
                 case t.Function():
                     number = self.starts[operand.name]
-                case str():  # a table
+                case str():  # table name
                     number = self.numbers[operand]
                 case int():
                     number = operand

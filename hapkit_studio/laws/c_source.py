@@ -1,4 +1,4 @@
-"""A law as plain C for a sketch, from the tree that reads as the source does."""
+"""A law as C for a sketch, generated from the readable tree."""
 
 import math
 import textwrap
@@ -14,8 +14,8 @@ from hapkit_studio.laws.readable import specialise
 from hapkit_studio.laws.translate import TABLE_PREFIX, checked
 from hapkit_studio.parameters import Choice
 
-# What C++ or an Arduino core has taken; its core defines some of them as macros, which know no scope.
-_WORDS = """
+# reserved words of C++, and names of the Arduino core, some of them macros, which ignore scope
+_RESERVED = """
 alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl const constexpr
 continue decltype default delete do double dynamic_cast else enum explicit export extern false final float
 for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or or_eq
@@ -27,11 +27,11 @@ max min noInterrupts radians random round sei sq word main setup loop assert err
 j0 j1 jn y0 y1 yn sin cos tan exp log pow sqrt floor ceil fabs gamma
 p s law stopped smaller larger modulo floorDivide divisor index entry expMinusOne logOnePlus
 """
-_TAKEN = frozenset(_WORDS.split())
-WIDTH, _SHORT = 105, 80  # of a line, and of two declarations that may stand in one
+_TAKEN = frozenset(_RESERVED.split())
+WIDTH, _SHORT = 105, 80  # line width; width up to which two declarations share a line
 _LEVELS = {"?": 1, "or": 2, "and": 3, "==": 4, "!=": 4, "<": 5, "<=": 5, ">": 5, ">=": 5}
 _SUM, _PRODUCT, _SIGN, _ATOM = 6, 7, 8, 9
-# What C has under another name, and what the sketch's helpers do.
+# names that differ in C, and the sketch's helper functions
 _NAMES = {"abs": "fabsf", "**": "powf", "min": "smaller", "max": "larger", "//": "floorDivide", "%": "modulo"}
 _NAMES |= {"expm1": "expMinusOne", "log1p": "logOnePlus"}
 _HELPERS = frozenset((*_NAMES.values(), "divisor", "index", "entry")) - {"fabsf", "powf"}
@@ -39,7 +39,7 @@ _HELPERS = frozenset((*_NAMES.values(), "divisor", "index", "entry")) - {"fabsf"
 
 @dataclass(frozen=True)
 class Source:
-    """A law in C: its text, the call of it, the helpers that it needs and the places of its parameters."""
+    """A law in C: its text, its call, the helpers it needs and the indices of its parameters."""
 
     text: str
     call: str
@@ -48,7 +48,7 @@ class Source:
 
 
 def translate(law: Law, values: Sequence[float]) -> Source:
-    """Return a law's C for the choices among its parameters' values; raise LawError."""
+    """Return a law's C, with the choices among its parameters fixed; raise LawError."""
     trees = checked(law.function, law.parameters, law.state)
     choices = frozenset(i for i, p in enumerate(law.parameters) if isinstance(p, Choice))
     made = specialise(trees, values, choices)
@@ -98,19 +98,19 @@ def _table(name: str, numbers: Sequence[float]) -> str:
 
 
 class _Writer:
-    """Writes functions in C, and notes which helpers, which state and which tables they use."""
+    """Writes functions in C; records the helpers, state and tables they use."""
 
     def __init__(
         self, names: Mapping[str, str], functions: Mapping[str, t.Function], remarks: Mapping[int, str]
     ):
         self.names, self.functions = names, functions
-        self.remarks = dict(remarks)  # by line of the law, until they are written
+        self.remarks = dict(remarks)  # by source line; removed once written
         self.helpers: set[str] = set()
         self.states: set[str] = set()
         self.tables: dict[str, None] = {}
-        self.sets: Counter[str] = Counter()  # how often each name is set
+        self.sets: Counter[str] = Counter()  # number of assignments by name
         self.read: set[str] = set()  # names that are read
-        self.truths: set[str] = set()  # names that are true or false
+        self.truths: set[str] = set()  # names of Boolean variables
 
     def function(
         self, about: str | None, result: str, name: str, given: Sequence[str], body: list[t.Statement]
@@ -128,7 +128,7 @@ class _Writer:
 
     # --- statements
     def block(self, statements: Sequence[t.Statement], indent: str, outside: set[str]) -> list[str]:
-        """Return the lines of statements; a name is declared where it is first set, or before a branch."""
+        """Return the lines of statements; names are declared at their first assignment or before a branch."""
         declared, lines = set(outside), []
         for i, s in enumerate(statements):
             behind = statements[i + 1 :]
@@ -164,7 +164,7 @@ class _Writer:
             case t.Assign(to, t.Op("+" | "-" | "*" | "/" as op, (t.Var(same), value))) if to == same:
                 return f"{self.place(to)} {op}= {self.text(value)};"
             case t.Assign(to, value) if to not in self.read and not to.startswith("s["):
-                return f"(void)({self.text(value)});"  # it may switch the motor off
+                return f"(void)({self.text(value)});"  # kept for its side effect: it may stop the law
             case t.Assign(to, t.Select(test)) if to in self.truths:
                 declared.add(to)
                 return f"const bool {mangled(to)} = {self.test(test)[0]};"
@@ -236,12 +236,12 @@ class _Writer:
         return found
 
     def text(self, value: t.Expr, level: int = 0) -> str:
-        """Return an expression, in brackets where it binds less than that level."""
+        """Return an expression, in parentheses if its precedence is below ``level``."""
         words, own = self.value(value)
         return words if own >= level else f"({words})"
 
     def value(self, value: t.Expr) -> tuple[str, int]:
-        """Return an expression and how closely it binds."""
+        """Return an expression and its precedence."""
         match value:
             case t.Num():
                 words = number(value.value)
@@ -308,29 +308,29 @@ class _Writer:
 
 
 def _counter(s: t.Statement) -> str:
-    """Return the name that a loop counts with, nothing where nobody reads it."""
+    """Return the name of a loop's counter, "" if it is unused."""
     after = s.after if isinstance(s, t.Loop) else []
     return after[0].to if after and isinstance(after[0], t.Assign) else ""
 
 
 def _is_read(name: str, statements: Sequence[t.Statement]) -> bool:
-    """Return whether statements begin with another use of a name than setting it anew."""
+    """Return True if statements read a name before they assign it."""
     for s in statements:
         if any(n == t.Var(name) or (isinstance(n, t.Assign) and n.to == name) for n in t.walk(s)):
             return not isinstance(s, t.Assign) or t.Var(name) in t.walk(s.value)
     return False
 
 
-# --- words
+# --- names and text
 def mangled(name: str) -> str:
-    """Return a Python name as C++ can use it; different names stay different."""
+    """Return a Python name as a valid, unique C++ name."""
     plain = "".join(c if c.isascii() else f"_u{ord(c):x}" for c in name)
     taken = plain in _TAKEN or plain.endswith("_") or plain.upper() == plain
     return plain + "_" if taken else plain
 
 
 def number(value: float) -> str:
-    """Return a number as single precision has it: beyond its range INFINITY, below it 0."""
+    """Return a single-precision literal: INFINITY on overflow, 0 on underflow."""
     with np.errstate(over="ignore", under="ignore"):
         single = np.float32(value)
     if math.isnan(single):
@@ -341,13 +341,13 @@ def number(value: float) -> str:
 
 
 def comment(text: str | None, width: int = WIDTH) -> list[str]:
-    """Return the first paragraph of a docstring as a comment, in lines."""
+    """Return the first paragraph of a docstring as comment lines."""
     words = " ".join((text or "").split("\n\n")[0].replace("\\", " ").split())
     return textwrap.wrap(words, width, initial_indent="// ", subsequent_indent="// ", break_on_hyphens=False)
 
 
 def wrapped(line: str) -> list[str]:
-    """Return a line of code in lines that are not too long."""
+    """Return a line of code wrapped to WIDTH."""
     indent = line[: len(line) - len(line.lstrip())] + "    "
     return textwrap.wrap(
         line, WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False

@@ -1,12 +1,11 @@
-"""Find states that add up time: in the single precision of the board and the sketch they drift.
+"""Find states that accumulate time: in single precision, on the board and in the sketch, they drift.
 
-A float32 clock that adds 1/4000 s in each call is 10 s late after 10 minutes: all sums between two powers of
-two are rounded by the same amount. Whole numbers stay exact up to 2^24, which is 70 minutes at 4 kHz. States
-that fade, are limited, or follow the handle or another state forget their rounding errors; they are not
-reported.
+A float32 clock that adds 1/4000 s per call is 10 s late after 10 minutes: between two powers of two, every
+sum has the same rounding error. Integers are exact up to 2^24, 70 minutes at 4 kHz. States that decay, are
+limited, or follow the handle or another state forget their rounding errors and are not reported.
 
-The law is evaluated with forms in place of numbers. A form tells which state a value contains as a plain
-term, and what is added to that state.
+Abstract interpretation: the law is evaluated with forms instead of numbers. A form contains the state that a
+value is based on and the step added to it.
 """
 
 import ast
@@ -24,7 +23,7 @@ _UPPER, _LOWER = 1, -1
 
 @dataclass(frozen=True)
 class Remark:
-    """Advice on a line of a law that is correct."""
+    """Advice on a line of a correct law."""
 
     line: int
     text: str
@@ -35,12 +34,12 @@ class Remark:
 
 @dataclass(frozen=True)
 class Form:
-    """What a value is made of: the state `base`, if any, plus a step.
+    """Abstract value: the state ``base``, if any, plus a step.
 
-    parts: what the step depends on: DT, MOTION, FRACTION (a parameter, or a number that is not whole), states
-    by their numbers; signs: of what is added, 0 where it is unknown; number: the value, where it is known;
-    limits: the sides on which the sum is limited; wrapped: it is taken modulo something; line: where it was
-    first assigned to its state.
+    parts: dependencies of the step: DT, MOTION, FRACTION (a parameter or a non-integer number), states by
+    index. signs: possible signs of the step, 0 if unknown. number: the value if constant. limits: the sides
+    on which the sum is limited. wrapped: reduced by a modulo operation. line: of the first assignment to its
+    state.
     """
 
     base: int | None = None
@@ -57,12 +56,12 @@ class Form:
 
     @property
     def bounded(self) -> bool:
-        """Return whether what is added meets a limit."""
+        """Return True if the sum is limited in the direction of the step."""
         return bool(self.limits) if 0 in self.signs else bool(self.signs) and self.signs <= self.limits
 
 
 Forms = frozenset[Form]
-Guards = frozenset[tuple[int, int]]  # states that a test compares, and from which side it limits them
+Guards = frozenset[tuple[int, int]]  # states compared in a test, and the side on which the test limits them
 _UNKNOWN: Forms = frozenset((Form(),))
 _PARAMETER: Forms = frozenset((Form(parts=frozenset((FRACTION,))),))
 
@@ -74,7 +73,7 @@ def _number(value: float) -> Form:
 
 
 def _limited(forms: Iterable[Form]) -> Forms:
-    """Return the same forms; where they are many, those of one base as one."""
+    """Widening: merge forms of the same base if there are many."""
     found = frozenset(forms)
     if len(found) <= _MOST_FORMS:
         return found
@@ -93,8 +92,8 @@ def _limited(forms: Iterable[Form]) -> Forms:
     return frozenset(merged.values())
 
 
-def _made_of(*values: Forms) -> Forms:
-    """Return a value that is an unknown function of others."""
+def _unknown_function(*values: Forms) -> Forms:
+    """Return the value of an unknown function of others."""
     return frozenset((Form(parts=frozenset(part for forms in values for f in forms for part in f.depends)),))
 
 
@@ -112,7 +111,7 @@ def _negative(a: Form) -> Form:
 
 
 class _Evaluation:
-    """One walk through the law, and through its helpers at each of their calls."""
+    """Abstract interpretation of the law, including each call of its helpers."""
 
     def __init__(self, law: CheckedLaw):
         self.law = law
@@ -120,15 +119,15 @@ class _Evaluation:
         self.names |= dict.fromkeys(("x", "v"), frozenset((Form(parts=frozenset((MOTION,))),)))
         self.states: dict[int, Forms] = {}
         self.guards: Guards = frozenset()
-        self.ends: list[dict[int, Forms]] = []  # the states wherever the law returns
-        self.returned: list[list[Forms]] | None = None  # of the helper that is walked
+        self.ends: list[dict[int, Forms]] = []  # states at each return of the law
+        self.returned: list[list[Forms]] | None = None  # return values of the helper being evaluated
         self.angles: list[tuple[int, Form]] = []  # arguments of sin, cos, tan, with their lines
-        self.line = 0  # of the law
+        self.line = 0  # in the law's source
         self.walk(law.tree.body)
 
     # --- statements
     def walk(self, statements: Sequence[ast.stmt]) -> bool:
-        """Take statements in order; return whether all ways through them return."""
+        """Evaluate statements in order; return True if all paths return."""
         return any(self.statement(s) for s in statements)
 
     def statement(self, node: ast.stmt) -> bool:
@@ -186,7 +185,7 @@ class _Evaluation:
         (self.names, self.states), self.guards = before, guards | otherwise
         gone = self.walk(node.orelse)
         if left:
-            return gone  # what follows is only reached the other way, under its guards
+            return gone  # code below is reached only by the other path, under its guards
         if gone:
             (self.names, self.states), self.guards = after, guards | when
         else:
@@ -195,7 +194,7 @@ class _Evaluation:
         return False
 
     def join(self, names: Mapping[str, Forms], states: Mapping[int, Forms]) -> None:
-        """Let names and states have their values of here or those of another way."""
+        """Join names and states with those of another path."""
         for name, forms in names.items():
             self.names[name] = _limited(forms | self.names.get(name, frozenset()))
         for place in {*states, *self.states}:
@@ -203,7 +202,7 @@ class _Evaluation:
             self.states[place] = _limited(other | self.state(place))
 
     def limits(self, test: ast.expr) -> tuple[Guards, Guards]:
-        """Return how a test limits states where it holds, and where it does not."""
+        """Return the limits on states if a test is true, and if it is false."""
         none: Guards = frozenset()
         match test:
             case ast.UnaryOp(op=ast.Not(), operand=inner):
@@ -225,7 +224,7 @@ class _Evaluation:
         return none, none
 
     def compared(self, node: ast.expr) -> set[int]:
-        """Return the states that a side of a comparison is, up to constants and dt."""
+        """Return the states that an operand equals, up to constants and dt."""
         return {f.base for f in self.value(node) if f.base is not None and f.parts <= {DT, FRACTION}}
 
     # --- values
@@ -240,7 +239,7 @@ class _Evaluation:
             case ast.Subscript(value=ast.Name(id="s")):
                 return self.state(_place(node)[0])
             case ast.Subscript(slice=index):
-                return _made_of(self.value(index), _PARAMETER)
+                return _unknown_function(self.value(index), _PARAMETER)
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return frozenset(map(_negative, self.value(operand)))
             case ast.UnaryOp(op=ast.UAdd(), operand=operand):
@@ -262,7 +261,7 @@ class _Evaluation:
             case ast.Compare(left=left, comparators=others):
                 for one in (left, *others):
                     self.value(one)
-        return _UNKNOWN  # a test: 1.0 or 0.0
+        return _UNKNOWN  # a comparison: 1.0 or 0.0
 
     def combined(self, op: ast.operator, left: Forms, right: Forms) -> Forms:
         pairs = list(product(left, right))
@@ -277,7 +276,7 @@ class _Evaluation:
                 return _limited(_times(a, _number(1.0 / (b.number or 1.0))) for a, b in pairs)
             case ast.Mod():
                 return _wrapped(left)
-        return _made_of(left, right)
+        return _unknown_function(left, right)
 
     def sum(self, a: Form, b: Form) -> Form:
         if a.base is None and b.base is None and a.number is not None and b.number is not None:
@@ -308,10 +307,10 @@ class _Evaluation:
         given = [self.value(one) for one in node.args]
         if isinstance(node.func, ast.Attribute) and node.func.attr in _PERIODIC:
             self.angles += [(self.line, form) for form in given[0]]
-        return _made_of(*given)
+        return _unknown_function(*given)
 
     def call(self, node: ast.expr) -> list[Forms]:
-        """Return what a helper returns for its arguments."""
+        """Return the return values of a helper for its arguments."""
         assert isinstance(node, ast.Call)
         assert isinstance(node.func, ast.Name)
         tree = self.law.helpers[node.func.id]
@@ -326,12 +325,12 @@ class _Evaluation:
 
 
 def _wrapped(forms: Forms) -> Forms:
-    """Return the remainder of a value, in which a sum goes on adding up."""
+    """Return the remainder of a value; the sum inside it still grows."""
     return frozenset(replace(f, wrapped=True) for f in forms)
 
 
 def _place(node: ast.Subscript) -> tuple[int, bool]:
-    """Return the number of a state, of several values the first one's, and whether it is exactly that."""
+    """Return a state's index, for an array the first one's, and whether it is exact."""
     match node.slice:
         case ast.Constant(value=int() as place):
             return place, True
@@ -341,7 +340,7 @@ def _place(node: ast.Subscript) -> tuple[int, bool]:
 
 
 def remarks(law: CheckedLaw, state_names: Sequence[str]) -> tuple[Remark, ...]:
-    """Return a law's remarks, by line: states that add up dt, times that are kept, angles that grow."""
+    """Return remarks by line on states that accumulate dt, stored times, and growing angles."""
     evaluation = _Evaluation(law)
     places = sorted({place for end in evaluation.ends for place in end})
     finals = {
@@ -356,7 +355,7 @@ def remarks(law: CheckedLaw, state_names: Sequence[str]) -> tuple[Remark, ...]:
             instead = _PERIOD if periodic else _COUNT
             line = max(f.line for f in drifting)
             found.append(Remark(line, instead.format(_name(state_names[place]))))
-    counters = {place for place, forms in finals.items() if _grows(place, forms)}
+    counters = {place for place, forms in finals.items() if _counts_for_ever(place, forms)}
     for line, angle in evaluation.angles:
         if counter := _one_of(counters, angle):
             found.append(Remark(line, _ANGLE.format(_name(state_names[counter[0]]))))
@@ -395,10 +394,10 @@ def _name(state: str) -> str:
 
 
 def _drifts(place: int, form: Form, forms: set[Form], finals: Mapping[int, set[Form]]) -> bool:
-    """Return whether a state adds up time without a limit, or is set back by a step that is no limit."""
+    """Return True if a state accumulates time without a limit or an exact reset."""
     if form.base != place:
         return False
-    # a fraction that is added in every call acts as time
+    # a non-integer step in every call accumulates like time
     always = FRACTION in form.parts and all(f.base == place and FRACTION in f.parts for f in forms)
     taken_back = any(f.base == place and f.signs and DT not in f.parts for f in forms)
     if not (DT in form.parts or always) or (form.bounded and not taken_back):
@@ -418,13 +417,13 @@ def _causes(parts: Iterable[str | int], finals: Mapping[int, set[Form]]) -> set[
 
 
 def _one_of(counters: set[int], form: Form) -> tuple[int, ...]:
-    """Return the counter that a value grows with: the only state in it, for a difference does not grow."""
+    """Return the counter with which a value grows: the only state in it, as a difference does not grow."""
     states = tuple(part for part in form.depends if isinstance(part, int))
     return states if len(states) == 1 and states[0] in counters else ()
 
 
-def _grows(place: int, forms: set[Form]) -> bool:
-    """Return whether a state counts without end, never set back."""
+def _counts_for_ever(place: int, forms: set[Form]) -> bool:
+    """Return True if a state counts up or down for ever without a reset."""
     return any(f.signs for f in forms) and all(
         f.base == place and not (f.bounded or f.wrapped) for f in forms
     )

@@ -22,7 +22,7 @@ StateValue = float | tuple[float, ...]
 
 @dataclass(frozen=True)
 class CompiledLaw:
-    """A law ready for the loop: its address, and the object that must live while it is in use."""
+    """Machine code of a law: its address, and the object that keeps it alive."""
 
     address: int
     initial_state: np.ndarray
@@ -31,23 +31,23 @@ class CompiledLaw:
 
 
 class Law:
-    """A law by its function ``(p, s, x, v, dt) -> N`` and its state's start values."""
+    """A force law: a function ``(p, s, x, v, dt) -> N`` and the initial values of its state."""
 
     def __init__(self, function: Callable, state: Mapping[str, StateValue] | None = None):
         self.function = function
         self.state = {key: _start(key, value) for key, value in (state or {}).items()}
         self.parameters: tuple[AnyParameter, ...] = ()
         self._source = ""
-        # what is compiled and kept along with it
+        # compiled and cached together with this law
         self.companion: Law | None = None
         self._compiled: CompiledLaw | None = None
         if len(self.state_names) > MAX_STATE:
             raise LawError(f"A law has up to {MAX_STATE} state values, not {len(self.state_names)}.")
 
     def bind(self, parameters: Sequence[AnyParameter]) -> None:
-        """Tell the law its parameters, once; raise LawError where it leaves the law language.
+        """Set the parameters, once; raise LawError if the function is outside the law language.
 
-        The studio's own laws, whose language the tests check, are translated on first use instead.
+        The studio's own laws are translated on first use instead: tests check them.
         """
         if len(parameters) > MAX_PARAMETERS:
             raise LawError(f"A law has up to {MAX_PARAMETERS} parameters, not {len(parameters)}.")
@@ -60,7 +60,7 @@ class Law:
 
     @property
     def source(self) -> str:
-        """Return the text that numba compiles; once bound."""
+        """Return the source that numba compiles; requires ``bind``."""
         self._source = self._source or translate(self.function, self.parameters, self.state)
         return self._source
 
@@ -73,7 +73,7 @@ class Law:
 
     @property
     def initial_state(self) -> np.ndarray:
-        """Return the state's start values, shape (number of values,)."""
+        """Return the initial state, shape (number of values,)."""
         flat: list[float] = []
         for value in self.state.values():
             flat += list(value) if isinstance(value, tuple) else [value]
@@ -81,11 +81,11 @@ class Law:
 
     @cached_property
     def remarks(self) -> tuple[drift.Remark, ...]:
-        """Return what drifts in single precision, on the board and in a sketch, by lines; once bound."""
+        """Return remarks by line on drift in single precision, on board and in sketch; requires ``bind``."""
         return drift.remarks(checked(self.function, self.parameters, self.state), self.state_names)
 
     def compiled(self) -> CompiledLaw:
-        """Return the machine code's address, compiled on first use and kept in numba's cache."""
+        """Return the machine code, compiled on first use and kept in numba's cache."""
         if self._compiled is None:
             address, keepalive = native.load(self.source)
             companion = self.companion.compiled() if self.companion else None
@@ -93,19 +93,19 @@ class Law:
         return self._compiled
 
     def is_compiled(self) -> bool:
-        """Return whether ``compiled`` only loads machine code: milliseconds, not seconds."""
+        """Return True if ``compiled`` only loads machine code: milliseconds, not seconds."""
         if self._compiled is not None:
             return True
         return native.is_compiled(self.source) and (self.companion is None or self.companion.is_compiled())
 
     def plain(self, values: Mapping[str, float], x: float, v: float, dt: float = 1e-3) -> float:
-        """Return the force in N by the Python function itself, its state at the start, NaN if none."""
+        """Return the force in N of the Python function itself, in the initial state; NaN without one."""
         return float(self.forces(values, np.array([x]), np.array([v]), dt)[0])
 
     def forces(
         self, values: Mapping[str, float], x: np.ndarray, v: np.ndarray, dt: float = 1e-3
     ) -> np.ndarray:
-        """Return ``plain`` forces (n,) at positions in m and velocities in m/s, which broadcast."""
+        """Return ``plain`` forces (n,) in N at positions in m and velocities in m/s, broadcast together."""
         choices = {p.key: _Option(values[p.key], p) for p in self.parameters if isinstance(p, Choice)}
         p, function, forces = SimpleNamespace(**{**values, **choices}), self.function, []
         for place, speed in zip(*(a.tolist() for a in np.broadcast_arrays(x, v)), strict=True):
@@ -118,7 +118,7 @@ class Law:
 
 
 class _Option(float):
-    """A choice as a law sees it: compared by its name, and by its number where a helper was given it."""
+    """A choice in a law: equal to its option's name, and to its number in a helper."""
 
     def __new__(cls, value: float, choice: Choice):
         made = super().__new__(cls, value)
@@ -135,7 +135,7 @@ class _Option(float):
 
 
 class _Values(list):
-    """A state of several values, indexed as a law indexes it: by any number from 0 to below its size."""
+    """A state array with the index rule of laws: 0 <= index < size."""
 
     def __getitem__(self, i):
         return super().__getitem__(self._place(i))
@@ -150,7 +150,7 @@ class _Values(list):
 
 
 def _start(key: str, value: object) -> StateValue:
-    """Return a state's checked start: a number, or a tuple of numbers; raise LawError."""
+    """Return a state's validated initial value, a number or a tuple of numbers; raise LawError."""
     several = isinstance(value, tuple | list)
     try:
         many = tuple(float(v) for v in (value if several else [value]))  # type: ignore
@@ -162,7 +162,7 @@ def _start(key: str, value: object) -> StateValue:
 
 
 def law(function: Callable | None = None, *, state: Mapping[str, StateValue] | None = None):
-    """Mark a function ``(p, s, x, v, dt)`` as a force law; state gives its memory's start values."""
+    """Decorate a function ``(p, s, x, v, dt)`` as a force law; state: initial values of its state."""
     if function is None:
         return lambda f: Law(f, state)
     return Law(function, state)

@@ -1,14 +1,14 @@
-"""The board's machine: its operations, how they are coded, and what code of them takes.
+"""The board's virtual machine: operations, encoding and cycle counts.
 
-A law on the board is a table of float32 slots and code that works on one accumulator A, which begins as the
-position. Slot 0 is the position, slot 1 the velocity; then come the law's state, its constants and tables,
-its temporaries. Every instruction is one byte of operation, then its operands: slots of one byte; distances
-to jump over, counted from the end of the instruction, of one byte or two (little endian). Code is a row of
-sections, each begun by SUBROUTINE or, the last, MAIN. A section ends with RETURN, or with a jump so that
-nothing runs on into the next one, and may call those before it.
+A law on the board is a table of float32 slots and code for an accumulator A, which starts as the position.
+Slot 0 is the position, slot 1 the velocity; then come the law's state, constants, tables and temporaries.
+Each instruction is an opcode byte followed by its operands: slots of one byte; jump distances of one or two
+bytes (little endian), counted from the end of the instruction. The code is a sequence of sections, each begun
+by SUBROUTINE or, for the last one, by MAIN. A section ends with RETURN or with a jump, so that control never
+runs into the next one, and may call earlier sections.
 
-What is smaller than 2^-126 counts as 0, in operands and results of arithmetic. Where a division, //, % or
-fmod is by 0, or an index is none of the table's, the law ends at once with nan.
+Denormals (below 2^-126) count as 0 in operands and results of arithmetic. On division, //, % or fmod by 0,
+and on an index outside its table, the law ends at once with NaN.
 """
 
 import math
@@ -21,10 +21,10 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Operation:
-    """One operation: code, name, operands, what it does, cycles as a rule and at most on the board.
+    """One operation: opcode, name, operands, effect, typical and worst-case cycles.
 
-    operands: s a slot, n a number of one byte, d a distance of one byte, w a number or distance of two. The
-    cycles are those of the instruction whole, from its first byte to the next one's.
+    operands: s slot, n one-byte number, d one-byte distance, w two-byte number or distance. Cycles are those
+    from the instruction's first byte to the first byte of the next one.
     """
 
     code: int
@@ -36,12 +36,12 @@ class Operation:
 
     @cached_property
     def size(self) -> int:
-        """Return how many bytes the instruction takes."""
+        """Return the length of the instruction in bytes."""
         return 1 + sum(2 if o == "w" else 1 for o in self.operands)
 
 
 LESS, EQUAL, GREATER, UNORDERED = 1, 2, 4, 8
-"""How A may compare with a slot, or with zero: what the lower four bits of the two jumps select."""
+"""Outcomes of a comparison of A with a slot or with 0: the low four bits of both jump opcodes."""
 
 OPERATIONS = (
     Operation(0x00, "RETURN", "", "end the subroutine, or the law with force A", 13, 13),
@@ -93,41 +93,41 @@ OPERATIONS = (
     Operation(0x40, "COMPARE", "sd", "jump if A against s has an outcome in bits 0 to 3", 63, 86),
     Operation(0x50, "TEST", "d", "jump if A against 0 has an outcome in bits 0 to 3", 30, 36),
 )
-X, V, FIRST = 0, 1, 2  # the slots of position and velocity, and the first of the state
+X, V, FIRST = 0, 1, 2  # slots of position and velocity, first slot of the state
 MOST_SLOTS = 255
 MOST_SUBROUTINES = 8
-MOST_CALLS = 4  # depth of calls
-MOST_COUNTERS = 4  # of loops; a loop's body, what it calls included, uses lower ones only
-MOST_JUMPS = 16  # places in one section that jumps may be under way to at a time
-MOST_CYCLES = 65534  # what the board can count; the longest period has 32,000
-ARENA = 768  # bytes for the slots, the code and the moving constants of the one law in force
+MOST_CALLS = 4  # call depth
+MOST_COUNTERS = 4  # nested loops; a loop's body and its callees use lower counters only
+MOST_JUMPS = 16  # forward-jump targets pending at a time in a section
+MOST_CYCLES = 65534  # limit of the board's counter; the longest period has 32,000
+ARENA = 768  # bytes for slots, code and moving constants of a law
 RAMPS, RAMP = 8, 6
-"""Constants that must be able to move at a time, and the bytes that each takes: slot, time left, target."""
+"""Constants that can ramp at the same time, and bytes for each: slot, time left, target."""
 REST, REST_AT_MOST = 1400, 1700
-"""Cycles of a tick besides the law, with a force that is not zero: as a rule, and at most."""
-ESTIMATE = 200  # cycles more for a law that reads the velocity: the board estimates it for no other
+"""Cycles of a tick besides the law, with a nonzero force: typical, worst case."""
+ESTIMATE = 200  # extra cycles of the velocity estimate, for laws that read the velocity
 FRAME = 3000  # cycles of telemetry and messages, every millisecond
 
 
 class Refusal(IntEnum):
-    """Why a board does not run a law that it was sent."""
+    """Reason why a board rejects a law."""
 
     NONE = 0
-    TOO_LARGE = 1  # slots and code take more than the board has for them
-    OPERATION = 2  # there is no such operation, or it is cut off, or stands where it may not
-    SLOT = 3  # an operand is no slot of this law, or a constant is written to
+    TOO_LARGE = 1  # slots and code exceed the arena
+    OPERATION = 2  # unknown, truncated or misplaced operation
+    SLOT = 3  # an operand is no slot of this law, or a constant is written
     JUMP = 4  # a jump leaves its section, or enters a loop from outside
-    LOOP = 5  # loops that are not one inside the other with falling counters, or run no time
-    CALL = 6  # a call of what is no subroutine before it, or too deep
-    END = 7  # a section that does not end with a RETURN
-    CONSTANT = 8  # a number of the table is not finite
-    TOO_SLOW = 9  # its longest way takes longer than a period leaves
-    RATE = 10  # no board has this rate, or this estimator with these coefficients
+    LOOP = 5  # loops not nested with falling counters, or a loop count of 0
+    CALL = 6  # the callee is no earlier subroutine, or the call depth is exceeded
+    END = 7  # a section without final RETURN
+    CONSTANT = 8  # a number in the table is not finite
+    TOO_SLOW = 9  # the longest path exceeds the period
+    RATE = 10  # rate, or estimator with these coefficients, not supported
 
 
 # --- what code takes
 def instructions(code: bytes) -> Iterator[tuple[int, Operation, int]]:
-    """Yield (place, operation, mask) of every instruction of some code."""
+    """Yield (offset, operation, mask) of every instruction."""
     by_code = {o.code: o for o in OPERATIONS}
     at = 0
     while at < len(code):
@@ -138,12 +138,12 @@ def instructions(code: bytes) -> Iterator[tuple[int, Operation, int]]:
 
 
 def longest_path(code: bytes) -> int:
-    """Return the cycles of one call on the longest way through the code, as the board's verifier counts."""
+    """Return the cycles of the longest path of a call, by the same rule as the board's verifier."""
     reached: dict[int, int] = {}
     subroutines: dict[int, int] = {}
     loops: list[tuple[int, int, dict[int, int]]] = []
     here = section = 0
-    back = -1  # where a RETURN leads to
+    back = -1  # return address
     for at, operation, _ in instructions(code):
         here = max(here, reached.get(at, 0))
         end = at + operation.size
@@ -173,7 +173,7 @@ def longest_path(code: bytes) -> int:
                 reached = {}
             case "NEXT":
                 times, before, outside = loops.pop()
-                # every other turn takes as long as this one at most, also where one leads out
+                # upper bound for every other iteration, including one that leaves the loop
                 more = (times - 1) * (cost - before)
                 cost += more
                 for aim, c in reached.items():
@@ -183,7 +183,7 @@ def longest_path(code: bytes) -> int:
     return reached.get(back, 0)
 
 
-# --- trial
+# --- simulation
 _MOTION = tuple(
     (
         0.03 * math.sin(0.02 * k) + 0.006 * math.sin(0.11 * k),
@@ -191,9 +191,9 @@ _MOTION = tuple(
     )
     for k in range(640)
 )
-"""Position in m and velocity in m/s of a handle that goes to and fro, with the hand's small moves on top."""
+"""Position in m and velocity in m/s of a handle moved to and fro, with tremor."""
 _WINDOW = 40
-"""Calls over which an average is taken: a handle may stay for long where a law works most."""
+"""Calls per average: a handle may stay for long where the law is most expensive."""
 _FUNCTIONS: dict[str, Callable] = {
     "ADD": lambda a, b: a + b, "SUBTRACT": lambda a, b: a - b, "SUBTRACT_FROM": lambda a, b: b - a,
     "MULTIPLY": lambda a, b: a * b, "DIVIDE": lambda a, b: a / b, "DIVIDE_INTO": lambda a, b: b / a,
@@ -201,14 +201,14 @@ _FUNCTIONS: dict[str, Callable] = {
     "FLOOR_DIVIDE": lambda a, b: a // b, "MODULO": lambda a, b: a % b, "REMAINDER": math.fmod,
     "POWER": math.pow, "NEGATE": lambda a: -a, "ABSOLUTE": abs, "TRUNCATE": math.trunc,
 }  # fmt: skip
-"""What operations do; the others are functions of ``math``."""
+"""Python implementations of operations; the others are functions of ``math``."""
 
 
 @lru_cache(maxsize=256)
 def mean_cycles(code: bytes, slots: int, given: tuple[float, ...]) -> tuple[float, tuple[float, ...]]:
-    """Return the mean cycles of a call where the motion makes it work most, and each instruction's runs.
+    """Return the mean cycles of a call, for the motion with the highest mean, and each instruction's count.
 
-    The numbers are double precision, and what has no value is 0: only the way through the code matters.
+    Arithmetic is double precision, and undefined values count as 0: only the path matters.
     """
     steps = list(instructions(code))
     numbers = {at: i for i, (at, _, _) in enumerate(steps)}
@@ -231,7 +231,7 @@ def _call(
     values: list[float],
     i: int,
 ) -> int:
-    """Run the law once over its values from instruction i on; return the cycles."""
+    """Run the law once on ``values`` from instruction i; return the cycles."""
     a, cost = 0.0, 0
     calls: list[int] = []
     left: dict[int, int] = {}
@@ -305,7 +305,7 @@ def _camel(name: str) -> str:
 
 
 def text() -> str:
-    """Return the whole header: numbers for the assembler, the rest for C++."""
+    """Return the whole header: constants for the assembler, the rest for C++."""
     known = {o.code: o for o in OPERATIONS}
     single = 1 + max(code for code in known if code < _MASKED)
     rows = [known.get(code) for code in [*range(single), *(code for code in known if code >= _MASKED)]]

@@ -1,7 +1,7 @@
-"""Mistakes that are often made in a law, each with the message that says what to write instead.
+"""Frequent mistakes in laws, each with a message that states the correct form.
 
-They come from other Python, from C and from the Arduino IDE. The reference page lists them, and a test writes
-each into a law.
+Habits from other Python, from C and from the Arduino IDE. The reference page lists them; a test writes each
+into a law.
 """
 
 import re
@@ -12,11 +12,11 @@ from hapkit_studio.laws.subset import MATH
 
 @dataclass(frozen=True)
 class Mistake:
-    """One mistake: a line as it is written, and the message.
+    """A mistake: an example line and the message.
 
-    names: undefined names, or functions of `math`, that get this message, with their name for ``{}``;
-    pattern: marks the mistake in a line that Python cannot read. With neither, the checks of the language
-    give the message themselves.
+    names: undefined names or functions of ``math`` that get this message, with ``{}`` replaced by the name.
+    pattern: regular expression for lines with a syntax error. With neither, the language checks give the
+    message.
     """
 
     wrong: str
@@ -26,7 +26,7 @@ class Mistake:
 
     @property
     def said(self) -> str:
-        """Return the message about the line ``wrong``."""
+        """Return the message on the example line."""
         return self.message.format(self.names[0]) if self.names else self.message
 
 
@@ -153,7 +153,7 @@ _QUOTED = re.compile(r"\"[^\"]*(\"|$)|'[^']*('|$)|#.*")
 
 
 def instead_of(name: str) -> str | None:
-    """Return the message about an undefined name, or a function of `math`; None where there is none."""
+    """Return the message on an undefined name or a function of ``math``; None without one."""
     for known in (name, name.removeprefix("math.")):
         if known in _BY_NAME:
             return _BY_NAME[known].message.format(known)
@@ -161,6 +161,6 @@ def instead_of(name: str) -> str | None:
 
 
 def in_unreadable(line: str) -> str | None:
-    """Return the message about a line that Python cannot read; None where no usual mistake is in it."""
+    """Return the message on a line with a syntax error; None if no known mistake matches."""
     code = _QUOTED.sub("", line)
     return next((m.message for m in MISTAKES if m.pattern and re.search(m.pattern, code)), None)

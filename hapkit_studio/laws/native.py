@@ -1,4 +1,4 @@
-"""Compiled laws by address: loaded from the cache, called without numba knowing which law it is."""
+"""Compiled laws by address: loaded from the cache and called without recompiling the caller."""
 
 import ctypes
 import hashlib
@@ -22,15 +22,15 @@ from numba.extending import intrinsic
 from hapkit_studio.errors import LawError
 
 KEPT_SECONDS = 60 * 86_400.0
-# the code; the line, without a fault the fuel left; the line of the first value that was not finite; the fuel
-# that the caller allows, 0 for all of it
+# fault code; fault line, or remaining fuel without a fault; line of the first non-finite value; fuel limit, 0
+# for the default
 FAULT_WORDS = 4
-# what a law's first fault word may hold besides 0
+# fault codes
 NOT_A_NUMBER, LAW_INDEX, LAW_FUEL, LAW_DIVISION = 1, 2, 3, 8
 INTERPRETED = bool(numba.config.DISABLE_JIT)
 _real, _array = ctypes.c_double, ctypes.c_void_p
-# a law's address as a function for Python: numba would take a tenth of a second to compile a way in; arrays
-# are given by their addresses, which takes a tenth of the time that a check of each would
+# calls a law from Python: numba would need 0.1 s to compile a wrapper; arrays are passed by address, ten
+# times as fast as with checks
 Function = ctypes.CFUNCTYPE(_real, _array, _array, _real, _real, _real, _array)
 _functions: dict[int, object] = {}
 _loading = threading.Lock()
@@ -39,8 +39,8 @@ _loading = threading.Lock()
 def load(source: str) -> tuple[int, object]:
     """Return (address, object to keep alive) of a generated law's source.
 
-    The file's name is the hash of its text, so an edited law, or an edited helper, is another file and
-    never meets a stale cache. Raises LawError where the types do not fit.
+    The file name is the hash of its text, so an edited law or helper never meets a stale cache. Raise
+    LawError if the types do not fit.
     """
     with _loading:
         module = _module(source)
@@ -52,10 +52,10 @@ def load(source: str) -> tuple[int, object]:
 
 
 def is_compiled(source: str) -> bool:
-    """Return whether a law's machine code, by this Python and this numba, is kept; compiles nothing."""
+    """Return True if this Python and numba have a law's machine code in the cache; compile nothing."""
     if INTERPRETED:
         return True
-    folder = _wanted_folder()
+    folder = _configured_folder()
     abi = f"py{sys.version_info.major}{sys.version_info.minor}{getattr(sys, 'abiflags', '')}"
     name = f"{_name(source)}.law-*.{abi}.nbi"
     kept_elsewhere = bool(numba.config.CACHE_DIR)
@@ -64,7 +64,7 @@ def is_compiled(source: str) -> bool:
 
 
 def _loads(index: Path) -> bool:
-    """Return whether numba will load what an index names: its version is in front, its data comes last."""
+    """Return True if numba can load a cache index: version first, data last."""
     with index.open("rb") as file:
         version = pickle.load(file)
     return version == numba.__version__ and any(index.parent.glob(f"{index.stem}.*.nbc"))
@@ -80,7 +80,7 @@ def _module(source: str) -> ModuleType:
     name = _name(source)
     path = _folder() / f"{name}.py"
     if path.exists():
-        os.utime(path, (time.time(), path.stat().st_mtime))  # some versions of numba compare the other time
+        os.utime(path, (time.time(), path.stat().st_mtime))  # some versions of numba compare the access time
     else:
         _forget_unused(path.parent)
         part = path.with_suffix(f".{os.getpid()}.part")
@@ -90,7 +90,7 @@ def _module(source: str) -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module  # numba finds a cached function's globals by its module's name
+    sys.modules[name] = module  # numba looks up a cached function's globals by module name
     try:
         spec.loader.exec_module(module)
     except numba.core.errors.NumbaError as error:
@@ -100,7 +100,7 @@ def _module(source: str) -> ModuleType:
 
 
 def _forget_unused(folder: Path) -> None:
-    """Remove generated files that no program has loaded for long, and their machine code."""
+    """Remove generated files that have not been loaded for long, and their machine code."""
     now = time.time()
     for path in folder.glob("law_*.py"):
         if now - path.stat().st_atime > KEPT_SECONDS:
@@ -108,13 +108,13 @@ def _forget_unused(folder: Path) -> None:
                 old.unlink(missing_ok=True)
 
 
-def _wanted_folder() -> Path:
+def _configured_folder() -> Path:
     base = numba.config.CACHE_DIR or platformdirs.user_cache_dir("hapkit-studio", appauthor=False)
     return Path(base) / "laws"
 
 
 def _folder() -> Path:
-    folder = _wanted_folder()
+    folder = _configured_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

@@ -1,4 +1,4 @@
-"""A law specialised for a reader: only choices are known, names and functions are the source's."""
+"""A law specialised for readability: only choices are resolved; names and functions stay as in the source."""
 
 import ast
 from collections import Counter
@@ -13,9 +13,9 @@ _PERIOD = t.Var("dt")
 
 
 def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]) -> t.Specialised:
-    """Return a law whose choices are known by their places; a call is an operation named ``name()``.
+    """Return a law with its choices, given by index, resolved; a call is an operation named ``name()``.
 
-    What such an operation gives beside its first value are operations ``.a``, ``.b`` … of it.
+    Its second and further results are operations ``.a``, ``.b`` … on it.
     """
     inlined: set[str] = set()
     moving: set[tuple[str, str]] = set()
@@ -40,7 +40,7 @@ def specialise(law: CheckedLaw, values: Sequence[float], choices: frozenset[int]
 
 
 class _Readable(Specialiser):
-    """Lets every name of the source be one variable, and every function stay one."""
+    """Specialiser that keeps one variable per source name and does not inline functions."""
 
     def __init__(
         self,
@@ -52,11 +52,11 @@ class _Readable(Specialiser):
     ):
         super().__init__(law, {i: values[i] for i in choices}, None, inlined)
         self.values, self.moving = values, moving
-        self.differing: set[tuple[str, str]] = set()  # functions and parameters that are not always the same
-        self.given: dict[str, dict[str, t.Expr]] = {}  # what functions know of their parameters
-        self.own: set[str] = set()  # what the function that begins is given in variables of its own
-        self.changing: dict[int, set[str]] = {}  # names that are set more than once, by function
-        # by functions: those of their results that are always the same number
+        self.differing: set[tuple[str, str]] = set()  # (function, parameter) pairs with varying arguments
+        self.given: dict[str, dict[str, t.Expr]] = {}  # known arguments by function
+        self.own: set[str] = set()  # parameters of the current function that have their own variables
+        self.changing: dict[int, set[str]] = {}  # names assigned more than once, by function
+        # constant results by function
         self.known_results: dict[str, list[t.Num | None]] = {}
 
     def walk(self, statements: Sequence[ast.stmt]) -> bool:
@@ -65,7 +65,7 @@ class _Readable(Specialiser):
         return super().walk(statements)
 
     def pin_changing(self, statements: Sequence[ast.stmt]) -> None:
-        """Give names that are set more than once, or were given, one variable for the whole function."""
+        """Pin names that are assigned more than once, or are parameters, to one variable per function."""
         nodes = [n for s in statements for n in ast.walk(s)]
         stores = Counter(n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store))
         heads = [n.body[0] for n in nodes if isinstance(n, ast.For)]
@@ -79,7 +79,7 @@ class _Readable(Specialiser):
                 self.pin(name)
 
     def pin(self, name: str) -> None:
-        """Give a name one variable, unless it has the same value for as long as it is known."""
+        """Pin a name to one variable, unless its value is constant in its scope."""
         if name in self.env or name in self.changing[id(self.scope.tree)]:
             super().pin(name)
 
@@ -99,7 +99,7 @@ class _Readable(Specialiser):
     def emit(self, statement: t.Statement) -> None:
         match statement:
             case t.If(t.Compare("==", t.Var(name), t.Num(0.0)), [t.Assign(to, t.Num(0.0))], []) if name == to:
-                pass  # it only makes 0 what is 0
+                pass  # only turns 0 into 0
             case _:
                 super().emit(statement)
 
@@ -109,11 +109,11 @@ class _Readable(Specialiser):
     def assign_several(self, targets: Sequence[ast.expr], value: ast.expr) -> None:
         values = [self.value(v) for v in value.elts] if isinstance(value, ast.Tuple) else self.call(value)
         for i, target in enumerate(targets):
-            # what this one sets must not be read by those behind it
+            # a later target must not read what this one assigns
             written = frozenset(self.written([target]))
             for j, other in enumerate(values[i + 1 :], i + 1):
                 if t.mentions(other, written):
-                    name = getattr(targets[j], "id", "")  # of the state none
+                    name = getattr(targets[j], "id", "")  # "" for a state
                     values[j] = self.copy(other, f"new_{name}" if name else "new")
             self.assign(target, values[i])
 
@@ -136,7 +136,7 @@ class _Readable(Specialiser):
         self.calls[key] += 1
         function = self.functions[key]
         for name in sorted(set(given) - set(function.parameters)):
-            if t.may_fail(given[name]):  # what nobody reads may end the law
+            if t.may_fail(given[name]):  # an unused argument may still stop the law
                 self.keep(given[name], name)
         made = t.Op(f"{function.name}()", tuple(given[n] for n in function.parameters))
         known_results = self.known_results[key]
@@ -183,7 +183,7 @@ class _Readable(Specialiser):
         return isinstance(found, t.Num) and found.value != 0.0
 
     def evaluated(self, value: t.Expr) -> t.Expr:
-        """Return a value with the parameters' in it, and a period like any other."""
+        """Return a value with parameters substituted, and the period as a plain number."""
         match value:
             case t.Var(name) if name.startswith("p["):
                 return t.literal(self.values[int(name[2:-1])])
@@ -225,7 +225,7 @@ class _Readable(Specialiser):
 
 
 def _is_constant(value: t.Expr) -> bool:
-    """Return whether a value is a number or made of parameters and the period alone."""
+    """Return True if a value consists of numbers, parameters and the period only."""
     match value:
         case t.Op(name, args):
             return not name.endswith("()") and not name.startswith(".") and all(map(_is_constant, args))
@@ -235,18 +235,18 @@ def _is_constant(value: t.Expr) -> bool:
 
 
 def _called(value: object) -> set[str]:
-    """Return the names of the functions that are called."""
+    """Return the names of the called functions."""
     return {n.name[:-2] for n in t.walk(value) if isinstance(n, t.Op) and n.name.endswith("()")}
 
 
 def _state_read(value: object) -> Counter[str]:
-    """Return how often each place of state is read."""
+    """Return how often each state is read."""
     parts = [n for n in t.walk(value) if isinstance(n, t.Var | t.At)]
     return Counter(name for n in parts for name in (n.state() if isinstance(n, t.At) else [n.name]))
 
 
 def _drop_unread_state(statements: list[t.Statement]) -> None:
-    """Leave out what is written into state for a drawing only."""
+    """Remove assignments to state that only a drawing uses."""
     read = _state_read(statements)
     sets = [n for n in t.walk(statements) if isinstance(n, t.Assign) and n.to.startswith("s[")]
     for one in sets:
@@ -257,5 +257,5 @@ def _drop_unread_state(statements: list[t.Statement]) -> None:
 
 
 def _is_straight(block: t.Block) -> bool:
-    """Return whether nothing leaves a function before its end."""
+    """Return True if a block has no early exit."""
     return [n for n in t.walk(block.body) if isinstance(n, t.Leave)] == block.body[-1:]

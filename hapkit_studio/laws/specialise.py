@@ -1,6 +1,6 @@
-"""A law specialised for the board: choices resolved, constants folded, functions inlined.
+"""Partial evaluation of a law for the board: choices resolved, constants folded, functions inlined.
 
-Every parameter and the period are known numbers. For a sketch, ``readable`` lets parameters keep their names.
+All parameters and the period are known numbers. For a sketch, ``readable`` keeps parameter names.
 """
 
 import ast
@@ -19,21 +19,21 @@ _ARITHMETIC: dict[type[ast.operator], str] = {
 _COMPARISONS: dict[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
 }  # fmt: skip
-# Marks of the watched source that change no number.
+# functions in the watched source that do not change the value
 _TRANSPARENT = frozenset(("_float", "_noted", "_force", "_divisor"))
 _ROUNDING = frozenset(("floor", "ceil", "trunc"))
 
 
 def specialise(law: CheckedLaw, known: Mapping[int, float], period: float, small: int = 14) -> t.Specialised:
-    """Return a law for parameters known by their numbers and a period in s, folded for speed.
+    """Return a law specialised for parameters known by index and a period in s, optimised for speed.
 
-    A function called from one place, or of `small` operations at most, is inlined.
+    A function with a single call, or of at most ``small`` operations, is inlined.
     """
     inlined: set[str] = set()
     while True:
         walk = Specialiser(law, known, period, inlined)
         made = t.Specialised(walk.law(), list(walk.functions.values()), law.tables)
-        sizes: dict[str, int] = {}  # of functions, with all that they call
+        sizes: dict[str, int] = {}  # of functions, including their callees
         for key, function in walk.functions.items():
             sizes[key] = t.weight(function.body) + sum(sizes[k] for k in t.called(function.body))
         more = {key for key, size in sizes.items() if walk.calls[key] == 1 or size <= small}
@@ -47,30 +47,30 @@ def specialise(law: CheckedLaw, known: Mapping[int, float], period: float, small
 
 @dataclass
 class _Scope:
-    """A function that is being walked."""
+    """State of a function during the walk."""
 
     tree: ast.FunctionDef
-    shows: bool  # whether its lines are those of the law's file
-    block: t.Block | None = None  # what it becomes; none for the law itself
-    found: list[tuple[t.Leave, list[t.Expr]]] = field(default_factory=list)  # what its returns give
-    pinned: dict[str, str] = field(default_factory=dict)  # names that a loop changes, and their variable
+    shows: bool  # its lines are lines of the law's file
+    block: t.Block | None = None  # the block it becomes; None for the law's body
+    found: list[tuple[t.Leave, list[t.Expr]]] = field(default_factory=list)  # return values
+    pinned: dict[str, str] = field(default_factory=dict)  # variables of names that a loop changes
     loads: Counter[str] | None = None
 
 
 class Specialiser:
-    """Walks a law as it would run, with what is known of every name."""
+    """Abstract interpreter of a law that records what is known of every name."""
 
     def __init__(self, law: CheckedLaw, known: Mapping[int, float], period: float | None, inlined: set[str]):
         self.source, self.known, self.period, self.inlined = law, known, period, inlined
         self.folds = period is not None
         self.out: list[t.Statement] = []
         self.scopes: list[_Scope] = []
-        self.frames: list[dict[str, t.Expr]] = []  # what the names of each of them stand for
-        self.states: dict[str, t.Expr] = {}  # what is known of the state, and of what functions were given
+        self.frames: list[dict[str, t.Expr]] = []  # values of the names, innermost frame last
+        self.states: dict[str, t.Expr] = {}  # known values of state and of arguments
         self.used: Counter[str] = Counter()
         self.functions: dict[str, t.Function] = {}
         self.calls: Counter[str] = Counter()
-        self.truths: set[t.Expr] = set()  # variables that are 1 or 0 by a test
+        self.truths: set[t.Expr] = set()  # Boolean variables
         self.line = 0
 
     def law(self) -> list[t.Statement]:
@@ -92,7 +92,7 @@ class Specialiser:
         return self.scopes[-1]
 
     def fresh(self, name: str) -> str:
-        """Return a variable's name that nothing has yet."""
+        """Return an unused variable name."""
         name = name.lstrip("_")
         self.used[name] += 1
         return name if self.used[name] == 1 else self.fresh(f"{name}_{self.used[name]}")
@@ -102,17 +102,17 @@ class Specialiser:
         self.out.append(statement)
 
     def keep(self, value: t.Expr, name: str = "t") -> t.Expr:
-        """Return a value that costs nothing to read: known, or a variable's."""
+        """Return a value that is free to read: a known value or a variable."""
         return value if isinstance(value, t.Num | t.Var) else self.copy(value, name)
 
     def copy(self, value: t.Expr, name: str = "t") -> t.Var:
-        """Return a new variable that has a value."""
+        """Return a new variable with a value."""
         made = self.fresh(name)
         self.emit(t.Assign(made, value))
         return t.Var(made)
 
     def detach(self, names: frozenset[str]) -> None:
-        """Give what still reads these variables a copy of its own: they are about to change."""
+        """Snapshot expressions that read variables about to be overwritten."""
         copies: dict[t.Expr, t.Expr] = {}
         for frame in self.frames:
             for name, value in frame.items():
@@ -121,7 +121,7 @@ class Specialiser:
         self.states = {k: v for k, v in self.states.items() if k not in names and not t.mentions(v, names)}
 
     def bind(self, name: str, value: t.Expr) -> None:
-        """Let a name stand for a value from now on."""
+        """Bind a name to a value."""
         if name in self.scope.pinned:
             variable = self.scope.pinned[name]
             if value != t.Var(variable):
@@ -134,7 +134,7 @@ class Specialiser:
         self.env[name] = value if lazy else self.keep(value, name)
 
     def detach_others(self, variable: str) -> None:
-        """Detach from a loop's variable whatever reads it but the name that it belongs to."""
+        """Snapshot expressions that read a loop's variable, except the name it belongs to."""
         own = {n: t.Var(v) for n, v in self.scope.pinned.items() if v == variable and n in self.env}
         for name in own:
             del self.env[name]
@@ -143,7 +143,7 @@ class Specialiser:
 
     # --- statements
     def walk(self, statements: Sequence[ast.stmt]) -> bool:
-        """Take statements one after the other; return whether none behind them is reached."""
+        """Evaluate statements in order; return True if the code after them is unreachable."""
         return any(self.statement(s) for s in statements)
 
     def statement(self, node: ast.stmt) -> bool:
@@ -186,7 +186,7 @@ class Specialiser:
             self.detach(frozenset((place.name,)))
             self.emit(t.Assign(place.name, value))
             if isinstance(value, t.Num | t.Var):
-                self.states[place.name] = value  # until one of the two is written again
+                self.states[place.name] = value  # valid until either is written again
 
     def assign_several(self, targets: Sequence[ast.expr], value: ast.expr) -> None:
         if isinstance(value, ast.Tuple):
@@ -202,7 +202,7 @@ class Specialiser:
         return value if isinstance(value, t.Select) else self.keep(value)
 
     def written(self, targets: Sequence[ast.expr]) -> list[str]:
-        """Return the lasting variables that targets write."""
+        """Return the persistent variables that targets write."""
         found: list[str] = []
         for target in targets:
             match target:
@@ -242,7 +242,7 @@ class Specialiser:
         then_frames: list[dict[str, t.Expr]],
         other: list[t.Statement],
     ) -> None:
-        """Let every name stand for one value after a branch; self.frames are those of the other side."""
+        """Merge the values of every name after a branch; self.frames: those of the other side."""
         chosen: dict[tuple[t.Expr, t.Expr], t.Expr] = {}
         empty = self.folds and not then and not other and self.stays(test)
         for mine, theirs in zip(self.frames, then_frames, strict=True):
@@ -255,7 +255,7 @@ class Specialiser:
                     continue
                 if (yes, no) not in chosen:
                     if yes == t.literal(0.0) and test == t.Compare("==", no, yes):
-                        chosen[yes, no] = no  # it is only made 0 where it is 0
+                        chosen[yes, no] = no  # differs only for 0
                     elif empty and isinstance(yes, t.Num) and isinstance(no, t.Num):
                         chosen[yes, no] = t.Select(test, yes, no)
                     else:
@@ -266,7 +266,7 @@ class Specialiser:
                 mine[name] = chosen[yes, no]
 
     def stays(self, test: t.Test, several: bool = False) -> bool:
-        """Return whether a test may be asked later on instead: it is one cheap comparison, or several."""
+        """Return True if a test may be moved: it is one cheap comparison, or with ``several`` more."""
         match test:
             case t.Compare(_, left, right):
                 return _is_cheap(left) and _is_cheap(right)
@@ -300,7 +300,7 @@ class Specialiser:
         outside, self.out, self.states, line = self.out, [], {}, self.line
         if counted:
             place = self.scope.pinned[counter]
-            # a count of its own where the name is written in the body, or read behind the loop
+            # a separate counter if the name is assigned in the body or read after the loop
             own = self.fresh(counter) if counter in assigned or known else place
             outside.append(t.Assign(own, t.literal(float(turns.start))))
             if own != place:
@@ -314,7 +314,7 @@ class Specialiser:
         self.scope.pinned = outer
 
     def pin(self, name: str) -> None:
-        """Give a name that a loop changes one variable for as long as the loop runs."""
+        """Pin a name that a loop changes to one variable for the duration of the loop."""
         variable = self.fresh(name)
         if name in self.env:
             self.emit(t.Assign(variable, self.env[name]))
@@ -335,12 +335,12 @@ class Specialiser:
 
     # --- functions
     def call(self, node: ast.expr) -> list[t.Expr]:
-        """Return the results of a call of a function of the law's own."""
+        """Return the results of a call of one of the law's functions."""
         assert isinstance(node, ast.Call)
         assert isinstance(node.func, ast.Name)
         tree = self.source.helpers[node.func.id]
         names = [a.arg for a in tree.args.args if a.arg != "_fault"]
-        # the last argument is the fault words'
+        # the last argument is the array of fault words
         values = [self.keep_unless_select(self.value(a)) for a in node.args[:-1]]
         given = dict(zip(names, values, strict=True))
         key = f"{node.func.id}({','.join(v.key if isinstance(v, t.Num) else '' for v in values)})"
@@ -351,7 +351,7 @@ class Specialiser:
     def enter(
         self, tree: ast.FunctionDef, given: dict[str, t.Expr], block: t.Block
     ) -> list[tuple[t.Leave, list[t.Expr]]]:
-        """Walk a function's body into the block; return its returns, each with what it gives."""
+        """Evaluate a function's body into the block; return its returns with their values."""
         scope = _Scope(tree, self.scope.shows and tree.name in self.source.own, block)
         self.frames.append(given)
         self.scopes.append(scope)
@@ -381,14 +381,14 @@ class Specialiser:
             results.append(t.Var(made))
         match block.body:
             case [t.If(test, [_], []), _] if len(found) == 2 and self.stays(test):
-                # nothing but a choice
+                # constants only
                 if all(a == b or (isinstance(a, t.Num) and isinstance(b, t.Num)) for a, b in columns):
                     return [a if a == b else t.Select(test, a, b) for a, b in columns]
         self.emit(block)
         return results
 
     def call_function(self, key: str, tree: ast.FunctionDef, given: dict[str, t.Expr]) -> list[t.Expr]:
-        """Return the results of a function that stays one, made when it is first called."""
+        """Return the results of a function that is not inlined; it is built at its first call."""
         self.calls[key] += 1
         moving = [n for n, v in given.items() if not isinstance(v, t.Num)]
         if key not in self.functions:
@@ -399,7 +399,7 @@ class Specialiser:
                 self.emit(t.Assign(parameter, given[name]))
                 self.states[parameter] = given[name]
         self.emit(t.Call(function))
-        # what it calls itself may be given something else now
+        # arguments of its callees may differ now
         own = frozenset(function.parameters)
         self.states = {k: v for k, v in self.states.items() if k in own or k.startswith("s[")}
         return [self.copy(t.Var(name), "r") for name in function.results]
@@ -422,7 +422,7 @@ class Specialiser:
 
     # --- values
     def value(self, node: ast.expr) -> t.Expr:
-        """Return an expression; what has to be decided on the way becomes statements before it."""
+        """Return an expression; conditions inside it become statements before it."""
         match node:
             case ast.Constant(value=bool() | int() | float() as value):
                 return t.literal(float(value))
@@ -454,7 +454,7 @@ class Specialiser:
             case ast.Call(func=ast.Attribute(attr=name), args=[ast.BinOp(op=ast.Div()) as quotient]) if (
                 self.folds and name in _ROUNDING
             ):
-                # a product with the inverse may miss the whole number that a quotient meets
+                # multiplying by the inverse may miss an exact integer quotient
                 sides = (self.keep(self.value(quotient.left)), self.keep(self.value(quotient.right)))
                 both = all(isinstance(side, t.Num) for side in sides)
                 return self.op(name, self.op("/", *sides) if both else t.Op("/", sides))
@@ -467,7 +467,7 @@ class Specialiser:
         return self.truth(node)
 
     def truth(self, node: ast.expr, once: bool = False) -> t.Expr:
-        """Return a test's value as a number, 1 or 0; one that is read once is asked there."""
+        """Return a test's value as a number, 1 or 0; once: it is read once and need not be stored."""
         if isinstance(node, ast.BoolOp) and not all(map(self.is_truth, node.values)):
             return self.one_of(node)
         one, zero = t.literal(1.0), t.literal(0.0)
@@ -481,14 +481,14 @@ class Specialiser:
         return self.choice(test, one, zero)
 
     def is_truth(self, node: ast.expr) -> bool:
-        """Return whether a value is 1 or 0 by a test."""
+        """Return True if a value is Boolean, 1 or 0."""
         if isinstance(node, ast.Name):
             value = self.env[node.id]
             return value in self.truths or t.is_truth(value)
         return all(map(self.is_truth, node.values)) if isinstance(node, ast.BoolOp) else is_test(node)
 
     def one_of(self, node: ast.BoolOp) -> t.Expr:
-        """Return the operand of numbers that decides `or`, or `and`: the last that is asked."""
+        """Return the deciding operand of `or` or `and` between numbers."""
         value = self.keep(self.value(node.values[0]))
         if len(node.values) == 1:
             return value
@@ -504,7 +504,7 @@ class Specialiser:
         return self.branched(test, value, other, (), inner)
 
     def reads(self, name: str) -> int:
-        """Return how often the function that is being walked reads a name."""
+        """Return the number of reads of a name in the current function."""
         if self.scope.loads is None:
             names = [n for n in ast.walk(self.scope.tree) if isinstance(n, ast.Name)]
             self.scope.loads = Counter(n.id for n in names if isinstance(n.ctx, ast.Load))
@@ -521,7 +521,7 @@ class Specialiser:
         then: Sequence[t.Statement] = (),
         other: Sequence[t.Statement] = (),
     ) -> t.Var:
-        """Return a variable that is one of two values, each computed by statements where it is taken."""
+        """Return a variable assigned in a branch; each value is computed only on its side."""
         made = self.fresh("t")
         self.emit(t.If(test, [*then, t.Assign(made, yes)], [*other, t.Assign(made, no)]))
         return t.Var(made)
@@ -540,12 +540,12 @@ class Specialiser:
         return self.branched(test, yes, no, then, other)
 
     def chosen(self, test: t.Test, yes: t.Expr, no: t.Expr) -> t.Expr | None:
-        """Return one of two values as an expression, None where it takes a branch."""
+        """Return one of two values as an expression, None if it needs a branch."""
         both = isinstance(yes, t.Num) and isinstance(no, t.Num)
         return t.Select(test, yes, no) if both and self.stays(test, True) else None
 
     def place(self, node: ast.expr) -> t.At | t.Var:
-        """Return the value of state that a subscript names."""
+        """Return the state that a subscript refers to."""
         assert isinstance(node, ast.Subscript)
         match node.slice:
             case ast.Constant(value=int() as place):
@@ -558,13 +558,13 @@ class Specialiser:
         raise AssertionError(ast.dump(node))
 
     def entry(self, table: str, index: t.Expr, size: int) -> t.Expr:
-        """Return the number of a table at an index, known where the index is."""
+        """Return a table entry, a constant if the index is known."""
         if isinstance(index, t.Num) and 0.0 <= index.value < size:
             return t.literal(self.source.tables[table][int(index.value)])
         return t.Entry(self.keep(index) if self.folds else index, table, size)
 
     def op(self, name: str, *args: t.Expr) -> t.Expr:
-        """Return an operation, computed where all is known, simpler where it can be."""
+        """Return an operation, folded if all operands are known, simplified if possible."""
         numbers = [a for a in args if isinstance(a, t.Num)]
         if len(numbers) == len(args):
             found = t.folded(name, numbers)
@@ -583,7 +583,7 @@ class Specialiser:
 
     # --- tests
     def test(self, node: ast.expr) -> t.Test | bool:
-        """Return a test, or its outcome where that is known."""
+        """Return a test, or its outcome if it is known."""
         match node:
             case ast.Constant(value=value):
                 return bool(value)
@@ -602,7 +602,7 @@ class Specialiser:
         return self.compare("!=", self.value(node), t.literal(0.0))
 
     def logic(self, op: str, values: Sequence[ast.expr]) -> t.Test | bool:
-        """Return `and` or `or`; the second is asked only where the first leaves it open."""
+        """Return `and` or `or` with short-circuit evaluation."""
         first = self.test(values[0])
         if len(values) == 1:
             return first
@@ -644,7 +644,7 @@ class Specialiser:
 
 
 def _is_cheap(value: t.Expr) -> bool:
-    """Return whether a value costs next to nothing to read."""
+    """Return True if a value is nearly free to read."""
     inner = value.args[0] if isinstance(value, t.Op) and value.name in ("abs", "neg") else value
     return isinstance(inner, t.Num | t.Var)
 
@@ -656,7 +656,7 @@ def is_test(node: ast.expr) -> bool:
 
 
 def _targets(statements: Sequence[ast.stmt]) -> list[ast.expr]:
-    """Return what statements assign to, names that loops count with among them."""
+    """Return the assignment targets of statements, including loop counters."""
     nodes = [n for s in statements for n in ast.walk(s) if isinstance(n, ast.Assign)]
     targets = [one for n in nodes for one in n.targets]
     return [e for one in targets for e in (one.elts if isinstance(one, ast.Tuple) else [one])]

@@ -1,4 +1,4 @@
-"""The law language: which Python a force law may use, said in a student's words where it does not.
+"""The law language: the subset of Python that a force law may use, with messages for the rest.
 
 Allowed are arithmetic, comparisons, ``if``, ``for`` over a constant ``range``, the functions of ``MATH`` and
 ``BUILTINS``, parameters ``p.name``, state ``s.name`` or ``s.name[i]``, tables ``NAME[i]`` and helper
@@ -15,7 +15,7 @@ ARGUMENTS = ("p", "s", "x", "v", "dt")
 
 
 class Function(NamedTuple):
-    """A function of the law language: fewest and most arguments, what it returns, an example."""
+    """A function of the law language: number of arguments, return value, an example."""
 
     fewest: int
     most: int
@@ -64,7 +64,7 @@ MATH_CONSTANTS = {"pi": "3.14159…", "tau": "2 π", "e": "2.71828…", "inf": "
 MOST_TURNS = 2**31
 MOST_IN_TABLE = 256
 LARGEST_IN_TABLE = 3e38
-"""Within the range of single precision, which the board and the sketch compute with."""
+"""Largest table entry, within the range of single precision."""
 
 OPERATORS: Mapping[type[ast.operator], tuple[str, str]] = {
     ast.Add: ("+", "sum"),
@@ -79,7 +79,7 @@ COMPARISONS: Mapping[type[ast.cmpop], str] = {
     ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=",
 }  # fmt: skip
 
-# what else no law may contain is named as Python names it
+# messages by node type; other types are named as in Python's grammar
 _INSTEAD: dict[Any, str] = {
     ast.While: "`while` is not allowed in a law: use `for i in range(10)`",
     ast.Try: "`try` is not allowed in a law: nothing in it can raise an error",
@@ -112,7 +112,7 @@ def fail(node: ast.AST, message: str) -> LawError:
 
 
 def check_loop(node: ast.For, numbers: Sequence[int]) -> None:
-    """Raise LawError unless a loop counts with one name over ``range`` of these numbers."""
+    """Raise LawError unless a loop has one counter over ``range`` of these numbers."""
     if any(abs(n) > MOST_TURNS for n in numbers) or (len(numbers) == 3 and numbers[2] == 0):
         raise fail(node, "a loop's range goes up to 2147483648, in steps other than 0")
     if not isinstance(node.target, ast.Name):
@@ -122,7 +122,7 @@ def check_loop(node: ast.For, numbers: Sequence[int]) -> None:
 
 
 def check_arguments(tree: ast.FunctionDef, is_law: bool) -> None:
-    """Raise LawError unless a law takes its five arguments and a helper plain ones."""
+    """Raise LawError unless a law takes its five arguments, and a helper only positional ones."""
     found = tree.args
     names = [a.arg for a in found.args]
     more = found.posonlyargs or found.kwonlyargs or found.vararg or found.kwarg
@@ -133,14 +133,14 @@ def check_arguments(tree: ast.FunctionDef, is_law: bool) -> None:
 
 
 def check_count(node: ast.Call, name: str, fewest: int, most: int) -> None:
-    """Raise LawError unless a call has as many arguments as the function takes."""
+    """Raise LawError unless a call has a valid number of arguments."""
     if not fewest <= len(node.args) <= most:
         wanted = f"{fewest}" if fewest == most else f"{fewest} to {most}"
         raise fail(node, f"`{name}` takes {wanted} argument{'s' * (most != 1)}, not {len(node.args)}")
 
 
 def check_operator(node: ast.BinOp | ast.AugAssign) -> None:
-    """Raise LawError for an operator outside arithmetic."""
+    """Raise LawError for a non-arithmetic operator."""
     if isinstance(node.op, ast.BitXor):
         raise fail(node, "`^` is not a power in Python: write `**`, as in `x ** 2`")
     if type(node.op) not in OPERATORS:
@@ -149,12 +149,12 @@ def check_operator(node: ast.BinOp | ast.AugAssign) -> None:
 
 
 def check_comparison(node: ast.Compare) -> None:
-    """Raise LawError for `in`, `is` and their like."""
+    """Raise LawError for `in`, `is` and similar comparisons."""
     if not all(type(op) in COMPARISONS for op in node.ops):
         raise fail(node, f"this comparison is not allowed in a law: use {' '.join(COMPARISONS.values())}")
 
 
 def refuse(node: ast.AST) -> LawError:
-    """Return the error for a kind of node that no law may contain."""
+    """Return the error for a node type outside the law language."""
     message = next(words for kind, words in _INSTEAD.items() if isinstance(node, kind))
     return fail(node, message.format(type(node).__name__.lower()))

@@ -1,6 +1,6 @@
-"""Turn a law and its helpers into bare source for numba: names become indices, what may fail is watched.
+"""Translate a law and its helpers into plain source for numba: names become indices, faults are checked.
 
-Loops burn fuel; each function that a law calls is translated once.
+Loops consume fuel. Each function that a law calls is translated once.
 """
 
 import ast
@@ -21,16 +21,16 @@ from hapkit_studio.laws.mistakes import NOT_CONSTANT, instead_of
 from hapkit_studio.laws.subset import BUILTINS, MATH, fail
 from hapkit_studio.parameters import AnyParameter, Choice
 
-# Generated names begin with an underscore, a law's own never do.
+# generated names begin with an underscore, names in a law never do
 PREFIX, TABLE_PREFIX = "_of_", "_table_"
-# The studio's own numbers are proven to end and to have a value wherever a law may call them.
+# the studio's own functions are proven to terminate and to return a value for all arguments a law may pass
 _PROVEN = "hapkit_studio.dynamics."
 
 
 class Helpers(dict[FunctionType, str]):
-    """The functions one law calls, each with its name in the generated file; no two have the same.
+    """The functions that a law calls, by unique name in the generated file.
 
-    tables: the numbers of each table that they and the law read, by its name in that file.
+    tables: the numbers of each table that they and the law read, by name in that file.
     """
 
     def __init__(self) -> None:
@@ -45,7 +45,7 @@ class Helpers(dict[FunctionType, str]):
         return wanted
 
     def table(self, name: str, numbers: tuple[float, ...]) -> str:
-        """Return the name in the generated file of a table; of two files, two tables may have one name."""
+        """Return the name of a table in the generated file; tables of different files may share a name."""
         wanted = TABLE_PREFIX + name
         while repr(self.tables.setdefault(wanted, numbers)) != repr(numbers):
             wanted += "_"
@@ -53,23 +53,23 @@ class Helpers(dict[FunctionType, str]):
 
 
 def is_proven(function: FunctionType) -> bool:
-    """Return whether a function is the studio's own: it needs no fuel, its divisions no check."""
+    """Return True if a function is the studio's own: it needs no fuel and no division check."""
     return (function.__module__ or "").startswith(_PROVEN)
 
 
-# CPython 3.11 fails where two threads parse at a time ("AST constructor recursion depth mismatch")
+# CPython 3.11 fails if two threads parse at a time ("AST constructor recursion depth mismatch")
 _PARSING = threading.Lock()
 
 
 def parse(text: str, name: str = "<unknown>") -> ast.Module:
-    """Return the syntax tree of a file's text, in one thread at a time; raise what ``ast.parse`` raises."""
+    """Return the syntax tree of a source text, one thread at a time; raise what ``ast.parse`` raises."""
     with _PARSING:
         return ast.parse(text, name)
 
 
 @lru_cache(maxsize=256)
 def _text(function: FunctionType) -> str:
-    """Return a function's text, preceded by empty lines so that its line numbers are those of its file."""
+    """Return a function's text, padded with empty lines so that line numbers are those of its file."""
     lines, first = inspect.getsourcelines(function)
     return "\n" * (first - 1) + textwrap.dedent("".join(lines))
 
@@ -90,7 +90,7 @@ def function_tree(function: Callable) -> ast.FunctionDef:
 
 
 def values_returned(tree: ast.FunctionDef) -> int:
-    """Return how many numbers a function returns at once; raise LawError where that differs."""
+    """Return the number of values that a function returns; raise LawError if it differs between returns."""
     found = sorted((n for n in ast.walk(tree) if isinstance(n, ast.Return)), key=lambda n: n.lineno)
     sizes = [len(n.value.elts) if isinstance(n.value, ast.Tuple) else 1 for n in found]
     for node, size in zip(found, sizes, strict=True):
@@ -100,7 +100,7 @@ def values_returned(tree: ast.FunctionDef) -> int:
 
 
 class Names:
-    """The parameters, the state values and the globals of a law's file."""
+    """Parameters, state values and globals of a law's file."""
 
     def __init__(self, parameters: Sequence[AnyParameter], state: Mapping[str, object], scope: dict):
         self.parameters = {p.key: (i, p) for i, p in enumerate(parameters)}
@@ -113,7 +113,7 @@ class Names:
             start += size or 1
 
     def function(self, name: str) -> FunctionType | None:
-        """Return the function of a name that a law may call: of its own file, or of the studio's numbers."""
+        """Return a function that a law may call: of its own file, or of the studio's numbers; else None."""
         found = self.globals.get(name)
         found = getattr(found, "py_func", found)
         if not isinstance(found, FunctionType):
@@ -121,7 +121,7 @@ class Names:
         return found if found.__globals__ is self.globals or is_proven(found) else None
 
     def table(self, node: ast.expr) -> tuple[float, ...] | None:
-        """Return the numbers of a table at the top of the file, None for anything else; raise LawError."""
+        """Return the numbers of a module-level table, None for anything else; raise LawError."""
         found = self.globals.get(node.id) if isinstance(node, ast.Name) else None
         if not isinstance(found, tuple | list):
             return None
@@ -130,7 +130,7 @@ class Names:
             raise fail(node, f"`{node.id}` has {len(found)} numbers: a table has 1 to {subset.MOST_IN_TABLE}")
         for i, number in enumerate(found):
             usable = isinstance(number, int | float) and abs(number) <= subset.LARGEST_IN_TABLE
-            if not usable:  # nan is not, either
+            if not usable:  # NaN fails this test, too
                 wanted = f"a table holds numbers up to {subset.LARGEST_IN_TABLE:g}"
                 raise fail(node, f"`{node.id}[{i}]` is {number!r:.40}: {wanted}")
         return tuple(map(float, found))
@@ -155,22 +155,22 @@ class Names:
         return self.places[node.attr]
 
 
-# Whole numbers stay floats: what has no end, or is no number, remains so.
+# integers stay floats, so infinities and NaN survive
 FUNCTIONS = {"int": "_np.trunc", "float": "_float", "floor": "_np.floor", "ceil": "_np.ceil"}
 FUNCTIONS |= {"fmod": "_np.fmod", "trunc": "_np.trunc"}
-# What is a product, as Python computes it.
+# multiplied as in CPython
 _FACTORS = {"radians": math.pi / 180.0, "degrees": 180.0 / math.pi}
 _TABLE_IS = "a table is a tuple of numbers, as `(0.0, 1.0)` or `tuple(…)`"
-# What has no value, or no end, for some arguments.
+# functions with undefined or infinite values for some arguments
 RISKY = frozenset(
     ("sqrt", "tan", "asin", "acos", "exp", "expm1", "log", "log1p", "log10", "sinh", "cosh", "pow")
 )
 
 
 class Rewriter(ast.NodeTransformer):
-    """Rewrites one function; keeps the names that are surely set, so that none is read before."""
+    """Rewrites one function; tracks names that are definitely assigned, to reject reads before assignment."""
 
-    size = 1  # how many numbers the function returns
+    size = 1  # number of return values
 
     def __init__(
         self, names: Names, tree: ast.FunctionDef, function: FunctionType, helpers: Helpers, is_law: bool
@@ -183,11 +183,11 @@ class Rewriter(ast.NodeTransformer):
 
     # --- statements
     def nothing(self) -> str:
-        """Return what the function gives back where it cannot go on."""
+        """Return the expression that a function returns on a fault."""
         return ", ".join(["_math.nan"] * self.size)
 
     def burn(self, node: ast.stmt) -> list[ast.stmt]:
-        """Return the lines that take one unit of fuel and leave the function where none is left."""
+        """Return the statements that use one unit of fuel and return if none is left."""
         if self.proven:
             return []
         return parse(f"if _spent({node.lineno}, _fault):\n    return {self.nothing()}").body
@@ -204,7 +204,7 @@ class Rewriter(ast.NodeTransformer):
         if isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
             return ast.Pass()
         if isinstance(node.value, ast.Call):
-            self.visit(node.value)  # a mistake in the call itself is said first
+            self.visit(node.value)  # report a mistake in the call itself first
         raise fail(node, "this line computes nothing: assign it to a name or return it")
 
     def visit_Assign(self, node: ast.Assign) -> ast.stmt:
@@ -242,12 +242,12 @@ class Rewriter(ast.NodeTransformer):
         after_body, self.known = self.known, set(before)
         orelse = self.block(node.orelse)
         sides = ((node.body, after_body), (node.orelse, self.known))
-        kept = [known for side, known in sides if not _leaves(side, ast.Break, ast.Continue)]
+        kept = [known for side, known in sides if not _always_returns(side, ast.Break, ast.Continue)]
         self.known = set.intersection(*kept) if kept else before
         return ast.If(test, body or [ast.Pass()], orelse)
 
     def visit_For(self, node: ast.For) -> ast.stmt:
-        numbers = self._turns(node.iter)
+        numbers = self._range_arguments(node.iter)
         subset.check_loop(node, numbers)
         before = set(self.known)
         target = self._target(node.target)
@@ -259,20 +259,20 @@ class Rewriter(ast.NodeTransformer):
         turns = ast.Call(ast.Name("range", ast.Load()), [ast.Constant(n) for n in numbers], [])
         return ast.For(ast.Name(count, ast.Store()), turns, body, [])
 
-    def _turns(self, node: ast.expr) -> list[int]:
-        """Return the arguments of a loop's ``range``; raise LawError unless they are whole constants."""
+    def _range_arguments(self, node: ast.expr) -> list[int]:
+        """Return the arguments of a loop's ``range``; raise LawError unless they are integer constants."""
         if self._is_table(node):
             name = node.id  # type: ignore[attr-defined]
             raise fail(node, f"a loop counts: write `for i in range(len({name}))`, and `{name}[i]` in it")
         match node:
             case ast.Call(ast.Name("range"), [_] | [_, _] | [_, _, _] as args, []):
-                numbers = [n for n in map(self._whole, args) if n is not None]
+                numbers = [n for n in map(self._integer_constant, args) if n is not None]
                 if len(numbers) == len(args):
                     return numbers
         raise fail(node, NOT_CONSTANT)
 
-    def _whole(self, node: ast.expr) -> int | None:
-        """Return the whole number that constants of the file come to, None where they do not."""
+    def _integer_constant(self, node: ast.expr) -> int | None:
+        """Return the value of an integer constant expression, else None."""
         match node:
             case ast.Constant(value=int() as number) if type(number) is int:
                 return number
@@ -282,10 +282,10 @@ class Rewriter(ast.NodeTransformer):
             case ast.Call(ast.Name("len"), [_], []):
                 return self._length(node)
             case ast.UnaryOp(op=ast.USub(), operand=operand):
-                inner = self._whole(operand)
+                inner = self._integer_constant(operand)
                 return None if inner is None else -inner
             case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mult() as op, right=right):
-                a, b = self._whole(left), self._whole(right)
+                a, b = self._integer_constant(left), self._integer_constant(right)
                 if a is None or b is None:
                     return None
                 return a + b if isinstance(op, ast.Add) else a - b if isinstance(op, ast.Sub) else a * b
@@ -326,7 +326,7 @@ class Rewriter(ast.NodeTransformer):
         return self._arithmetic(self.visit(node.left), node.op, self.visit(node.right), node.lineno)
 
     def _arithmetic(self, left: ast.expr, op: ast.operator, right: ast.expr, line: int) -> ast.expr:
-        """Return left op right; what differs between whole numbers and floats is done on floats."""
+        """Return left op right, on floats where integers would give a different result."""
         if isinstance(op, ast.FloorDiv | ast.Mod | ast.Pow):
             left, right = _call("_float", [left]), _call("_float", [right])
         never_zero = isinstance(right, ast.Constant) and bool(right.value)
@@ -336,7 +336,7 @@ class Rewriter(ast.NodeTransformer):
         return self._noted(result, line) if isinstance(op, ast.Pow) else result
 
     def _noted(self, value: ast.expr, line: int) -> ast.expr:
-        """Return a value whose line is remembered where it is not finite."""
+        """Return a value whose line is recorded if it is not finite."""
         return value if self.proven else _watched("_noted", value, line)
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.expr:
@@ -359,7 +359,7 @@ class Rewriter(ast.NodeTransformer):
         return ast.Compare(new[0], node.ops, new[1:])
 
     def _option(self, node: ast.expr, choice: Choice) -> ast.expr:
-        """Return the index of a choice or of its option's name."""
+        """Return the index of a choice, or of its option's name."""
         if self.names.choice(node) is choice:
             return self._parameter(node)
         if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
@@ -398,7 +398,7 @@ class Rewriter(ast.NodeTransformer):
         return ast.Constant(self._number(node, constant))
 
     def _undefined(self, name: str) -> str:
-        """Return the message about an undefined name."""
+        """Return the message on an undefined name."""
         for owner, known in (("p", self.names.parameters), ("s", self.names.places)):
             if name in known:
                 return f"'{name}' is not defined: write `{owner}.{name}`"
@@ -411,11 +411,11 @@ class Rewriter(ast.NodeTransformer):
         return isinstance(node, ast.Name) and node.id not in self.local and bool(self.names.table(node))
 
     def _entry(self, node: ast.Subscript) -> ast.expr:
-        """Return the number of a table that an index names, checked at run time if it varies."""
+        """Return a table entry; a variable index is checked at run time."""
         assert isinstance(node.value, ast.Name)
         numbers = self.names.table(node.value)
         assert numbers is not None
-        name, size, index = node.value.id, len(numbers), self._whole(node.slice)
+        name, size, index = node.value.id, len(numbers), self._integer_constant(node.slice)
         if index is not None and not 0 <= index < size:
             last = f"; the last is `{name}[len({name}) - 1]`" if index == -1 else ""
             raise fail(node, f"`{name}` has {size} numbers: its index goes from 0 to {size - 1}{last}")
@@ -423,13 +423,13 @@ class Rewriter(ast.NodeTransformer):
         return ast.Subscript(table, self._index(node, size), ast.Load())
 
     def _index(self, node: ast.Subscript, size: int) -> ast.Call:
-        """Return an index that is checked at run time to be from 0 to below a size."""
+        """Return an index that is checked at run time against ``size``."""
         call = _watched("_index", self.visit(node.slice), node.lineno)
         call.args.insert(1, ast.Constant(size))
         return call
 
     def _length(self, node: ast.Call) -> int:
-        """Return how many numbers the table or the state has of which ``len`` is asked; raise LawError."""
+        """Return the length of a table or a state for ``len``; raise LawError."""
         subset.check_count(node, "len", *BUILTINS["len"][:2])
         (what,) = node.args
         if self._is_table(what):
@@ -468,7 +468,7 @@ class Rewriter(ast.NodeTransformer):
         return ast.Subscript(ast.Name("s", ast.Load()), place, ast.Load())
 
     def _unknown(self, node: ast.Subscript | ast.Attribute) -> str:
-        """Return the message about a value that belongs to no known owner."""
+        """Return the message on an attribute or subscript of an unknown object."""
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
             owner = node.value.id
             if owner in ("p", "s") and owner not in self.local:
@@ -483,7 +483,7 @@ class Rewriter(ast.NodeTransformer):
         return f"only {known} and `math` are known here"
 
     def _state(self, node: ast.expr) -> ast.expr | None:
-        """Return the index expression of ``s.name`` or ``s.name[i]``, checked at run time if it varies."""
+        """Return the index expression of ``s.name`` or ``s.name[i]``; variable indices are checked."""
         inner = node.value if isinstance(node, ast.Subscript) else node
         if not (self.is_law and isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
             return None
@@ -529,7 +529,7 @@ class Rewriter(ast.NodeTransformer):
     def _builtin_call(self, node: ast.Call, name: str) -> ast.expr:
         scope = self.names.globals
         if name not in self.local and name in MATH and scope.get(name) is getattr(math, name):
-            return self._math_call(node, name)  # imported by itself
+            return self._math_call(node, name)  # imported by name
         if name in self.local or name in scope or name not in BUILTINS:
             said = None if name in self.local or name in scope else instead_of(name)
             raise fail(node, said or f"'{name}' is not a function that a law can call")
@@ -543,7 +543,7 @@ class Rewriter(ast.NodeTransformer):
         return None if name in self.local else self.names.function(name)
 
     def call_of(self, node: ast.expr, size: int) -> ast.expr:
-        """Return the call of a helper that gives so many numbers at once."""
+        """Return the call of a helper that returns ``size`` values."""
         call = isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
         found = self._helper(node.func.id) if call else None  # type: ignore[attr-defined]
         if found is None:
@@ -564,14 +564,14 @@ class Rewriter(ast.NodeTransformer):
         self.called.append(found)
         args: list[ast.expr] = []
         for one in node.args:
-            is_choice = self.is_law and self.names.choice(one)  # which arrives as its option's number
+            is_choice = self.is_law and self.names.choice(one)  # passed as its option's index
             args.append(self._parameter(one) if is_choice else _call("_float", [self.visit(one)]))
         missing = defaults[len(defaults) - (most - len(args)) :] if len(args) < most else ()
         args += [ast.Constant(self._number(node, default)) for default in missing]
         return _call(self.helpers[found], [*args, ast.Name("_fault", ast.Load())])
 
     def _check_given(self, node: ast.expr, name: str) -> None:
-        """Raise LawError where a helper is given all parameters, the whole state or a whole table."""
+        """Raise LawError if a helper is passed all parameters, the whole state or a whole table."""
         if not isinstance(node, ast.Name):
             return
         if self.is_law and node.id in ("p", "s"):
@@ -595,11 +595,11 @@ def _watched(function: str, value: ast.expr, line: int) -> ast.Call:
     return _call(function, [value, ast.Constant(line), ast.Name("_fault", ast.Load())])
 
 
-def _leaves(statements: list[ast.stmt], *ends: type[ast.stmt]) -> bool:
-    """Return whether every way through statements ends with a `return`, or with one of these."""
+def _always_returns(statements: list[ast.stmt], *ends: type[ast.stmt]) -> bool:
+    """Return True if every path through statements ends with a `return`, or with one of ``ends``."""
     last = statements[-1] if statements else None
     if isinstance(last, ast.If):
-        return _leaves(last.body, *ends) and _leaves(last.orelse, *ends)
+        return _always_returns(last.body, *ends) and _always_returns(last.orelse, *ends)
     return isinstance(last, (ast.Return, *ends))
 
 
@@ -609,7 +609,7 @@ def _stored(function: ast.FunctionDef) -> set[str]:
 
 FUEL = 20_000
 
-# A law that is watched otherwise is another file, as one that says something else is.
+# part of the generated file's hash: a change of the watch functions invalidates the cache
 _WATCHED = hashlib.sha256(inspect.getsource(watch).encode()).hexdigest()[:20]
 HEADER = f'''\
 """Generated from a force law, watched by {_WATCHED}; edit the law, not this file."""
@@ -643,17 +643,17 @@ _fault[2] = 0"""
 def rewritten(
     function: FunctionType, names: Names, helpers: Helpers, is_law: bool
 ) -> tuple[ast.FunctionDef, list[FunctionType]]:
-    """Return a checked function's tree, names replaced and faults watched, and the helpers it calls."""
+    """Return a checked function's tree, names replaced and faults checked, and the helpers it calls."""
     tree = function_tree(function)
     subset.check_arguments(tree, is_law)
-    compiling = (jit.compiled, jit.internal, jit.inlined)  # they only say how numba compiles
+    compiling = (jit.compiled, jit.internal, jit.inlined)  # decorators that only affect compilation
     for one in [] if is_law else tree.decorator_list:
         if not (isinstance(one, ast.Name) and names.globals.get(one.id) in compiling):
             raise fail(tree, f"`{tree.name}` is called by a law: it may not have a decorator")
     body = Rewriter(names, tree, function, helpers, is_law)
     body.size = 1 if is_law else values_returned(tree)
     statements = ([] if is_law else body.burn(tree)) + body.block(tree.body)
-    if not _leaves(tree.body):  # what is not allowed at all was named before
+    if not _always_returns(tree.body):  # statements outside the language were reported before
         what = "a law must return a force" if is_law else f"`{tree.name}` must return a number"
         raise fail(tree.body[-1], f"{what} on every path: end it with `return 0.0`")
     arguments = [ast.arg(a.arg) for a in (*tree.args.args, ast.arg("_fault"))]
@@ -664,10 +664,10 @@ def rewritten(
 
 @dataclass(frozen=True)
 class CheckedLaw:
-    """A law and the functions that it calls as checked trees: p, s and helpers by their numbers and names.
+    """Checked trees of a law and its functions, with p, s and helpers by index and name.
 
-    own: names of the functions that stand in the law's own file; documents: the functions' docstrings;
-    tables: the numbers of each table by its name.
+    own: names of the functions in the law's own file. documents: docstrings by function. tables: numbers by
+    table name.
     """
 
     tree: ast.FunctionDef
@@ -680,14 +680,14 @@ class CheckedLaw:
 def checked(
     function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]
 ) -> CheckedLaw:
-    """Return a law's trees; raise LawError with the line of what is wrong."""
+    """Return a law's trees; raise LawError with the line of the mistake."""
     function_tree(function)
     assert isinstance(function, FunctionType)
     helpers = Helpers()
     trees: dict[str, ast.FunctionDef] = {}
 
     def add(wanted: Sequence[FunctionType], callers: tuple[FunctionType, ...]) -> None:
-        """Add the trees of functions, each behind those that it calls itself."""
+        """Add functions in topological order, callees first."""
         for one in wanted:
             if one in callers:
                 raise fail(function_tree(one), f"`{one.__name__}` calls itself; a law's functions may not")
@@ -705,7 +705,7 @@ def checked(
 
 
 def translate(function: Callable, parameters: Sequence[AnyParameter], state: Mapping[str, object]) -> str:
-    """Return the bare source of a law and its helpers; raise LawError with the line of what is wrong."""
+    """Return the plain source of a law and its helpers; raise LawError with the line of the mistake."""
     law = checked(function, parameters, state)
     law.tree.body[:0] = parse(LAW_START).body
     for tree in (law.tree, *law.helpers.values()):

@@ -1,7 +1,6 @@
-"""The small tree that a specialised law is: expressions, tests and statements, and the passes over it.
+"""Syntax tree of a specialised law: expressions, tests and statements, and the passes over it.
 
-What is known is computed (constant folding), the rest is made cheap for the board, and what is computed for
-one place only is computed in that place (forward substitution).
+Passes: constant folding, strength reduction for the board, and forward substitution.
 """
 
 import math
@@ -18,7 +17,7 @@ LEAST_FLOAT = 1.1754944e-38
 # --- expressions
 @dataclass(frozen=True)
 class Num:
-    """A known number; key says what it is made of: two of the same value may part when a parameter moves."""
+    """A constant; key: its origin, as two equal constants may differ after a parameter changes."""
 
     value: float
     key: str
@@ -26,14 +25,17 @@ class Num:
 
 @dataclass(frozen=True)
 class Var:
-    """A name: x, v, dt, p[0] … (parameters that are not known), s[0] … (state), or a local one."""
+    """A variable: x, v, dt, p[0] … (unknown parameters), s[0] … (state), or a local one."""
 
     name: str
 
 
 @dataclass(frozen=True)
 class Op:
-    """An operation of the law language: + - * / // % ** neg abs min max, or a function of math."""
+    """An operation of the law language: + - *
+
+    // % ** neg abs min max, or a function of math.
+    """
 
     name: str
     args: tuple["Expr", ...]
@@ -41,20 +43,20 @@ class Op:
 
 @dataclass(frozen=True)
 class At:
-    """The value of state number start + int(index), 0 <= index < size; else the law has no force."""
+    """The state at index start + int(index), 0 <= index < size; any other index is a fault."""
 
     index: "Expr"
     start: int
     size: int
 
     def state(self) -> list[str]:
-        """Return the names of all that it may be."""
+        """Return the names of all states it may refer to."""
         return [f"s[{self.start + i}]" for i in range(self.size)]
 
 
 @dataclass(frozen=True)
 class Entry:
-    """The number int(index) of a table, 0 <= index < size; else the law has no force."""
+    """Entry int(index) of a table, 0 <= index < size; any other index is a fault."""
 
     index: "Expr"
     table: str
@@ -63,7 +65,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Select:
-    """One of two values, by a test whose operands stay; for the board both are known."""
+    """Conditional expression; on the board both values are constants."""
 
     test: "Test"
     yes: "Expr"
@@ -76,7 +78,7 @@ Expr = Num | Var | Op | At | Entry | Select
 # --- tests
 @dataclass(frozen=True)
 class Compare:
-    """left op right, op one of < <= > >= == !=."""
+    """left op right; op is one of < <= > >= == !=."""
 
     op: str
     left: Expr
@@ -85,7 +87,7 @@ class Compare:
 
 @dataclass(frozen=True)
 class Logic:
-    """Whether all (op "and") or any (op "or") of the tests hold, the next one asked only where it decides."""
+    """Conjunction (op "and") or disjunction (op "or") of tests, with short-circuit evaluation."""
 
     op: str
     tests: tuple["Test", ...]
@@ -102,7 +104,7 @@ Test = Compare | Logic | Not
 # --- statements
 @dataclass
 class Stated:
-    """A statement, with the line of the law's file that it comes from, 0 for none."""
+    """Base of statements; line: in the law's file, 0 for none."""
 
     line: int = field(default=0, compare=False, kw_only=True)
 
@@ -128,11 +130,11 @@ class If(Stated):
 
 @dataclass
 class Loop(Stated):
-    """Run the body so many times; Continue ends one turn, Break all."""
+    """Run the body ``times`` times; Continue ends an iteration, Break the loop."""
 
     times: int
     body: list["Statement"]
-    after: list["Statement"]  # of every turn, also one that Continue ends
+    after: list["Statement"]  # end of every iteration, also after Continue
 
 
 @dataclass
@@ -147,7 +149,7 @@ class Continue(Stated):
 
 @dataclass
 class Block(Stated):
-    """What an inlined function became: Leave ends it."""
+    """Body of an inlined function; Leave exits it."""
 
     body: list["Statement"] = field(default_factory=list)
 
@@ -160,7 +162,7 @@ class Leave(Stated):
 
 @dataclass
 class Call(Stated):
-    """Run a function: its parameters have their values; its results are variables then."""
+    """Function call: arguments and results are passed in the function's variables."""
 
     function: "Function"
 
@@ -175,7 +177,7 @@ Statement = Assign | SetAt | If | Loop | Break | Continue | Block | Leave | Call
 
 @dataclass
 class Function:
-    """A function that is called from several places: it takes and gives variables of these names."""
+    """A function with several calls; parameters and results are the variables of these names."""
 
     key: str
     name: str
@@ -185,13 +187,13 @@ class Function:
 
     @property
     def lasting(self) -> tuple[str, ...]:
-        """Return the variables that it takes and gives."""
+        """Return the variables for parameters and results."""
         return (*self.parameters, *self.results)
 
 
 @dataclass
 class Specialised:
-    """A law's body, the functions that it calls, each after those that it calls itself, and its tables."""
+    """A law's body, its functions in topological order, and its tables."""
 
     body: list[Statement]
     functions: list[Function]
@@ -199,35 +201,35 @@ class Specialised:
 
 
 def literal(value: float) -> Num:
-    """Return the number that stands in the source."""
+    """Return a constant whose origin is a literal of the source."""
     return Num(value, repr(value))
 
 
 def is_truth(value: Expr) -> bool:
-    """Return whether a value is 1 or 0 by a test."""
+    """Return True if a value is Boolean, 1 or 0."""
     return isinstance(value, Select) and (value.yes, value.no) == (literal(1.0), literal(0.0))
 
 
 def is_single(value: float) -> bool:
-    """Return whether single precision has a number near a value: neither too large nor too small."""
+    """Return True if a value is within the range of single precision."""
     return value == 0.0 or LEAST_FLOAT <= abs(value) <= MOST_FLOAT
 
 
-# --- what a tree is made of
+# --- traversal
 def walk(value: object) -> Iterator[Any]:
-    """Yield a statement, test or expression, or several, and all that they are made of; enter no call."""
+    """Yield a node, or several, and all nodes inside; calls are not followed."""
     if isinstance(value, list | tuple):
         for one in value:
             yield from walk(one)
     elif not isinstance(value, str | int | float):
         yield value
         if not isinstance(value, Call):
-            # a block that is left is around the place, not in it
+            # Leave refers to its block, which contains it
             yield from walk([value.moves] if isinstance(value, Leave) else list(vars(value).values()))
 
 
 def rebuilt(value: Any, change: Callable[[Any], Any]) -> Any:
-    """Return an expression or a test with each of its parts, the innermost first, as ``change`` gives it."""
+    """Return an expression or test with ``change`` applied to each node, innermost first."""
     if isinstance(value, tuple):
         return tuple(rebuilt(one, change) for one in value)
     if not isinstance(value, Expr | Test):
@@ -236,7 +238,7 @@ def rebuilt(value: Any, change: Callable[[Any], Any]) -> Any:
 
 
 def mentions(value: object, names: frozenset[str]) -> bool:
-    """Return whether an expression or a test reads one of these variables."""
+    """Return True if an expression or test reads one of these variables."""
     return any(
         n.name in names if isinstance(n, Var) else isinstance(n, At) and not names.isdisjoint(n.state())
         for n in walk(value)
@@ -244,17 +246,17 @@ def mentions(value: object, names: frozenset[str]) -> bool:
 
 
 def reads(value: object) -> Iterator[str]:
-    """Yield every variable that statements, expressions or tests read, as often as they do."""
+    """Yield every variable that nodes read, once per read."""
     for n in walk(value):
         if isinstance(n, Var):
             yield n.name
         elif isinstance(n, At | Entry):
-            # its index stays a variable: as if it were read twice
+            # counted twice, so that the index stays a variable
             yield from reads(n.index)
 
 
 def writes(value: object) -> Iterator[str]:
-    """Yield every variable that statements write; of the state all, where an index says which."""
+    """Yield every variable that statements write; for an indexed write all states it may refer to."""
     for n in walk(value):
         match n:
             case Assign(to):
@@ -267,7 +269,7 @@ def writes(value: object) -> Iterator[str]:
 
 
 def inner_lists(s: Statement) -> list[list[Statement]]:
-    """Return the statements inside a statement."""
+    """Return the statement lists inside a statement."""
     match s:
         case If(_, first, second) | Loop(_, first, second):
             return [first, second]
@@ -280,19 +282,19 @@ _WEIGHTS = {**dict.fromkeys((Assign, SetAt, Return, If, Op, Select, Not, Compare
 
 
 def weight(statements: object) -> int:
-    """Return about how many operations some statements are."""
+    """Return the approximate number of operations of statements."""
     found = list(walk(statements))
     calls = sum(1 + len(n.function.parameters) for n in found if isinstance(n, Call))
     return calls + sum(_WEIGHTS.get(type(n), 0) for n in found)
 
 
 def called(statements: object) -> list[str]:
-    """Return the keys of the functions that statements call, one for each place."""
+    """Return the keys of the functions called, once per call."""
     return [n.function.key for n in walk(statements) if isinstance(n, Call)]
 
 
 def may_fail(value: object) -> bool:
-    """Return whether an expression or a test may end the law: by a divisor of zero, an index outside."""
+    """Return True if evaluation may stop the law: division by zero or an index out of range."""
     for n in walk(value):
         match n:
             case At() | Entry():
@@ -304,21 +306,21 @@ def may_fail(value: object) -> bool:
 
 
 def drop_unused(law: Specialised) -> None:
-    """Leave out what is given to names that nothing reads."""
+    """Remove unused assignments."""
     bodies = [law.body, *(f.body.body for f in law.functions)]
     lasting = {name for f in law.functions for name in f.lasting}
     dropped = True
     while dropped:
         read = lasting | set(reads(bodies))
-        dropped = any([_without(body, read) for body in bodies])
+        dropped = any([_removed_unused(body, read) for body in bodies])
 
 
-def _without(statements: list[Statement], read: set[str]) -> bool:
-    """Take assignments to what is not read out of statements; return whether there were any."""
+def _removed_unused(statements: list[Statement], read: set[str]) -> bool:
+    """Remove assignments to variables outside ``read``; return True if any was removed."""
     dropped = False
     kept: list[Statement] = []
     for s in statements:
-        dropped |= any([_without(inner, read) for inner in inner_lists(s)])
+        dropped |= any([_removed_unused(inner, read) for inner in inner_lists(s)])
         match s:
             case Assign(to, value) if to not in read and not to.startswith("s[") and not may_fail(value):
                 dropped = True
@@ -341,21 +343,21 @@ COMPUTED: dict[str, Callable] = {
 
 
 def beyond_single(op: str, left: Expr, value: float) -> Test | bool:
-    """Return a comparison with what single precision does not have: beyond all numbers, or next to 0."""
+    """Return a comparison with a number outside single precision: overflow, or underflow to 0."""
     if abs(value) > MOST_FLOAT:
         return op == "!=" or (op in ("<", "<=")) == (value > 0.0)
     if op in ("==", "!="):
         return op == "!="
     if isinstance(left, Op) and left.name == "abs" and value > 0.0:
         return Compare("==" if op in ("<", "<=") else "!=", left.args[0], literal(0.0))
-    # a little above 0: less than it is 0 or less; a little below 0 the other way round
+    # less than a tiny positive value means <= 0; greater than a tiny negative one means >= 0
     if value > 0.0:
         return Compare("<=" if op in ("<", "<=") else ">", left, literal(0.0))
     return Compare(">=" if op in (">", ">=") else "<", left, literal(0.0))
 
 
 def folded(name: str, numbers: Sequence[Num]) -> Num | None:
-    """Fold a constant: return the number that an operation gives in double precision, None if it is none."""
+    """Constant folding in double precision; None if the result is not finite."""
     if any(not math.isfinite(n.value) for n in numbers):
         return None
     function = COMPUTED.get(name) or {"int": math.trunc}.get(name) or getattr(math, name)
@@ -371,7 +373,7 @@ def folded(name: str, numbers: Sequence[Num]) -> Num | None:
 
 
 def simplified(name: str, args: tuple[Expr, ...]) -> Expr:
-    """Return an operation in the form that costs the board least."""
+    """Strength reduction: return an operation in its cheapest form on the board."""
     match name, args:
         case "neg", (Op("neg", (inner,)),):
             return inner
@@ -401,12 +403,12 @@ def simplified(name: str, args: tuple[Expr, ...]) -> Expr:
 
 
 def _zero(args: tuple[Expr, ...]) -> bool:
-    """Return whether a term is 0 in the source, not by a parameter that may move."""
+    """Return True if a term is a literal 0, not a parameter that may change."""
     return any(isinstance(a, Num) and a.key in ("0.0", "-0.0") for a in args)
 
 
 def _times(a: Expr, b: Expr) -> Expr:
-    """Return a product, its known factors in one number, its signs outside."""
+    """Return a product with constant factors merged and signs outside."""
     factor: Num | None = None
     parts: list[Expr] = []
     negative = False
@@ -436,7 +438,7 @@ def _times(a: Expr, b: Expr) -> Expr:
 
 
 def _is_finite(value: Expr) -> bool:
-    """Return whether a value of finite ones is finite itself, as far as single precision reaches."""
+    """Return True if a value is finite for finite operands, within single precision."""
     if isinstance(value, Op):
         return value.name in ("+", "-", "*", "neg", "abs", "min", "max") and all(map(_is_finite, value.args))
     return isinstance(value, Num | Var)
@@ -467,9 +469,9 @@ def joined(op: str, tests: Sequence[Test | bool]) -> Test | bool:
 
 
 def substitute(law: Specialised) -> None:
-    """Put the value of every variable that is written once and read once into the place that reads it.
+    """Forward substitution: replace the only read of a variable that is written once by its value.
 
-    Nothing that it is made of may change on the way there, and it may not end the law.
+    Variables in the value must not change in between, and its evaluation must not stop the law.
     """
     bodies = [law.body, *(f.body.body for f in law.functions)]
     read, written = Counter(reads(bodies)), Counter(writes(bodies))
@@ -486,16 +488,16 @@ def _in_list(statements: list[Statement], single: set[str], lasting: set[str]) -
         for inner in inner_lists(s):
             _in_list(inner, single, lasting)
         movable = isinstance(s, Assign) and s.to in single and not may_fail(s.value)
-        if movable and _put(s, statements, at + 1, lasting):  # type: ignore[arg-type]
+        if movable and _substituted(s, statements, at + 1, lasting):  # type: ignore[arg-type]
             del statements[at]
         else:
             at += 1
 
 
-def _put(made: Assign, statements: list[Statement], start: int, lasting: set[str]) -> bool:
-    """Replace the one reading of what was made behind a place; return whether it was reached unchanged.
+def _substituted(made: Assign, statements: list[Statement], start: int, lasting: set[str]) -> bool:
+    """Substitute into the only read after ``start``; return False if an operand changes before it.
 
-    What functions take and give, the lasting variables, may lie in one place: who writes one may write all.
+    Persistent variables may share slots, so writing one counts as writing all.
     """
     parts = frozenset(reads(made.value))
     for s in statements[start:]:
@@ -506,7 +508,7 @@ def _put(made: Assign, statements: list[Statement], start: int, lasting: set[str
                     return True
             if isinstance(s, Loop | SetAt):
                 return False
-            return any(_put(made, inner, 0, lasting) for inner in inner_lists(s))
+            return any(_substituted(made, inner, 0, lasting) for inner in inner_lists(s))
         written = set(writes(s))
         if parts & written or (parts & lasting and (written & lasting or called([s]))):
             return False
@@ -514,7 +516,7 @@ def _put(made: Assign, statements: list[Statement], start: int, lasting: set[str
 
 
 def replaced(value: Expr | Test, name: str, by: Expr):
-    """Return an expression or a test with another expression in a variable's place, simplified around it."""
+    """Return an expression or test with a variable replaced and the parts around it simplified."""
 
     def change(part: Expr | Test):
         match part:
@@ -523,7 +525,7 @@ def replaced(value: Expr | Test, name: str, by: Expr):
             case Op(op, args):
                 numbers = [a for a in args if isinstance(a, Num)]
                 known = folded(op, numbers) if len(numbers) == len(args) else None
-                # what is still a quotient has to meet whole numbers
+                # a remaining quotient must be exact for integers
                 return known or (part if op == "/" else simplified(op, args))
         return part
 

@@ -1,6 +1,6 @@
-"""What a compiled law calls to note its faults: their codes, lines and fuel stand in the words it is given.
+"""Run-time checks of a compiled law: fault code, line and fuel are stored in its fault words.
 
-The first fault stays. These are compiled once, whatever laws a person writes.
+The first fault is kept. Compiled once for all laws.
 """
 
 import math
@@ -11,13 +11,13 @@ from hapkit_studio.laws.native import LAW_DIVISION, LAW_FUEL, LAW_INDEX, NOT_A_N
 
 @internal
 def to_float(a):
-    """Return a number, or a truth value, as a float."""
+    """Return a number or a Boolean as a float."""
     return a * 1.0
 
 
 @internal
 def index(i, size, line, fault):
-    """Return the place of a number from 0 to below a size; any other is a fault."""
+    """Return an index in 0 <= i < size; fault otherwise."""
     if 0 <= i < size:
         return int(i)
     if fault[0] == 0:
@@ -28,7 +28,7 @@ def index(i, size, line, fault):
 
 @internal
 def spent(line, fault):
-    """Take one unit of fuel; return whether the law has to end."""
+    """Use one unit of fuel; return True if the law must stop."""
     if fault[0] == 0:
         fault[1] -= 1
         if fault[1] < 0:
@@ -39,7 +39,7 @@ def spent(line, fault):
 
 @internal
 def divisor(a, line, fault):
-    """Return a divisor as a float; zero is a fault."""
+    """Return a divisor as a float; fault if it is zero."""
     if a == 0.0 and fault[0] == 0:
         fault[0] = LAW_DIVISION
         fault[1] = line
@@ -48,7 +48,7 @@ def divisor(a, line, fault):
 
 @internal
 def noted(a, line, fault):
-    """Return a value as a float; the line of the first that is not finite is remembered."""
+    """Return a value as a float; record the line of the first non-finite one."""
     if fault[2] == 0 and not math.isfinite(a):
         fault[2] = line
     return a * 1.0
@@ -56,7 +56,7 @@ def noted(a, line, fault):
 
 @internal
 def force(a, line, fault):
-    """Return the force as a float; one that is not finite is a fault, of the line where that began."""
+    """Return the force as a float; fault if it is not finite, at the line of its first non-finite value."""
     if fault[0] == 0 and not math.isfinite(a):
         fault[0] = NOT_A_NUMBER
         fault[1] = fault[2] if fault[2] else line
