@@ -1,4 +1,4 @@
-"""Environments that a person writes: their folder, whom to trust, reading, trying out, templates."""
+"""Environments that a user writes: their folder, trust, reading, trials, templates."""
 
 from hapkit_studio.workshop.reading import load
 

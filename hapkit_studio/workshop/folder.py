@@ -1,4 +1,4 @@
-"""The folder of a person's own environments, plain Python files, and templates to begin with."""
+"""The folder of a user's own environments, which are Python files, and templates for new ones."""
 
 import ast
 import json
@@ -16,34 +16,34 @@ from hapkit_studio.workshop.own import taken_keys
 from hapkit_studio.workshop.reading import calls
 
 VARIABLE = "HAPKIT_STUDIO_FOLDER"
-# Windows gives these names to devices, whatever follows the dot.
+# reserved device names on Windows, with any suffix
 _DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)$")
 _LONGEST = 40
 
 
 def own_folder() -> Path:
-    """Return the folder of own environments and make it where it is missing; raise OSError."""
-    folder = _place()
+    """Return the folder of own environments, created if missing; raise OSError."""
+    folder = _folder_path()
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
 
 def existing() -> Path:
-    """Return the folder of own environments, or the nearest above it that there is."""
-    place = _place()
+    """Return the folder of own environments, or its nearest existing parent."""
+    place = _folder_path()
     return next((f for f in (place, *place.parents) if f.is_dir()), place)
 
 
 def own_files() -> list[Path]:
-    """Return the Python files in the folder, by name; none where there is no folder."""
+    """Return the Python files in the folder, sorted by name; empty without a folder."""
     try:
-        return sorted(f for f in _place().glob("*.py") if f.is_file())
+        return sorted(f for f in _folder_path().glob("*.py") if f.is_file())
     except OSError:
         return []
 
 
 def new_path(title: str) -> Path:
-    """Return a path in the folder, made from a title, that no file has and no built-in environment's key."""
+    """Return an unused path in the folder, derived from a title and different from any built-in key."""
     folder, stem = own_folder(), plain_name(title)
     taken = {f.stem.lower() for f in folder.glob("*")} | taken_keys()
     name, number = stem, 2
@@ -53,7 +53,7 @@ def new_path(title: str) -> Path:
 
 
 def free_title(title: str, titles: Iterable[str] = ()) -> str:
-    """Return a title, numbered where another has it already, or a file the name it would have."""
+    """Return a title, numbered if another environment has it or its file name exists."""
     taken = {plain_name(t) for t in titles} | {f.stem.lower() for f in own_files()} | taken_keys()
     found, number = title, 2
     while plain_name(found) in taken:
@@ -62,7 +62,7 @@ def free_title(title: str, titles: Iterable[str] = ()) -> str:
 
 
 def save(path: Path, text: str) -> None:
-    """Write a file whole or not at all: whatever fails, the old one stays; raise OSError."""
+    """Write a file atomically: on failure the old one is unchanged; raise OSError."""
     part = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
         with open(part, "w", encoding="utf-8", newline="\n") as file:
@@ -83,7 +83,7 @@ def plain_name(title: str) -> str:
     return name
 
 
-def _place() -> Path:
+def _folder_path() -> Path:
     base = os.environ.get(VARIABLE)
     root = Path(base) if base else Path(platformdirs.user_documents_dir()) / "Hapkit Studio"
     return root / "environments"
@@ -91,7 +91,7 @@ def _place() -> Path:
 
 @dataclass(frozen=True)
 class Template:
-    """A file to begin with: its key, its name for a person, its text."""
+    """A template for a new file: its key, title and text."""
 
     key: str
     title: str
@@ -106,9 +106,9 @@ def templates() -> tuple[Template, ...]:
 
 
 def fill_template(template: Template, title: str, key: str) -> str:
-    """Return a template's text with a title and a key of its own."""
+    """Return a template's text with another title and key."""
     new = {"key": key, "title": title}
-    lines = template.text.encode().splitlines(keepends=True)  # a tree counts columns in bytes
+    lines = template.text.encode().splitlines(keepends=True)  # the syntax tree counts columns in bytes
     own = [k for call in calls(ast.parse(template.text), "Environment") for k in call.keywords]
     for value, name in reversed([(k.value, k.arg) for k in own if k.arg in new]):
         line, start, end = value.lineno - 1, value.col_offset, value.end_col_offset

@@ -1,8 +1,8 @@
-"""A file's own functions, called in a separate process: the window, or a run, goes on whatever they do.
+"""Functions of a user's file, called in a separate process so that they cannot block the window or a run.
 
-The process is ``function_process``: it takes a line of JSON with the text, then one for each call. Time is
-bounded everywhere; memory on Linux, elsewhere by what can be filled within that time. What stands outside of
-functions is executed in the studio too, where its law is made, and nothing bounds it there.
+The process is ``function_process``: it receives a line of JSON with the text, then one line per call. Time is
+limited everywhere; memory is limited on Linux, and elsewhere by what can be allocated in that time.
+Module-level code also runs in the studio's own process, which creates the law, without limits.
 """
 
 import contextlib
@@ -37,8 +37,8 @@ def _pair(found: Any) -> tuple[float, float]:
 
 
 _CURVE = (partial(np.asarray, dtype=float), lambda values, along: np.full(len(along), math.nan), "numbers")
-# what a function of an environment returns: made so from what it gives, or else TypeError or ValueError; what
-# stands for it where it gives nothing of the kind; in words
+# conversion of a function's result, raising TypeError or ValueError; default for an invalid result;
+# description of the type
 GIVES: Mapping[str, tuple[Callable, Callable, str]] = {
     "check": (str, lambda values: "", "text"),
     "warnings": (lambda found: tuple(map(str, found)), lambda values, conditions: (), "a list of text"),
@@ -59,7 +59,7 @@ def overridden(environment: Environment) -> list[str]:
 
 
 class Functions:
-    """The functions of one file; the first that takes too much of time or memory ends them all."""
+    """The functions of one file; the first that exceeds its time or memory disables them all."""
 
     def __init__(self, owner: Source):
         self._source = owner
@@ -70,7 +70,7 @@ class Functions:
         self._hello: Future[bytes] | None = None
 
     def begin(self) -> None:
-        """Start their process, unless it runs already."""
+        """Start the process unless it runs."""
         with self._lock:
             if self._process is not None or self.off:
                 return
@@ -84,11 +84,11 @@ class Functions:
 
     @property
     def ready(self) -> bool:
-        """Return whether a call need not wait for their process to start."""
+        """Return True if a call need not wait for the process to start."""
         return bool(self.off) or (self._hello is not None and self._hello.done())
 
     def call(self, name: str, *args: Any) -> Any:
-        """Return a function's result; its default where it raises, returns a wrong type or is off."""
+        """Return a function's result; its default if it raises, returns a wrong type or is disabled."""
         convert, otherwise, _ = GIVES[name]
         found = self._answer(name, *args)
         return otherwise(*args) if found is None else convert(found)
@@ -111,7 +111,7 @@ class Functions:
                 return None
 
     def _ask(self, words: Any) -> "Future[bytes]":
-        """Send a line; return the answer to come, which is empty where the program ended."""
+        """Send a line; return a future of the reply, which is empty if the process ended."""
         line = json.dumps(words, default=_plain).encode() + b"\n"
         return self._worker.submit(_exchange, self._process, line)
 
@@ -132,7 +132,7 @@ def _end(process: Any) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Return an argument of a function as JSON has it."""
+    """Return a function's argument as JSON data."""
     if isinstance(value, Conditions | Mapping):
         return vars(value) if isinstance(value, Conditions) else dict(value)
     return np.asarray(value).tolist()

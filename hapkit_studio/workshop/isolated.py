@@ -1,4 +1,4 @@
-"""A separate process for a person's file: whatever the file does there, it can be killed."""
+"""A separate process for a user's file, which can be killed whatever the file does."""
 
 import contextlib
 import faulthandler
@@ -13,18 +13,18 @@ _MORE_MEMORY = 2 * 2**30
 
 
 def begin(module: str, *words: str) -> subprocess.Popen:
-    """Start a module of the studio with arguments in a process; talk to it by its standard streams."""
+    """Start a module of the studio in a process with pipes for its standard streams."""
     apart: dict = {"start_new_session": True}
     if sys.platform == "win32":
         apart = {"creationflags": subprocess.BELOW_NORMAL_PRIORITY_CLASS | subprocess.CREATE_NO_WINDOW}
-    # -P: a file named like a module of Python, in the folder we stand in, is not that module
+    # -P: do not import from the current folder, where a file may have the name of a standard module
     command = [sys.executable, "-P", "-m", module, *words]
     pipe = subprocess.PIPE
     return subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, **apart)
 
 
 def end(process: subprocess.Popen) -> None:
-    """Kill a process, and those it started."""
+    """Kill a process and its children."""
     if sys.platform == "win32":
         process.kill()
         return
@@ -33,7 +33,7 @@ def end(process: subprocess.Popen) -> None:
 
 
 def take_pipes() -> tuple[BinaryIO, BinaryIO]:
-    """Return the streams from and to the process that started this one; what the file prints is discarded."""
+    """Return the streams from and to the parent process; output that the file prints is discarded."""
     heard, said = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", 0)
     nothing = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
@@ -42,14 +42,14 @@ def take_pipes() -> tuple[BinaryIO, BinaryIO]:
 
 
 def exit_after(seconds: float | None) -> None:
-    """Exit this process after some seconds, even where no parent is left to kill it; None cancels that."""
+    """Exit this process after a time in s, even without a parent; None cancels that."""
     faulthandler.cancel_dump_traceback_later()
     if seconds is not None:
         faulthandler.dump_traceback_later(seconds, exit=True)
 
 
 def limit_memory() -> None:
-    """Allow this process 2 GB more memory than it has; only Linux enforces it."""
+    """Limit this process to 2 GB of additional memory; only Linux enforces it."""
     with contextlib.suppress(ImportError, OSError, ValueError):
         import resource
 

@@ -1,6 +1,6 @@
-"""An environment that a person wrote: its law only ever runs compiled, its functions in another process.
+"""A user's environment: its law runs compiled only, its other functions run in another process.
 
-A compiled law is called many times in a row from compiled code, or once without compiling anything.
+Compiled laws are called in compiled loops, or once without compiling a caller.
 """
 
 import ast
@@ -25,18 +25,18 @@ from hapkit_studio.laws.native import FAULT_WORDS
 from hapkit_studio.workshop.functions import Functions, overridden
 from hapkit_studio.workshop.source import Source
 
-# what `call_law` returns where every call gave a force
+# result of ``call_law`` if every call returned a force
 NO_FAULT = -1
 _DT = 1e-3
 CURVE_SECONDS = 0.5
-"""s of processor time for a curve: the window waits for it."""
+"""s of processor time for a curve, during which the window waits."""
 
 
 @compiled
 def call_law(address, p, s, x, v, dt, fault, force):
-    """Call a law at every x (n,) m and v (n,) m/s into force (n,) N; return the call that failed.
+    """Call a law at every x (n,) in m and v (n,) in m/s, into force (n,) in N; return the failed index.
 
-    NO_FAULT where none did. fault holds FAULT_WORDS words, the code being 0 where there is none.
+    NO_FAULT without one. fault: FAULT_WORDS words, of which the first is the code, 0 without a fault.
     """
     for i in range(len(x)):
         force[i] = native.call(address, p, s, x[i], v[i], dt, fault)
@@ -46,21 +46,21 @@ def call_law(address, p, s, x, v, dt, fault, force):
 
 
 def law_memory(law: CompiledLaw) -> tuple[np.ndarray, np.ndarray]:
-    """Return a law's state at its start, with a spare value where it has none, and its fault words."""
+    """Return a law's initial state, at least one value long, and its fault words."""
     return np.append(law.initial_state, 0.0), np.zeros(FAULT_WORDS, dtype=np.int64)
 
 
 @dataclass(frozen=True, kw_only=True)
 class OwnEnvironment(Environment):
-    """An environment read from a person's file, and that file as it was read."""
+    """An environment read from a user's file, with the file's content."""
 
     source: Source
     functions: Functions | None = None
 
     def curve(self, values: Values, position: np.ndarray, velocity: np.ndarray | float = 0.0) -> np.ndarray:
-        """Return the compiled law's force (n,) in N, its state at the start.
+        """Return the compiled law's force (n,) in N in its initial state.
 
-        NaN where it faults, and for the rest once CURVE_SECONDS have passed.
+        NaN on a fault, and for the remaining points after CURVE_SECONDS.
         """
         law = self.force.compiled()
         p = np.array([values[q.key] for q in self.parameters] + [0.0])
@@ -92,12 +92,12 @@ def built_in() -> Mapping[str, Environment]:
 
 
 def taken_keys() -> set[str]:
-    """Return the keys of the studio's own environments: the names of their files, none of them loaded."""
+    """Return the keys of the studio's own environments, from file names, without loading them."""
     return {module.name for module in pkgutil.iter_modules(environments.__path__)}
 
 
 def owned(environment: Environment, source: Source) -> OwnEnvironment:
-    """Return an environment marked as a person's own; it has no shortcut."""
+    """Return an environment marked as a user's own, without shortcut."""
     given = {f.name: getattr(environment, f.name) for f in fields(Environment) if f.init}
     given |= {"parameters": tuple(environment.parameters), "shortcut": "", "terms": None}
     given["formula"] = _own_formula(environment.formula, source.text)
@@ -110,7 +110,7 @@ def owned(environment: Environment, source: Source) -> OwnEnvironment:
 
 
 def _own_formula(formula: str, text: str) -> str:
-    """Return a file's formula; "" if it is that of a template or of the library, whose law is different."""
+    """Return a file's formula; "" if copied from a template or an environment with another law."""
     begun = [path.read_text(encoding="utf-8") for path in resources.path("templates").glob("*.py")]
     theirs = [other for other in begun if f'formula="{formula}"' in other]
     theirs += [
@@ -123,7 +123,7 @@ def _own_formula(formula: str, text: str) -> str:
 
 
 def _code(text: str) -> list[str]:
-    """Return what a file's law consists of: its statements without imports, words and ENVIRONMENT."""
+    """Return a file's statements without imports, docstrings and ENVIRONMENT, for comparison."""
     words = ast.Import, ast.ImportFrom, ast.Expr
     return [
         ast.dump(node)
@@ -134,7 +134,7 @@ def _code(text: str) -> list[str]:
 
 
 def switched_off(environment: Environment) -> list[str]:
-    """Return the line that says which function of a person's file was switched off, if one was."""
+    """Return one line naming the disabled function of a user's file, or none."""
     functions = environment.functions if isinstance(environment, OwnEnvironment) else None
     return [functions.off] if functions and functions.off else []
 
@@ -142,6 +142,6 @@ def switched_off(environment: Environment) -> list[str]:
 def _warnings(
     functions: Functions, theirs: Callable, values: Values, conditions: Conditions
 ) -> tuple[str, ...]:
-    """Return a person's own warnings, and which function was switched off."""
+    """Return the warnings of a user's environment, and the disabled function."""
     found = theirs(values, conditions)
     return (*found, functions.off) if functions.off else tuple(found)

@@ -1,4 +1,4 @@
-"""Read a person's file: execute its text, check what it declares, say errors with their line."""
+"""Read a user's file: execute its text, check its declarations, report errors with their line."""
 
 import ast
 import io
@@ -22,7 +22,7 @@ from hapkit_studio.workshop.own import OwnEnvironment, owned, taken_keys
 from hapkit_studio.workshop.source import Source, read
 
 _MOST = 300
-# (what Python says, what a student reads); the groups of the first fill the second
+# (pattern of Python's message, message for students); groups of the pattern fill the message
 _MADE = r"(?:\w+\.)?(\w+)\.__init__\(\) "
 _OTHER = (
     (r"cannot import name ('\w+') from '([\w.]+)'.*", r"there is no \1 in \2"),
@@ -38,14 +38,14 @@ _OTHER = (
 
 
 def without_line(error: LawError) -> str:
-    """Return an error's words without its line."""
+    """Return an error's text without its line."""
     return str(error).removeprefix(f"Line {error.line}: ")
 
 
 def law_error(error: BaseException, file: str, otherwise: int = 0) -> LawError:
-    """Return what went wrong while a file was executed, with the last line of that file that took part.
+    """Return the error raised while a file was executed, with the last line of that file in the traceback.
 
-    otherwise is the line where none of the file did.
+    otherwise: the line if the file is not in the traceback.
     """
     line, inside = _line_in(error.__traceback__, file)
     line = line or otherwise
@@ -55,7 +55,7 @@ def law_error(error: BaseException, file: str, otherwise: int = 0) -> LawError:
 
 
 def _words_for(error: BaseException, inside: bool) -> str:
-    """Return words for an exception; inside says whether the person's own line raised it."""
+    """Return the text for an exception; inside: it was raised by the user's own line."""
     match error:
         case NameError(name=str(name)):
             return f"'{name}' is not defined"
@@ -83,7 +83,7 @@ def _words_for(error: BaseException, inside: bool) -> str:
 
 
 def _line_in(traceback: TracebackType | None, file: str) -> tuple[int, bool]:
-    """Return the last line of a file in a traceback, and whether nothing was called from there."""
+    """Return the last line of a file in a traceback, and whether it is the innermost frame."""
     line, inside = 0, False
     while traceback is not None:
         inside = traceback.tb_frame.f_code.co_filename == file
@@ -102,57 +102,65 @@ _KEY = re.compile(r"[a-z][a-z0-9_]*")
 
 
 def checked_environment(module: ModuleType, tree: ast.Module, lines: int) -> Environment:
-    """Return a module's checked ENVIRONMENT; raise LawError with its line, of so many, in the tree."""
+    """Return a module's checked ENVIRONMENT; raise LawError with its line in the tree, at most ``lines``."""
     made = getattr(module, NAME, None)
-    if made is None and not _assigned(tree):
+    if made is None and not _environment_line(tree):
         words = f"the file does not say what it is: end it with `{NAME} = Environment(…)`"
         raise LawError(words, max(lines, 1))
     if not isinstance(made, Environment):
         kind = "a law" if isinstance(made, Law) else f"'{type(made).__name__}'"
-        raise LawError(f"{NAME} is {kind}: write `{NAME} = Environment(…)`", _assigned(tree))
+        raise LawError(f"{NAME} is {kind}: write `{NAME} = Environment(…)`", _environment_line(tree))
     _check_words(made, tree)
     seen: set[str] = set()
     for parameter in made.parameters:
-        complaint = _complaint(parameter)
+        complaint = _parameter_fault(parameter)
         if not complaint and parameter.key in seen:
             complaint = f"there are two parameters '{parameter.key}'"
         if complaint:
-            raise LawError(complaint, _call_line(tree, parameter) or _assigned(tree))
+            raise LawError(complaint, _call_line(tree, parameter) or _environment_line(tree))
         seen.add(parameter.key)
     return made
 
 
 def _check_words(made: Environment, tree: ast.Module) -> None:
-    """Raise LawError unless key, title and what else is read by a person are what they should be."""
+    """Raise LawError unless key, title and other texts are valid."""
     if not isinstance(made.key, str) or not _KEY.fullmatch(made.key):
-        raise LawError(f'`key` is made of a–z, 0–9 and _, like "my_wall", not {made.key!r}', _at(tree, "key"))
+        raise LawError(
+            f'`key` is made of a–z, 0–9 and _, like "my_wall", not {made.key!r}', _keyword_line(tree, "key")
+        )
     if made.key in taken_keys():
-        raise LawError(f'the key "{made.key}" is taken by the studio: choose another one', _at(tree, "key"))
+        raise LawError(
+            f'the key "{made.key}" is taken by the studio: choose another one', _keyword_line(tree, "key")
+        )
     for name in ("title", "summary", "formula", "explanation", "scene", "restless"):
         if not isinstance(getattr(made, name), str):
-            raise LawError(f"`{name}` is text in quotation marks", _at(tree, name))
+            raise LawError(f"`{name}` is text in quotation marks", _keyword_line(tree, name))
     if not made.title.strip():
-        raise LawError("`title` is what the studio calls it: it may not be empty", _at(tree, "title"))
+        raise LawError(
+            "`title` is what the studio calls it: it may not be empty", _keyword_line(tree, "title")
+        )
     if not all(type(p) in (Parameter, Choice) for p in made.parameters):
-        raise LawError("`parameters` holds Parameter(…) and Choice(…) only", _at(tree, "parameters"))
+        raise LawError(
+            "`parameters` holds Parameter(…) and Choice(…) only", _keyword_line(tree, "parameters")
+        )
     for name in GIVES:
         function = getattr(made, name)
         if function is not None and not callable(function):
-            raise LawError(f"`{name}` is a function", _at(tree, name))
+            raise LawError(f"`{name}` is a function", _keyword_line(tree, name))
 
 
-def _complaint(parameter: AnyParameter) -> str:
-    """Return what is wrong with a parameter, "" for nothing."""
+def _parameter_fault(parameter: AnyParameter) -> str:
+    """Return the fault of a parameter, "" without one."""
     key = parameter.key
     if not isinstance(key, str) or not key.isidentifier() or key.startswith("_"):
         return f'a parameter\'s first value is its name in the law, like "stiffness", not {key!r}'
     for name in ("label", "unit", "help", "symbol"):
         if not isinstance(getattr(parameter, name), str):
             return f"'{key}': its {name} is text in quotation marks, not {getattr(parameter, name)!r}"
-    return _of_choice(parameter) if isinstance(parameter, Choice) else _of_number(parameter)
+    return _choice_fault(parameter) if isinstance(parameter, Choice) else _number_fault(parameter)
 
 
-def _of_choice(choice: Choice) -> str:
+def _choice_fault(choice: Choice) -> str:
     options = choice.options
     if not isinstance(options, tuple | list) or not options or not all(isinstance(o, str) for o in options):
         return f'\'{choice.key}\': its options are names in brackets, like ("right", "left")'
@@ -163,7 +171,7 @@ def _of_choice(choice: Choice) -> str:
     return ""
 
 
-def _of_number(parameter: Parameter) -> str:
+def _number_fault(parameter: Parameter) -> str:
     key, unit = parameter.key, f" {parameter.unit}" if parameter.unit else ""
     for name in ("default", "low", "high"):
         value = getattr(parameter, name)
@@ -187,20 +195,20 @@ def calls(tree: ast.Module, name: str) -> Iterator[ast.Call]:
                 yield node
 
 
-def _assigned(tree: ast.Module) -> int:
-    """Return the line on which ENVIRONMENT is assigned last, 0 for none."""
+def _environment_line(tree: ast.Module) -> int:
+    """Return the line of the last assignment to ENVIRONMENT, 0 without one."""
     names = [n for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
     return max((n.lineno for n in names if n.id == NAME), default=0)
 
 
-def _at(tree: ast.Module, keyword: str) -> int:
-    """Return the line of a value given by this name to Environment, else that of ENVIRONMENT."""
+def _keyword_line(tree: ast.Module, keyword: str) -> int:
+    """Return the line of a keyword argument of Environment, or else of ENVIRONMENT."""
     given = [k for call in calls(tree, "Environment") for k in call.keywords if k.arg == keyword]
-    return given[0].value.lineno if given else _assigned(tree)
+    return given[0].value.lineno if given else _environment_line(tree)
 
 
 def _call_line(tree: ast.Module, parameter: AnyParameter) -> int:
-    """Return the last line on which a parameter of this key is declared, 0 where it is not found."""
+    """Return the last line on which a parameter of this key is declared, 0 if not found."""
     lines = [0]
     for call in calls(tree, type(parameter).__name__):
         match [*call.args[:1], *(k.value for k in call.keywords if k.arg == "key")]:
@@ -210,42 +218,42 @@ def _call_line(tree: ast.Module, parameter: AnyParameter) -> int:
 
 
 def _indentation(error: SyntaxError, lines: list[str]) -> str:
-    """Say how far a line is to be indented, "" where that is not what is wrong."""
+    """Return the message on a line's expected indentation, "" for other errors."""
     if not isinstance(error, IndentationError) or not 1 < (error.lineno or 1) <= len(lines):
         return ""
     if isinstance(error, TabError):
         return "indent this line by spaces only: tabs and spaces are mixed"
     *above, this = ["" if line.lstrip().startswith("#") else line for line in lines[: error.lineno]]
-    opens = re.search(r"on line (\d+)$", error.msg)  # the line whose colon asks for more
+    opens = re.search(r"on line (\d+)$", error.msg)  # the line with the colon that expects a block
     last = lines[int(opens[1]) - 1] if opens else next((line for line in above[::-1] if line.strip()), "")
     if "unindent" in error.msg:
-        return f"this line has {_depth(this)} spaces before it: indent it as far as a line above it"
-    return f"indent this line by {_depth(last) + (4 if opens else 0)} spaces; it has {_depth(this)}"
+        return f"this line has {_indent(this)} spaces before it: indent it as far as a line above it"
+    return f"indent this line by {_indent(last) + (4 if opens else 0)} spaces; it has {_indent(this)}"
 
 
-def _depth(line: str) -> int:
-    """Return the spaces a line begins with."""
+def _indent(line: str) -> int:
+    """Return the number of leading spaces."""
     return len(line) - len(line.lstrip(" "))
 
 
 def load(path: str | Path) -> OwnEnvironment:
-    """Execute a file and return its ENVIRONMENT; raise LawError with the line of what is wrong.
+    """Execute a file and return its ENVIRONMENT; raise LawError with the line of the mistake.
 
-    Executes whatever stands in the file, here and now: ask first where it comes from someone else.
+    Security: executes the file in this process. Ask for consent before loading another person's file.
     """
     return load_source(read(Path(path).expanduser().absolute()))
 
 
 def load_source(source: Source) -> OwnEnvironment:
-    """Return the ENVIRONMENT of a file as it was read; raise LawError."""
+    """Return the ENVIRONMENT of a file's content; raise LawError."""
     return owned(execute(source), source)
 
 
 def execute(source: Source) -> Environment:
-    """Execute a text as a module of its own and return its checked ENVIRONMENT; raise LawError."""
+    """Execute a text as a separate module and return its checked ENVIRONMENT; raise LawError."""
     name, file = str(source.path), f"own_environment_{source.digest[:20]}"
     lines = io.StringIO(source.text, newline="\n").readlines()
-    # A law's source is read from here; without a time it is never compared with the file on the disk.
+    # source for tracebacks and laws; without a time it is never compared with the file on disk
     linecache.cache[name] = (len(source.text), None, lines, name)
     module = ModuleType(file)
     module.__file__ = name

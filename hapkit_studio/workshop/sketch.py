@@ -1,7 +1,7 @@
-"""An environment as tuned, written as one Arduino sketch that renders it on a kit without the studio.
+"""Export an environment with its values as an Arduino sketch that renders it without the studio.
 
-The law stands in it as C with the tuned values by name, behind the helpers that it needs. The Arduino IDE
-opens a file only in a folder of the same name.
+The sketch contains the law in C, its values as named constants, and the helpers it needs. The Arduino IDE
+requires a folder of the same name.
 """
 
 import re
@@ -27,12 +27,12 @@ from hapkit_studio.protocol.messages import Board, MotorMap, Pins, Sensor
 
 
 def translated(environment: Environment, values: Mapping[str, float]) -> Source:
-    """Return a law's C; raise LawError where it leaves the law language."""
+    """Return a law's C; raise LawError if it is outside the law language."""
     return c_source.translate(environment.force, [values[p.key] for p in environment.force.parameters])
 
 
 def constants(environment: Environment, values: Mapping[str, float], law: Source) -> str:
-    """Return the values that the law uses as named constants with unit and label, its choices in words."""
+    """Return the values that the law uses as named constants with unit and label; choices by name."""
     rows, lines = [], []
     for place, parameter in enumerate(environment.force.parameters):
         if isinstance(parameter, Choice):
@@ -50,12 +50,12 @@ def constants(environment: Environment, values: Mapping[str, float], law: Source
 
 
 def one_line(words: str) -> str:
-    """Return a person's words so that they cannot end a comment or go on into the next line."""
+    """Return text on one line that cannot end a C comment or continue on the next line."""
     return " ".join(words.split()).replace("\\", "/").replace("·", "*")
 
 
 def law_text(law: Source) -> str:
-    """Return the law in its namespace, behind the helpers that it needs."""
+    """Return the law in its namespace, after the helpers it needs."""
     pieces = re.split(r"^=== (.*)\n", resources.path("sketch", "helpers.txt").read_text("utf-8"), flags=re.M)
     known = zip(pieces[1::2], pieces[2::2], strict=True)
     helpers = [words.strip() for names, words in known if law.helpers & set(names.split())]
@@ -63,10 +63,10 @@ def law_text(law: Source) -> str:
 
 
 RATES = (250, 500, 1000, 2000)
-"""Hz that a sketch may render at."""
+"""Rates in Hz available to a sketch."""
 USUAL_RATE = 1000
 SLOWER = {"rk4": 500, "implicit_euler": 500, "trapezoid": 500, "exact": 250}
-"""Hz that laws with so much arithmetic have time for; measured in the simulated chip."""
+"""Rates in Hz for expensive methods, measured in the simulated chip."""
 MOST_PRINTS, _WIDTH = 50, 105
 _LEVER = """\
 // N*m on the motor for 1 N on the handle: the gear multiplies the motor's torque, the handle divides it.
@@ -87,7 +87,7 @@ _NEAR = (
 
 @dataclass(frozen=True)
 class Kit:
-    """For which kit a sketch is: its settings, and whether somebody has calibrated them."""
+    """The kit of a sketch: its settings, and whether they are calibrated."""
 
     board: Board = profiles.default().board
     calibrated: bool = False
@@ -104,9 +104,9 @@ def text(
 ) -> str:
     """Return the sketch.
 
-    values: those that differ from the defaults. rate in Hz: by default ``usual_rate``. prints: lines a second
-    on the serial monitor. remark: what a reader has to know first. Raise ParameterError for what a sketch
-    does not do, LawError for what is no law.
+    values: those that differ from the defaults. rate in Hz: ``usual_rate`` by default. prints: lines per
+    second on the serial monitor. remark: text at the top for the reader. Raise ParameterError for options
+    that a sketch does not support, LawError for an invalid law.
     """
     kit, values = kit or Kit(), environment.values(values)
     rate = usual_rate(environment, values) if rate is None else rate
@@ -116,7 +116,7 @@ def text(
     before_start = _NEAR.format(reach=reach) if _zero_known(kit) else _UPRIGHT
     zero = "zero-known" if _zero_known(kit) else "zero-start"
     table = ", ".join(number(t / 255.0) for t in (0, *board.table))
-    return _piece("sketch").substitute(
+    return _template("sketch").substitute(
         title=one_line(environment.title),
         about=_comment(one_line(environment.summary)),
         version=version("hapkit-studio"),
@@ -126,22 +126,22 @@ def text(
         parameters=constants(environment, values, law),
         kit=_kit(kit),
         law=law_text(law),
-        sensor=_piece(f"sensor-{_SENSORS[Sensor(board.sensor)]}").template + _piece(zero).template,
+        sensor=_template(f"sensor-{_SENSORS[Sensor(board.sensor)]}").template + _template(zero).template,
         velocity=_velocity(estimator, rate, board.quantum),
-        motor_map=_piece(f"map-{_MAPS[MotorMap(board.motor_map)]}").safe_substitute(table=table),
-        motor=_piece(f"motor-{_MOTORS[Pins(board.pins)]}").template,
+        motor_map=_template(f"map-{_MAPS[MotorMap(board.motor_map)]}").safe_substitute(table=table),
+        motor=_template(f"motor-{_MOTORS[Pins(board.pins)]}").template,
         call=law.call,
     )
 
 
 def usual_rate(environment: Environment, values: Mapping[str, float]) -> int:
-    """Return the fastest usual rate in Hz at which no tick comes late."""
+    """Return the highest usual rate in Hz without late ticks."""
     chosen = [p.text(values[p.key]) for p in environment.parameters if isinstance(p, Choice)]
     return min([USUAL_RATE, *(SLOWER[name] for name in chosen if name in SLOWER)])
 
 
 def check(rate: int, estimator: Spec, prints: int) -> None:
-    """Raise ParameterError for what a sketch does not do."""
+    """Raise ParameterError for options that a sketch does not support."""
     if rate not in RATES:
         raise ParameterError(
             f"A sketch renders at {', '.join(f'{r:,}' for r in RATES)} Hz, not at {rate:,g} Hz."
@@ -154,7 +154,7 @@ def check(rate: int, estimator: Spec, prints: int) -> None:
         raise ParameterError(f"A sketch estimates the velocity by {known}, not by {key}.")
 
 
-def _piece(name: str) -> Template:
+def _template(name: str) -> Template:
     return Template(resources.path("sketch", f"{name}.txt").read_text("utf-8"))
 
 
@@ -201,7 +201,7 @@ def _loop(rate: int, prints: int) -> str:
 
 
 def _rows(rows: Sequence[tuple[str, str, str]]) -> str:
-    """Return constants with their comments in a column."""
+    """Return constants with aligned comments."""
     codes = [f"constexpr {name} = {value};" for name, value, _ in rows]
     width = max(len(code) for code in codes)
     return "\n".join(f"{code:<{width}}  // {row[2]}" for code, row in zip(codes, rows, strict=True))
@@ -211,7 +211,7 @@ def _velocity(estimator: Spec, rate: int, quantum: float) -> str:
     method, options = estimators.parse(estimator)
     _, first, second = coefficients(estimator, rate, quantum)
     words = f"a corner at {options['cutoff']:g} Hz" if "cutoff" in options else method.label
-    return _piece(f"velocity-{method.key}").safe_substitute(
+    return _template(f"velocity-{method.key}").safe_substitute(
         first=number(first), second=number(second), words=words
     )
 
@@ -221,9 +221,9 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,62}")
 
 
 def sketch_path(wanted: str | Path) -> Path:
-    """Return the path of the file, its folder included, for "wall", "wall.ino" or "wall/wall.ino".
+    """Return the path of the sketch, including its folder, for "wall", "wall.ino" or "wall/wall.ino".
 
-    Raise ParameterError for a name that the Arduino IDE does not take.
+    Raise ParameterError for a name that the Arduino IDE rejects.
     """
     path = Path(wanted).expanduser()
     if is_special(path):
@@ -240,7 +240,7 @@ def sketch_path(wanted: str | Path) -> Path:
 
 
 def write_sketch(wanted: str | Path, text: str, over: bool = False) -> Path:
-    """Write a sketch and return its path; raise ParameterError where one is already there, OSError."""
+    """Write a sketch and return its path; raise OSError, or ParameterError if it exists and not ``over``."""
     path = sketch_path(wanted)
     if path.exists() and not over and not is_special(path):
         raise ParameterError(f"{path} is there already. Give another name, or --force to write over it.")

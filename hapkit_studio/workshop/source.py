@@ -1,4 +1,4 @@
-"""A person's file as it was read, known by the hash of its bytes; which files may be executed."""
+"""Content of a user's file, identified by the hash of its bytes; the list of trusted files."""
 
 import hashlib
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ MOST_BYTES = 1_000_000
 
 @dataclass(frozen=True)
 class Source:
-    """A file's path, its text with lines that end in newlines, and the hash of its bytes."""
+    """A file's path, its text with normalised newlines, and the hash of its bytes."""
 
     path: Path
     text: str
@@ -22,7 +22,7 @@ class Source:
 
 
 def read(path: Path) -> Source:
-    """Read a file; raise LawError with the line of what is no text."""
+    """Read a file; raise LawError with the line of an undecodable byte."""
     try:
         data = files.read_bytes(path, MOST_BYTES)
     except FileError as error:
@@ -32,33 +32,33 @@ def read(path: Path) -> Source:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise LawError("this line is not text in UTF-8: save the file as UTF-8", line) from None
-    if "\0" in text:  # Pythons differ in what they call it
+    if "\0" in text:  # Python versions differ in their message
         raise LawError("the file is not text", 1)
     return Source(path, text.replace("\r\n", "\n").replace("\r", "\n"), hashlib.sha256(data).hexdigest())
 
 
 def typed(path: Path, text: str) -> Source:
-    """Return what read() will, once a text is saved to a file."""
+    """Return the Source that ``read`` would return after saving a text."""
     return Source(path, text, hashlib.sha256(text.encode()).hexdigest())
 
 
 def is_trusted(source: Source) -> bool:
-    """Say whether a person agreed to exactly this file before."""
+    """Return True if the user has trusted exactly this content."""
     try:
-        return source.digest in files.read_text(_list(), MOST_BYTES).split()
+        return source.digest in files.read_text(_trusted_list(), MOST_BYTES).split()
     except FileError:
         return False
 
 
 def trust_source(source: Source) -> None:
-    """Remember that this file may be executed; raise OSError."""
+    """Add this content to the trusted list; raise OSError."""
     if is_trusted(source):
         return
-    file = _list()
+    file = _trusted_list()
     file.parent.mkdir(parents=True, exist_ok=True)
     with open(file, "a", encoding="ascii") as known:
         known.write(source.digest + "\n")
 
 
-def _list() -> Path:
+def _trusted_list() -> Path:
     return Path(platformdirs.user_data_dir("hapkit-studio", appauthor=False)) / "trusted"

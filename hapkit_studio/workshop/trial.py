@@ -1,7 +1,7 @@
-"""Try out a file in another process, ``python -m hapkit_studio.workshop.trial PATH``, which prints JSON.
+"""Try a file in another process, ``python -m hapkit_studio.workshop.trial PATH``, which prints JSON.
 
-Whatever the file does, the window that asked goes on: it only waits for words on a pipe. Knows no Qt. How a
-text fared is remembered: going back to an older version of a file needs no trial.
+The window stays responsive whatever the file does: it only polls a pipe. Independent of Qt. Outcomes are
+cached by content: going back to an older version needs no new trial.
 """
 
 import contextlib
@@ -28,19 +28,19 @@ _PASSED, _FAILED = "passed", "failed"
 
 
 def has_passed(source: Source) -> bool:
-    """Say whether this text of a file passed its trial with this studio, this Python and this cache."""
+    """Return True if this content passed its trial with this studio, Python and cache."""
     return _outcome(source) == _PASSED
 
 
 def has_failed(source: Source) -> bool:
-    """Say whether this text of a file failed its last trial, in the same surroundings."""
+    """Return True if this content failed its last trial with this studio, Python and cache."""
     return _outcome(source) == _FAILED
 
 
 def remember(source: Source, passed: bool) -> None:
-    """Remember how a trial ended; where nothing can be written, it is tried again another time.
+    """Store the outcome of a trial; if that is not possible, the trial is repeated next time.
 
-    Records as old as the oldest compiled laws go.
+    Outcomes are removed at the same age as compiled laws.
     """
     record = _record(source)
     with contextlib.suppress(OSError):
@@ -74,7 +74,7 @@ _MODULE = "hapkit_studio.workshop.trial"
 
 
 def begin(tried: Source) -> subprocess.Popen:
-    """Start trying out a text; poll() the process, then take its `result`, or `stop` it after TIMEOUT."""
+    """Start a trial; poll() the process, then call ``result``, or ``stop`` after TIMEOUT."""
     process = isolated.begin(_MODULE, str(tried.path))
     with contextlib.suppress(BrokenPipeError), process.stdin as its_input:  # type: ignore[union-attr]
         its_input.write(tried.text.encode())
@@ -83,13 +83,13 @@ def begin(tried: Source) -> subprocess.Popen:
 
 
 def result(process: subprocess.Popen, timeout: float = TIMEOUT) -> TrialResult:
-    """Return a trial's verdict; wait for it up to timeout in s, then kill it."""
+    """Return a trial's verdict; wait up to timeout in s, then kill it."""
     try:
         process.wait(timeout)
     except subprocess.TimeoutExpired:
         return stop(process)
     try:
-        # what the file started may still hold the pipe
+        # a child process of the file may still hold the pipe
         words, _ = process.communicate(timeout=_LAST_WORDS_SECONDS)
     except subprocess.TimeoutExpired:
         isolated.end(process)
@@ -98,13 +98,13 @@ def result(process: subprocess.Popen, timeout: float = TIMEOUT) -> TrialResult:
 
 
 def stop(process: subprocess.Popen) -> TrialResult:
-    """Kill a trial that takes too long, and what it started; return the verdict that says so."""
+    """Kill a trial on time-out, with its children; return the verdict."""
     isolated.end(process)
     return _verdict(process.communicate()[0], NO_END)
 
 
 def check(tried: Source, timeout: float = TIMEOUT) -> TrialResult:
-    """Try out a text and wait for the verdict, up to timeout in s."""
+    """Run a trial and wait up to timeout in s for its verdict."""
     process = begin(tried)
     try:
         return result(process, timeout)
@@ -114,7 +114,7 @@ def check(tried: Source, timeout: float = TIMEOUT) -> TrialResult:
 
 
 def _verdict(words: bytes, otherwise: str) -> TrialResult:
-    """Return the verdict that was printed last; where there is none, what happened to whatever ran then."""
+    """Return the last verdict printed; without one, a verdict on the function that ran last."""
     name, line = "the file", 0
     try:
         found = files.parse_json(words.decode().splitlines()[-1], "verdict")
@@ -127,7 +127,7 @@ def _verdict(words: bytes, otherwise: str) -> TrialResult:
 
 
 def main(path: str) -> None:
-    """Print the verdict on a text, whose file has this path, as JSON; before it, a line for each function."""
+    """Print the verdict on a text with this file path as JSON; before it, a line per function called."""
     heard, said = isolated.take_pipes()
     isolated.exit_after(2 * TIMEOUT)
     if sys.platform != "win32":
@@ -141,7 +141,7 @@ def main(path: str) -> None:
         tried = source.typed(Path(path), heard.read().decode())
         tell(asdict(trying.try_out(tried, lambda name, line: tell({"function": name, "line": line}))))
     finally:
-        os._exit(0)  # not a moment longer: threads and exit functions of the file do not run on
+        os._exit(0)  # immediately: threads and exit handlers of the file must not run
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
-"""Try out an environment's text: read, checked, compiled, called at its corners.
+"""Try an environment: read, check and compile it, and call its functions at corner values.
 
-The first calls of a law go over the corners of its parameters and of what the loop can see.
+A law is called at the corners of its parameter ranges and over the range of positions and speeds.
 """
 
 import math
@@ -33,7 +33,7 @@ Values = dict[str, float]
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem that keeps an environment from running: its line, 0 for none, and its text."""
+    """A problem that prevents an environment from running: line, 0 for none, and text."""
 
     line: int
     text: str
@@ -44,10 +44,9 @@ class Problem:
 
 @dataclass(frozen=True)
 class TrialResult:
-    """A trial's outcome; the environment may go to the loop where there is no problem.
+    """Outcome of a trial; without problems the environment may run in the loop.
 
-    warnings are about the whole law, remarks about single lines. ns_per_call and calls are 0 where the law
-    was not called.
+    warnings: on the whole law; remarks: on single lines. ns_per_call and calls: 0 if the law was not called.
     """
 
     problems: tuple[Problem, ...] = ()
@@ -62,7 +61,7 @@ class TrialResult:
 
     @classmethod
     def from_json(cls, found: dict) -> "TrialResult":
-        """Return the verdict of asdict's object; raise ValueError, TypeError or KeyError for any other."""
+        """Return the outcome from a dict made by ``asdict``; raise ValueError, TypeError or KeyError."""
         problems, remarks = (
             tuple(Problem(int(p["line"]), str(p["text"])) for p in found[key])
             for key in ("problems", "remarks")
@@ -72,13 +71,13 @@ class TrialResult:
 
 
 def failed(text: str, line: int = 0) -> TrialResult:
-    """Return the verdict of one problem."""
+    """Return the outcome with one problem."""
     return TrialResult((Problem(line, text),))
 
 
 @dataclass(frozen=True)
 class Sequence:
-    """Calls in a row with one state: parameters by key, x in m and v in m/s (n,), the period in s."""
+    """Consecutive calls with one state: parameters by key, x in m and v in m/s (n,), period in s."""
 
     values: Values
     x: np.ndarray
@@ -87,9 +86,9 @@ class Sequence:
 
 
 def sequences(environment: Environment) -> Iterator[Sequence]:
-    """Yield sequences of CALLS calls or more, those nearest the defaults first.
+    """Yield sequences of at least CALLS calls, those near the defaults first.
 
-    Values that do not go together, as the environment itself says, are left out.
+    Combinations of values that the environment itself rejects are left out.
     """
     parameters, calls = environment.parameters, 0
     for values in filter(lambda v: not environment.check(v), near(parameters)):
@@ -108,7 +107,7 @@ def sequences(environment: Environment) -> Iterator[Sequence]:
 
 
 def near(parameters: tuple[AnyParameter, ...]) -> Iterator[Values]:
-    """Yield the defaults, then one parameter at a limit, then all of them at their low and high ones."""
+    """Yield the defaults, then each parameter at its limits, then all at their lower and upper limits."""
     start = {p.key: p.default for p in parameters}
     yield start
     for p in parameters:
@@ -119,13 +118,13 @@ def near(parameters: tuple[AnyParameter, ...]) -> Iterator[Values]:
 
 
 def places(parameters: tuple[AnyParameter, ...], values: Values) -> list[float]:
-    """Return positions worth a look: where a parameter is a length, there too."""
+    """Return test positions in m, including parameters that are lengths."""
     own = [sign * values[p.key] for p in parameters if p.unit == "m" for sign in (1.0, -1.0)]
     return list(dict.fromkeys([*(x for x in own if abs(x) <= FAR), *POSITIONS]))
 
 
 def visits(at: list[float], dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return x in m and v in m/s (n,): rest, every place at every speed, sensor steps across each, rest."""
+    """Return x in m and v in m/s (n,): rest, each position at each speed, sensor steps across it, rest."""
     x, v = [0.0] * _RESTING, [0.0] * _RESTING
     for place in at:
         x += [place] * len(SPEEDS)
@@ -137,7 +136,7 @@ def visits(at: list[float], dt: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def wander(chance: random.Random, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return x in m and v in m/s (n,) of a handle swung at random, as a sensor of whole counts sees it."""
+    """Return x in m and v in m/s (n,) of a random motion in whole sensor counts."""
     swing, rate, phase = chance.uniform(0.001, FAR), chance.uniform(0.5, 8.0), chance.uniform(0.0, math.tau)
     t = dt * np.arange(_WANDER)
     x = QUANTUM * np.floor(swing * np.sin(math.tau * rate * t + phase) / QUANTUM)
@@ -148,7 +147,7 @@ def _ends(p: AnyParameter) -> list[float]:
     return [float(i) for i in range(len(p.options))] if isinstance(p, Choice) else [p.low, p.high]
 
 
-# what a law may take of the shortest period, 100 µs, before it is said
+# a law slower than this gets a warning: 5 % of the shortest period, 100 µs
 SLOW_NS = 5_000.0
 ALONG = np.linspace(-FAR, FAR, 25)
 _SAID = {
@@ -166,12 +165,12 @@ _SAID = {
         "test for it first, or narrow the parameter's limits",
     ),
 }
-# what the other functions are given beside the values
-_MORE = {"warnings": (Conditions(),), "over_position": (ALONG,), "over_velocity": (ALONG,)}
+# further arguments of the other functions
+_ARGUMENTS = {"warnings": (Conditions(),), "over_position": (ALONG,), "over_velocity": (ALONG,)}
 
 
 def try_out(source: Source, tell: Callable[[str, int], object] = lambda name, line: None) -> TrialResult:
-    """Return the verdict on a text; tell each function's name and line before it is called."""
+    """Return the verdict on a text; ``tell`` is called with name and line before each function."""
     try:
         return _try(reading.execute(source), source.path, tell)
     except LawError as error:
@@ -179,7 +178,7 @@ def try_out(source: Source, tell: Callable[[str, int], object] = lambda name, li
 
 
 def _try(environment: Environment, path: Path, tell: Callable[[str, int], object]) -> TrialResult:
-    """Compile the law, call it and the environment's other functions; raise LawError with its line."""
+    """Compile the law and call all functions; raise LawError with its line."""
     law_line = environment.force.function.__code__.co_firstlineno
     try:
         environment.force.compiled()
@@ -189,19 +188,19 @@ def _try(environment: Environment, path: Path, tell: Callable[[str, int], object
         return _try_law(environment)
     except LawError as error:
         raise LawError(reading.without_line(error), error.line or law_line) from None
-    except (Exception, SystemExit) as error:  # whatever a person's functions, or a compiler, raise
+    except (Exception, SystemExit) as error:  # a user's functions or a compiler can raise anything
         raise reading.law_error(error, str(path), law_line) from None
 
 
 def _try_function(environment: Environment, name: str) -> None:
-    """Call one of the environment's own functions at its corners; raise LawError for nonsense."""
+    """Call one of the environment's functions at corner values; raise LawError for an invalid result."""
     function, (convert, _, wanted) = getattr(environment, name), functions.GIVES[name]
     if complaint := environment.check({p.key: p.default for p in environment.parameters}):
         raise LawError(f"the defaults do not go together: {complaint}", _first_line(environment.check))
     for values in near(environment.parameters):
         if name != "check" and environment.check(values):
             continue
-        found = function(values, *_MORE.get(name, ()))
+        found = function(values, *_ARGUMENTS.get(name, ()))
         try:
             shape = np.shape(convert(found))
         except (TypeError, ValueError):
@@ -216,7 +215,7 @@ def _first_line(function: Callable) -> int:
 
 
 def _try_law(environment: Environment) -> TrialResult:
-    """Call the law at its corners; raise LawError where it gives no force."""
+    """Call the law at corner values; raise LawError if it returns no force."""
     law, costs, calls, pushes = environment.force.compiled(), [], 0, False
     for sequence in sequences(environment):
         p = np.array([sequence.values[q.key] for q in environment.parameters] + [0.0])
@@ -229,7 +228,7 @@ def _try_law(environment: Environment) -> TrialResult:
             raise LawError(_words(environment, sequence, wrong, int(fault[0])), int(fault[1]))
         calls += len(force)
         pushes = pushes or bool(force.any())
-    cost = float(np.median(costs))  # other load on the machine does not count
+    cost = float(np.median(costs))  # robust against other load on the machine
     return TrialResult((), tuple(_warnings(environment, cost, pushes)), cost, calls, remarks(environment))
 
 
@@ -239,7 +238,7 @@ def remarks(environment: Environment) -> tuple[Problem, ...]:
 
 
 def _words(environment: Environment, sequence: Sequence, call: int, code: int) -> str:
-    """Return what happened, at which arguments, and what to do."""
+    """Return the message on a failed call: fault, arguments, remedy."""
     at = [f"x = {1e3 * sequence.x[call]:.6g} mm", f"v = {sequence.v[call]:.6g} m/s"]
     changed = [p for p in environment.parameters if sequence.values[p.key] != p.default]
     at += [f"{p.key} = {p.text(sequence.values[p.key])}" for p in changed]
@@ -248,7 +247,7 @@ def _words(environment: Environment, sequence: Sequence, call: int, code: int) -
 
 
 def _warnings(environment: Environment, cost: float, pushes: bool) -> Iterator[str]:
-    """Yield what is no problem, but worth a look."""
+    """Yield warnings that do not prevent running."""
     if cost > SLOW_NS:
         yield f"One call of the law takes {cost / 1000:,.0f} µs: the loop may not keep 10 kHz."
     if not pushes:
