@@ -1,1 +1,1 @@
-"""Calibration in numbers: what recorded tracks tell about a kit's sensor, scale, motor and paddle."""
+"""Calibration: computations on recorded tracks for a kit's sensor, scale, motor and paddle."""

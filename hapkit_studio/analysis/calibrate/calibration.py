@@ -1,4 +1,4 @@
-"""One calibration from beginning to end: what each step found, what it changed, and how to undo it."""
+"""A whole calibration: each step's result and changes, and undo."""
 
 import math
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from hapkit_studio.protocol.messages import Board, Settings
 
 MARK_SECONDS = 0.5
 HOOK_SECONDS = 1.0
-"""s in which a handle comes to rest at a spring."""
+"""s for the handle to come to rest at a spring."""
 _TRIES = 3
 _REVERSING = {"sense", "direction", "pins", "sensor", "motor_map"}
 NO_DIRECTION = "Do the step Direction first: with a wrong direction the motor would push the handle away."
@@ -34,10 +34,10 @@ class Calibration:
         self.original: Settings = runner.settings
         self.padding: Padding | None = None
         self._stored = False
-        self._forget()
+        self._discard_results()
 
-    def _forget(self) -> None:
-        """Forget whatever was found."""
+    def _discard_results(self) -> None:
+        """Discard all results."""
         self.sensor: SensorResult | None = None
         self.marks: list[Mark] = []
         self.scale: Scale | None = None
@@ -55,21 +55,21 @@ class Calibration:
         """Return the settings in force."""
         return of_settings(self.runner.settings)
 
-    # the kit
+    # kit
     def use_kit(self, kit: Kit) -> None:
-        """Take a kit's numbers instead of what the board has; its zero, sense and direction stay."""
+        """Apply a kit's numbers; the board's zero, sense and direction stay."""
         now = self.board
         keep = {"zero": now.zero, "sense": now.sense, "direction": now.direction, "label": now.label}
         self._change(**asdict(kit.board) | keep)
         self._constant = self.board.motor_constant
 
     def change_geometry(self, **changes: Any) -> None:
-        """Take radii in m as measured, or counts, and the scale that they make until marks say better."""
+        """Apply measured radii in m, or counts, and the scale they imply until marks are measured."""
         self._change(**changes, quantum=quantum_of(replace(self.board, **changes)))
 
-    # the sensor
+    # sensor
     def check_sensor(self, track: Track) -> CheckResult:
-        """Judge a track of the handle moved from end to end; a measured period is put in force."""
+        """Judge a track of the handle moved from end to end; apply a measured period."""
         self.sensor = sensor.analyse(track)
         made = sensor.changes(self.sensor, self.board)
         if made:
@@ -78,45 +78,45 @@ class Calibration:
 
     # zero and scale
     def take_mark(self, place: float) -> Mark:
-        """Take the place in m at which the handle is held now; raise ParameterError where it is not still."""
+        """Record a mark at ``place`` in m, where the handle is held now; raise ParameterError if it moves."""
         self.marks.append(scale.mark_from(self.runner.record(MARK_SECONDS), place))
         self.scale = None
         return self.marks[-1]
 
     def forget_marks(self) -> None:
-        """Take all marks again."""
+        """Discard all marks."""
         self.marks.clear()
         self.scale = None
 
     def measure_scale(self) -> Scale:
-        """Fit the marks, change nothing yet; raise ParameterError."""
+        """Fit the marks without changing settings; raise ParameterError."""
         self.scale = scale.fit(self.marks, self.board)
         return self.scale
 
     def use_scale(self) -> CheckResult:
-        """Put the scale in force: positions, and the radius that explains them; raise ParameterError."""
+        """Apply the scale: quantum, and the radius that explains it; raise ParameterError."""
         found, before = self.scale or self.measure_scale(), self.board
         self._change(**scale.changes(found, before))
-        self._use_again()
+        self._recompute_strength()
         return scale.in_force(found, before)
 
     # direction
     def try_direction(self) -> CheckResult:
-        """Push both ways; reverse a motor that goes the wrong way, and push again; raise DeviceError."""
+        """Push both ways; if the motor is reversed, correct the sign and push again; raise DeviceError."""
         found, wrong = self._keep_direction(lambda: motor.push_both_ways(self.runner))
         if wrong and found.agrees:
             return passed("The motor pushed the wrong way. It is reversed now; force and position agree now.")
         return found.result
 
     def find_dead_band(self) -> CheckResult:
-        """Raise the force until the handle moves, start above that, push again; raise DeviceError."""
+        """Raise the force until the handle moves, apply the dead band, push again; raise DeviceError."""
         broke = motor.breakaway(self.runner)
         band = broke.dead_band
         if band:
             self._change(dead_band=band)
         found = self.try_direction()
-        if found.key == "no motion":  # friction may be more than a pulse is allowed to be
-            known = [broke]  # measured anew only once the motor is reversed
+        if found.key == "no motion":  # friction may exceed the largest pulse
+            known = [broke]  # measure again only after reversing the motor
             slow, wrong = self._keep_direction(
                 lambda: motor.judge_pulses((known.pop() if known else motor.breakaway(self.runner)).pulses)
             )
@@ -127,7 +127,7 @@ class Calibration:
         return replace(found, words=found.words + more) if band else found
 
     def _keep_direction(self, push: Callable[[], Direction]) -> tuple[Direction, bool]:
-        """Keep what pushes tell; reverse a motor that goes the wrong way, push again; say whether it did."""
+        """Return the direction that pushes show, and whether it needed a reversal and a second try."""
         self.direction = push()
         wrong = self.direction.agrees is False
         if wrong:
@@ -137,7 +137,7 @@ class Calibration:
 
     # strength
     def carry(self, mass: float) -> float:
-        """Carry a mass in kg and return the force in N that it took, by the settings; raise StudioError."""
+        """Carry a mass in kg and return the commanded force in N; raise StudioError."""
         self._need_direction()
         track = motions.carry(self.runner, motor.GRAVITY * mass)
         force, _ = motor.carrying_force(track, self.board)
@@ -146,17 +146,17 @@ class Calibration:
 
     @property
     def weighed(self) -> bool:
-        """Say whether a mass was carried, so that the motor constant can be told."""
+        """Return True if a mass was carried, so that the motor constant can be computed."""
         return any(mass > 0.0 for mass, _ in self.carried)
 
     def use_weights(self) -> Strength:
-        """Put the motor constant from the masses carried in force; raise ParameterError."""
-        return self._use(lambda board: motor.strength_from_weights(self.carried, board))
+        """Apply the motor constant measured with masses; raise ParameterError."""
+        return self._apply_strength(lambda board: motor.strength_from_weights(self.carried, board))
 
     def pull(self, stiffness: float) -> float:
-        """Pull at a spring in N/m that is hooked to the handle; return the stiffness felt by the settings.
+        """Pull a spring in N/m at the handle; return its stiffness as computed from the settings.
 
-        A virtual board's is hooked on and off here. Raise StudioError.
+        A virtual board's spring is attached and detached here. Raise StudioError.
         """
         self._need_direction()
         hook = self.runner.board.hook_spring
@@ -170,7 +170,7 @@ class Calibration:
         return felt
 
     def _pull_in_time(self, stiffness: float, tries: int = _TRIES) -> Track:
-        """Pull; nobody holds anything, so that a computer that was late just tries again."""
+        """Pull; retry if the computer was late, which is safe as no person holds the handle."""
         self.runner.record(HOOK_SECONDS)
         try:
             return motions.pull(self.runner, stiffness)
@@ -179,16 +179,16 @@ class Calibration:
                 raise
             return self._pull_in_time(stiffness, tries - 1)
 
-    def use_springs(self, known: float = motor.SPRINGS_SURE) -> Strength:
-        """Put the motor constant from the springs in force, each known to a share; raise ParameterError."""
-        return self._use(
-            lambda board: motor.strength_from_springs(self.pulled, board, known, self._length_sure)
+    def use_springs(self, known: float = motor.SPRING_UNCERTAINTY) -> Strength:
+        """Apply the motor constant from springs of relative uncertainty ``known``; raise ParameterError."""
+        return self._apply_strength(
+            lambda board: motor.strength_from_springs(self.pulled, board, known, self._length_uncertainty)
         )
 
     @property
-    def _length_sure(self) -> float:
-        """Return the share by which the scale of length may be off."""
-        return self.scale.quantum_half / self.scale.quantum if self.scale else motor.LENGTH_SURE
+    def _length_uncertainty(self) -> float:
+        """Return the relative uncertainty of the length scale."""
+        return self.scale.quantum_half / self.scale.quantum if self.scale else motor.LENGTH_UNCERTAINTY
 
     def push_on_scale(self, force: float, seconds: float, until: Callable[[], bool]) -> Track:
         """Press on a kitchen scale with a force in N; raise DeviceError."""
@@ -197,16 +197,16 @@ class Calibration:
         return self.pushed
 
     def use_reading(self, reading: float) -> Strength:
-        """Put the motor constant from a scale's reading in kg in force; raise ParameterError."""
+        """Apply the motor constant from a scale's reading in kg; raise ParameterError."""
         if self.pushed is None:
             raise ParameterError("Push on the scale first, and read it meanwhile.")
         pushed = self.pushed
-        return self._use(lambda board: motor.strength_from_scale(reading, pushed, board))
+        return self._apply_strength(lambda board: motor.strength_from_scale(reading, pushed, board))
 
-    def _use(self, measured: Callable[[Board], Strength]) -> Strength:
-        """Put the motor constant in force that a measurement makes by a board's settings, and keep how.
+    def _apply_strength(self, measured: Callable[[Board], Strength]) -> Strength:
+        """Apply a measured motor constant and keep its computation for later settings.
 
-        What the dead band may be off is in its interval.
+        The dead band's uncertainty is included in its interval.
         """
         board = replace(self.board, motor_constant=self._constant)
         found = measured(board)
@@ -216,35 +216,35 @@ class Calibration:
         self._change(motor_constant=found.motor_constant)
         return self.strength
 
-    def _use_again(self) -> None:
-        """Put the motor constant in force that the same measurement makes by other settings."""
+    def _recompute_strength(self) -> None:
+        """Recompute the motor constant from the same measurement after a change of settings."""
         if self._measured is not None:
-            self._use(self._measured)
+            self._apply_strength(self._measured)
 
     # mass and friction of the paddle
     def sweep(self, seconds: float = motions.SWEEP_SECONDS) -> SweepResult:
-        """Sweep, put mass, friction and a dead band in force; raise DeviceError.
+        """Sweep; apply mass, friction and dead band; raise DeviceError.
 
-        A dead band changes what forces were: the sweep is made again with it, and weights count by it.
+        A new dead band changes the forces: the sweep is repeated and the motor constant recomputed.
         """
         self._need_direction()
         found = paddle.sweep(self.runner, seconds)
         if found.board.dead_band != self.board.dead_band:
-            self._use_dead_band(found.board.dead_band)
+            self._apply_dead_band(found.board.dead_band)
             found = paddle.sweep(self.runner, seconds, fine=True)
-        self._use_dead_band(found.board.dead_band)
+        self._apply_dead_band(found.board.dead_band)
         part = self._widened(paddle.paddle_of(found.track, self.board), found.track)
         self.sweep_result = replace(found, part=part, board=self.board)
         self._change(**paddle.changes(part))
         return self.sweep_result
 
-    def _use_dead_band(self, band: int) -> None:
-        """Put a dead band in force, and the motor constant that was measured by it."""
+    def _apply_dead_band(self, band: int) -> None:
+        """Apply a dead band, and the motor constant recomputed with it."""
         self._change(dead_band=band)
-        self._use_again()
+        self._recompute_strength()
 
     def _widened(self, part: Part, track: Track) -> Part:
-        """Return a part with what the dead band and the scales, as far as measured, may be off."""
+        """Return a part, its intervals widened by the uncertainty of dead band and scales."""
         part = paddle.widened_by_dead_band(part, track, self.board)
         force = self.strength.half / self.strength.ratio if self.strength else 0.0
         length = self.scale.quantum_half / self.scale.quantum if self.scale else 0.0
@@ -252,7 +252,7 @@ class Calibration:
 
     @property
     def direction_known(self) -> bool:
-        """Say whether the direction was tried, and force and position agree."""
+        """Return True if the direction was tried, and force and position agree."""
         return self.direction is not None and self.direction.agrees is True
 
     def _need_direction(self) -> None:
@@ -261,15 +261,15 @@ class Calibration:
         if not self.direction_known:
             raise AbortedError(NO_DIRECTION)
 
-    # the end
+    # completion
     def store(self, label: str) -> Settings:
-        """Name the kit and keep its settings on the board; raise StudioError."""
+        """Name the kit and store its settings on the board; raise StudioError."""
         self._change(label=label)
         self._stored = True
         return self.runner.save()
 
     def undo(self) -> None:
-        """Put back what the board held at the start, where it is stored too; forget what was found.
+        """Restore the board's settings of the start, also in its memory; discard results.
 
         Raise StudioError.
         """
@@ -277,12 +277,12 @@ class Calibration:
         if self._stored:
             self.runner.save()
             self._stored = False
-        self._forget()
+        self._discard_results()
 
     def _change(self, **changes: Any) -> None:
-        """Put changes in force; nothing is sent where they are none.
+        """Apply changes; send nothing if there are none.
 
-        What reverses force or position makes a direction that was tried worth nothing.
+        Reversing force or position invalidates the direction test.
         """
         made = {name for name, value in changes.items() if getattr(self.runner.settings, name) != value}
         if made:

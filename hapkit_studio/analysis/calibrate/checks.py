@@ -1,4 +1,4 @@
-"""Test my Hapkit: the wizard's checks again, in half a minute, without changing anything on the board."""
+"""Test my Hapkit: the wizard's checks in half a minute, without changing the board."""
 
 import contextlib
 from collections.abc import Callable
@@ -23,7 +23,7 @@ from hapkit_studio.devices.profiles import numbered, quantum_of
 from hapkit_studio.protocol.messages import BoardFlag, Force, Origin, Release, Sample, Stop
 
 SPRING = 100.0
-"""N/m: a spring that every kit renders without growing."""
+"""N/m; every kit renders this spring stably."""
 _SWEEP_SECONDS = 8.0
 _MASS_TOLERANCE = 0.3
 _MUCH_FRICTION = 0.25
@@ -32,15 +32,15 @@ _HOLDING_FRICTION = 0.2
 _FRICTION_REMEDY = "Look for a cable that is too tight, a dry bearing, a sector that rubs."
 _SWEEP_REMEDY = "Level the kit, let the handle go in the middle, test again."
 _COARSE_QUANTUM = 0.2e-3
-"""m per count from which a sweep of a few mm tells neither mass nor friction: an encoder's."""
+"""m per count above which a sweep of a few mm determines neither mass nor friction, as for an encoder."""
 _TRIES = 3
 _PUSHED_SECONDS, _SILENCE_SECONDS, _PATIENCE = 0.03, 0.12, 3.0
-"""s: how long the test of stopping pushes, is silent, and waits at most."""
+"""s: duration of the push, of the silence, and time-out, in the test of stopping."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check of a kit, what it is about; ``run`` returns what it found."""
+    """One check of a kit and its subject; ``run`` returns its result."""
 
     key: str
     title: str
@@ -49,7 +49,7 @@ class Check:
 
 
 def settings(runner: BoardRunner) -> CheckResult:
-    """Say whether the board has settings of its own, and whether scale and radii agree."""
+    """Check that the board is calibrated, and that scale and radii agree."""
     now = runner.read_settings()
     kit = numbered(now.profile)
     ratio = now.quantum / quantum_of(now)
@@ -72,7 +72,7 @@ def settings(runner: BoardRunner) -> CheckResult:
 
 
 def sensor(runner: BoardRunner) -> CheckResult:
-    """Watch the sensor at rest."""
+    """Check the sensor at rest."""
     track = runner.record(1.0)
     noise = noise_of(track.raw)
     lost = len(track) / max(1, int((track.seq[-1] - track.seq[0]) % 65536) + 1)
@@ -87,7 +87,7 @@ def sensor(runner: BoardRunner) -> CheckResult:
 
 
 def stopping(runner: BoardRunner) -> CheckResult:
-    """See the motor go off after the E-stop, and after silence of the computer; the force is 0.05 N."""
+    """Check that the motor stops on the E-stop and on silence of the computer, at a force of 0.05 N."""
     stop_flags, stop_pwm = _flags_after(runner, silent=False)
     silence_flags, silence_pwm = _flags_after(runner, silent=True)
     if stop_pwm or not stop_flags & BoardFlag.STOPPED:
@@ -101,14 +101,14 @@ def stopping(runner: BoardRunner) -> CheckResult:
 
 
 def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
-    """Return flags and duty once the board was stopped, or left alone, while it pushed a little.
+    """Return flags and duty after a stop, or after silence, during a small push.
 
-    Time counts from when the board heard of it: the computer may have sent it late.
+    Time counts from the board's receipt, as the computer may send late.
     """
     board, obeyed = runner.board, False
-    time = heard = 0.0  # s by the board's clock, and when it heard its last force
+    time = heard = 0.0  # s on the board's clock: now, and the time of its last force command
     last: Sample | None = None
-    stopped: int | None = None  # number of the first sample that a stop came with
+    stopped: int | None = None  # number of the first sample after a stop
     try:
         with contextlib.closing(runner.samples(_PATIENCE)) as samples:
             for sample in samples:
@@ -136,7 +136,7 @@ def _flags_after(runner: BoardRunner, silent: bool) -> tuple[int, int]:
 
 
 def direction(runner: BoardRunner) -> CheckResult:
-    """Push both ways."""
+    """Check the direction by pushing both ways."""
     found = push_both_ways(runner)
     if found.agrees is False:
         words = found.result.words + " A spring would run away."
@@ -151,7 +151,7 @@ def direction(runner: BoardRunner) -> CheckResult:
 
 
 def paddle(runner: BoardRunner) -> CheckResult:
-    """Sweep, and compare mass and friction with what is stored."""
+    """Sweep, and compare mass and friction with the stored values."""
     swept = sweep(runner, _SWEEP_SECONDS)
     now, part = runner.settings, swept.part
     if not part.estimates and now.quantum > _COARSE_QUANTUM:
@@ -179,7 +179,7 @@ def paddle(runner: BoardRunner) -> CheckResult:
 
 
 def spring(runner: BoardRunner) -> CheckResult:
-    """Render a spring, knock the handle, see it come to rest."""
+    """Render a spring, knock the handle, check that it settles."""
     track = motions.spring(runner, SPRING)
     late = track.position[track.time > 1.2]
     size = float(np.ptp(late))
@@ -199,7 +199,7 @@ CHECKS = (
     Check("spring", "Spring", "A spring of 100 N/m comes to rest.", spring),
 )
 _NEEDED = ("stopping", "direction")
-"""Unless these pass, nothing that comes after them moves the handle."""
+"""Checks that must pass before any later check may move the handle."""
 
 
 @dataclass(frozen=True)
@@ -210,21 +210,21 @@ class Report:
 
     @property
     def good(self) -> bool:
-        """Say whether every check passed."""
+        """Return True if every check passed."""
         return all(result.good for result in self.results.values())
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything for programs."""
+        """Return a plain object for programs."""
         return {"pass": self.good, "checks": {k: vars(v) | {} for k, v in self.results.items()}}
 
     @property
     def dangerous(self) -> bool:
-        """Say whether a check failed so that nothing may be rendered on this kit."""
+        """Return True if a failed check makes rendering on this kit unsafe."""
         return any(result.level == FAIL for result in self.results.values())
 
     @property
     def words(self) -> str:
-        """Return the whole in one line."""
+        """Return a one-line summary."""
         if self.good:
             return "Your Hapkit works as it should."
         left_out = self._titles(SKIP)
@@ -235,7 +235,7 @@ class Report:
         return f"Look at: {self._titles(WARN)}.{rest}"
 
     def _titles(self, level: str) -> str:
-        """Return the checks with a result of a level, in words."""
+        """Return the titles of the checks with this level, as text."""
         titles = {check.key: check.title.lower() for check in CHECKS}
         return ", ".join(titles[key] for key, result in self.results.items() if result.level == level)
 
@@ -243,10 +243,10 @@ class Report:
 def run_all(
     runner: BoardRunner, report: Callable[[Check, CheckResult | None], None] = lambda check, result: None
 ) -> Report:
-    """Run every check; report(check, None) as one begins, then its result.
+    """Run every check; report(check, None) at its start, then its result.
 
-    Where stopping or direction fail, what moves the handle in a loop is left out. Raise StoppedError,
-    CancelledError, PortGoneError.
+    If stopping or direction fail, checks with a control loop are skipped. Raise StoppedError, CancelledError,
+    PortGoneError.
     """
     results: dict[str, CheckResult] = {}
     for check in CHECKS:
@@ -260,7 +260,7 @@ def run_all(
 
 
 def _run_check(check: Check, runner: BoardRunner) -> CheckResult:
-    """Return a check's result; what aborted it is one. Where the computer was late, try again."""
+    """Return a check's result, or its abortion as a result; retry if the computer was late."""
     for _ in range(_TRIES):
         try:
             return check.run(runner)

@@ -1,4 +1,4 @@
-"""The motions of a calibration: pulses, a rising force, carrying, a gentle sweep. Small and bounded."""
+"""Motions of a calibration, small and bounded: pulses, a rising force, carrying, pulling, a slow sweep."""
 
 import math
 from collections.abc import Callable
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from hapkit_studio.devices.board_runner import BoardRunner, Limits, Track
 
 PULSES = (0.1, 0.2, 0.3)
-"""N; the last is the most that is tried before the direction is known."""
+"""N; the last is the largest before the direction is known."""
 PULSE_SECONDS = 0.08
 COAST_SECONDS = 0.25
 PULSE_END = 0.002
@@ -23,12 +23,12 @@ SWEEP_SECONDS = 12.0
 
 _FADE_SECONDS = 0.5
 _RISE = 0.5  # N/s
-# m, Hz: no small common period, so that the sensor's steps fall otherwise each time
+# amplitude in m, frequency in Hz; without a short common period, so that quantisation errors vary
 _SINES = ((0.0085, 0.83), (0.0050, 2.37), (0.0015, 4.91))
 
 
 def pulse(runner: BoardRunner, force: float) -> Track:
-    """Push once with a force in N, at most 0.3 N, and see what the handle does; raise DeviceError."""
+    """Push once with a force of at most 0.3 N and record the motion; raise DeviceError."""
     done = False
 
     def pushing(t: float, x: float, v: float) -> float:
@@ -52,17 +52,17 @@ def raise_force(runner: BoardRunner, sign: float = 1.0) -> Track:
 
 
 SETTLE_SECONDS, STROKE, _CREEP = 3.0, 0.006, 0.012
-"""A weight is carried so many s before it creeps so many m up and down, at so many m/s."""
+"""s of carrying before the slow motion; its amplitude in m; its speed in m/s."""
 CARRY_PERIOD = 4.0 * STROKE / _CREEP
 _CARRY_SECONDS = SETTLE_SECONDS + 3.0 * CARRY_PERIOD
 _HAND_OVER_SECONDS = 1.0
 
 
 def carry(runner: BoardRunner, weight: float = 0.0) -> Track:
-    """Carry a weight in N that pulls to the left, creeping ± 6 mm after 3 s; raise DeviceError.
+    """Carry a weight in N that pulls to the left; after 3 s move slowly by ± 6 mm; raise DeviceError.
 
-    The handle is held where it was, then moved slowly up and down, so that friction acts with both signs. The
-    weight fades in while a person still holds.
+    The handle is held at its position, then moved up and down so that friction acts with both signs. The
+    force fades in while the user still holds the weight.
     """
     stiffness, damping, integral = 40.0, 0.8, 120.0
     before = total = 0.0
@@ -79,21 +79,21 @@ def carry(runner: BoardRunner, weight: float = 0.0) -> Track:
 
 
 def push(runner: BoardRunner, force: float, seconds: float, until: Callable[[], bool]) -> Track:
-    """Push against something with a constant force in N, faded in over 0.5 s; raise DeviceError."""
+    """Push with a constant force in N, faded in over 0.5 s; raise DeviceError."""
     return runner.run(lambda t, x, v: force * min(t / _FADE_SECONDS, 1.0), seconds, PUSH_LIMITS, until)
 
 
 PULLS, PULL_PERIOD = 6, 3.0
-"""A spring is pulled so many times, within so many s each."""
+"""Number of pulls at a spring, and s for each."""
 SHAKE_PERIOD = 0.025
-"""s of the shaking that keeps dry friction from holding the handle."""
+"""Period in s of a shaking force that overcomes dry friction."""
 _SHAKE, _STRETCH = 0.4, 0.016  # N; m
 
 
 def pull(runner: BoardRunner, stiffness: float) -> Track:
-    """Pull to the right at a spring in N/m, to 16 mm or 2 N and back; raise DeviceError.
+    """Pull a spring in N/m to the right, to 16 mm or 2 N and back; raise DeviceError.
 
-    The handle is shaken all the while, so that dry friction does not hold it; the force never pushes.
+    A shaking force overcomes dry friction; the force never pushes to the left.
     """
     most = min(_STRETCH * stiffness, PULL_LIMITS.force - _SHAKE)
 
@@ -106,9 +106,9 @@ def pull(runner: BoardRunner, stiffness: float) -> Track:
 
 
 def sweep(runner: BoardRunner, seconds: float = SWEEP_SECONDS, friction: float = 0.1) -> Track:
-    """Move the handle within ± 25 mm and 1.2 N, so that mass and friction show; raise DeviceError.
+    """Move the handle within ± 25 mm and 1.2 N to excite mass and friction; raise DeviceError.
 
-    It follows three sines on a soft spring that stiffens far out; friction: N of it that are compensated.
+    It follows three sines on a soft spring that stiffens towards the ends; friction: compensation in N.
     """
     stiffness, damping, soft_travel, edge_stiffness = 30.0, 0.7, 0.017, 120.0
 
@@ -126,7 +126,7 @@ def sweep(runner: BoardRunner, seconds: float = SWEEP_SECONDS, friction: float =
 
 
 def spring(runner: BoardRunner, stiffness: float, seconds: float = 1.5) -> Track:
-    """Render a spring about where the handle is, after a knock of 0.4 N for 60 ms; raise DeviceError."""
+    """Render a spring about the handle's position, after a knock of 0.4 N for 60 ms; raise DeviceError."""
     return runner.run(
         lambda t, x, v: (0.4 if 0.1 < t < 0.16 else 0.0) - stiffness * x, seconds, SPRING_LIMITS
     )

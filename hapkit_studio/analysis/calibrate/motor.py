@@ -1,4 +1,4 @@
-"""The motor: which way it pushes, the force at which the handle breaks away, and how strong it really is."""
+"""The motor: its direction, the break-away force of the handle, and the true force per commanded force."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -25,36 +25,37 @@ from hapkit_studio.protocol.messages import Board
 MOVED = 0.3e-3
 """m from which a handle counts as moved."""
 AVERAGED = 9
-"""Samples of a pulse that are averaged: a noisy reading is no motion, nor its direction."""
+"""Samples of a pulse per mean, so that sensor noise is not mistaken for motion."""
 GRAVITY = 9.81
 PLAUSIBLE = (0.25, 4.0)
-"""How far a motor may be from its profile."""
+"""Accepted ratio of a motor's strength to its profile."""
 _SUSPICIOUS = 0.35
-"""N of friction above which a dead band is likelier."""
+"""N of friction above which a dead band is the likelier cause."""
 _BELOW = 0.85
-# share of a weight that coins, the hand that let go and friction that sticks leave open
-_WEIGHTS_SURE = 0.02
+# relative uncertainty of a weight: tolerance of coins, release, sticking friction
+_WEIGHT_UNCERTAINTY = 0.02
 _AT_LIMIT = 0.5
-"""Share of the time at the largest duty from which a motor gives all that it has."""
-SPRINGS_SURE, LENGTH_SURE = 0.03, 0.01
-"""Shares by which a spring's stiffness and, without marks, the scale of length may be off."""
+"""Fraction of time at the largest duty above which a motor counts as saturated."""
+SPRING_UNCERTAINTY, LENGTH_UNCERTAINTY = 0.03, 0.01
+"""Relative uncertainties of a spring's stiffness and, without marks, of the length scale."""
 SPRINGS = (40.0, 1000.0)
-"""N/m of the springs that are pulled at: no softer, to stay in reach, and no stiffer, or shaking rings."""
+"""N/m; softer springs exceed the handle's reach, with stiffer ones the shaking force rings."""
 SPRINGS_DIFFER = 2.0
-"""How many times as stiff as the softest spring the stiffest one is at least."""
-# shares of a pull: left out at either end, where the handle turns; that it slides at least
-_ENDS, _SLIDES = 0.15, 0.2
-# a step in a straight line turns its slope by at most so many times the rms that it leaves, by its length
+"""Smallest ratio of the stiffest to the softest spring."""
+# fractions of a pull: excluded at either end, where the handle reverses; that must slide
+_EXCLUDED_ENDS, _SLIDING = 0.15, 0.2
+# largest step in a straight leg, in multiples of the residual rms it causes; largest curvature, as a fraction
+# of its length
 _STEP, _BENT = 6.0, 0.05
 _FEWEST_COUNTS = 5.0
 _MEANS = round(0.5 * PULL_PERIOD / (4.0 * SHAKE_PERIOD))
-"""Means over four shakes each of a spring that is pulled, or let back."""
+"""Means over four shaking periods per half pull of a spring."""
 
 
 def displacement(track: Track, averaged: int = 1) -> float:
-    """Return the largest displacement from the first place in m, signed.
+    """Return the largest displacement from the first position in m, signed.
 
-    averaged: samples whose mean is a place.
+    averaged: number of samples averaged per position.
     """
     place = np.convolve(track.position, np.full(averaged, 1.0 / averaged), "valid")
     away = place - place[0]
@@ -63,7 +64,7 @@ def displacement(track: Track, averaged: int = 1) -> float:
 
 @dataclass(frozen=True)
 class Direction:
-    """Whether force and position agree, None where that cannot be told; in words."""
+    """Whether force and position have the same sign, None if undetermined; with a text."""
 
     agrees: bool | None
     result: CheckResult
@@ -95,7 +96,7 @@ def judge_pulses(pulses: list[tuple[float, float]]) -> Direction:
 
 
 def push_both_ways(runner: BoardRunner) -> Direction:
-    """Push with pulses up to 0.3 N, to the right, then as strongly to the left; raise DeviceError."""
+    """Push with pulses up to 0.3 N to the right, then equally to the left; raise DeviceError."""
     pulses: list[tuple[float, float]] = []
     for size in motions.PULSES:
         for force in (size, -size):
@@ -107,9 +108,9 @@ def push_both_ways(runner: BoardRunner) -> Direction:
 
 @dataclass(frozen=True)
 class Breakaway:
-    """Where the handle begins to move: force in N, by the settings; the dead band of 255 to begin with, or 0.
+    """Break-away force in N by the settings; initial dead band of 255, or 0.
 
-    pulses: each way's force in N and how far in m the handle went.
+    pulses: force in N and displacement in m for each direction.
     """
 
     force: float
@@ -118,9 +119,9 @@ class Breakaway:
 
 
 def breakaway(runner: BoardRunner) -> Breakaway:
-    """Raise the force slowly, both ways, until the handle begins to move; raise DeviceError.
+    """Raise the force slowly, both ways, until the handle moves; raise DeviceError.
 
-    Raise AbortedError where nothing up to 1.5 N moves it.
+    Raise AbortedError if 1.5 N does not move it.
     """
     duties, shifts = [], []
     for sign in (1.0, -1.0):
@@ -140,7 +141,7 @@ def breakaway(runner: BoardRunner) -> Breakaway:
 
 @dataclass(frozen=True)
 class Strength:
-    """The real force per force asked with its 95 % half width, and the motor constant in N·m."""
+    """True force per commanded force with its 95 % half width, and the motor constant in N·m."""
 
     ratio: float
     half: float
@@ -148,17 +149,16 @@ class Strength:
 
     @property
     def words(self) -> str:
-        """Return it in words."""
+        """Return it as text."""
         share = f"{100.0 * self.ratio:.0f} ± {100.0 * self.half:.0f} %"
         constant = f"motor constant {1e3 * self.motor_constant:.2f} mN·m"
         return f"The motor pushes {share} of what the settings said: {constant}."
 
 
 def carrying_force(track: Track, board: Board) -> tuple[float, float]:
-    """Return the mean force in N by a board's settings over full periods of carrying, and its half width.
+    """Return the mean commanded force in N over full periods of carrying, and its half width.
 
-    Up and down take as long, so that friction, which hinders both, is not in the mean. Where it sticks, the
-    mean may be anywhere in what did not move the handle.
+    Friction cancels between up and down, which take equally long. Sticking friction widens the interval.
     """
     periods = int((track.time[-1] - SETTLE_SECONDS) / CARRY_PERIOD + 1e-3)
     if periods < 2:
@@ -184,7 +184,7 @@ def carrying_force(track: Track, board: Board) -> tuple[float, float]:
 def strength_from_weights(carried: list[tuple[float, Track]], board: Board) -> Strength:
     """Return the strength from tracks that carry masses in kg; raise ParameterError.
 
-    One mass alone counts as if nothing else pulled; from two on, what pulls without any is not in it.
+    A single mass assumes no other constant force; two or more eliminate it.
     """
     masses = np.array([mass for mass, _ in carried])
     found = [carrying_force(track, board) for _, track in carried]
@@ -193,25 +193,25 @@ def strength_from_weights(carried: list[tuple[float, Track]], board: Board) -> S
         raise ParameterError("One mass above 0 g is needed. Hang one on, then measure.")
     weights = GRAVITY * masses
     if len(set(masses)) > 1:
-        slope, error = _line(weights, force, half)
+        slope, error = _slope(weights, force, half)
     else:
         slope, error = float(force.mean() / weights[0]), float(half.max() / weights[0])
     return _strength(abs(slope), error, board)
 
 
-def _line(known: np.ndarray, found: np.ndarray, half: np.ndarray) -> tuple[float, float]:
-    """Return the slope of what was found (n,) over what is known (n,), and its half width."""
+def _slope(known: np.ndarray, found: np.ndarray, half: np.ndarray) -> tuple[float, float]:
+    """Return the slope of found (n,) over known (n,), and its half width."""
     around = known - known.mean()
     size = float(around @ around)
     return float(around @ found) / size, float(np.sqrt((around**2) @ (half**2))) / size
 
 
 HOOKED = "between the handle, in the middle, and a post at its left: never slack, touching nothing"
-"""Where a spring is hooked."""
+"""Where to hook a spring, for instructions."""
 
 
 def check_springs(springs: Iterable[float]) -> None:
-    """Raise ParameterError unless stiffnesses in N/m are those of springs that differ enough."""
+    """Raise ParameterError unless spring stiffnesses in N/m are in range and differ enough."""
     found = sorted(springs)
     for stiffness in found:
         check_number(stiffness, "spring's stiffness", "N/m", low=SPRINGS[0], high=SPRINGS[1])
@@ -223,10 +223,9 @@ def check_springs(springs: Iterable[float]) -> None:
 
 
 def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
-    """Return the stiffness in N/m that pulls at a spring met, by a board's settings, and its half width.
+    """Return a spring's stiffness in N/m by a board's settings, and its half width.
 
-    Friction hinders rise and fall alike, so that it is not in their mean; the first pull only settles things.
-    Raise ParameterError.
+    Friction cancels between rise and fall; the first pull is excluded. Raise ParameterError.
     """
     forces = _rise_and_fall(track, motor_force(board, track.pwm))
     places = _rise_and_fall(track, track.count * board.quantum)
@@ -234,14 +233,14 @@ def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
     low, way = float(usual.min()), float(np.ptp(usual))
     if way < _FEWEST_COUNTS * board.quantum:
         raise ParameterError(f"The spring gave way by only {1e3 * way:.2g} mm. Use softer springs.")
-    slides = (np.abs(usual - low - 0.5 * way) < (0.5 - _ENDS) * way).all(axis=0)
+    slides = (np.abs(usual - low - 0.5 * way) < (0.5 - _EXCLUDED_ENDS) * way).all(axis=0)
     bent = np.inf
-    if slides.mean() > _SLIDES:
+    if slides.mean() > _SLIDING:
         force, place = (values.mean(axis=1)[:, slides] for values in (forces, places))
         slopes = np.array([np.polyfit(*pull, 1)[0] for pull in zip(force, place, strict=True)])
         slope = float(slopes.mean())
         off = (places - slope * forces)[:, :, slides]
-        bent = _STEP * _unexplained(off) / float(np.ptp(place.mean(axis=0)))
+        bent = _STEP * _curvature_rms(off) / float(np.ptp(place.mean(axis=0)))
     if bent > _BENT:
         raise ParameterError(
             "The handle did not follow the force in a line: is the spring slack, does it touch something, "
@@ -251,15 +250,15 @@ def felt_stiffness(track: Track, board: Board) -> tuple[float, float]:
     return 1.0 / slope, float(np.hypot(spread, bent)) / slope
 
 
-def _unexplained(off: np.ndarray) -> float:
-    """Return the rms by which legs (pulls, 2, n) are alike, and yet no lines; what differs is noise."""
+def _curvature_rms(off: np.ndarray) -> float:
+    """Return the rms curvature common to legs (pulls, 2, n); differences between legs are noise."""
     rest = signal.detrend(off)
     noise = rest.var(axis=0, ddof=1).mean() / len(rest)
     return float(np.sqrt(max((rest.mean(axis=0) ** 2).mean(axis=1).max() - noise, 0.0)))
 
 
 def _rise_and_fall(track: Track, values: np.ndarray) -> np.ndarray:
-    """Return means of values (n,) over some shakes each, (pulls, 2, means): rising, falling from its end."""
+    """Return means of values (n,) over shaking periods (pulls, 2, means): rise, and fall reversed."""
     edges = np.linspace(PULL_PERIOD, PULLS * PULL_PERIOD, 2 * (PULLS - 1) * _MEANS + 1)
     integral = np.append(0.0, np.cumsum(values[:-1] * np.diff(track.time)))
     means = np.diff(np.interp(edges, track.time, integral)) / (edges[1] - edges[0])
@@ -269,22 +268,26 @@ def _rise_and_fall(track: Track, values: np.ndarray) -> np.ndarray:
 
 
 def strength_from_springs(
-    pulled: list[tuple[float, Track]], board: Board, known: float = SPRINGS_SURE, length: float = LENGTH_SURE
+    pulled: list[tuple[float, Track]],
+    board: Board,
+    known: float = SPRING_UNCERTAINTY,
+    length: float = LENGTH_UNCERTAINTY,
 ) -> Strength:
-    """Return the strength from tracks that pull at springs in N/m; raise ParameterError.
+    """Return the strength from tracks that pull springs in N/m; raise ParameterError.
 
-    known, length: shares by which each spring and the scale of length may be off. felt = (spring + what else
-    acts like one) / strength: gravity or the cable is the same beside each spring, so not in the slope.
+    known, length: relative uncertainties of the springs and of the length scale. felt = (spring + other
+    stiffness)
+    strength: gravity and cable add a constant, so the slope does not contain them.
     """
     springs = np.array([stiffness for stiffness, _ in pulled])
     check_springs(springs)
     felt, half = np.array([felt_stiffness(track, board) for _, track in pulled]).T
-    slope, error = _line(springs, felt, np.hypot(half, known * felt))
+    slope, error = _slope(springs, felt, np.hypot(half, known * felt))
     return _strength(slope, error, board, length)
 
 
 def strength_from_scale(reading: float, track: Track, board: Board) -> Strength:
-    """Return the strength where a kitchen scale reads so many kg during a push; friction hinders it."""
+    """Return the strength from a kitchen scale's reading in kg during a push; friction widens it."""
     force = motor_force(board, track.pwm)
     steady = abs(float(force[len(force) // 2 :].mean()))
     if not reading > 0.0:
@@ -292,10 +295,12 @@ def strength_from_scale(reading: float, track: Track, board: Board) -> Strength:
     return _strength(steady / (GRAVITY * reading), board.coulomb / (GRAVITY * reading), board)
 
 
-def _strength(asked_per_real: float, error: float, board: Board, sure: float = _WEIGHTS_SURE) -> Strength:
-    """Return the strength from force asked per real force; raise ParameterError where that cannot be.
+def _strength(
+    asked_per_real: float, error: float, board: Board, sure: float = _WEIGHT_UNCERTAINTY
+) -> Strength:
+    """Return the strength from commanded force per real force; raise ParameterError if impossible.
 
-    sure: a share by which everything may be off.
+    sure: relative uncertainty of everything else.
     """
     ratio = 1.0 / asked_per_real if asked_per_real > 0.0 else np.inf
     low, high = PLAUSIBLE

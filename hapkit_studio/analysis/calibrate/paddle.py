@@ -16,32 +16,31 @@ from hapkit_studio.devices.profiles import of_settings
 from hapkit_studio.haptics import rows
 from hapkit_studio.protocol.messages import Board, BoardFlag
 
-FORCE_SURE = 0.002
-"""Share of a force that the steps of its duty leave open."""
-TIME_SURE = 50e-6
-"""s by which a reading, or a force's beginning, may be off the board's own time for it."""
-BAND_SURE = 3
-"""Steps of duty by which a dead band that was found may be off."""
+FORCE_UNCERTAINTY = 0.002
+"""Relative uncertainty of a force from the steps of its duty."""
+TIME_UNCERTAINTY = 50e-6
+"""s; uncertainty of the board's time of a reading or of a force's start."""
+BAND_UNCERTAINTY = 3
+"""Uncertainty of a fitted dead band, in duty steps."""
 MOST_COMPENSATED = 1.0
-"""N of dry friction that a sweep compensates at most."""
+"""N; upper limit of the friction compensation in a sweep."""
 _COMPENSATED = 0.8
-"""Share of the break-away force that it compensates."""
+"""Fraction of the break-away force that is compensated."""
 _OFF = BoardFlag.STOPPED | BoardFlag.OVER_SPEED | BoardFlag.REFUSED
 _PIECES = (24, 12, 6)
 _FEWEST = 40
 _MOST_BAND = 200
-# a dead band has to explain so much of what is left over, and be so many steps of duty away, to be believed
-_BETTER = 1.25
+# smallest ratio of residuals, and smallest change in duty steps, that make a fitted dead band credible
+_CREDIBLE_RATIO = 1.25
 _STEPS = 5
 _FINE = 10
-"""Steps of duty about the board's own among which a fine search looks: what it began with is near."""
+"""Duty steps on either side of the board's dead band in a fine search, which starts close to it."""
 
 
 def mean_forces(track: Track, board: Board) -> np.ndarray:
-    """Return the motor's mean force (n,) in N from each sample to the next.
+    """Return the motor's mean force (n,) in N between consecutive samples.
 
-    The board says which duty was in force at each sample, and when the last one came into force: that many s
-    after the sample that it answers.
+    The board reports the duty in force at each sample, and the latency in s of its last change.
     """
     at = motor_force(board, track.pwm)
     after = np.append(at[1:], at[-1])
@@ -54,7 +53,7 @@ def mean_forces(track: Track, board: Board) -> np.ndarray:
 
 
 def recording_of(track: Track, board: Board) -> Recording:
-    """Return a track as a recording for identification; no hand holds the handle."""
+    """Return a track as a recording for identification without a hand."""
     position = track.count * board.quantum
     applied = mean_forces(track, board)
     nothing = np.zeros(len(track))
@@ -70,17 +69,17 @@ def paddle_of(track: Track, board: Board) -> Part:
     """Return the paddle's mass, viscous and Coulomb friction with 95 % intervals, by a board's settings."""
     recording = recording_of(track, board).check()
     part = handle(lay(recording), recording.setup, released=True)
-    return widened(part, FORCE_SURE, 0.0, TIME_SURE) if part.estimates else part
+    return widened(part, FORCE_UNCERTAINTY, 0.0, TIME_UNCERTAINTY) if part.estimates else part
 
 
 def dead_bands_nearby(board: Board) -> list[Board]:
-    """Return a board's settings with its dead band as far off as it may be; none without a dead band."""
-    ends = (board.dead_band - BAND_SURE, board.dead_band + BAND_SURE) if board.dead_band else ()
+    """Return a board's settings with the dead band at either end of its uncertainty; none without one."""
+    ends = (board.dead_band - BAND_UNCERTAINTY, board.dead_band + BAND_UNCERTAINTY) if board.dead_band else ()
     return [replace(board, dead_band=max(band, 0)) for band in ends]
 
 
 def widened_by_dead_band(part: Part, track: Track, board: Board) -> Part:
-    """Return a part whose intervals also hold what the dead band may be off; friction is moved by it most."""
+    """Return a part, its intervals widened by the dead band's uncertainty, which affects friction most."""
     others = [other for near in dead_bands_nearby(board) if (other := paddle_of(track, near)).estimates]
     made = []
     for e in part.estimates:
@@ -90,13 +89,13 @@ def widened_by_dead_band(part: Part, track: Track, board: Board) -> Part:
 
 
 def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
-    """Return the dead band of 255 that explains a sweep best; the board's own unless another is much better.
+    """Return the dead band of 255 that fits a sweep best; the board's own unless another is much better.
 
-    fine: the best one near the board's, however little better.
+    fine: the best one near the board's, however small the improvement.
 
-    m a + b v + Fc sgn v + c must make the force: only the right dead band gives the force its right shape,
-    whatever the motor constant. What is left over counts against the force that moves the mass, not against
-    friction: too small a dead band looks like more of that, and would make everything left over look small.
+    m a + b v + Fc sgn v + c must equal the force: only the right dead band gives the force this shape, for
+    any motor constant. Residuals are relative to the inertial force, not to friction: a dead band that is too
+    small looks like friction, which would make the relative residual small.
     """
     recording = recording_of(track, board)
     grid = lay(recording)
@@ -120,11 +119,11 @@ def dead_band_of(track: Track, board: Board, fine: bool = False) -> int:
     if fine:
         return best
     far = abs(best - board.dead_band) >= _STEPS
-    return best if far and residual(board.dead_band) > _BETTER * residual(best) else board.dead_band
+    return best if far and residual(board.dead_band) > _CREDIBLE_RATIO * residual(best) else board.dead_band
 
 
 def _longest_windows(grid: Grid) -> tuple[Windows, np.ndarray]:
-    """Return the longest windows of which enough go one way all through, and which those are."""
+    """Return the longest windows with enough motion in one direction, and their mask."""
     for piece in _PIECES:
         windows = Windows(len(grid), piece, grid.period, 0.0)
         one_way = windows.every(grid.sign > 0.0) | windows.every(grid.sign < 0.0)
@@ -144,10 +143,10 @@ def _window_forces(track: Track, board: Board, grid: Grid, windows: Windows) -> 
 
 
 def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
-    """Return a part whose intervals also hold relative errors of the scales of force and length, and late s.
+    """Return a part, its intervals widened by relative errors of force and length scales, and ``late`` s.
 
-    Where forces begin late s after what is believed, damping looks like mass and, at the motion's frequency,
-    mass like damping. What is then wider than its value, and than what is felt, is not told.
+    A timing error mixes damping with mass, and at the motion's frequency mass with damping. An estimate whose
+    interval then exceeds its value and its just-noticeable difference is undetermined.
     """
     viscous = late * part.turning**2 * part["mass"].value
     moved = {"mass": late * part["viscous"].value, "viscous": viscous}
@@ -163,13 +162,13 @@ def widened(part: Part, force: float, length: float, late: float = 0.0) -> Part:
 
 
 def changes(part: Part) -> dict[str, float]:
-    """Return what of a board's settings a sweep tells; a number that it does not tell stays."""
+    """Return the settings that a sweep determines; undetermined numbers are left out."""
     return {e.key: max(e.value, 0.0) for e in part.estimates if e.told}
 
 
 @dataclass(frozen=True)
 class SweepResult:
-    """A sweep and what it says: the board's settings with the dead band found, and the paddle."""
+    """A sweep and its results: settings with the fitted dead band, and the paddle."""
 
     board: Board
     part: Part
@@ -177,9 +176,9 @@ class SweepResult:
 
 
 def sweep(runner: BoardRunner, seconds: float = motions.SWEEP_SECONDS, fine: bool = False) -> SweepResult:
-    """Find what it takes to move the handle, sweep, judge; raise DeviceError. Changes nothing on the board.
+    """Find the break-away force, sweep and evaluate; raise DeviceError. Changes nothing on the board.
 
-    fine: the board has a dead band near the true one, so that any better one counts.
+    fine: accept small changes of the dead band, as the board's is already near.
     """
     friction = min(_COMPENSATED * breakaway(runner).force, MOST_COMPENSATED)
     track = motions.sweep(runner, seconds, friction)

@@ -1,4 +1,4 @@
-"""The result of a check: passed, or what to look at and what to do."""
+"""The result of a check: passed, or a fault with its remedy."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,10 @@ PASS, WARN, FAIL, SKIP = "pass", "look", "fail", "skip"
 
 @dataclass(frozen=True)
 class CheckResult:
-    """What was found, in words; remedy: what to do; key: names the fault.
+    """Result of a check as text; remedy: what to do; key: identifies the fault.
 
-    WARN: something to look at, nothing is dangerous. FAIL: a danger, nothing may be rendered before it is
-    repaired. SKIP: left out, the words say what is assumed.
+    WARN: not dangerous. FAIL: dangerous, so rendering is blocked until it is repaired. SKIP: left out, the
+    text states the assumption.
     """
 
     level: str
@@ -20,15 +20,15 @@ class CheckResult:
 
     @property
     def good(self) -> bool:
-        """Say whether there is nothing to do."""
+        """Return True if there is nothing to do."""
         return self.level == PASS
 
 
 def passed(words: str) -> CheckResult:
-    """Return the result of a check that found nothing wrong."""
+    """Return the result of a check without fault."""
     return CheckResult(PASS, words)
 
 
 def warn(key: str, words: str, remedy: str) -> CheckResult:
-    """Return the result of a check that found something to look at."""
+    """Return a warning."""
     return CheckResult(WARN, words, remedy, key)

@@ -1,4 +1,4 @@
-"""Zero and scale from known places of the handle, by least squares, checked against the radii."""
+"""Zero and scale from marks at known positions, by least squares, checked against the radii."""
 
 from dataclasses import dataclass, replace
 
@@ -12,16 +12,16 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.protocol.messages import Board
 
 STILL = 0.4e-3
-"""m that a held handle may move while its place is taken."""
+"""m; largest motion of a held handle during a mark."""
 APART = 0.020
-"""m that the outermost marks are apart at least."""
+"""m; smallest distance between the outermost marks."""
 SLIPPED = 1.5e-3
-"""m by which the same mark, taken again, may differ."""
+"""m; largest difference when a mark is repeated."""
 READING = 0.3e-3
-"""m, one sigma: how well a handle is held at a mark, before the marks themselves say so."""
+"""m, standard deviation of a hand-held mark, used until marks give their own."""
 _KNOWN = 4
-# how far from the radii a scale may be; near a factor 2, and where no handle is so short or so long (kits
-# have 66 to 90 mm), a diameter stands for a radius
+# largest relative deviation from the radii; near a factor of 2, or if the handle length is implausible (kits
+# have 66 to 90 mm), a diameter was entered as a radius
 NEAR = 0.06
 _FACTOR = 0.12
 _HANDLES = (0.055, 0.120)
@@ -30,14 +30,14 @@ _NAMES = {"handle_radius": "The handle's radius rh", "pulley_radius": "The pulle
 
 @dataclass(frozen=True)
 class Mark:
-    """The handle held at a known place: m from the middle, positive to the right; the count before sense."""
+    """Handle held at a known position: m from the centre, positive to the right; raw count."""
 
     place: float
     count: float
 
 
 def mark_from(track: Track, place: float) -> Mark:
-    """Return the mark that a track of a held handle shows; raise ParameterError where it was not still."""
+    """Return the mark of a track of a held handle; raise ParameterError if it moves."""
     count = track.settings.sense * track.count + track.settings.zero
     spread = float(np.ptp(track.position))
     if spread > STILL:
@@ -48,8 +48,11 @@ def mark_from(track: Track, place: float) -> Mark:
 
 @dataclass(frozen=True)
 class Scale:
-    """Quantum m per count with its 95 % half width; zero (a count before sense); sense; what each mark is off
-    by (n,) in m; the quantum's ratio to what the radii make; how far a mark taken twice differs, in m."""
+    """Fitted scale: quantum in m per count with its 95 % half width; zero as a raw count; sense.
+
+    Also the residual of each mark (n,) in m; the ratio to the quantum computed from the radii; the largest
+    difference between repeated marks in m.
+    """
 
     quantum: float
     quantum_half: float
@@ -62,7 +65,10 @@ class Scale:
 
 
 def fit(marks: list[Mark], board: Board) -> Scale:
-    """Fit count = zero + place / quantum; raise ParameterError where the marks are too few or too close."""
+    """Fit count = zero + place
+
+    quantum; raise ParameterError with too few marks or too small a range.
+    """
     places, counts = np.array([m.place for m in marks]), np.array([m.count for m in marks])
     if len(marks) < 2 or np.ptp(places) < APART:
         raise ParameterError(
@@ -129,10 +135,11 @@ def _judge_ratio(found: Scale, board: Board) -> CheckResult:
 
 
 def changes(found: Scale, board: Board) -> dict[str, float | int]:
-    """Return what of a board's settings the marks correct.
+    """Return the settings that the marks correct.
 
-    One number makes positions and forces: rh rp / rs = quantum * counts / turn, so the radius that explains a
-    difference follows the marks, and the force is right with it.
+    Positions and forces share one ratio, rh rp
+    rs = quantum * counts
+    turn, so the radius is corrected with the quantum, and the force with it.
     """
     made = {"quantum": found.quantum, "zero": round(found.zero), "sense": found.sense}
     radius = _wrong_radius(found)
@@ -140,7 +147,7 @@ def changes(found: Scale, board: Board) -> dict[str, float | int]:
 
 
 def in_force(found: Scale, before: Board) -> CheckResult:
-    """Return the result once the marks are in force: a radius that was wrong has given way."""
+    """Return the result after the marks are applied, with the radius corrected."""
     if found.result.key not in ("diameter", "radius"):
         return found.result
     radius = _wrong_radius(found)
@@ -152,5 +159,5 @@ def in_force(found: Scale, before: Board) -> CheckResult:
 
 
 def _wrong_radius(found: Scale) -> str:
-    """Return the radius that a difference from the radii is put down to."""
+    """Return the radius to which a deviation is attributed."""
     return "handle_radius" if found.result.key == "radius" else "pulley_radius"

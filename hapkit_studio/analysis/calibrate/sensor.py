@@ -1,4 +1,4 @@
-"""The sensor moved from end to end: its range, how often it repeats, and whether it can be trusted."""
+"""The sensor over the whole range: counts, their period, and whether it is reliable."""
 
 from dataclasses import dataclass, replace
 
@@ -11,9 +11,9 @@ from hapkit_studio.formatting import number
 from hapkit_studio.protocol.messages import Board, Sensor
 
 ENOUGH_TRAVEL = 0.060
-"""m from end to end that a look at the sensor takes; a kit has some 100 mm."""
+"""m; smallest range for a check of the sensor; a kit has about 100 mm."""
 NOISY = 4.0
-"""Counts, one sigma, above which a reading is noisy."""
+"""Counts, standard deviation above which a reading is noisy."""
 _STUCK = 3
 _FEW_REPEATS = 4
 _PLAUSIBLE = 0.15
@@ -22,8 +22,10 @@ _NEIGHBOURS = 3
 
 @dataclass(frozen=True)
 class SensorResult:
-    """What a look at the sensor found: lowest and highest reading, repeats, the counts between two of them
-    with a 95 % half width (nan where there were too few), travel in m by the radii, noise in counts."""
+    """Result of the sensor check: lowest and highest reading, jumps, the period in counts with its 95 % half
+
+    width (NaN with too few jumps), travel in m by the radii, noise in counts.
+    """
 
     low: int
     high: int
@@ -36,10 +38,10 @@ class SensorResult:
 
 
 def noise_of(raw: np.ndarray) -> float:
-    """Return one sigma in counts of what neighbouring readings (n,) do not share; repeats do not count.
+    """Return the standard deviation in counts of white noise in readings (n,); repetitions are ignored.
 
-    A second difference of independent errors has six times their variance; half its absolute values lie
-    within 0.6745 of a normal sigma.
+    Second differences of independent errors have six times their variance; the median of a normal
+    distribution's absolute value is 0.6745 standard deviations.
     """
     second = np.abs(np.diff(raw.astype(float), 2))
     if not len(second):
@@ -48,7 +50,7 @@ def noise_of(raw: np.ndarray) -> float:
 
 
 def too_noisy(noise: float) -> CheckResult:
-    """Return the result for a reading that jumps by so many counts."""
+    """Return the result for a reading with this noise in counts."""
     return warn(
         "noisy",
         f"The sensor's reading jumps by {noise:.0f} counts (limit {NOISY:.0f}).",
@@ -57,9 +59,9 @@ def too_noisy(noise: float) -> CheckResult:
 
 
 def periods(raw: np.ndarray) -> np.ndarray:
-    """Return the counts (k,) between repeats that each jump shows, the motion through it taken out.
+    """Return the period (k,) in counts that each jump implies, corrected for the motion during it.
 
-    A jump may take a few readings; the speed before and after it says how far the handle went meanwhile.
+    A jump may take several readings; the motion during it is interpolated from the speeds before and after.
     """
     reach = float(np.ptp(raw)) + 1.0
     jumps = np.flatnonzero(np.abs(np.diff(raw.astype(float))) > 0.5 * reach) + 1
@@ -70,7 +72,7 @@ def periods(raw: np.ndarray) -> np.ndarray:
             continue
         before, after = raw[at - 2 * n : at].astype(float), raw[at : at + 2 * n].astype(float)
         if max(np.ptp(before), np.ptp(after)) > 0.4 * reach:
-            continue  # the handle reversed within the jump
+            continue  # reversal during the jump
         index = np.arange(2 * n)
         last = np.polyval(np.polyfit(index, before, 1), 2 * n - 0.5)
         first = np.polyval(np.polyfit(index, after, 1), -0.5)
@@ -79,14 +81,14 @@ def periods(raw: np.ndarray) -> np.ndarray:
 
 
 def analyse(track: Track) -> SensorResult:
-    """Look at a track in which the handle went from the left end to the right end, more than once."""
+    """Analyse a track of several motions from the left end to the right end."""
     board, raw = track.settings, track.raw
     low, high = int(raw.min()), int(raw.max())
     noise = noise_of(raw)
     period = half = float("nan")
     if board.sensor == Sensor.QUADRATURE:
         sizes, turns = np.empty(0), track.count
-    else:  # repeats are jumps of more than half the range seen
+    else:  # jumps exceed half the observed range
         sizes, turns = periods(raw), np.unwrap(raw.astype(float), period=float(np.ptp(raw)) + 1.0)
     if len(sizes) >= _FEW_REPEATS:
         middle = np.median(sizes)
@@ -134,7 +136,7 @@ def _judge_range(found: SensorResult, track: Track, board: Board) -> CheckResult
 
 
 def changes(found: SensorResult, board: Board) -> dict[str, int]:
-    """Return what of a board's settings a look at the sensor corrects; nothing where it failed."""
+    """Return the settings that the sensor check corrects; empty if it failed."""
     if not np.isfinite(found.period) or not found.result.good:
         return {}
     counts = round(found.period)

@@ -4,7 +4,13 @@ import threading
 
 from PySide6.QtWidgets import QDoubleSpinBox, QLabel, QPushButton, QWidget
 
-from hapkit_studio.analysis.calibrate.motor import HOOKED, SPRINGS, SPRINGS_DIFFER, SPRINGS_SURE, Strength
+from hapkit_studio.analysis.calibrate.motor import (
+    HOOKED,
+    SPRING_UNCERTAINTY,
+    SPRINGS,
+    SPRINGS_DIFFER,
+    Strength,
+)
 from hapkit_studio.analysis.calibrate.result import PASS, passed
 from hapkit_studio.devices.board_runner import Track
 from hapkit_studio.formatting import number
@@ -30,8 +36,8 @@ _SCALE = (
     f"Press Push: the motor pushes with {PUSH:g} N by its profile. Type what the scale reads."
 )
 _SPRINGS = (
-    f"Hook a spring {HOOKED}. Type its stiffness, known to {100.0 * SPRINGS_SURE:g} %, and press Pull, hands "
-    f"off. Then another, at least {SPRINGS_DIFFER:g} × as stiff."
+    f"Hook a spring {HOOKED}. Type its stiffness, known to {100.0 * SPRING_UNCERTAINTY:g} %, and press Pull, "
+    f"hands off. Then another, at least {SPRINGS_DIFFER:g} × as stiff."
 )
 
 

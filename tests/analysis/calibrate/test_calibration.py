@@ -113,7 +113,7 @@ HARD_KITS = {
 def test_what_is_stated_holds_the_truth(name):
     kit = PaddleKit(**HARD_KITS[name])
     work = student.whole(kit)
-    assert work.board.dead_band == pytest.approx(kit.dead, abs=paddle.BAND_SURE)
+    assert work.board.dead_band == pytest.approx(kit.dead, abs=paddle.BAND_UNCERTAINTY)
     found = work.strength
     assert full_force(work.board) == pytest.approx(kit.full, rel=found.half / found.ratio)
     assert found.half < 0.05 * found.ratio
