@@ -1,4 +1,4 @@
-"""Where methods fail: one file a failure, found by the name ``FAILURE``."""
+"""Limits of methods; each module with a ``FAILURE`` contains one."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -11,11 +11,11 @@ from hapkit_studio.discovery import declared
 
 @cache
 def failures() -> Mapping[str, Failure]:
-    """Return every failure by its key, in their order."""
+    """Return every failure by its key, in order."""
     found = declared(__name__, "FAILURE", Failure)
     return MappingProxyType({f.key: f for f in sorted(found, key=lambda f: (f.order, f.title))})
 
 
 def named(key: str) -> Failure:
-    """Return the failure of a key; raise ParameterError listing those there are."""
+    """Return a failure by its key; raise ParameterError listing the keys."""
     return discovery.named(failures(), key, "failure")

@@ -1,4 +1,4 @@
-"""What a failure is: where a method stops working, why, how to try and chart it, how to feel it live."""
+"""Type of a failure: the limit of a method, its cause, how to try and chart it, how to feel it live."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -21,21 +21,21 @@ from hapkit_studio.parameters import AnyParameter, Choice, Parameter, resolve
 
 __all__ = ["Choice", "Parameter", "Progress"]
 
-# One number for each option of a failure, a choice's as its index: what Failure.case returns.
+# one number per option of a failure, the index for a choice: result of Failure.case
 Case = Mapping[str, float]
 THEORY, MEASURED, OTHER = "theory", "measured", "other"
 
 
-# Points of a trace: a pixel has two of them, its lowest and its highest.
+# points of a trace: two per pixel, minimum and maximum
 POINTS = 2400
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What one try showed: samples (n,) that are step s apart, the number it was judged by, the verdict.
+    """Result of one trial: samples (n,), period step in s, the number it was judged by, the verdict.
 
-    The samples end where the motion is lost. measure is in unit measure_unit; words say both in one line, for
-    a person. held: a value lasts until the next.
+    Samples end when the motion diverges. measure is in unit measure_unit; words: both as one line of text.
+    held: draw as steps.
     """
 
     samples: np.ndarray
@@ -50,12 +50,12 @@ class Evidence:
 
     @property
     def seconds(self) -> float:
-        """Return how long the samples take."""
+        """Return the duration of the samples in s."""
         return self.step * (len(self.samples) - 1)
 
     @cached_property
     def trace(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return time and samples, of at most about POINTS pieces the lowest and the highest of each."""
+        """Return time and samples, decimated to the minimum and maximum of at most about POINTS parts."""
         x = self.samples
         time = self.step * np.arange(len(x))
         if len(x) <= POINTS:
@@ -71,10 +71,10 @@ class Evidence:
 
 @dataclass(frozen=True)
 class Curve:
-    """One curve to chart: of(x, case) is y, nan where it is not drawn; at(case): places of its own.
+    """One curve of a chart: of(x, case) is y, NaN for a gap; at(case): its own x values.
 
-    Without ``of`` y is what the failure's probe measures, without ``at`` it runs over the plot's places. role
-    is "theory", "measured" (points) or "other" (to compare).
+    Without ``of`` y is the failure's measured value, without ``at`` the plot's x values are used. role:
+    "theory", "measured" (points) or "other" (for comparison).
     """
 
     label: str
@@ -85,11 +85,10 @@ class Curve:
 
 @dataclass(frozen=True)
 class Plot:
-    """How a failure is charted: curves over shares (n,) of its limit, or over the places (n,) of a case.
+    """Chart of a failure: curves over multiples (n,) of its limit, or over x values (n,) of a case.
 
-    boundary labels the limit; "" where x_label says that x is not the knob (times ``factor``). marks: other
-    places worth seeing, by their labels. level: the y at which it begins to fail. Unless declared otherwise
-    y is a growth, which must stay below 0.
+    boundary: label of the limit; "" if x_label is not the knob (times ``factor``). marks: further x values
+    with labels. level: the y at which the method fails; by default y is a growth rate, stable below 0.
     """
 
     x_label: str
@@ -107,7 +106,7 @@ class Plot:
 
 @dataclass(frozen=True)
 class Line:
-    """A curve of a chart as computed: y (n,) over x (n,)."""
+    """A computed curve: y (n,) over x (n,)."""
 
     label: str
     x: np.ndarray
@@ -117,7 +116,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Chart:
-    """What a plot shows in one case, x in the chart's unit; the first mark is the boundary, if any."""
+    """A computed plot of one case, x in the chart's unit; the first mark is the boundary, if any."""
 
     plot: Plot
     lines: tuple[Line, ...]
@@ -127,10 +126,10 @@ class Chart:
 
 @dataclass(frozen=True)
 class Live:
-    """The same in the window: an environment, values within a person's limits, the loop, what to do.
+    """The failure in the window: environment, values within the window's limits, loop, instruction.
 
-    loop holds some of rate Hz, delay s, estimator, options (pairs), model; grip is a grip's name: the mouse
-    button held down is that hand, let go is let go.
+    loop: some of rate Hz, delay s, estimator, options (pairs), model. grip: a grip's name; holding the mouse
+    button holds the handle with that grip, releasing it lets go.
     """
 
     environment: str
@@ -142,7 +141,7 @@ class Live:
 
 @dataclass(frozen=True)
 class Try:
-    """One value of the knob, what it showed, and how the window would show it."""
+    """A value of the knob, its result, and its live settings."""
 
     value: float
     evidence: Evidence
@@ -151,13 +150,13 @@ class Try:
 
 @dataclass(frozen=True)
 class Failure:
-    """One way in which a method fails; its file in this folder is found by the name ``FAILURE``.
+    """The limit of a method; each module in this folder with a ``FAILURE`` is found.
 
-    knob is what is turned, low to high all that may be tried; below limit(case) the method holds, above it
-    fails, for certain from ``margin`` (a share of the limit) on: 0.01 where the boundary is sharp. The limit
-    is inf where nothing fails, 0 where nothing holds. A case has one number for each of options. probe tries
-    one value of the knob by the code that renders; plot draws many and the formula beside them. plane: the
-    same limit in dimensionless numbers, for every device. span: the shares of the limit worth turning to.
+    knob: the parameter varied, within low and high. The method works below limit(case) and fails above it,
+    with certainty beyond ``margin``, a fraction of the limit: 0.01 for a sharp boundary. limit is inf if it
+    never fails, 0 if it never works. A case has one number per option. probe: tries one value with the
+    rendering code. plot: many values and the formula. plane: the same limit in dimensionless numbers. span:
+    multiples of the limit worth trying.
     """
 
     key: str
@@ -177,20 +176,20 @@ class Failure:
     order: int = 100
 
     def case(self, options: Mapping[str, object] | None = None) -> dict[str, float]:
-        """Return every option's number, defaults filled in; raise ParameterError."""
+        """Return every option's number, with defaults; raise ParameterError."""
         numbers = resolve(self.options, options or {}, self.title)
         return {p.key: n for p, n in zip(self.options, numbers, strict=True)}
 
     def inside(self, case: Case) -> float:
-        """Return the knob's value just inside the limit, where the method holds."""
+        """Return a value of the knob just inside the limit, where the method works."""
         return self.limit(case) * (1.0 - self.margin)
 
     def outside(self, case: Case) -> float:
-        """Return the knob's value just outside the limit, where the method fails."""
+        """Return a value of the knob just outside the limit, where the method fails."""
         return self.limit(case) * (1.0 + self.margin)
 
     def bound(self, case: Case) -> float:
-        """Return the limit; raise ParameterError where a case has none."""
+        """Return the limit; raise ParameterError if a case has none."""
         limit = self.limit(case)
         if not 0.0 < limit < math.inf:
             what = "fails" if limit else "holds"
@@ -198,12 +197,12 @@ class Failure:
         return limit
 
     def try_at(self, value: object, options: Mapping[str, object] | None = None) -> Evidence:
-        """Return what happens at one value of the knob; raise ParameterError for what cannot be tried."""
+        """Return the result at one value of the knob; raise ParameterError for an invalid value."""
         case = self.case(options)
         return self.probe(self.knob.check(value), case)
 
     def curve(self, case: Case, progress: Progress) -> Chart:
-        """Compute every curve of the plot; the progress counts all points but those of theory."""
+        """Compute every curve of the plot; progress counts all points except those of theory."""
         plot, limit, done = self.plot, self.limit(case), 0
         shared = plot.at(case) if callable(plot.at) else limit * plot.at
         places = [curve.at(case) if curve.at else shared for curve in plot.curves]
@@ -223,19 +222,19 @@ class Failure:
 
 
 def remembered(limit: Callable[[Case], float]) -> Callable[[Case], float]:
-    """Keep the limits of the last cases: each takes long to find, and is asked for often."""
+    """Cache the limits of recent cases, which are slow to compute."""
     found = lru_cache(maxsize=64)(lambda numbers: limit(dict(numbers)))
     return wraps(limit)(lambda case: found(tuple(case.items())))
 
 
 def within(key: str, values: Mapping[str, float]) -> dict[str, float]:
-    """Return values of an environment, cut to what a person may set there."""
+    """Return values of an environment, clipped to the window's limits."""
     declared = {p.key: p for p in environments.named(key).parameters}
     return {k: min(max(float(v), declared[k].low), declared[k].high) for k, v in values.items()}
 
 
 def short(value: float, bound: float = math.inf) -> float:
-    """Return a value in four figures, or in as many as keep it on its side of the bound."""
+    """Return a value with four digits, or as many as keep it on its side of the bound."""
     for digits in range(4, 17):
         rounded = float(f"{value:.{digits}g}")
         if (rounded < bound) == (value < bound) and (rounded > bound) == (value > bound):
@@ -244,15 +243,15 @@ def short(value: float, bound: float = math.inf) -> float:
 
 
 def live_rate(rate: float) -> float:
-    """Return a rate in Hz, cut to what a person may set."""
+    """Return a rate in Hz, clipped to the window's limits."""
     return min(max(rate, RATE.low), RATE.high)
 
 
 @dataclass
 class Shown:
-    """What is known of a failure in one case: its limit, a try on each side of it, the chart.
+    """A failure in one case: its limit, a trial on each side of it, the chart.
 
-    old: the names of what belongs to other conditions.
+    old: names of the fields computed for other conditions.
     """
 
     failure: Failure
@@ -266,12 +265,12 @@ class Shown:
 
     @property
     def scale(self) -> float | None:
-        """Return the factor from the knob's unit to the chart's x axis; None where x is another quantity."""
+        """Return the factor from the knob's unit to the chart's x axis; None if x is another quantity."""
         return self.chart.plot.factor if self.chart and self.chart.plot.boundary and self.limit else None
 
     @property
     def as_theory_says(self) -> bool:
-        """Say whether the inner try holds and the outer one fails."""
+        """Return True if the inner trial works and the outer one fails."""
         return [one and one.evidence.holds for one in (self.inside, self.outside)] == [True, False]
 
 
@@ -283,7 +282,7 @@ def show(
     plane: bool = False,
     progress: Progress = no_progress,
 ) -> Shown:
-    """Return a failure tried on both sides of its limit; raise ParameterError for options without a limit."""
+    """Try a failure on both sides of its limit; raise ParameterError for options without a limit."""
     case = failure.case(options)
     limit, values = failure.bound(case), (failure.inside(case), failure.outside(case))
     inside, outside = (Try(value, failure.probe(value, case)) for value in values)
@@ -294,7 +293,7 @@ def show(
 
 
 def as_json(shown: Shown, traces: bool = False) -> dict[str, Any]:
-    """Return a failure shown as one object, SI units; traces: with what moved, and the chart's lines."""
+    """Return the result as one object in SI units; traces: include samples and chart lines."""
     failure, chart = shown.failure, shown.chart
     found = {
         **{key: getattr(failure, key) for key in ("key", "title", "formula", "margin")},
@@ -316,7 +315,7 @@ def as_json(shown: Shown, traces: bool = False) -> dict[str, Any]:
 
 
 def try_json(one: Try | None, traces: bool = False) -> dict[str, Any]:
-    """Return one try as an object; a measure that is not finite is None."""
+    """Return one trial as an object; a measure that is not finite is None."""
     if one is None:
         return {}
     found = one.evidence
@@ -328,7 +327,7 @@ def try_json(one: Try | None, traces: bool = False) -> dict[str, Any]:
     return plain(numbers)
 
 
-# What several failures do alike: render, judge a motion, write its verdict.
+# helpers shared by failures: rendering, judging a motion, wording its verdict
 
 
 def render(
@@ -339,7 +338,7 @@ def render(
     count: int,
     hand: Hand | Prescribed | None = None,
 ) -> np.ndarray:
-    """Return count telemetry rows of an environment, its other values their defaults."""
+    """Return ``count`` telemetry rows of an environment, other values at their defaults."""
     environment = environments.named(key)
     scene = headless.Scene(environment, {**environment.values(), **given}, device, loop)
     return headless.render(scene, hand, count)[0]
@@ -348,28 +347,28 @@ def render(
 def growth_evidence(
     x: np.ndarray, step: float, rate: float, label: str = "position", unit: str = "mm", more: str = ""
 ) -> Evidence:
-    """Return the evidence of a motion x (n,) that grows by rate in 1/s; it holds where that is below 0."""
+    """Return the evidence of a motion x (n,) with growth ``rate`` in 1/s; it works if that is negative."""
     words = f"{'decays' if rate < 0.0 else 'grows'} by {with_unit(abs(rate), '1/s')}{more}"
     return Evidence(x, step, label, unit, rate < 0.0, rate, "1/s", words)
 
 
 def before_lost(x: np.ndarray, most: float) -> int:
-    """Return how many samples of x (n,) come before the first beyond ``most`` or not finite."""
+    """Return the number of samples of x (n,) before the first beyond ``most`` or not finite."""
     with np.errstate(invalid="ignore"):
         lost = ~(np.abs(x) <= most)
     return int(np.argmax(lost)) if lost.any() else len(x)
 
 
 def alive(size: np.ndarray, least: float) -> int:
-    """Return how many samples of size (n,) there are up to the last that is ``least`` or more."""
+    """Return the number of samples of size (n,) up to the last of at least ``least``."""
     big = np.flatnonzero(size >= least)
     return int(big[-1]) + 1 if len(big) else 0
 
 
 def growth(size: np.ndarray, seconds: float) -> float:
-    """Return the growth in 1/s of an oscillation's size (n,), samples ``seconds`` apart.
+    """Return the growth in 1/s of an oscillation's amplitude (n,) with period ``seconds``.
 
-    From the last two thirds of it, so that what dies out at once does not count; 0 where nothing moves.
+    Fitted to the last two thirds, to exclude transients; 0 without motion.
     """
     third = len(size) // 3
     if third == 0:

@@ -1,4 +1,4 @@
-"""The energy of a bounce off a sampled wall, rendered: where its formula holds, where it is off."""
+"""Energy gained in a bounce off a sampled wall: where the formula is accurate, and where not."""
 
 import math
 from dataclasses import replace
@@ -14,28 +14,28 @@ from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.settings import LoopSettings
 
 SPEED = 0.1
-WALL = 0.005  # m: here, and in the window
+WALL = 0.005  # m, in the trial and in the window
 WITHIN = 0.01
 PHASES = (np.arange(32) + 0.5) / 32
-# ω T (1 + 2 td/T) up to which the formula is within 1 %.
+# lateness ω T (1 + 2 td/T) up to which the formula is within 1 %
 LATENESS = 0.4
 
 
 def stiffness_of(lateness: float, case: base.Case) -> float:
-    """Return the stiffness in N/m whose ω T (1 + 2 td/T) that is."""
+    """Return the stiffness in N/m for a lateness ω T (1 + 2 td/T)."""
     turn = lateness / (1.0 + 2.0 * case["late"])
     return case["mass"] * (turn * case["rate"]) ** 2
 
 
 def balance_of(lateness: float, case: base.Case) -> float:
-    """Return k (T/2 + td) in N·s/m: the damping that takes what lateness gives."""
+    """Return k (T/2 + td) in N·s/m: the damping that absorbs the energy gained by lateness."""
     return stiffness_of(lateness, case) * (0.5 + case["late"]) / case["rate"]
 
 
 def bounce_rows(lateness: float, case: base.Case, phase: float, damping: float = 0.0) -> np.ndarray:
-    """Return the rows of a bounce; phase: where between two samples it meets the wall.
+    """Return the rows of a bounce; phase: fraction of a period between a sample and the contact.
 
-    damping is the handle's own: it acts outside the wall as well.
+    damping: the handle's own, which also acts outside the wall.
     """
     mass, stiffness, rate = case["mass"], stiffness_of(lateness, case), case["rate"]
     device = SimulatedHapkit(mass, damping, 0.0, 0.0, math.inf, WALL - phase * SPEED / rate, SPEED)
@@ -45,10 +45,10 @@ def bounce_rows(lateness: float, case: base.Case, phase: float, damping: float =
 
 
 def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
-    """Return energy out over energy in by the tick, the mean over the sampling phases.
+    """Return the simulated ratio of energy out to energy in, averaged over the sampling phases.
 
-    The handle's damping is ``balance`` times k (T/2 + td). Out is once the last force has ended, in the last
-    sample outside.
+    The handle's damping is ``balance`` times k (T/2 + td). Energy out is taken at the last sample outside
+    after the last force has ended.
     """
     damping, gains = balance * balance_of(lateness, case), []
     for phase in PHASES:
@@ -60,14 +60,14 @@ def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
 
 
 def off(lateness: float, case: base.Case, gain: float, balance: float = 0.0) -> float:
-    """Return by how much exp(π (k (T/2 + td) − b₀)/(m ω)) differs from a gain, as a share of the gain."""
+    """Return the relative error of exp(π (k (T/2 + td) − b₀)/(m ω)) for a simulated gain."""
     surplus = (1.0 - balance) * balance_of(lateness, case)
     momentum = math.sqrt(stiffness_of(lateness, case) * case["mass"])
     return math.exp(math.pi * surplus / momentum) / gain - 1.0
 
 
 def probe(lateness: float, case: base.Case) -> base.Evidence:
-    """Throw the handle at the wall, at every sampling phase, and compare the energy with the formula."""
+    """Throw the handle at the wall at every sampling phase; compare the energy with the formula."""
     gain = rendered(lateness, case)
     error = off(lateness, case, gain)
     wrong = with_unit(100.0 * error, "%", 2, sign=True)
@@ -77,7 +77,7 @@ def probe(lateness: float, case: base.Case) -> base.Evidence:
 
 
 def error(balance: float, label: str) -> base.Curve:
-    """Declare by how many % the formula is off where b₀ is a share of the balance k (T/2 + td)."""
+    """Define the formula's error in % for b₀ as a fraction of the balance k (T/2 + td)."""
 
     def of(lateness: float, case: base.Case) -> float:
         return 100.0 * off(lateness, case, rendered(lateness, case, balance), balance)
@@ -86,7 +86,7 @@ def error(balance: float, label: str) -> base.Curve:
 
 
 def live(lateness: float, case: base.Case) -> base.Live:
-    """Return the wall in the window."""
+    """Return the wall for the window."""
     stiffness = stiffness_of(lateness, case)
     given = {"stiffness": base.short(stiffness, stiffness_of(LATENESS, case)), "damping": 0.0}
     values = {**base.within("wall", given), "position": WALL}

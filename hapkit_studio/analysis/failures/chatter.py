@@ -1,4 +1,4 @@
-"""Friction by the sign of a counted velocity: beyond a force it chatters over several counts."""
+"""Friction by the sign of a quantised velocity: above a force it chatters over several counts."""
 
 import math
 from dataclasses import replace
@@ -13,14 +13,14 @@ from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.settings import LoopSettings
 
-# The ratio F_c T²/(m Δ) up to which the force only flickers within a count, by the delay in periods.
+# ratio F_c T²/(m Δ) up to which chatter stays within one count, by the delay in periods
 RATIOS = (1.5, 0.7)
-# More than this, in counts, is felt as chatter.
+# counts; more is felt as chatter
 FLICKER = 1.5
-# Places in counts and speeds in m/s that the handle starts with: the worst one counts.
+# initial positions in counts and speeds in m/s; the worst one decides
 STARTS = ((0.0, 0.1234), (0.15, 0.05), (0.35, 0.2), (0.65, -0.08))
 SECONDS, LAST = 3.0, 0.5
-_PLACES = (0.01, 0.02, 0.03, 0.04)  # m: where the pointer lets go
+_PLACES = (0.01, 0.02, 0.03, 0.04)  # m: where the mouse releases the handle
 _SHARES = np.array([0.1, 0.2, 0.3, 0.45, 0.6, 0.75, 0.9, 1.0, 1.15, 1.33, 1.5, 1.75, 2.0])
 
 
@@ -35,12 +35,9 @@ def limit(case: base.Case) -> float:
 
 
 def peak_to_peak(friction: float, case: base.Case, model: int = COULOMB) -> tuple[float, np.ndarray]:
-    """Slide to rest from each of STARTS; return the largest p-p of the last half second, and that tail (n,).
-
-    In counts.
-    """
+    """Slide to rest from each of STARTS; return the largest p-p of the last 0.5 s and its tail, in counts."""
     given = {"model": float(model), "kinetic_force": friction, "static_force": friction, "viscous": 0.0}
-    # half the stiffest spring that a handle of this damping can be held by, for the models that hold
+    # for models with a tether: half the stiffest spring that a handle of this damping holds stably
     given["tether_stiffness"] = case["viscous"] * case["rate"] / (1.0 + 2.0 * case["late"])
     loop, tails = LoopSettings(case["rate"], case["late"] / case["rate"]), []
     for place, speed in STARTS:
@@ -62,9 +59,9 @@ def probe(friction: float, case: base.Case) -> base.Evidence:
 
 
 def live(friction: float, case: base.Case) -> base.Live:
-    """Return the friction scene in the window, by the sign of the velocity.
+    """Return the friction scene for the window, by the sign of the velocity.
 
-    Where the handle is let go, and what its force does then, depends on the place in a count.
+    The force after release depends on the position within a count.
     """
     force = base.short(friction, limit(case))
     values = base.within("friction", {"kinetic_force": force, "static_force": force, "viscous": 0.0})

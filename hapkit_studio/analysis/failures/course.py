@@ -1,4 +1,4 @@
-"""The course's mass on a spring: held in contact at 1 ms by the lecture's rule, it grows, not rests."""
+"""The course's mass on a spring: in contact at 1 ms, as the lecture suggests, its oscillation grows."""
 
 import math
 from dataclasses import replace
@@ -19,7 +19,7 @@ REST = 0.01
 BOTH = SPRING + CONTACT
 OMEGA = math.sqrt(BOTH / MASS)
 RATIO = DAMPING / (2.0 * MASS * OMEGA)
-# The handle goes slowly to PRESSED, then by NUDGE at once, and is held still: the mass swings in contact.
+# m, m, s: the handle moves slowly to PRESSED, steps by NUDGE, and is held still while the mass oscillates
 PRESSED, NUDGE, RISE = 0.02, 2e-4, 2.0
 SECONDS = 8.0
 
@@ -30,7 +30,7 @@ def limit(case: base.Case) -> float:
 
 
 def values(method: str) -> dict[str, float]:
-    """Return the course's numbers as the environment takes them."""
+    """Return the course's numbers as values of the environment."""
     arguments = {"mass": MASS, "damping": DAMPING, "stiffness": SPRING, "contact_stiffness": CONTACT}
     arguments |= {"contact_damping": 0.0, "rest_position": REST}
     return {**arguments, "integrator": float(INTEGRATORS.index(method))}
@@ -43,7 +43,7 @@ def _held(time: float) -> float:
 
 
 def swing(method: str, step: float) -> np.ndarray:
-    """Return the place (n,) of the mass about its rest in contact, by the tick, while it is touched."""
+    """Return the simulated position (n,) of the mass about its rest, while in contact."""
     device = SimulatedHapkit(coulomb_force=0.0, quantum=0.0, max_force=math.inf)
     count, loop = round((RISE + SECONDS) / step), LoopSettings(1.0 / step)
     out = base.render("mass_spring_damper", values(method), device, loop, count, Prescribed(_held))
@@ -53,7 +53,7 @@ def swing(method: str, step: float) -> np.ndarray:
 
 
 def rate_of(x: np.ndarray, step: float) -> float:
-    """Return the growth in 1/s of a swing x (n,) about 0."""
+    """Return the growth in 1/s of an oscillation x (n,) about 0."""
     speed = np.gradient(x, step) if len(x) > 2 else np.zeros(len(x))
     return base.growth(np.hypot(x, speed / OMEGA), step)
 
@@ -76,7 +76,7 @@ _ADVICE = (
 
 
 def live(step: float, case: base.Case) -> base.Live:
-    """Return the course's scene in the window at this step."""
+    """Return the course's scene for the window at this step."""
     loop = {"rate": base.live_rate(1.0 / step)}
     return base.Live("mass_spring_damper", values(method_of(case)), loop, "firm", _ADVICE)
 

@@ -1,4 +1,4 @@
-"""Damping that reduces stability: behind a slow second-order filter it lowers the stable stiffness."""
+"""Damping that reduces stability: a slow second-order velocity filter lowers the stable stiffness."""
 
 import math
 
@@ -9,7 +9,7 @@ from hapkit_studio.analysis.failures import base, spring
 from hapkit_studio.analysis.failures.filters import bound, over_damping
 from hapkit_studio.dynamics.estimators import Spec
 
-# No damping beyond this is looked at.
+# N·s/m, largest damping considered
 MOST = 20.0
 _SCAN = np.linspace(0.0, MOST, 41)
 _HALVINGS = 25
@@ -22,7 +22,7 @@ def spec(case: base.Case) -> Spec:
 
 @base.remembered
 def limit(case: base.Case) -> float:
-    """Return the damping in N·s/m up to which the spring is stable: 0 if it never is, inf if always."""
+    """Return the damping in N·s/m up to which the spring is stable; 0 for never, inf for always."""
 
     def stable(damping: float) -> bool:
         return bound(case, damping, spec(case)) >= case["stiffness"]
@@ -37,7 +37,7 @@ def limit(case: base.Case) -> float:
 
 
 def live(damping: float, case: base.Case) -> base.Live:
-    """Return the spring in the window with this damping behind the filter."""
+    """Return the spring for the window with this damping and filter."""
     given = {"stiffness": case["stiffness"]}
     return spring.live(damping, limit(case), spring.DAMPING, given, spring.loop_of(case, spec(case)))
 

@@ -1,4 +1,4 @@
-"""A spring and damper behind a velocity filter: what each linear estimator leaves of the stable stiffness."""
+"""A spring and damper with a velocity filter: stable stiffness with each linear estimator."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -36,14 +36,14 @@ def bound(
 
 
 def limit(case: base.Case) -> float:
-    """Return the exact limit in N/m with this filter; 0 where the damping alone is unstable."""
+    """Return the exact limit in N/m with this filter; 0 if the damping alone is unstable."""
     return bound(case, case["damping"], chosen(case))
 
 
 def over_damping(
     dampings: Callable[[base.Case], np.ndarray], every: int, spec: Callable[[base.Case], Spec], **more: Any
 ) -> base.Plot:
-    """Declare the limit over virtual damping: without a filter, exact, and rendered at every so many."""
+    """Define the limit over damping: without filter, exact, and simulated at every ``every``-th value."""
 
     def exact(damping: float, case: base.Case) -> float:
         return bound(case, damping, spec(case))
@@ -61,7 +61,7 @@ def over_damping(
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
-    """Return the spring and damper in the window behind this filter."""
+    """Return the spring and damper for the window with this filter."""
     loop = spring.loop_of(case, chosen(case))
     return spring.live(stiffness, limit(case), spring.STIFFNESS, {"damping": case["damping"]}, loop)
 

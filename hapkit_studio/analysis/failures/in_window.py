@@ -1,4 +1,4 @@
-"""What a hand feels of a failure in the window, on the device with friction, counts and force limit."""
+"""A failure as felt in the window, on the device with friction, quantisation and force limit."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,25 +15,26 @@ from hapkit_studio.formatting import on_screen, with_unit
 from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings import LoopSettings
 
-# The mouse holds so long, then lets go; so long it is watched, and so much of the end is judged. In s.
+# s: the mouse holds, then lets go; observation time, and the part at its end that is judged
 HELD, WATCHED, END = 0.6, 4.0, 0.5
-# A person sees a swing from this on; p-p in m.
+# m p-p, smallest visible oscillation
 SEEN = 0.5e-3
-# Where the pointer is let go; against the motor's 3 N a medium grip of 200 N/m holds the handle 15 mm behind.
+# m, where the mouse lets go; at the motor's limit of 3 N, a medium grip of 200 N/m leaves the handle 15 mm
+# behind
 POINTER = 0.035
-FROM, THROW = -0.03, 0.25  # m, m/s: where a throw begins, how fast the pointer goes
-FARTHEST = 0.06  # m: as far as the pointer reaches
+FROM, THROW = -0.03, 0.25  # m, m/s: start and pointer speed of a throw
+FARTHEST = 0.06  # m: reach of the pointer
 _WHY = "Dry friction and the motor's limit of 3 N hold it; the limit here leaves them out."
 
 
 def let_go(live: Live, pointer: float = POINTER, column: int = rows.TRUE_POSITION) -> float:
-    """Return a column's p-p some seconds after the mouse pulled to ``pointer`` m and let go."""
+    """Return a column's p-p after the mouse pulled to ``pointer`` m and let go."""
     out, rate = _released(live, lambda t: pointer * np.clip(2.0 * t / HELD, 0.0, 1.0), HELD)
     return float(np.ptp(out[-round(END * rate) :, column]))
 
 
 def thrown(live: Live, wall: float) -> float:
-    """Return how many times as fast the handle comes back that is thrown at a wall at ``wall`` m."""
+    """Return the ratio of the speeds after and before a bounce off a wall at ``wall`` m."""
     out, _ = _released(live, lambda t: FROM + THROW * np.maximum(t - HELD, 0.0), HELD + (wall - FROM) / THROW)
     x, speed = out[:, rows.TRUE_POSITION], out[:, rows.TRUE_VELOCITY]
     there = int(np.argmax(x > wall))
@@ -42,7 +43,7 @@ def thrown(live: Live, wall: float) -> float:
 
 
 def _scene(live: Live) -> headless.Scene:
-    """Return it as the headless loop takes it, on the device that the window models."""
+    """Return it as a scene of the headless loop, on the window's device."""
     environment = environments.named(live.environment)
     settings: dict[str, Any] = dict(live.loop)
     if "estimator" in settings:
@@ -53,14 +54,14 @@ def _scene(live: Live) -> headless.Scene:
 
 
 def _released(live: Live, target: Callable, release: float) -> tuple[np.ndarray, float]:
-    """Return the rows (n, …) under a medium grip that follows target(t) and lets go, and their rate in Hz."""
+    """Return the rows (n, …) of a medium grip that follows target(t) and lets go, and their rate in Hz."""
     scene, hand = _scene(live), gripping(target, grip=live.grip, release=release)
     rate = scene.loop.rate
     return headless.render(scene, hand, round((HELD + WATCHED) * rate))[0], rate
 
 
 def behind(place: float, stiffness: float) -> float:
-    """Return where in m the pointer of a medium grip is while a spring in N/m has the handle at ``place``."""
+    """Return the pointer position in m at which a spring in N/m and a medium grip balance at ``place`` m."""
     force = min(stiffness * place, SimulatedHapkit.max_force)
     return min(place + force / gripping().stiffness, FARTHEST)
 
@@ -68,9 +69,9 @@ def behind(place: float, stiffness: float) -> float:
 def pulled(
     make: Callable[[float], Live], value: float, bound: float, key: str, unit: str, pointer: float = POINTER
 ) -> Live:
-    """Return ``make(value)`` with advice that is true: what the handle does when it is let go.
+    """Return ``make(value)`` with an instruction that states what the released handle does.
 
-    make returns the scene of a value of the knob, whose limit is bound; key is the parameter that it sets.
+    make returns the live scene of a value of the knob with limit ``bound``; key: the parameter it sets.
     """
     live = make(value)
     cut = value > 1.001 * live.values[key]

@@ -27,10 +27,10 @@ METHOD = base.Choice(
     labels=tuple(LABELS[INTEGRATORS.index(m)] for m in METHODS),
 )
 RATIOS = (0.01, 0.05, 0.2, 0.5, 1.0, 2.0)
-# 1 kg that swings at 10 rad/s, let go at 10 mm
+# 1 kg at 10 rad/s, released at 10 mm
 OMEGA, START = 10.0, 0.01
 STEPS = 200_000
-# A swing this much smaller or larger than at first has died out, or is lost.
+# amplitude relative to the start: died out below, diverged above
 DEAD, LOST = 1e-9, 1e9
 _SHARES = np.r_[0.5:0.95:10j, 0.98, 0.99, 1.0, 1.01, 1.02, 1.05:1.5:10j]
 
@@ -49,12 +49,12 @@ def _growth(method: str, step: float, case: base.Case) -> float:
 
 
 def limit(case: base.Case) -> float:
-    """Return the largest ω dt that does not grow."""
+    """Return the largest ω dt without growth."""
     return longest_step(method_of(case), 1.0, 2.0 * _ratio(case), 1.0)
 
 
 def probe(step: float, case: base.Case) -> base.Evidence:
-    """Let the mass go and follow it over many steps, until it is lost or dead."""
+    """Release the mass and simulate it until it has diverged or died out."""
     damping, dt = 2.0 * _ratio(case) * OMEGA, step / OMEGA
     with np.errstate(over="ignore", invalid="ignore"):
         _, x, v = integrate(
@@ -69,8 +69,8 @@ def probe(step: float, case: base.Case) -> base.Evidence:
 
 
 def live(step: float, case: base.Case) -> base.Live:
-    """Return the mass in the window with this integrator; its damping and spring as ω dt and ratio ask."""
-    omega = 200.0 / max(_ratio(case), 1.0)  # the fastest that the window's mass swings with as much damping
+    """Return the mass for the window with this integrator, with ω dt and damping ratio of the case."""
+    omega = 200.0 / max(_ratio(case), 1.0)  # largest frequency of the window's mass for this damping ratio
     values = {"mass": 0.05, "stiffness": 0.05 * omega**2, "damping": 0.1 * _ratio(case) * omega}
     values = base.within("mass_spring_damper", values)
     values |= {"integrator": float(INTEGRATORS.index(method_of(case))), "contact_stiffness": 100.0}
@@ -82,7 +82,7 @@ def live(step: float, case: base.Case) -> base.Live:
     return base.Live("mass_spring_damper", values, {"rate": rate}, advice=advice)
 
 
-# of the plane: ends of both axes, grid points each way, spectral radii that get a line
+# plane: axis ranges, grid points per axis, spectral radii drawn as lines
 _STEPS, _PLANE_RATIOS, _GRID, _LEVELS = (0.01, 4.0), (0.003, 3.0), 161, (0.5, 0.9, 0.99)
 
 
@@ -93,7 +93,8 @@ def swing_points(rate: float = 1000.0) -> list[tuple[float, float, str]]:
         if environment.moves and environment.moves.swing:
             mass, damping, stiffness = environment.moves.swing(environment.values())
             omega = (stiffness / mass) ** 0.5
-            ratio = max(damping / (2.0 * mass * omega), _PLANE_RATIOS[0])  # none is at the axis
+            # undamped ones are drawn at the axis
+            ratio = max(damping / (2.0 * mass * omega), _PLANE_RATIOS[0])
             found.append((omega / rate, ratio, environment.title))
     return found
 

@@ -1,4 +1,4 @@
-"""A loop that is sometimes late: what the nominal rate promises, and what its longest period keeps."""
+"""A loop with periodic jitter: the limits by its nominal rate and by its longest period."""
 
 import math
 from dataclasses import replace
@@ -14,19 +14,19 @@ from hapkit_studio.haptics import block, headless, rows
 
 _NEAR, _POINTS = np.array([0.96, 0.98, 0.99, 1.0, 1.01, 1.02, 1.04, 1.06]), 24
 _HALVINGS = 50
-# What has become this small a share of its start is lost in rounding.
+# amplitude relative to the start that is lost in rounding
 DEAD = 1e-12
 _SCAN = 200
 
 
 def pattern(case: base.Case) -> tuple[float, ...]:
-    """Return the periods in s that repeat: usual ones, then a long one."""
+    """Return the repeating periods in s: usual ones, then a long one."""
     period = 1.0 / case["rate"]
     return (period,) * round(case["usual"]) + (case["long"] * period,)
 
 
 def exact(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> float:
-    """Return the growth in 1/s of the loop that repeats these periods, from its map over all of them."""
+    """Return the growth in 1/s from the exact map over all periods of the pattern."""
     whole = np.eye(4)
     for period, times in _runs(periods):
         one = spring.step_matrix(case["mass"], case["viscous"], stiffness, 0.0, period, 0.0)
@@ -35,12 +35,12 @@ def exact(stiffness: float, case: base.Case, periods: tuple[float, ...]) -> floa
 
 
 def _runs(periods: tuple[float, ...]) -> list[tuple[float, int]]:
-    """Return each stretch of equal periods, in order: the period in s and how often it comes."""
+    """Run-length encode the periods: (period in s, count)."""
     return [(period, len(list(same))) for period, same in groupby(periods)]
 
 
 def worst(case: base.Case) -> float:
-    """Return the limit in N/m of a loop all of whose periods are as long as the longest."""
+    """Return the limit in N/m of a loop with the longest period only."""
     return stiffness_limit(case["mass"], case["viscous"], rate=1.0 / max(pattern(case)))
 
 
@@ -51,7 +51,7 @@ def nominal(case: base.Case) -> float:
 
 @base.remembered
 def limit(case: base.Case) -> float:
-    """Return the least stiffness in N/m at which the loop with this pattern of periods grows; exact."""
+    """Return the smallest stiffness in N/m at which the loop with this pattern grows; exact."""
     periods = pattern(case)
     scan = np.linspace(worst(case), 1.001 * nominal(case), _SCAN)
     grows = [exact(k, case, periods) > 0.0 for k in scan]
@@ -62,7 +62,7 @@ def limit(case: base.Case) -> float:
 
 
 def swing(stiffness: float, case: base.Case) -> np.ndarray:
-    """Return place and speed (n, 2), each time the periods have passed, of a handle let go: by the tick."""
+    """Return position and speed (n, 2) of a released handle, simulated, once per pattern."""
     where, periods = spring.setting(case), pattern(case)
     device = where.device(real=False, position=spring.START)
     values = {"stiffness": stiffness, "damping": 0.0, "center": 0.0}
@@ -84,37 +84,37 @@ def swing(stiffness: float, case: base.Case) -> np.ndarray:
 
 
 def rate_of(stiffness: float, case: base.Case, seen: np.ndarray) -> float:
-    """Return the growth in 1/s of places and speeds (n, 2) that are all periods apart."""
+    """Return the growth in 1/s of positions and speeds (n, 2), one pattern apart."""
     size = np.hypot(seen[:, 0], seen[:, 1] * math.sqrt(case["mass"] / stiffness))
     half = base.alive(size, DEAD * spring.START) // 2
     if not half:
         return math.inf
-    # Seen once a pattern, the swing stands where it likes: its largest of each half is compared.
+    # sampled once per pattern, its phase is arbitrary: compare the maxima of both halves
     first, second = size[:half].max(), size[half : 2 * half].max()
     return float(np.log(second / first) / (half * sum(pattern(case))))
 
 
 def probe(stiffness: float, case: base.Case) -> base.Evidence:
-    """Let the handle go 1 mm from the centre of a spring whose loop is sometimes late."""
+    """Release the handle 1 mm from the centre of a spring in a loop with jitter."""
     seen = swing(stiffness, case)
     place = 1e3 * seen[: base.before_lost(seen[:, 0], spring.REACH), 0]
     return base.growth_evidence(place, sum(pattern(case)), rate_of(stiffness, case, seen))
 
 
 def charted(case: base.Case) -> np.ndarray:
-    """Return the stiffnesses (n,) in N/m that are charted."""
+    """Return the stiffnesses (n,) in N/m of the chart."""
     even = np.linspace(0.5 * worst(case), 1.05 * nominal(case), _POINTS)
     return np.union1d(limit(case) * _NEAR, even)
 
 
 def always_late(stiffness: float, case: base.Case) -> float:
-    """Return the growth in 1/s at the longest period alone; nan far beyond what the pattern has at most."""
+    """Return the growth in 1/s at the longest period alone; NaN beyond the chart's range."""
     rate = exact(stiffness, case, (max(pattern(case)),))
     return rate if rate <= 2.05 * max(exact(k, case, pattern(case)) for k in charted(case)) else math.nan
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
-    """Return the spring in the window in a loop that is always as slow as this one is at times."""
+    """Return the spring for the window, in a loop that always has the longest period."""
     loop = {**spring.loop_of(case), "rate": base.live_rate(1.0 / max(pattern(case)))}
     found = spring.live(stiffness, limit(case), spring.STIFFNESS, {}, loop)
     return replace(found, advice=f"In the window every period is the long one. {found.advice}")

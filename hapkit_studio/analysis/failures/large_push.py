@@ -12,12 +12,13 @@ from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.formatting import on_screen, with_unit
 
 _HALVINGS = 16
-# A push 1 ‰ off the limit is lost or rests within so many times 1/σ; where these are more, its trend tells.
+# simulation time in units of 1/σ within which a push 1 ‰ off the limit diverges or settles; maximum samples,
+# beyond which the trend decides
 _TIMES, _SAMPLES = 10.0, 300_000
 
 
 def amplitude(case: base.Case, stiffness: float) -> float:
-    """Return F_c/k coth(π σ/2ω) in m: friction moves the centre of each half swing, which grows about it."""
+    """Return F_c/k coth(π σ/2ω) in m, from the half-cycle map with friction."""
     root = spring.exact(case, stiffness)
     if root.real <= 0.0:
         return math.inf
@@ -25,7 +26,7 @@ def amplitude(case: base.Case, stiffness: float) -> float:
 
 
 def swing(push: float, case: base.Case) -> tuple[np.ndarray, str]:
-    """Return the place (n,) in m of a handle let go after a push, and what it comes to; ideal sensor."""
+    """Return the position (n,) in m of a handle released after a push, and the outcome; ideal sensor."""
     growth = max(spring.exact(case, case["stiffness"]).real, 1e-9)
     seconds = min(max(spring.FRICTION_SECONDS, _TIMES / growth), _SAMPLES / case["rate"])
     x = spring.released_with_friction(**case, quantum=0.0, start=push, seconds=seconds)
@@ -44,7 +45,7 @@ def measured(case: base.Case, stiffness: float) -> float:
 
 
 def probe(push: float, case: base.Case) -> base.Evidence:
-    """Pull the handle aside by so much and let it go."""
+    """Displace the handle and let it go."""
     x, word = swing(push, case)
     moving = np.flatnonzero(np.abs(np.diff(x)) > 0.0)
     samples = int(moving[-1]) + 1 if len(moving) else len(x)
@@ -56,12 +57,12 @@ def probe(push: float, case: base.Case) -> base.Evidence:
 
 
 def edge(case: base.Case) -> float:
-    """Return the stiffness in N/m above which sampling gives more than viscous damping takes."""
+    """Return the stiffness in N/m above which sampling adds more energy than viscous damping removes."""
     return stiffness_limit(case["mass"], case["viscous"], rate=case["rate"])
 
 
 def live(push: float, case: base.Case) -> base.Live:
-    """Return the spring in the window; the handle has 0.1 N of dry friction there."""
+    """Return the spring for the window; its handle has 0.1 N of dry friction."""
     values = base.within("spring", {"stiffness": case["stiffness"], "damping": 0.0, "center": 0.0})
     found = base.Live("spring", values, spring.loop_of(case))
     pointer = behind(push, values["stiffness"])

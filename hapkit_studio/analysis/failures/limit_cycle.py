@@ -1,4 +1,4 @@
-"""A spring felt through sensor steps: where half a count's force is more than friction holds, it buzzes."""
+"""A spring with sensor quantisation: a limit cycle if the force of half a count exceeds friction."""
 
 import math
 from dataclasses import replace
@@ -20,7 +20,7 @@ from hapkit_studio.analysis.failures.plane import (
 )
 from hapkit_studio.formatting import with_unit
 
-# The handle is let go this many counts away.
+# counts: initial displacement of the handle
 START = 3.3
 SHOWN = 0.2
 _SHARES = np.array([0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.01, 1.05, 1.1, 1.2, 1.3, 1.5, 1.7, 1.9])
@@ -32,7 +32,7 @@ def limit(case: base.Case) -> float:
 
 
 def swing(stiffness: float, case: base.Case) -> tuple[np.ndarray, str, float]:
-    """Return the handle's place (n,) in counts, what becomes of it, and the p-p of its tail in counts."""
+    """Return the handle's position (n,) in counts, the outcome, and the p-p of its tail in counts."""
     start, quantum = START * case["quantum"], case["quantum"]
     x = spring.released_with_friction(**case, stiffness=stiffness, start=start)
     word, size = spring.judged(x, start, case["rate"])
@@ -40,7 +40,7 @@ def swing(stiffness: float, case: base.Case) -> tuple[np.ndarray, str, float]:
 
 
 def probe(stiffness: float, case: base.Case) -> base.Evidence:
-    """Let the handle go a few counts from where it would rest."""
+    """Release the handle a few counts from its equilibrium."""
     x, word, counts = swing(stiffness, case)
     buzz = f"keeps buzzing by {with_unit(counts, 'counts', 2)}"
     words = {spring.RESTS: "comes to rest", spring.GROWS: "grows", spring.CYCLES: buzz}[word]
@@ -53,12 +53,12 @@ def probe(stiffness: float, case: base.Case) -> base.Evidence:
 
 
 def buzz(stiffness: float, case: base.Case) -> float:
-    """Return the size of the buzz in counts; 0 is exact rest, nan where it grows."""
+    """Return the size of the limit cycle in counts; 0 at rest, NaN if it grows."""
     _, word, size = swing(stiffness, case)
     return math.nan if word == spring.GROWS else size
 
 
-# of the rendered plane: b₀/(kT) and F_c/(kΔ), chosen off the boundaries; a small and a large push in counts
+# simulated grid of the plane: b₀/(kT) and F_c/(kΔ), not on boundaries; small and large push in counts
 _BETAS = (0.2, 0.3, 0.4, 0.6, 0.9, 1.5, 2.5)
 _SIGMAS = (0.15, 0.25, 0.4, 0.6, 0.9, 1.5, 2.5)
 LARGE = 200.3
@@ -72,12 +72,12 @@ _WORDS = {
 
 
 def edges(case: base.Case) -> tuple[float, float]:
-    """Return the boundaries of b₀/(kT), which the delay moves, and of F_c/(kΔ)."""
+    """Return the boundaries of b₀/(kT), which depends on the delay, and of F_c/(kΔ)."""
     return 0.5 + case["delay"] * case["rate"], 0.5
 
 
 def outcome(case: base.Case, stiffness: float, beta: float, sigma: float) -> str:
-    """Render the spring on a handle at (beta, sigma), let go after a small and after a large push."""
+    """Simulate the spring with a handle at (beta, sigma), released after a small and a large push."""
     given = {
         **case,
         "viscous": beta * stiffness / case["rate"],
@@ -97,7 +97,7 @@ def outcome(case: base.Case, stiffness: float, beta: float, sigma: float) -> str
 
 
 def plane(case: base.Case) -> Plane:
-    """Return F_c/(kΔ) over b₀/(kT) (Diolaiti and others, 2006): boundaries, and what rendered springs do."""
+    """Return F_c/(kΔ) over b₀/(kT) (Diolaiti et al. 2006): boundaries and simulated springs."""
     stiffness = spring.STIFFNESS.default
     found: dict[str, list[tuple[float, float]]] = {word: [] for word in _WORDS}
     enough, steady = edges(case)

@@ -1,4 +1,4 @@
-"""A failure in the plane of two dimensionless numbers: closed-form boundaries under measured points."""
+"""A failure in the plane of two dimensionless numbers: closed-form boundaries and measured points."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 STABLE, BOUNDED, PUSHED, UNSTABLE = "stable", "bounded", "pushed", "unstable"
-"""Outcomes of a point: comes to rest; limit cycle; grows after a large push only; grows."""
+"""Outcomes of a point: settles; limit cycle; grows after a large push only; grows."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Points:
 class Field:
     """A quantity z (m, n) over x (n,) and y (m,): stable up to 1, bounded up to 2, unstable above.
 
-    levels: values of z below 1 that get a line.
+    levels: contour lines of z below 1.
     """
 
     x: np.ndarray
@@ -55,7 +55,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class Plane:
-    """Panels with the same logarithmic axes, and where a knob's value lies in the panel of index ``own``."""
+    """Panels with equal logarithmic axes; place: the knob's point in panel ``own``."""
 
     sentence: str
     x_label: str

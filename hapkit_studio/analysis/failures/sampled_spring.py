@@ -1,4 +1,4 @@
-"""A spring too stiff for its loop: the force is held for a period, and pushes longer than it resisted."""
+"""A spring too stiff for its loop: the zero-order hold releases more energy than it stored."""
 
 from functools import partial
 
@@ -23,21 +23,21 @@ def rule(case: base.Case) -> dict[str, float]:
 
 
 def live(stiffness: float, case: base.Case) -> base.Live:
-    """Return the spring in the window; there the handle has friction, which holds it far beyond the limit."""
+    """Return the spring for the window, where friction holds the handle far beyond the limit."""
     given = {"damping": case["damping"]}
     return spring.live(stiffness, limit(case), spring.STIFFNESS, given, spring.loop_of(case))
 
 
-# b₀T/m of the other curves: a handle whose own damping acts slowly, and one on which it acts fast
+# b₀T/m of the other curves: overdamped slowly, and quickly
 _OTHER_HANDLES = (0.1, 0.001)
 _CURVE_POINTS, _MEASURED_POINTS = 120, 9
 _GRID = 80
-# measured this fraction of the boundary inside and outside
+# relative distance of the measured points from the boundary
 _BESIDE = 0.03
 
 
 def boundary(mass: float, case: base.Case, points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return total damping over the handle's own (n,), and k T/b₀ (n,) up to which the loop is stable."""
+    """Return total over own damping (n,), and the largest stable k T/b₀ (n,)."""
     loop = checked_loop(mass, case["viscous"], rate=case["rate"], delay=case["delay"])
     highest = sampled_loop.damping_limit(loop)
     total = np.geomspace(1.0, 1.0 + 0.999 * highest / case["viscous"], points)
@@ -46,7 +46,7 @@ def boundary(mass: float, case: base.Case, points: int) -> tuple[np.ndarray, np.
 
 
 def plane(case: base.Case) -> Plane:
-    """Return k T/b₀ over (b₀ + b)/b₀: exact boundaries, the rule, and springs rendered beside them."""
+    """Return k T/b₀ over (b₀ + b)/b₀: exact boundaries, the rule, and springs simulated beside them."""
     viscous, rate, delay = case["viscous"], case["rate"], case["delay"]
     where, scale = spring.setting(case), viscous * rate
     total, exact = boundary(case["mass"], case, _CURVE_POINTS)

@@ -1,7 +1,6 @@
-"""The rendered spring, its handle let go: by the tick that renders, and its matrix from theory.
+"""The rendered spring with a released handle: simulated by the tick, and its exact matrix.
 
-On an ideal handle; and on that of Diolaiti's plane, with viscous and Coulomb friction and a sensor with
-steps.
+With an ideal handle; and with that of Diolaiti's plane: viscous and Coulomb friction, quantised sensor.
 """
 
 import cmath
@@ -32,20 +31,20 @@ STIFFNESS = Parameter("stiffness", "Stiffness", "N/m", 900.0, 1.0, 200_000.0, "O
 HANDLE = MASS, VISCOUS, RATE, DELAY
 
 START = 1e-3
-# The handle's reach: a motion that leaves it is lost.
+# m, the handle's reach; beyond it a motion has diverged
 REACH = 0.05
 SECONDS = 12.0
 TURNS = 80.0
 
 
 def setting(case: Case, estimator: Spec = "difference") -> Setting:
-    """Return the ideal device and loop of a case with mass, viscous, rate and maybe delay."""
+    """Return the ideal device and loop of a case with mass, viscous, rate and optionally delay."""
     delay = case.get("delay", 0.0)
     return Setting(case["mass"], case["viscous"], 0.0, 0.0, case["rate"], delay, estimator)
 
 
 def released(where: Setting, damping: float, stiffness: float) -> np.ndarray:
-    """Return the rows of a rendered spring whose handle is let go at START, until it is lost."""
+    """Return the rows of a rendered spring whose handle is released at START, until it diverges."""
     seconds = max(SECONDS, TURNS * math.sqrt(where.mass / stiffness))
     given = {"stiffness": stiffness, "damping": damping, "center": 0.0}
     handle = where.device(real=False, position=START)
@@ -54,14 +53,14 @@ def released(where: Setting, damping: float, stiffness: float) -> np.ndarray:
 
 
 def rate_of(where: Setting, stiffness: float, out: np.ndarray) -> float:
-    """Return the growth in 1/s of the motion in rows: steady along the spring's own oscillation."""
+    """Return the growth in 1/s of the motion in rows, in the coordinates of its oscillation."""
     speed = out[:, rows.TRUE_VELOCITY]
     slowest = math.sqrt(stiffness / where.mass)
     return base.growth(np.hypot(np.diff(speed) * where.rate, slowest * speed[1:]), where.period)
 
 
 def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
-    """Return how the handle moves, let go 1 mm from the centre: whether the spring calms or shakes it."""
+    """Return the motion after release 1 mm from the centre, and whether it decays or grows."""
     out = released(where, damping, stiffness)
     rate = rate_of(where, stiffness, out)
     place = 1e3 * out[:, rows.TRUE_POSITION]
@@ -69,14 +68,14 @@ def evidence(where: Setting, damping: float, stiffness: float) -> Evidence:
 
 
 def loop_of(case: Case, estimator: Spec = "difference") -> dict[str, object]:
-    """Return the loop of a case as the window takes it."""
+    """Return the loop of a case as window settings."""
     options = () if isinstance(estimator, str) else tuple(estimator[1].items())
     rate, delay = base.live_rate(case["rate"]), case.get("delay", 0.0)
     return {"rate": rate, "delay": delay, "estimator": parse(estimator)[0].key, "options": options}
 
 
 def live(value: float, bound: float, knob: Parameter, given: Case, loop: dict[str, object]) -> Live:
-    """Return the spring in the window, its knob (stiffness or damping) at a value, the other as given."""
+    """Return the spring for the window with its knob (stiffness or damping) at a value."""
 
     def make(value: float) -> Live:
         values = {"damping": 0.0, "center": 0.0, **given, knob.key: base.short(value, bound)}
@@ -88,10 +87,10 @@ def live(value: float, bound: float, knob: Parameter, given: Case, loop: dict[st
 def step_matrix(
     mass: float, viscous: float, stiffness: float, damping: float, period: float, delay: float
 ) -> np.ndarray:
-    """Return the closed loop's map over one period, square; its state: x, v, last x, past commands.
+    """Return the closed loop's square map over one period; its state: x, v, last x, past commands.
 
-    The spring with the plain difference for its damper; the force of a sample acts ``delay`` s later and is
-    held. From the equations of motion alone: nothing of the tick is in it.
+    A spring with backward-difference damping; the force of a sample acts ``delay`` s later and is held.
+    Derived from the equations of motion, independently of the tick.
     """
     whole_periods = math.floor(delay / period + 1e-9)
     fraction = max(delay - whole_periods * period, 0.0)
@@ -111,20 +110,20 @@ def step_matrix(
 
 
 def _map(mass: float, viscous: float, seconds: float) -> np.ndarray:
-    """Return the handle's own map (2, 3) from x, v, force to x, v."""
+    """Return the handle's map (2, 3) from x, v, force to x, v."""
     a, b, c, d, g0, _, g1, _ = transition(mass, viscous, 0.0, seconds)
     return np.array([[a, b, g0], [c, d, g1]])
 
 
 def largest_root(matrix: np.ndarray, seconds: float) -> complex:
-    """Return growth σ and turning ω as σ + jω in 1/s of a loop that repeats this map every ``seconds``."""
+    """Return the eigenvalue σ + jω in 1/s of largest growth of a map repeated every ``seconds``."""
     roots = np.linalg.eigvals(matrix)
     root = complex(roots[np.abs(roots).argmax()])
     return complex(math.log(abs(root)), abs(cmath.phase(root))) / seconds
 
 
 def exact(case: Case, stiffness: float) -> complex:
-    """Return σ + jω in 1/s of the loop's largest root; a case without damping or delay has none."""
+    """Return σ + jω in 1/s of the loop's dominant root; damping and delay default to 0."""
     period = 1.0 / case["rate"]
     extra = case.get("damping", 0.0), period, case.get("delay", 0.0)
     return largest_root(step_matrix(case["mass"], case["viscous"], stiffness, *extra), period)
@@ -132,7 +131,7 @@ def exact(case: Case, stiffness: float) -> complex:
 
 RESTS, CYCLES, GROWS = "rests", "cycles", "grows"
 FRICTION_SECONDS = 6.0
-# A motion that has become this many times as large as it began is lost.
+# amplitude relative to the start at which a motion has diverged
 LOST = 20.0
 
 
@@ -147,10 +146,10 @@ def released_with_friction(
     seconds: float = FRICTION_SECONDS,
     delay: float = 0.0,
 ) -> np.ndarray:
-    """Return the place (n,) in m of a handle let go ``start`` m from the edge it comes to rest at.
+    """Return the position (n,) in m of a handle released ``start`` m from the edge of a sensor count.
 
-    The spring's centre lies half a count beyond the edge, so on both sides of it the force is half a count's.
-    The motion ends where it is lost.
+    The spring's centre lies half a count beyond the edge, so the force on both sides of it is that of half a
+    count. The motion ends on divergence.
     """
     edge = quantum
     device = SimulatedHapkit(mass, viscous, coulomb, quantum, math.inf, edge + start)
@@ -161,10 +160,10 @@ def released_with_friction(
 
 
 def judged(x: np.ndarray, start: float, rate: float, seconds: float = FRICTION_SECONDS) -> tuple[str, float]:
-    """Return what a motion (n,) comes to, and the p-p of its last half second in m."""
+    """Return the outcome of a motion (n,), and the p-p of its last half second in m."""
     complete = len(x) == round(seconds * rate)
     last = float(np.ptp(x[-round(0.5 * rate) :])) if len(x) else math.inf
-    # what still moves beyond its beginning after all that time is on its way out
+    # still beyond its start at the end: it grows
     if not complete or np.abs(x[-round(0.5 * rate) :]).max() > abs(start):
         return GROWS, last
     return (RESTS if last == 0.0 else CYCLES), last

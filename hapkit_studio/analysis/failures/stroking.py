@@ -1,4 +1,4 @@
-"""A grating stroked at a steady speed: what the tick renders of its ridges, sample by sample."""
+"""A grating stroked at a constant speed, simulated sample by sample."""
 
 import math
 
@@ -15,8 +15,8 @@ from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Parameter
 
 AMPLITUDE = 0.25
-WANTED = 10  # samples, or counts, in a ridge
-_FASTEST = 1.5  # m/s: no mouse swipes faster
+WANTED = 10  # samples or counts per ridge
+_FASTEST = 1.5  # m/s, fastest mouse swipe
 WAVELENGTH = Parameter("wavelength", "Wavelength", "m", 0.005, 0.0005, 0.02, "From ridge to ridge", "λ")
 SPEED = Parameter("speed", "Speed", "m/s", 0.5, 0.0, 100.0, "Of the stroke", "v")
 
@@ -28,7 +28,7 @@ def grating(wavelength: float, amplitude: float = AMPLITUDE) -> dict[str, float]
 
 
 def swipe(speed: float) -> str:
-    """Say how to stroke by so many m/s with a mouse: in what time over the 100 mm of the scene."""
+    """Describe a mouse stroke at this speed in m/s by its time for the 100 mm of the scene."""
     seconds = with_unit(0.1 / max(speed, 1e-3), "s", 2)
     fast = f"in {seconds}" if speed < _FASTEST else f"as fast as you can ({seconds} would be needed)"
     return f"Hold the handle and swipe over all 100 mm {fast}, then slowly, and compare."
@@ -44,14 +44,14 @@ def stroke(
 
 
 def live(speed: float, case: base.Case) -> base.Live:
-    """Return the grating in the window, in a loop slow enough for a hand to outrun it."""
+    """Return the grating for the window, in a loop slow enough for a hand to exceed the limit."""
     return base.Live("texture", grating(case["wavelength"]), {"rate": case["rate"]}, advice=swipe(speed))
 
 
 def ridges(out: np.ndarray, case: base.Case, what: str, shown: int) -> base.Evidence:
-    """Return the force of so many samples, and what the worst whole ridge gets: samples, or readings."""
+    """Return the force of ``shown`` samples, and the fewest samples or readings in a complete ridge."""
     place = out[:, rows.TRUE_POSITION] if what == "samples" else np.unique(out[:, rows.POSITION])
-    # a rounding error at a ridge's edge is no other ridge
+    # tolerance for rounding errors at a ridge's edge
     ridge = np.floor(place / case["wavelength"] + 1e-9).astype(int)
     counts = np.bincount(ridge - ridge.min())[1:-1]
     least = int(counts.min()) if len(counts) else len(place)
@@ -62,7 +62,7 @@ def ridges(out: np.ndarray, case: base.Case, what: str, shown: int) -> base.Evid
 
 
 def least_peak(out: np.ndarray, wavelength: float) -> float:
-    """Return the least share of the amplitude that the strongest sample of a whole ridge has."""
+    """Return the smallest peak force over complete ridges, as a fraction of the amplitude."""
     ridge = np.floor(out[:, rows.TRUE_POSITION] / wavelength + 1e-9).astype(int)
     peaks = np.full(ridge.max() - ridge.min() + 1, -np.inf)
     np.maximum.at(peaks, ridge - ridge.min(), out[:, rows.ASKED])

@@ -1,4 +1,4 @@
-"""Ridges with too few sensor counts: the force comes in steps, and the tops of some ridges are missed."""
+"""Ridges with too few sensor counts: the force has steps, and some peaks are missed."""
 
 import math
 from dataclasses import replace
@@ -12,13 +12,13 @@ RIDGES, TO_SEE = 200, 80
 
 
 def stroke(quantum: float, case: base.Case) -> np.ndarray:
-    """Return the rows of a stroke over many ridges, with TO_SEE samples for each."""
+    """Return the rows of a stroke over many ridges, with TO_SEE samples each."""
     speed = case["wavelength"] * case["rate"] / TO_SEE
     return stroking.stroke(case["wavelength"], speed, case["rate"], quantum, RIDGES * TO_SEE)
 
 
 def probe(quantum: float, case: base.Case) -> base.Evidence:
-    """Stroke the grating slowly with one sensor; the ridge with the fewest readings decides."""
+    """Stroke the grating slowly; the ridge with the fewest readings decides."""
     return stroking.ridges(stroke(quantum, case), case, "readings", 4 * TO_SEE)
 
 

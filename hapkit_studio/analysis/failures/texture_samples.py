@@ -1,4 +1,4 @@
-"""Ridges with too few samples: ten for each, or the strongest part of some ridges is never rendered."""
+"""Ridges with too few samples: below ten per ridge, some peaks are never rendered."""
 
 import math
 
@@ -20,7 +20,7 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
 
 
 def peak(speed: float, case: base.Case) -> float:
-    """Return how much of a ridge's force the worst ridge gets, in %."""
+    """Return the smallest peak force of a ridge, in %."""
     return 100.0 * stroking.least_peak(stroke(speed, case), case["wavelength"])
 
 

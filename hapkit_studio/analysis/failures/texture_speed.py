@@ -1,4 +1,4 @@
-"""Ridges crossed too fast: beyond half the rate another texture is felt than the one that is there."""
+"""Aliasing of ridges: above half the sampling rate, a different texture is felt."""
 
 import math
 from dataclasses import replace
@@ -10,7 +10,7 @@ from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import rows
 
 SAMPLES = 400
-# What is felt may differ by this share from what is there.
+# largest relative frequency error of a correctly rendered texture
 TRUE_WITHIN = 0.005
 
 
@@ -20,10 +20,10 @@ def limit(case: base.Case) -> float:
 
 
 def probe(speed: float, case: base.Case) -> base.Evidence:
-    """Stroke the grating at one speed and count the vibration."""
+    """Stroke the grating at one speed and measure the frequency."""
     wavelength, rate = case["wavelength"], case["rate"]
     force = stroking.stroke(wavelength, speed, rate, 0.0, SAMPLES, 0.13 * wavelength)[:, rows.ASKED]
-    # of a sampled sine F_k+1 + F_k-1 = 2 cos(2 π f/rate) F_k
+    # a sampled sine satisfies F_k+1 + F_k-1 = 2 cos(2 π f/rate) F_k
     cosine = force[1:-1] @ (force[2:] + force[:-2]) / (2.0 * force[1:-1] @ force[1:-1])
     frequency, there = rate * math.acos(min(max(float(cosine), -1.0), 1.0)) / math.tau, speed / wavelength
     holds = abs(frequency - there) <= TRUE_WITHIN * there
@@ -32,7 +32,7 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
 
 
 def folded(speed: float, case: base.Case) -> float:
-    """Return the frequency in Hz at which samples show the ridges."""
+    """Return the alias frequency in Hz of the ridges."""
     there = speed / case["wavelength"]
     return abs(there - case["rate"] * round(there / case["rate"]))
 

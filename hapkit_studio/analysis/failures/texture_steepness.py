@@ -1,4 +1,4 @@
-"""Ridges too steep for the loop: near its stable places a grating is a spring, and may be too stiff."""
+"""Ridges too steep for the loop: near its stable points a grating is a spring, and may be too stiff."""
 
 import math
 
@@ -9,9 +9,9 @@ from hapkit_studio.analysis.failures.in_window import pulled
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 from hapkit_studio.haptics import rows
 
-# The handle starts this share of a wavelength from its stable place; beyond REACH the valley is curved.
+# initial displacement as a fraction of a wavelength; beyond REACH the valley is no longer a linear spring
 START, REACH = 1e-5, 1e-3
-# What has become this small a share of its start is lost in rounding.
+# amplitude relative to the start that is lost in rounding
 DEAD = 1e-6
 _POINTER = 0.01  # m: where the mouse lets go
 
@@ -28,7 +28,7 @@ def limit(case: base.Case) -> float:
 
 
 def probe(amplitude: float, case: base.Case) -> base.Evidence:
-    """Let the handle go beside the middle of a valley."""
+    """Release the handle beside the middle of a valley."""
     where, wavelength = spring.setting(case), case["wavelength"]
     device = where.device(real=False, position=(0.5 + START) * wavelength)
     count = round(spring.SECONDS * case["rate"])
@@ -47,7 +47,7 @@ def probe(amplitude: float, case: base.Case) -> base.Evidence:
 
 
 def live(amplitude: float, case: base.Case) -> base.Live:
-    """Return the grating in the window."""
+    """Return the grating for the window."""
     bound = limit(case)
 
     def make(value: float) -> base.Live:

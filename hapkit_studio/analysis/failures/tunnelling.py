@@ -1,4 +1,4 @@
-"""A bump crossed between two samples: the faster the handle, the less of a thin bump is there at all."""
+"""A bump crossed between two samples: the faster the handle, the less of a thin bump is rendered."""
 
 import math
 
@@ -13,12 +13,12 @@ from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.settings import LoopSettings
 
 WANTED = 4
-# Throws that differ in where between two samples the bump begins; the worst one counts.
+# number of sampling phases at which throws meet the bump; the worst one decides
 PHASES = 64
-# So weak a bump that the handle keeps its speed.
+# N; weak enough to leave the handle's speed unchanged
 PEAK = 0.002
 _COSINE = 1.0
-# Energies beyond this many percent of the hill's height are off the chart.
+# % of the hill's height, upper end of the chart
 MOST_SHOWN = 120.0
 
 
@@ -28,7 +28,7 @@ def limit(case: base.Case) -> float:
 
 
 def throws(speed: float, case: base.Case) -> list[np.ndarray]:
-    """Return the rows of throws over the bump that begin at every phase between two samples."""
+    """Return the rows of throws over the bump, one per sampling phase."""
     travel = speed / case["rate"]
     given = {"peak_force": PEAK, "width": case["width"], "profile": _COSINE}
     count, found = math.ceil(case["width"] / travel) + 4, []
@@ -36,30 +36,30 @@ def throws(speed: float, case: base.Case) -> list[np.ndarray]:
         start = BUMP - 0.5 * case["width"] - (1.0 + phase) * travel
         device = SimulatedHapkit(case["mass"], 0.0, 0.0, 0.0, math.inf, start, speed)
         out = base.render("bump_valley", given, device, LoopSettings(case["rate"]), count)
-        # beyond the middle the valley begins
+        # exclude the far half, where the force changes sign
         found.append(out[out[:, rows.TRUE_POSITION] < 0.0])
     return found
 
 
 def least_peak(runs: list[np.ndarray]) -> float:
-    """Return the least share of the peak force that a throw was given, up the bump or down."""
+    """Return the smallest peak force of a throw, up or down the bump, as a fraction of the full peak."""
     return min(float(np.abs(out[:, rows.ASKED]).max()) for out in runs) / PEAK
 
 
 def missed(runs: list[np.ndarray], case: base.Case) -> float:
-    """Return the most energy that a throw gains or loses over the bump, in % of the hill's height."""
+    """Return the largest energy error of a throw over the bump, in % of the hill's height."""
     works = (np.sum(out[:-1, rows.ASKED] * np.diff(out[:, rows.TRUE_POSITION])) for out in runs)
     return 100.0 * max(abs(float(work)) for work in works) / (PEAK * 2.0 / math.tau * case["width"])
 
 
 def shown(speed: float, case: base.Case) -> float:
-    """Return that energy, nan where it is off the chart."""
+    """Return that energy, NaN beyond the chart."""
     energy = missed(throws(speed, case), case)
     return energy if energy <= MOST_SHOWN else math.nan
 
 
 def probe(speed: float, case: base.Case) -> base.Evidence:
-    """Throw the handle over the bump at one speed, at every phase."""
+    """Throw the handle over the bump at one speed, at every sampling phase."""
     runs = throws(speed, case)
     felt = [int(np.count_nonzero(out[:, rows.ASKED])) for out in runs]
     least, peak = min(felt), with_unit(100.0 * least_peak(runs), "%")
@@ -72,7 +72,7 @@ def probe(speed: float, case: base.Case) -> base.Evidence:
 
 
 def theory(speed: float, case: base.Case) -> float:
-    """Return the least largest |sin|, in %, that samples a stretch v T/w apart can have in one wave."""
+    """Return the smallest over all phases of the largest |sin| at samples v T/w apart, in %."""
     stretch = speed / (case["width"] * case["rate"])
     offsets = np.linspace(0.0, 1.0, 401)[:, None]
     places = stretch * (offsets + np.arange(math.ceil(1.0 / stretch) + 1))
@@ -81,7 +81,7 @@ def theory(speed: float, case: base.Case) -> float:
 
 
 def live(speed: float, case: base.Case) -> base.Live:
-    """Return the bump in the window, as narrow as it can be set."""
+    """Return the bump for the window, at its smallest width."""
     values = base.within("bump_valley", {"peak_force": 1.0, "width": case["width"], "profile": _COSINE})
     return base.Live("bump_valley", values, {"rate": case["rate"]}, advice=swipe(speed))
 
