@@ -1,10 +1,9 @@
-"""How the handle is driven for a Bode diagram, and the Fourier components at the driven frequencies.
+"""Excitation for a Bode diagram, and Fourier components at its frequencies.
 
-A linear law is driven by multisines, all tones at once; any other by one sine after the other, because its
-response to a sum is not the sum of its responses. A motion repeats after a whole number of samples, and each
-tone has a whole number of cycles in it, so that nothing leaks from one frequency to another (Pintelon and
-Schoukens, System Identification, 2012). Motions that repeat the same tones with other phases give each point
-its confidence interval.
+A linear law is excited by multisines, all tones at once; a nonlinear law by single sines, as superposition
+does not hold. A motion is periodic in a whole number of samples, with a whole number of cycles per tone,
+which avoids leakage (Pintelon and Schoukens, System Identification, 2012). Repeated motions with the same
+tones and other phases give each point its confidence interval.
 """
 
 import math
@@ -14,19 +13,19 @@ from functools import cached_property
 import numpy as np
 
 REPEATS = 4  # motions with the same tones and other phases
-PERIOD, SETTLE = 1.0, 0.5  # s of a motion that are looked at, and s before, in which it fades in
-HIGHEST = 0.8  # of half the rate
-_TONES, _SINES = 32, 16  # together in a multisine; one after the other
-# Hz: up to here all tones go as far, beyond as fast, as no handle goes at tens of m/s.
-_EVEN = 200.0
-_LOOKS = 4  # instants in a swing of the fastest tone, to find how far all go together
+PERIOD, SETTLE = 1.0, 0.5  # s: evaluated period of a motion, and the fade-in before it
+HIGHEST = 0.8  # fraction of Nyquist
+_TONES, _SINES = 32, 16  # tones in a multisine; single sines
+# Hz: tones have equal amplitude below, and equal speed above, as no handle moves at tens of m/s
+_EQUAL_AMPLITUDE = 200.0
+_SAMPLES_PER_CYCLE = 4  # samples per cycle of the fastest tone, to find the crest
 
 
 @dataclass(frozen=True)
 class Drive:
-    """Motions about a place in m, by an amplitude in m at most, for a loop of a rate in Hz; over and over.
+    """Periodic motions about ``place`` in m with at most ``amplitude`` in m, for a loop rate in Hz.
 
-    sines: each motion has one tone instead of all; repeats: motions for each set of tones.
+    sines: one tone per motion; repeats: motions per set of tones.
     """
 
     place: float
@@ -37,22 +36,22 @@ class Drive:
 
     @cached_property
     def samples(self) -> int:
-        """Return the samples of a period."""
+        """Return the samples per period."""
         return round(PERIOD * self.rate)
 
     @property
     def period(self) -> float:
-        """Return the s after which a motion repeats."""
+        """Return the period of a motion in s."""
         return self.samples / self.rate
 
     @cached_property
     def settle(self) -> float:
-        """Return the s in which a motion fades in, a whole number of samples."""
+        """Return the fade-in in s, a whole number of samples."""
         return round(SETTLE * self.rate) / self.rate
 
     @property
     def slot(self) -> float:
-        """Return the s from one motion to the next."""
+        """Return the time in s from one motion to the next."""
         return self.settle + self.period
 
     @property
@@ -62,7 +61,7 @@ class Drive:
 
     @cached_property
     def tones(self) -> np.ndarray:
-        """Return the frequencies (n,) in Hz, even on a logarithmic axis, each a whole number of cycles."""
+        """Return the frequencies (n,) in Hz, logarithmically spaced, each a whole number of cycles."""
         most, count = int(0.5 * HIGHEST * self.samples), _SINES if self.sines else _TONES
         return np.unique(np.rint(np.geomspace(1, most, count))) / self.period
 
@@ -75,12 +74,12 @@ class Drive:
         return np.random.default_rng(0).uniform(0.0, 2.0 * math.pi, (self.motions, self.tones.size))
 
     @cached_property
-    def _shares(self) -> np.ndarray:
+    def _amplitudes(self) -> np.ndarray:
         """Return the amplitude of each tone in each motion (motions, n); a motion's peak is at most 1."""
-        even = np.minimum(1.0, _EVEN / self.tones)
+        even = np.minimum(1.0, _EQUAL_AMPLITUDE / self.tones)
         if self.sines:
             return np.broadcast_to(even, self._phases.shape)
-        instants = np.arange(_LOOKS * self.samples) / (_LOOKS * self.rate)
+        instants = np.arange(_SAMPLES_PER_CYCLE * self.samples) / (_SAMPLES_PER_CYCLE * self.rate)
         shares = np.empty_like(self._phases)
         for motion in range(self.motions):
             shares[motion] = even
@@ -95,32 +94,32 @@ class Drive:
         return found
 
     def position(self, times: np.ndarray) -> np.ndarray:
-        """Return where the handle is (n,) in m at times (n,) in s; before the first motion at its place.
+        """Return the handle's position (n,) in m at times (n,) in s; ``place`` before the first motion.
 
-        While a motion fades in, the one before it fades out, so that the handle never jumps.
+        Consecutive motions are cross-faded, so that the handle never jumps.
         """
         turn, since = np.divmod(times, self.slot)
         fade = np.sin(0.5 * math.pi * np.minimum(since / self.settle, 1.0)) ** 2
-        found = np.where(turn >= 0.0, fade * self._moved(turn, since), 0.0)
+        found = np.where(turn >= 0.0, fade * self._motion_at(turn, since), 0.0)
         fading = (turn >= 1.0) & (fade < 1.0)
-        found[fading] += (1.0 - fade[fading]) * self._moved(turn[fading] - 1.0, since[fading] + self.slot)
+        found[fading] += (1.0 - fade[fading]) * self._motion_at(turn[fading] - 1.0, since[fading] + self.slot)
         return self.place + self.amplitude * found
 
-    def _moved(self, turn: np.ndarray, since: np.ndarray) -> np.ndarray:
-        """Return the motion (n,) of each turn at times (n,) in s since its begin, before any fading."""
+    def _motion_at(self, turn: np.ndarray, since: np.ndarray) -> np.ndarray:
+        """Return the motion (n,) of each turn at times (n,) in s since its start, before fading."""
         which = turn.astype(int) % self.motions
         if self.sines:
             tone = which // self.repeats
             angle = 2.0 * math.pi * self.tones[tone] * since + self._phases[which, tone]
-            return self._shares[which, tone] * np.sin(angle)
+            return self._amplitudes[which, tone] * np.sin(angle)
         found = np.empty_like(since)
         for motion in range(self.motions):
             mine = which == motion
-            found[mine] = self._sum(since[mine], motion, self._shares)
+            found[mine] = self._sum(since[mine], motion, self._amplitudes)
         return found
 
     def begin(self, motion: int) -> float:
-        """Return the time in s from which a motion is looked at, for a period."""
+        """Return the time in s at which a motion's evaluated period begins."""
         return motion * self.slot + self.settle
 
 
@@ -132,7 +131,7 @@ def component(tones: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.nd
 def staircase(tones: np.ndarray, edges: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return the complex amplitudes (n,) at tones in Hz of a staircase of values (m,) between edges (m + 1,).
 
-    Exact: of the staircase as it is over continuous time, not of its samples.
+    Exact for the staircase in continuous time, not for its samples.
     """
     turn = 2j * math.pi * tones
     steps = -np.diff(np.exp(-np.outer(turn, edges)), axis=1)

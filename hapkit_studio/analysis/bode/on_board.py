@@ -1,8 +1,7 @@
-"""The rendered impedance on a virtual board: the real firmware, rendered by the computer and by the board.
+"""The rendered impedance on a virtual board, rendered by the computer and by the board's firmware.
 
-The board is one of its own, in lockstep. The motion goes by its clock, from a script that is longer than it
-takes; the force in effect and the true position at each sample are in its log of the truth. What a
-busy computer spoils is measured again.
+A separate board in lockstep follows a motion script by its clock. Its truth log contains the force in effect
+and the true position of each sample. Motions spoilt by a busy computer are repeated.
 """
 
 import contextlib
@@ -24,21 +23,22 @@ from hapkit_studio.haptics import arrays, board_plan, rows
 from hapkit_studio.haptics.board_plan import BoardPlan, PlanRequest
 from hapkit_studio.haptics.engine import BOARD, COMPUTER, Engine
 
-_BEGIN, _GOES = 1.0, 0.5  # s by the board's clock when the handle goes to its place, and how long that takes
-_TURNS = 4  # times that all motions come, in case some are spoilt
-_SINE_TURNS, _SINE_REPEATS = 2, 2  # each sine takes one and a half seconds
-_STEP = 1e-4  # s from one position of the script to the next, in a straight line
-_AROUND = 0.02  # s before and after a motion in which the loop must render as well
+# s on the board's clock: when the handle moves to its place, and how long that takes
+_MOVE_AT, _MOVE_SECONDS = 1.0, 0.5
+_TURNS = 4  # repetitions of all motions, in case some are spoilt
+_SINE_TURNS, _SINE_REPEATS = 2, 2  # each sine takes 1.5 s
+_STEP = 1e-4  # s between points of the script, linearly interpolated
+_MARGIN = 0.02  # s before and after a motion in which the loop must render, too
 _LOOK_SECONDS = 0.02
 _USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING | rows.GAP
 _BUSY = arrays.STALE_SENSOR, arrays.RUNAWAY  # faults of a busy machine
 
 
 def measure(simulated: Bode, board_rate: float | None = None, progress: Progress = no_progress) -> Bode:
-    """Return what computer and board make of a scene, driven as in a simulated diagram of it.
+    """Return the response of computer and board for a scene, excited as in a simulated diagram.
 
-    Its first setting has the estimator and the added delay. board_rate in Hz, None: the law's fastest. Where
-    the board cannot render the law, its curve is missing, and the notes say why. Raise a StudioError.
+    Its first setting gives estimator and added delay. board_rate in Hz, None: the law's highest. If the board
+    cannot render the law, its curve is missing and the notes give the reason. Raise StudioError.
     """
     setting = simulated.curves[0].setting
     request = PlanRequest(simulated.environment, simulated.values, setting.estimator, rate=board_rate)
@@ -52,7 +52,7 @@ def measure(simulated: Bode, board_rate: float | None = None, progress: Progress
 def _rendered(
     simulated: Bode, request: PlanRequest, plan: BoardPlan | None, progress: Progress
 ) -> tuple[Curve, BoardPlan | str]:
-    """Return what the computer, or by a plan the board, makes of a scene, and how the board would."""
+    """Return the curve rendered by the computer, or with a plan by the board, and the board's plan."""
     asked = simulated.curves[0].setting
     law = linear_law(request.environment, request.values, simulated.place, simulated.amplitude)
     rate = 1000.0 if plan is None else float(plan.rate)
@@ -91,11 +91,11 @@ def _turns(drive: Drive) -> int:
 
 
 def _script(drive: Drive) -> str:
-    """Return commands that lead the handle to its place, and through all motions again and again."""
+    """Return script commands that move the handle to its place and repeat all motions."""
     count = round(_turns(drive) * drive.motions * drive.slot / _STEP)
     ends = drive.position(np.arange(1, count + 1) * _STEP)
-    begins = _BEGIN + _GOES + np.arange(count) * _STEP
-    lines = [f"0 position 0 0\n{_BEGIN} position {drive.place} {_GOES}\n"]
+    begins = _MOVE_AT + _MOVE_SECONDS + np.arange(count) * _STEP
+    lines = [f"0 position 0 0\n{_MOVE_AT} position {drive.place} {_MOVE_SECONDS}\n"]
     lines += [
         f"{t:.4f} position {x:.9f} {_STEP}\n" for t, x in zip(begins.tolist(), ends.tolist(), strict=True)
     ]
@@ -103,7 +103,7 @@ def _script(drive: Drive) -> str:
 
 
 class _Watch:
-    """Reads a running engine's rows: time in s of the newest one, and of the newest that does not count."""
+    """Reads a running engine's rows; keeps the time in s of the newest row and of the newest invalid row."""
 
     def __init__(self, engine: Engine, where: str):
         self._engine, self._where, self._reader = engine, where, engine.reader()
@@ -112,11 +112,11 @@ class _Watch:
 
     @property
     def clamped(self) -> float:
-        """Return the share of samples in which the motor was at its limit."""
+        """Return the fraction of samples at the motor's limit."""
         return self._clamped / max(self._good, 1)
 
     def wait_until(self, end: float) -> None:
-        """Read until a time by the board's clock; raise DeviceError."""
+        """Read until a time on the board's clock; raise DeviceError."""
         while self.now < end:
             time.sleep(_LOOK_SECONDS)
             self._check()
@@ -142,15 +142,15 @@ class _Watch:
 
 
 def _measured(engine: Engine, where: str, drive: Drive, progress: Progress) -> tuple[list[float], float]:
-    """Return when each motion begins that was rendered well, in s by the board's clock; raise DeviceError.
+    """Return the start of each validly rendered motion in s on the board's clock; raise DeviceError.
 
-    And the share of samples in which the motor was at its limit.
+    Also return the fraction of samples at the motor's limit.
     """
     watch, found = _Watch(engine, where), dict[int, float]()
     for number in range(_turns(drive) * drive.motions):
-        begin = _BEGIN + _GOES + drive.begin(number)
-        watch.wait_until(begin + drive.period + _AROUND)
-        if watch.spoilt < begin - _AROUND:
+        begin = _MOVE_AT + _MOVE_SECONDS + drive.begin(number)
+        watch.wait_until(begin + drive.period + _MARGIN)
+        if watch.spoilt < begin - _MARGIN:
             found.setdefault(number % drive.motions, begin)
             progress(len(found), drive.motions)
         if len(found) == drive.motions:
@@ -159,9 +159,9 @@ def _measured(engine: Engine, where: str, drive: Drive, progress: Progress) -> t
 
 
 def _spectra(drive: Drive, log: Any, begins: list[float], delay: float) -> Spectra:
-    """Return what the motions had in them; a force is in effect from a delay after the sample before.
+    """Return the spectra of the motions; a force takes effect ``delay`` s after the previous sample.
 
-    The position is taken from the place: ticks come up to 3 µs early or late, and a constant would leak.
+    Positions are relative to the place: ticks jitter by 3 µs, so a constant would leak.
     """
     spectra = Spectra(drive)
     for motion, begin in enumerate(begins):

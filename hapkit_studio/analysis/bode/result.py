@@ -1,22 +1,26 @@
-"""Bode diagram of the rendered impedance: what a sampled loop makes of a law, frequency by frequency.
+"""Bode diagram of the rendered impedance: the frequency response of a law in a sampled loop.
 
-Z(jω) = -F(jω) / X(jω): F is the component at ω of the motor's force in effect, a staircase over continuous
-time, X that of the handle's true position. The motion is imposed, whatever force that takes, and has nothing
-above half the rate. So its samples hold no alias, and for F = -(K x + B v^) it is exactly
+Z(jω) = -F(jω)
+X(jω): F is the component at ω of the motor's force in effect, a staircase in continuous time, X that of the
+handle's true position. The motion is imposed and has no component above Nyquist, so there is no aliasing, and
+for F = -(K x + B v^) exactly
 
-    Z(jω) = (K + B V(e^jωT)) · (1 - e^-jωT) / (jωT) · e^-jω td
+Z(jω) = (K + B V(e^jωT)) · (1 - e^-jωT)
+(jωT) · e^-jω td
 
-with V the velocity estimator, T the period, td the delay. A hand feels Z + jω b - m ω², b and m the handle's
-own. Effective stiffness Re Z, damping Im Z / ω, and mass -Re Z / ω² where that is above 0 (Colonnese, Siu,
-Abbott and Okamura, IEEE Trans. Haptics 8(4), 2015). At ω -> 0 the damping is B - K (T/2 + td); where it is
-below -b the loop gives energy (Colgate and Schenkel, J. Robotic Systems 14(1), 1997).
+with the velocity estimator V, period T and delay td. A hand feels Z + jω b - m ω², where b and m are the
+handle's own. Effective stiffness Re Z, damping Im Z
+ω, and mass -Re Z
+ω² where positive (Colonnese, Siu, Abbott and Okamura, IEEE Trans. Haptics 8(4), 2015). For ω -> 0 the damping
+is B - K (T/2 + td); below -b the loop adds energy (Colgate and Schenkel, J. Robotic Systems 14(1), 1997).
 
-A law that is not linear is driven by one sine after the other; Z is then its describing function, and
-π Im Z times the amplitude squared the work per cycle that it takes from the hand, whatever the waveform.
+A nonlinear law is excited by single sines; Z is then its describing function, and π Im Z times the squared
+amplitude is the work per cycle done by the hand, for any waveform.
 
-Coherence of a multisine: |Σ F X*|² / (Σ |F|² Σ |X|²) over motions of other phases; of single sines: the
-fraction of the force's power that is at the sine's frequency. Below 1 the force is not linear in the motion.
-The intervals of Z are 95 % ones of its mean over the motions, by Student's t.
+Coherence of a multisine: |Σ F X*|²
+(Σ |F|² Σ |X|²) over motions with other phases; of single sines: the fraction of the force's power at the
+sine's frequency. Below 1 the force is nonlinear in the motion. Intervals of Z are 95 % intervals of its mean
+over the motions, by Student's t.
 """
 
 import math
@@ -34,21 +38,21 @@ from hapkit_studio.formatting import hertz, on_screen, plain, with_unit
 
 _FINE = 400
 _DOWN = 1.0 / math.sqrt(2.0)
-# A spring takes at least this share of the force that damping takes, at the lowest frequency.
+# smallest ratio of the spring's to the damper's force at the lowest frequency for a law to count as a spring
 _SPRING = 0.1
 _STRAIGHT = 1e-6
 
 
 @dataclass(frozen=True)
 class LinearLaw:
-    """F = -(stiffness x + damping v), about some place: N/m and N·s/m."""
+    """F = -(stiffness x + damping v) about a place: N/m and N·s/m."""
 
     stiffness: float
     damping: float
 
 
 def linear_law(environment: Environment, values: Values, place: float, amplitude: float) -> LinearLaw | None:
-    """Return a law's spring and damper; None without force, or if not linear about a place."""
+    """Return a law's spring and damper; None without force, or if nonlinear about a place."""
     terms = environment.force_terms(values)
     law = LinearLaw(terms.stiffness or 0.0, terms.damping or 0.0)
     if not terms.simple or terms.one_way or terms.friction or law == LinearLaw(0.0, 0.0):
@@ -60,7 +64,7 @@ def linear_law(environment: Environment, values: Values, place: float, amplitude
 
 
 def theory(setting: Setting, law: LinearLaw, frequency: np.ndarray) -> np.ndarray | None:
-    """Return the exact Z (n,) in N/m of a linear law at frequencies (n,) in Hz; None: no linear estimator."""
+    """Return the exact Z (n,) in N/m of a linear law at frequencies (n,) in Hz; None: nonlinear estimator."""
     turn = 2j * math.pi * frequency
     rendered = np.full(frequency.shape, law.stiffness, dtype=complex)
     if law.damping:
@@ -92,12 +96,12 @@ class Response:
 
     @property
     def mass(self) -> np.ndarray:
-        """Return the effective mass (n,) in kg, nan where it acts as a spring."""
+        """Return the effective mass (n,) in kg, NaN where the response is a spring."""
         mass = -self.stiffness / (2.0 * math.pi * self.frequency) ** 2
         return np.where(mass > 0.0, mass, math.nan)
 
     def first(self, below: np.ndarray) -> float:
-        """Return the first frequency in Hz where values (n,) are below 0, nan where they never are."""
+        """Return the first frequency in Hz at which values (n,) are negative, NaN without one."""
         there = np.flatnonzero(below < 0.0)
         if not there.size:
             return math.nan
@@ -110,10 +114,10 @@ class Response:
 
 @dataclass(frozen=True)
 class Curve:
-    """What one loop makes of the law: measured, its coherence (n,), and its theory, None where there is none.
+    """Response of one loop: measurement, coherence (n,), and theory, None without one.
 
-    where: "simulated", "computer" or "board"; interval: half-widths (n,) in N/m of the real and imaginary
-    parts of Z, as a complex number; clamped: the share of samples at the motor's limit, 0 to 1.
+    where: "simulated", "computer" or "board". interval: half widths (n,) in N/m of the real and imaginary
+    parts of Z, as a complex number. clamped: fraction of samples at the motor's limit.
     """
 
     where: str
@@ -126,12 +130,12 @@ class Curve:
 
     @property
     def name(self) -> str:
-        """Return what tells it from the others: who renders, and how often."""
+        """Return its label: who renders, and the rate."""
         return f"{self.where}, {with_unit(1e-3 * self.setting.rate, 'kHz')}"
 
     @property
     def best(self) -> Response:
-        """Return the theory, else what single sines measured: what marks are read from."""
+        """Return the theory, or else the response measured with single sines, for reading marks."""
         if self.theory is not None:
             return self.theory
         there = self.coherence > 0.0
@@ -144,7 +148,7 @@ class Curve:
 
     @property
     def uncertainty(self) -> tuple[float, float]:
-        """Return the largest half-widths up to 0.4 of Nyquist: of |Z| as a fraction, of its angle in °."""
+        """Return the largest half widths up to 0.4 of Nyquist: of |Z| as a fraction, of its angle in °."""
         low = (self.measured.frequency <= 0.5 * COMPARED * self.setting.rate) & (self.coherence > 0.0)
         if not low.any():
             return math.nan, math.nan
@@ -153,40 +157,40 @@ class Curve:
 
     @property
     def stiffness(self) -> float:
-        """Return the effective stiffness in N/m at the lowest frequency, 0 where it is no spring there."""
+        """Return the effective stiffness in N/m at the lowest frequency, 0 if it is not a spring."""
         lowest = self.best.impedance[0] if self.best.impedance.size else 0.0
         return float(lowest.real) if lowest.real > _SPRING * abs(lowest.imag) else 0.0
 
     @property
     def softens(self) -> float:
-        """Return where in Hz the effective stiffness is down by 3 dB, nan: nowhere, or no spring."""
+        """Return the -3 dB frequency in Hz of the effective stiffness, NaN without one."""
         return self.best.first(self.best.stiffness - _DOWN * self.stiffness) if self.stiffness else math.nan
 
     @property
     def negative(self) -> float:
-        """Return from where in Hz on the effective damping is negative: the loop gives energy; nan."""
+        """Return the frequency in Hz above which the effective damping is negative, NaN without one."""
         return self.best.first(self.best.damping)
 
     @property
     def gives_energy(self) -> float:
-        """Return from where in Hz on the loop gives more energy than the handle's own damping takes; nan."""
+        """Return the frequency in Hz above which the loop adds more energy than the handle dissipates."""
         return self.best.first(self.best.damping + self.setting.viscous)
 
     @property
     def outweighed(self) -> float:
-        """Return from where in Hz on the handle's own mass takes more force than the stiffness; nan."""
+        """Return the frequency in Hz above which the handle's inertia exceeds the stiffness; NaN."""
         inertia = self.setting.mass * (2.0 * math.pi * self.best.frequency) ** 2
         return self.best.first(self.best.stiffness - inertia) if self.stiffness else math.nan
 
     @property
     def ends(self) -> float:
-        """Return from where in Hz on it is no wall any more: it is soft or gives energy; nan where never."""
+        """Return the frequency in Hz above which the wall is soft or adds energy; NaN without one."""
         found = [f for f in (self.softens, self.gives_energy) if not math.isnan(f)]
         return min(found, default=math.nan)
 
     @property
     def error(self) -> tuple[float, float] | None:
-        """Return the worst share of |Z| and angle in degrees off theory, compared up to 0.4 of Nyquist."""
+        """Return the largest relative error of |Z| and of its angle in degrees, up to 0.4 of Nyquist."""
         if self.theory is None:
             return None
         exact = np.interp(self.measured.frequency, self.theory.frequency, self.theory.impedance)
@@ -198,7 +202,7 @@ class Curve:
 
     @property
     def sentence(self) -> str:
-        """Say at which frequency the wall stops being one, and why."""
+        """Return a sentence on the frequency up to which it is a wall, and the reason."""
         start = f"{self.name[0].upper()}{self.name[1:]}: "
         if not self.best.frequency.size:
             return f"{start}no force that follows the motion."
@@ -218,7 +222,7 @@ class Curve:
 
 
 class Spectra:
-    """Collects the components of every motion at its tones: force F and position X, complex (motions, n)."""
+    """Components of each motion at its tones: force F and position X, complex (motions, n)."""
 
     def __init__(self, drive: Drive):
         self._drive = drive
@@ -229,7 +233,7 @@ class Spectra:
     def add(
         self, motion: int, times: np.ndarray, position: np.ndarray, edges: np.ndarray, force: np.ndarray
     ) -> None:
-        """Take one period of samples: position m at times s, (n,); force (n,) N between edges (n + 1,)."""
+        """Add one period of samples: position (n,) in m at times in s; force (n,) in N between edges."""
         x, f, sampled = np.zeros((3, self._drive.tones.size), dtype=complex)
         own = self._drive.tones_in(motion)
         tones = self._drive.tones[own]
@@ -242,7 +246,7 @@ class Spectra:
         )
 
     def curve(self, where: str, setting: Setting, clamped: float, law: LinearLaw | None) -> Curve:
-        """Return what they come to, and the theory of a linear law."""
+        """Return the resulting curve, with the theory of a linear law."""
         tones, x, f = self._drive.tones, np.array(self._position), np.array(self._force)
         there = x != 0.0
         fx, xx, ff = (f * x.conj()).sum(axis=0), (np.abs(x) ** 2).sum(axis=0), (np.abs(f) ** 2).sum(axis=0)
@@ -264,9 +268,9 @@ class Spectra:
 
 @dataclass(frozen=True)
 class Bode:
-    """The rendered impedance of a scene in one loop or several, driven about a place by an amplitude, in m.
+    """The rendered impedance of a scene in one or more loops, excited about a place, amplitude in m.
 
-    notes: what could not be measured, and why.
+    notes: measurements that failed, with the reason.
     """
 
     environment: Environment
@@ -278,19 +282,19 @@ class Bode:
 
     @property
     def sentence(self) -> str:
-        """Say what each loop makes of it."""
+        """Return a sentence on each loop."""
         return "\n".join([*(curve.sentence for curve in self.curves), *self.notes])
 
     @property
     def driven(self) -> str:
-        """Say how it was driven."""
+        """Describe the excitation."""
         about, by = (on_screen(value, "m", 3) for value in (self.place, self.amplitude))
         pressed = float(-self.environment.curve(self.values, np.array([self.place]))[0])
         force = f", held there with {with_unit(abs(pressed), 'N', 2)}" if self.environment.shades else ""
         return f"moved by {by} about {about}{force}"
 
     def as_json(self) -> dict:
-        """Return it as one object of plain numbers, SI."""
+        """Return an object of plain numbers in SI units."""
         return plain({
             "environment": self.environment.key, "parameters": dict(self.values), "place": self.place,
             "amplitude": self.amplitude, "curves": [_numbers(curve) for curve in self.curves],

@@ -1,4 +1,4 @@
-"""The rendered impedance in simulation: the exact loop, the handle's motion imposed."""
+"""The rendered impedance in simulation: the exact loop with imposed handle motion."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,9 +14,9 @@ from hapkit_studio.environments.base import Environment, Values
 from hapkit_studio.haptics import patience, rows
 from hapkit_studio.haptics.headless import Scene, new_rows, run_prescribed
 
-_PRESSED = 1.1  # amplitudes deep in a surface: the motion never leaves it
-_REPEATS = 16  # a stiff wall leaves the motion few sensor steps; the mean over repeats averages them out
-_SMALLER = 0.8  # the next amplitude tried where the motor reached its limit
+_PRESSED = 1.1  # depth in a surface in amplitudes, so that the motion never leaves it
+_REPEATS = 16  # a stiff wall limits the motion to few sensor steps; repeats average them
+_SMALLER = 0.8  # factor on the amplitude for the next attempt after the motor saturated
 
 
 def measure(
@@ -27,10 +27,10 @@ def measure(
     place: float | None = None,
     max_force: float = SimulatedHapkit.max_force,
 ) -> Bode:
-    """Return what loops make of a scene; raise ParameterError, LawError where the law is too slow.
+    """Return the response of a scene in several loops; raise ParameterError, LawError if the law is too slow.
 
-    amplitude in m, None: the usual one, or as much of it as keeps the motor below its limit in N; place in m,
-    None: the scene's centre, or in its surface. A law that is not linear is driven by single sines.
+    amplitude in m, None: the usual one, reduced until the motor stays below its limit in N. place in m, None:
+    the scene's centre, or inside its surface. A nonlinear law is excited by single sines.
     """
     reach = AMPLITUDE.default if amplitude is None else AMPLITUDE.check(amplitude)
     while True:
