@@ -1,4 +1,4 @@
-"""A running device on which walls are tried: watched row by row, limited in force, and put back as it was."""
+"""A running device for wall trials: rows are monitored, force is limited, settings are restored."""
 
 import contextlib
 import math
@@ -18,7 +18,7 @@ from hapkit_studio.parameters import Parameter
 
 _PERSONS = environments.named("wall")
 _RANGES = {"stiffness": 1e6, "damping": DAMPING.high}
-# The person's wall beyond a person's limits: same law, same place.
+# the library's wall with a wider range of stiffness: same law, same position
 WALL = replace(
     _PERSONS,
     parameters=tuple(
@@ -26,7 +26,7 @@ WALL = replace(
         for p in _PERSONS.parameters
     ),
 )
-# A wall that no Hapkit makes buzz.
+# N/m, stable on every Hapkit
 CALM = 100.0
 _LOOK_SECONDS = 0.004
 _SILENCE_SECONDS = 3.0
@@ -36,10 +36,10 @@ _USELESS = rows.STOPPED | rows.FAULT | rows.STALE | rows.FADING
 
 @dataclass(frozen=True)
 class TrialLimits:
-    """How gently a device is tried: force N, speed m/s and travel m from the surface that end a trial.
+    """Limits of a trial: force N, speed m/s and travel m from the surface that end it.
 
-    A wall fails that keeps moving by more than so many counts. Stiffness N/m goes from the softest up by a
-    factor, to the highest at most, and is found to a share of itself. Raise ParameterError.
+    A wall fails if it keeps moving by more than ``counts``. Stiffness in N/m rises from ``softest`` by a
+    factor, up to ``highest``, and is found to a relative accuracy. Raise ParameterError.
     """
 
     max_force: float = DEVICE_FORCE.default
@@ -65,19 +65,19 @@ class TrialLimits:
 
 
 class Interrupted(StudioError):
-    """The measurement ended before it was done: why, in words."""
+    """The measurement ended early; the text gives the reason."""
 
 
 class Unsafe(Exception):
-    """A trial went beyond what is safe; its text is why, one of ENDED."""
+    """A trial exceeded a limit; its text is one of ENDED."""
 
 
 class GuardedDevice:
-    """A context: the wall in force and the force limited inside, all settings as before after it.
+    """Context manager: sets the wall and limits the force; restores all settings on exit.
 
-    The wall stands where the one in force stands; into: 1 where it is on the right, -1 on the left. say: told
-    what a person should do; look: called some hundred times a second, and may raise to end it all.
-    clamped: set where a judged sample reached the force limit.
+    The wall replaces the one in force at the same position; into: 1 if it is on the right, -1 on the left.
+    say: receives instructions for the user. look: called about 100 times per second, may raise to abort.
+    clamped: a judged sample reached the force limit.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class GuardedDevice:
         try:
             self.calm()
             end = time.monotonic() + _SILENCE_SECONDS
-            while force_withheld(self.collect(0.02, judged=False)):  # after connecting, for a while
+            while force_withheld(self.collect(0.02, judged=False)):  # for a while after connecting
                 if time.monotonic() > end:
                     raise Interrupted("The device renders no force. The measurement ended.")
         except BaseException:
@@ -107,27 +107,27 @@ class GuardedDevice:
         return self
 
     def __exit__(self, *_error) -> None:
-        """Let the hand go and put the old settings back, but for those that somebody else has changed."""
+        """Release the hand and restore the settings, except those changed by others meanwhile."""
         self.engine.move_hand(None)
         environment, values, grip = self._before
         self.engine.set_grip(grip)
         self.engine.replace_environment(*self._mine, environment, values)
-        with contextlib.suppress(DeviceError):  # a device that is gone has no limit; opening sets it anew
+        with contextlib.suppress(DeviceError):  # a disconnected device has no limit; opening sets it again
             self.engine.limit_force(self.engine.device.max_force)
 
     @property
     def quantum(self) -> float:
-        """Return what one count of the sensor is in m."""
+        """Return the sensor step in m."""
         modelled = self.engine.modelled
         return float(self.engine.device.quantum if modelled is None else modelled.quantum)
 
     @property
     def rate(self) -> float:
-        """Return how many samples a second came so far, by the device's clock, nan before any."""
+        """Return the sampling rate in Hz so far, by the device's clock; NaN before any sample."""
         return self._samples / self._seconds if self._seconds > 0.0 else math.nan
 
     def wall(self, stiffness: float, damping: float) -> None:
-        """Bring a wall into force, over 30 ms; raise Interrupted where somebody has changed the settings."""
+        """Apply a wall, ramped over 30 ms; raise Interrupted if the settings were changed by others."""
         values = {"stiffness": stiffness, "damping": damping, "damping_mode": "both"}
         wall = WALL, WALL.values({**self._place, **values})
         if not self.engine.replace_environment(*self._mine, *wall):
@@ -135,14 +135,14 @@ class GuardedDevice:
         self._mine = wall
 
     def calm(self) -> None:
-        """Bring a wall into force that is sure to be steady."""
+        """Apply a wall that is certainly stable."""
         self.wall(CALM, 0.0)
 
     def collect(self, seconds: float, judged: bool = True) -> np.ndarray:
         """Return the rows of the next seconds by the device's clock.
 
-        judged: raise Unsafe where the handle goes too fast or too far. Raise Interrupted, and what ``look``
-        raises. Each within some ms.
+        judged: raise Unsafe if the handle is too fast or too far. Raise Interrupted, and what ``look``
+        raises, within some ms.
         """
         found, first = [self._reader.read()[:0]], None
         heard = time.monotonic()
@@ -182,10 +182,10 @@ class GuardedDevice:
 
 
 def pressing_force(found: np.ndarray, into: float) -> float:
-    """Return the mean force in N with which the wall is pressed in some rows."""
+    """Return the mean force in N on the wall in some rows."""
     return float(-into * found[:, rows.APPLIED].mean())
 
 
 def force_withheld(found: np.ndarray) -> bool:
-    """Return whether rows hold samples whose force was held back."""
+    """Return True if rows contain samples with withheld force."""
     return bool((found[:, rows.FLAGS].astype(np.int64) & _USELESS).any())

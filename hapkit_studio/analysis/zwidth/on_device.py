@@ -1,9 +1,9 @@
-"""Z-width on a running device: a hand presses into walls of rising stiffness until one keeps buzzing.
+"""Z-width on a running device: a hand presses walls of rising stiffness until one keeps oscillating.
 
-A simulated hand hits the wall by itself, a person is asked to press. What a hand does slowly is taken out of
-the motion, and what is left must die out. Nothing stiffer than the first wall that fails is tried; force,
-speed and travel are limited; E-stop, fault or cancelling end it at once, and the old settings come back. The
-band in which walls hold and fail by turns takes four walls more a damping, or some more where it is wide.
+A simulated hand hits the wall; a person is asked to press. Slow motion of the hand is filtered out, and the
+remaining oscillation must decay. The first wall that fails is the stiffest tried; force, speed and travel are
+limited; E-stop, a fault or cancelling end the measurement at once, and the old settings are restored. The
+band in which walls alternately hold and fail takes four or more further walls per damping.
 """
 
 import math
@@ -28,13 +28,13 @@ from hapkit_studio.dynamics.hand import GRIPS, Grip
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.engine import Engine
 
-# A buzz is faster than this; a hand's own tremor (8 to 12 Hz) is slower.
+# s: an oscillation is faster than this; a hand's tremor (8 to 12 Hz) is slower
 _SLOW_SECONDS = 0.05
 _WINDOW_SECONDS = 0.25
 _MOST_WINDOWS = 16
 _QUIET_WINDOWS = 2
 _MOST_REPEATS = 5
-# From one window to the next: less than this share goes on dying out, more than that one grows.
+# ratio of the amplitudes of consecutive windows: still decaying below, growing above
 _DYING, _GROWING = 0.9, 1.1
 _STEP_SECONDS = 0.01
 _AWAY = 0.005
@@ -56,10 +56,10 @@ def measure(
     arrived: Arrived = lambda damping, point: None,
     say: Callable[[str], object] = lambda words: None,
 ) -> result.ZWidth:
-    """Return the Z-width of a running engine's device, its loop as it is set.
+    """Return the Z-width of a running engine's device with its current loop.
 
-    person: a person presses; None: where the device has no simulated hand. say is told what to do next.
-    Raise ParameterError, Interrupted, and what progress raises; the old settings are back then too.
+    person: a person presses; None: if the device has no simulated hand. say receives instructions. Raise
+    ParameterError, Interrupted, and what progress raises; the settings are restored in any case.
     """
     limits, levels = limits or TrialLimits(), result.levels_of(damping)
     if person is None:
@@ -85,7 +85,7 @@ def measure(
 
 
 def setting_of(engine: Engine, grip: str) -> Setting:
-    """Return the device and its loop as they are, the delay as measured."""
+    """Return the device and its loop, with the delay as measured."""
     device = engine.modelled or engine.device
     coulomb = engine.modelled.coulomb_force if engine.modelled else 0.0
     loop, delay = engine.loop, engine.health().delay or 0.0
@@ -94,7 +94,7 @@ def setting_of(engine: Engine, grip: str) -> Setting:
 
 
 class SimulatedHand:
-    """Goes away from the wall, hits it at a speed and holds it with a force."""
+    """Retracts from the wall, hits it at a speed and holds it with a force."""
 
     def __init__(self, guarded: GuardedDevice):
         self._guarded = guarded
@@ -112,7 +112,7 @@ class SimulatedHand:
         )
 
     def begin(self) -> None:
-        """Go away from the wall and wait until the handle has come along."""
+        """Retract from the wall and wait for the handle to follow."""
         away = self._guarded.surface - self._guarded.into * _AWAY
         self._guarded.engine.move_hand(away)
         end = time.monotonic() + _AWAY_SECONDS
@@ -135,13 +135,13 @@ class SimulatedHand:
             guarded.engine.move_hand(guarded.surface + guarded.into * depth)
 
     def presses(self, found: np.ndarray) -> bool:
-        """Return whether it does: in a window somebody may have taken the handle away."""
+        """Return True if it presses; in a window the handle may have been taken away."""
         least = _LEAST_SHARE * self._guarded.limits.push
         return not force_withheld(found) and pressing_force(found, self._guarded.into) >= least
 
 
 class Person:
-    """Is asked to press and to hold, and watched whether it does."""
+    """A person, asked to press and hold, and monitored."""
 
     grip = "released"
 
@@ -159,7 +159,7 @@ class Person:
         )
 
     def begin(self) -> None:
-        """Wait until a person presses; raise Interrupted where nobody does."""
+        """Wait until a person presses; raise Interrupted on time-out."""
         end = time.monotonic() + _PATIENCE_SECONDS
         said = ""
         while not self.presses(found := self._guarded.collect(0.2, judged=False)):
@@ -175,15 +175,15 @@ class Person:
         self._guarded.say("Hold")
 
     def press(self, stiffness: float) -> None:
-        """Leave it to the person."""
+        """Do nothing: the person presses."""
 
     def presses(self, found: np.ndarray) -> bool:
         force = pressing_force(found, self._guarded.into)
         return not force_withheld(found) and self._least <= force <= self._most
 
 
-class _Steps:
-    """Counts trials for progress; how many a level takes is known only roughly."""
+class _TrialProgress:
+    """Counts trials for progress; trials per level are an estimate."""
 
     def __init__(self, limits: TrialLimits, levels: int, progress: Progress):
         raised = math.log(limits.highest / limits.softest) / math.log(limits.raised)
@@ -193,7 +193,7 @@ class _Steps:
         self._level = self._done = 0
 
     def look(self) -> None:
-        """Tell how far it is; whoever listens may raise to end it all."""
+        """Report progress; the callback may raise to abort."""
         self._progress(self._done, self._of)
 
     def next_trial(self) -> None:
@@ -201,20 +201,20 @@ class _Steps:
         self._done = min(self._done + 1, (self._level + 1) * self._each - 1)
 
     def next_level(self) -> None:
-        """Count a level as done, and tell."""
+        """Count a level as done, and report."""
         self._level += 1
         self._done = self._level * self._each
         self.look()
 
 
 def _stiffest_at(
-    guarded: GuardedDevice, hand: SimulatedHand | Person, damping: float, steps: _Steps
+    guarded: GuardedDevice, hand: SimulatedHand | Person, damping: float, steps: _TrialProgress
 ) -> result.Point:
     """Return the stiffest wall that held at one damping, and the band about it."""
     limits, held, stiffest_tried = guarded.limits, 0.0, 0.0
 
     def tried(stiffness: float) -> result.TrialOutcome:
-        """Try one wall; after it the last one that held is in force."""
+        """Try one wall, then restore the last one that held."""
         nonlocal held, stiffest_tried
         stiffest_tried = max(stiffest_tried, stiffness)
         steps.next_trial()
@@ -239,7 +239,7 @@ def _stiffest_at(
 
 
 def _watched(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: float) -> str:
-    """Watch until the motion has died out, or does not any more; return why the wall fails."""
+    """Watch until the oscillation has decayed or is judged persistent; return the reason of a failure."""
     limit = guarded.limits.counts * guarded.quantum
     calm, before = 0, math.inf
     for window in range(_MOST_WINDOWS):
@@ -255,7 +255,7 @@ def _watched(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: fl
 
 
 def _window(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: float) -> np.ndarray:
-    """Return the next rows under a hand that presses; where it does not, it begins anew."""
+    """Return the next rows during which the hand presses; start again if it does not."""
     for _ in range(_MOST_REPEATS):
         found = guarded.collect(_WINDOW_SECONDS + _SLOW_SECONDS)
         if hand.presses(found):
@@ -266,7 +266,7 @@ def _window(guarded: GuardedDevice, hand: SimulatedHand | Person, stiffness: flo
 
 
 def ripple(position: np.ndarray, rate: float) -> float:
-    """Return the peak-to-peak motion in m beside the mean over 50 ms, of positions sampled at a rate."""
+    """Return the peak-to-peak motion in m after subtracting a 50 ms moving average; rate in Hz."""
     count = 2 * round(0.5 * _SLOW_SECONDS * rate) + 1
     if len(position) < 2 * count:
         return float(np.ptp(position))

@@ -1,4 +1,4 @@
-"""What a Z-width is and how it is measured: protocol, search for the stiffest wall, conditions, words."""
+"""The Z-width and its measurement: protocol, search for the stiffest wall, conditions, sentences."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -17,9 +17,9 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.formatting import plain
 
 _CURVE = 81
-# The condition "hand" where no simulated one pressed.
+# the condition "hand" without a simulated hand
 PERSON = "person"
-# Why the search at one damping ended.
+# reasons for the end of a search
 BUZZES, GROWS, LEAVES, FAST = "buzzes", "grows", "leaves", "fast"
 ENDED = {
     BUZZES: "it buzzes",
@@ -32,9 +32,9 @@ ENDED = {
 
 @dataclass(frozen=True)
 class Condition:
-    """One thing the measurement depends on: key and SI value for programs, name and text for people.
+    """A condition of the measurement: key and SI value for programs, name and text for people.
 
-    short: the name in a line of many, if it is another one.
+    short: the name in a list, if different.
     """
 
     key: str
@@ -45,7 +45,7 @@ class Condition:
 
     @property
     def words(self) -> str:
-        """Return name and text for a line of many."""
+        """Return name and text for a list."""
         return f"{self.short or self.name[0].lower() + self.name[1:]} {self.text}"
 
 
@@ -59,9 +59,9 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class ZWidth:
-    """The wall up to which all come to rest, at each damping (n,) in N·s/m.
+    """The stiffest wall up to which all settled, at each damping (n,) in N·s/m.
 
-    linear: the linear loop's limit (n,) in N/m, nan where there is none; curve (2, m): the same finely,
+    linear: the linear loop's limit (n,) in N/m, NaN without one; curve (2, m): the same at finer dampings, as
     damping and limit. where: "simulation" or the device's title.
     """
 
@@ -81,7 +81,7 @@ class ZWidth:
         setting: Setting,
         conditions: "tuple[Condition, ...]",
     ) -> "ZWidth":
-        """Put together what a search found at each damping, and the linear loop's limits."""
+        """Combine the points found at each damping with the linear loop's limits."""
         damping, fine = np.array(levels), np.linspace(0.0, levels[-1] or 1.0, _CURVE)
         linear, curve = (
             exact_boundary(setting, across) if setting.linear else np.full(len(across), math.nan)
@@ -96,12 +96,12 @@ class ZWidth:
 
     @property
     def stiffness(self) -> np.ndarray:
-        """Return the wall in N/m up to which all came to rest, at each damping, (n,)."""
+        """Return the stiffness (n,) in N/m up to which all walls settled, at each damping."""
         return np.array([point.stiffness for point in self.points])
 
     @property
     def sentence(self) -> str:
-        """Say the stiffest wall in a sentence, and in another one the band above it."""
+        """Return a sentence on the stiffest wall, and another one on the band above it."""
         if not len(self.damping) or not (self.stiffness > 0.0).any():
             return f"No wall came to rest, {self.hand}."
         return f"{self.at(self.best)}{self.motor(self.best)}.{self.band(self.best)}"
@@ -113,43 +113,43 @@ class ZWidth:
 
     @property
     def hand(self) -> str:
-        """Say in whose hand it was measured: "let go", "in a medium grip"."""
+        """Return the hand as text: "let go", "in a medium grip"."""
         grip = next(str(c.value) for c in self.conditions if c.key == "hand")
         if grip == RELEASED:
             return hand_words(grip)
         return "in a person's hand" if grip == PERSON else f"in a {hand_words(grip)}"
 
     def motor(self, index: int) -> str:
-        """Say that a point is the motor's rather than the loop's, "" where it is not."""
+        """Return the remark that a point is limited by the motor, "" if by the loop."""
         if not self.points[index].clamped:
             return ""
         limit = next((c.text for c in self.conditions if c.key == "max_force"), "")
         return ", with the motor at its limit" + (f" of {limit}" if limit not in ("", "none") else "")
 
     def at(self, index: int) -> str:
-        """Say one point, without a full stop."""
+        """Describe one point, without a full stop."""
         point = self.points[index]
         least = "at least " if point.ended == HIGHEST else ""
         limit = f"up to {least}{three_digits(point.stiffness)} N/m"
         return f"At b = {self.damping[index]:g} N·s/m, {self.hand}, all walls tried {limit} come to rest"
 
     def band(self, index: int) -> str:
-        """Say, after a space, up to where some rest and some buzz, "" where the limit is sharp."""
+        """Describe the band in which walls settle or buzz, after a space; "" if the limit is sharp."""
         ends = self.points[index].band
         return f" From there to {ends} N/m some do and some buzz." if ends else ""
 
     @property
     def place(self) -> str:
-        """Say where it was measured."""
+        """Return where it was measured."""
         return self.where[:1].upper() + self.where[1:]
 
     @property
     def caption(self) -> str:
-        """Say the conditions in one line."""
+        """Return the conditions in one line."""
         return " · ".join(c.words for c in self.conditions)
 
     def as_json(self) -> dict:
-        """Return one object of plain numbers; None where there is no number."""
+        """Return an object of plain numbers; None for NaN."""
         rows = zip(self.damping, self.linear, self.points, strict=True)
         return plain(
             {
@@ -161,7 +161,7 @@ class ZWidth:
 
 
 def three_digits(value: float) -> str:
-    """Write a stiffness with three digits, never more than it is."""
+    """Format a stiffness with three digits, rounded down."""
     if value < 100.0:
         return f"{value:.3g}"
     step = 10.0 ** (math.floor(math.log10(value)) - 2)
@@ -194,17 +194,17 @@ def text(result: ZWidth) -> str:
     return "\n".join([result.sentence, "", *lines, "", f"Conditions: {result.caption}"])
 
 
-# A row takes 256 bytes; and fewer samples than that show no motion.
+# limit of memory at 256 bytes a row; fewer samples show no motion
 MOST_SAMPLES = 400_000
 FEWEST_IN_TAIL = 5
 
 
 @dataclass(frozen=True)
 class Protocol:
-    """How a wall is tried: hit at a speed in m/s, pushed by N, at phases of the sample, for seconds.
+    """Trial of a wall: hit at a speed in m/s, pushed with N, at several sampling phases, for seconds.
 
-    It fails where the handle goes beyond travel m, or moves by more than so many counts in the tail s.
-    Stiffness begins at the softest N/m; walls about the limit are a share apart. max_force: the
+    It fails if the handle moves beyond travel in m, or by more than ``counts`` in the last tail s. Stiffness
+    begins at the softest in N/m; walls in the band differ by the relative step ``apart``. max_force: the
     motor's limit in N, inf for none. Raise ParameterError.
     """
 
@@ -234,7 +234,7 @@ class Protocol:
 
 
 def samples_of(setting: Setting, protocol: Protocol) -> int:
-    """Return how many samples a hit takes; raise ParameterError where they are too few or too many."""
+    """Return the number of samples of a hit; raise ParameterError if out of range."""
     seconds, rate = protocol.seconds, setting.rate
     count = round(seconds * rate)
     if count > MOST_SAMPLES or round(protocol.tail * rate) < FEWEST_IN_TAIL:
@@ -246,7 +246,7 @@ def samples_of(setting: Setting, protocol: Protocol) -> int:
 
 
 def levels_of(damping: Sequence[float]) -> list[float]:
-    """Return checked virtual dampings in N·s/m, each once, rising; raise ParameterError."""
+    """Return validated virtual dampings in N·s/m, unique and sorted; raise ParameterError."""
     levels = sorted(set(checked_row(damping, DAMPING).tolist()))
     if not levels:
         raise ParameterError("A Z-width takes one damping or more, e.g. 0,1,2,5.")
@@ -254,7 +254,7 @@ def levels_of(damping: Sequence[float]) -> list[float]:
 
 
 def loop_conditions(setting: Setting, friction: bool = True) -> tuple[Condition, ...]:
-    """Return everything about device and loop that a Z-width depends on; friction: whether it is known."""
+    """Return the conditions given by device and loop; friction: True if it is known."""
     known, rubs = (setting.coulomb, f"{setting.coulomb:g} N") if friction else (math.nan, "not known")
     given, estimator = estimator_words(setting.estimator)
     controller = "on" if setting.controller else "off"
@@ -271,7 +271,7 @@ def loop_conditions(setting: Setting, friction: bool = True) -> tuple[Condition,
 
 
 def conditions(setting: Setting, protocol: Protocol) -> tuple[Condition, ...]:
-    """Return everything that a simulated Z-width depends on."""
+    """Return all conditions of a simulated Z-width."""
     limit = protocol.max_force
     return (
         *loop_conditions(setting),
@@ -285,7 +285,7 @@ def conditions(setting: Setting, protocol: Protocol) -> tuple[Condition, ...]:
 
 @dataclass(frozen=True)
 class TrialOutcome:
-    """One trial's outcome: why it failed, "" where the wall held; whether the motor's limit was reached."""
+    """Outcome of a trial: reason of the failure, "" if the wall held; True if the motor saturated."""
 
     why: str
     clamped: bool = False
@@ -293,10 +293,10 @@ class TrialOutcome:
 
 @dataclass(frozen=True)
 class Point:
-    """The wall in N/m up to which all that were tried held, and why the next one fails.
+    """The wall in N/m up to which all walls held, and why the next one failed.
 
-    ended: one of ENDED. clamped: the stiffness is the motor's rather than the loop's. Of all walls tried,
-    first_failed is the softest that failed (inf: none did), last_held the stiffest that held.
+    ended: one of ENDED. clamped: the stiffness is limited by the motor. first_failed: softest wall that
+    failed, inf for none; last_held: stiffest wall that held.
     """
 
     stiffness: float
@@ -307,16 +307,16 @@ class Point:
 
     @property
     def band(self) -> str:
-        """Write the stiffest wall that held beyond one that failed, in N/m, "" where the limit is sharp."""
+        """Format the stiffest wall that held above a failed one, in N/m; "" if the limit is sharp."""
         return three_digits(self.last_held) if self.first_failed < self.last_held else ""
 
 
 def stiffest(
     held: Callable[[float], TrialOutcome], softest: float, raised: float, highest: float, halvings: int
 ) -> Point:
-    """Return the stiffest wall between the last that held and the first that failed; 0 where none held.
+    """Return the stiffest wall between the last that held and the first that failed; 0 if none held.
 
-    No trial is stiffer than the first that fails, nor than the highest.
+    No trial is stiffer than the first that fails, or than ``highest``.
     """
     low, high = Point(0.0, HIGHEST, False), softest
     while not (verdict := held(high)).why:
@@ -335,22 +335,22 @@ def stiffest(
     return Point(low.stiffness, why, low.clamped, high, low.stiffness)
 
 
-# So far from the limit, as a share, all walls have to hold or to fail where the band about it ends.
+# relative distance from the limit over which all walls must hold, or fail, to end the band
 _CLEAR = 0.1
 
 
 def band_trials(apart: float) -> int:
-    """Return how many walls that alternate nowhere are tried on either side of a limit."""
+    """Return the number of walls tried on either side of a sharp limit."""
     return round(_CLEAR / apart)
 
 
 def with_band(
     held: Callable[[float], TrialOutcome], point: Point, apart: float, softest: float, highest: float
 ) -> Point:
-    """Return the point at the lower end of the band about it, in which walls hold and fail by turns.
+    """Return the point at the lower end of the band in which walls alternately hold and fail.
 
-    Walls a share apart are tried, from the limit down until all over 10 % hold, then up until all fail; none
-    softer than the softest, which held, nor stiffer than the highest.
+    Walls with relative spacing ``apart`` are tried: from the limit down until all over 10 % hold, then up
+    until all fail; within softest, which held, and highest.
     """
     if point.ended == HIGHEST or point.stiffness == 0.0:
         return point

@@ -1,10 +1,10 @@
-"""Z-width by simulation: at each virtual damping the wall up to which all come to rest after a hit.
+"""Z-width by simulation: at each virtual damping the stiffest wall up to which all settle after a hit.
 
-The handle hits the wall at a speed and is pushed into it by a constant force, at three phases of the sample.
-The wall fails if the handle leaves, or still moves by more than two counts at the end (Colgate & Brown, ICRA
-1994; automated hits after Chawda). Spring and damper act both ways inside, and nothing outside. Stiffness is
-raised by a factor up to the first failure, then bisected. About the limit walls that hold and walls that
-fail alternate, over up to a third of it: walls 1 % apart tell how wide that band is; its lower end counts.
+The handle hits the wall at a speed and is pushed into it by a constant force, at three sampling phases. The
+wall fails if the handle leaves it, or still moves by more than two counts at the end (Colgate & Brown, ICRA
+1994; automated hits after Chawda). Spring and damper act both ways inside; outside there is no force.
+Stiffness rises by a factor up to the first failure, then is bisected. Walls that hold and fail alternate
+about the limit, over up to a third of it: walls 1 % apart measure this band; its lower end is the result.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,9 +22,9 @@ from hapkit_studio.dynamics.estimators import USUAL_QUANTUM
 from hapkit_studio.dynamics.hand import Grip, Hand
 from hapkit_studio.haptics import headless, rows
 
-# A thread so soft, pulled from so far away, is a constant force: it changes by 1e-6 N over a metre.
+# N/m of a soft, long thread that models a constant force: it changes by 1e-6 N over a metre
 _THREAD = 1e-6
-# Beyond this there is no limit to find.
+# N/m, upper end of the search
 _STIFFEST = 1e6
 
 Arrived = Callable[[float, result.Point], object]
@@ -39,7 +39,7 @@ def compute(
     executor: Executor | None = None,
     arrived: Arrived = lambda damping, point: None,
 ) -> result.ZWidth:
-    """Return the Z-width of a setting; arrived is told every point as soon as it is there.
+    """Return the Z-width of a setting; arrived: called with every new point.
 
     Raise ParameterError, and what progress raises.
     """
@@ -74,7 +74,7 @@ def points_of(cells: list[tuple[Setting, result.Protocol, float]]) -> list[resul
 def trial(
     setting: Setting, stiffness: float, damping: float, protocol: result.Protocol | None = None
 ) -> result.TrialOutcome:
-    """Return whether a wall of so many N/m and N·s/m holds at every phase of the sample."""
+    """Return the outcome of a wall in N/m and N·s/m at every sampling phase."""
     protocol = protocol or result.Protocol()
     clamped = False
     for phase in protocol.phases:
@@ -92,7 +92,7 @@ def trial(
 def hit(
     setting: Setting, stiffness: float, damping: float, phase: float, protocol: result.Protocol
 ) -> np.ndarray:
-    """Return the rows of one hit: at the start the handle is a phase of the sample before the wall at 0."""
+    """Return the rows of one hit; at the start the handle is ``phase`` samples before the wall at 0."""
     values = {"stiffness": stiffness, "damping": damping, "position": 0.0, "side": 0.0, "damping_mode": 1.0}
     start = -phase * protocol.speed * setting.period
     device = setting.device(position=start, velocity=protocol.speed)
