@@ -1,6 +1,7 @@
-"""Compiled frames for the real-time loop: received bytes to rows, forces to bytes, without allocation.
+"""Compiled codec for the real-time loop: received bytes to rows, forces to bytes, without allocation.
 
-A reader is two arrays, zero at the start: ``state`` (int64, STATE_WIDTH) and ``buffer`` (uint8, BUFFER_SIZE).
+A reader consists of two arrays, initially zero: ``state`` (int64, STATE_WIDTH) and ``buffer`` (uint8,
+BUFFER_SIZE).
 """
 
 import numpy as np
@@ -18,13 +19,13 @@ from hapkit_studio.protocol.messages import (
     Telemetry,
 )
 
-# Columns of a decoded row: those of a sample, then what only telemetry has.
+# columns of a decoded row: those of a sample, then those of telemetry only
 SEQ, BOARD_TIME, COUNT, ANSWERED, DELAY, FLAGS, PWM, LOST, RX_ERRORS = range(9)
 KIND, GENERATION, STALE, RECEIVED, REFUSAL = range(9, 14)
 VELOCITY, ASKED, OVERRUNS, STATE_AT, STATE = range(14, 19)
 SAMPLE_WIDTH = 19
 
-# What a row came from. LOST counts samples in the one, ticks not shown in the other.
+# source of a row. LOST counts samples for SAMPLE, ticks not shown for TELEMETRY
 SAMPLE, TELEMETRY = 0, 1
 
 US = 1e-6
@@ -35,12 +36,12 @@ _COLUMNS = {
     "refusal": REFUSAL, "velocity": VELOCITY, "asked": ASKED, "overruns": OVERRUNS, "state_at": STATE_AT,
     "state": STATE,
 }  # fmt: skip
-"""Fields that go into a row as they are; the time is continued where it wraps."""
+"""Fields copied to a row as they are; the time is unwrapped."""
 _UNSIGNED, _SIGNED, _FLOAT = range(3)
 
 
 def layout_of(kind: type[Message]) -> np.ndarray:
-    """Return a message's fields (n, 4): column of the row or -1, place in id plus payload, bytes, number."""
+    """Return a message's fields (n, 4): column of the row or -1, offset in id plus payload, bytes, number."""
     kinds = {"f": _FLOAT, "b": _SIGNED, "h": _SIGNED, "i": _SIGNED}
     fields = [
         (_COLUMNS.get(w.name, -1), kind.offset(w.name), w.size, kinds.get(w.code, _UNSIGNED))
@@ -58,7 +59,7 @@ assert Telemetry.offset("time_us") == _TIME
 
 @compiled
 def unsigned(buffer: np.ndarray, at: int, size: int) -> int:
-    """Return the whole number of so many bytes at a place."""
+    """Return the unsigned integer of ``size`` bytes at an offset."""
     value = 0
     for i in range(size):
         value |= int(buffer[at + i]) << (8 * i)
@@ -67,7 +68,7 @@ def unsigned(buffer: np.ndarray, at: int, size: int) -> int:
 
 @compiled
 def signed(buffer: np.ndarray, at: int, size: int) -> int:
-    """Return the whole number with a sign of so many bytes at a place."""
+    """Return the signed integer of ``size`` bytes at an offset."""
     value = unsigned(buffer, at, size)
     half = 1 << (8 * size - 1)
     return value - 2 * half if value >= half else value
@@ -75,14 +76,14 @@ def signed(buffer: np.ndarray, at: int, size: int) -> int:
 
 @compiled
 def put_integer(out: np.ndarray, at: int, size: int, value: int) -> None:
-    """Write a whole number as so many bytes at a place."""
+    """Write an integer as ``size`` bytes at an offset."""
     for i in range(size):
         out[at + i] = (value >> (8 * i)) & 0xFF
 
 
 @compiled
 def _read(buffer, layout, row):
-    """Fill a row but for time and losses."""
+    """Fill a row except time and losses."""
     row[:] = 0.0
     for i in range(layout.shape[0]):
         column, at, size, kind = layout[i, 0], layout[i, 1], layout[i, 2], layout[i, 3]
@@ -108,18 +109,18 @@ def put_fields(out: np.ndarray, message_id: int, layout: np.ndarray, values: tup
     return size
 
 
-# Places in the state: counters for everybody, then the reader's own.
+# state layout: public counters, then the reader's own
 FRAMES, BAD_FRAMES, OTHER_FRAMES, LOST_FRAMES, SKIPPED = range(5)
 _SIZE, _LEFT, _ZERO_DUE, _CRC, _STARTED, _LAST_SEQ, _LAST_TIME, _TIME_US = range(5, 13)
-SETTINGS_FRAMES = 13  # counted among the other frames as well
+SETTINGS_FRAMES = 13  # included in OTHER_FRAMES
 _LAST_KIND = 14
 STATE_WIDTH = 16
 
 BUFFER_SIZE = 64
-"""Bytes of the longest body that is kept; longer frames are only checked."""
+"""Bytes of the longest body that is stored; longer frames are only checked."""
 
 FRAME_SIZE = 1 + Force.size() + CRC_SIZE + 2
-"""Bytes that an encoded command takes at most."""
+"""Largest encoded command in bytes."""
 
 FLAG_WATCHDOG = int(BoardFlag.WATCHDOG)
 FLAG_STOPPED = int(BoardFlag.STOPPED)
@@ -139,12 +140,12 @@ _COBS_FULL = 0xFF
 
 
 def new_reader() -> tuple[np.ndarray, np.ndarray]:
-    """Return state and buffer of a reader that has seen nothing."""
+    """Return state and buffer of a new reader."""
     return np.zeros(STATE_WIDTH, np.int64), np.zeros(BUFFER_SIZE, np.uint8)
 
 
 def rows_for(size: int) -> int:
-    """Return how many rows a chunk of size bytes can complete at most."""
+    """Return the largest number of rows that a chunk of ``size`` bytes can complete."""
     return size // (SAMPLE_BODY + CRC_SIZE + 2) + 1
 
 
@@ -167,7 +168,7 @@ def _store(state, buffer, byte):
 
 @compiled
 def _push(state, buffer, byte):
-    """Take a byte that is not the delimiter."""
+    """Process a byte other than the delimiter."""
     if state[_STARTED] == 0:
         state[_SIZE] = state[_LEFT] = state[_ZERO_DUE] = 0
         state[_STARTED], state[_CRC] = 1, CRC_START
@@ -183,9 +184,9 @@ def _push(state, buffer, byte):
 
 @compiled
 def _lost_before(state, seq, kind):
-    """Return how many numbers are missing since the last row; none where it was of the other kind.
+    """Return the number of sequence numbers missing since the last row; 0 after a row of the other kind.
 
-    Of telemetry that is no count of frames: how many ticks lie between two, the rate says.
+    For telemetry this is not a number of lost frames: the spacing of ticks depends on the rate.
     """
     follows = state[FRAMES] > 0 and state[_LAST_KIND] == kind
     lost = (seq - state[_LAST_SEQ] - 1) & 0xFFFF if follows else 0
@@ -195,7 +196,7 @@ def _lost_before(state, seq, kind):
 
 @compiled
 def _continued(state, time_us):
-    """Return the board's time in µs beyond its 32 bits; by less than half of them it may have gone back."""
+    """Return the board's unwrapped time in µs; differences below half the range may be negative."""
     passed = (time_us - state[_LAST_TIME]) & 0xFFFFFFFF
     if state[FRAMES] > 0 and passed >= 1 << 31:
         passed -= 1 << 32
@@ -206,7 +207,7 @@ def _continued(state, time_us):
 
 @compiled
 def _kind(state, buffer):
-    """Return what row a whole frame makes, -1 for none; count the others."""
+    """Return the kind of row in a complete frame, -1 for none; count other frames."""
     size = state[_SIZE] - CRC_SIZE
     if buffer[0] == SAMPLE_ID and size == SAMPLE_BODY:
         return SAMPLE
@@ -220,7 +221,7 @@ def _kind(state, buffer):
 
 @compiled
 def _finish(state, buffer, out, rows):
-    """End a frame at its delimiter; return 1 if it made a row and out had room for it."""
+    """End a frame at its delimiter; return 1 if it gave a row and out had room for it."""
     started = state[_STARTED]
     state[_STARTED] = 0
     if started == 0:
@@ -249,7 +250,7 @@ def _finish(state, buffer, out, rows):
 
 @compiled
 def feed(state: np.ndarray, buffer: np.ndarray, data: np.ndarray, n: int, out: np.ndarray) -> int:
-    """Decode the first n received bytes; return the number of rows of out that were filled.
+    """Decode the first n received bytes; return the number of rows filled.
 
     out: float64 (rows, SAMPLE_WIDTH), one row per valid Sample or Telemetry in SI units, with rows >=
     rows_for(n).
@@ -266,9 +267,9 @@ def feed(state: np.ndarray, buffer: np.ndarray, data: np.ndarray, n: int, out: n
 
 @compiled
 def enclose(out: np.ndarray, size: int) -> int:
-    """Turn the body at out[1 : 1 + size] into its frame in place; return the frame's length.
+    """Frame the body at out[1 : 1 + size] in place; return the frame's length.
 
-    COBS in place: every zero, and the byte before the body, becomes the distance to the next zero.
+    COBS: every zero, and the byte before the body, becomes the distance to the next zero.
     """
     crc = CRC_START
     for i in range(1, size + 1):

@@ -1,4 +1,4 @@
-"""Frames in plain Python: COBS, CRC-16 and every message; for handshakes and tests, not for the loop."""
+"""Framing in plain Python: COBS, CRC-16 and every message; for handshakes and tests, not for the loop."""
 
 import binascii
 
@@ -30,7 +30,7 @@ def cobs_encode(raw: bytes) -> bytes:
 
 
 def cobs_decode(coded: bytes) -> bytes | None:
-    """Return the raw bytes, or None where coded ends in the middle of a block."""
+    """Return the raw bytes, or None if coded ends inside a block."""
     out = bytearray()
     at = 0
     while at < len(coded):
@@ -63,7 +63,7 @@ def body_of(coded: bytes) -> bytes | None:
 
 
 class Decoder:
-    """Turns received bytes into bodies and messages; counts frames that are neither."""
+    """Decodes received bytes into bodies and messages; counts invalid frames."""
 
     def __init__(self) -> None:
         self._pending = bytearray()
@@ -84,7 +84,7 @@ class Decoder:
         return found
 
     def feed(self, data: bytes) -> list[Message]:
-        """Return every message that the data complete; bodies of another size or id are passed over."""
+        """Return every message that the data complete; bodies of unknown size or id are skipped."""
         messages = []
         for body in self.bodies(data):
             kind = _BY_ID.get(body[0])

@@ -76,7 +76,7 @@ def text() -> str:
 
 
 def default_path() -> Path:
-    """Return where the header lies in a checkout."""
+    """Return the header's path in a checkout."""
     return Path(__file__).resolve().parents[2] / "firmware" / "hapkit" / "protocol.h"
 
 

@@ -1,4 +1,4 @@
-"""Compiled frames for a board that renders by itself: a law in pieces, its constants, that someone is there.
+"""Compiled frames for a board that renders by itself: law in pieces, constants, keep-alive.
 
 A law's bytes are packed into int64 words, little endian, as ``packed`` returns them.
 """
@@ -18,7 +18,7 @@ HELLO_REQUEST = HelloRequest.ID
 LEAVE = Leave.ID
 
 ROOM = Board.size() + 3 * (Piece.size() + CRC_SIZE + 3) + 2 * codec.FRAME_SIZE
-"""Bytes that one answer takes at most: settings, or three pieces, a stop, one word more."""
+"""Largest reply in bytes: settings, or three pieces, a stop and one more command."""
 
 BOARD_BODY = 1 + Board.size()
 AT_ZERO, AT_SENSE, AT_DIRECTION = (Board.offset(name) for name in ("zero", "sense", "direction"))
@@ -29,25 +29,25 @@ _TUNE_COUNT, _TUNE_SLOTS, _TUNE_VALUES = (1 + Tune.offset(name) for name in ("co
 
 
 def packed(data: bytes, words: int) -> np.ndarray:
-    """Return bytes packed into so many int64 words, zeros behind them."""
+    """Return bytes packed into ``words`` int64 words, padded with zeros."""
     return np.frombuffer(data.ljust(8 * words, b"\0"), "<i8").astype(np.int64)
 
 
 @compiled
 def byte_of(words: np.ndarray, i: int) -> int:
-    """Return the i-th of packed bytes."""
+    """Return the i-th packed byte."""
     return (words[i >> 3] >> (8 * (i & 7))) & 0xFF
 
 
 @compiled
 def constant_of(words: np.ndarray, i: int) -> int:
-    """Return the bits of the i-th of packed float32 numbers."""
+    """Return the bits of the i-th packed float32."""
     return (words[i >> 1] >> (32 * (i & 1))) & 0xFFFFFFFF
 
 
 @compiled
 def put_constant(words: np.ndarray, i: int, bits: int) -> None:
-    """Replace the bits of the i-th of packed float32 numbers."""
+    """Replace the bits of the i-th packed float32."""
     shift = 32 * (i & 1)
     words[i >> 1] ^= (constant_of(words, i) ^ bits) << shift
 
@@ -74,7 +74,7 @@ def encode_law(
 
 @compiled
 def encode_piece(out: np.ndarray, generation: int, at: int, program: np.ndarray) -> int:
-    """Write the frame of the Piece that begins with byte `at` of a packed law to out; return its length."""
+    """Write the frame of the Piece at byte ``at`` of a packed law to out; return its length."""
     size = codec.put_fields(out, _PIECE_ID, _PIECE, (float(generation), float(at)))
     for i in range(PIECE):
         inside = at + i < 8 * program.size
@@ -84,14 +84,14 @@ def encode_piece(out: np.ndarray, generation: int, at: int, program: np.ndarray)
 
 @compiled
 def begin_tune(out: np.ndarray, law: int, generation: int) -> None:
-    """Begin a Tune without a constant in out."""
+    """Write an empty Tune to out."""
     out[1 : 1 + _TUNE_BODY] = 0
     codec.put_fields(out, _TUNE_ID, _TUNE, (float(law), float(generation)))
 
 
 @compiled
 def add_constant(out: np.ndarray, slot: int, bits: int) -> int:
-    """Add a constant to the Tune in out, TUNED at most; return how many it has."""
+    """Add a constant to the Tune in out, at most TUNED; return their number."""
     k = out[_TUNE_COUNT]
     out[_TUNE_SLOTS + k] = slot
     put_integer(out, _TUNE_VALUES + 4 * k, 4, bits)
@@ -101,7 +101,7 @@ def add_constant(out: np.ndarray, slot: int, bits: int) -> int:
 
 @compiled
 def end_tune(out: np.ndarray) -> int:
-    """Turn the Tune in out into its frame; return its length."""
+    """Frame the Tune in out; return its length."""
     return codec.enclose(out, _TUNE_BODY)
 
 

@@ -55,12 +55,12 @@ class Message:
 
     @classmethod
     def from_board(cls) -> bool:
-        """Tell whether the board sends this message."""
+        """Return True if the board sends this message."""
         return bool(cls.ID & FROM_BOARD)
 
     @classmethod
     def layout(cls) -> tuple[Wire, ...]:
-        """Return the fields in the order in which they travel, without gaps."""
+        """Return the fields in wire order, without gaps."""
         return tuple(
             Wire(f.name, f.metadata["code"], f.metadata["unit"], f.metadata["help"]) for f in fields(cls)
         )
@@ -72,7 +72,7 @@ class Message:
 
     @classmethod
     def offset(cls, name: str) -> int:
-        """Return where a field starts in id plus payload."""
+        """Return the offset of a field in id plus payload."""
         names = [f.name for f in cls.layout()]
         return 1 + sum(f.size for f in cls.layout()[: names.index(name)])
 
@@ -93,7 +93,7 @@ class Message:
 
     @classmethod
     def unpack(cls, body: bytes) -> Self:
-        """Return the message in id plus payload; raise ValueError if the size or the id is another's."""
+        """Return the message in id plus payload; raise ValueError for a wrong size or id."""
         if len(body) != 1 + cls.size() or body[0] != cls.ID:
             raise ValueError(
                 f"{cls.__name__} is {1 + cls.size()} bytes starting with {cls.ID}, not {body!r}."
@@ -113,10 +113,10 @@ PROTOCOL_VERSION = 4
 BAUD = 1_000_000
 
 PIECE = 32
-"""Bytes of a law that travel in one message."""
+"""Bytes of a law per message."""
 
 TUNED = 6
-"""Constants of a law that travel in one message."""
+"""Constants of a law per message."""
 
 
 class Estimator(IntEnum):
