@@ -1,1 +1,1 @@
-"""Numbers only: the paddle's physics, velocity estimators and the hand."""
+"""Numerical models: the paddle's physics, velocity estimators, integrators, friction and the hand."""

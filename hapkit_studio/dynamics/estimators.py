@@ -1,13 +1,13 @@
-"""Velocity from sampled positions: one entry a method, designed in Python, stepped in compiled code.
+"""Velocity from sampled positions: one entry per method, designed in Python, stepped in compiled code.
 
-To add one: its design, a code and a branch in ``step``, an entry in the table. A design takes the rate in
-Hz, the sensor's quantum in m and its method's options, and returns float64[8]. A response takes these, the
-period in s and complex z, and returns velocity over position. A method's memory lasts from sample to sample.
+To add one: a design function, a code and a branch in ``step``, an entry in the table. A design takes the rate
+in Hz, the sensor's quantum in m and its method's options, and returns float64[8]. A response takes these, the
+period in s and complex z, and returns the transfer function. A method's memory is kept between samples.
 
-First-order adaptive windowing takes the longest line that fits the newest samples (Janabi-Sharifi, Hayward
-and Chen, IEEE Trans. Control Systems Technology 8(6), 2000, the best-fit variant): a line of least squares
-as long as no sample lies farther from it than the sensor's noise. It is long and smooth when slow, short and
-quick at an impact. Samples carry their age, so that a late one tilts no line.
+First-order adaptive windowing uses the longest line that fits the newest samples (Janabi-Sharifi, Hayward and
+Chen, IEEE Trans. Control Systems Technology 8(6), 2000, the best-fit variant): a least-squares line from
+which no sample deviates by more than the sensor's noise. It is long and smooth at low speed, short and fast
+at an impact. Samples have time stamps, so that a late one does not tilt the line.
 """
 
 import math
@@ -23,32 +23,32 @@ from hapkit_studio.parameters import Parameter, check_number, resolve
 
 Spec = str | tuple[str, dict[str, float]]
 
-# What a person's loop starts with: ``accuracy`` says in how many motions its error stays small.
+# default of the window: small error in most motions, see ``accuracy``
 USUAL = "kalman"
-# An ideal sensor is expected to be as noisy as a Hapkit's: without noise there is nothing to weigh.
+# m, assumed for an ideal sensor: without noise the Kalman filter has no design
 USUAL_QUANTUM = 20.7e-6
-# The bilinear transform ends at half the rate.
+# highest cutoff as a fraction of the rate: the bilinear transform ends at half the rate
 HIGHEST_SHARE = 0.45
-# Where the correction takes the whole surprise, as it does without any noise.
+# beta of the noise-free limit, in which the correction equals the innovation
 _LARGEST_BETA = 3.0 - math.sqrt(3.0)
 _HALVINGS = 60
-# After so many samples what one count was seen as has passed its peak, or never was anything.
-_SEEN = 256
+# samples after which the response to one count has passed its peak
+_RESPONSE_SAMPLES = 256
 
 MEMORY = 48
 COEFFICIENTS = 8
 DIFFERENCE, IIR, BUTTERWORTH, FOAW, KALMAN = range(5)
 _POSITION, _VELOCITY, _RAW, _OLDER_RAW, _OLDER, _ESTIMATE, _WINDOW = range(7)
-# adaptive windowing keeps behind these whether it has begun, then its samples, then their ages
+# memory of adaptive windowing, after the common part: whether it has begun, samples, ages
 LONGEST = 16  # periods in its window
 _BEGUN, _SAMPLES, _AGES = 0, 1, 2 + LONGEST
-# A sample of a quantised motion often lies just at the tolerance: it does not fit, whatever rounding says.
+# samples of a quantised motion often lie exactly at the tolerance: reject them despite rounding
 _TIE = 1.0 - 1e-9
 
 
 @internal
 def _fits(memory, count, mean_age, mean, falling, tolerance):
-    """Return whether `count` samples lie on a line to within the tolerance."""
+    """Return True if the newest ``count`` samples lie on a line to within the tolerance."""
     newest = memory[_SAMPLES]
     for i in range(count):
         line = mean + falling * (memory[_AGES + i] - mean_age)
@@ -59,9 +59,9 @@ def _fits(memory, count, mean_age, mean, falling, tolerance):
 
 @internal
 def _foaw(coefs, full, position, period):
-    """Return the velocity of the longest line that fits all its samples; coefs are periods, tolerance in m.
+    """Return the velocity of the longest line that fits its samples; coefs are periods, tolerance in m.
 
-    The window begins as if a steady motion had just arrived.
+    The window is initialised with a steady motion.
     """
     window, tolerance, memory = int(coefs[0]), coefs[1], full[_WINDOW:]
     if memory[_BEGUN] == 0.0:
@@ -92,13 +92,13 @@ def _foaw(coefs, full, position, period):
 
 @compiled
 def reset(memory: np.ndarray, position: float) -> None:
-    """Start as if the handle had rested at `position`."""
+    """Initialise as if the handle had rested at ``position``."""
     resume(memory, position, 0.0)
 
 
 @compiled
 def resume(memory: np.ndarray, position: float, velocity: float) -> None:
-    """Start as if the handle had come to `position` at a steady `velocity`: a new method makes no jump."""
+    """Initialise at ``position`` with a steady ``velocity``, for a change of method without a jump."""
     memory[:] = 0.0
     memory[_POSITION] = memory[_ESTIMATE] = position
     memory[_VELOCITY] = memory[_RAW] = memory[_OLDER_RAW] = memory[_OLDER] = velocity
@@ -106,7 +106,7 @@ def resume(memory: np.ndarray, position: float, velocity: float) -> None:
 
 @compiled
 def step(code: int, coefs: np.ndarray, memory: np.ndarray, position: float, period: float) -> float:
-    """Take one measured position, `period` s after the last; return the velocity estimate in m/s."""
+    """Process one measured position, ``period`` s after the last; return the velocity estimate in m/s."""
     raw, before = (position - memory[_POSITION]) / period, memory[_VELOCITY]
     velocity = raw
     if code == IIR:
@@ -115,7 +115,7 @@ def step(code: int, coefs: np.ndarray, memory: np.ndarray, position: float, peri
         velocity = coefs[0] * (raw + 2.0 * memory[_RAW] + memory[_OLDER_RAW])
         velocity -= coefs[1] * before + coefs[2] * memory[_OLDER]
         memory[_OLDER_RAW], memory[_RAW], memory[_OLDER] = memory[_RAW], raw, before
-    elif code == KALMAN:  # a guess of constant velocity is corrected; coefs are alpha, beta
+    elif code == KALMAN:  # alpha-beta filter: prediction with constant velocity, then correction
         guess = memory[_ESTIMATE] + period * before
         surprise = position - guess
         memory[_ESTIMATE] = guess + coefs[0] * surprise
@@ -140,7 +140,7 @@ def difference_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.n
 
 
 def iir(rate: float, quantum: float, cutoff: float) -> np.ndarray:
-    """alpha = 1 - exp(-2 pi f_c T), the exact discrete pole of a first-order low-pass."""
+    """Return alpha = 1 - exp(-2 pi f_c T), the exact discrete pole of a first-order low-pass."""
     return _coefficients(-math.expm1(-2.0 * math.pi * cutoff / rate))
 
 
@@ -149,7 +149,7 @@ def iir_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.ndarray:
 
 
 def butterworth(rate: float, quantum: float, cutoff: float) -> np.ndarray:
-    """b0, a1, a2 of the second-order low-pass by the bilinear transform, its corner kept in place."""
+    """Return b0, a1, a2 of the second-order low-pass by the bilinear transform with prewarping."""
     k = math.tan(math.pi * min(cutoff / rate, HIGHEST_SHARE))
     whole = 1.0 + math.sqrt(2.0) * k + k * k
     return _coefficients(
@@ -167,10 +167,10 @@ def foaw(rate: float, quantum: float, window: float, noise: float) -> np.ndarray
 
 
 def kalman(rate: float, quantum: float, q: float) -> np.ndarray:
-    """Return alpha, beta of the steady filter: constant velocity, white acceleration q, noise quantum^2 / 12.
+    """Return alpha, beta of the steady-state filter with constant velocity and white acceleration q.
 
-    Its Riccati equation at rest says alpha^2 = beta (2 - alpha) - beta^2 / 6, and that beta^2 / (1 - alpha),
-    which rises with beta, is q T^3 / R.
+    Measurement noise: R = quantum^2 / 12. The steady-state Riccati equation gives alpha^2 = beta (2 - alpha)
+    - beta^2 / 6, and beta^2 / (1 - alpha), which increases with beta, equals q T^3 / R.
     """
     noise = (quantum or USUAL_QUANTUM) ** 2 / 12.0
     wanted = q / (rate**3 * noise)
@@ -192,10 +192,10 @@ def kalman_response(coefs: np.ndarray, period: float, z: np.ndarray) -> np.ndarr
 
 @dataclass(frozen=True)
 class Estimator:
-    """One method.
+    """One estimator.
 
     ``design(rate, quantum, **options)`` returns its coefficients, float64[8]; ``response(coefs, period, z)``
-    its transfer function from position to velocity at complex z, None where the method is not linear.
+    its transfer function from position to velocity at complex z, None for a nonlinear method.
     """
 
     key: str
@@ -235,7 +235,7 @@ ESTIMATORS: dict[str, Estimator] = {method.key: method for method in _METHODS}
 
 
 def parse(spec: Spec) -> tuple[Estimator, dict[str, float]]:
-    """Return the method and its checked options for "iir" or ("iir", {"cutoff": 20.0}).
+    """Return the estimator and its checked options for "iir" or ("iir", {"cutoff": 20.0}).
 
     Raise ParameterError for an unknown method or option, or an option out of range.
     """
@@ -253,9 +253,9 @@ def parse(spec: Spec) -> tuple[Estimator, dict[str, float]]:
 
 
 def design(spec: Spec, rate: float, quantum: float = 0.0) -> tuple[int, np.ndarray]:
-    """Return (code, float64[8]) for ``step`` at `rate` Hz and a sensor of `quantum` m.
+    """Return (code, float64[8]) for ``step`` at ``rate`` Hz and a sensor of ``quantum`` m.
 
-    Raise ParameterError as ``parse``, for a rate that is no positive number and a quantum below 0.
+    Raise ParameterError as ``parse``, and for an invalid rate or a negative quantum.
     """
     check_number(rate, "rate", "Hz", above=True)
     check_number(quantum, "quantum", "m")
@@ -273,9 +273,10 @@ def _run(code, coefs, memory, position, period, velocity):
 def estimate_velocity(
     position: np.ndarray, rate: float, estimator: Spec = "difference", quantum: float = 20.7e-6
 ) -> np.ndarray:
-    """Return the velocity (n,) in m/s of positions (n,) in m sampled at `rate` Hz, its first value 0.
+    """Return the velocity (n,) in m/s of positions (n,) in m sampled at ``rate`` Hz, its first value 0.
 
-    `quantum` is the resolution the positions were measured with; they are not rounded again.
+    quantum: the resolution in m of the positions, for the estimator's design; they are not rounded again.
+    Raise ParameterError.
     """
     try:
         samples = np.ascontiguousarray(position, dtype=np.float64)
@@ -290,8 +291,8 @@ def estimate_velocity(
     return velocity
 
 
-def count_seen(estimator: Spec, rate: float, quantum: float) -> np.ndarray:
-    """Return the velocity (n,) in m/s that one count of motion after a rest is seen as, from the count on."""
-    position = np.full(_SEEN, quantum)
+def count_response(estimator: Spec, rate: float, quantum: float) -> np.ndarray:
+    """Return the velocity response (n,) in m/s to one count of motion after a rest, from that sample on."""
+    position = np.full(_RESPONSE_SAMPLES, quantum)
     position[0] = 0.0
     return estimate_velocity(position, rate, estimator, quantum)[1:]

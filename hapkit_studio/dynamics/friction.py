@@ -1,6 +1,6 @@
-"""Dry friction as laws and simulations share it: written in the law language, compiled for both.
+"""Dry friction shared by laws and simulations: written in the law language, compiled for both.
 
-Forces act on what slides and are in N, positive to the right; a limit is the most that friction can hold.
+Forces act on the sliding body and are in N, positive to the right; a limit is the largest static friction.
 """
 
 import math
@@ -10,7 +10,7 @@ from hapkit_studio.dynamics.jit import compiled
 
 @compiled
 def projected(velocity, limit):
-    """Return the velocity after friction that can take away up to `limit` m/s: shrunk by it, or exactly 0.
+    """Return the velocity after friction that can reduce it by up to `limit` m/s: shrunk, or exactly 0.
 
     With limit = F_c dt / m this is the implicit step of dry friction (Kikuuwe et al. 2006).
     """
@@ -21,9 +21,9 @@ def projected(velocity, limit):
 
 @compiled
 def tether(x, anchor, stiffness, limit):
-    """Return (force, anchor): a spring to an anchor that is dragged along once it would pull beyond `limit`.
+    """Return (force, anchor): a spring to an anchor that is dragged along once the force reaches ``limit``.
 
-    stiffness N/m > 0, limit N >= 0. Where it holds, the anchor stays bit for bit: no drift.
+    stiffness N/m > 0, limit N >= 0. While it holds, the anchor stays exactly the same: no drift.
     """
     stretch, longest = anchor - x, limit / stiffness
     if abs(stretch) <= longest:
@@ -33,16 +33,16 @@ def tether(x, anchor, stiffness, limit):
 
 @compiled
 def stribeck(velocity, static, kinetic, stribeck_velocity):
-    """Return the level of friction in N >= 0 at a speed: from static at rest down to kinetic."""
+    """Return the friction in N >= 0 at a speed: from static at rest down to kinetic (Stribeck)."""
     ratio = velocity / stribeck_velocity
     return kinetic + (static - kinetic) * math.exp(-ratio * ratio)
 
 
 @compiled
 def bristle(bend, moved, level, stiffness):
-    """Return the bend in m of a bristle after its root moved: towards level / stiffness, never beyond.
+    """Return the bristle deflection in m after its root moved: towards level / stiffness, never beyond.
 
-    Dahl's and LuGre's law, exact for a level in N that stays while it moves; stiffness N/m > 0.
+    Dahl's and LuGre's law, exact for a level in N that is constant during the step; stiffness N/m > 0.
     """
     if level <= 0.0:
         return 0.0
@@ -52,11 +52,11 @@ def bristle(bend, moved, level, stiffness):
 
 @compiled
 def sticking_tether(x, before, anchor, slides, stiffness, damping, static, kinetic, dt):
-    """Return (force, anchor, slides): a spring and damper to an anchor that holds up to `static`.
+    """Return (force, anchor, slides): a spring and damper to an anchor that holds up to ``static`` N.
 
-    Beyond that it slides, with `kinetic` N > 0, until it turns back: then it sticks to a new anchor, from
-    which the spring pulls with `kinetic`. slides has the sign of the force while it slides, else it is 0;
-    x and before m, stiffness N/m > 0, damping N·s/m.
+    Beyond that it slides with ``kinetic`` N > 0 until it reverses; then it sticks to a new anchor, at a
+    spring force of ``kinetic``. slides has the sign of the force while sliding, else 0; x and before in m,
+    stiffness N/m > 0, damping N·s/m.
     """
     if slides != 0.0:
         if (before - x) * slides >= 0.0:
@@ -70,9 +70,9 @@ def sticking_tether(x, before, anchor, slides, stiffness, damping, static, kinet
 
 @compiled
 def banded(x, v, anchor, stiffness, static, kinetic, band):
-    """Return (force, anchor, slides) by Karnopp's rule: held within a band of speed, sliding beyond it.
+    """Return (force, anchor, slides) by Karnopp's rule: sticking within a band of speed, sliding beyond it.
 
-    It enters the band with a slack tether: one already taut would be energy from nowhere.
+    It enters the band with a slack tether, as a taut one would add energy.
     """
     if abs(v) < band:
         hold, anchor = tether(x, anchor, stiffness, static)

@@ -1,4 +1,4 @@
-"""The hand on the handle: a mass, damper and spring around a moving target, and named movements."""
+"""The hand on the handle: mass, damper and spring with a moving target, and named movements."""
 
 import math
 from collections.abc import Callable
@@ -12,10 +12,10 @@ from hapkit_studio.parameters import check_number
 
 @dataclass(frozen=True)
 class Hand:
-    """A hand: force k (target - x) + b (target' - v), its mass added to the handle's.
+    """A hand: force k (target - x) + b (target' - v); its mass is added to the handle's.
 
-    mass kg, damping N·s/m, stiffness N/m; target(t) in m, of arrays of times too if `vectorised`; from
-    `release` s on it has let go.
+    mass kg, damping N·s/m, stiffness N/m; target(t) in m, also for arrays of times if ``vectorised``;
+    release: time in s at which it lets go.
     """
 
     mass: float = 0.0
@@ -35,14 +35,14 @@ class Hand:
 
 @dataclass(frozen=True)
 class Prescribed:
-    """Motion imposed on the handle, whatever the force: position(t) in m."""
+    """Motion imposed on the handle with any force necessary: position(t) in m."""
 
     position: Callable[[float], float]
 
 
 @dataclass(frozen=True)
 class Grip:
-    """What a hand adds to the handle: mass kg, damping N·s/m, stiffness N/m."""
+    """Impedance of a hand: mass kg, damping N·s/m, stiffness N/m."""
 
     mass: float
     damping: float
@@ -56,8 +56,8 @@ GRIPS: dict[str, Grip | None] = {
     "firm": Grip(0.10, 8.0, 400.0),
 }
 
-# A hand that takes the handle goes to the pointer no faster than a caress; there it leads, at a fast reach.
-ARRIVES, LEADS = 0.10, 1.0  # m/s
+# m/s: speed at which a hand approaches the pointer, and at which it then follows it
+ARRIVES, LEADS = 0.10, 1.0
 
 
 def grip_named(name: str) -> Grip | None:
@@ -67,7 +67,7 @@ def grip_named(name: str) -> Grip | None:
     return GRIPS[name]
 
 
-# Every movement takes one time in s, or an array of times.
+# movements take one time in s or an array of times
 
 
 def _ramp(t, start: float, seconds: float):
@@ -111,7 +111,7 @@ def gripping(
     grip: str = "medium",
     release: float = math.inf,
 ) -> Hand:
-    """Return a hand of a grip's name that follows target(t) in m, t one time in s or an array of times."""
+    """Return a hand with a named grip that follows target(t) in m, t a time in s or an array of times."""
     g = grip_named(grip) or Grip(0.0, 0.0, 0.0)
     return Hand(g.mass, g.damping, g.stiffness, target, release, summary, vectorised=True)
 

@@ -1,7 +1,7 @@
-"""Where the integrators of a mass on a spring are stable: spectral radius of one step, and longest step.
+"""Stability of integrators for a mass on a spring: spectral radius of one step, and longest stable step.
 
-Dimensionless throughout: step is ω dt, ratio is the damping ratio ζ = b / (2 m ω). The closed forms follow
-from the characteristic polynomials of one step.
+Dimensionless: step is ω dt, ratio is the damping ratio ζ = b / (2 m ω). The closed forms follow from the
+characteristic polynomials of one step.
 """
 
 import math
@@ -18,7 +18,7 @@ def _eigenvalues(ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _one_step(amplification: Callable[[np.ndarray], np.ndarray]) -> Callable:
-    """Return the spectral radius of a method whose step multiplies each mode by a function of step · λ."""
+    """Return the spectral radius of a method that multiplies each mode by a function of step · λ."""
 
     def radius(step: np.ndarray, ratio: np.ndarray) -> np.ndarray:
         return np.maximum(*(np.abs(amplification(step * value)) for value in _eigenvalues(ratio)))
@@ -67,7 +67,7 @@ _RADIUS: dict[str, Callable] = {
 
 
 def spectral_radius(method: str, step: ArrayLike, ratio: ArrayLike) -> np.ndarray:
-    """Return the largest factor by which one step multiplies a motion; above 1 it grows.
+    """Return the largest growth factor of one step; above 1 the motion grows.
 
     method: one of INTEGRATORS; step and ratio broadcast together.
     """
@@ -75,18 +75,18 @@ def spectral_radius(method: str, step: ArrayLike, ratio: ArrayLike) -> np.ndarra
 
 
 def _rk4_limit(ratio: float) -> float:
-    """Return the step at which the spectral radius passes 1; above ratio 1 the faster mode sets it."""
-    from scipy.optimize import brentq  # late: a start does not wait for it
+    """Return the step at which the spectral radius exceeds 1; above ratio 1 the faster mode decides."""
+    from scipy.optimize import brentq  # here: slow to import
 
     damped = min(ratio, 1.0)
     limit = float(brentq(lambda h: float(spectral_radius("rk4", h, damped)) - 1.0, 1.0, 4.0, xtol=1e-13))
     return limit / (ratio + math.sqrt(ratio * ratio - 1.0)) if ratio > 1.0 else limit
 
 
-# Over the damping ratio r, in 1 / ω.
+# functions of the damping ratio r, in 1 / ω
 _LONGEST: dict[str, Callable[[float], float]] = {
     "explicit_euler": lambda r: 2.0 * r if r <= 1.0 else 2.0 / (r + math.sqrt(r * r - 1.0)),
-    # (1 + 2 r² − sqrt(1 + 4 r⁴)) / r, written so that it keeps its digits for small r
+    # (1 + 2 r² − sqrt(1 + 4 r⁴)) / r, in a form without cancellation for small r
     "lecture": lambda r: 4.0 * r / (1.0 + 2.0 * r**2 + math.sqrt(1.0 + 4.0 * r**4)),
     "semi_implicit": lambda r: 2.0 / (math.sqrt(1.0 + r * r) + r),
     "verlet": lambda r: 2.0,
@@ -97,7 +97,7 @@ _LONGEST: dict[str, Callable[[float], float]] = {
 def longest_step(method: str, mass: float, damping: float, stiffness: float) -> float:
     """Return the longest step in s at which a mass on a spring (> 0 N/m) and damper gains no energy.
 
-    inf for those of INTEGRATORS that have no such limit.
+    inf for unconditionally stable INTEGRATORS.
     """
     if method not in _LONGEST:
         return math.inf

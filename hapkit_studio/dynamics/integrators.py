@@ -1,4 +1,4 @@
-"""Integrators of a moving mass: a step of each, for laws and for ``integrate``; all SI.
+"""Integrators of a moving mass: single steps for laws, and ``integrate``; all SI.
 
 The last eleven arguments of every step are those of ``moving_mass``; now is the acceleration at (x, v).
 """
@@ -18,14 +18,15 @@ from hapkit_studio.parameters import Choice, Parameter
 
 @compiled
 def verlet(x, v, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
-    """Return (x, v): velocity Verlet, the new velocity from the damping at the new velocity."""
+    """Return (x, v) by velocity Verlet, with the damping force at the new velocity."""
     x += h * v + 0.5 * h * h * now
     half = 0.5 * h
     base = v + half * now
     touching, _, beyond = place(x, v, touch, side, speed, reach)
     closing = 0.0
     if pad > 0.0:
-        # Force falls with speed, so the sign at equal speeds says on which side of it the new velocity lies.
+        # the force decreases with speed, so its sign at equal speeds tells on which side the new velocity
+        # lies
         level = acceleration(x, speed, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
         closing = 1.0 if side * (speed - base - half * level) > 0.0 else 0.0
     damping, stiffness, force = linear(
@@ -36,7 +37,7 @@ def verlet(x, v, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wa
 
 @compiled
 def rk4(x, v, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
-    """Return (x, v) by the classical Runge-Kutta method, the force taken at each of its four places."""
+    """Return (x, v) by the classical Runge-Kutta method with four force evaluations."""
     half = 0.5 * h
     v2 = v + half * now
     a2 = acceleration(x + half * v, v2, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
@@ -49,7 +50,7 @@ def rk4(x, v, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
 
 @compiled
 def excess(u, base, x, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
-    """Return u - base - h x''(x + h u, u), which rises with u and is 0 at the velocity sought."""
+    """Return u - base - h x''(x + h u, u), which increases with u and is 0 at the solution."""
     return (
         u - base - h * acceleration(x + h * u, u, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
     )
@@ -59,8 +60,8 @@ def excess(u, base, x, h, m, b, k, f, touch, side, speed, contact, pad, reach, w
 def implicit(base, x, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
     """Return the velocity u = base + h x''(x + h u, u), solved exactly.
 
-    The excess is linear between four velocities: its sign at each says on which side of it the solution lies.
-    Where the damper sets in with a jump that steps over it, the object ends at the surface.
+    The excess is piecewise linear between four velocities: its signs there bracket the solution. If the
+    damper's jump at contact skips the solution, the object ends at the surface.
     """
     touching, closing, beyond = 0.0, 0.0, 0.0
     meeting = (touch - x) / h
@@ -97,13 +98,13 @@ INTEGRATORS = (
 _EXPLICIT_EULER, _LECTURE, _SEMI_IMPLICIT, _VERLET, _RK4, _IMPLICIT_EULER, _TRAPEZOID, _EXACT = map(
     float, range(len(INTEGRATORS))
 )
-# Motion that has died out goes on as numbers so small that processors are ten times slower with them.
-_NOTHING = 1e-150
+# flush smaller numbers to 0: processors are ten times slower with denormals
+_FLUSH_BELOW = 1e-150
 
 
 @compiled
 def advanced(method, x, v, before, now, h, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
-    """Return (x, v) after h seconds by any method but exact, and how far a change of v moves x, in s.
+    """Return (x, v) after h seconds by any method except exact, and dx/dv in s.
 
     before and now are the accelerations one step earlier and at (x, v).
     """
@@ -134,9 +135,9 @@ def advanced(method, x, v, before, now, h, m, b, k, f, touch, side, speed, conta
 def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
     """Return (x, v) after h seconds, and the acceleration before them.
 
-    method is its number in INTEGRATORS, before the acceleration one step earlier (the lecture's rule wants
-    it). Coulomb friction in N is taken from the velocity at the step's end, as much as there is of it; the
-    exact method knows when it stops the object.
+    method: its number in INTEGRATORS; before: the acceleration one step earlier, for the lecture's rule.
+    Coulomb friction in N reduces the velocity at the step's end, down to 0 at most; the exact method locates
+    the stop.
     """
     now = acceleration(x, v, m, b, k, f, touch, side, speed, contact, pad, reach, wall)
     if method == _EXACT:
@@ -149,29 +150,29 @@ def step(method, x, v, before, h, friction, m, b, k, f, touch, side, speed, cont
         if friction > 0.0:
             u = projected(free, friction * h / m)
             q += follows * (u - free)
-    if abs(q) < _NOTHING:
+    if abs(q) < _FLUSH_BELOW:
         q = 0.0
-    if abs(u) < _NOTHING:
+    if abs(u) < _FLUSH_BELOW:
         u = 0.0
     return q, u, now
 
 
 @compiled
 def glide(h, m, b, k, force, x, v):
-    """Fill x, v (n,) from their first values by the exact map, the same for every step; nothing is met.
+    """Simulate x, v (n,) from their first values by one exact map per step, without contact.
 
     force (n,) is held for a step.
     """
     whole, q, u = transition(m, b, k, h), x[0], v[0]
     for n in range(x.size - 1):
         q, u = apply(whole, q, u, force[n], 0.0)
-        q, u = q if abs(q) >= _NOTHING else 0.0, u if abs(u) >= _NOTHING else 0.0
+        q, u = q if abs(q) >= _FLUSH_BELOW else 0.0, u if abs(u) >= _FLUSH_BELOW else 0.0
         x[n + 1], v[n + 1] = q, u
 
 
 @dataclass(frozen=True)
 class Body:
-    """The parameters of an object in the order of ``moving_mass``, without force and handle; SI units."""
+    """Parameters of an object in the order of ``moving_mass``, without force and handle; SI units."""
 
     mass: float
     damping: float = 0.0
@@ -183,15 +184,15 @@ class Body:
     kinetic: float = 0.0
 
     def numbers(self) -> np.ndarray:
-        """Return these numbers as one row."""
+        """Return the parameters as a row."""
         return np.array(astuple(self))
 
 
 @compiled
 def drive(method, times, h, body, force, touch, x, v):
-    """Fill x, v (n,) from their first values, `times` over; force and touch (n,) are held for a step.
+    """Simulate ``times`` steps into x, v (n,); force and touch (n,) are held for a step.
 
-    body are the numbers of Body. What rests stays up to the static friction and slides against the kinetic.
+    body: the numbers of Body. At rest static friction applies, in motion the kinetic one.
     """
     m, b, k, contact = body[0], body[1], body[2], body[3]
     reach, wall, static, kinetic = body[4], body[5], body[6], body[7]
@@ -223,7 +224,7 @@ _QUANTITIES = {
         Parameter("v0", "v0", "m/s", 0.0, -HUGE, HUGE),
         Parameter("dt", "dt", "s", 1e-3, 1e-9, 1e3),
         Parameter("seconds", "Seconds", "s", 1.0, 0.0, 1e9),
-        # of a mass on a rubbing surface
+        # parameters of a mass with dry friction
         Parameter("spring", "Spring", "N/m", 0.0, 0.0, HUGE),
         Parameter("static", "Static friction", "N", 0.0, 0.0, HUGE),
         Parameter("kinetic", "Kinetic friction", "N", 0.0, 0.0, HUGE),
@@ -235,12 +236,12 @@ _MOST_STEPS = 100_000_000
 
 
 def checked(given: Mapping[str, object]) -> dict[str, float]:
-    """Return a motion's quantities by name as numbers; raise ParameterError."""
+    """Return a motion's quantities by name as validated numbers; raise ParameterError."""
     return {key: _QUANTITIES[key].check(value) for key, value in given.items()}
 
 
 def instants(seconds: float, dt: float) -> np.ndarray:
-    """Return a motion's times (n,) in s, both ends included; raise ParameterError for too many."""
+    """Return a motion's times (n,) in s with both ends; raise ParameterError for too many."""
     count = round(seconds / dt) + 1
     if count > _MOST_STEPS:
         raise ParameterError(f"A motion has up to {_MOST_STEPS:g} steps, not {seconds:g} s by {dt:g} s.")
@@ -261,8 +262,8 @@ def integrate(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return (t, x, v), each (n,), of m x'' = force - damping x' - stiffness x by one of INTEGRATORS.
 
-    Row k is at t = k dt, row 0 the start; n = round(seconds / dt) + 1. What grows beyond all numbers ends as
-    inf or nan. Raise ParameterError for what no such motion can have.
+    mass kg, damping N·s/m, stiffness N/m, x0 m, v0 m/s, dt and seconds s, force N. Row k is at t = k dt, row
+    0 the start; n = round(seconds / dt) + 1. A diverging motion ends as inf or NaN. Raise ParameterError.
     """
     number = _METHOD.check(method)
     given = {"mass": mass, "damping": damping, "stiffness": stiffness, "force": force}

@@ -1,7 +1,7 @@
-"""How compiled code is compiled: cached, without the GIL, and with nothing in it that can raise.
+"""numba options: cached, without the GIL, nothing that can raise.
 
-Without numba's reference counting too: it allocates nothing, and counting the arrays of a loop at every
-call took ten times as long as a tick itself. Nothing calls it as a C function, so none is made.
+Without numba's reference counting: compiled code allocates nothing, and counting a loop's arrays at each call
+took ten times as long as a tick. No C wrapper is made, as none is used.
 """
 
 import atexit
@@ -16,19 +16,19 @@ from numba.np import linalg
 
 from hapkit_studio.resources import PACKAGE, sources_stamp
 
-# The package's folders with compiled functions; a law's file is named by what is in it.
+# folders of the package with compiled functions; a law's file is named by its hash
 _COMPILED = ("analysis", "devices", "dynamics", "haptics", "laws", "protocol")
 
 
 def _probe():
-    """Stand in for any function that is to be cached."""
+    """Placeholder for any cached function."""
 
 
 def forget_outdated(package: Path = PACKAGE) -> None:
-    """Remove what was compiled from other sources, beside the source.
+    """Remove compiled code of other sources, next to the source.
 
-    numba looks at a function's own file alone: after an update it would call what another file had, or fail
-    on a module that is gone.
+    numba checks a function's own file only: after an update it would call an outdated version of another
+    file, or fail on a missing module.
     """
     kept = package / "__pycache__"
     mark = kept / f"compiled-{sources_stamp(*_COMPILED, package=package)}"
@@ -41,14 +41,14 @@ def forget_outdated(package: Path = PACKAGE) -> None:
         for old in package.rglob("__pycache__/*.nb[ci]"):
             old.unlink(missing_ok=True)
     except OSError:
-        return  # known already, or nothing may be written here and numba keeps it elsewhere
+        return  # already checked, or read-only, and numba's cache is elsewhere
 
 
 def find_cache() -> None:
-    """Give numba a folder for as long as this program runs where it finds none that it may write to.
+    """Set a temporary cache folder for numba if none of its own is writable.
 
-    Otherwise it keeps compiled code beside the source or in the user's cache. Programs started from here use
-    the same folder.
+    Otherwise it caches compiled code next to the source or in the user's cache. Child processes inherit the
+    folder.
     """
     try:
         njit(cache=True)(_probe)
@@ -62,9 +62,9 @@ def _no_blas() -> None:
 
 
 def skip_blas() -> None:
-    """Keep numba from importing scipy's linear algebra as it loads its own modules: 0.1 s of each start.
+    """Keep numba from importing scipy's linear algebra, which saves 0.1 s of each start.
 
-    A function that needs it imports it when it is compiled.
+    Functions that need it import it at compile time.
     """
     linalg.ensure_blas, ensure = _no_blas, linalg.ensure_blas
     import numba.np.arraymath  # noqa: F401
@@ -79,9 +79,9 @@ find_cache()
 _options = partial(njit, cache=True, nogil=True, error_model="numpy", _nrt=False, no_cfunc_wrapper=True)
 
 compiled = _options()
-# For what only compiled code calls: a way in from Python costs as much compiling as the function itself.
+# for functions called from compiled code only: a Python wrapper costs as much compile time as the function
 internal = _options(no_cpython_wrapper=True)
-# A call hands over every array of a loop, a hundred words: what runs at every tick is copied into its caller.
+# for functions called in every tick: passing the loop's arrays costs about a hundred words per call
 inlined = _options(forceinline=True, no_cpython_wrapper=True)
-# The same for what Python calls too.
+# the same for functions that Python calls, too
 inlined_and_called = _options(forceinline=True)

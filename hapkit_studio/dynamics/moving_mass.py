@@ -1,13 +1,13 @@
-"""A moving mass and what pushes it: a spring, a damper, a handle that touches it, two walls.
+"""A moving mass with a spring, a damper, a handle that touches it, and two walls.
 
-m x'' = f - b x' - k x; while it touches the handle, also contact (touch - x), and while the two approach each
-other pad (speed - x'); behind +-reach the spring `wall`. `touch` is where the object stands when they just
-meet, side +1 says that the handle is on its left, -1 on its right, speed is the handle's. Every function
-takes these eleven numbers, or some of them, in this order after its own. All SI; written in the law language.
+m x'' = f - b x' - k x; in contact with the handle also contact (touch - x), while approaching each other pad
+(speed - x'); beyond +-reach the spring ``wall``. touch: position of the object at first contact; side: +1 if
+the handle is on its left, -1 on its right; speed: the handle's. Every function takes these eleven numbers, or
+some of them, in this order after its own. All SI; written in the law language.
 
-``exact`` moves it without error: one linear piece after the other, each by its exact map, the moments between
-them located. A piece ends where the object meets or leaves the handle or a wall, where it is as fast as the
-handle (the contact's damper acts on the way in only), and where it turns.
+``exact`` simulates it without error: piecewise linear, with an exact map for each piece and located events. A
+piece ends when the object meets or leaves the handle or a wall, when their speeds are equal (the contact's
+damper acts on approach only), and when the object reverses.
 """
 
 import math
@@ -16,10 +16,10 @@ from hapkit_studio.dynamics.friction import projected
 from hapkit_studio.dynamics.jit import compiled
 from hapkit_studio.dynamics.paddle import transition
 
-# Where a handle or a wall stands that is not there.
+# position of an absent handle or wall
 FAR = 1e100
 _FARTHEST, _FASTEST = 1.0, 1e4
-# Between two zeros of velocity, or of acceleration, lie at least pi / omega: a shorter piece has one at most.
+# zeros of velocity or acceleration are at least pi / omega apart: a shorter piece has at most one
 _PIECE_ANGLE = 3.0
 _POSITION, _VELOCITY, _ACCELERATION = 0.0, 1.0, 2.0
 _NONE, _TURN, _STOP, _MEET, _WALL = 0.0, 1.0, 2.0, 3.0, 4.0
@@ -27,7 +27,7 @@ _NONE, _TURN, _STOP, _MEET, _WALL = 0.0, 1.0, 2.0, 3.0, 4.0
 
 @compiled
 def place(x, v, touch, side, speed, reach):
-    """Return (touching, closing, beyond): 1 or 0, 1 or 0, and +1 or -1 behind a wall, else 0."""
+    """Return (touching, closing, beyond): 1 or 0, 1 or 0, and +1 or -1 beyond a wall, else 0."""
     touching = 1.0 if side * (touch - x) > 0.0 else 0.0
     closing = 1.0 if side * (speed - v) > 0.0 else 0.0
     if x > reach:
@@ -39,7 +39,7 @@ def place(x, v, touch, side, speed, reach):
 
 @compiled
 def linear(touching, closing, beyond, b, k, f, touch, speed, contact, pad, reach, wall):
-    """Return (damping, stiffness, force) of the linear piece that a place belongs to."""
+    """Return (damping, stiffness, force) of the linear piece of a state."""
     if touching > 0.0:
         k += contact
         f += contact * touch
@@ -65,9 +65,9 @@ def acceleration(x, v, m, b, k, f, touch, side, speed, contact, pad, reach, wall
 
 @compiled
 def pushed(x, v, touch, side, speed, contact, pad):
-    """Return the force in N of the handle on an object at x that moves at v, positive to the right.
+    """Return the force in N of the handle on an object at x with velocity v, positive to the right.
 
-    The damper acts on the way in only; where it is 0, a board does not ask which way that is.
+    The damper acts on approach only; if it is 0, a board does not compute the direction.
     """
     depth = touch - x
     if side * depth <= 0.0:
@@ -81,9 +81,9 @@ def pushed(x, v, touch, side, speed, contact, pad):
 
 @compiled
 def flown_apart(x, v):
-    """Return 1 where an object is more than 1 m away, above 10 km/s or nowhere at all, else 0.
+    """Return 1 if an object is more than 1 m away, faster than 10 km/s or not finite, else 0.
 
-    A method that adds energy takes it there; a scene then begins anew, without a force in between.
+    A method that adds energy causes this; the scene then restarts, without a force in between.
     """
     return 0.0 if abs(x) <= _FARTHEST and abs(v) <= _FASTEST else 1.0
 
@@ -97,7 +97,7 @@ def moved(x, v, t, m, damping, stiffness, force):
 
 @compiled
 def measured(what, x, v, m, damping, stiffness, force):
-    """Return position, velocity or acceleration, and its rate."""
+    """Return position, velocity or acceleration, and its rate of change."""
     a = (force - damping * v - stiffness * x) / m
     if what == _POSITION:
         return x, v
@@ -108,10 +108,10 @@ def measured(what, x, v, m, damping, stiffness, force):
 
 @compiled
 def until(what, level, x, v, span, end, m, damping, stiffness, force):
-    """Return (t, x, v) where what is measured crosses level on its way to `end` after span seconds.
+    """Return (t, x, v) at the crossing of ``level`` on the way to ``end`` after ``span`` seconds.
 
-    It crosses once. Newton's method inside a shrinking bracket; where the velocity turns is only a place to
-    part a piece, so it need not be known so well.
+    There is one crossing. Newton's method in a shrinking bracket; the time of a reversal only splits a piece,
+    so it needs less accuracy.
     """
     enough = (1e-6 if what == _ACCELERATION else 1e-15) * span
     start, _ = measured(what, x, v, m, damping, stiffness, force)
@@ -142,10 +142,10 @@ def until(what, level, x, v, span, end, m, damping, stiffness, force):
 
 @compiled
 def first_event(touching, beyond, turned, x, v, span, friction, m, b, k, f, touch, side, speed, pad, reach):
-    """Return (t, x, v, event) at the end of a piece: after span, or at the first event before.
+    """Return (t, x, v, event) at the end of a piece: after ``span``, or at the first event before.
 
-    Each search shortens the piece for the next. Within a piece the velocity is 0 once at most. It may equal
-    the handle's twice, so where it comes near, by `swing` at most, the piece is parted where it turns.
+    Each search shortens the span for the next. In a piece the velocity has at most one zero. It may equal the
+    handle's twice, so if it comes within ``swing`` of it, the piece is split at the extremum.
     """
     event = _NONE
     q, u = moved(x, v, span, m, b, k, f)
@@ -175,7 +175,7 @@ def first_event(touching, beyond, turned, x, v, span, friction, m, b, k, f, touc
 
 @compiled
 def approaching(v, side, speed, pull, friction):
-    """Return 1 where object and handle approach each other, 0 elsewhere; at equal speed by what pulls."""
+    """Return 1 if object and handle approach each other, else 0; at equal speed by the force."""
     rate = side * (speed - v)
     if rate == 0.0:
         rate = -side * (projected(pull, friction) if v == 0.0 else pull - math.copysign(friction, v))
@@ -200,7 +200,7 @@ def forces(touching, beyond, x, v, friction, b, k, f, touch, side, speed, contac
 
 @compiled
 def exact(x, v, h, friction, m, b, k, f, touch, side, speed, contact, pad, reach, wall):
-    """Return (x, v) after h seconds; where there is something to meet, after 64 pieces the object waits."""
+    """Return (x, v) after h seconds; after 64 pieces with contact, the object waits until the end."""
     if friction == 0.0 and contact == 0.0 and pad == 0.0 and wall == 0.0:
         x, v = moved(x, v, h, m, b, k, f)
         return x, v

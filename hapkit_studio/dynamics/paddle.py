@@ -1,20 +1,20 @@
-"""The paddle's physics, exact: mass, damper, spring and Coulomb friction under a force linear in time.
+"""The paddle's physics, exact: mass, damper, spring and Coulomb friction with a force linear in time.
 
-m x'' + c x' + k x = F + F' t - (Coulomb friction). No step is too long and no damper too stiff: the linear
-part is its exact discrete map, and friction is solved from event to event (stop, stick, break away).
+m x'' + c x' + k x = F + F' t - (Coulomb friction). Accurate for any step and damping: the linear part is its
+exact discrete map; friction is event-driven (stop, stick, break away).
 """
 
 import math
 
 from hapkit_studio.dynamics.jit import compiled, internal
 
-# Between two zeros of the acceleration lie at least pi / omega, so a piece shorter than that has one at most.
+# zeros of the acceleration are at least pi / omega apart, so a shorter piece has at most one
 _PIECE_ANGLE = 3.0
 _MAX_EVENTS = 256
 _SERIES_REACH = 0.5
-_TERMS = 13  # 0.5¹³ / 16! is less than the last digit of 1 / 3!
+_TERMS = 13  # 0.5¹³ / 16! is below the last digit of 1 / 3!
 _SERIES = tuple(1.0 / math.factorial(n + 3) for n in reversed(range(_TERMS)))
-_SMALL = 1e-9  # below it the first two terms of log(1 + x) are exact
+_SMALL = 1e-9  # below this, log(1 + x) equals its first two terms
 
 
 @internal
@@ -40,8 +40,8 @@ def transition(mass: float, damping: float, stiffness: float, h: float) -> tuple
     """Return the exact map (a, b, c, d, g0, h0, g1, h1) of m x'' + c x' + k x = F + F' t over h seconds.
 
     x1 = a x + b v + g0 F + h0 F', v1 = c x + d v + g1 F + h1 F'. Series on h / 2^s, then s doublings of the
-    map written in increments from the identity, so that slow modes keep their digits beside stiff ones.
-    Laws use it too, so its loops are bounded.
+    map minus the identity, which preserves the digits of slow modes in stiff systems. Loops are bounded, as
+    laws use it, too.
     """
     alpha, beta = damping / mass, stiffness / mass
     fastest = alpha + math.sqrt(beta)
@@ -77,7 +77,7 @@ def transition(mass: float, damping: float, stiffness: float, h: float) -> tuple
 
 @internal
 def _part(mass, damping, stiffness, h):
-    """Return ``transition`` over a part of a sample: without a spring by one series, quicker."""
+    """Return ``transition`` over a part of a sample: without a spring by one faster series."""
     a = damping / mass * h
     if stiffness != 0.0 or a > _SERIES_REACH:
         return transition(mass, damping, stiffness, h)
@@ -109,7 +109,7 @@ def apply(m: tuple[float, ...], x: float, v: float, force: float, force_rate: fl
 
 @internal
 def _break_away(net, rate, coulomb):
-    """Return (seconds until a resting handle moves, its direction) under the pull net + rate t."""
+    """Return the time in s until a resting handle moves under the force net + rate t, and the direction."""
     if net > coulomb:
         return 0.0, 1.0
     if net < -coulomb:
@@ -122,10 +122,10 @@ def _break_away(net, rate, coulomb):
 
 
 @internal
-def _zero(order, before, x, v, push, rate, mass, damping, stiffness, low, high):
-    """Return when velocity (order 0) or acceleration (order 1) leaves the sign `before` in [low, high].
+def _sign_change(order, before, x, v, push, rate, mass, damping, stiffness, low, high):
+    """Return the first sign change of velocity (order 0) or acceleration (order 1) in [low, high].
 
-    Newton's method kept inside a shrinking bracket that holds exactly one change of sign.
+    before: its sign at low. Newton's method in a shrinking bracket with exactly one sign change.
     """
     limit = 4e-16 * high
     t = 0.5 * (low + high)
@@ -150,9 +150,9 @@ def _zero(order, before, x, v, push, rate, mass, damping, stiffness, low, high):
 
 @internal
 def _too_fast(x, v, push, rate, mass, damping, stiffness, h):
-    """Return whether v is more than the motion can lose within h.
+    """Return True if v exceeds the largest possible change of velocity within h.
 
-    The acceleration stays below 2 (|a0| + h |jerk0|) where h (2 c / m + h k / m) is below 1 / 2.
+    The acceleration stays below 2 (|a0| + h |jerk0|) if h (2 c / m + h k / m) is below 1 / 2.
     """
     if h * (2.0 * damping + h * stiffness) > 0.5 * mass:
         return False
@@ -163,10 +163,10 @@ def _too_fast(x, v, push, rate, mass, damping, stiffness, h):
 
 @internal
 def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
-    """Return when a slide in direction `sign` first comes to rest within h, inf if it does not.
+    """Return when a slide in direction ``sign`` first stops within h, inf if it does not.
 
-    0 says that a start from rest was lost in rounding. h is short enough for one zero of the acceleration.
-    Without a spring, a steady push makes the velocity go to its end without turning: the stop has a formula.
+    0: a start from rest was lost in rounding. h is short enough for one zero of the acceleration. Without a
+    spring, the velocity under a constant force is monotonic: the stop has a closed form.
     """
     if stiffness == 0.0 and rate == 0.0 and v != 0.0:
         if sign * v1 > 0.0:
@@ -180,15 +180,15 @@ def _stop_time(sign, x, v, push, rate, mass, damping, stiffness, h, x1, v1):
     if sign * v1 > 0.0:
         if v == 0.0 or a0 >= 0.0 or a1 <= 0.0 or _too_fast(x, v, push, rate, mass, damping, stiffness, h):
             return math.inf
-        high = _zero(1, -sign, x, v, push, rate, mass, damping, stiffness, 0.0, h)
+        high = _sign_change(1, -sign, x, v, push, rate, mass, damping, stiffness, 0.0, h)
         dip = apply(transition(mass, damping, stiffness, high), x, v, push, rate)[1]
         if sign * dip > 0.0:
             return math.inf
     elif v == 0.0:
         if a0 <= 0.0 or a1 >= 0.0:
             return 0.0
-        low = _zero(1, sign, x, v, push, rate, mass, damping, stiffness, 0.0, h)
-    return _zero(0, sign, x, v, push, rate, mass, damping, stiffness, low, high)
+        low = _sign_change(1, sign, x, v, push, rate, mass, damping, stiffness, 0.0, h)
+    return _sign_change(0, sign, x, v, push, rate, mass, damping, stiffness, low, high)
 
 
 @internal

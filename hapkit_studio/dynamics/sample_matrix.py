@@ -1,7 +1,7 @@
 """The whole loop from one sample to the next as a matrix: handle, hold, delay, estimator and a linear law.
 
-For what the characteristic equation of ``sampled_loop`` leaves out: a law with a memory of its own, and
-periods and delays that are others at every sample.
+For cases outside the characteristic equation of ``sampled_loop``: laws with state, and varying periods and
+delays.
 """
 
 import math
@@ -16,26 +16,26 @@ from hapkit_studio.dynamics.paddle import apply, transition
 from hapkit_studio.dynamics.sampled_loop import Loop
 
 Law = Callable[[np.ndarray, float, float, float], tuple[float, Sequence[float]]]
-"""Linear in memory (k,), position m and velocity m/s; also takes the s passed; returns N and memory."""
+"""Linear in state (k,), position m and velocity m/s; also takes the elapsed s; returns N and state."""
 
-_ESTIMATOR = 6  # numbers that a linear estimator remembers, the last position first
-_LAW = 2 + _ESTIMATOR  # where in a state what the law remembers begins, its newest command after that
+_ESTIMATOR = 6  # state size of a linear estimator, the last position first
+_LAW = 2 + _ESTIMATOR  # offset of the law's state, followed by the commands, newest first
 
 
 def spring(stiffness: float, damping: float) -> Law:
-    """Return the law of a spring and damper to the ground, which remembers nothing."""
+    """Return the law of a spring and damper to the ground, without state."""
     return lambda memory, x, v, dt: (-stiffness * x - damping * v, ())
 
 
 COUPLED = 5
-"""Numbers that a coupled object remembers: its place, speed and last acceleration, the last handle's two."""
+"""State of a coupled object: position, speed, last acceleration, the handle's last two values."""
 
 
 def coupled(integrator: float, mass: float, own: tuple[float, float], coupling: tuple[float, float]) -> Law:
-    """Return the law of an object that a spring and damper couple to the handle, pulling as well as pushing.
+    """Return the law of an object coupled to the handle by a spring and damper, pulling as well as pushing.
 
-    own and coupling are a stiffness N/m and a damping N·s/m each. As the scenes do it: the object moves over
-    the sample that has passed, the handle held where it was, then the coupling acts.
+    own and coupling: a stiffness N/m and a damping N·s/m each. As in the scenes, the object moves over the
+    past sample with the handle held at its old position, then the coupling acts.
     """
     (k, b), (contact, pad) = own, coupling
 
@@ -54,9 +54,9 @@ def coupled(integrator: float, mass: float, own: tuple[float, float], coupling: 
 def without_law(loop: Loop, remembered: int, period: float, late: float) -> np.ndarray:
     """Return the map (s + 1, s) from just after one sample to just after the next, ``period`` s later.
 
-    A command acts ``late`` s after its sample, and after as many samples more as the loop's delay has whole
-    periods. State: x, v, what estimator and law remember, the commands with the newest first. What the law
-    is to fill is 0; the last row is the velocity that it gets. The loop's own damping does not count.
+    A command acts ``late`` s after its sample, plus the whole periods of the loop's delay. State: x, v,
+    states of estimator and law, commands newest first. Entries for the law are 0; the last row is the
+    velocity passed to it. The loop's own virtual damping is ignored.
     """
     m, c, k = loop.mass, loop.viscous, loop.hand.stiffness
     first, second = transition(m, c, k, late), transition(m, c, k, period - late)
@@ -76,7 +76,7 @@ def without_law(loop: Loop, remembered: int, period: float, late: float) -> np.n
 
 
 def sample_matrix(free: np.ndarray, law: Law, remembered: int, period: float) -> np.ndarray:
-    """Return the whole map (s, s): that without a law, with this one in it, ``period`` s passed."""
+    """Return the whole map (s, s): a map of ``without_law`` with this law, ``period`` s elapsed."""
     kept = slice(_LAW, _LAW + remembered)
     felt = np.vstack([np.eye(free.shape[1])[kept], free[0], free[-1]])
     answers = (law(unit[:-2], unit[-2], unit[-1], period) for unit in np.eye(remembered + 2))
@@ -87,12 +87,12 @@ def sample_matrix(free: np.ndarray, law: Law, remembered: int, period: float) ->
 
 
 def used(matrices: np.ndarray) -> np.ndarray:
-    """Return the maps (n, s, s) without states that change no other: those a method has no use for."""
+    """Return the maps (n, s, s) without states that affect no other state."""
     others = matrices * (1.0 - np.eye(matrices.shape[-1]))
     kept = np.flatnonzero((others != 0.0).any(axis=(0, 1)))
     return matrices[:, kept[:, np.newaxis], kept]
 
 
 def radius(matrix: np.ndarray) -> float:
-    """Return the size of the largest eigenvalue."""
+    """Return the spectral radius."""
     return float(np.abs(np.linalg.eigvals(matrix)).max())

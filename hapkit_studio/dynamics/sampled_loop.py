@@ -1,12 +1,12 @@
-"""Where the sampled loop's roots cross the unit circle: the exact limits of stiffness and damping.
+"""Exact limits of stiffness and damping: where roots of the sampled loop cross the unit circle.
 
 The loop: exact paddle, force held between samples and delayed by any time, u = -(K x + B v^) with the linear
-velocity estimate v^ = H(z) x, a hand as a spring and damper to the ground with its mass added. No quantum,
-no Coulomb friction, no clamp. The characteristic equation 1 + (K + B H) P = 0 has a root on the unit circle
-where K = -1/P - B H is real on z = e^jw. What lies inside the circle is mapped to the left of that curve:
-where it comes up through the real axis a pair of roots leaves the circle as K passes, where it goes down a
-pair comes back (D-decomposition, Neimark 1948). So the stable stiffnesses can be several intervals: a filter
-may turn the damping's force against a spring that swings slowly, and not against a stiffer one.
+velocity estimate v^ = H(z) x, a hand as a spring and damper to the ground with its mass added. No
+quantisation, no Coulomb friction, no force limit. The characteristic equation 1 + (K + B H) P = 0 has a root
+on the unit circle if K = -1/P - B H is real at z = e^jw. The inside of the circle maps to the left of that
+curve: where it crosses the real axis upwards, a pair of roots leaves the circle as K passes; where it crosses
+downwards, a pair returns (D-decomposition, Neimark 1948). There may be several stable intervals: a filter can
+turn damping against a spring that oscillates slowly, and not against a stiffer one.
 """
 
 import math
@@ -24,20 +24,20 @@ from hapkit_studio.errors import ParameterError
 
 _SLOWEST = 1e-7
 _MOST_STEPS, _CLOSE = 50, 1e-14
-# Dampings looked at together: enough to hide Python's own time, few enough for the processor's cache.
-_TOGETHER = 32
+# dampings per batch: amortises Python's overhead and fits the processor's cache
+_BATCH = 32
 
-# Angles w per sample (m,), and for each of them its column: complex values (m,).
+# maps angles w per sample (m,) and their columns (m,) to complex values (m,)
 Curve = Callable[[np.ndarray, np.ndarray], np.ndarray]
-# Ends (low, high) in N/m of what is stable, the lowest first.
+# stable intervals (low, high) in N/m, lowest first
 Intervals = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)
 class Loop:
-    """One sampled loop: the handle, the hand on it, and what the loop adds.
+    """One sampled loop: the handle, the hand on it, and the loop's timing.
 
-    quantum in m: the sensor's, which the estimator is designed for; the positions themselves are exact.
+    quantum in m: the sensor's, for the estimator's design; the positions themselves are exact.
     """
 
     handle_mass: float
@@ -46,7 +46,7 @@ class Loop:
     damping: float
     rate: float
     delay: float
-    estimator: Spec = field(hash=False)  # its options are a dictionary
+    estimator: Spec = field(hash=False)  # options are a dictionary
     quantum: float = USUAL_QUANTUM
 
     @property
@@ -59,9 +59,9 @@ class Loop:
 
 
 def _inverse_plant(loop: Loop, w: np.ndarray) -> np.ndarray:
-    """Return 1 / P(e^jw): command to sampled position, hold and delay included.
+    """Return 1 / P(e^jw): command to sampled position, with hold and delay.
 
-    Written in z - 1, without differences of nearly equal numbers, so that slow crossings keep their digits.
+    In terms of z - 1, without cancellation at low frequencies.
     """
     m, c, k = loop.mass, loop.viscous, loop.hand.stiffness
     period = 1.0 / loop.rate
@@ -80,9 +80,9 @@ def _inverse_plant(loop: Loop, w: np.ndarray) -> np.ndarray:
 
 
 def _frequencies(loop: Loop) -> np.ndarray:
-    """Return rad/sample from nearly 0 to pi, dense enough for every turn the delay puts into the phase.
+    """Return rad/sample from nearly 0 to pi, dense enough for every turn of the delay's phase.
 
-    Without delay or hand the crossing lies near sqrt(2 b T / m), so the sweep starts well below that.
+    Without delay or hand the crossing is near sqrt(2 b T / m), so the range starts well below that.
     """
     turns = loop.delay * loop.rate + 2.0
     slowest = min(_SLOWEST, 0.1 * math.sqrt(loop.viscous / (loop.mass * loop.rate))) or _SLOWEST
@@ -91,20 +91,21 @@ def _frequencies(loop: Loop) -> np.ndarray:
 
 
 def _crossings(curve: Curve, w: np.ndarray, columns: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return where complex curves on [w[0], pi] cross the positive real axis: all (k,), in no order.
+    """Return crossings of complex curves on [w[0], pi] with the positive real axis: all (k,), unordered.
 
-    Column, value, and how many roots leave the unit circle as the value is passed: 2, or -2 that come
-    back; at pi a single one.
+    Column, value, and number of roots leaving the unit circle as the value is passed: 2, -2 for returning
+    ones, 1 or -1 at pi.
     """
     values = curve(w, np.arange(columns)[:, np.newaxis])
     negative = np.signbit(values.imag)
-    negative[:, -1] = negative[:, -2]  # real at pi: what is left there is rounding
+    negative[:, -1] = negative[:, -2]  # real at pi: the imaginary part is rounding
     column, place = np.nonzero(negative[:, :-1] != negative[:, 1:])
     low, high, below = w[place], w[place + 1], negative[column, place]
     at_low, at_high = values.imag[column, place], values.imag[column, place + 1]
     middle, was_left, found = low, np.full(len(low), -1), np.zeros(len(low), bool)
-    for _ in range(_MOST_STEPS):  # the Illinois rule: a secant, an end that stays twice weighs half
-        last = middle  # what is found stays, whatever is looked for beside it
+    # Illinois rule: secant method, halving the weight of an end that is kept twice
+    for _ in range(_MOST_STEPS):
+        last = middle  # results of finished columns stay the same
         middle = np.where(found, last, high - at_high * (high - low) / (at_high - at_low))
         found |= np.abs(middle - last) <= _CLOSE * middle
         if found.all():
@@ -121,7 +122,7 @@ def _crossings(curve: Curve, w: np.ndarray, columns: int) -> tuple[np.ndarray, n
 
 
 def _velocity_of(loop: Loop) -> Callable[[np.ndarray], np.ndarray]:
-    """Return the estimator's response at angles w per sample; raise ParameterError if it is not linear."""
+    """Return the estimator's response at angles w per sample; raise ParameterError if nonlinear."""
     coefs = design(loop.estimator, loop.rate, loop.quantum)[1]
     method = parse(loop.estimator)[0]
     response = method.response
@@ -134,7 +135,7 @@ def _velocity_of(loop: Loop) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def _damping_crossings(loop: Loop) -> tuple[np.ndarray, np.ndarray]:
-    """Return the dampings at which roots cross the unit circle, hardly any spring, and how many leave it."""
+    """Return dampings at which roots cross the unit circle, at nearly no stiffness, and how many leave it."""
     velocity = _velocity_of(loop)
 
     def curve(w: np.ndarray, column: np.ndarray) -> np.ndarray:
@@ -144,30 +145,29 @@ def _damping_crossings(loop: Loop) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _roots_outside(loop: Loop, damping: np.ndarray) -> np.ndarray:
-    """Return how many roots (n,) are outside the unit circle at a virtual damping (n,), hardly any spring."""
+    """Return the number of roots (n,) outside the unit circle at virtual damping (n,) and no stiffness."""
     value, leaving = _damping_crossings(loop)
     return (value < damping[:, np.newaxis]) @ leaving
 
 
 @lru_cache(maxsize=64)
 def damping_limit(loop: Loop) -> float:
-    """Return the virtual damping in N·s/m without stiffness up to which all is stable, inf where all is.
+    """Return the largest stable virtual damping in N·s/m without stiffness, inf if unlimited.
 
-    Raise ParameterError for an estimator that is not linear.
+    Raise ParameterError for a nonlinear estimator.
     """
     return float(_damping_crossings(loop)[0].min(initial=math.inf))
 
 
 def stable_intervals(loop: Loop, damping: np.ndarray) -> list[Intervals]:
-    """Return the stable stiffnesses for each virtual damping (n,) in N·s/m; the loop's own does not count.
+    """Return the stable stiffness intervals for each virtual damping (n,) in N·s/m, not the loop's own.
 
-    K = -1/P - B H on the unit circle, one column a damping. Raise ParameterError for an estimator that is not
-    linear.
+    K = -1/P - B H on the unit circle, one column per damping. Raise ParameterError for a nonlinear estimator.
     """
     velocity, outside = _velocity_of(loop), _roots_outside(loop, damping)
     found: list[Intervals] = []
-    for start in range(0, len(damping), _TOGETHER):
-        part = damping[start : start + _TOGETHER]
+    for start in range(0, len(damping), _BATCH):
+        part = damping[start : start + _BATCH]
 
         def curve(w: np.ndarray, column: np.ndarray, virtual: np.ndarray = part) -> np.ndarray:
             return -_inverse_plant(loop, w) - virtual[column] * velocity(w)
@@ -184,12 +184,12 @@ def stable_intervals(loop: Loop, damping: np.ndarray) -> list[Intervals]:
 
 
 def first_end(intervals: Intervals) -> float:
-    """Return the stiffness in N/m up to which all are stable; 0 where the softest is not."""
+    """Return the end in N/m of the stable interval at 0; 0 if the softest spring is unstable."""
     return intervals[0][1] if intervals and intervals[0][0] == 0.0 else 0.0
 
 
 def stiffness_limits(loop: Loop, damping: np.ndarray) -> np.ndarray:
-    """Return the end (n,) in N/m of the first of the ``stable_intervals``, each's ``first_end``."""
+    """Return the limit (n,) in N/m for each damping: ``first_end`` of the ``stable_intervals``."""
     return np.array([first_end(each) for each in stable_intervals(loop, damping)])
 
 

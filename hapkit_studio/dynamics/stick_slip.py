@@ -1,8 +1,8 @@
-"""A mass on a rubbing surface, drawn by a spring whose end moves: friction models show what they are.
+"""Stick-slip: a mass with dry friction, pulled by a spring whose end moves, for all friction models.
 
-A step of one model goes from the velocity v m/s to the next one; the pull on the mass is known, as only a
-simulation knows it. memory holds the anchor, the bend of the bristles and the last position (m), and 0 where
-it sticks. Options stand in numbers in the order of the model's parameters.
+A model's step takes the velocity v in m/s to the next one; the applied force is known, as in a simulation.
+memory: anchor, bristle deflection and last position in m, 0 while sticking. Options are numbers in the order
+of the model's parameters.
 """
 
 import math
@@ -23,7 +23,7 @@ _ANCHOR, _BEND, _BEFORE, _SLIDES = range(MEMORY)
 
 @internal
 def _bristles(v, memory, level, stiffness, damping, dt):
-    """Return the friction in N of bristles that bend with stiffness and damping."""
+    """Return the friction in N of bristles with stiffness and damping."""
     before = memory[_BEND]
     memory[_BEND] = bristle(before, v * dt, level, stiffness)
     return stiffness * memory[_BEND] + damping * (memory[_BEND] - before) / dt
@@ -31,7 +31,7 @@ def _bristles(v, memory, level, stiffness, damping, dt):
 
 @internal
 def _hayward_armstrong(x, memory, static, kinetic, stiffness):
-    """Return the friction in N of an anchor that creeps the more the farther it is strained."""
+    """Return the friction in N of an anchor whose creep increases with its strain."""
     reach, strain = kinetic / stiffness, x - memory[_ANCHOR]
     share = (strain * stiffness) ** 8
     creep = share / (static**8 + share) / reach if share > 0.0 else 0.0
@@ -44,7 +44,7 @@ def _hayward_armstrong(x, memory, static, kinetic, stiffness):
 
 @internal
 def _strained(model, x, v, memory, static, kinetic, options, dt):
-    """Return the friction in N, against positive motion, of the models that strain something."""
+    """Return the friction in N, against positive motion, of the models with an elastic strain."""
     if model == TETHER:
         drag, memory[_ANCHOR], memory[_SLIDES] = sticking_tether(
             x, memory[_BEFORE], memory[_ANCHOR], memory[_SLIDES], options[0], options[1], static, kinetic, dt
@@ -64,11 +64,11 @@ def _next(model, x, v, pull, memory, mass, static, kinetic, options, dt):
     """Return the velocity after a step."""
     step = dt / mass
     slid = v + step * (pull - math.copysign(kinetic, v))
-    # what rests goes off against the kinetic force
+    # at rest, breaking away against the kinetic friction
     held = 0.0 if abs(pull) <= static else v + step * (pull - math.copysign(kinetic, pull))
-    if model == COULOMB:  # by the sign of the velocity alone
+    if model == COULOMB:  # by the sign of the velocity only
         return slid if v != 0.0 else step * (pull - math.copysign(min(abs(pull), static), pull))
-    if model == KARNOPP:  # a state machine: it sticks where the velocity would change its sign
+    if model == KARNOPP:  # a state machine: sticks when the velocity would change its sign
         if v == 0.0:
             return held
         return slid if slid * v > 0.0 else 0.0
@@ -86,7 +86,7 @@ def _next(model, x, v, pull, memory, mass, static, kinetic, options, dt):
 
 @compiled
 def run(model, times, applied, mass, spring, viscous, static, kinetic, options, dt, memory, x, v):
-    """Fill x, v (n,) from their first values, `times` over, by the semi-implicit rule.
+    """Simulate ``times`` steps into x, v (n,) by the semi-implicit rule.
 
     m x'' = applied - spring x - viscous v - friction; the new velocity moves the mass.
     """
@@ -102,7 +102,7 @@ _UNITS = {"stiffness": "N/m", "damping": "N·s/m"}
 
 
 def _options(**defaults: float) -> tuple[Parameter, ...]:
-    """Return what a model takes besides its levels; a speed where nothing else is said."""
+    """Return a model's options besides its friction levels; speeds unless specified."""
     found = []
     for key, default in defaults.items():
         words, low = key.replace("_", " ").capitalize(), 0.0 if key == "damping" else TINY
@@ -110,7 +110,7 @@ def _options(**defaults: float) -> tuple[Parameter, ...]:
     return tuple(found)
 
 
-# The options in the order in which a step takes them.
+# options in the order of a step's arguments
 MODELS: dict[str, tuple[int, tuple[Parameter, ...]]] = {
     "coulomb": (COULOMB, ()),
     "smoothed": (SMOOTHED, _options(smoothing=0.01, stribeck_velocity=0.03)),
@@ -139,9 +139,9 @@ def slide(
     dt: float = 1e-3,
     **options: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return (t, x, v), each (n,), of a mass under applied forces (n,) in N, a fixed spring and friction.
+    """Return (t, x, v), each (n,), of a mass with friction and a fixed spring under forces (n,) in N.
 
-    Row k is at t = k dt, row 0 the start; applied[k] acts from there to the next row. Models and their
+    Row k is at t = k dt, row 0 the start; applied[k] acts from row k to the next one. Models and their
     options are in MODELS. Raise ParameterError.
     """
     if not isinstance(model, str) or model not in MODELS:
@@ -180,11 +180,11 @@ def stick_slip(
     seconds: float,
     **options: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return (t, x, v, force), each (n,): a resting mass drawn by a spring, slack at first, at `speed` m/s.
+    """Return (t, x, v, force), each (n,): a mass at rest pulled by an initially slack spring.
 
-    force is the spring's on the mass in N. mass kg, spring N/m, static and kinetic friction N, viscous
-    N·s/m, dt and seconds s; row k is at t = k dt, n = round(seconds / dt) + 1. Models and their options are
-    in MODELS. Raise ParameterError.
+    speed: of the spring's end in m/s. force: the spring's on the mass in N. mass kg, spring N/m, static and
+    kinetic friction N, viscous N·s/m, dt and seconds s; row k is at t = k dt, n = round(seconds / dt) + 1.
+    Models and their options are in MODELS. Raise ParameterError.
     """
     number = checked({"spring": spring, "speed": speed, "dt": dt, "seconds": seconds})
     drawn = number["spring"] * number["speed"] * instants(number["seconds"], number["dt"])
@@ -193,8 +193,8 @@ def stick_slip(
     return t, x, v, drawn - number["spring"] * x
 
 
-# What hardly pulls the spring tight is no stick-slip, in N; the first cycles are left out.
-_HARDLY, _FIRST = 0.05, 2
+# N, smallest force amplitude of stick-slip; number of first cycles ignored
+_SMALLEST_AMPLITUDE, _IGNORED_CYCLES = 0.05, 2
 
 
 def exact_period(mass: float, spring: float, static: float, kinetic: float, speed: float) -> float:
@@ -205,15 +205,15 @@ def exact_period(mass: float, spring: float, static: float, kinetic: float, spee
 
 
 def period_error(t: np.ndarray, force: np.ndarray, period: float) -> float:
-    """Return by what share of it the mean time between falls of the force (n,) through its middle is off.
+    """Return the relative error of the mean period between downward crossings of the force's (n,) middle.
 
-    inf where there are none.
+    inf without crossings.
     """
     late = force[len(force) // 4 :]
-    if not np.isfinite(force).all() or np.ptp(late) < _HARDLY:
+    if not np.isfinite(force).all() or np.ptp(late) < _SMALLEST_AMPLITUDE:
         return math.inf
     middle = 0.5 * (late.max() + late.min())
-    falls = np.flatnonzero((force[:-1] >= middle) & (force[1:] < middle))[_FIRST:]
+    falls = np.flatnonzero((force[:-1] >= middle) & (force[1:] < middle))[_IGNORED_CYCLES:]
     if len(falls) < 2:
         return math.inf
     share = (force[falls] - middle) / (force[falls] - force[falls + 1])

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from hapkit_studio.dynamics import sampled_loop
-from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, count_seen
+from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, count_response
 from hapkit_studio.dynamics.friction import banded, bristle, sticking_tether, stribeck, tether
 from hapkit_studio.environments.base import Conditions, Environment, ForceTerms, Values
 from hapkit_studio.laws import law
@@ -149,7 +149,7 @@ def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
     A bristle moves on with the count itself; the others feel the highest speed that is seen of it.
     """
     model = values["model"]
-    seen = count_seen(conditions.estimator, 1.0 / conditions.period, conditions.quantum)
+    seen = count_response(conditions.estimator, 1.0 / conditions.period, conditions.quantum)
     fastest = float(seen[0] if model == LUGRE else seen.max())
     step = f"One count is seen as {1e3 * fastest:.3g} mm/s"
     if model == KARNOPP:

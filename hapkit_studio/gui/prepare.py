@@ -117,7 +117,7 @@ def compile_paddle(key: str) -> None:
     from numba import typeof
 
     from hapkit_studio.devices import simulated
-    from hapkit_studio.dynamics.estimators import count_seen
+    from hapkit_studio.dynamics.estimators import count_response
     from hapkit_studio.environments import named
     from hapkit_studio.haptics import clock, headless, health, passivity, priority, rows, simulated_loop
 
@@ -133,7 +133,7 @@ def compile_paddle(key: str) -> None:
     health.add_lateness(health.new_histogram(), 0.0)
     clock.until(clock.now())
     compile_laws(*ALWAYS, key)
-    count_seen("difference", 1000.0, _QUANTUM)  # for the window's warnings
+    count_response("difference", 1000.0, _QUANTUM)  # for the window's warnings
 
 
 def compile_laws(*keys: str) -> None:
