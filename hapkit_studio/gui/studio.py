@@ -99,7 +99,7 @@ class Studio(QObject):
         self.stopped = False
         self.restored = False
         """Whether what is in force is of an earlier start, and no motor was told to render it."""
-        self.too_much: Mapping[str, Sequence[tuple[float, float]]] = {}
+        self.unstable_ranges: Mapping[str, Sequence[tuple[float, float]]] = {}
         """The ranges of each parameter, SI, that are more than the loop can take, as far as is known."""
         self.trying = False
         """Whether what changes now is put back by what changes it, and no person's choice."""
@@ -192,7 +192,7 @@ class Studio(QObject):
 
     def _put_in_force(self, environment: "Environment") -> None:
         self.environment, self.environment_since = environment, time.perf_counter()
-        self.too_much = {}
+        self.unstable_ranges = {}
         self.hide_values(None)
         if self.engine is not None:
             self.engine.set_environment(environment, self.values)
@@ -220,9 +220,9 @@ class Studio(QObject):
             self._check_values(key, numbers)
             self.library.values[key].update(numbers)
 
-    def note_ranges(self, too_much: Mapping[str, Sequence[tuple[float, float]]]) -> None:
+    def note_ranges(self, unstable_ranges: Mapping[str, Sequence[tuple[float, float]]]) -> None:
         """Take over which values are more than the loop can take, for every slider in the window."""
-        self.too_much = too_much
+        self.unstable_ranges = unstable_ranges
         self.ranges_changed.emit()
 
     def reset_values(self) -> None:

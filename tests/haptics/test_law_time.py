@@ -8,7 +8,7 @@ import pytest
 
 from hapkit_studio import api, interrupts
 from hapkit_studio.analysis.setting import Setting
-from hapkit_studio.analysis.stability.verdict import Asked, too_much, verdict
+from hapkit_studio.analysis.stability.verdict import Asked, unstable_ranges, verdict
 from hapkit_studio.dynamics.hand import Prescribed
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import LawError
@@ -271,7 +271,7 @@ def test_nothing_is_said_of_a_handle_whose_law_takes_too_long(monkeypatch):
     assert (found.headline, found.calm, found.margins) == ("Not judged", False, {})
     assert found.lines == ("In your hand: not judged.", "Let go: not judged.")
     assert found.unknown.startswith("The law of Far too slow takes ")
-    assert too_much(asked) == {}
+    assert unstable_ranges(asked) == {}
     assert not verdict(replace(asked, values=SLOW.values({"beyond": 1.0}))).not_judged
 
 

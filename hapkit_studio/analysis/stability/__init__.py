@@ -1,5 +1,5 @@
-"""How stiff may a rendered spring be? Exact limits, passivity, rendering, and the plane of both.
+"""Stability limits of a rendered spring: exact limits, passivity, simulation, and a plane of all of them.
 
-limits: closed form; passivity: safe in any hand; rendered: by simulation; kb_plane: all of them over the
-plane of stiffness and damping; margin: how far from the limit, in words; on_board: limits of a board.
+limits: closed form; passivity: safe with any hand; rendered: by simulation; kb_plane: all of them over
+stiffness and damping; margin: distance from the limit as text; on_board: limits of a board.
 """

@@ -1,10 +1,10 @@
-"""What the handle does where a scene is rendered: the loop and the paddle iterated, sample by sample.
+"""Behaviour of the handle in a scene, by simulation sample by sample.
 
-A linear limit knows nothing of dry friction, sensor steps and the force limit, which make stability a matter
-of size: friction holds a small motion that delay would let grow, the force limit ends the growth of a large
-one. So the handle is let go at rest at a place off the scene's centre, again and again from farther away,
-until it does not come to rest; the edge between is found by bisection (describing functions explain it, e.g.
-Diolaiti et al., IEEE T-RO 22(2), 2006; they miss where the motion is few counts).
+Linear limits ignore dry friction, quantisation and the force limit, which make stability depend on amplitude:
+friction stops a small motion that delay would amplify, the force limit bounds the growth of a large one. The
+handle is released at rest at increasing distances from the scene's centre until it does not settle; the
+boundary is refined by bisection. (Describing functions explain it, e.g. Diolaiti et al., IEEE T-RO 22(2),
+2006, but are inaccurate for motions of few counts.)
 """
 
 import math
@@ -21,41 +21,42 @@ from hapkit_studio.haptics.settling import GROWS, IRREGULAR, LEAVES, RESTS, SHRI
 from hapkit_studio.haptics.survey import Flat, packed
 
 PUSHES = tuple(31.25e-6 * 2.0**n for n in range(10))
-"""m, from which the handle is let go: up to 16 mm."""
+"""m, initial displacements of the handle, up to 16 mm."""
 _BETWEEN = tuple(math.sqrt(2.0) * push for push in PUSHES[:-1])
 _FINER = tuple(2.0**share * push for share in (0.25, 0.75) for push in PUSHES[:-1])
-_BEYOND = (1.05, 1.1, 1.2, 1.3, 1.5)  # times the edge
+_BEYOND = (1.05, 1.1, 1.2, 1.3, 1.5)  # further displacements, as multiples of the boundary
 NUDGE = 1e-3
-"""m: a hand does that much without meaning to."""
+"""m, displacement by an unintended nudge of the hand."""
 _HALVINGS = 7
-# m: thrown out; where nothing brings the handle back it may drift on, and swing
+# m: beyond _FAR the handle was thrown out; without a restoring force it may drift up to _ENDLESS
 _FAR, _ENDLESS = 0.060, 1e3
 _TURNS = 2.2
 _FEWEST_SAMPLES = 8
 _LONGER = 4
-# samples after which no push between those of the ladder is tried for the edge, and no further one for
-# another swing, so that the answer is not late; damping in a grip has more swings to be found
+# Limits on simulated samples, to bound the computing time: for refining the boundary; for further
+# oscillations; and for those of damping in a grip, which has more of them.
 _SEARCHED, _SAMPLES, _KICKED_SAMPLES = 32_000, 270_000, 500_000
-# Swings whose sizes differ by less are one; frequencies that do are said as one.
+# Relative tolerances: oscillations with closer amplitudes are one; closer frequencies are quoted as one.
 _SAME, _SAME_SPEED = 0.05, 0.02
-# s: how long a window is at least where there are objects
+# s: shortest window in scenes with objects
 _RETURN_SECONDS = 0.25
 _REST_REACH, _REST_FORCE, _REST_SECONDS = 1e-6, 0.020, 0.050
-# m: where a law is looked at for places at which it brings the handle back.
+# m: positions searched for a restoring force
 PLACES = np.linspace(-0.045, 0.045, 901)
-# N: presses into a scene that only pushes back; a share of what it, or the motor, can bear at most.
+# N: pressing force in a scene that only pushes back, and its upper limit as a fraction of the scene's or the
+# motor's force
 _PRESSES, _PRESSED = (1.0, 2.0), 0.6
-# N/m: stands for the spring where there is none (how long is a turn, how fast a kick?); and the softest one
+# N/m: nominal stiffness without a spring, for time scales; and the smallest considered
 _SPRINGLESS, _SOFTEST = 100.0, 1.0
-# The share of clamped samples from which the motor's limit is what holds a swing.
+# fraction of clamped samples above which the force limit bounds an oscillation
 _AT_LIMIT = 0.05
 
 
 @dataclass(frozen=True)
 class Lasting:
-    """A swing that lasts: m, Hz (NaN with too few cycles), the share of samples at the force limit.
+    """A sustained oscillation: amplitude m, frequency Hz (NaN with too few cycles), clamped fraction.
 
-    irregular: it goes on now more, now less, up to that amplitude.
+    irregular: the amplitude varies, up to this value.
     """
 
     amplitude: float
@@ -65,21 +66,20 @@ class Lasting:
 
     @property
     def at_limit(self) -> bool:
-        """Say whether the motor's limit is what holds it."""
+        """Return True if the motor's force limit bounds it."""
         return self.clamped > _AT_LIMIT
 
 
 @dataclass(frozen=True)
 class Behaviour:
-    """What a handle does that is let go at rest off a scene's centre.
+    """Behaviour of a handle released at rest off a scene's centre.
 
-    push: m, up to which it settles; inf where it settles from everywhere that was tried, 0 where from
-    nowhere. From farther away it leaves, thrown beyond 60 mm, or swings on: sensor steps let several
-    swings last side by side; least and most are the smallest and the largest of all pushes that were
-    tried, the same where they are one; often: Hz of the slowest and the fastest. flick: where nothing
-    brings it back a push of 1 m is a speed of so many m/s; 0 elsewhere. trembles: it goes on moving by less
-    than one sensor step from peak to peak, and its force goes on changing. unknown: in sentences why it was
-    not judged, "" where it was.
+    push: largest displacement in m from which it settles; inf if from all tried, 0 if from none. From farther
+    away it leaves (beyond 60 mm) or oscillates: with quantisation several limit cycles coexist. least and
+    most: the smallest and largest amplitude over all displacements, equal if there is one; often: lowest and
+    highest frequency in Hz. flick: without a restoring force, the initial speed in m/s that corresponds to a
+    push of 1 m; else 0. trembles: it keeps moving by less than one sensor step peak to peak, and its force
+    keeps changing. unknown: the reason in sentences if it was not judged, else "".
     """
 
     push: float = math.inf
@@ -93,12 +93,12 @@ class Behaviour:
 
     @property
     def calm(self) -> bool:
-        """Say whether it settles from any push."""
+        """Return True if it settles from any displacement."""
         return self.push == math.inf
 
     @property
     def sign(self) -> tuple[str, str]:
-        """Return icon and colour: fine, mind, danger where a nudge is enough."""
+        """Return icon and colour: calm, attention, danger if a nudge is enough."""
         if self.unknown:
             return "circle", "ink2"
         if self.calm:
@@ -107,7 +107,7 @@ class Behaviour:
 
     @property
     def words(self) -> str:
-        """Return it in a few words: "settles below 0.9 mm, buzzes above"."""
+        """Return a summary: "settles below 0.9 mm, buzzes above"."""
         if self.unknown:
             return "not judged"
         if self.calm:
@@ -120,9 +120,9 @@ class Behaviour:
 
     @property
     def swing(self) -> str:
-        """Return how it swings: "±2.3 mm at 30 Hz, at the motor's limit"; "" where it settles or leaves.
+        """Describe the oscillation: "±2.3 mm at 30 Hz, at the motor's limit"; "" if it settles or leaves.
 
-        "±0.05 to ±0.5 mm at 14 to 16 Hz, by how it is pushed" where several swings last.
+        "±0.05 to ±0.5 mm at 14 to 16 Hz, by how it is pushed" for coexisting limit cycles.
         """
         if self.least is None or self.most is None:
             return ""
@@ -143,7 +143,7 @@ class Behaviour:
 
     @property
     def sentence(self) -> str:
-        """Return both, without a full stop."""
+        """Return summary and oscillation, without a full stop."""
         if self.unknown:
             return f"{self.words}, as {self.unknown[0].lower()}{self.unknown[1:].removesuffix('.')}"
         return f"{self.words}: {self.swing}" if self.swing else self.words
@@ -151,10 +151,10 @@ class Behaviour:
 
 @dataclass(frozen=True)
 class Centre:
-    """Where a motion is tried: m, where the hand pulls to in m, which way the handle is pushed.
+    """Starting point of trials: position in m, the hand's target in m, direction of the push.
 
-    returns: the law brings it back from both sides. kick: a push of 1 m is a start with so many m/s where
-    nothing brings it back.
+    returns: the force is restoring on both sides. kick: without a restoring force, the initial speed in m/s
+    that corresponds to a push of 1 m.
     """
 
     position: float
@@ -165,12 +165,12 @@ class Centre:
 
     @property
     def pushes(self) -> bool:
-        """Say whether the law only pushes the handle out of itself."""
+        """Return True if the law only pushes the handle away."""
         return not self.returns and not self.kick
 
 
 class Trials:
-    """One scene made ready to be let go many times."""
+    """One scene, prepared for many releases of the handle."""
 
     def __init__(self, scene: headless.Scene, grip: Grip | None, centre: Centre):
         r, body = scene.prepare()
@@ -178,9 +178,9 @@ class Trials:
         self._r, self._body, self._flat = packed(r, body)
         self._made = Flat(*(array.copy() for array in self._flat))
         self._hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
-        # a loop whose delay is longer than the spring's own turn swings in two to four delays
+        # a loop with a delay longer than the spring's period oscillates with a period of two to four delays
         self._turns = _TURNS * (2.0 * math.pi / _natural(scene, grip) + 4.0 * scene.loop.delay)
-        # objects come back to a handle that has come to rest
+        # objects return to a handle at rest
         self._objects = _RETURN_SECONDS if scene.environment.stored else 0.0
         self._rate = scene.loop.rate
         rest = max(_REST_SECONDS + scene.loop.delay, settling.CALM_WINDOWS * self._objects)
@@ -190,18 +190,18 @@ class Trials:
             _REST_REACH, scene.device.quantum, _REST_FORCE, still, far, drifts=centre.kick > 0.0
         )
         self.centre, self.step = centre, scene.device.quantum
-        # to both sides but where the scene pushes the handle out of itself: sensor steps round down
+        # both sides, as quantisation rounds down, unless the scene pushes to one side only
         self.sides = (1.0,) if centre.pushes else (1.0, -1.0)
-        # nothing brings an ideal handle to rest for good: the smallest motion, too, only shrinks
+        # an ideal handle never stops completely: even the smallest motion only decays
         self._ideal = scene.device.coulomb_force == 0.0 and scene.device.quantum == 0.0
         self._row, self._swing = np.zeros(rows.ROW_WIDTH), settling.new_swing()
         self.samples, self.trembles = 0, False
 
     def end(self, push: float, longer: int = 1, known: bool = False) -> int:
-        """Let go at a push in m, on the other side where it is negative; return one of settling's ends.
+        """Release the handle ``push`` m in, on each side; return the oscillation, None if it leaves.
 
-        longer: by how much its windows are; known: until it is known whether it settles, else until the swing
-        is steady.
+        longer: factor on the window length. known: stop as soon as it is known whether it settles; else
+        continue until the oscillation is steady.
         """
         c = self.centre
         begin = c.position + (0.0 if c.kick else c.side * push)
@@ -214,11 +214,11 @@ class Trials:
         return found
 
     def settles(self, push: float) -> bool:
-        """Return whether what is let go at a push in m comes to rest, or leaves where nothing holds it."""
+        """Return True if the handle settles after a push in m, or leaves a scene without restoring force."""
         return all(self._settled(self.end(side * push, known=True)) for side in self.sides)
 
     def _settled(self, end: int) -> bool:
-        """Return whether the last run ended at rest, or moves by less than one sensor step, peak to peak."""
+        """Return True if the last run ended at rest, or within one sensor step peak to peak."""
         if end in (RESTS, SHRINKS):
             return True
         if end == LEAVES:
@@ -231,18 +231,18 @@ class Trials:
 
     @property
     def _reach(self) -> float:
-        """Return how far the last run swung, in m, peak to peak, beside its drift where nothing holds it."""
+        """Return the last run's peak-to-peak motion in m, after removing drift."""
         return float(self._swing.reach[0])
 
     @property
     def _frequency(self) -> float:
-        """Return how often the last run swung in Hz; NaN with too few cycles in its last half to tell."""
+        """Return the last run's frequency in Hz; NaN with too few cycles in its last half."""
         frequency = float(self._swing.frequency[0])
         cycles = frequency * 0.5 * float(self._swing.samples[0]) / self._rate
         return frequency if cycles >= LEAST_CYCLES else math.nan
 
     def swings(self, push: float, longer: int = 1) -> list[Lasting | None]:
-        """Return how it swings that is let go at a push in m, on each side; None where it leaves."""
+        """Release the handle ``push`` m in, on each side; return the oscillation, None if it leaves."""
         found: list[Lasting | None] = []
         for side in self.sides:
             end = self.end(side * push, longer=longer)
@@ -254,7 +254,7 @@ class Trials:
 
 
 def centres_of(scene: headless.Scene, grip: Grip | None) -> list[Centre]:
-    """Return where a law brings the handle back most strongly, or places where a hand presses into it."""
+    """Return points of the strongest restoring force, or points where a hand presses on the scene."""
     force = np.empty_like(PLACES)
     r, _ = scene.prepare()
     settling.static_forces(r, PLACES, force)
@@ -271,26 +271,26 @@ def centres_of(scene: headless.Scene, grip: Grip | None) -> list[Centre]:
     places, most = PLACES[:: int(side)], min(float(against.max()), scene.device.max_force)
     if not most > 0.0:
         return [Centre(0.0, 0.0, returns=False, kick=_natural(scene, grip))]
-    if grip is None:  # let go at the surface, into it
+    if grip is None:  # released at the surface, towards the inside
         touched = np.flatnonzero(against > 0.0)[0]
         return [Centre(float(places[max(touched - 1, 0)]), 0.0, side, returns=False)]
     presses = sorted({min(press, _PRESSED * most) for press in _PRESSES})
-    found = [_where(places, against, press) for press in presses]
+    found = [_first_position(places, against, press) for press in presses]
     return [
         Centre(place, place + side * press / grip.stiffness, side, returns=False)
         for place, press in zip(found, presses, strict=True)
     ]
 
 
-def _where(places: np.ndarray, force: np.ndarray, wanted: float) -> float:
-    """Return the first place (n,) in m at which a force (n,) reaches what is wanted, in N."""
+def _first_position(places: np.ndarray, force: np.ndarray, wanted: float) -> float:
+    """Return the first position (n,) in m at which a force (n,) reaches ``wanted`` N."""
     i = max(int(np.flatnonzero(force >= wanted)[0]), 1)
     share = (wanted - force[i - 1]) / (force[i] - force[i - 1])
     return float(places[i - 1] + share * (places[i] - places[i - 1]))
 
 
 def _natural(scene: headless.Scene, grip: Grip | None) -> float:
-    """Return how fast the handle turns on the scene's spring, in rad/s."""
+    """Return the natural frequency of the handle on the scene's spring in rad/s."""
     own = scene.environment.impedance
     stiffness = (own(scene.values)[0] if own else 0.0) + (grip.stiffness if grip else 0.0)
     mass = scene.device.mass + (grip.mass if grip else 0.0)
@@ -298,13 +298,13 @@ def _natural(scene: headless.Scene, grip: Grip | None) -> float:
 
 
 def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
-    """Return what the handle does in a scene, let go (None) or in a hand's grip, wherever that presses.
+    """Return the handle's behaviour in a scene, released (None) or in a grip, for all centres.
 
-    It is unknown where the law takes too long.
+    Unknown if the law is too slow.
     """
     try:
         tried = [Trials(scene, grip, centre) for centre in centres_of(scene, grip)]
-        edges, found = zip(*(_searched(trials) for trials in tried), strict=True)
+        edges, found = zip(*(_boundary_and_swings(trials) for trials in tried), strict=True)
     except LawError as error:
         return Behaviour(0.0, unknown=str(error))
     said = _summary(tried[0], min(edges), [one for some in found for one in some])
@@ -312,15 +312,15 @@ def behaviour(scene: headless.Scene, grip: Grip | None) -> Behaviour:
 
 
 def settles(scene: headless.Scene, grip: Grip | None, push: float) -> bool:
-    """Return whether a handle comes to rest that is let go at a push in m, in a grip wherever it presses.
+    """Return True if a handle settles after a push in m, for all centres of a grip.
 
-    Raise LawError where the law takes too long.
+    Raise LawError if the law is too slow.
     """
     return all(Trials(scene, grip, centre).settles(push) for centre in centres_of(scene, grip))
 
 
-def _searched(trials: Trials) -> tuple[float, list[Lasting | None]]:
-    """Return up to which push in m it settles, inf where from all, and the swings from larger ones."""
+def _boundary_and_swings(trials: Trials) -> tuple[float, list[Lasting | None]]:
+    """Return the largest push in m that settles, inf for all, and the oscillations after larger ones."""
     edge, rests = math.inf, [0.0]
     found: list[Lasting | None] = []
     for push in (*PUSHES, *_BETWEEN, *_FINER):
@@ -339,7 +339,7 @@ def _searched(trials: Trials) -> tuple[float, list[Lasting | None]]:
         calm, edge = (middle, edge) if trials.settles(middle) else (calm, middle)
     if calm:
         found += trials.swings(edge, _LONGER)
-    if trials.centre.kick:  # damping in a grip often has a second, small oscillation, which few pushes reach
+    if trials.centre.kick:  # damping in a grip often has a second, small limit cycle, reached by few pushes
         beyond = [times * edge for times in _BEYOND] if calm else []
         larger = [*beyond, *larger, *(other for other in _FINER if other > edge)]
     for other in larger:
@@ -349,7 +349,7 @@ def _searched(trials: Trials) -> tuple[float, list[Lasting | None]]:
 
 
 def _summary(trials: Trials, calm: float, found: list[Lasting | None]) -> Behaviour:
-    """Return what is said of the swings from all pushes: the smallest and the largest, or that it leaves."""
+    """Return the smallest and largest of all oscillations, or that the handle leaves."""
     swings = sorted((one for one in found if one), key=lambda one: one.amplitude)
     behaviour = Behaviour(calm, leaves=None in found, flick=trials.centre.kick if found else 0.0)
     if not swings:

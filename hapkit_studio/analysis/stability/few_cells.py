@@ -1,24 +1,24 @@
-"""A map of classes from few of its cells: a coarse lattice, then every cell beside one of another class.
+"""A map of classes from few of its cells: a coarse lattice, then cells next to another class.
 
-A cell that was not judged has the class of the nearest one that was. So every region that holds a cell of the
-lattice, or touches one judged on the way, is traced along its whole boundary. An island that does neither is
-missed: a square of the lattice's steps has no room in it.
+Cells that were not evaluated get the class of the nearest evaluated one. The boundary of every region that
+contains a lattice cell, or touches an evaluated one, is traced completely. Other islands are missed: they are
+smaller than a square of the lattice.
 """
 
 from collections.abc import Callable, Iterable
 
 import numpy as np
 
-STEP = 10  # cells between those of the lattice: with 8 to 16 about as many are judged
-_SMALL = 3 * STEP  # cells along an axis, below which all are judged
+STEP = 10  # lattice spacing in cells; from 8 to 16 the number of evaluations is about the same
+_SMALL = 3 * STEP  # cells along an axis, below which all are evaluated
 
 Judge = Callable[[np.ndarray], np.ndarray]
-"""Classes (k,) of cells by their places (k,) in the flattened map."""
+"""Returns the classes (k,) of cells given by their indices (k,) in the flattened map."""
 
 
 def from_few(shape: tuple[int, int], judge: Judge, seeds: Iterable[tuple[int, int]] = ()) -> np.ndarray:
-    """Return the classes int8 of a map; seeds are (row, column) of cells to be judged first as well."""
-    from scipy import ndimage  # late: a start does not wait for it
+    """Return the classes int8 of a map; seeds: (row, column) of further cells to start with."""
+    from scipy import ndimage  # here: slow to import
 
     known, found = np.zeros(shape, dtype=bool), np.zeros(shape, dtype=np.int8)
     wanted = np.full(shape, min(shape) < _SMALL)
@@ -38,5 +38,5 @@ def from_few(shape: tuple[int, int], judge: Judge, seeds: Iterable[tuple[int, in
 
 
 def _lattice(count: int) -> np.ndarray:
-    """Return indices from 0 to count - 1, both included, about `STEP` apart."""
+    """Return indices from 0 to count - 1, both included, about ``STEP`` apart."""
     return np.linspace(0, count - 1, max(round((count - 1) / STEP), 1) + 1).round().astype(int)

@@ -1,8 +1,8 @@
-"""The hand as a family: how stiff a loop may be in a box around people's hands.
+"""Robust stability: the limit for all hands in a box around measured ones.
 
-The box is spanned by the ranges of the table: a mass that moves with the handle, a damper and a spring to the
-ground. Its corners, such as 3.5 g with 40 N·s/m, are no real hand. Each has damping of its own, so they allow
-several times what passivity does.
+The box is spanned by the ranges of the table: a mass that moves with the handle, with a damper and a spring
+to the ground. Its corners, such as 3.5 g with 40 N·s/m, are no real hands. All have some damping, so they
+allow several times the stiffness of passivity.
 """
 
 from collections.abc import Callable
@@ -19,15 +19,15 @@ from hapkit_studio.dynamics.hand import GRIPS, Grip
 from hapkit_studio.dynamics.sampled_loop import stiffness_limits
 
 Range = tuple[float, float]
-# Masses and stiffnesses tried in their ranges: the worst is mostly at an end.
+# values tried within each range: the worst case is mostly at an end
 _TRIED = 7
 
 
 @dataclass(frozen=True)
 class Known:
-    """One kind of hand: ranges of mass kg, damping N·s/m, stiffness N/m, and the source.
+    """A measured kind of hand: ranges of mass kg, damping N·s/m, stiffness N/m, and the source.
 
-    read: these numbers were read in the source; otherwise they are quoted from memory and want checking.
+    read: the numbers were checked in the source; otherwise they are quoted from memory.
     """
 
     what: str
@@ -70,7 +70,7 @@ MASS, DAMPING, STIFFNESS = (
 
 
 def words(mass: Range, damping: Range, stiffness: Range) -> str:
-    """Name hands by their ranges, which may be single numbers: "0.02 to 0.1 kg, 2 N·s/m, 400 N/m"."""
+    """Describe hands by their ranges, which may be single numbers: "0.02 to 0.1 kg, 2 N·s/m, 400 N/m"."""
     parts = (mass, "kg"), (damping, "N·s/m"), (stiffness, "N/m")
     return ", ".join(
         f"{ends[0]:,.5g}{'' if ends[0] == ends[1] else f' to {ends[1]:,.5g}'} {unit}" for ends, unit in parts
@@ -82,7 +82,7 @@ PEOPLE = words(MASS, DAMPING, STIFFNESS)
 
 @dataclass(frozen=True)
 class Family:
-    """The least limit in N/m of people's hands over damping (n,) in N·s/m, and the worst hand of each."""
+    """Lowest limit in N/m over all hands, for damping (n,) in N·s/m, and the worst hand of each."""
 
     damping: np.ndarray
     people: np.ndarray
@@ -90,7 +90,7 @@ class Family:
 
 
 def family(setting: Setting, damping: np.ndarray) -> Family:
-    """Return the envelope over damping (n,); raise ParameterError for an estimator that is not linear."""
+    """Return the envelope over damping (n,); raise ParameterError for a nonlinear estimator."""
     grips = _people()
     limits = np.array([stiffness_limits(_loop(setting, grip), damping) for grip in grips])
     worst = tuple(grips[k] for k in limits.argmin(axis=0))

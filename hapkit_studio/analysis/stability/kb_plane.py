@@ -1,4 +1,4 @@
-"""The plane of virtual damping and stiffness: every limit of a loop, and where the impedance in use lies."""
+"""The plane of virtual damping and stiffness: every limit of a loop, and the rendered impedance."""
 
 import math
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ RENDERED_DAMPING = replace(DAMPING, label="The rendered damping")
 WIDTH = replace(DAMPING, label="The largest damping shown")
 TOP = replace(STIFFNESS, label="The largest stiffness shown")
 COLUMNS = 121
-# The dampers that friction is compared with: the least in N·s/m, each so much more than the one before.
+# equivalent dampers of friction: smallest in N·s/m, ratio of consecutive ones, number
 _LEAST, _RATIO, _DAMPERS = 0.02, 1.5, 24
 EDGE_POINTS = 41
 
@@ -40,8 +40,8 @@ EDGE_POINTS = 41
 class Points:
     """A measured boundary: stiffness (n,) N/m at damping (n,) N·s/m; real: with friction and sensor steps.
 
-    Up to there a spring is stable, with the passivity controller bounded: swing (n,) in m is how far to each
-    side the handle still moves at the boundary in the end, nan where there is none; None without controller.
+    Up to the boundary a spring is stable or, with the passivity controller, bounded: swing (n,) is the final
+    amplitude in m at the boundary, NaN without one; None without controller.
     """
 
     damping: np.ndarray
@@ -52,7 +52,7 @@ class Points:
 
     @property
     def name(self) -> str:
-        """Return what a chart calls it, with the longest swing in it."""
+        """Return its name in a chart, with the largest amplitude."""
         if not self.controller:
             return LINES["measured"][0]
         swing = np.array([0.0] if self.swing is None else self.swing)
@@ -73,14 +73,14 @@ class Cells:
 
 @dataclass(frozen=True)
 class Plane:
-    """Everything that a chart of the plane shows; SI units.
+    """Contents of a chart of the plane; SI units.
 
-    exact, simple and friction, up to which dry friction holds a nudge, are (n,) over damping (n,), again
-    (2, n) the ends of the next stable interval above, nan where none; edge_damping and edge (k,) are the
-    passivity line up to the largest passive damping; coulomb is inf without sensor steps, hands the limits at
-    the margin's damping. Without a linear estimator exact and friction are all nan, the edge empty,
-    the hands' and the margin's limits nan. said: what the handle does with the margin's impedance, and family
-    the worst of all hands, where that was asked.
+    exact, simple and friction (limit for settling after a nudge) are (n,) over damping (n,). again (2, n):
+    the next stable interval above, NaN without one. edge_damping and edge (k,): the passivity line up to the
+    largest passive damping. coulomb: inf without sensor steps. hands: limits at the margin's damping. For a
+    nonlinear estimator exact and friction, the hands' and the margin's limits are NaN, and the edge is empty.
+    said: the handle's behaviour with the margin's impedance, if requested; family: the worst of all hands, if
+    requested.
     """
 
     setting: Setting
@@ -102,7 +102,7 @@ class Plane:
 
     @property
     def words(self) -> str:
-        """Return what the handle does, or only how far the limit is."""
+        """Return the handle's behaviour, or else the margin."""
         said = self.said
         if said is None:
             return sentence(self.margin)
@@ -110,7 +110,7 @@ class Plane:
 
     @property
     def pushes(self) -> bool:
-        """Say whether the scene only pushes the handle out; the limits are those of one fixed to it."""
+        """Return True if the scene only pushes the handle out; limits then assume a handle fixed to it."""
         return self.said is not None and self.said.pushes
 
     @property
@@ -120,9 +120,9 @@ class Plane:
 
 
 def intervals(setting: Setting, damping: np.ndarray) -> list[Intervals]:
-    """Return the stable stiffnesses in N/m for each damping (n,): intervals (low, high), the lowest first.
+    """Return the stable stiffness intervals (low, high) in N/m for each damping (n,), lowest first.
 
-    Raise ParameterError for an estimator that is not linear.
+    Raise ParameterError for a nonlinear estimator.
     """
     loop = checked_loop(
         setting.mass, setting.viscous, 0.0, setting.rate, setting.delay, setting.estimator, setting.hand,
@@ -132,19 +132,19 @@ def intervals(setting: Setting, damping: np.ndarray) -> list[Intervals]:
 
 
 def exact_boundary(setting: Setting, damping: np.ndarray) -> np.ndarray:
-    """Return the stiffness (n,) in N/m up to which all are stable; 0 where damping (n,) alone is unstable.
+    """Return the stiffness limit (n,) in N/m; 0 where damping (n,) alone is unstable.
 
-    Raise ParameterError for an estimator that is not linear.
+    Raise ParameterError for a nonlinear estimator.
     """
     return np.array([first_end(each) for each in intervals(setting, damping)])
 
 
 def friction_boundary(setting: Setting, damping: np.ndarray, push: float = NUDGE) -> np.ndarray:
-    """Return the largest stiffness (n,) in N/m that settles when let go at rest from a push in m.
+    """Return the largest stiffness (n,) in N/m that settles after release at rest from a push in m.
 
-    Dry friction takes 4 F A in a turn of amplitude A, as a damper of 4 F / (pi A w) does: its describing
-    function at the handle's own w = sqrt(K / m). To 1 %; where a boundary is 0 it stays so. Raise
-    ParameterError for an estimator that is not linear.
+    Dry friction removes 4 F A per cycle of amplitude A, like a damper of 4 F / (pi A w): its describing
+    function at the handle's own w = sqrt(K / m). To 1 %; boundaries of 0 stay 0. Raise ParameterError for a
+    nonlinear estimator.
     """
     mass = setting.mass + (setting.grip.mass if setting.grip else 0.0)
     held = setting.grip.stiffness if setting.grip else 0.0
@@ -160,9 +160,9 @@ def friction_boundary(setting: Setting, damping: np.ndarray, push: float = NUDGE
 
 
 def passivity_line(setting: Setting, damping: np.ndarray) -> np.ndarray:
-    """Return the largest stiffness (n,) in N/m that is passive, safe in any hand; 0 where none is.
+    """Return the largest passive stiffness (n,) in N/m, safe with any hand; 0 if none is passive.
 
-    Raise ParameterError for an estimator that is not linear.
+    Raise ParameterError for a nonlinear estimator.
     """
     columns = checked_row(damping, DAMPING)
     return passive_stiffness(setting.viscous, columns, *_sampling(setting))
@@ -173,18 +173,18 @@ def _sampling(setting: Setting) -> tuple[float, float, Spec, float]:
 
 
 def passive_edge(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
-    """Return the passivity line as (damping, stiffness), each (k,), as far as anything is passive."""
+    """Return the passivity line as (damping, stiffness), each (k,), up to the largest passive damping."""
     damping = np.linspace(0.0, passive_damping(setting.viscous, *_sampling(setting)), EDGE_POINTS)
     return damping, passivity_line(setting, damping)
 
 
 def limit(setting: Setting, damping: float) -> float:
-    """Return the largest stable stiffness in N/m at one damping; nan where the estimator is not linear."""
+    """Return the largest stable stiffness in N/m at one damping; NaN for a nonlinear estimator."""
     return margin_of(setting, 0.0, damping).limit
 
 
 def margin_of(setting: Setting, stiffness: float, damping: float) -> Margin:
-    """Return how far a rendered stiffness in N/m is from the limit at its damping."""
+    """Return the margin of a rendered stiffness in N/m at its damping."""
     if not setting.linear:
         return Margin(stiffness, damping, math.nan, setting.hand)
     found = intervals(setting, np.array([DAMPING.check(damping)]))[0]
@@ -193,11 +193,11 @@ def margin_of(setting: Setting, stiffness: float, damping: float) -> Margin:
 
 
 def hands(setting: Setting, damping: float) -> dict[str, float]:
-    """Return the limit in N/m at one damping under every grip, the released hand first."""
+    """Return the limit in N/m at one damping for every grip, the released handle first."""
     return {name: limit(replace(setting, hand=name), damping) for name in GRIPS}
 
 
-# Axes also show the boundary of dry friction, with some room, up to so many times the exact limit.
+# axes include the friction boundary with this factor of room, up to this multiple of the exact limit
 _ROOM, _FARTHEST = 1.1, 4.0
 
 
@@ -210,7 +210,7 @@ def plane(
     top: float | None = None,
     columns: int = COLUMNS,
 ) -> Plane:
-    """Return the lines of a setting around a rendered impedance; axes as given, or round ones that fit.
+    """Return the lines of a setting around a rendered impedance; default axes are rounded to fit.
 
     Raise ParameterError.
     """
@@ -238,24 +238,24 @@ def plane(
 
 
 def with_family(plane: Plane) -> Plane:
-    """Return a plane with the worst of all hands; raise ParameterError without a linear estimator."""
+    """Return a plane with the worst of all hands; raise ParameterError for a nonlinear estimator."""
     found = family(plane.setting, plane.damping)
     here = float(np.interp(plane.margin.damping, found.damping, found.people))
     return replace(plane, family=found, top=max(plane.top, nice_top(_ROOM * here)))
 
 
 def class_names(controller: bool) -> tuple[str, str, str]:
-    """Return DECAYS, BUZZES and GROWS of ``rendered`` in one word each."""
+    """Return the names of DECAYS, BUZZES and GROWS, one word each."""
     return "decays", "bounded" if controller else "buzzes", "grows"
 
 
 def class_words(controller: bool) -> tuple[str, str, str]:
-    """Return DECAYS, BUZZES and GROWS of ``rendered`` in a few words each."""
+    """Return descriptions of DECAYS, BUZZES and GROWS."""
     return "comes to rest", "bounded, keeps moving" if controller else "buzzes, does not grow", "grows"
 
 
 def as_json(plane: Plane) -> dict[str, Any]:
-    """Return the plane in SI units; what is not finite is None."""
+    """Return the plane in SI units; None for values that are not finite."""
     margin, setting = plane.margin, plane.setting
     pair = (setting.estimator, {}) if isinstance(setting.estimator, str) else setting.estimator
     measured, cells = (
@@ -290,13 +290,13 @@ def as_json(plane: Plane) -> dict[str, Any]:
 
 
 def passive(plane: Plane) -> np.ndarray:
-    """Return the passivity line (n,) at the plane's own columns, in N/m; nan without a linear estimator."""
+    """Return the passivity line (n,) at the plane's own columns, in N/m; NaN for a nonlinear estimator."""
     if not plane.setting.linear:
         return np.full(len(plane.damping), math.nan)
     return passivity_line(plane.setting, plane.damping)
 
 
-# Key: name and one line that explains it.
+# by key: name and a one-line explanation
 LINES = {
     "exact": ("Exact boundary", "from the roots of the sampled loop"),
     "friction": ("With dry friction", "below it a push of 1 mm settles"),
@@ -309,12 +309,12 @@ LINES = {
     "buzzes": ("Buzzes", "goes on moving, does not grow"),
     "grows": ("Grows", "let go, it moves farther and farther"),
 }
-# Above the exact boundary by more than this share somewhere, the rule promises too much.
-_HOPEFUL = 0.05
+# relative excess of the simple rule over the exact boundary, above which it is too optimistic
+_OPTIMISTIC = 0.05
 
 
 def conditions(setting: Setting, real: bool = False) -> list[tuple[str, str]]:
-    """Return what the limits hold for, as pairs of a name and its value; real: friction and steps as well."""
+    """Return the conditions of the limits as pairs of name and value; real: with friction and steps."""
     stiction = [
         ("Dry friction", f"{setting.coulomb:g} N"),
         ("Sensor step", f"{1e6 * setting.quantum:.3g} µm"),
@@ -332,9 +332,9 @@ def conditions(setting: Setting, real: bool = False) -> list[tuple[str, str]]:
 
 
 def line_words(plane: Plane, key: str) -> tuple[str, str]:
-    """Return a line's name and what it means, as they are for this plane."""
+    """Return a line's name and meaning for this plane."""
     name, words = LINES[key]
-    if key == "simple" and hopeful(plane):
+    if key == "simple" and rule_is_optimistic(plane):
         return f"{name}, too high here", words
     if key == "measured" and plane.points is not None:
         name = plane.points.name
@@ -343,7 +343,7 @@ def line_words(plane: Plane, key: str) -> tuple[str, str]:
     return name, words
 
 
-def hopeful(plane: Plane) -> bool:
-    """Say whether the simple rule promises more than the loop keeps, where it can be seen."""
-    low = plane.exact < (1.0 - _HOPEFUL) * plane.simple
+def rule_is_optimistic(plane: Plane) -> bool:
+    """Return True if the simple rule exceeds the exact limit in the visible range."""
+    low = plane.exact < (1.0 - _OPTIMISTIC) * plane.simple
     return bool((low & (plane.exact < plane.top)).any())

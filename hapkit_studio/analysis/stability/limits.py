@@ -1,4 +1,4 @@
-"""How stiff a spring a setting can render: exactly, by the simple rule, and before sensor steps are felt."""
+"""Stiffness limits of a rendered spring: exact, by the simple rule, and by quantisation."""
 
 import math
 from typing import Any
@@ -44,7 +44,7 @@ def checked_loop(
 
 
 def stable_stiffnesses(mass: float, viscous: float, **loop: Any) -> sampled_loop.Intervals:
-    """Return every interval (low, high) in N/m of stable virtual stiffness, exact, the lowest first.
+    """Return all intervals (low, high) in N/m of stable virtual stiffness, exact, lowest first.
 
     Arguments as ``stiffness_limit``, which is the end of the first one. Raise ParameterError.
     """
@@ -63,10 +63,10 @@ def stiffness_limit(
     hand: Hand | Grip | str | None = None,
     quantum: float = USUAL_QUANTUM,
 ) -> float:
-    """Return the largest virtual stiffness in N/m up to which all are stable, exact; 0 if none is.
+    """Return the exact limit of virtual stiffness in N/m below which all are stable; 0 if none is.
 
     mass kg, viscous and virtual damping N·s/m, rate Hz, delay s; hand: a Hand, a Grip, a name, or None for a
-    released handle; quantum in m: the sensor's, which the velocity estimator is designed for. Raise
+    released handle; quantum in m: the sensor's, for the design of the velocity estimator. Raise
     ParameterError.
     """
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
@@ -74,7 +74,7 @@ def stiffness_limit(
 
 
 def simple_rule(setting: Setting, damping: np.ndarray) -> np.ndarray:
-    """Return (b₀ + b) / (T/2 + td) in N/m: the rule of Gil et al. (2009), hopeful where b is large."""
+    """Return (b₀ + b) / (T/2 + td) in N/m: the rule of Gil et al. (2009), optimistic for large b."""
     own = setting.viscous + (setting.grip.damping if setting.grip else 0.0)
     return (own + np.asarray(damping)) / (0.5 * setting.period + setting.delay)
 

@@ -1,9 +1,8 @@
-"""How stiff the contact with an object may be: the limit of handle, coupling and computed object together.
+"""Limit of the contact stiffness with a simulated object: handle, coupling and object as one system.
 
-A limit for a spring to the ground takes the object for a wall. But it moves, by an integrator that has a
-limit of its own, and it meets the handle one sample late. Exact while they touch, for small motions around a
-press, and for a coupling whose damper acts both ways; the scenes' acts on the way in only: without one theirs
-is exact.
+The limit for a spring to the ground assumes a fixed wall. An object moves, by an integrator with its own
+limit, and responds one sample late. Exact during contact, for small motions, and for a coupling whose damper
+acts both ways; the scenes' dampers act on approach only, so the limit is exact without damping.
 """
 
 from collections.abc import Callable, Mapping
@@ -20,19 +19,19 @@ from hapkit_studio.errors import ParameterError
 
 OBJECTS = "mass_spring_damper", "puck"
 _SOFTEST, _STIFFEST, _SCAN, _HALVINGS = 1.0, 1e7, 141, 20
-# An object that nothing holds may lie anywhere: that root is 1, and is no growth.
+# an unattached object has a root at 1, which is no growth
 _STILL = 1.0 + 1e-9
 
 
 def holds(environment: Environment) -> bool:
-    """Return whether a scene is one of OBJECTS, not a person's own of that name."""
+    """Return True if a scene is one of OBJECTS, not a user's own of that name."""
     return any(environments.named(key) is environment for key in OBJECTS)
 
 
 def contact_limit(setting: Setting, key: str, values: Mapping[str, object]) -> float:
-    """Return the contact stiffness in N/m up to which all are stable, 0 if the softest is not.
+    """Return the largest stable contact stiffness in N/m, 0 if the softest is unstable.
 
-    values: all of a scene of OBJECTS, whose own contact stiffness does not count. Raise ParameterError.
+    values: all values of a scene of OBJECTS, whose own contact stiffness is ignored. Raise ParameterError.
     """
     if key not in OBJECTS:
         raise ParameterError(f"An object that the handle pushes is in {', '.join(OBJECTS)}, not in {key!r}.")
@@ -40,7 +39,7 @@ def contact_limit(setting: Setting, key: str, values: Mapping[str, object]) -> f
         raise ParameterError("The velocity filter is not linear: there is no exact limit.")
     others = {name: value for name, value in values.items() if name != "contact_stiffness"}
     numbers = environments.named(key).values(others)
-    # a puck stays in touch with the handle that presses it against its wall, and nowhere else
+    # a puck stays in contact only while the handle presses it against its wall
     own = numbers.get("stiffness", numbers.get("wall_stiffness", 0.0)), numbers.get("damping", 0.0)
     loop = checked_loop(
         setting.mass, setting.viscous, 0.0, setting.rate, setting.delay, setting.estimator, setting.hand,
@@ -56,7 +55,7 @@ def contact_limit(setting: Setting, key: str, values: Mapping[str, object]) -> f
 
 
 def first_limit(stable: Callable[[float], bool], scan: np.ndarray, halvings: int = _HALVINGS) -> float:
-    """Return the number up to which all is stable, as far as a scan (n,) tells; 0 if its first is not."""
+    """Return the end of the first stable range by a scan (n,) with bisection; 0 if the first is unstable."""
     bad = next((k for k, value in enumerate(scan) if not stable(float(value))), None)
     if not bad:
         return np.inf if bad is None else 0.0

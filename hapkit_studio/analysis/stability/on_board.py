@@ -1,4 +1,4 @@
-"""How stiff a spring a board may render: an exported sketch on its kit, and the link's measured delay."""
+"""Stiffness limits for a board: of an exported sketch, and of the link with its measured delay."""
 
 import math
 from collections.abc import Mapping
@@ -17,10 +17,10 @@ from hapkit_studio.protocol.messages import Board
 def sketch_verdict(
     environment: Environment, values: Mapping[str, float], board: Board, rate: float, spec: Spec
 ) -> Verdict:
-    """Return what a kit's handle does with all values at a rate in Hz, in a hand and let go.
+    """Return the verdict for a kit with all values at a rate in Hz, held and released.
 
-    The force counts a whole period late. A sketch that keeps its rate is never later, so that it is on the
-    safe side: a tick ends before the next one begins.
+    The force is assumed a full period late. A sketch that keeps its rate is never later, as a tick ends
+    before the next one: the limit is conservative.
     """
     setting = Setting(
         board.mass, board.viscous, quantum=board.quantum, rate=rate, delay=1.0 / rate, estimator=spec,
@@ -37,7 +37,7 @@ def sketch_words(found: Verdict, rate: float) -> str:
 
 
 HAND = "medium"
-"""What holds a handle where nobody says how it is held."""
+"""Grip assumed if none is specified."""
 UNKNOWN = "The delay of the link cannot be measured: nobody knows how stiff a spring it allows."
 
 
@@ -50,7 +50,7 @@ def rendering_rate(engine: Engine, where: str) -> float | None:
 
 
 def rendering_limit(engine: Engine, where: str) -> float | None:
-    """Return the exact stiffness limit in N/m of a released handle, None where there is none, or no delay."""
+    """Return the exact stiffness limit in N/m of a released handle, None without one or without a delay."""
     delay, rate = engine.delay_of(where), rendering_rate(engine, where)
     impedance, device = engine.environment.impedance, engine.device
     if delay is None or rate is None or impedance is None:
@@ -66,7 +66,7 @@ def rendering_limit(engine: Engine, where: str) -> float | None:
 
 
 def link_warning(engine: Engine) -> str:
-    """Return in one line why what is rendered is too much for the link, or may be; "" where it is not."""
+    """Return one line if the rendered stiffness exceeds, or may exceed, the link's limit; else ""."""
     where, device = engine.where, engine.device
     if not device.measures_delay:
         return ""

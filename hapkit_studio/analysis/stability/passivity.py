@@ -1,12 +1,12 @@
-"""The stiffest virtual spring that gives no energy to any hand: passivity of the sampled loop, any delay.
+"""The stiffest passive virtual spring: passivity of the sampled loop with any hand and any delay.
 
-The loop samples x at k T and its command F_k = K x_k + B v^_k acts from k T + td on, td = d T + θ. Only the
-positions at the distinct instants k T and k T + θ matter. Between two of them the handle's own damping takes
-b Δx²/Δt at least, by moving evenly; the controller takes the sum of F_k (y_k+1 - y_k), y_k = x(k T + td). At
-one frequency, x_k = X z^k, x(k T + θ) = P z^k, that is a Hermitian form in (X, P), never negative where
-|b β - c| <= b α with α = 1/θ + 1/(T-θ), β = 1/θ + z*/(T-θ), c = (K + B H)* z^d (z - 1) / 2, H the velocity
-estimator. The hand may be anything, so neither it nor the mass counts. Without a fraction of a period the
-two instants are one, and it is Colgate & Schenkel's condition (J. Robotic Systems 14(1), 1997).
+The loop samples x at k T; its command F_k = K x_k + B v^_k acts from k T + td on, td = d T + θ. Only the
+positions at the instants k T and k T + θ matter. Between two of them the handle's own damping dissipates at
+least b Δx²/Δt, for a constant speed; the controller absorbs the sum of F_k (y_k+1 - y_k), y_k = x(k T + td).
+At one frequency, x_k = X z^k, x(k T + θ) = P z^k, this is a Hermitian form in (X, P), non-negative if |b β -
+c| <= b α with α = 1/θ + 1/(T-θ), β = 1/θ + z*/(T-θ), c = (K + B H)* z^d (z - 1) / 2, H the velocity
+estimator. The hand is arbitrary, so neither hand nor mass matters. For a delay of whole periods it is Colgate
+& Schenkel's condition (J. Robotic Systems 14(1), 1997).
 """
 
 import math
@@ -17,14 +17,14 @@ import numpy as np
 from hapkit_studio.dynamics.estimators import USUAL_QUANTUM, Spec, design, parse
 from hapkit_studio.errors import ParameterError
 
-# Angles per sample at which the condition is tried: it is smooth, and turns as often as the delay asks.
+# angles per sample at which the condition is evaluated: at least, and per turn of the delay's phase
 _FEWEST, _A_TURN = 2000, 64
 _SLOWEST = 1e-4
-# A fraction of a period below this is the clock's rounding.
+# smaller fractions of a period are rounding errors of the clock
 _SAME = 1e-9
 _NEARLY = 1e-12
 _HALVINGS = 50
-# Times the handle's own damping: more virtual damping than that is passive in no loop that samples at all.
+# multiple of the handle's own damping above which no virtual damping is passive in any sampled loop
 _MOST = 1e6
 
 
@@ -41,7 +41,7 @@ class _Angles:
     slope: np.ndarray
 
     def sweep(self, turns: int) -> np.ndarray:
-        """Return sin((turns + 1/2) w) / sin(w / 2): how far the spring's energy lags at each angle."""
+        """Return sin((turns + 1/2) w) / sin(w / 2), the lag of the spring's energy at each angle."""
         return np.sin((turns + 0.5) * self.w) / np.sin(0.5 * self.w)
 
 
@@ -53,10 +53,10 @@ def passive_stiffness(
     estimator: Spec = "difference",
     quantum: float = USUAL_QUANTUM,
 ) -> np.ndarray:
-    """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,); 0 where none is.
+    """Return the largest passive stiffness (n,) in N/m for each virtual damping (n,); 0 if none is.
 
-    viscous is the handle's own damping in N·s/m, rate Hz, delay s; quantum in m: the sensor's, which the
-    estimator is designed for. Raise ParameterError for an estimator that is not linear.
+    viscous: the handle's own damping in N·s/m, rate Hz, delay s; quantum in m: the sensor's, for the design
+    of the estimator. Raise ParameterError for a nonlinear estimator.
     """
     angles = _angles(rate, delay, estimator, quantum)
     return np.array([_largest(angles, viscous, float(virtual)) or 0.0 for virtual in damping])
@@ -83,8 +83,8 @@ def passive_damping(
 
 
 def _largest(angles: _Angles, viscous: float, damping: float) -> float | None:
-    """Return the largest stiffness that is passive at every angle; None where there is none."""
-    low, high = (_late if angles.rest else _prompt)(angles, viscous, damping)
+    """Return the largest stiffness that is passive at every angle; None without one."""
+    low, high = (_fractional_bounds if angles.rest else _whole_period_bounds)(angles, viscous, damping)
     most, least = float(np.nanmin(high)), max(float(np.nanmax(low)), 0.0)
     return max(most, 0.0) if most >= least - _NEARLY * viscous / angles.period else None
 
@@ -103,8 +103,8 @@ def _angles(rate: float, delay: float, estimator: Spec, quantum: float) -> _Angl
     return _Angles(period, whole, rest, w, z, velocity, velocity / (z - 1.0))
 
 
-def _prompt(at: _Angles, viscous: float, damping: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least and the largest passive stiffness at each angle, for a delay of whole periods.
+def _whole_period_bounds(at: _Angles, viscous: float, damping: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the smallest and largest passive stiffness at each angle, for a delay of whole periods.
 
     b + B T Re(W z^-d) >= K T/2 S_d, W = H / (z - 1), S_d = sin((d + 1/2) w) / sin(w/2).
     """
@@ -117,11 +117,11 @@ def _prompt(at: _Angles, viscous: float, damping: float) -> tuple[np.ndarray, np
     return low, np.where(lag > 0.0, bound, math.inf)
 
 
-def _late(at: _Angles, viscous: float, damping: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the same with a fraction of a period: the roots of K² - 2 r K + q = 0.
+def _fractional_bounds(at: _Angles, viscous: float, damping: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the same for a delay with a fraction of a period: the roots of K² - 2 r K + q = 0.
 
-    |b β - c|² <= (b α)² with both sides less their value at rest and divided by |z - 1|²/4, in terms that
-    keep their digits as w -> 0.
+    |b β - c|² <= (b α)², both sides without their value at rest and divided by |z - 1|²/4, rearranged to
+    avoid cancellation as w -> 0.
     """
     late = at.period - at.rest
     mixed = (1.0 / at.rest + at.z / late) * np.conj(at.slope) * at.z**at.whole

@@ -1,24 +1,22 @@
-"""The rule by which a rendered spring is stable: let go off its centre, does the handle come to rest?
+"""Stability of a rendered spring by simulation: does a handle released off its centre settle?
 
-F = -K (x - c) - B v^ is rendered by the tick on the simulated Hapkit, no force limit, for 12 s or 12,000
+F = -K (x - c) - B v^ is rendered by the tick on the simulated Hapkit without force limit, for 12 s, 12,000
 samples or 80 rad of the slowest oscillation, whichever is longest.
 
-A linear loop (no Coulomb friction, no sensor steps, a linear velocity estimate) has exact limits, and its map
-is taken from these. To measure its boundary all the same it is let go 1 µm away. It DECAYS where the sum of
-a² + (ω v)² over the last third of the time is less than over the third before, ω² = K / m, or where it has
-died to 1e-30 of its start; otherwise, and beyond 1 m, it GROWS. At 1 % beyond a limit it grows by 0.02 to
-0.05 1/s.
+A linear loop (no Coulomb friction, no sensor steps, linear velocity estimate) has exact limits, which are
+used for its map. To measure its boundary it is released at 1 µm. It DECAYS if the sum of a² + (ω v)² over the
+last third of the time is less than over the third before, ω² = K / m, or if it has fallen to 1e-30 of its
+start; otherwise, and beyond 1 m, it GROWS. At 1 % beyond a limit it grows by 0.02 to 0.05 1/s.
 
-Any other loop is let go 200.3 sensor steps away, and 3.3 steps away where it came to rest from there
-(Diolaiti et al. 2006). The centre lies half a step off an edge between two steps, where friction holds it
-worst: it stays in motion there if the force of one step is more than twice the friction. It DECAYS where
-friction holds it for good, or where it reaches 10 % less far in the last third than in the one before. Where
-it stays in motion within five steps it BUZZES, which is known once three twelfths of the time reach equally
-far; beyond five steps, and beyond 0.2 m at any time, it GROWS. But with a linear velocity estimate the steps
-add no more than a bounded motion, a long one near the limit: what has come down by 10 % since the first third
-and reaches no farther in the last third than before BUZZES, however far it reaches. The passivity controller
-lets a motion of an energy that nobody feels be: with it, what reaches less than 10 % farther BUZZES too, and
-so does what grows to no more than twice that energy and reaches no farther than 200.3 steps.
+Any other loop is released at 200.3 sensor steps and, if it settles, at 3.3 steps (Diolaiti et al. 2006). The
+centre lies half a step off an edge between two steps, the worst case for friction: motion persists if the
+force of one step is more than twice the friction. It DECAYS if friction stops it, or if its reach in the last
+third is 10 % less than in the third before. If it keeps moving within five steps it BUZZES, known once three
+twelfths of the time have equal reach; beyond five steps, and beyond 0.2 m at any time, it GROWS. With a
+linear velocity estimate, quantisation adds only a bounded motion, a large one near the limit: a motion that
+has decreased by 10 % since the first third and does not increase in the last third BUZZES, whatever its
+reach. The passivity controller tolerates a motion of imperceptible energy: with it, a motion that grows by
+less than 10 % BUZZES too, and so does one that grows to at most twice that energy within 200.3 steps.
 """
 
 import math
@@ -53,24 +51,24 @@ SECONDS = 12.0
 FEWEST_SAMPLES = 12_000
 MOST_SAMPLES = 5_000_000
 _TURNS = 80.0
-# The softest spring that pulls home within the time a run may take, in N/m.
+# N/m: softest spring that returns the handle within the longest run
 SOFTEST = 1e-3
 
 LINEAR_START, LINEAR_FAR, LINEAR_FAINT = 1e-6, 1.0, 1e-36
-# In sensor steps.
+# release distances in sensor steps
 STARTS = (200.3, 3.3)
 FEW_STEPS = 5.0
 FAR = 0.2
-# A second without any motion: by then every velocity estimate has forgotten what was before.
+# s without motion after which every velocity estimate has converged
 _STILL_SECONDS = 1.0
 _DYING, _STEADY, _GROWING = 0.9, 1.01, 1.1
 
 
 @dataclass(frozen=True)
 class Rendered:
-    """What renders the spring: the device, its loop with or without the controller, the hand on it.
+    """What renders the spring: device, loop with or without passivity controller, hand.
 
-    quantum in m: what the velocity estimator is designed for where the device's own sensor is ideal.
+    quantum in m: for the design of the velocity estimator if the device's own sensor is ideal.
     """
 
     device: SimulatedHapkit
@@ -80,41 +78,41 @@ class Rendered:
 
     @property
     def step(self) -> float:
-        """Return the sensor's step in m, the quantum where the sensor is ideal."""
+        """Return the sensor's step in m; ``quantum`` for an ideal sensor."""
         return self.device.quantum or self.quantum
 
     @property
     def linear(self) -> bool:
-        """Return whether twice the motion is twice the force, so that its size does not matter."""
+        """Return True if the loop is linear, so that amplitude does not matter."""
         exact = self.device.coulomb_force == 0.0 and self.device.quantum == 0.0 and not self.loop.controller
         return exact and self.linear_estimate
 
     @property
     def linear_estimate(self) -> bool:
-        """Return whether the velocity estimator has a transfer function."""
+        """Return True if the velocity estimator has a transfer function."""
         return parse(self.loop.estimator)[0].response is not None
 
     @property
     def exact(self) -> Loop:
-        """Return the loop without friction, steps and controller, and without virtual damping."""
+        """Return the loop without friction, quantisation, controller and virtual damping."""
         device, loop = self.device, self.loop
         ideal = device.mass, device.viscous, 0.0, loop.rate, loop.delay, loop.estimator, self.grip
         return checked_loop(*ideal, self.step)
 
     @property
     def mass(self) -> float:
-        """Return what moves, handle and hand, in kg."""
+        """Return the moving mass, handle and hand, in kg."""
         return self.device.mass + (self.grip.mass if self.grip else 0.0)
 
     def scene(self) -> headless.Scene:
-        """Return the spring's scene, with numbers that every run replaces."""
+        """Return the spring's scene, with placeholder values."""
         values = {"stiffness": 0.0, "damping": 0.0, "center": 0.0}
         spring = environments.named("spring")
         return headless.Scene(spring, values, self.device, self.loop, designed_for=self.step)
 
 
 def softest(what: Rendered) -> float:
-    """Return the softest spring in N/m that is looked for: 1 mN/m, or what turns in the longest run."""
+    """Return the softest spring in N/m considered: 1 mN/m, or that with a period of the longest run."""
     slowest = _TURNS * what.loop.rate / MOST_SAMPLES
     return max(SOFTEST, what.mass * slowest**2)
 
@@ -122,7 +120,7 @@ def softest(what: Rendered) -> float:
 def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarray:
     """Return DECAYS, BUZZES or GROWS for stiffness (n,) N/m and damping (n,) N·s/m; raise ParameterError.
 
-    A spring softer than 1 mN/m is taken as one of 1 mN/m.
+    Stiffnesses below 1 mN/m are treated as 1 mN/m.
     """
     stiffness = np.maximum(stiffness, SOFTEST).astype(float)
     damping = np.asarray(damping, dtype=float)
@@ -143,8 +141,9 @@ def judge(what: Rendered, stiffness: ArrayLike, damping: ArrayLike) -> np.ndarra
 
 
 def swings(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """Return how far to each side (n,) in m the handle moves in the last third of the time, let go 200.3
-    sensor steps away; stiffness and damping (n,) as ``judge``, nan where there is no such spring.
+    """Return the amplitude (n,) in m in the last third of the time after release at 200.3 sensor steps.
+
+    stiffness and damping (n,) as for ``judge``; NaN without such a spring.
     """
     swing, there = np.full(stiffness.size, math.nan), np.isfinite(stiffness) & (stiffness > 0.0)
     found = _let_go_steps(what, stiffness[there], damping[there], STARTS[0], survey.NEVER_SMALL)
@@ -155,7 +154,7 @@ def swings(what: Rendered, stiffness: np.ndarray, damping: np.ndarray) -> np.nda
 def _let_go_steps(
     what: Rendered, stiffness: np.ndarray, damping: np.ndarray, start: float, small: float
 ) -> survey.Found:
-    """Render every cell, let go `start` sensor steps away, until it rests or is steady and small, in m."""
+    """Simulate every cell, released at ``start`` sensor steps, until it rests or is steady and small."""
     still = math.ceil((_STILL_SECONDS + what.loop.delay) * what.loop.rate)
     limits = survey.Limits(FAR, still, survey.NEVER_FAINT, small)
     return _let_go(what, stiffness, damping, start * what.step, -0.5 * what.device.quantum, limits)
@@ -169,7 +168,7 @@ def _let_go(
     centre: float,
     limits: survey.Limits,
 ) -> survey.Found:
-    """Render every cell, the handle let go at `start` m from the spring's centre in m."""
+    """Simulate every cell, released at ``start`` m from the spring's centre in m."""
     held = what.grip.stiffness if what.grip else 0.0
     turning = np.sqrt((stiffness + held) / what.mass)
     samples = np.maximum(np.maximum(SECONDS, _TURNS / turning) * what.loop.rate, FEWEST_SAMPLES)
@@ -185,7 +184,7 @@ def _let_go(
 
 
 def _by_envelope(found: survey.Found) -> np.ndarray:
-    """Compare the power of the last third with that of the one before."""
+    """Classify by the power of the last third relative to the third before."""
     third = survey.PARTS // 3
     power = found.parts[:, :, survey.POWER]
     before, after = power[:, third : 2 * third].sum(axis=1), power[:, 2 * third :].sum(axis=1)
@@ -195,10 +194,10 @@ def _by_envelope(found: survey.Found) -> np.ndarray:
 
 
 def by_reach(found: survey.Found, few: float | np.ndarray, held: bool, linear: bool) -> np.ndarray:
-    """Compare how far the last third reaches with the one before; few is a buzz's longest reach in m.
+    """Classify by the reach of the last third relative to the third before; few: a buzz's largest reach in m.
 
-    held: a controller holds the motion, and only what reaches ever farther grows. linear: the estimate is,
-    and what has come down to a steady motion does not grow.
+    held: a controller limits the motion, so only continued growth GROWS. linear: the estimate is linear, so a
+    motion that has decreased to a steady one does not grow.
     """
     third = survey.PARTS // 3
     first = _reach(found.parts[:, :third])
@@ -215,11 +214,11 @@ def by_reach(found: survey.Found, few: float | np.ndarray, held: bool, linear: b
 
 
 def _reach(parts: np.ndarray) -> np.ndarray:
-    """Return how far apart the outermost positions of some parts (n, k, 3) are, in m."""
+    """Return the peak-to-peak motion in m over several parts (n, k, 3)."""
     return parts[:, :, survey.HIGH].max(axis=1) - parts[:, :, survey.LOW].min(axis=1)
 
 
-_EXPECTED = 0.05  # the progress shows 50 % when this fraction of a map's cells is rendered
+_EXPECTED = 0.05  # progress shows 50 % when this fraction of a map's cells is rendered
 _STIFFEST = 1e9
 _PRECISION = 1e-4
 
@@ -227,7 +226,7 @@ _PRECISION = 1e-4
 def rendered(setting: Setting, real: bool = False) -> Rendered:
     """Return what renders a setting's spring; real: with friction and sensor steps.
 
-    The velocity estimator is that of the device either way, designed for its sensor's quantum.
+    The velocity estimator is designed for the device's sensor in both cases.
     """
     quantum = setting.quantum or USUAL_QUANTUM
     return Rendered(setting.device(real), setting.loop, setting.grip, quantum)
@@ -238,15 +237,14 @@ def classes(
 ) -> np.ndarray:
     """Return DECAYS, BUZZES or GROWS (m, n) int8 for every stiffness (m,) N/m and damping (n,) N·s/m.
 
-    Of a map whose stiffness and damping both ascend few cells are rendered, as ``few_cells`` says. sweeping:
-    executor and progress, as ``sweep``, for cells that only rendering can judge. Raise ParameterError, and
-    what progress raises.
+    If both axes ascend, only few cells are rendered, see ``few_cells``. sweeping: executor and progress as
+    for ``sweep``, for cells without exact limit. Raise ParameterError, and what progress raises.
     """
     columns, lines = checked_row(damping, DAMPING), checked_row(stiffness, STIFFNESS)
     what, count, judged = rendered(setting, real), lines.size * columns.size, 0
     progress = sweeping.pop("progress", no_progress)
 
-    def say(done: int, _of: int) -> None:  # how many cells are still to come is known once they are judged
+    def say(done: int, _of: int) -> None:  # the number of remaining cells is not known in advance
         progress(int(count * (judged + done) / (judged + done + _EXPECTED * count)), count)
 
     def judge_some(k: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -269,7 +267,7 @@ def maps(
     real: bool = False,
     **sweeping: Any,
 ) -> np.ndarray:
-    """Return the ``classes`` (s, m, n) int8 of many settings: one sweep, whose cell is a map.
+    """Return the ``classes`` (s, m, n) int8 of many settings: one sweep with a map per cell.
 
     Raise ParameterError, and what progress raises.
     """
@@ -282,8 +280,8 @@ def maps(
 def boundary(setting: Setting, damping: np.ndarray, *, real: bool = False, **sweeping: Any) -> np.ndarray:
     """Return the largest stiffness (n,) N/m that does not grow, to 1e-4, for every damping (n,) N·s/m.
 
-    Found by bisection; 0 where no spring of ``softest`` is stable, inf beyond 1 GN/m. Raise
-    ParameterError, and what progress raises.
+    By bisection; 0 if the spring of ``softest`` is unstable, inf beyond 1 GN/m. Raise ParameterError, and
+    what progress raises.
     """
     task = partial(_limits, rendered(setting, real))
     return np.array(sweep(task, checked_row(damping, DAMPING).tolist(), **sweeping), dtype=float)
@@ -303,7 +301,7 @@ def _grid(
     stiffness: np.ndarray,
     judge: Callable[[np.ndarray, np.ndarray], np.ndarray],
 ) -> np.ndarray:
-    """Return the classes (m, n) of stiffness (m,) and damping (n,); a linear loop's from its exact limits.
+    """Return the classes (m, n) of stiffness (m,) and damping (n,); for a linear loop from its exact limits.
 
     judge: classes of stiffness (k,) and damping (k,).
     """
@@ -318,9 +316,9 @@ def _grid(
 
 
 def _strips(what: Rendered, damping: np.ndarray, stiffness: np.ndarray) -> Iterator[tuple[int, int]]:
-    """Yield a cell (row, column) of every strip that is stable, or not, without friction and steps.
+    """Yield a cell (row, column) of every narrow strip that is stable or unstable in the linear loop.
 
-    Only of strips that a lattice may miss. None where the velocity estimate is not linear.
+    Only strips that a lattice may miss; none for a nonlinear velocity estimate.
     """
     if not what.linear_estimate:
         return
@@ -336,7 +334,7 @@ def _limits(what: Rendered, columns: list[float]) -> list[float]:
 
 
 def stiffest(what: Rendered, damping: float) -> float:
-    """Return the stiffness in N/m up to which none grows at a virtual damping in N·s/m."""
+    """Return the largest stiffness in N/m without growth at a virtual damping in N·s/m."""
     least, beyond = softest(what), math.inf
     if what.linear_estimate and not what.loop.controller:
         beyond = in_first_gap(stable_intervals(what.exact, np.array([damping]))[0], least)
@@ -344,7 +342,7 @@ def stiffest(what: Rendered, damping: float) -> float:
 
 
 def in_first_gap(intervals: Intervals, softest: float = SOFTEST) -> float:
-    """Return the middle in N/m between the limit and the next interval of stable springs; inf without one."""
+    """Return the middle in N/m between the limit and the next stable interval; inf without one."""
     limit = max(first_end(intervals), softest)
     return next((math.sqrt(limit * low) for low, _ in intervals if low > limit), math.inf)
 
@@ -352,10 +350,9 @@ def in_first_gap(intervals: Intervals, softest: float = SOFTEST) -> float:
 def largest_stable(
     stable: Callable[[float], bool], softest: float = SOFTEST, beyond: float = math.inf
 ) -> float:
-    """Return the stiffness in N/m, to 1e-4, up to which ``stable`` holds; 0 if nowhere, inf if everywhere.
+    """Return the stiffness in N/m, to 1e-4, up to which ``stable`` is true; 0 if nowhere, inf if everywhere.
 
-    Nothing softer than the softest is tried, and beyond a stiffness that is known to be too much only where
-    it proves to be stable.
+    Nothing below ``softest`` is tried; ``beyond``, a stiffness known to be too large, is rechecked.
     """
     low, high = 1.0, math.inf
     if beyond < math.inf:
@@ -385,12 +382,12 @@ def measured_stiffness_limit(
     hand: Hand | Grip | str | None = None,
     quantum: float = USUAL_QUANTUM,
 ) -> float:
-    """Return the largest stable virtual stiffness in N/m to 1e-4, found by rendering the spring.
+    """Return the largest stable virtual stiffness in N/m to 1e-4, found by simulating the spring.
 
-    Arguments as ``stiffness_limit``; a hand rests at the centre. 0 if not even a spring of 1 mN/m is stable
-    (of more, where a mass needs more than 5 million samples for 80 rad), inf beyond 1 GN/m. The rule is the
-    module's, for an ideal device: with an estimator that is not linear, a buzz of up to five of the
-    sensor's counts counts as stable. Raise ParameterError.
+    Arguments as ``stiffness_limit``; a hand rests at the centre. 0 if a spring of 1 mN/m is unstable (a
+    stiffer one for masses that need more than 5 million samples for 80 rad), inf beyond 1 GN/m. The criterion
+    is the module's, for an ideal device: with a nonlinear estimator, a limit cycle of up to five sensor
+    counts counts as stable. Raise ParameterError.
     """
     loop = checked_loop(mass, viscous, damping, rate, delay, estimator, hand, quantum)
     device = SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf)
@@ -399,7 +396,7 @@ def measured_stiffness_limit(
 
 
 def measure_points(setting: Setting, damping: np.ndarray, *, real: bool = False, **sweeping: Any) -> Points:
-    """Return the boundary as rendering finds it, by bisection in each column; sweeping as ``boundary``."""
+    """Return the boundary by simulation, with bisection in each column; sweeping as ``boundary``."""
     found = boundary(setting, damping, real=real, **sweeping)
     inside = found * (1.0 - 2.0 * _PRECISION)
     swing = swings(rendered(setting, real), inside, damping) if setting.controller else None
@@ -407,13 +404,13 @@ def measure_points(setting: Setting, damping: np.ndarray, *, real: bool = False,
 
 
 def cell_centres(end: float, count: int) -> np.ndarray:
-    """Return the centres (count,) of equal cells from 0 to an end."""
+    """Return the centres (count,) of equal cells from 0 to ``end``."""
     return (np.arange(count) + 0.5) * (end / count)
 
 
 def measure_cells(
     setting: Setting, damping: np.ndarray, stiffness: np.ndarray, *, real: bool = False, **sweeping: Any
 ) -> Cells:
-    """Return what rendering does in every cell of the plane; sweeping as ``classes``."""
+    """Return the class of every cell of the plane by simulation; sweeping as ``classes``."""
     found = classes(setting, damping, stiffness, real=real, **sweeping)
     return Cells(np.asarray(damping), np.asarray(stiffness), found, real, setting.controller)

@@ -1,6 +1,6 @@
-"""What is said of a scene: what the handle does in a hand and let go, beside how far the linear limit is.
+"""Compute the verdict on a scene: behaviour of the handle held and released, and the linear limit.
 
-The one place that says it: for the window, a run's warnings, the command line and sketches.
+Used by the window, a run's warnings, the command line and sketches.
 """
 
 from collections.abc import Mapping
@@ -29,18 +29,18 @@ from hapkit_studio.errors import LawError
 from hapkit_studio.formatting import with_unit
 from hapkit_studio.haptics import headless
 
-# An impedance that differs by more from its law's own slope is not that law's.
+# relative difference between a declared impedance and the law's slope above which the declaration is rejected
 _SAME = 0.05
 _SPEED = 0.05
-_LOOKS = 33  # at a parameter's range
-_INSIDE = (0.08, 0.5, 0.92)  # of a range: where a nudge is tried
+_EVALUATIONS = 33  # evaluations over a parameter's range
+_INSIDE = (0.08, 0.5, 0.92)  # fractions of a range at which a nudge is simulated
 
 
 @dataclass(frozen=True)
 class Asked:
     """A scene to be judged: values of an environment on the setting's handle and loop, in its hand.
 
-    max_force: of the motor, in N.
+    max_force: the motor's limit in N.
     """
 
     environment: Environment
@@ -50,16 +50,16 @@ class Asked:
 
     @cached_property
     def impedance(self) -> tuple[float, float] | None:
-        """Return the stiffness (N/m) and damping (N·s/m) that bound stability, None where nothing does."""
+        """Return the stiffness (N/m) and damping (N·s/m) that bound stability, or None."""
         return self.environment.impedance(self.values) if self.environment.impedance else None
 
     @property
     def joint(self) -> bool:
-        """Say whether the limits are those of handle and object together."""
+        """Return True if the limits are those of handle and object together."""
         return objects.holds(self.environment)
 
     def margin(self, hand: str) -> Margin:
-        """Return how far the impedance, which there is, is from the limit in a hand."""
+        """Return the margin of the impedance in a hand; requires an impedance."""
         stiffness, damping = self.impedance or (0.0, 0.0)
         setting = replace(self.setting, hand=hand)
         if not (self.joint and setting.linear):
@@ -69,17 +69,17 @@ class Asked:
 
     @cached_property
     def centre(self) -> Centre:
-        """Return where a handle that is let go is tried."""
+        """Return the starting point of a released handle."""
         return centres_of(self.scene, None)[0]
 
     @property
     def scene(self) -> headless.Scene:
-        """Return it as the headless loop takes it."""
+        """Return it as a scene of the headless loop."""
         device = replace(self.setting.device(), max_force=self.max_force)
         return headless.Scene(self.environment, self.values, device, self.setting.loop)
 
     def unknown(self) -> str:
-        """Return why no limit can be named, "" where there is one."""
+        """Return why there is no limit, "" if there is one."""
         if self.impedance is None:
             return "This environment names no stiffness or damping of its own."
         if not self.setting.linear:
@@ -90,9 +90,9 @@ class Asked:
 
 
 def differs(environment: Environment, values: Mapping[str, float], named: tuple[float, float]) -> str:
-    """Return in one line where a student's law is not what its impedance says, at the start of its state."""
+    """Return one line if a user's law differs from its declared impedance in the initial state."""
     if environments.discover().get(environment.key) is environment:
-        return ""  # the library's own are held by tests
+        return ""  # tests check the library's own
     force = environment.curve(values, PLACES)
     faster, slower = (environment.curve(values, PLACES, speed) for speed in (_SPEED, -_SPEED))
     stiffness = float((-np.diff(force) / np.diff(PLACES)).max())
@@ -105,7 +105,7 @@ def differs(environment: Environment, values: Mapping[str, float], named: tuple[
 
 
 def verdict(asked: Asked) -> Verdict:
-    """Return what the handle does in the setting's hand and let go, by simulation, and the exact margins."""
+    """Return the simulated behaviour in the setting's hand and released, and the exact margins."""
     grips = dict.fromkeys((asked.setting.hand, RELEASED))
     does = {hand: behaviour(asked.scene, grip_named(hand)) for hand in grips}
     found = Verdict(does, {})
@@ -116,13 +116,12 @@ def verdict(asked: Asked) -> Verdict:
     return Verdict(does, margins, unknown, asked.centre.pushes, asked.joint)
 
 
-def too_much(asked: Asked) -> dict[str, list[tuple[float, float]]]:
-    """Return the ranges of each parameter in which a nudge does not settle, the other values as they are; SI.
+def unstable_ranges(asked: Asked) -> dict[str, list[tuple[float, float]]]:
+    """Return the ranges of each parameter, in SI, in which a nudge does not settle, other values fixed.
 
-    Let go, or in the hand where the scene only pushes the handle out of itself. By the boundary of dry
-    friction, and only where a simulated nudge agrees; by nudges alone, to half a look, where nothing brings
-    the handle back from both sides. Nothing where no limit is known, where a parameter does not matter, or
-    where the law takes too long.
+    Released, or held if the scene only pushes the handle out. Computed by the friction boundary and confirmed
+    by simulated nudges; by nudges alone, to half a step, without a restoring force on both sides. Empty if
+    there is no limit, if a parameter has no effect, or if the law is too slow.
     """
     try:
         return _ranges(asked)
@@ -135,7 +134,9 @@ def _ranges(asked: Asked) -> dict[str, list[tuple[float, float]]]:
     if named is None or asked.unknown():
         return {}
     across = {
-        p.key: np.linspace(p.low, p.high, _LOOKS) for p in asked.environment.parameters if not p.discrete
+        p.key: np.linspace(p.low, p.high, _EVALUATIONS)
+        for p in asked.environment.parameters
+        if not p.discrete
     }
     pairs = {
         key: np.array([named({**asked.values, key: v}) for v in x.tolist()]) for key, x in across.items()
@@ -143,7 +144,7 @@ def _ranges(asked: Asked) -> dict[str, list[tuple[float, float]]]:
     pairs = {key: found for key, found in pairs.items() if np.ptp(found, axis=0).any()}
     setting = asked.setting if asked.centre.pushes else replace(asked.setting, hand=RELEASED)
     if not asked.centre.returns:
-        return {key: _tried(asked, setting, key, across[key][::2]) for key in pairs}
+        return {key: _simulated_ranges(asked, setting, key, across[key][::2]) for key in pairs}
     dampings = np.unique([found[:, 1] for found in pairs.values()])
     limits = kb_plane.friction_boundary(setting, dampings) if pairs else dampings
     found = {
@@ -151,31 +152,32 @@ def _ranges(asked: Asked) -> dict[str, list[tuple[float, float]]]:
         for key, found in pairs.items()
     }
     return {
-        key: [ends for ends in ranges if _swings(asked, setting, key, ends)] for key, ranges in found.items()
+        key: [ends for ends in ranges if _unstable_throughout(asked, setting, key, ends)]
+        for key, ranges in found.items()
     }
 
 
-def _swings(asked: Asked, setting: Setting, key: str, ends: tuple[float, float]) -> bool:
-    """Return whether a nudge does not settle in the middle of a parameter's range, nor near its ends."""
+def _unstable_throughout(asked: Asked, setting: Setting, key: str, ends: tuple[float, float]) -> bool:
+    """Return True if a nudge does not settle in the middle and near the ends of a range."""
     return not any(
         _nudge_settles(asked, setting, key, float(np.interp(s, (0.0, 1.0), ends))) for s in _INSIDE
     )
 
 
-def _tried(asked: Asked, setting: Setting, key: str, x: np.ndarray) -> list[tuple[float, float]]:
-    """Return the ranges of a parameter in which a nudge does not settle, tried at its values x (n,)."""
+def _simulated_ranges(asked: Asked, setting: Setting, key: str, x: np.ndarray) -> list[tuple[float, float]]:
+    """Return the ranges in which a nudge does not settle, simulated at values x (n,) of a parameter."""
     settled = np.array([_nudge_settles(asked, setting, key, value) for value in x.tolist()])
     return _above_zero(x, 1.0 - 2.0 * settled)
 
 
 def _nudge_settles(asked: Asked, setting: Setting, key: str, value: float) -> bool:
-    """Return whether a nudge settles at another value of one parameter."""
+    """Return True if a nudge settles at another value of one parameter."""
     scene = replace(asked, values={**asked.values, key: value}, setting=setting).scene
     return settles(scene, grip_named(setting.hand), NUDGE)
 
 
 def _above_zero(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
-    """Return the ranges of x (n,) in which the line through y (n,) is above zero."""
+    """Return the ranges of x (n,) in which the linear interpolation of y (n,) is positive."""
     turns = np.flatnonzero((y[:-1] > 0.0) != (y[1:] > 0.0))
     ends = (x[turns] + (x[turns + 1] - x[turns]) * y[turns] / (y[turns] - y[turns + 1])).tolist()
     ends = ([float(x[0])] if y[0] > 0.0 else []) + ends + ([float(x[-1])] if y[-1] > 0.0 else [])
@@ -183,6 +185,6 @@ def _above_zero(x: np.ndarray, y: np.ndarray) -> list[tuple[float, float]]:
 
 
 def of_spring(setting: Setting, stiffness: float, damping: float) -> Verdict:
-    """Return the verdict on a spring of N/m and N·s/m, on a Hapkit's motor."""
+    """Return the verdict on a spring of N/m and N·s/m, with a Hapkit's motor."""
     values = {"stiffness": stiffness, "damping": damping, "center": 0.0}
     return verdict(Asked(environments.named("spring"), values, setting))

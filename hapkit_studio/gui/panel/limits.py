@@ -140,15 +140,15 @@ class Question:
 class Answer:
     """The verdict, and for a released handle the boundaries of the map as (damping, limit) points.
 
-    edge: the linear limit; friction: up to which dry friction holds what a nudge starts. too_much: the ranges
-    of each parameter beyond that. Empty where no limit is known, the boundaries also where they are a wall's.
+    edge: the linear limit; friction: limit for settling after a nudge; unstable_ranges: ranges of each
+    parameter beyond it. Empty if no limit is known; the boundaries are empty, too, if they are a wall's.
     """
 
     question: Question
     verdict: "Verdict"
     edge: Points = ()
     friction: Points = ()
-    too_much: "Mapping[str, list[tuple[float, float]]]" = field(default_factory=dict)
+    unstable_ranges: "Mapping[str, list[tuple[float, float]]]" = field(default_factory=dict)
 
 
 @lru_cache(maxsize=256)
@@ -164,7 +164,7 @@ def boundaries(setting: "Setting", width: float) -> tuple[Points, Points]:
 
 def answer(question: Question) -> Answer:
     """Judge a scene, once what that takes is compiled."""
-    from hapkit_studio.analysis.stability.verdict import too_much, verdict
+    from hapkit_studio.analysis.stability.verdict import unstable_ranges, verdict
 
     program = prepare.begin("verdict", gently=False)
     if program is not None:
@@ -175,4 +175,4 @@ def answer(question: Question) -> Answer:
         return Answer(question, found)
     setting = replace(asked.setting, hand=RELEASED)
     edges = ((), ()) if found.joint else boundaries(setting, question.width)
-    return Answer(question, found, *edges, too_much(asked))
+    return Answer(question, found, *edges, unstable_ranges(asked))

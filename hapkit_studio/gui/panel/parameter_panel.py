@@ -131,7 +131,7 @@ class ParameterRows(QWidget):
         """Hatch the sliders where they are more than the loop can take."""
         for key, row in self.rows.items():
             if isinstance(row, ParameterRow):
-                row.show_ranges(self._studio.too_much.get(key, ()))
+                row.show_ranges(self._studio.unstable_ranges.get(key, ()))
 
     def order(self) -> None:
         """Let Tab go through the rows in their order, right after the anchor."""

@@ -233,7 +233,7 @@ class StabilityCard(QWidget):
         self.words.setText(f"{details(answer)} {self._why_late(answer)}".rstrip())
         self.verdict.say(*verdict.signed)
         self.judged.emit(verdict.short, *verdict.sign)
-        self._studio.note_ranges(answer.too_much)
+        self._studio.note_ranges(answer.unstable_ranges)
 
     def show_map(self, room: bool) -> None:
         """Show the map where there is one and room for it."""

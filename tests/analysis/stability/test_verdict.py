@@ -9,7 +9,7 @@ import hapkit_studio as hs
 from hapkit_studio import environments
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.analysis.stability.objects import contact_limit
-from hapkit_studio.analysis.stability.verdict import Asked, differs, of_spring, too_much, verdict
+from hapkit_studio.analysis.stability.verdict import Asked, differs, of_spring, unstable_ranges, verdict
 from hapkit_studio.dynamics.hand import grip_named
 from tests.analysis.stability.independent import Handle
 
@@ -61,7 +61,7 @@ def test_at_the_end_of_what_is_too_much_a_nudge_just_settles(parameter):
     setting = replace(LATE, hand="released", estimator="difference")
     values = {"stiffness": 700.0, "damping": 0.0, "center": 0.0}
     values["stiffness"] = 700.0 if parameter == "stiffness" else 1300.0
-    (low, high), *_ = too_much(asked("spring", setting, **values))[parameter]
+    (low, high), *_ = unstable_ranges(asked("spring", setting, **values))[parameter]
     edge, more = (low, 1.0) if parameter == "stiffness" else (high, -1.0)
     for step, settles in ((-0.06, True), (0.06, False)):
         values[parameter] = edge * (1.0 + more * step)
@@ -71,7 +71,7 @@ def test_at_the_end_of_what_is_too_much_a_nudge_just_settles(parameter):
 
 def test_damping_is_too_much_where_a_kick_does_not_settle():
     """No place to come back to: the kick is as fast as 1 mm on 100 N/m; the end is known to 1.6 N·s/m."""
-    ((low, high),) = too_much(asked("damping"))["damping"]
+    ((low, high),) = unstable_ranges(asked("damping"))["damping"]
     assert high == 50.0
     for damping, settles in ((low - 2.0, True), (low + 2.0, False)):
         handle = Handle(0.044, 0.5, 0.1, 20.7e-6, 3.0, 1000.0, 1e-3, 0.0, damping)
@@ -82,7 +82,7 @@ def test_damping_is_too_much_where_a_kick_does_not_settle():
 
 def test_a_wall_is_too_much_where_a_nudge_in_the_hand_does_not_settle():
     """Pressed with 1 and 2 N; the range begins within 156 N/m of where a nudge swings on."""
-    ((low, high),) = too_much(asked("wall"))["stiffness"]
+    ((low, high),) = unstable_ranges(asked("wall"))["stiffness"]
     assert high == 5000.0
     grip = grip_named("medium")
     for stiffness, settles in ((low - 200.0, True), (low + 200.0, False)):
@@ -96,8 +96,8 @@ def test_a_wall_is_too_much_where_a_nudge_in_the_hand_does_not_settle():
 
 
 def test_what_does_not_matter_is_never_too_much():
-    assert "center" not in too_much(asked("spring", stiffness=1800.0))
-    assert too_much(asked("free")) == {}
+    assert "center" not in unstable_ranges(asked("spring", stiffness=1800.0))
+    assert unstable_ranges(asked("free")) == {}
 
 
 def test_a_law_that_is_not_its_impedance_has_no_limit_and_is_judged_all_the_same(tmp_path):

@@ -144,11 +144,13 @@ def test_its_sliders_are_hatched_as_the_panels_are(page, window, qtbot):
     studio.set_values({"stiffness": 300.0, "damping": 0.0})
     (held,) = friction_boundary(Setting(rate=300.0), np.zeros(1))
     hatched = {"stiffness": [(pytest.approx(held, rel=1e-3), 2000.0)]}
-    qtbot.waitUntil(lambda: hatched["stiffness"] == studio.too_much.get("stiffness"), timeout=PATIENCE_MS)
+    qtbot.waitUntil(
+        lambda: hatched["stiffness"] == studio.unstable_ranges.get("stiffness"), timeout=PATIENCE_MS
+    )
     for rows in (window.panel.parameters.rows, page.side.rows.rows):
         assert hatched["stiffness"] == list(rows["stiffness"].slider._ranges)
     studio.choose("detents")
-    assert studio.too_much == {}, "another scene's ranges are not known yet"
+    assert studio.unstable_ranges == {}, "another scene's ranges are not known yet"
 
 
 def damper_grows(setting, damping):

@@ -139,13 +139,13 @@ def test_an_old_verdict_is_taken_back_where_the_next_is_late(window, qtbot):
     studio, card, page = window.studio, window.stability, window.views.page("stability")
     studio.choose("spring")
     card.show_answer(answer(asked(2000.0)))
-    assert studio.too_much
+    assert studio.unstable_ranges
     before = len(colored(card.map.viewport().grab().toImage(), "unstable"))
     card._worker.late.emit()
     page._worker.late.emit()
     assert said(window) == ("Judging…", "", "Judging…", ("", "ink2"))
     assert not card.map.isHidden()
-    assert (studio.too_much, card.calm) == ({}, False)
+    assert (studio.unstable_ranges, card.calm) == ({}, False)
     assert len(colored(card.map.viewport().grab().toImage(), "unstable")) < before
     assert page.verdict_column.heading.text() == "Judging…"
     assert (page.chart.pale, page.verdict_column.answers.text) == (True, "")
