@@ -1,1 +1,1 @@
-"""Analyses of a haptic loop, one per file or folder: stability, speed and accuracy, Z-width, failures."""
+"""Analyses of a haptic loop, one per module or folder: stability, accuracy, Z-width, failures."""

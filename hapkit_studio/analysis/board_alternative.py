@@ -1,4 +1,4 @@
-"""The cheapest option in the place of one that a board cannot render, if its force feels the same."""
+"""The cheapest option that feels the same as one that a board cannot render."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -13,9 +13,9 @@ from hapkit_studio.haptics.settings import LoopSettings
 from hapkit_studio.parameters import Choice
 
 FELT = 0.06
-"""Share of the largest force from which on a person can tell two forces apart, about."""
+"""Just-noticeable difference of a force, as a fraction of the largest force."""
 AVERAGED = 0.01
-"""s over which forces are averaged: a blow one sample later is not felt."""
+"""s; averaging time of forces, as a pulse one sample later is not felt."""
 SECONDS = 3.0
 
 
@@ -29,7 +29,7 @@ class RefusedRequest:
 
 @dataclass(frozen=True)
 class Alternative:
-    """An option that the board renders; over one movement, in N: greatest difference, largest force."""
+    """An option that the board can render; over one movement, in N: largest difference, largest force."""
 
     question: RefusedRequest
     choice: Choice
@@ -40,7 +40,7 @@ class Alternative:
 
     @property
     def words(self) -> str:
-        """Return in one line what it costs, and by how much it differs."""
+        """Return its cost and its difference in one line."""
         program = self.plan.program
         return (
             f"{self.choice.word(self.option)} takes {program.size:,} bytes, {program.usual:,.0f} cycles, and "
@@ -50,14 +50,14 @@ class Alternative:
 
 @dataclass(frozen=True)
 class Answer:
-    """What was found for a question, None where nothing feels the same."""
+    """Result of a search, None if no option feels the same."""
 
     question: RefusedRequest
     found: Alternative | None
 
 
 def find(question: RefusedRequest) -> Answer:
-    """Find the option that costs the board least and feels the same as the one refused."""
+    """Return the option of least cost on the board that feels the same as the refused one."""
     request = question.request
     for one in sorted(_options(question), key=lambda one: one.plan.program.usual):
         other = replace(request, values={**request.values, one.choice.key: float(one.option)})
@@ -69,7 +69,7 @@ def find(question: RefusedRequest) -> Answer:
 
 
 def _options(question: RefusedRequest) -> Iterator[Alternative]:
-    """Yield everything that the board renders and that differs by one choice."""
+    """Yield all options that the board can render and that differ in one choice."""
     request = question.request
     for choice in (p for p in request.environment.parameters if isinstance(p, Choice)):
         for option in range(len(choice.options)):
@@ -80,7 +80,7 @@ def _options(question: RefusedRequest) -> Iterator[Alternative]:
 
 
 def _forces(request: PlanRequest, rate: float) -> np.ndarray:
-    """Return the averaged force (n,) in N of a law at a rate in Hz while a hand moves as its scene says."""
+    """Return the averaged force (n,) in N of a law at a rate in Hz during the scene's movement."""
     device = SimulatedHapkit(quantum=request.quantum)
     loop = LoopSettings(rate)
     scene = headless.Scene(request.environment, request.values, device, loop, true_velocity=True)

@@ -1,4 +1,4 @@
-"""Checks of arguments: single numbers, delays, and rows of numbers."""
+"""Validation of arguments: single numbers, delays, and rows of numbers."""
 
 from collections.abc import Callable, Sequence
 
@@ -7,16 +7,16 @@ import numpy as np
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import Parameter
 
-# More than any device renders; arithmetic is safe up to there.
+# beyond any device, and safe in arithmetic
 MOST = 1e9
 STIFFNESS = Parameter("stiffness", "The stiffness", "N/m", 0.0, 0.0, MOST)
 DAMPING = Parameter("damping", "The virtual damping", "N·s/m", 0.0, 0.0, MOST)
-# Periods from a sample to its force: so many turns of the phase are looked at one by one.
+# longest delay in periods: each phase turn needs its own samples
 MOST_LATE = 2000.0
 
 
 def check_delay(rate: float, delay: float) -> None:
-    """Raise ParameterError for a delay of more periods than are looked at; rate in Hz, delay in s."""
+    """Raise ParameterError for a delay of more than MOST_LATE periods; rate in Hz, delay in s."""
     if rate * delay > MOST_LATE:
         raise ParameterError(
             f"A delay of {delay:g} s at {rate:,g} Hz is {rate * delay:,g} periods; "
@@ -25,7 +25,7 @@ def check_delay(rate: float, delay: float) -> None:
 
 
 def checked_row(values: Sequence[float] | np.ndarray | float, what: Parameter) -> np.ndarray:
-    """Return numbers as one row (n,), each within what's limits; raise ParameterError."""
+    """Return numbers as one row (n,), each within the limits of ``what``; raise ParameterError."""
     try:
         found = np.atleast_1d(np.asarray(values))
     except ValueError:
@@ -39,20 +39,20 @@ def checked_row(values: Sequence[float] | np.ndarray | float, what: Parameter) -
 
 
 def whole_number(value: object, name: str, least: int) -> int:
-    """Return a whole number, least or more; raise ParameterError."""
+    """Return an integer of at least ``least``; raise ParameterError."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
         raise ParameterError(f"{name} takes a whole number, {least} or more, not {_shown(value)}.")
     return int(value)
 
 
 def _shown(value: object) -> str:
-    """Write a value in one short line."""
+    """Format a value in one short line."""
     words = " ".join(repr(value).split())
     return words if len(words) <= 60 else words[:57] + "…"
 
 
 def bisected(holds: Callable[[float], bool], low: float, high: float, halvings: int) -> tuple[float, float]:
-    """Return the ends of where a condition stops to hold, halved so often; it holds at low, not at high."""
+    """Bisect a condition that is true at ``low`` and false at ``high``; return the final bracket."""
     for _ in range(halvings):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if holds(middle) else (low, middle)

@@ -1,7 +1,7 @@
-"""A Dask cluster as an executor of sweeps: many machines, each with the studio and ``dask worker``.
+"""A Dask cluster as an executor of sweeps: machines that run the studio's version with ``dask worker``.
 
-Workers may come and go: the scheduler gives a lost worker's chunks to another, and what it gives up, after
-its ``allowed-failures``, the sweep sends again.
+Workers may join and leave: the scheduler reassigns a lost worker's chunks, and the sweep resubmits those that
+it gives up after its ``allowed-failures``.
 """
 
 import contextlib
@@ -24,11 +24,11 @@ _DASK = "distributed"
 
 
 class ClusterError(StudioError):
-    """A cluster cannot be used; the text says why and what to do."""
+    """A cluster cannot be used; the text gives the reason and the remedy."""
 
 
 class ClusterExecutor(Executor):
-    """A Dask client's executor that knows how many workers there are now, and what a lost chunk raises."""
+    """A Dask client's executor that knows its current number of workers and the exception of a lost chunk."""
 
     def __init__(self, client: Any, lost: tuple[type[BaseException], ...]):
         self.client, self.lost = client, lost
@@ -36,23 +36,23 @@ class ClusterExecutor(Executor):
         self._counted, self._counted_at = 0, -math.inf
 
     def submit(self, fn: Callable, /, *args: Any, **kwargs: Any) -> Future:
-        """Send a call to the scheduler; return its future."""
+        """Submit a call to the scheduler; return its future."""
         return self._inner.submit(fn, *args, **kwargs)
 
     @property
     def _max_workers(self) -> int:
-        """Return the workers' threads, counted again after a second."""
+        """Return the workers' threads, refreshed after a second."""
         now = time.monotonic()
         if now - self._counted_at > COUNT_SECONDS:
             self._counted_at = now
-            with contextlib.suppress(OSError, TimeoutError):  # the client tries to connect again meanwhile
+            with contextlib.suppress(OSError, TimeoutError):  # the client reconnects by itself
                 self._counted = sum(self.client.ncores().values())
         return self._counted
 
 
 @contextmanager
 def cluster(address: str, timeout: float = CONNECT_SECONDS) -> Iterator[Executor]:
-    """Give an executor on the Dask scheduler at an address such as tcp://host:8786; raise ClusterError.
+    """Yield an executor on the Dask scheduler at an address such as tcp://host:8786; raise ClusterError.
 
     Every worker needs the same version of the studio.
     """
@@ -62,14 +62,14 @@ def cluster(address: str, timeout: float = CONNECT_SECONDS) -> Iterator[Executor
         raise ClusterError(
             'A cluster needs Dask, which is not installed: pip install "hapkit-studio[cluster]".'
         ) from None
-    with _silent(), _connected(distributed, address, timeout) as client:
+    with _dask_errors_suppressed(), _connected(distributed, address, timeout) as client:
         _check_workers(client, address)
         yield ClusterExecutor(client, (distributed.scheduler.KilledWorker,))
 
 
 @contextmanager
-def _silent() -> Iterator[None]:
-    """Keep Dask from printing tracebacks of its own: what matters comes out as an error of one line."""
+def _dask_errors_suppressed() -> Iterator[None]:
+    """Suppress Dask's tracebacks: errors are reported in one line."""
     loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith(_DASK)]
     for logger in loggers:
         logger.disabled = True
@@ -81,7 +81,7 @@ def _silent() -> Iterator[None]:
 
 
 def _connected(distributed: Any, address: str, timeout: float) -> Any:
-    """Return a client; none is made where nobody listens: without a scheduler it could not even close."""
+    """Return a client; check the port first, as a client without scheduler cannot even close."""
     security = distributed.Security().get_connection_args("client")
     if address.startswith("tls://") and security["ssl_context"] is None:
         raise ClusterError(f"{address} needs certificates: name them in Dask's distributed.comm.tls.")
@@ -97,7 +97,7 @@ def _connected(distributed: Any, address: str, timeout: float) -> Any:
 
 
 def _check_workers(client: Any, address: str) -> None:
-    """Raise ClusterError unless there are workers and all have this version of the studio."""
+    """Raise ClusterError unless there are workers, all with this version of the studio."""
     try:
         client.wait_for_workers(1, timeout=WORKER_SECONDS)
     except TimeoutError:
@@ -114,5 +114,5 @@ def _check_workers(client: Any, address: str) -> None:
 
 
 def studio_version() -> str:
-    """Return the version of the studio where this runs."""
+    """Return the version of the studio; run on the workers."""
     return __version__

@@ -1,8 +1,8 @@
-"""Force over position as felt: each force against where the handle was while that force acted.
+"""Force over position as felt: each force over the handle's position while that force acted.
 
-A force is computed from a sample, acts a delay later and is held until the next one acts. Drawn against the
-position of its own sample it lies on the law's line whatever the delay is; drawn against the position at the
-time it acted it shows the loop that the hand feels, whose area is the energy that the loop gives.
+A force is computed from a sample, acts a delay later and is held until the next one. Plotted over the
+position of its own sample it lies on the law's line for any delay; plotted over the position while it acted
+it shows the hysteresis loop that the hand feels, whose area is the energy added by the loop.
 """
 
 from dataclasses import dataclass
@@ -13,11 +13,10 @@ import numpy as np
 def as_felt(
     time: np.ndarray, position: np.ndarray, force: np.ndarray, delay: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return position in m and force in N, (2 n,) each: both ends of the time during which each force acts.
+    """Return position in m and force in N, (2 n,) each: both ends of the interval in which each force acts.
 
-    time in s, position and force (n,) by sample; delay in s from a sample to its force. Positions lie on
-    straight lines between samples. A NaN stays where samples were lost, and where the position is not known
-    yet.
+    time in s, position and force (n,) by sample; delay in s from a sample to its force. Positions are
+    interpolated linearly. NaN marks lost samples and positions that are not known yet.
     """
     known = np.isfinite(time)
     places = np.full((len(time), 2), np.nan)
@@ -27,19 +26,19 @@ def as_felt(
         for column, at in enumerate((t + delay, ends + delay)):
             places[known, column] = np.interp(at, t, x, right=np.nan)
         lost = np.flatnonzero(~known)
-        places[np.clip(lost - 1, 0, None)] = np.nan  # its force acted while nothing was seen
+        places[np.clip(lost - 1, 0, None)] = np.nan  # no samples were received while its force acted
     return places.ravel(), np.repeat(force, 2)
 
 
 def energy_given(time: np.ndarray, position: np.ndarray, force: np.ndarray, delay: float) -> float:
-    """Return the energy in J that the force has given to the handle: the sum of force times way."""
+    """Return the work in J that the force has done on the handle."""
     places, forces = as_felt(time, position, force, delay)
     return float(np.nansum(forces[::2] * np.diff(places.reshape(-1, 2), axis=1)[:, 0]))
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """One cycle of a motion: its duration in s and the energy in J that the force gave in it."""
+    """One cycle of a motion: duration in s and work in J done by the force."""
 
     seconds: float
     energy: float
@@ -48,22 +47,22 @@ class Cycle:
 def last_cycle(
     time: np.ndarray, position: np.ndarray, force: np.ndarray, delay: float, least: float
 ) -> Cycle | None:
-    """Return the newest complete cycle, between two upward crossings of the middle of the motion.
+    """Return the newest complete cycle, between two upward crossings of the motion's middle.
 
-    least: the smallest peak-to-peak motion in m that counts as a cycle. None without one.
+    least: smallest peak-to-peak motion in m that counts as a cycle. None without one.
     """
     known = np.isfinite(time)
     t, x, f = time[known], position[known], force[known]
     if not len(x) or np.ptp(x) < least:
         return None
     middle, back = 0.5 * (x.max() + x.min()), 0.25 * np.ptp(x)
-    # hysteresis: a crossing counts once the handle has been a quarter of the motion below the middle
+    # hysteresis: a quarter of the motion
     state = np.where(x > middle, 1, np.where(x < middle - back, -1, 0))
     marked = np.flatnonzero(state)
     rises = marked[1:][(state[marked[1:]] == 1) & (state[marked[:-1]] == -1)]
     if len(rises) < 2:
         return None
-    # the force of the last sample of the cycle acts until a delay after the next one
+    # the last force of the cycle acts until one delay after the next sample
     first, last = rises[-2], rises[-1]
     stop = min(int(np.searchsorted(t, t[last] + delay, side="right")) + 1, len(t))
     places, forces = as_felt(t[first:stop], x[first:stop], f[first:stop], delay)

@@ -1,4 +1,4 @@
-"""A sustained oscillation of the handle: how far and how often it goes, from the last second of positions."""
+"""Sustained oscillation of the handle: amplitude and frequency from the last second of positions."""
 
 import math
 from typing import NamedTuple
@@ -8,10 +8,10 @@ import numpy as np
 from hapkit_studio.analysis.statistics import LEAST_CYCLES, dominant
 
 SECONDS = 1.0
-"""s of positions to look at."""
-LEAST_AMPLITUDE = 50e-6  # m: less is a flicker between two sensor steps
-_AS_OFTEN = 0.1  # relative difference between the peak's frequency and that of the cycles
-_LASTS = 0.8  # of the widest quarter's width: what loses more is dying away
+"""s of positions to evaluate."""
+LEAST_AMPLITUDE = 50e-6  # m: smaller ones are jitter between two sensor steps
+_FREQUENCY_TOLERANCE = 0.1  # relative tolerance between the spectral peak and the cycle frequency
+_SUSTAINED = 0.8  # ratio of the last to the widest quarter's width; below it the motion decays
 
 
 class Oscillation(NamedTuple):
@@ -22,20 +22,19 @@ class Oscillation(NamedTuple):
 
 
 def sustained(time: np.ndarray, position: np.ndarray) -> Oscillation | None:
-    """Return the oscillation of positions (n,) in m at times (n,) in s; None where none goes on.
+    """Return the oscillation of positions (n,) in m at times (n,) in s; None if it is not sustained.
 
-    It fills all of the time and has not become clearly smaller by its last quarter, whose amplitude is
-    returned: a handle that rings after a release does so for less. A cycle is from one rise over a band of
-    half the least quarter's amplitude to the next one. The frequency is that of ``statistics.dominant``, and
-    only where the cycles come as often.
+    Its amplitude, that of the last quarter, must not be clearly smaller than before: ringing after a release
+    decays faster. A cycle is the time between upward crossings of a band of half the smallest quarter's
+    amplitude. The frequency is that of ``statistics.dominant`` if it matches the cycles.
     """
     if len(time) < 2 * LEAST_CYCLES:
         return None
     *_, last = quarters = np.array_split(position, 4)
     amplitudes = [0.5 * float(np.ptp(quarter)) for quarter in quarters]
-    if min(amplitudes) < LEAST_AMPLITUDE or amplitudes[-1] < _LASTS * max(amplitudes):
+    if min(amplitudes) < LEAST_AMPLITUDE or amplitudes[-1] < _SUSTAINED * max(amplitudes):
         return None
-    rises = _rises(time, position - 0.5 * (last.max() + last.min()), 0.5 * min(amplitudes))
+    rises = _upward_crossings(time, position - 0.5 * (last.max() + last.min()), 0.5 * min(amplitudes))
     if len(rises) <= LEAST_CYCLES:
         return None
     period = float(rises[-1] - rises[0]) / (len(rises) - 1)
@@ -43,12 +42,12 @@ def sustained(time: np.ndarray, position: np.ndarray) -> Oscillation | None:
     if still >= 1.5 * period:
         return None
     frequency = dominant(time, position)
-    regular = abs(frequency * period - 1.0) < _AS_OFTEN
+    regular = abs(frequency * period - 1.0) < _FREQUENCY_TOLERANCE
     return Oscillation(amplitudes[-1], frequency if regular else math.nan)
 
 
-def _rises(time: np.ndarray, away: np.ndarray, band: float) -> np.ndarray:
-    """Return when in s a signal goes over the band, having been below it since the last time."""
+def _upward_crossings(time: np.ndarray, away: np.ndarray, band: float) -> np.ndarray:
+    """Return the times in s at which a signal rises above the band, after having been below it."""
     outside = np.flatnonzero(np.abs(away) > band)
     up = away[outside] > 0.0
     at = outside[1:][up[1:] & ~up[:-1]]

@@ -1,9 +1,9 @@
-"""How different two renderings of a scene feel to one hand, in just-noticeable differences (JND).
+"""Perceived difference of two renderings of a scene to one hand, in just-noticeable differences (JND).
 
-Nobody tells moments 20 ms apart: a force or a position that the other run has within 20 ms is no difference,
-and the last 20 ms of a run are not compared.
-Forces are averaged over as long; what is quicker is a vibration. A hand that has let go feels neither force
-nor vibration, but sees where the handle is. THRESHOLDS lists one JND of each sense with its source.
+Instants 20 ms apart are not distinguished: values that the other run reaches within 20 ms are no difference,
+and the last 20 ms of a run are not compared. Forces are averaged over 20 ms; faster changes count as
+vibration. A released hand feels neither force nor vibration, but sees the handle's position. THRESHOLDS lists
+one JND per sense with its source.
 """
 
 import math
@@ -18,20 +18,20 @@ from hapkit_studio.haptics import rows
 FORCE_SHARE, FORCE = 0.06, 0.015  # N
 PLACE = 0.4e-3  # m
 MOMENT = 0.020  # s
-# Hz, and the least amplitude in m that most people feel there of a cylinder in the hand; between them on a
-# straight line of logarithms. Shape and minimum: Brisben et al.; the amplitudes: from memory. Below 20 Hz a
-# movement is followed by the arm, and told by its position.
+# Hz, and the smallest amplitude in m of a held cylinder that most people feel, interpolated log-log. Shape
+# and minimum: Brisben et al.; amplitudes: from memory. Below 20 Hz the arm follows the movement, which is
+# judged by its position.
 VIBRATION = (
     (20.0, 17.9e-6), (26.0, 10e-6), (100.0, 0.5e-6),
     (150.0, 0.05e-6), (200.0, 0.05e-6), (250.0, 0.1e-6), (400.0, 1e-6),
 )  # fmt: skip
 LOWEST, HIGHEST = 20.0, 400.0  # Hz
-WINDOW = 0.25  # s of a vibration that are looked at together
+WINDOW = 0.25  # s, window of a vibration's spectrum
 RATE = 1000.0  # Hz at which rows are compared
-STRICT_PLACE, STRICT_VIBRATION = 4.0 / 3.0, 10.0  # most people's threshold over the most sensitive people's
+STRICT_PLACE, STRICT_VIBRATION = 4.0 / 3.0, 10.0  # threshold of most people over that of the most sensitive
 
 
-FROM_MEMORY = " (from memory)"  # marks a source whose figure could not be read
+FROM_MEMORY = " (from memory)"  # marks a source that could not be checked
 THRESHOLDS = (
     ("Force", "6 % of it", "the same", "Jones 1989, abstract; others say 7 %"),
     ("Force, least", "15 mN", "the same", "Our own choice"),
@@ -43,12 +43,12 @@ THRESHOLDS = (
     ),
     ("Event", "its presence, or 20 ms", "the same", f"Levitin and others 1999{FROM_MEMORY}"),
 )  # fmt: skip
-"""One JND of a sense: of most people, of the most sensitive people, and the source."""
+"""JND of each sense: of most people, of the most sensitive people, and the source."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """What is felt of a difference, each in JND: below 1 it is not; inf for an event of one run alone."""
+    """Perceived differences in JND, imperceptible below 1; inf for an event in one run only."""
 
     force: float = 0.0
     place: float = 0.0
@@ -57,24 +57,24 @@ class Difference:
 
     @property
     def most(self) -> float:
-        """Return the largest of them."""
+        """Return the largest difference."""
         return max(astuple(self))
 
     @property
     def strict(self) -> "Difference":
-        """Return the difference in JND of the most sensitive people instead of most people's."""
+        """Return the difference in JND of the most sensitive people."""
         place, vibration = STRICT_PLACE * self.place, STRICT_VIBRATION * self.vibration
         return replace(self, place=place, vibration=vibration)
 
     @property
     def word(self) -> str:
-        """Return the name of the largest."""
+        """Return the name of the largest difference."""
         found = max(vars(self), key=lambda name: getattr(self, name))
         return "position" if found == "place" else found
 
 
 def least_amplitude(frequency: np.ndarray) -> np.ndarray:
-    """Return the least amplitude in m of a vibration that most people feel, at frequencies in Hz."""
+    """Return the smallest perceptible amplitude in m of a vibration at frequencies in Hz."""
     known, found = np.log(np.array(VIBRATION)).T
     return np.exp(np.interp(np.log(frequency), known, found))
 
@@ -82,7 +82,7 @@ def least_amplitude(frequency: np.ndarray) -> np.ndarray:
 def difference_under(
     hand: Hand, reference: np.ndarray, other: np.ndarray, counts: Sequence[int] = ()
 ) -> Difference:
-    """Return what a person tells apart in two runs of a hand, which may let go meanwhile; see difference."""
+    """Return the perceived difference of two runs with a hand that may let go; see ``difference``."""
     held = math.ceil(min(hand.release * RATE, len(reference)))
     seen = difference(reference, other, held=False, counts=counts)
     felt = difference(reference[:held], other[:held], held=True) if held else Difference()
@@ -92,9 +92,9 @@ def difference_under(
 def difference(
     reference: np.ndarray, other: np.ndarray, *, held: bool, counts: Sequence[int] = ()
 ) -> Difference:
-    """Return what a person tells apart in two runs' rows (n, ROW_WIDTH) at RATE, of the same hand.
+    """Return the perceived difference of two runs' rows (n, ROW_WIDTH) at RATE with the same hand.
 
-    counts: the columns that count events.
+    counts: columns that count events.
     """
     size = min(len(reference), len(other))
     first, second = reference[:size], other[:size]
@@ -103,12 +103,12 @@ def difference(
     ):
         return Difference(place=math.inf)
     places = first[:, rows.TRUE_POSITION], second[:, rows.TRUE_POSITION]
-    place = float((_apart(*places) / PLACE).max())
+    place = float((_differences(*places) / PLACE).max())
     event = max((_events(first[:, column], second[:, column]) for column in counts), default=0.0)
     if not held:
         return Difference(0.0, place, 0.0, event)
     forces = _averaged(first[:, rows.HAND_FORCE]), _averaged(second[:, rows.HAND_FORCE])
-    apart = _apart(*forces)
+    apart = _differences(*forces)
     felt = np.maximum(FORCE_SHARE * np.abs(forces[0][: len(apart)]), FORCE)
     return Difference(float((apart / felt).max()), place, _vibration(*places), event)
 
@@ -123,10 +123,10 @@ def _averaged(values: np.ndarray) -> np.ndarray:
     return uniform_filter1d(values, _samples(MOMENT), mode="nearest")
 
 
-def _apart(one: np.ndarray, two: np.ndarray, reach: int = _samples(MOMENT)) -> np.ndarray:
-    """Return how far each of two series (n, ...) is from all that the other is within some samples.
+def _differences(one: np.ndarray, two: np.ndarray, reach: int = _samples(MOMENT)) -> np.ndarray:
+    """Return the distance of series (n, ...) from each other, with a tolerance of ``reach`` samples in time.
 
-    Not of the last `reach` samples: what the other does later is not known there.
+    Without the last ``reach`` samples, for which the later values are unknown.
     """
     return np.maximum(_outside(one, two, reach), _outside(two, one, reach))[: max(len(one) - reach, 1)]
 
@@ -140,15 +140,15 @@ def _outside(values: np.ndarray, band: np.ndarray, reach: int) -> np.ndarray:
 
 
 def _vibration(*places: np.ndarray) -> float:
-    """Return the largest difference of amplitude at any frequency and time, over the least that is felt."""
+    """Return the largest difference of amplitude over frequency and time, relative to the threshold."""
     frequency, one, two = *_spectrum(places[0]), _spectrum(places[1])[1]
-    return float((_apart(one, two, 1) / least_amplitude(frequency)).max(initial=0.0))
+    return float((_differences(one, two, 1) / least_amplitude(frequency)).max(initial=0.0))
 
 
 def _spectrum(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies (f,) in Hz and amplitudes (windows, f) in m, a window every MOMENT.
+    """Return frequencies (f,) in Hz and amplitudes (windows, f) in m, one window per MOMENT.
 
-    By acceleration, which a movement of the arm has little of.
+    Computed from the acceleration, in which movements of the arm are small.
     """
     size = _samples(WINDOW)
     frequency = np.fft.rfftfreq(size, 1.0 / RATE)
@@ -163,7 +163,7 @@ def _spectrum(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _events(one: np.ndarray, two: np.ndarray) -> float:
-    """Return how far the same events lie apart, over the least that is told; inf if one is missing."""
+    """Return the largest time difference of matching events over the threshold; inf if one is missing."""
     found = [np.repeat(np.arange(1, len(c)), np.maximum(np.diff(c), 0.0).astype(int)) for c in (one, two)]
     if len(found[0]) != len(found[1]):
         return math.inf

@@ -1,4 +1,4 @@
-"""What a stretch of samples comes to: extremes, mean, RMS, dominant frequency, slopes."""
+"""Statistics of samples: extremes, mean, RMS, dominant frequency, regression lines."""
 
 import math
 from typing import NamedTuple
@@ -6,18 +6,18 @@ from typing import NamedTuple
 import numpy as np
 
 LEAST_CYCLES = 4.0
-"""Cycles in a stretch of samples, below which no frequency is reported: slower motion may be a hand's."""
-_FEWEST_SAMPLES = 32  # fewer: one spectrum in six of white noise has a clear peak
-_LOBE = 2  # bins to either side of a peak that a Hann window spreads it over
-_CLEAR = 4.0  # times any bin that is neither the peak's nor a harmonic's: less is noise
-_LEAST_SHARE = 0.1  # of the variance, within the peak
-_SAMPLES_A_CYCLE = 4  # faster motion is not told from an alias of the sensor's counts
-_RESOLVED = 0.5  # of the smallest step between samples: a ramp in counts has 0.32, a square wave 0.64
-_HARMONICS_FROM = 8  # cycles: with fewer the lobes of the harmonics overlap
+"""Fewest cycles for which a frequency is reported: slower motion may be a hand's."""
+_FEWEST_SAMPLES = 32  # with fewer, white noise has a clear peak in one of six spectra
+_LOBE = 2  # bins on either side of a peak in a Hann window's main lobe
+_CLEAR = 4.0  # smallest ratio of a peak to any bin besides itself and its harmonics
+_LEAST_SHARE = 0.1  # smallest fraction of the variance in the peak
+_SAMPLES_A_CYCLE = 4  # faster motion cannot be distinguished from aliases of the sensor's counts
+_RESOLVED = 0.5  # smallest amplitude in steps between samples: a ramp in counts has 0.32, a square wave 0.64
+_HARMONICS_FROM = 8  # cycles; with fewer, the lobes of the harmonics overlap
 
 
 class Statistics(NamedTuple):
-    """Of values in their own unit; frequency in Hz, NaN without a clear peak."""
+    """Statistics of values in their own unit; frequency in Hz, NaN without a clear peak."""
 
     minimum: float
     maximum: float
@@ -35,10 +35,10 @@ def statistics(time: np.ndarray, values: np.ndarray) -> Statistics:
 
 
 def dominant(time: np.ndarray, values: np.ndarray) -> float:
-    """Return the frequency in Hz of a clear peak in the spectrum of values (n,) at times (n,) in s, else NaN.
+    """Return the dominant frequency in Hz of values (n,) at times (n,) in s, NaN without a clear peak.
 
-    The Hann periodogram of the detrended values has its peak at `LEAST_CYCLES` or more, clearly above every
-    other bin except harmonics, and of an amplitude that the values resolve. It is refined by a parabola
+    The peak of the detrended values' Hann periodogram must be at ``LEAST_CYCLES`` or above, exceed all other
+    bins except harmonics, and have an amplitude above the values' resolution. It is refined by a parabola
     through the logarithm (Gasior and Gonzalez 2004).
     """
     count, seconds = len(time), float(time[-1] - time[0]) if len(time) else 0.0
@@ -69,9 +69,9 @@ def dominant(time: np.ndarray, values: np.ndarray) -> float:
 
 
 class Line(NamedTuple):
-    """A straight line: its slope, half the slope's 95 % interval, its ends (2,) along x and y.
+    """A regression line: slope, its half 95 % interval, end points (2,) along x and y.
 
-    left: the RMS of what it leaves over that of y.
+    left: RMS of the residuals over that of y.
     """
 
     slope: float
@@ -82,11 +82,11 @@ class Line(NamedTuple):
 
 
 def line(x: np.ndarray, y: np.ndarray, kept: np.ndarray) -> Line | None:
-    """Return the line of y over x (n,), in order of time, through what is kept; None where x stands still.
+    """Return the regression line of y over x (n,), in order of time, for samples ``kept``, or None.
 
-    Least squares with a constant; neighbouring residuals may be alike.
+    Least squares with a constant; the interval allows for autocorrelated residuals.
     """
-    from hapkit_studio.analysis.identify import regression  # late: it loads scipy.stats
+    from hapkit_studio.analysis.identify import regression  # here: it loads scipy.stats
 
     middle = x[kept].mean()
     columns = np.column_stack([x - middle, np.ones(len(x))])

@@ -1,8 +1,8 @@
-"""How stiff every loop may be: estimator × rate × delay × hand × damping, millions of points in one file.
+"""Survey of stiffness limits: estimator × rate × delay × hand × damping, millions of points in one file.
 
-A point is the exact stiffness limit in N/m of one loop with the usual handle; a row is one loop with all
-dampings of scenes, computed together. Rows go through a sweep, here or on a cluster, and each chunk is
-written as it comes: whatever ends the work, the same call goes on from there.
+A point is the exact stiffness limit in N/m of one loop with the usual handle; a row contains all dampings of
+one loop. Rows are computed by a sweep, locally or on a cluster, and each chunk is written at once: after an
+interruption, the same call resumes.
 """
 
 import json
@@ -30,26 +30,27 @@ from hapkit_studio.errors import StudioError
 from hapkit_studio.files import checked_list, checked_number, open_regular, parse_json
 
 Hand = tuple[float, float, float]
-"""Mass in kg, damping in N·s/m, stiffness in N/m; all 0: nobody holds the handle."""
-_MARK = 0x48504C53  # SQLite's application_id: whose file it is
+"""Mass in kg, damping in N·s/m, stiffness in N/m; all 0 for a released handle."""
+_MARK = 0x48504C53  # SQLite's application_id, identifies survey files
 _TABLES = {
     "about": "CREATE TABLE about (axes TEXT)",
     "limits": "CREATE TABLE limits (row INTEGER PRIMARY KEY, limits BLOB)",
 }
-_MOST_LOOPS = 1 << 26  # of a survey, 256 MB of limits
-_LONGEST = 1 << 20  # bytes of one value in the file
-_RATE, _DELAY, _PART = (1.0, 1e5), (0.0, 1.0), (0.0, 1e6)  # of axes in a file: Hz, s; damping, hands
+_MOST_LOOPS = 1 << 26  # limit of a survey, 256 MB of results
+_LONGEST = 1 << 20  # bytes, limit of a value in the file
+# validity of axes in a file: Hz, s, dampings and hands
+_RATE, _DELAY, _PART = (1.0, 1e5), (0.0, 1.0), (0.0, 1e6)
 _NUMBER = np.dtype("<f4")
 _RATES, _DELAYS, _DAMPINGS = (250.0, 10_000.0), (0.0, 5e-3), (0.0, 20.0)
 
 
 class SurveyError(StudioError):
-    """A file is no survey, or another one; the text says which."""
+    """A file is no survey, or one with other axes; the text says which."""
 
 
 @dataclass(frozen=True)
 class Axes:
-    """What is varied: estimators by name, rates in Hz, delays in s, hands, dampings of scenes in N·s/m."""
+    """Axes: estimators by name, rates in Hz, delays in s, hands, dampings of scenes in N·s/m."""
 
     estimators: tuple[str, ...]
     rates: tuple[float, ...]
@@ -59,12 +60,12 @@ class Axes:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Return the number of values along each axis; all but the last number the rows."""
+        """Return the lengths of the axes; all but the last one index the rows."""
         return tuple(map(len, astuple(self)))
 
     @property
     def words(self) -> str:
-        """Write how many values each axis has."""
+        """Return the lengths of the axes as text."""
         names = "estimators", "rates", "delays", "hands", "dampings"
         return " × ".join(f"{count} {name}" for count, name in zip(self.shape, names, strict=True))
 
@@ -79,7 +80,7 @@ class Axes:
 
 
 def usual_axes(rates: int = 25, delays: int = 20) -> Axes:
-    """Return axes with so many rates and delays, every linear estimator, 20 hands and 25 dampings."""
+    """Return axes with this many rates and delays, every linear estimator, 20 hands and 25 dampings."""
     grips = [(g.mass, g.damping, g.stiffness) if g else (0.0, 0.0, 0.0) for g in GRIPS.values()]
     people = product(np.geomspace(*MASS, 4).tolist(), DAMPING, STIFFNESS)
     return Axes(
@@ -99,15 +100,16 @@ def compute_rows(axes: Axes, rows: Sequence[int]) -> list[bytes]:
 def compute(
     path: Path, axes: Axes, executor: Executor | None = None, progress: Progress = no_progress
 ) -> int:
-    """Compute what a survey's file still misses, and return how many rows; raise SurveyError.
+    """Compute the missing rows of a survey's file and return their number; raise SurveyError.
 
-    A new file is made; one of other axes is refused. progress is told of all rows, those that were there too.
+    Creates the file if missing; a file with other axes is rejected. progress counts all rows, including those
+    already computed.
     """
     _check_size(axes)
     with _opened(path, axes) as database:
         known = {row for row, _ in _rows(database, axes)}
         missing = np.setdiff1d(np.arange(np.prod(axes.shape[:-1])), list(known))
-        # in a drawn order: what is there is a fair sample long before it is all
+        # random order, so that partial results are a fair sample
         missing = np.random.default_rng(0).permutation(missing).tolist()
 
         def keep(rows: Sequence[int], found: list[bytes]) -> None:
@@ -126,7 +128,7 @@ def compute(
 
 
 def read(path: Path) -> tuple[Axes, np.ndarray]:
-    """Return axes, and limits in N/m in their shape, nan where not yet computed; raise SurveyError."""
+    """Return axes, and limits in N/m in their shape, NaN where not yet computed; raise SurveyError."""
     with _opened(path) as database:
         axes = _axes(database, path.name)
         table = np.full((math.prod(axes.shape[:-1]), axes.shape[-1]), np.nan, _NUMBER)
@@ -136,23 +138,23 @@ def read(path: Path) -> tuple[Axes, np.ndarray]:
 
 
 def known(limits: np.ndarray) -> int:
-    """Return how many of a survey's limits are computed."""
+    """Return the number of computed limits."""
     return int(np.count_nonzero(~np.isnan(limits)))
 
 
 def _rows(database: sqlite3.Connection, axes: Axes) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield each computed row and its limits (dampings,) in N/m; raise DataError for one that cannot be."""
+    """Yield each computed row and its limits (dampings,) in N/m; raise DataError for invalid ones."""
     rows, dampings = math.prod(axes.shape[:-1]), axes.shape[-1]
     for row, blob in database.execute("SELECT row, limits FROM limits"):
         fits = isinstance(blob, bytes) and len(blob) == dampings * _NUMBER.itemsize
         limits = np.frombuffer(blob if fits else b"", _NUMBER)
-        if not (0 <= row < rows and fits and np.all(limits >= 0.0)):  # False for NaN
+        if not (0 <= row < rows and fits and np.all(limits >= 0.0)):  # not >= : false for NaN
             raise sqlite3.DataError(f"its row {row} is damaged; there are rows 0 to {rows - 1:,}")
         yield row, limits
 
 
 def _axes(database: sqlite3.Connection, name: str) -> Axes:
-    """Return the axes in a survey's file, each value checked; raise FileError, DataError."""
+    """Return the axes in a survey's file, with validated values; raise FileError, DataError."""
     found, place = database.execute("SELECT axes FROM about").fetchall(), f"{name}: axes"
     if len(found) != 1 or not isinstance(found[0][0], str):
         raise sqlite3.DataError("its axes are damaged")
@@ -185,7 +187,7 @@ def _check_size(axes: Axes) -> None:
 
 @contextmanager
 def _opened(path: Path, axes: Axes | None = None) -> Iterator[sqlite3.Connection]:
-    """Give a survey's file, made anew with axes where there is none; whatever is wrong is a SurveyError."""
+    """Open a survey's file, created with axes if missing; convert all errors to SurveyError."""
     if axes is None and not path.exists():
         raise SurveyError(f"There is no survey {path}.")
     if path.exists():

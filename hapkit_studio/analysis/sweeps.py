@@ -1,7 +1,7 @@
-"""Many independent cells, computed by any ``concurrent.futures.Executor``: in order, watched, cancellable.
+"""Many independent cells on any ``concurrent.futures.Executor``: ordered, with progress, cancellable.
 
-Cells travel in chunks of about a tenth of a second, so that progress moves and a cancel is obeyed at once,
-and only a few chunks are under way, so that a sweep of any length costs its executor nothing.
+Cells are submitted in chunks of about 0.1 s, so that progress and cancelling are prompt. Only a few chunks
+are pending at a time, so the executor's memory use does not depend on the sweep's length.
 """
 
 import contextlib
@@ -23,14 +23,14 @@ Progress = Callable[[int, int], None]
 Task = Callable[[list], list]
 Keep = Callable[[Sequence, list], None]
 
-# A chunk takes about this long, and progress is told at least every LOOK.
+# s of a chunk; progress is reported at least every LOOK
 CHUNK_SECONDS = 0.1
 LOOK_SECONDS = 0.15
 _GROWTH = 8
-# Chunks under way for each worker, so that none waits for the next; and the workers of who does not say.
+# pending chunks per worker, so that no worker idles; number of workers assumed if the executor does not tell
 _AHEAD = 2
 _UNKNOWN_WORKERS = 16
-# How often a chunk is sent again after its executor has given it up with one of its ``lost`` exceptions.
+# resubmissions of a chunk after one of the executor's ``lost`` exceptions
 _MOST_LOSSES = 3
 
 
@@ -42,7 +42,7 @@ class LostWorkers(StudioError):
 
 
 class Cancelled(StudioError):
-    """The work was cancelled; raised by a progress function, it comes out of what it watches."""
+    """The work was cancelled: raised by a progress function and passed through."""
 
 
 def no_progress(done: int, of: int) -> None:
@@ -50,7 +50,7 @@ def no_progress(done: int, of: int) -> None:
 
 
 def workers(executor: Executor | None = None) -> int:
-    """Return how many chunks an executor computes at once; None: this machine's cores."""
+    """Return the number of chunks computed in parallel; None: this machine's cores."""
     if executor is None:
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return max(int(getattr(executor, "_max_workers", _UNKNOWN_WORKERS)), 1)
@@ -65,14 +65,14 @@ def sweep(
     chunk: int | None = None,
     keep: Keep | None = None,
 ) -> list:
-    """Return task's result of every cell, in the order of the cells.
+    """Return the task's result of every cell, in the order of the cells.
 
-    task: a module's function from a list of cells to the list of their results, each cell's its own; cells
-    and results are numbers and names, for they may travel to another machine. executor: None for threads
-    on every core below everything else, which pays where the task is compiled. progress is called in the
-    calling thread; what it raises, and what a task raises, comes out once the waiting chunks are cancelled.
-    chunk: how many cells travel together, None for what takes about 0.1 s. keep is given each chunk's cells
-    and results as they come, in the calling thread; nothing is collected then. Raise ParameterError.
+    task: a module-level function from a list of cells to the list of their independent results; cells and
+    results must be picklable, as they may be sent to another machine. executor: None for low-priority threads
+    on all cores, suited to compiled tasks. progress is called in the calling thread; its exceptions, and
+    those of a task, are raised after pending chunks are cancelled. chunk: cells per chunk, None for about 0.1
+    s. keep receives each chunk's cells and results in the calling thread as they arrive; then the return
+    value is empty. Raise ParameterError.
     """
     if chunk is not None:
         chunk = whole_number(chunk, "A chunk", 1)
@@ -84,7 +84,7 @@ def sweep(
 
 
 def timed(task: Task, cells: list) -> tuple[list, float]:
-    """Return a chunk's results and the seconds they took, where they were computed."""
+    """Return a chunk's results and its computing time in s."""
     begin = time.perf_counter()
     results = task(cells)
     return results, time.perf_counter() - begin
@@ -93,7 +93,7 @@ def timed(task: Task, cells: list) -> tuple[list, float]:
 def _swept(
     task: Task, cells: Sequence, executor: Executor, progress: Progress, chunk: int | None, keep: Keep | None
 ) -> list:
-    """Send chunks, few at a time, and put what comes back in its place; a lost chunk is sent again."""
+    """Submit chunks, a few at a time, and collect results in order; resubmit lost chunks."""
     results: list = [] if keep else [None] * len(cells)
     under_way: dict[Future, tuple[int, int]] = {}
     losses: Counter[int] = Counter()
@@ -111,7 +111,7 @@ def _swept(
             while sent < len(cells) and len(under_way) < many:
                 first = sent
                 sent = min(first + (chunk or min(size, -(-(len(cells) - first) // many))), len(cells))
-                if submit(first, sent).done():  # an executor that computes at once is collected from at once
+                if submit(first, sent).done():  # collect at once from a synchronous executor
                     break
             for future in wait(under_way, LOOK_SECONDS, FIRST_COMPLETED).done:
                 first, last = under_way.pop(future)
@@ -143,9 +143,10 @@ def _swept(
 
 
 def begin_worker() -> None:
-    """Set up a worker process: it ignores Ctrl+C, has low priority, and ends with its parent.
+    """Initialise a worker process: ignore Ctrl+C, low priority, exit with the parent.
 
-    A terminal sends Ctrl+C to every process; the parent obeys it. A parent that is killed tells nobody.
+    A terminal sends Ctrl+C to every process; the parent handles it. A killed parent cannot notify its
+    workers.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     low_priority()
@@ -160,17 +161,17 @@ def _exit_with_parent() -> None:
 
 
 _NICEST = 19
-# sys/resource.h: the calling thread, and the band that all other threads go before
+# sys/resource.h: the calling thread; background priority
 _DARWIN_THREAD, _DARWIN_BACKGROUND = 3, 0x1000
 # winbase.h
 _WINDOWS_IDLE = -15
 
 
 def low_priority() -> None:
-    """Put the calling thread below everything else; where the system has no way to, it stays as it is."""
+    """Give the calling thread the lowest priority, if the system supports it."""
     with contextlib.suppress(OSError, AttributeError):
         if sys.platform == "linux":
-            try:  # for this thread alone: 0 is the calling thread here, not the program
+            try:  # for this thread only: id 0 means the calling thread
                 os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
             except OSError:
                 os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICEST)

@@ -1,4 +1,4 @@
-"""Theory curves: a law's force at rest over position, or over velocity, sampled where it bends and jumps."""
+"""Theory curves: a law's static force over position or velocity, sampled adaptively at bends and jumps."""
 
 import time
 from collections.abc import Callable
@@ -9,22 +9,23 @@ import numpy as np
 from hapkit_studio.environments.base import Environment, Values
 
 Force = Callable[[np.ndarray], np.ndarray]
-"""Force in N by branch (m, n), NaN where there is none, over position in m or velocity in m/s (n,)."""
+"""Force in N per branch (m, n), NaN for a gap, over position in m or velocity in m/s (n,)."""
 
-TOLERANCE = 2e-3  # N between the curve and the line through its samples: a hundredth of what a hand feels
-_BENT = 0.35 * TOLERANCE  # off its neighbours' lines: the curve is up to 1 / 0.382 times as far off its own
+TOLERANCE = 2e-3  # N, interpolation tolerance: a hundredth of a perceptible force
+# threshold for refinement: the interpolation error is up to 1 / 0.382 times this indicator
+_REFINE_ABOVE = 0.35 * TOLERANCE
 WHOLE = 1000  # even steps of a whole curve: 0.12 mm of the 120 mm of a position
-_COARSER = (16, 4, 1)  # steps in place of one, tried one after the other while time allows
-_PROBE = 0.382  # of a step: a wave whose length is the step, or half of it, shows there
-_PARTS = 8  # into which a step with a bend or jump is divided at most, again and again
-_NARROWEST = 1e-9  # of the range: a bend or jump is located to this
-_MOST = 4  # samples for each even step: waves finer than that are a band on any screen
-_SECONDS = 0.05  # of processor time, after which the samples must do: some laws are slow
+_COARSER = (16, 4, 1)  # steps merged into one, by pass, while time allows
+_PROBE = 0.382  # position of the test sample in a step, which detects waves as long as the step or half of it
+_PARTS = 8  # subdivisions of a step with a bend or jump, applied repeatedly
+_NARROWEST = 1e-9  # fraction of the range to which a bend or jump is located
+_MOST = 4  # limit of samples per even step: finer waves look like a band on any screen
+_SECONDS = 0.05  # s of processor time, after which sampling stops, for slow laws
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Samples x (n,) ascending in SI, force (m, n) in N; even: those at even steps, both ends included."""
+    """Samples x (n,) ascending in SI, force (m, n) in N; even: those at even steps, with both ends."""
 
     force_at: Force
     x: np.ndarray
@@ -33,7 +34,7 @@ class Curve:
 
 
 def over_position(environment: Environment, values: Values, low: float, high: float) -> Curve | None:
-    """Return the force at rest from low to high in m; None where the law depends on velocity alone."""
+    """Return the static force from low to high in m; None if the law depends on velocity only."""
     declared = environment.over_position
     if declared is not None:
         return _if_any(sampled(lambda x: np.atleast_2d(declared(values, x)), low, high))
@@ -45,7 +46,7 @@ def over_position(environment: Environment, values: Values, low: float, high: fl
 
 
 def over_velocity(environment: Environment, values: Values, low: float, high: float) -> Curve | None:
-    """Return the force from low to high in m/s; None where it depends on position."""
+    """Return the force from low to high in m/s; None if it depends on position."""
     declared = environment.over_velocity
     if declared is not None:
         return _if_any(sampled(lambda v: np.atleast_2d(declared(values, v)), low, high))
@@ -62,12 +63,12 @@ def _if_any(curve: Curve) -> Curve | None:
 
 
 def sampled(force_at: Force, low: float, high: float, steps: int = WHOLE) -> Curve:
-    """Sample a force from low to high: at even steps, between them, and ever closer to bends and jumps.
+    """Sample a force from low to high: at even steps, between them, and adaptively at bends and jumps.
 
-    Lines through the samples are within `TOLERANCE` of a curve whose features are wider than a step. A slow
-    law gets fewer samples.
+    Linear interpolation is within ``TOLERANCE`` for features wider than a step. A slow law gets fewer
+    samples.
     """
-    end = time.thread_time() + _SECONDS  # not the clock: another program's work costs no samples
+    end = time.thread_time() + _SECONDS  # processor time, so that other programs' load costs no samples
     for coarser in _COARSER:
         even = np.linspace(low, high, max(steps // coarser, 1) + 1)
         x, force = even, np.asarray(force_at(even))
@@ -78,17 +79,17 @@ def sampled(force_at: Force, low: float, high: float, steps: int = WHOLE) -> Cur
         order = np.argsort(np.append(x, more), kind="stable")
         x, force = np.append(x, more)[order], np.hstack([force, force_at(more)])[:, order]
         wide = np.diff(x)
-        coarse = np.flatnonzero((_off(x, force) > _BENT) & (wide > _NARROWEST * (high - low)))
+        coarse = np.flatnonzero((_deviations(x, force) > _REFINE_ABOVE) & (wide > _NARROWEST * (high - low)))
         parts = min((_MOST * (steps + 1) - len(x)) // max(len(coarse), 1) + 1, _PARTS)
         shares = np.arange(1, parts) / parts
         more = (x[coarse, np.newaxis] + wide[coarse, np.newaxis] * shares).ravel()
     return Curve(force_at, x, force, np.isin(x, even))
 
 
-def _off(x: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Return how far in N each step (n - 1,) is off the lines through its neighbours on both sides.
+def _deviations(x: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Return each step's deviation in N (n - 1,) from extrapolations of its neighbours on both sides.
 
-    Beside a bend or jump only one of them is off, and where one lies between two samples both are.
+    Next to a bend or jump only one side deviates; if it lies inside the step, both do.
     """
     wide = np.diff(x)
     middle = (force[:, :-2] * wide[1:] + force[:, 2:] * wide[:-1]) / (wide[1:] + wide[:-1])

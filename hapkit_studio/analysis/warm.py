@@ -1,4 +1,4 @@
-"""Calls everything compiled that measuring needs, once and small, so that it is in numba's cache."""
+"""Run every compiled function used in measurements once, small, to fill numba's cache."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -13,9 +13,10 @@ from hapkit_studio.analysis.zwidth.result import Protocol
 
 
 def warm_up() -> None:
-    """Compile what the stability map, the charts and the protocols call."""
+    """Compile the functions of the stability map, the charts and the protocols."""
     damping, stiffness = np.zeros(1), np.full(1, 100.0)
-    with ThreadPoolExecutor(1) as one:  # a sweep's own threads would wait for a busy machine
+    # one worker: a sweep's low-priority threads would wait on a busy machine
+    with ThreadPoolExecutor(1) as one:
         rendered.boundary(Setting(), damping, executor=one)
         rendered.classes(Setting(controller=True), damping, stiffness, real=True, executor=one)
     for plan in accuracy.plans().values():

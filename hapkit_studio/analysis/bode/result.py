@@ -1,26 +1,22 @@
 """Bode diagram of the rendered impedance: the frequency response of a law in a sampled loop.
 
-Z(jω) = -F(jω)
-X(jω): F is the component at ω of the motor's force in effect, a staircase in continuous time, X that of the
-handle's true position. The motion is imposed and has no component above Nyquist, so there is no aliasing, and
-for F = -(K x + B v^) exactly
+Z(jω) = -F(jω) / X(jω): F is the component at ω of the motor's force in effect, a staircase in continuous
+time, X that of the handle's true position. The motion is imposed and has no component above Nyquist, so there
+is no aliasing, and for F = -(K x + B v^) exactly
 
-Z(jω) = (K + B V(e^jωT)) · (1 - e^-jωT)
-(jωT) · e^-jω td
+Z(jω) = (K + B V(e^jωT)) · (1 - e^-jωT) / (jωT) · e^-jω td
 
 with the velocity estimator V, period T and delay td. A hand feels Z + jω b - m ω², where b and m are the
-handle's own. Effective stiffness Re Z, damping Im Z
-ω, and mass -Re Z
-ω² where positive (Colonnese, Siu, Abbott and Okamura, IEEE Trans. Haptics 8(4), 2015). For ω -> 0 the damping
-is B - K (T/2 + td); below -b the loop adds energy (Colgate and Schenkel, J. Robotic Systems 14(1), 1997).
+handle's own. Effective stiffness Re Z, damping Im Z / ω, and mass -Re Z / ω² where positive (Colonnese, Siu,
+Abbott and Okamura, IEEE Trans. Haptics 8(4), 2015). For ω -> 0 the damping is B - K (T/2 + td); below -b the
+loop adds energy (Colgate and Schenkel, J. Robotic Systems 14(1), 1997).
 
 A nonlinear law is excited by single sines; Z is then its describing function, and π Im Z times the squared
 amplitude is the work per cycle done by the hand, for any waveform.
 
-Coherence of a multisine: |Σ F X*|²
-(Σ |F|² Σ |X|²) over motions with other phases; of single sines: the fraction of the force's power at the
-sine's frequency. Below 1 the force is nonlinear in the motion. Intervals of Z are 95 % intervals of its mean
-over the motions, by Student's t.
+Coherence of a multisine: |Σ F X*|² / (Σ |F|² Σ |X|²) over motions with other phases; of single sines: the
+fraction of the force's power at the sine's frequency. Below 1 the force is nonlinear in the motion. Intervals
+of Z are 95 % intervals of its mean over the motions, by Student's t.
 """
 
 import math

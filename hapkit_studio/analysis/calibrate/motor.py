@@ -276,8 +276,7 @@ def strength_from_springs(
     """Return the strength from tracks that pull springs in N/m; raise ParameterError.
 
     known, length: relative uncertainties of the springs and of the length scale. felt = (spring + other
-    stiffness)
-    strength: gravity and cable add a constant, so the slope does not contain them.
+    stiffness) / strength: gravity and cable add a constant, so the slope does not contain them.
     """
     springs = np.array([stiffness for stiffness, _ in pulled])
     check_springs(springs)

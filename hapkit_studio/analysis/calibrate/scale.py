@@ -65,10 +65,7 @@ class Scale:
 
 
 def fit(marks: list[Mark], board: Board) -> Scale:
-    """Fit count = zero + place
-
-    quantum; raise ParameterError with too few marks or too small a range.
-    """
+    """Fit count = zero + place / quantum; raise ParameterError with too few marks or too small a range."""
     places, counts = np.array([m.place for m in marks]), np.array([m.count for m in marks])
     if len(marks) < 2 or np.ptp(places) < APART:
         raise ParameterError(
@@ -137,9 +134,8 @@ def _judge_ratio(found: Scale, board: Board) -> CheckResult:
 def changes(found: Scale, board: Board) -> dict[str, float | int]:
     """Return the settings that the marks correct.
 
-    Positions and forces share one ratio, rh rp
-    rs = quantum * counts
-    turn, so the radius is corrected with the quantum, and the force with it.
+    Positions and forces share one ratio, rh rp / rs = quantum * counts / turn, so the radius is corrected
+    with the quantum, and the force with it.
     """
     made = {"quantum": found.quantum, "zero": round(found.zero), "sense": found.sense}
     radius = _wrong_radius(found)

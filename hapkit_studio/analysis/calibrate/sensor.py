@@ -22,9 +22,10 @@ _NEIGHBOURS = 3
 
 @dataclass(frozen=True)
 class SensorResult:
-    """Result of the sensor check: lowest and highest reading, jumps, the period in counts with its 95 % half
+    """Result of the sensor check, in counts: lowest and highest reading, jumps, noise.
 
-    width (NaN with too few jumps), travel in m by the radii, noise in counts.
+    Also the period in counts with its 95 % half width, NaN with too few jumps, and the travel in m by the
+    radii.
     """
 
     low: int

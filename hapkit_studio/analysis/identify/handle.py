@@ -199,9 +199,8 @@ def _noise_fraction(windows: Windows, columns: np.ndarray, step: float) -> float
 def _step_errors(grid: Grid, setup: Setup) -> np.ndarray:
     """Return the discretisation error in N·kg (n,) of the hand's damping force after force steps.
 
-    A step of the force between samples bends the speed. A sum over samples misses T² B₂(u)
-    2 times the bend for a step u periods after a sample (Euler–Maclaurin; B₂: the second Bernoulli
-    polynomial).
+    A step of the force between samples bends the speed. A sum over samples misses T² B₂(u) / 2 times the bend
+    for a step u periods after a sample (Euler–Maclaurin; B₂: the second Bernoulli polynomial).
     """
     if setup.grip is None:
         return np.zeros(len(grid))

@@ -132,8 +132,7 @@ def _cosine_covariance(scores: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray
 _LAGS = (0.0, 0.016, 0.048)
 # weak instruments below this first-stage F (Staiger and Stock 1997)
 STRONG = 10.0
-# intervals are 1 + _WEAK_WIDENING
-# F times as wide: 1.75 at F = 10, 1.075 at F = 100 (Lee et al. 2022)
+# intervals are 1 + _WEAK_WIDENING / F times as wide: 1.75 at F = 10, 1.075 at F = 100 (Lee et al. 2022)
 _WEAK_WIDENING = 7.5
 
 

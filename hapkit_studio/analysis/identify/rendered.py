@@ -6,10 +6,8 @@ intervals. Both sides are averaged over smooth windows, which avoids differences
 lost to hold and delay is part of what was rendered.
 
 Expected value for this motion: the force is held for a period T and arrives td late, so it lags the position
-by T
-2 + td. From -K x the handle gets -K x + K (T
-2 + td) v, a damping of B - K (T
-2 + td). The velocity estimate lags further: -B v adds a stiffness of B w² times its lag.
+by T / 2 + td. From -K x the handle gets -K x + K (T / 2 + td) v, a damping of B - K (T / 2 + td). The
+velocity estimate lags further: -B v adds a stiffness of B w² times its lag.
 """
 
 import math
@@ -128,8 +126,7 @@ def _quantisation_bias(
 ) -> np.ndarray:
     """Return the bias (p,) of the coefficients towards zero by quantisation or noise of the sensor.
 
-    Errors of variance step²
-    12 per sample, weighted by the windows, relative to the motion.
+    Errors of variance step² / 12 per sample, weighted by the windows, relative to the motion.
     """
     error = np.zeros(len(fit.beta))
     for i, name in enumerate(names):

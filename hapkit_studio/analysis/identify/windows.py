@@ -142,9 +142,8 @@ def _sample_steps(recording: Recording) -> tuple[np.ndarray, float]:
 
 
 def noise_ratio(position: np.ndarray, there: np.ndarray, quantum: float) -> float:
-    """Return the variance of white noise in positions (n,) in m over quantum²
+    """Return the variance of white noise in positions (n,) in m over quantum² / 12, 0 if it is small.
 
-    12, 0 if it is small.
     Fourth differences amplify the variance of white noise 70 times and suppress the motion. Those of the
     quantisation depend on the speed: they are computed from the smoothed motion, quantised again.
     """
