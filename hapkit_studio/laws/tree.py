@@ -32,10 +32,7 @@ class Var:
 
 @dataclass(frozen=True)
 class Op:
-    """An operation of the law language: + - *
-
-    // % ** neg abs min max, or a function of math.
-    """
+    """An operation of the law language: + - * / // % ** neg abs min max, or a function of math."""
 
     name: str
     args: tuple["Expr", ...]
