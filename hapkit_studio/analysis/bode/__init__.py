@@ -5,8 +5,8 @@ from hapkit_studio.formatting import hertz
 from hapkit_studio.parameters import Parameter
 
 AMPLITUDE = Parameter("amplitude", "Amplitude", "m", 1e-3, 20e-6, 0.01, "The handle moves so far at most")
-LINEAR = 0.9  # coherence below which a point says little
-COMPARED = 0.4  # of half the rate: up to here measured and theory are compared
+LINEAR = 0.9  # coherence below which a point is unreliable
+COMPARED = 0.4  # fraction of Nyquist up to which measurement and theory are compared
 
 
 def _from(frequency: float) -> str:
