@@ -61,7 +61,7 @@ def option_columns(found: "SceneResult") -> tuple[Column, ...]:
     return (
         Column(
             "Method", lambda one: f"{one.method or 'As set'}, {one.place}", right=False,
-            mark=lambda one: look(one, found),
+            mark=lambda one: option_look(one, found),
             token=lambda one: "accent" if one in best else "ink",
         ),
         Column("JND", lambda one: jnd(one.error).removesuffix(" JND"), lambda one: one.error,

@@ -64,7 +64,7 @@ def measure(
     limits, levels = limits or TrialLimits(), result.levels_of(damping)
     if person is None:
         person = not engine.device.simulated_hand
-    steps = _Steps(limits, len(levels), progress)
+    steps = _TrialProgress(limits, len(levels), progress)
     points: list[result.Point] = []
     with GuardedDevice(engine, limits, say, steps.look) as guarded:
         hand: SimulatedHand | Person = Person(guarded) if person else SimulatedHand(guarded)

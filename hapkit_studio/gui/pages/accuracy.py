@@ -231,7 +231,7 @@ class ScenePart(Part):
         self._worker.forget()
         where = self._studio.engine.where if self._studio.engine else COMPUTER
         self.chart.show_drawing(lambda figure, colors: charts.draw_scene(figure, colors, result))
-        rows = [one for _, options in charts.shown(result) for one in options]
+        rows = [one for _, options in charts.options_by_location(result) for one in options]
         self.table.show_rows(charts.option_columns(result), rows)
         self.better = result.recommended(where)
         on = self.better is not None and self.better is result.in_force(where)
