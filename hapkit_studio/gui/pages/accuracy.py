@@ -277,8 +277,10 @@ class ScenePart(Part):
 
     def _offer(self, one: Option | None, words: str) -> None:
         """Offer to use the methods of an option, unless they are in force or the scene has none."""
+        question = self.question()
         self.use_button.setText(words)
-        self.use_button.setEnabled(one is not None and one.options != self.question().options)
+        self.use_button.setEnabled(one is not None and one.options != question.options)
+        self.use_button.setVisible(bool(question.choices))
 
     @property
     def result(self) -> Accuracy:

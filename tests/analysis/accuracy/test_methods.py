@@ -69,7 +69,7 @@ def test_a_tap_on_a_wall_is_as_far_off_as_in_plain_python():
 
 
 @pytest.mark.parametrize(
-    "model", [pytest.param(m, marks=[pytest.mark.slow] * (m not in ("tether", "lugre"))) for m in RENDERED]
+    "model", [pytest.param(m, marks=[pytest.mark.slow] * (m != "tether")) for m in RENDERED]
 )
 def test_a_handle_that_should_hold_drifts_as_in_plain_python(model):
     """Only what holds on to an anchor moves by less than a count in two seconds."""

@@ -195,7 +195,7 @@ def plain_error(key, option, hands=(), real=scene.PARTS):
 CHATTER = "Coulomb", "Karnopp"  # flip with every count of noise: their vibration differs from run to run
 
 
-@pytest.mark.parametrize("key", scenes("wall", "damping"))
+@pytest.mark.parametrize("key", scenes("damping"))
 def test_every_row_has_the_error_of_a_loop_in_plain_python(key):
     for option in computed(key).options:
         wanted = plain_error(key, option)

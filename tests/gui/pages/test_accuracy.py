@@ -76,6 +76,7 @@ def test_errors_come_first_and_then_their_parts(page, shared_window, qtbot):
     assert sum(part.found.options[0].parts) == pytest.approx(part.found.options[0].error)
     assert part.answer.words.text() == part.found.sentence("computer")
     assert len(part.table.texts()) == 1 + 2
+    assert part.use_button.isHidden()  # the damping has no methods
 
 
 def test_another_method_is_known_at_once_and_use_it_is_undone(page, shared_window, qtbot):
@@ -127,6 +128,7 @@ def test_a_row_is_chosen_and_used_and_what_is_recommended_is_the_default(page, s
     part.show_result(this_scene.compute(part.question()))
     assert "On the board, use Projection" in part.reason.text()
     assert (part.use_button.text(), part.use_button.isEnabled()) == ("Use recommended", False)
+    assert part.use_button.isVisible()
     row = next(n for n, cells in enumerate(part.table.texts()) if cells[0] == "LuGre, computer")
     part.table.setCurrentIndex(part.table.model().index(row - 1, 0))
     assert part.use_button.text() == "Use this method"
