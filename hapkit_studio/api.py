@@ -20,11 +20,11 @@ from hapkit_studio.errors import ParameterError
 from hapkit_studio.files import open_regular
 from hapkit_studio.haptics import arrays, headless, health, rows
 from hapkit_studio.haptics.settings import LoopSettings
+from hapkit_studio.haptics.signals import BY_NAME, COLUMN
 from hapkit_studio.parameters import Parameter
 from hapkit_studio.sessions import export
 from hapkit_studio.sessions import settings as settings_of
 from hapkit_studio.sessions.chunk import pack
-from hapkit_studio.sessions.columns import COLUMNS
 from hapkit_studio.sessions.file import FAULT, SETTINGS, SUFFIX, Event, SessionWriter
 from hapkit_studio.sessions.session import SQLITE, Session
 from hapkit_studio.settings_log import Log
@@ -38,20 +38,14 @@ SPEED = Parameter("max_speed", "Largest speed", "m/s", 3.0, 0.0, 1e6)
 _CHUNK = 1000  # samples of a session's chunk
 # a row takes 256 bytes
 MOST_SAMPLES = 10_000_000
-# of a run: its name in a file, its column in the rows
-_COLUMNS = {
-    "position": ("position_m", rows.POSITION),
-    "velocity": ("velocity_m_per_s", rows.VELOCITY),
-    "true_position": ("true_position_m", rows.TRUE_POSITION),
-    "true_velocity": ("true_velocity_m_per_s", rows.TRUE_VELOCITY),
-    "force": ("force_asked_N", rows.ASKED),
-    "applied_force": ("force_applied_N", rows.APPLIED),
-    "hand_force": ("hand_force_N", rows.HAND_FORCE),
-    "energy": ("energy_J", rows.ENERGY),
-    "flags": ("flags", rows.FLAGS),
-}
-# of a run: its name in a session
-_KEPT = {name: kept.name for name, (_, place) in _COLUMNS.items() for kept in COLUMNS if kept.place == place}
+_SIGNALS = tuple(
+    BY_NAME[name]
+    for name in (
+        "position", "velocity", "true_position", "true_velocity", "force", "applied_force", "hand_force",
+        "energy", "flags",
+    )
+)  # fmt: skip
+"""The signals that a run holds, in the order of the columns of its tables."""
 
 
 @dataclass(frozen=True)
@@ -97,10 +91,10 @@ class Run:
         What moves besides the handle is "object.name_m", a state variable of the law "state.name".
         """
         named = {"time_s": self.time}
-        named |= {header: getattr(self, name) for name, (header, _) in _COLUMNS.items()}
+        named |= {s.column_name: getattr(self, s.name) for s in _SIGNALS}
         named = {header: values for header, values in named.items() if not np.isnan(values).all()}
         if self.hand_target is not None:
-            named["hand_target_m"] = self.hand_target
+            named[BY_NAME["hand_target"].column_name] = self.hand_target
         named |= {f"object.{name}_m": place for name, place in self.moves.items()}
         return {**named, **{f"state.{name}": self.state[:, i] for i, name in enumerate(self.state_names)}}
 
@@ -117,8 +111,8 @@ class Run:
     def _save_session(self, path: str | Path) -> None:
         table = np.zeros((len(self.time), rows.ROW_WIDTH))
         table[:, rows.TICK], table[:, rows.HOST_TIME] = np.arange(len(table)), self.time
-        for name, (_, column) in _COLUMNS.items():
-            table[:, column] = getattr(self, name)
+        for signal in _SIGNALS:
+            table[:, COLUMN[signal.name]] = getattr(self, signal.name)
         if self.hand_target is not None:
             table[:, rows.HAND_TARGET] = self.hand_target
         states = len(self.state_names)
@@ -221,7 +215,7 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
     session = Session(path)
     try:
         zero = session.starts[0]
-        names = *_KEPT.values(), "time", "board_time", "hand_target", "state"
+        names = *(signal.name for signal in _SIGNALS), "time", "board_time", "hand_target", "state"
         found = session.read(names, zero + start, zero + stop)
     finally:
         session.close()
@@ -236,7 +230,7 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
     log = [(when, settings) for when, (_, settings) in zip(changed, log, strict=True)]
     state_names, state = _states(own - own[0], found["state"], log)
     said = [event for event in session.events if time[0] <= event.time <= zero + stop]
-    columns: dict[str, Any] = {name: found[column] for name, column in _KEPT.items()}
+    columns: dict[str, Any] = {signal.name: found[signal.name] for signal in _SIGNALS}
     return Run(
         time=own - own[0],
         **columns | {"flags": found["flags"].astype(int)},
@@ -311,7 +305,7 @@ def _unrest(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.ndarr
 
 def columns_of(table: np.ndarray) -> dict[str, Any]:
     """Return what a run holds of rows of the loop (n, width), each (n,)."""
-    found = {name: np.ascontiguousarray(table[:, column]) for name, (_, column) in _COLUMNS.items()}
+    found = {s.name: np.ascontiguousarray(table[:, COLUMN[s.name]]) for s in _SIGNALS}
     return found | {"flags": found["flags"].astype(int)}
 
 

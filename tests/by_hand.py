@@ -157,7 +157,9 @@ def main() -> None:
     options = ("--environment", "wall", "--size", "1280x720", "--theme", "light")
     person = Person(*open_window(*options))
     seen = feel(person)
-    np.save(folder / "ring.npy", np.concatenate(person.pieces)[:, [rows.TICK, rows.POSITION, rows.APPLIED]])
+    np.save(
+        folder / "ring.npy", np.concatenate(person.pieces)[:, [rows.TICK, rows.POSITION, rows.APPLIED_FORCE]]
+    )
     person.reader = None
     person.key("ctrl+q")
     person.wait(lambda: not person.window.isVisible())

@@ -322,7 +322,7 @@ def _session(folder: Path) -> Path:
     table[:, rows.TICK], table[:, rows.HOST_TIME] = np.arange(count), 100.0 + 1e-3 * np.arange(count)
     table[:, rows.BOARD_TIME] = table[:, rows.HOST_TIME]
     table[:, rows.POSITION] = 0.01 * np.sin(0.05 * np.arange(count))
-    table[:, rows.ASKED] = table[:, rows.APPLIED] = -100.0 * table[:, rows.POSITION]
+    table[:, rows.FORCE] = table[:, rows.APPLIED_FORCE] = -100.0 * table[:, rows.POSITION]
     settings = {
         "environment": "wall", "parameters": {"stiffness": 300.0, "damping": 0.0, "side": "right"},
         "units": {"stiffness": "N/m", "damping": "N·s/m"}, "state_names": [], "hand": "own", "grip": "medium",

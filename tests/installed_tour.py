@@ -46,7 +46,7 @@ def main(folder: Path) -> None:
         return {
             "chosen": window.studio.environment.key,
             "rows": window.live.last[rows.TICK] - first,
-            "force": abs(window.live.last[rows.APPLIED]),
+            "force": abs(window.live.last[rows.APPLIED_FORCE]),
             "bytes": picture.stat().st_size,
             "running": window.studio.engine.health().running,
         }

@@ -115,7 +115,7 @@ def test_force_at_the_pwm_registers_is_minus_k_d_and_the_plots_show_the_ring(ses
     steady &= table[:-1, rows.BOARD_TIME] > table[0, rows.BOARD_TIME] + 0.6  # zero force, then the fade
     assert np.count_nonzero(steady & (depth > 0.001)) > DEEP
     assert np.all(np.abs(force + STIFFNESS * depth)[steady] <= (step + STIFFNESS * QUANTUM)[steady])
-    applied = table[:-1, rows.APPLIED]
+    applied = table[:-1, rows.APPLIED_FORCE]
     assert np.all(np.abs(force - applied)[steady] <= step[steady])
     assert np.abs(applied).max() > 1.0
 
@@ -125,7 +125,11 @@ def test_force_at_the_pwm_registers_is_minus_k_d_and_the_plots_show_the_ring(ses
     both = (at >= shown.x[0]) & (at <= shown.x[-1])
     assert np.count_nonzero(both) >= SAMPLES / 2
     assert np.array_equal(both, np.isin(at, shown.x))
-    for name, column in (("position", rows.POSITION), ("applied", rows.APPLIED), ("asked", rows.ASKED)):
+    for name, column in (
+        ("position", rows.POSITION),
+        ("applied_force", rows.APPLIED_FORCE),
+        ("force", rows.FORCE),
+    ):
         plotted = shown.y[name][np.isin(shown.x, at)]
         assert np.array_equal(plotted, table[both, column])
 
@@ -136,7 +140,7 @@ def test_after_connecting_the_force_stays_zero_for_half_a_second(session):
     first = table[:, rows.BOARD_TIME] - table[0, rows.BOARD_TIME] < 0.499
     assert np.count_nonzero(first) > 490
     assert np.all(real.duty[first] == 0)
-    assert np.all(table[first, rows.APPLIED] == 0.0)
+    assert np.all(table[first, rows.APPLIED_FORCE] == 0.0)
 
 
 def test_unplugged_under_real_time_priority_the_loop_ends_with_a_zero_command(tmp_path):
@@ -148,7 +152,7 @@ def test_unplugged_under_real_time_priority_the_loop_ends_with_a_zero_command(tm
     try:
         engine.set_environment("spring", {"center": 0.01, "stiffness": 200.0})
         pushing = []
-        wait_until(lambda: pushing.append(reader.read()) or np.any(pushing[-1][:, rows.APPLIED] > 0.5))
+        wait_until(lambda: pushing.append(reader.read()) or np.any(pushing[-1][:, rows.APPLIED_FORCE] > 0.5))
         board.unplug()
         wait_until(lambda: engine.fault is not None)
         assert engine.fault.code == arrays.DEVICE_GONE

@@ -59,7 +59,7 @@ def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
     r.word[arrays.FLAGS] = flags_of(r, conn, sample, now, frames >= 1.5)
     row[rows.FLAGS] = r.word[arrays.FLAGS]
     if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
-        r.real[arrays.APPLIED] = row[rows.APPLIED]
+        r.real[arrays.APPLIED] = row[rows.APPLIED_FORCE]
 
 
 @internal
@@ -94,8 +94,8 @@ def fill_row(
     word[arrays.TICK] += 1
     row[rows.POSITION] = position
     row[rows.VELOCITY] = sign * finite(sample[codec.VELOCITY])
-    row[rows.ASKED] = sign * finite(sample[codec.ASKED])
-    row[rows.APPLIED] = applied
+    row[rows.FORCE] = sign * finite(sample[codec.ASKED])
+    row[rows.APPLIED_FORCE] = applied
     row[rows.PERIOD] = period
     real[arrays.ENERGY] += 0.5 * (real[arrays.APPLIED] + applied) * (position - real[arrays.LAST_POSITION])
     row[rows.ENERGY] = real[arrays.ENERGY]

@@ -211,7 +211,7 @@ def _render_prescribed(hand: Prescribed, scene: Scene, count: int) -> tuple[np.n
     pull = device.mass * np.gradient(velocities) * scene.loop.rate if len(times) > 1 else np.zeros(1)
     friction = device.damping * velocities + device.coulomb_force * np.sign(velocities)
     late = min(math.ceil(scene.loop.delay * scene.loop.rate - 1e-9), len(times))
-    motor = np.append(np.zeros(late), out[: len(times) - late, rows.APPLIED])
+    motor = np.append(np.zeros(late), out[: len(times) - late, rows.APPLIED_FORCE])
     out[:, rows.HAND_FORCE] = pull + friction - motor
     return out, r
 

@@ -377,7 +377,7 @@ def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
     share, flags = fade_out(r, link, period), int(row[rows.FLAGS])
     if share < 1.0:
         force *= share
-        row[rows.APPLIED] = r.real[arrays.APPLIED] = force
+        row[rows.APPLIED_FORCE] = r.real[arrays.APPLIED] = force
         flags |= rows.FADING
     gap = lost > 0.0 or link.words[LEFT_OUT] or time_since_last(link, sample) > 1.5 * period
     write_times(link, sample[codec.BOARD_TIME], row, now)

@@ -13,9 +13,15 @@ from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.haptics import arrays
 from hapkit_studio.haptics.block import STATES
 from hapkit_studio.haptics.clib import fence, load_acquire, store_release
+from hapkit_studio.haptics.signals import COLUMN, SIGNALS
 
-TICK, HOST_TIME, BOARD_TIME, POSITION, VELOCITY, ASKED, APPLIED, LATENESS = range(8)
-COMPUTE, ENERGY, FLAGS, TRUE_POSITION, TRUE_VELOCITY, HAND_FORCE, HAND_TARGET, PERIOD, STATE = range(8, 17)
+TICK, HOST_TIME, BOARD_TIME = COLUMN["tick"], COLUMN["time"], COLUMN["board_time"]
+POSITION, VELOCITY = COLUMN["position"], COLUMN["velocity"]
+FORCE, APPLIED_FORCE, ENERGY = COLUMN["force"], COLUMN["applied_force"], COLUMN["energy"]
+LATENESS, COMPUTE, PERIOD, FLAGS = COLUMN["lateness"], COLUMN["compute"], COLUMN["period"], COLUMN["flags"]
+TRUE_POSITION, TRUE_VELOCITY = COLUMN["true_position"], COLUMN["true_velocity"]
+HAND_FORCE, HAND_TARGET = COLUMN["hand_force"], COLUMN["hand_target"]
+STATE = len(SIGNALS)
 ROW_WIDTH = STATE + STATES
 
 CLAMPED, STOPPED, FAULT, STALE, FADING, GAP = 1, 2, 4, 8, 16, 32

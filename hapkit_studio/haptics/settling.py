@@ -128,7 +128,7 @@ def let_go(
             if not headless.simulate_sample(r, body, row, start[2], start[2], start[2]):
                 return OPEN
             done += 1
-            x, force = row[rows.TRUE_POSITION], row[rows.APPLIED]
+            x, force = row[rows.TRUE_POSITION], row[rows.APPLIED_FORCE]
             low[n], high[n] = min(low[n], x), max(high[n], x)
             least, most = min(least, force), max(most, force)
             waited = waited + 1 if row[rows.TRUE_VELOCITY] == 0.0 else 0

@@ -354,8 +354,8 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
     word[arrays.TICK] += 1
     row[rows.POSITION] = position
     row[rows.VELOCITY] = velocity
-    row[rows.ASKED] = asked
-    row[rows.APPLIED] = force
+    row[rows.FORCE] = asked
+    row[rows.APPLIED_FORCE] = force
     row[rows.ENERGY] = real[arrays.ENERGY]
     row[rows.FLAGS] = word[arrays.FLAGS]
     row[rows.PERIOD] = period
@@ -386,5 +386,5 @@ def live_tick(r: LoopArrays, position: float, period: float, effect: float, row:
     if note_law_time(r, done, spent, limit, 1):
         r.word[arrays.FLAGS] |= rows.FAULT
         row[rows.FLAGS] = r.word[arrays.FLAGS]
-        row[rows.APPLIED] = r.real[arrays.APPLIED] = r.real[arrays.GAIN] = force = 0.0
+        row[rows.APPLIED_FORCE] = r.real[arrays.APPLIED] = r.real[arrays.GAIN] = force = 0.0
     return force

@@ -1,33 +1,31 @@
 """A chunk: some tenths of a second of samples, compressed column by column, with extremes to draw from."""
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from hapkit_studio.haptics import rows
-from hapkit_studio.sessions.columns import BY_NAME, COLUMNS, MOST_WHOLE, Column, DamagedError, decode, encode
+from hapkit_studio.haptics.signals import ALWAYS, BY_NAME, COLUMN, ON_REQUEST, SIGNALS, Signal
+from hapkit_studio.sessions.columns import MOST_WHOLE, DamagedError, decode, encode
+from hapkit_studio.sessions.layout import LAYOUT, STATE, Layout
 
 BLOCK = 64
-"""Samples of which the extremes are kept."""
-DRAWN = ("position", "velocity", "asked", "applied", "energy")
-"""The columns whose extremes are kept."""
+"""Samples of which the extremes are stored."""
 MOST_SAMPLES = 1 << 16  # of a chunk; the recorder's have at most 1,000
 MOST_STATES = rows.ROW_WIDTH - rows.STATE
 MOST_TIME = 1e9  # s of a computer's clock since it started: 31 years
 _SAME_TIME = 1e-6  # s, the step of times in a file
-STATE = "state"
-EVERY = (*BY_NAME, STATE)
-"""The names of all columns."""
+_WHOLE = frozenset(signal.name for signal in SIGNALS if signal.whole)
 
 
 @dataclass(frozen=True)
 class Chunk:
     """Consecutive samples: how many, when the first and the last came in s of the computer's clock.
 
-    columns hold what ``encode`` made of each, "state" the law's values, ``states`` of them, one after the
-    other; extremes those of every BLOCK samples.
+    columns: what ``encode`` made of each signal of the layout, None where it was not recorded; "state": the
+    law's ``states`` variables, one after the other. extremes: the encoded ones of every BLOCK samples.
     """
 
     count: int
@@ -36,9 +34,10 @@ class Chunk:
     states: int
     extremes: bytes
     columns: Mapping[str, bytes | None]
+    layout: Layout = LAYOUT
 
     def values(self, name: str) -> np.ndarray:
-        """Return a column (count,) in SI, NaN where it was not kept, or the state (count, states).
+        """Return a signal (count,) in SI, NaN where it was not recorded, or the state (count, states).
 
         Raise DamagedError.
         """
@@ -48,15 +47,15 @@ class Chunk:
                 .reshape(self.states, self.count)
                 .T
             )
-        data, column = self.columns[name], BY_NAME[name]
+        data = self.columns.get(name)
         if data is None:
             return np.full(self.count, math.nan)
         values = decode(data, self.count)
-        if column.less_than:
-            return self.values(column.less_than) - values
+        if base := self.layout.delta_to(name):
+            return self.values(base) - values
         if name == "time" and not self._in_order(values):
             raise DamagedError(f"Its times are not in order from {self.start:g} to {self.stop:g} s.")
-        if column.whole and not np.abs(values).max() < MOST_WHOLE:
+        if name in _WHOLE and not np.abs(values).max() < MOST_WHOLE:
             raise DamagedError(f"Its {name} goes beyond {MOST_WHOLE:,}.")
         return values
 
@@ -65,22 +64,22 @@ class Chunk:
         return bool(within and (np.diff(times) >= 0.0).all())
 
     def blocks(self) -> np.ndarray:
-        """Return the least and greatest values (len(DRAWN), 2, blocks) in SI, NaN for what is not finite.
+        """Return the extremes (signals with extremes, 2, blocks) in SI, NaN for values that are not finite.
 
         Raise DamagedError.
         """
-        blocks = -(-self.count // BLOCK)
-        found = decode(self.extremes, len(DRAWN) * 2 * blocks).reshape(len(DRAWN), 2, blocks)
+        blocks, signals = -(-self.count // BLOCK), len(self.layout.with_extremes)
+        found = decode(self.extremes, signals * 2 * blocks).reshape(signals, 2, blocks)
         return np.where(np.isfinite(found), found, math.nan)
 
 
 def pack(table: np.ndarray, quantum: float, states: int, truth: bool = False) -> Chunk:
-    """Return telemetry rows (n, ROW_WIDTH), n > 0, as a chunk; quantum in m, of the law's values so many.
+    """Return telemetry rows (n, ROW_WIDTH), n > 0, as a chunk with the first ``states`` state variables.
 
-    truth: a simulation's true motion and its hand are kept as well.
+    quantum: the sensor's step in m. truth: with the signals that are recorded on request.
     """
-    kept: Iterable[Column] = (column for column in COLUMNS if truth or not column.requested)
-    columns = {column.name: _encoded(table, column, quantum) for column in kept}
+    recorded = (s for s in SIGNALS if s.recorded == ALWAYS or (truth and s.recorded == ON_REQUEST))
+    columns = {signal.name: _encoded(table, signal, quantum) for signal in recorded}
     columns[STATE] = encode(table[:, rows.STATE : rows.STATE + states].T.ravel())
     step = BY_NAME["time"].step or 1.0
     start, stop = step * np.rint(table[[0, -1], rows.HOST_TIME] / step)  # as the samples have it
@@ -88,14 +87,14 @@ def pack(table: np.ndarray, quantum: float, states: int, truth: bool = False) ->
     return Chunk(len(table), float(start), float(stop), states, extremes, columns)
 
 
-def unpack(chunk: Chunk, names: Collection[str] = EVERY) -> np.ndarray:
-    """Return a chunk's telemetry rows (count, ROW_WIDTH) with some columns, NaN in all that was not kept.
+def unpack(chunk: Chunk, names: Collection[str]) -> np.ndarray:
+    """Return a chunk's telemetry rows (count, ROW_WIDTH) with some signals, NaN in all others.
 
     Raise DamagedError.
     """
     table = np.full((chunk.count, rows.ROW_WIDTH), math.nan)
-    for name in BY_NAME.keys() & chunk.columns.keys() & set(names):
-        table[:, BY_NAME[name].place] = chunk.values(name)
+    for name in BY_NAME.keys() & set(names):
+        table[:, COLUMN[name]] = chunk.values(name)
     if STATE in names:
         states = chunk.values(STATE)[:, : rows.ROW_WIDTH - rows.STATE]
         table[:, rows.STATE : rows.STATE + states.shape[1]] = states
@@ -104,16 +103,16 @@ def unpack(chunk: Chunk, names: Collection[str] = EVERY) -> np.ndarray:
     return table
 
 
-def _encoded(table: np.ndarray, column: Column, quantum: float) -> bytes:
-    values = table[:, column.place]
-    if column.less_than:
-        values = table[:, BY_NAME[column.less_than].place] - values
-    if column.counted:
+def _encoded(table: np.ndarray, signal: Signal, quantum: float) -> bytes:
+    values = table[:, COLUMN[signal.name]]
+    if signal.delta_to:
+        values = table[:, COLUMN[signal.delta_to]] - values
+    if signal.in_counts:
         return encode(values, quantum, rounded=False)
-    return encode(values, column.step or 0.0)
+    return encode(values, signal.step or 0.0)
 
 
 def _extremes(table: np.ndarray) -> np.ndarray:
-    drawn = table[:, [BY_NAME[name].place for name in DRAWN]].T
+    drawn = table[:, [COLUMN[name] for name in LAYOUT.with_extremes]].T
     starts = np.arange(0, len(table), BLOCK)
     return np.stack([pick.reduceat(drawn, starts, axis=1) for pick in (np.fmin, np.fmax)], axis=1)

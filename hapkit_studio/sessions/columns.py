@@ -1,17 +1,15 @@
-"""Columns of the loop's rows as a session keeps them, and their compressed form.
+"""The compressed form of a signal's samples in a session.
 
-A column of whole multiples of a step (counts, microseconds, ticks, flags) is stored as differences in the
-fewest bytes; any other as 32-bit floats. Bytes of equal significance stand together, then zlib compresses.
+Multiples of a step (counts, microseconds, ticks, flags) are stored as differences in the fewest bytes, other
+values as 32-bit floats. The bytes are sorted by significance before zlib compresses them.
 """
 
 import struct
 import zlib
-from dataclasses import dataclass
 
 import numpy as np
 
 from hapkit_studio.errors import FileError
-from hapkit_studio.haptics import rows
 
 _INTEGERS = tuple(np.dtype(code) for code in ("<i1", "<i2", "<i4", "<i8"))
 _FLOATS = np.dtype("<f4")
@@ -24,45 +22,6 @@ _LARGEST_STEP = 1e200
 
 class DamagedError(FileError):
     """What was read is not what was written, or is out of range."""
-
-
-@dataclass(frozen=True)
-class Column:
-    """One value of every sample: its name, where in a row it stands, its unit.
-
-    step: it is rounded to multiples of this; None: floats. counted: it consists of the sensor's counts.
-    whole: it consists of whole numbers, which are used as such.
-    less_than: the column that it mostly equals; how much less than that it is, is stored.
-    """
-
-    name: str
-    place: int
-    unit: str
-    step: float | None = None
-    counted: bool = False
-    less_than: str = ""
-    whole: bool = False
-    requested: bool = False  # kept on request only
-
-
-COLUMNS = (
-    Column("tick", rows.TICK, "", 1.0, whole=True),
-    Column("time", rows.HOST_TIME, "s", 1e-6),
-    Column("board_time", rows.BOARD_TIME, "s", 1e-6),
-    Column("position", rows.POSITION, "m", counted=True),
-    Column("velocity", rows.VELOCITY, "m/s"),
-    Column("asked", rows.ASKED, "N"),
-    Column("applied", rows.APPLIED, "N", less_than="asked"),
-    Column("energy", rows.ENERGY, "J"),
-    Column("lateness", rows.LATENESS, "s", 1e-6),
-    Column("compute", rows.COMPUTE, "s", 1e-7),
-    Column("flags", rows.FLAGS, "", 1.0, whole=True),
-    Column("true_position", rows.TRUE_POSITION, "m", requested=True),
-    Column("true_velocity", rows.TRUE_VELOCITY, "m/s", requested=True),
-    Column("hand_force", rows.HAND_FORCE, "N", requested=True),
-    Column("hand_target", rows.HAND_TARGET, "m", requested=True),
-)
-BY_NAME = {column.name: column for column in COLUMNS}
 
 
 def encode(values: np.ndarray, step: float = 0.0, rounded: bool = True) -> bytes:

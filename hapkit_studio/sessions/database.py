@@ -15,8 +15,10 @@ from pathlib import Path
 
 from hapkit_studio.errors import FileError
 from hapkit_studio.files import open_regular
+from hapkit_studio.sessions.columns import DamagedError
 from hapkit_studio.sessions.event_values import one_line
-from hapkit_studio.sessions.file import LOG, MARK, TABLES, VERSION, SessionError, schema
+from hapkit_studio.sessions.file import LOG, MARK, TABLES, VERSION, SessionError, checksum, schema
+from hapkit_studio.sessions.layout import FIRST, MOST_SIGNALS, SIGNAL, Layout, checked_layout, tables
 
 _INDEX, _JOURNAL = "-shm", "-journal"
 _JOURNAL_SECONDS, _JOURNAL_LOOK = 0.3, 0.01  # s to wait for a journal to go, and between two looks
@@ -52,8 +54,11 @@ def _has_journal(path: Path) -> bool:
 
 
 class Database:
-    """A connection that only reads. complete: its recording was ended; log_lost: it was not, and the
-    ``NAME-wal`` with its newest samples is not beside it."""
+    """A connection that only reads.
+
+    layout: of the file's chunks. complete: its recording was ended; log_lost: it was not, and the
+    ``NAME-wal`` with its newest samples is not beside it.
+    """
 
     def __init__(self, path: Path):
         """Open a session; raise SessionError where it is none, or one of a newer studio."""
@@ -63,10 +68,11 @@ class Database:
         if _has_journal(path):
             raise SessionError(f"{name} was being changed by another program: {name}{_JOURNAL} is beside it.")
         self.log_lost = not self.complete and not log
+        self.version = _version(header)
         self._copy: tempfile.TemporaryDirectory | None = None
         try:
-            self.connection = self._connection(path, needs_copy=bool(log) and not index)
-        except (*ERRORS, OSError, SessionError) as error:
+            self.connection, self.layout = self._connection(path, needs_copy=bool(log) and not index)
+        except (*ERRORS, OSError, DamagedError, SessionError) as error:
             self._remove_copy()
             if self.log_lost and not isinstance(error, OSError):
                 raise SessionError(f"{name} has lost its samples: they were in {name}{LOG}.") from None
@@ -75,15 +81,20 @@ class Database:
             why = getattr(error, "strerror", "") or one_line(str(error))
             raise SessionError(f"{name} cannot be read: {why}.") from None
 
-    def _connection(self, path: Path, needs_copy: bool) -> sqlite3.Connection:
+    @property
+    def tables(self) -> dict[str, dict[str, str]]:
+        """Return the columns of each table with their types."""
+        return tables(self.layout, self.version)
+
+    def _connection(self, path: Path, needs_copy: bool) -> tuple[sqlite3.Connection, Layout]:
         if not needs_copy:
             try:
-                return _connect(path, "mode=ro&immutable=1" if self.log_lost else "mode=ro")
+                return _connect(path, "mode=ro&immutable=1" if self.log_lost else "mode=ro", self.version)
             except sqlite3.OperationalError as error:
                 name = getattr(error, "sqlite_errorname", "")  # Python's own errors have none
                 if not name.startswith(("SQLITE_CANTOPEN", "SQLITE_READONLY")):
                     raise
-        return _connect(self._copied(path), "mode=rw")
+        return _connect(self._copied(path), "mode=rw", self.version)
 
     def close(self) -> None:
         """Close the file, and delete what was copied."""
@@ -121,13 +132,17 @@ def _header(path: Path) -> bytes:
         raise SessionError(f"Cannot read {one_line(str(path))}: {error.strerror}.") from None
     if not header.startswith(SQLITE) or int.from_bytes(header[68:72], "big") != MARK:
         raise _foreign(path)
-    version = int.from_bytes(header[60:64], "big")
+    version = _version(header)
     if version > VERSION:
         newer = (
             f"{one_line(path.name)} was made by a newer studio (version {version}, this one reads {VERSION})"
         )
         raise SessionError(f"{newer}: update the studio.")
     return header
+
+
+def _version(header: bytes) -> int:
+    return int.from_bytes(header[60:64], "big")
 
 
 def _foreign(path: Path) -> SessionError:
@@ -145,8 +160,11 @@ def _size(path: Path) -> int:
     return found.st_size
 
 
-def _connect(path: Path, how: str) -> sqlite3.Connection:
-    """Return a connection to a file with a session's tables alone; raise SessionError, DatabaseError."""
+def _connect(path: Path, how: str, version: int) -> tuple[sqlite3.Connection, Layout]:
+    """Return a connection to a file with a session's tables alone, and its layout.
+
+    Raise SessionError, DamagedError, DatabaseError.
+    """
     uri = f"{path.resolve().as_uri()}?{how}"
     database = sqlite3.connect(uri, uri=True, isolation_level=None, check_same_thread=False)
     try:
@@ -156,10 +174,24 @@ def _connect(path: Path, how: str) -> sqlite3.Connection:
             database.execute(f"PRAGMA {setting}")
         database.set_progress_handler(lambda: 1, _STEPS)  # ends the statement that runs
         found = database.execute(f"SELECT name, sql FROM sqlite_master LIMIT {len(TABLES) + 1}").fetchall()
-        database.set_progress_handler(None, 0)
-        if dict(found) != {table: schema(table) for table in TABLES}:
+        made = dict(found)
+        if version > 1 and made.get("signal") != schema("signal", SIGNAL):  # read below: no view, no trigger
             raise _foreign(path)
-    except (*ERRORS, SessionError):
+        layout = FIRST if version <= 1 else _layout(database)
+        database.set_progress_handler(None, 0)
+        if made != {name: schema(name, columns) for name, columns in tables(layout, version).items()}:
+            raise _foreign(path)
+    except (*ERRORS, DamagedError, SessionError):
         database.close()
         raise
-    return database
+    return database, layout
+
+
+def _layout(database: sqlite3.Connection) -> Layout:
+    """Return the layout that a file holds; raise DamagedError, DatabaseError."""
+    query = f"SELECT {', '.join(SIGNAL)}, crc FROM signal ORDER BY id LIMIT {MOST_SIGNALS + 1}"
+    found = database.execute(query).fetchall()
+    for *values, crc in found:
+        if crc != checksum(values):
+            raise DamagedError("the checksum of its layout is wrong")
+    return checked_layout([tuple(values) for *values, _ in found])

@@ -4,17 +4,17 @@ import json
 import os
 import sqlite3
 import zlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from hapkit_studio.errors import StudioError
-from hapkit_studio.sessions.chunk import STATE, Chunk
-from hapkit_studio.sessions.columns import COLUMNS
+from hapkit_studio.sessions.chunk import Chunk
+from hapkit_studio.sessions.layout import LAYOUT, Layout, tables
 
-VERSION = 1
+VERSION = 2
 SUFFIX = ".hapkit"
 LOG = "-wal"
 """Ends the name of the file with what is not in the session's own file before a recording is ended."""
@@ -25,12 +25,7 @@ MARKER = "marker"
 NOTE = "note"
 """What a person noted on all of it afterwards, with a text."""
 MARK = 0x4861706B  # "Hapk": SQLite keeps a place in its header for an application's own
-_BLOBS = ("extremes", *(column.name for column in COLUMNS), STATE)
-_COUNTED = {"count": "INTEGER", "start": "REAL", "stop": "REAL", "states": "INTEGER"}
-TABLES = {
-    "event": {"time": "REAL", "kind": "TEXT", "what": "TEXT"},
-    "chunk": {**_COUNTED, **dict.fromkeys(_BLOBS, "BLOB")},
-}
+TABLES = tables(LAYOUT, VERSION)
 """Every table's columns and their types; beside them a row has its number and its checksum."""
 
 
@@ -47,10 +42,10 @@ class Event:
     what: dict[str, Any]
 
 
-def schema(table: str) -> str:
+def schema(table: str, columns: Mapping[str, str]) -> str:
     """Return the statement that creates a table, as the file itself has it."""
-    columns = ", ".join(f"{name} {kind}" for name, kind in TABLES[table].items())
-    return f"CREATE TABLE {table} (id INTEGER PRIMARY KEY, {columns}, crc INTEGER)"
+    named = ", ".join(f"{name} {kind}" for name, kind in columns.items())
+    return f"CREATE TABLE {table} (id INTEGER PRIMARY KEY, {named}, crc INTEGER)"
 
 
 def checksum(values: Iterable) -> int:
@@ -67,9 +62,10 @@ class SessionWriter:
     Methods raise SessionError where the disk is full or the file is gone.
     """
 
-    def __init__(self, path: str | Path):
-        """Begin a file that does not exist yet."""
+    def __init__(self, path: str | Path, layout: Layout = LAYOUT):
+        """Begin a file that does not exist yet; layout: of the chunks that it will hold."""
         self.path = Path(path)
+        self._layout = layout
         try:
             with self.path.open("xb") as file:
                 self._identity = _identity(os.fstat(file.fileno()))
@@ -82,8 +78,10 @@ class SessionWriter:
             for setting in (f"application_id={MARK}", f"user_version={VERSION}", "journal_mode=WAL"):
                 self._database.execute(f"PRAGMA {setting}")
             self._database.execute("PRAGMA synchronous=NORMAL")
-            for table in TABLES:
-                self._database.execute(schema(table))
+            for table, columns in tables(layout, VERSION).items():
+                self._database.execute(schema(table, columns))
+        for signal in layout.signals:
+            self._insert("signal", tuple(signal))
 
     @classmethod
     def reopen(cls, path: Path) -> "SessionWriter":
@@ -96,9 +94,9 @@ class SessionWriter:
 
     @classmethod
     @contextmanager
-    def whole(cls, path: str | Path) -> Iterator["SessionWriter"]:
+    def whole(cls, path: str | Path, layout: Layout = LAYOUT) -> Iterator["SessionWriter"]:
         """Write a session that is complete in the end, or leave no file."""
-        writer = cls(path)
+        writer = cls(path, layout)
         try:
             yield writer
             writer.close()
@@ -115,11 +113,11 @@ class SessionWriter:
 
     def add(self, chunk: Chunk) -> None:
         """Write a chunk."""
-        blobs = (chunk.extremes, *map(chunk.columns.get, _BLOBS[1:]))
+        blobs = (chunk.extremes, *map(chunk.columns.get, self._layout.names))
         self._insert("chunk", (chunk.count, chunk.start, chunk.stop, chunk.states, *blobs))
 
     def note(self, event: Event) -> None:
-        """Write what happened."""
+        """Write an event."""
         self._insert("event", (float(event.time), event.kind, json.dumps(event.what, ensure_ascii=False)))
 
     def _insert(self, table: str, values: tuple) -> None:

@@ -11,7 +11,6 @@ import numpy as np
 
 from hapkit_studio.columns import Column
 from hapkit_studio.formatting import clock, megabytes
-from hapkit_studio.sessions.chunk import DRAWN
 from hapkit_studio.sessions.event_values import one_line
 from hapkit_studio.sessions.file import ABOUT, LOG, SETTINGS, SessionError
 from hapkit_studio.sessions.session import Session
@@ -148,5 +147,6 @@ def _blocks(session: Session) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return when each block of samples began, its least and its greatest position."""
     parts = zip(session.starts, session.stops, session.blocks, strict=True)
     times = [np.linspace(start, stop, part.shape[2], endpoint=False) for start, stop, part in parts]
-    least, greatest = np.hstack([part[DRAWN.index("position")] for part in session.blocks])
+    position = session.layout.with_extremes.index("position")
+    least, greatest = np.hstack([part[position] for part in session.blocks])
     return np.concatenate(times), least, greatest

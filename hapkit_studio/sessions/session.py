@@ -19,26 +19,24 @@ import numpy as np
 
 from hapkit_studio.errors import FileError
 from hapkit_studio.files import checked_integer, checked_number, checked_text, replacing
-from hapkit_studio.sessions.chunk import EVERY, MOST_SAMPLES, MOST_STATES, MOST_TIME, STATE, Chunk, unpack
-from hapkit_studio.sessions.columns import COLUMNS, DamagedError
+from hapkit_studio.sessions.chunk import MOST_SAMPLES, MOST_STATES, MOST_TIME, Chunk, unpack
+from hapkit_studio.sessions.columns import DamagedError
 from hapkit_studio.sessions.database import ERRORS, Database
 from hapkit_studio.sessions.event_values import checked_event, one_line
 from hapkit_studio.sessions.file import (
     LOG,
     MARKER,
     NOTE,
-    TABLES,
     Event,
     SessionError,
     SessionWriter,
     checksum,
 )
+from hapkit_studio.sessions.layout import EVENT, HEAD, STATE, Layout
 
 _TYPES = {"INTEGER": int, "REAL": float, "TEXT": str, "BLOB": bytes}
 _NAMES = {kind: name for name, kind in _TYPES.items()} | {type(None): "NULL"}
-_OPTIONAL = frozenset(column.name for column in COLUMNS if column.requested)  # may be NULL
 _LONGEST_REASON = 300  # characters; SQLite's may quote the file
-_HEAD = ("count", "start", "stop", "states", "extremes")
 SQLITE = b"SQLite format 3\0"
 """The first bytes of a session's file."""
 _MOST_ROWS = 1 << 32
@@ -64,7 +62,8 @@ class Session:
         self.path = Path(path)
         self.name = one_line(self.path.name)
         self._file = Database(self.path)
-        self._database = self._file.connection
+        self._database, self.layout = self._file.connection, self._file.layout
+        self._chunk_columns = self._file.tables["chunk"]
         self._damaged: dict[tuple[str, int], str] = {}
         self._whole = 0  # the chunk whose checksum was looked at last, and is right
         self.events = tuple(self._events())
@@ -152,20 +151,20 @@ class Session:
         """Return a chunk, 0 the first; raise DamagedError."""
         return self._chunk(self._ids[number])
 
-    def rows(self, number: int, names: Collection[str] = EVERY) -> np.ndarray:
-        """Return a chunk's telemetry rows (count, ROW_WIDTH) with some columns; raise DamagedError."""
+    def rows(self, number: int, names: Collection[str] | None = None) -> np.ndarray:
+        """Return a chunk's telemetry rows (count, ROW_WIDTH) with some signals; raise DamagedError."""
         return self._unpacked(number, self.chunk(number), names)
 
     def repair(self, path: str | Path) -> tuple[str, ...]:
         """Write all that can be read into a new session; return ``damage``; raise SessionError."""
         added = 0
-        with SessionWriter.whole(path) as writer:
+        with SessionWriter.whole(path, self.layout) as writer:
             for event in self.events:
                 writer.note(event)
             for number in range(len(self.counts)):
                 with suppress(DamagedError):
                     chunk = self.chunk(number)
-                    self._unpacked(number, chunk, EVERY)
+                    self._unpacked(number, chunk, None)
                     writer.add(chunk)
                     added += 1
             if not added:
@@ -175,9 +174,9 @@ class Session:
     def read(
         self, names: Sequence[str], start: float = -math.inf, stop: float = math.inf
     ) -> dict[str, np.ndarray]:
-        """Return columns (n,) in SI of all samples with start <= time < stop, "state" (n, values).
+        """Return signals (n,) in SI of all samples with start <= time < stop, "state" (n, values).
 
-        What is damaged is left out; of a column that was not kept there is NaN. Raise SessionError where all
+        Damaged chunks are left out; a signal that was not recorded is NaN. Raise SessionError where all
         of that takes more than MOST_READ.
         """
         numbers = np.flatnonzero((self.stops >= start) & (self.starts < stop))
@@ -197,9 +196,9 @@ class Session:
                 self._left_out("chunk", self._ids[number], error)
         return {name: _joined([piece[name] for piece in pieces]) for name in names}
 
-    def _unpacked(self, number: int, chunk: Chunk, names: Collection[str]) -> np.ndarray:
+    def _unpacked(self, number: int, chunk: Chunk, names: Collection[str] | None) -> np.ndarray:
         try:
-            return unpack(chunk, names)
+            return unpack(chunk, self.layout.names if names is None else names)
         except DamagedError as error:
             raise self._left_out("chunk", self._ids[number], error) from None
 
@@ -210,19 +209,19 @@ class Session:
         return DamagedError(self._damaged.setdefault((table, row), text))
 
     def _chunk(self, row: int) -> Chunk:
-        columns = TABLES["chunk"]
+        columns = self._chunk_columns
         try:
             query = f"SELECT {', '.join(columns)}, crc FROM chunk WHERE id = ?"
             found = self._database.execute(query, (row,)).fetchone()
             if found is None:
                 raise DamagedError("it is not there any more.")
             *values, crc = found
-            _check_types(values, columns, f"chunk {row}")
+            _check_types(values, columns, f"chunk {row}", self.layout.optional)
             if crc != checksum(values):
                 raise DamagedError("its checksum is wrong.")
-            named = dict(zip(columns, values, strict=True))
-            head = [named.pop(name) for name in _HEAD]
-            return _checked_chunk(head, named, f"chunk {row}")
+            head, blobs = values[: len(HEAD)], values[len(HEAD) :]
+            named = dict(zip(self.layout.names, blobs, strict=True))
+            return _checked_chunk(head, named, self.layout, f"chunk {row}")
         except FileError as error:
             raise self._left_out("chunk", row, error) from None
         except ERRORS as error:
@@ -231,10 +230,10 @@ class Session:
     def _events(self) -> Iterator[Event]:
         count = size = 0
         accepted: dict[tuple[str, str], tuple[bytes, Any]] = {}
-        for row, *values, crc in self._rows("event", (*TABLES["event"], "crc")):
+        for row, *values, crc in self._rows("event", (*EVENT, "crc")):
             place = f"event {row}"
             try:
-                _check_types(values, TABLES["event"], place)
+                _check_types(values, EVENT, place)
                 time, kind, text = values
                 count, size = count + 1, size + len(text)
                 if count > _MOST_EVENTS or size > _MOST_TEXT:
@@ -253,11 +252,11 @@ class Session:
         """Return each chunk's row, its head without columns, and its extremes, in the order of time."""
         found: list[tuple[int, Chunk, np.ndarray]] = []
         samples = 0
-        for row, *values in self._rows("chunk", _HEAD):
+        for row, *values in self._rows("chunk", HEAD):
             place = f"chunk {row}"
             try:
-                _check_types(values, {name: TABLES["chunk"][name] for name in _HEAD}, place)
-                chunk = _checked_chunk(values, {}, place)
+                _check_types(values, {name: self._chunk_columns[name] for name in HEAD}, place)
+                chunk = _checked_chunk(values, {}, self.layout, place)
                 blocks = chunk.blocks()
                 while found and chunk.start <= found[-1][1].stop:
                     if self._is_whole(found[-1][0]):
@@ -324,21 +323,25 @@ def add_note(path: Path, text: str) -> None:
         raise SessionError(f"{path.name} cannot be written: {error.strerror}.") from None
 
 
-def _check_types(values: Sequence, columns: dict[str, str], place: str) -> None:
-    """Raise DamagedError where a value has not its column's type."""
+def _check_types(
+    values: Sequence, columns: dict[str, str], place: str, optional: Collection[str] = ()
+) -> None:
+    """Raise DamagedError where a value has not its column's type; an optional one may be NULL."""
     for value, (name, kind) in zip(values, columns.items(), strict=True):
-        if not (isinstance(value, _TYPES[kind]) or (value is None and name in _OPTIONAL)):
+        if not (isinstance(value, _TYPES[kind]) or (value is None and name in optional)):
             raise DamagedError(f"{place}: {name} is {_NAMES[type(value)]}; it must be {kind}.")
 
 
-def _checked_chunk(head: Sequence[Any], columns: dict[str, bytes | None], place: str) -> Chunk:
-    """Return a chunk with the values of _HEAD, which are within their limits; raise FileError."""
+def _checked_chunk(
+    head: Sequence[Any], columns: dict[str, bytes | None], layout: Layout, place: str
+) -> Chunk:
+    """Return a chunk with the values of HEAD, which are within their limits; raise FileError."""
     count, start, stop, states, extremes = head
     checked_integer(count, f"{place}: count", 1, MOST_SAMPLES)
     checked_integer(states, f"{place}: states", 0, MOST_STATES)
     checked_number(start, f"{place}: start", -MOST_TIME, MOST_TIME, "s")
     checked_number(stop, f"{place}: stop", start, MOST_TIME, "s")
-    return Chunk(count, start, stop, states, extremes, columns)
+    return Chunk(count, start, stop, states, extremes, columns, layout)
 
 
 def _joined(pieces: list[np.ndarray]) -> np.ndarray:

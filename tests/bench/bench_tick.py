@@ -58,7 +58,7 @@ def tick_alone() -> float:
     positions = 0.005 + 0.003 * np.sin(2.0 * np.pi * 1e-3 * np.arange(TICKS))
     out = headless.new_rows(TICKS)
     per_tick = nanoseconds(lambda: many_ticks(r, positions, 1e-3, out), TICKS)
-    if not 0.4 < np.mean(out[:, rows.APPLIED] < 0.0) < 0.6:
+    if not 0.4 < np.mean(out[:, rows.APPLIED_FORCE] < 0.0) < 0.6:
         raise RuntimeError("the wall does not push back")
     return per_tick
 

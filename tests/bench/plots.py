@@ -31,8 +31,8 @@ def telemetry(first: int, count: int) -> np.ndarray:
     position = 0.02 * np.sin(2.0 * time_s) + 2e-4 * noise
     table[:, rows.POSITION] = position
     table[:, rows.VELOCITY] = 0.04 * np.cos(2.0 * time_s) + 0.02 * noise
-    table[:, rows.ASKED] = -400.0 * np.maximum(position - 0.005, 0.0) * (1.0 + 0.2 * noise)
-    table[:, rows.APPLIED] = np.clip(table[:, rows.ASKED], -3.0, 3.0)
+    table[:, rows.FORCE] = -400.0 * np.maximum(position - 0.005, 0.0) * (1.0 + 0.2 * noise)
+    table[:, rows.APPLIED_FORCE] = np.clip(table[:, rows.FORCE], -3.0, 3.0)
     return table
 
 
@@ -64,7 +64,7 @@ class Reference:
         self.data, self.end = np.zeros((rows.FLAGS, int(4 * SPAN * RATE))), 0
         column, self.curves = QGridLayout(), []
         grid.addLayout(column, 1, 0)
-        for channels in ((rows.POSITION,), (rows.VELOCITY,), (rows.ASKED, rows.APPLIED)):
+        for channels in ((rows.POSITION,), (rows.VELOCITY,), (rows.FORCE, rows.APPLIED_FORCE)):
             plot = pg.PlotWidget()
             plot.setDownsampling(auto=True, mode="peak")
             plot.setClipToView(True)
@@ -73,7 +73,7 @@ class Reference:
             self.curves += [(plot.plot(skipFiniteCheck=True), rows.HOST_TIME, c) for c in channels]
         phase = pg.PlotWidget()
         grid.addWidget(phase, 1, 1)
-        self.curves.append((phase.plot(skipFiniteCheck=True), rows.POSITION, rows.APPLIED))
+        self.curves.append((phase.plot(skipFiniteCheck=True), rows.POSITION, rows.APPLIED_FORCE))
 
     def frame(self, new: np.ndarray) -> None:
         self.data[:, self.end : self.end + len(new)] = new[:, : rows.FLAGS].T
@@ -111,7 +111,7 @@ def measure(kind: type, seconds: float) -> dict[str, float]:
         plots.frame(new)
         row = new[-1]
         scene.update_state(
-            row[rows.POSITION], row[rows.APPLIED], row[rows.ASKED], 0.01, False, False, row[16:]
+            row[rows.POSITION], row[rows.APPLIED_FORCE], row[rows.FORCE], 0.01, False, False, row[16:]
         )
 
     timer = QTimer()

@@ -71,7 +71,7 @@ def test_the_loop_renders_records_and_is_judged(entry, engine, tmp_path):
 
     def pressed():
         found.extend(reader.read())
-        return bool(found) and found[-1][rows.APPLIED] < -0.1
+        return bool(found) and found[-1][rows.APPLIED_FORCE] < -0.1
 
     wait_until(pressed)
     recorder.stop()
@@ -79,7 +79,7 @@ def test_the_loop_renders_records_and_is_judged(entry, engine, tmp_path):
     table = np.array(found)
     counts = table[:, rows.POSITION] / device.quantum
     assert np.allclose(counts, np.round(counts), atol=1e-6)
-    assert (np.abs(table[:, rows.APPLIED]) <= device.max_force).all()
+    assert (np.abs(table[:, rows.APPLIED_FORCE]) <= device.max_force).all()
     assert engine.loop.rate == (device.rate or 1000.0)
     run = api.open_session(path)
     assert run.settings["device"]["title"] == device.title

@@ -291,6 +291,6 @@ def test_the_live_loop_and_simulate_render_the_same_bits(key):
     run = hs.simulate(e, hand=replay, device=device, rate=4000.0, seconds=len(seen) / 4000.0)
     assert run.position.tobytes() == seen.tobytes()
     assert run.velocity.tobytes() == np.ascontiguousarray(found[:, rows.VELOCITY]).tobytes()
-    assert run.force.tobytes() == np.ascontiguousarray(found[:, rows.ASKED]).tobytes()
+    assert run.force.tobytes() == np.ascontiguousarray(found[:, rows.FORCE]).tobytes()
     width = run.state.shape[1]
     assert run.state.tobytes() == np.ascontiguousarray(found[:, rows.STATE : rows.STATE + width]).tobytes()

@@ -76,7 +76,7 @@ def test_a_wall_buzzes_beyond_its_limit_and_rests_below(told):
         stiffness, out = steps[at]["value", "wall", "stiffness"], played.of(at)
         assert (stiffness < limit(at)) == calm
         assert moved(out, 4.0) < COUNT if calm else moved(out, 4.0) > 2e-3
-        assert out[-1, rows.APPLIED] < 0.0 or not calm, "the hand rests in the wall"
+        assert out[-1, rows.APPLIED_FORCE] < 0.0 or not calm, "the hand rests in the wall"
     assert {steps[9.0]["value", "wall", "stiffness"], steps[22.0]["value", "wall", "stiffness"]} == {3000.0}
 
 
@@ -90,7 +90,7 @@ def test_friction_holds_what_a_spring_brings_back(told):
     assert held > 15e-3
     assert np.abs(out[:, rows.TRUE_POSITION] - anchor).max() < 0.8 / 500.0 + COUNT
     assert moved(out, 3.0) == 0.0
-    pull = played.of(19.0, 1.0)[:, rows.APPLIED]
+    pull = played.of(19.0, 1.0)[:, rows.APPLIED_FORCE]
     breaks = int(np.argmax(pull))
     assert pull[breaks] == pytest.approx(1.5, abs=500.0 * COUNT)
     assert pull[breaks + 500 :] == pytest.approx(0.4, abs=500.0 * COUNT)
@@ -114,7 +114,7 @@ def test_explicit_euler_gains_what_theory_says_and_exact_nothing(told):
     swing = played.of(0.0, 4.0)[:, rows.STATE]
     assert np.ptp(swing) > 0.01
     for at in (5.0, 12.0, 16.0, 23.0):
-        assert not played.of(at)[:, rows.APPLIED].any(), "the handle stays out of its way"
+        assert not played.of(at)[:, rows.APPLIED_FORCE].any(), "the handle stays out of its way"
 
 
 @pytest.mark.parametrize("name", demos.shipped())

@@ -207,7 +207,7 @@ def test_the_emergency_stop_outlives_the_cable_and_a_board_that_begins_anew(runn
         qtbot.waitUntil(many)
         assert set(duties) == {0}
         assert int(window.live.last[rows.FLAGS]) & rows.STOPPED
-        assert window.live.last[rows.APPLIED] == 0.0
+        assert window.live.last[rows.APPLIED_FORCE] == 0.0
         assert window.banners.banners[0].title.text() == "Stopped. Force is zero."
         kit.program.move_hand(0.012)
     window.studio.release_stop()

@@ -72,11 +72,11 @@ def test_a_table_of_another_program_is_held_in_the_plots_once_its_columns_are_na
     x = 8e-3 * np.sin(2.0 * np.pi * 0.83 * t) + 4e-3 * np.sin(2.0 * np.pi * 2.37 * t + 1.0)
     assert trace.values["position"] == pytest.approx(x, abs=2e-4)  # of a column's width
     v = trace.values["velocity"]
-    assert trace.values["applied"] == pytest.approx(
+    assert trace.values["applied_force"] == pytest.approx(
         -210.0 * (trace.values["position"] - 2e-3) - 1.5 * v, abs=0.03
     )
     low, high = next(c for c in window.centre.time.canvases if c.plot_of.key == "force").view.viewRange()[1]
-    assert low < trace.values["applied"].min() < trace.values["applied"].max() < high
+    assert low < trace.values["applied_force"].min() < trace.values["applied_force"].max() < high
     # chosen once, the same columns need not be named again
     window.opener.open(str(lab))
     qtbot.waitUntil(lambda: bool([sheet for sheet in sheets(window) if isinstance(sheet, ColumnsDialog)]))
@@ -89,7 +89,7 @@ def test_four_samples_of_the_studios_own_names_are_held_without_asking(window, q
     window.opener.open(str(path))
     qtbot.waitUntil(lambda: bool(window.centre.held.traces))
     (trace,) = window.centre.held.traces.values()
-    assert trace.values["applied"] == pytest.approx([0.0, -0.03, -0.06])
+    assert trace.values["applied_force"] == pytest.approx([0.0, -0.03, -0.06])
     assert trace.values["velocity"] == pytest.approx([0.1] * 3)
 
 

@@ -57,7 +57,7 @@ def test_what_is_recorded_is_what_the_ring_had_and_what_was_set(window, qtbot):
     during = reader.read()
     end(window, qtbot)
     ring, session = np.concatenate([begun, during]), Session(path)
-    found = session.read(("tick", "position", "applied"))
+    found = session.read(("tick", "position", "applied_force"))
     assert (np.diff(found["tick"]) == 1.0).all()
     both, ours, theirs = np.intersect1d(found["tick"], ring[:, rows.TICK], return_indices=True)
     assert len(both) > 500

@@ -51,7 +51,7 @@ def test_a_window_opens_as_the_last_one_was_closed(start, qtbot):
     assert again.panel.parameters.rows["stiffness"].box.text() == "300"
     assert again.views.key == "break_it"
     assert again.centre.trigger.values == first.centre.trigger.values
-    assert again.centre.trigger.level.channel == "applied"
+    assert again.centre.trigger.level.channel == "applied_force"
     again.studio.choose("cat")
     again.views.show("live")
     again.close()
@@ -203,7 +203,7 @@ def test_a_motor_gives_no_force_before_render_is_pressed(start, qtbot, tmp_path,
         return history.between(-np.inf, np.inf).known().y
 
     qtbot.waitUntil(lambda: len(kept()["position"]) > 300 and kept()["position"][-1] > 0.009)
-    assert not np.any(kept()["applied"])
+    assert not np.any(kept()["applied_force"])
     (banner,) = window.banners.banners
     assert (banner.title.text(), window.header.stop.word.text()) == (
         "Stopped until you press Render.",
@@ -213,7 +213,7 @@ def test_a_motor_gives_no_force_before_render_is_pressed(start, qtbot, tmp_path,
     assert render.text() == "Render"
     before = window.live.last[rows.BOARD_TIME]
     QTest.mouseClick(render, Qt.MouseButton.LeftButton)
-    qtbot.waitUntil(lambda: kept()["applied"][-1] < -0.3)
+    qtbot.waitUntil(lambda: kept()["applied_force"][-1] < -0.3)
     assert window.banners.banners == []
     window.live.stop()
     studio.close()

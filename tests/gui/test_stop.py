@@ -94,7 +94,7 @@ def test_the_force_is_zero_in_every_row_after_the_stop(window, qtbot):
         taken.append(reader.read())
         return taken[-1][-1] if len(taken[-1]) else np.zeros(taken[-1].shape[1])
 
-    qtbot.waitUntil(lambda: abs(last()[rows.APPLIED]) > 0.5)
+    qtbot.waitUntil(lambda: abs(last()[rows.APPLIED_FORCE]) > 0.5)
     QTest.keyClick(window, Qt.Key.Key_Escape)
     written = int(np.concatenate([*taken, reader.read()])[-1, rows.TICK])
     taken.clear()
@@ -102,7 +102,7 @@ def test_the_force_is_zero_in_every_row_after_the_stop(window, qtbot):
     after = np.concatenate(taken)
     after = after[after[:, rows.TICK] > written + 1]
     assert len(after) > 100
-    assert np.all(after[:, rows.APPLIED] == 0.0)
+    assert np.all(after[:, rows.APPLIED_FORCE] == 0.0)
     assert np.all(after[:, rows.FLAGS].astype(int) & rows.STOPPED)
 
 

@@ -43,7 +43,7 @@ def at_rest(window, qtbot, place):
             return False
         # rows, not seconds: this board's time is not the clock's
         kept = window.live.history.between(-np.inf, np.inf).y
-        pushed = np.abs(kept["applied"][-ROWS:]).min() > 0.2
+        pushed = np.abs(kept["applied_force"][-ROWS:]).min() > 0.2
         still = np.ptp(kept["position"][-ROWS:]) <= 2.1 * window.studio.engine.device.quantum
         return len(kept["position"]) > ROWS and pushed and still
 
@@ -126,4 +126,4 @@ def test_a_persons_own_law_renders_on_the_board_as_soon_as_it_is_in_force(board_
     assert 40 < int(column[4]) < 80
     studio.move_hand(HAND)
     row = at_rest(window, qtbot, 0.003)
-    assert row[rows.ASKED] == pytest.approx(-100.0 * row[rows.POSITION], abs=1e-3)
+    assert row[rows.FORCE] == pytest.approx(-100.0 * row[rows.POSITION], abs=1e-3)

@@ -43,9 +43,9 @@ def test_the_force_fades_out_before_the_board_is_told(rendering):
     setup.run(40)
     setup.count = ZERO + 100
     before = setup.run(2)[-1]
-    assert before[rows.APPLIED] == pytest.approx(-100.0 * 100 * QUANTUM)
+    assert before[rows.APPLIED_FORCE] == pytest.approx(-100.0 * 100 * QUANTUM)
     found = setup.go()
-    shares = np.array([row[rows.APPLIED] for row in found]) / before[rows.APPLIED]
+    shares = np.array([row[rows.APPLIED_FORCE] for row in found]) / before[rows.APPLIED_FORCE]
     fading = shares[shares > 0.0]
     np.testing.assert_allclose(-np.diff(fading), 1.0 / 30.0, atol=1e-9)
     told = [type(m) for m in setup.board.received]
@@ -142,7 +142,7 @@ def test_the_computer_comes_back_with_a_fade(rendering):
     found = setup.until(lambda: setup.engine.rendering == "computer" and not setup.kit.renders)
     assert setup.told(Leave)
     back = setup.run(36)
-    found = [row[rows.APPLIED] for row in back]
+    found = [row[rows.APPLIED_FORCE] for row in back]
     assert found[-1] == pytest.approx(-100.0 * 100 * QUANTUM)
     steps = -np.diff(found)
     assert steps.max() <= 1.001 * 1.0 / 30.0
@@ -303,8 +303,8 @@ def test_rows_and_counts_show_what_the_board_did(rendering):
     setup.telemetry = {"velocity": 0.125, "asked": -1.5, "pwm": -128, "flags": int(BoardFlag.CLAMPED)}
     row = setup.run(31)[-1]
     assert row[rows.POSITION] == pytest.approx(120 * QUANTUM)
-    assert (row[rows.VELOCITY], row[rows.ASKED]) == (0.125, -1.5)
-    assert row[rows.APPLIED] == pytest.approx(-FULL * (128 / 255) ** 2, rel=1e-6)
+    assert (row[rows.VELOCITY], row[rows.FORCE]) == (0.125, -1.5)
+    assert row[rows.APPLIED_FORCE] == pytest.approx(-FULL * (128 / 255) ** 2, rel=1e-6)
     assert int(row[rows.FLAGS]) == rows.CLAMPED
     assert row[rows.PERIOD] == pytest.approx(1e-3)
     names = setup.engine.environment.state_names
@@ -351,7 +351,7 @@ def test_what_the_board_latches_is_latched_here_stops_it_and_can_be_cleared(rend
     setup.telemetry = {"flags": int(BoardFlag.REFUSED), "asked": float("nan")}
     row = setup.run(2)[-1]
     assert setup.engine.fault.code == arrays.NOT_A_NUMBER
-    assert row[rows.ASKED] == 0.0
+    assert row[rows.FORCE] == 0.0
     laws = len(setup.told(Law))
     setup.engine.clear_fault()
     setup.telemetry = {}

@@ -105,7 +105,7 @@ def test_bad_settings_leave_the_last_good_ones(started):
     read(reader, lambda found: found[-1, rows.POSITION] > 0.006)
     out = rest(reader, 100)
     depth = np.maximum(out[:, rows.POSITION] - 0.005, 0.0)
-    np.testing.assert_allclose(out[50:, rows.ASKED], -400.0 * depth[50:], rtol=1e-9)
+    np.testing.assert_allclose(out[50:, rows.FORCE], -400.0 * depth[50:], rtol=1e-9)
 
 
 def test_missed_ticks_are_counted_and_a_law_that_takes_too_long_stops_pushing(started):
@@ -117,7 +117,7 @@ def test_missed_ticks_are_counted_and_a_law_that_takes_too_long_stops_pushing(st
     assert engine.fault.text.endswith(" ms, a period is 0.1 ms.")
     assert engine.health().missed > 0
     out = rest(reader, 10)
-    assert not out[:, rows.APPLIED].any()
+    assert not out[:, rows.APPLIED_FORCE].any()
     assert np.all(out[:, rows.FLAGS].astype(int) & rows.FAULT)
     engine.set_environment("wall")
     engine.set_loop(rate=200.0)
@@ -155,7 +155,7 @@ def test_the_stop_drops_forces_on_their_way(started):
     engine = started(environment=CONSTANT)
     reader = engine.reader()
     engine.set_loop(delay=0.1)
-    read(reader, lambda found: np.count_nonzero(found[:, rows.APPLIED]) > 150)
+    read(reader, lambda found: np.count_nonzero(found[:, rows.APPLIED_FORCE]) > 150)
     body = engine.driver.body
     assert body.queue.any()
     engine.stop()
@@ -168,7 +168,7 @@ def test_the_stop_drops_forces_on_their_way(started):
 def test_the_stop_survives_another_device_and_is_released_on_purpose(started):
     engine = started(environment=CONSTANT)
     reader = engine.reader()
-    read(reader, lambda found: found[-1, rows.APPLIED] == 1.0)
+    read(reader, lambda found: found[-1, rows.APPLIED_FORCE] == 1.0)
     engine.stop()
     read(reader, lambda found: found[-1, rows.FLAGS] == rows.STOPPED)
     engine.use(SimulatedHapkit(max_force=2.0))
@@ -176,17 +176,17 @@ def test_the_stop_survives_another_device_and_is_released_on_purpose(started):
     engine.clear_fault()
     engine.set_environment(CONSTANT, {"level": 0.5})
     out = rest(reader, 50)
-    assert not out[:, rows.APPLIED].any()
+    assert not out[:, rows.APPLIED_FORCE].any()
     assert reader.lost == 0
     engine.release_stop()
-    out = read(reader, lambda found: found[-1, rows.APPLIED] == 0.5)
-    back = out[np.flatnonzero(out[:, rows.APPLIED])[0] :, rows.APPLIED]
+    out = read(reader, lambda found: found[-1, rows.APPLIED_FORCE] == 0.5)
+    back = out[np.flatnonzero(out[:, rows.APPLIED_FORCE])[0] :, rows.APPLIED_FORCE]
     np.testing.assert_allclose(back[:30], 0.5 * np.arange(1, 31) / 30.0, rtol=1e-9)
 
 
 def test_closing_leaves_a_zero_command(started):
     engine = started(environment=CONSTANT)
-    read(engine.reader(), lambda found: found[-1, rows.APPLIED] == 1.0)
+    read(engine.reader(), lambda found: found[-1, rows.APPLIED_FORCE] == 1.0)
     body = engine.driver.body
     engine.close()
     assert not body.queue.any()
@@ -355,7 +355,7 @@ def test_a_change_of_model_moves_nothing(started):
     np.testing.assert_array_equal(out[:, rows.TRUE_POSITION], place)
     np.testing.assert_array_equal(out[:, rows.VELOCITY], 0.0)
     np.testing.assert_array_equal(out[:, rows.ENERGY], 0.0)
-    assert out[-1, rows.APPLIED] == 0.05
+    assert out[-1, rows.APPLIED_FORCE] == 0.05
 
 
 # --- the device without some of its terms
@@ -381,5 +381,5 @@ def test_true_velocity_is_the_paddles_own():
     scene = headless.Scene(damping, damping.values(), loop=LoopSettings(estimator="iir"))
     out, _ = headless.render(replace(scene, true_velocity=True), hand, 400)
     np.testing.assert_array_equal(out[:, rows.VELOCITY], out[:, rows.TRUE_VELOCITY])
-    np.testing.assert_allclose(out[:, rows.ASKED], -4.0 * out[:, rows.TRUE_VELOCITY], rtol=1e-12)
+    np.testing.assert_allclose(out[:, rows.FORCE], -4.0 * out[:, rows.TRUE_VELOCITY], rtol=1e-12)
     assert not np.array_equal(headless.render(scene, hand, 400)[0][:, rows.VELOCITY], out[:, rows.VELOCITY])

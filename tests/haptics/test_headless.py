@@ -45,7 +45,7 @@ def test_an_unstable_loop_stays_within_what_the_clamp_can_do():
     device = SimulatedHapkit(initial_position=1e-3)
     out, _ = headless.render(scene(stiffness=50_000.0, device=device), None, 3000)
     assert np.isfinite(out[:, : rows.HAND_TARGET]).all()
-    assert np.abs(out[:, rows.APPLIED]).max() == 3.0
+    assert np.abs(out[:, rows.APPLIED_FORCE]).max() == 3.0
 
 
 def test_a_run_told_to_quit_ends_there():
@@ -61,4 +61,4 @@ def test_a_run_told_to_quit_ends_there():
 
 def test_imposed_motion_of_one_sample():
     out, _ = headless.render(scene("wall"), Prescribed(lambda t: 0.01), 1)
-    assert out[0, rows.ASKED] == pytest.approx(-250.0 * (math.floor(0.01 / 20.7e-6) * 20.7e-6 - 0.005))
+    assert out[0, rows.FORCE] == pytest.approx(-250.0 * (math.floor(0.01 / 20.7e-6) * 20.7e-6 - 0.005))

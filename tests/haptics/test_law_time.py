@@ -138,14 +138,14 @@ def test_a_thread_that_waited_for_a_processor_has_no_slow_law(lasting):
     harness = LoopHarness(TURNING)
     out = lasting(harness, 15.0 * MS, 0.9 * MS, 300)
     assert harness.r.control[arrays.FAULT] == arrays.NO_FAULT
-    assert np.all(out[:, rows.APPLIED] == 1.0)
+    assert np.all(out[:, rows.APPLIED_FORCE] == 1.0)
     assert harness.r.real[arrays.LAW_TIME] == pytest.approx(0.9 * MS)
 
 
 def test_the_tick_that_latches_a_slow_law_gives_no_force_any_more(lasting):
     harness = LoopHarness(TURNING)
     out = lasting(harness, 1.5 * MS, 1.5 * MS, 5)
-    np.testing.assert_array_equal(out[:, rows.APPLIED], [1.0, 1.0, 1.0, 0.0, 0.0])
+    np.testing.assert_array_equal(out[:, rows.APPLIED_FORCE], [1.0, 1.0, 1.0, 0.0, 0.0])
     np.testing.assert_array_equal(
         out[:, rows.FLAGS].astype(int) & rows.FAULT, [0, 0, 0, rows.FAULT, rows.FAULT]
     )
@@ -233,7 +233,7 @@ def test_a_law_slower_than_its_period_is_named_and_pushes_no_more(started):
     assert engine.fault.text.startswith("Fault: the law of Far too slow takes ")
     assert engine.fault.text.endswith(" ms, a period is 1 ms.")
     found = read(reader, lambda found: int(found[-1, rows.FLAGS]) & rows.FAULT)
-    assert not found[-1, rows.APPLIED].any()
+    assert not found[-1, rows.APPLIED_FORCE].any()
     engine.set_environment("wall")
     wait_until(lambda: engine.renders(engine.environment))
     assert "Far too slow" in engine.fault.text  # not the wall's

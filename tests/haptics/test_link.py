@@ -75,7 +75,7 @@ def test_a_link_slower_than_the_watchdog_stops_the_force_in_words(stepped):
     assert engine.fault.code == arrays.SLOW_LINK
     assert engine.fault.text == "Fault: 34 ms from a sample to its force; the board obeys none after 25 ms."
     assert "Let the board render" in engine.fault.detail
-    assert board.say(sample(20_000))[-1, rows.APPLIED] == 0.0
+    assert board.say(sample(20_000))[-1, rows.APPLIED_FORCE] == 0.0
 
 
 @pytest.mark.parametrize(("by", "added"), [(23, 0.0), (40, 0.02)])
@@ -156,7 +156,7 @@ def test_a_clock_that_goes_back_stands_or_jumps_ahead_is_corrected_and_counted(s
     assert engine.health().link.clock_jumps == engine.clock_jumps == (0 if plausible else 1)
     assert int(found[0, rows.FLAGS]) & rows.GAP
     gains = np.ones(135) if plausible else np.clip((np.arange(135) - 99) / 30.0, 0.0, 1.0)
-    np.testing.assert_allclose(found[:, rows.APPLIED], gains, atol=1e-9)
+    np.testing.assert_allclose(found[:, rows.APPLIED_FORCE], gains, atol=1e-9)
     assert engine.fault is None
 
 
@@ -196,7 +196,7 @@ def test_a_clock_that_jumps_three_times_latches_and_every_jump_counts(stepped):
     assert reasons == {"the board's clock jumped"}
     assert engine.clock_jumps == 3 * 5 + 2
     assert engine.fault.text == "Fault: the board's clock jumped, three times in 10 s."
-    assert not board.say(at(seq, clock))[:, rows.APPLIED].any()
+    assert not board.say(at(seq, clock))[:, rows.APPLIED_FORCE].any()
 
 
 def test_telemetry_of_a_clock_that_jumps_goes_on_at_its_own_pace(rendering):

@@ -42,7 +42,7 @@ def test_the_energy_is_force_in_effect_over_the_true_way(delay):
     device = SimulatedHapkit(quantum=0.0)
     scene = headless.Scene(WALL, WALL.values({"stiffness": 600.0}), device, LoopSettings(delay=delay))
     out, watch = rendered(scene, hand_named("tap"), 1.5)
-    late = np.concatenate((np.zeros(8), out[:, rows.APPLIED]))
+    late = np.concatenate((np.zeros(8), out[:, rows.APPLIED_FORCE]))
     whole, share = int(delay * 1e3), delay * 1e3 % 1.0
     first = 8 - whole
     n = len(out)
@@ -59,8 +59,8 @@ def test_slow_ways_through_sensor_steps_give_what_they_give():
 
     scene = headless.Scene(WALL, WALL.values(), SimulatedHapkit(coulomb_force=0.0, damping=0.0))
     out, watch = rendered(scene, Prescribed(motion), 80.0)
-    true = np.sum(out[:-1, rows.APPLIED] * np.diff(out[:, rows.TRUE_POSITION]))
-    step = 20.7e-6 * np.abs(out[:, rows.APPLIED]).max()
+    true = np.sum(out[:-1, rows.APPLIED_FORCE] * np.diff(out[:, rows.TRUE_POSITION]))
+    step = 20.7e-6 * np.abs(out[:, rows.APPLIED_FORCE]).max()
     assert out[-1, rows.ENERGY] - true > 0.5 * 20 * step
     assert abs(watch[passivity.GIVEN] - true) < 0.1 * step
     assert not alarms(out)
@@ -272,7 +272,7 @@ def test_what_a_moving_object_holds_may_be_given_back(told):
         if k == 100:
             harness.set(puck, {"friction": 0.01})
         found.append(harness.tick(-0.005 + 0.3 * PERIOD * min(k, 60) - 0.1 * PERIOD * max(k - 160, 0), force))
-        force = found[-1][rows.APPLIED]
+        force = found[-1][rows.APPLIED_FORCE]
     out = np.array(found)
     assert out[-1, rows.ENERGY] - out[100, rows.ENERGY] > 5e-3
     assert bool(alarms(out)) == (not told)
@@ -288,6 +288,6 @@ def test_a_handle_thrown_out_of_a_wall_does_not_outrun_the_survey(start, rate):
     values = WALL.values({"stiffness": 1541.0})
     out, _ = headless.render(headless.Scene(WALL, values, device, LoopSettings(rate, 0.0, "iir")), None, 300)
     stored = 0.5 * 1541.0 * (start - values["position"]) ** 2
-    given = np.sum(out[:-1, rows.APPLIED] * np.diff(out[:, rows.TRUE_POSITION]))
+    given = np.sum(out[:-1, rows.APPLIED_FORCE] * np.diff(out[:, rows.TRUE_POSITION]))
     assert given > 1.1 * stored
     assert alarms(out)

@@ -136,7 +136,7 @@ def test_damps_while_the_law_asks_for_more_than_the_motor_gives():
     out, _ = headless.render(scene, None, 20_000)
     flags = out[:, rows.FLAGS].astype(int)
     assert np.count_nonzero((flags & rows.CLAMPED > 0) & (flags & rows.DAMPED > 0)) > 20
-    assert np.abs(out[:, rows.APPLIED]).max() == 3.0
+    assert np.abs(out[:, rows.APPLIED_FORCE]).max() == 3.0
     assert amplitude(out) < 3.0 / 1260.0
 
 
@@ -147,7 +147,7 @@ def test_with_friction_and_sensor_steps_it_comes_to_rest(factor):
     assert amplitude(without) > 5e-3
     out = released(factor * 1001.7, delay=1e-3, **numbers)
     assert amplitude(out) < 0.2e-3
-    assert np.abs(out[:, rows.APPLIED]).max() <= 3.0
+    assert np.abs(out[:, rows.APPLIED_FORCE]).max() <= 3.0
     assert not np.any(out[-1000:, rows.FLAGS].astype(int) & rows.DAMPED)
 
 
@@ -178,9 +178,9 @@ def test_its_force_is_a_share_of_the_devices(asked):
     out = harness.run(x, np.where(np.arange(300) % 2, 2.0, -2.0))
     damped = out[:, rows.FLAGS].astype(int) & rows.DAMPED > 0
     assert damped[-100:].all()
-    np.testing.assert_array_equal(out[:, rows.ASKED], asked)
+    np.testing.assert_array_equal(out[:, rows.FORCE], asked)
     taken = np.sign(np.diff(x, prepend=0.0)[damped]) * passivity.SHARE * 2.0
-    np.testing.assert_allclose(out[damped, rows.APPLIED], np.clip(max(asked, -2.0) - taken, -2.0, 2.0))
+    np.testing.assert_allclose(out[damped, rows.APPLIED_FORCE], np.clip(max(asked, -2.0) - taken, -2.0, 2.0))
     np.testing.assert_array_equal(out[:, rows.FLAGS].astype(int) & rows.CLAMPED > 0, abs(asked) > 2.0)
 
 
@@ -193,7 +193,7 @@ def test_a_broken_law_is_still_stopped(how):
     harness.r.block.values[block.DAMPER] = 10.0
     harness.ticks(0.2)
     row = harness.tick(0.01)
-    assert row[rows.APPLIED] == 0.0
+    assert row[rows.APPLIED_FORCE] == 0.0
     assert row[rows.FLAGS] == rows.FAULT
     assert harness.r.control[arrays.FAULT] in (arrays.NOT_A_NUMBER, arrays.LAW_INDEX)
 
@@ -202,13 +202,13 @@ def test_stop_and_over_speed_win():
     harness = LoopHarness(CONSTANT, {"level": 0.0}, quantum=0.0, max_speed=20.0)
     harness.r.block.values[block.DAMPER] = 10.0
     x, effects = 0.01 * (np.arange(300) % 2), np.where(np.arange(300) % 2, 2.0, -2.0)
-    assert harness.run(x, effects)[-1, rows.APPLIED] != 0.0
+    assert harness.run(x, effects)[-1, rows.APPLIED_FORCE] != 0.0
     harness.stop()
-    np.testing.assert_array_equal(harness.run(x, effects)[:, rows.APPLIED], 0.0)
+    np.testing.assert_array_equal(harness.run(x, effects)[:, rows.APPLIED_FORCE], 0.0)
     harness.stop(False)
-    assert harness.run(x, effects)[-1, rows.APPLIED] != 0.0
+    assert harness.run(x, effects)[-1, rows.APPLIED_FORCE] != 0.0
     row = harness.tick(0.05, 2.0)
-    assert row[rows.APPLIED] == 0.0
+    assert row[rows.APPLIED_FORCE] == 0.0
     assert harness.r.control[arrays.FAULT] == arrays.OVER_SPEED
 
 

@@ -10,7 +10,7 @@ FADED_IN = np.arange(1, 31) / 30.0
 
 
 def applied(out):
-    return out[:, rows.APPLIED]
+    return out[:, rows.APPLIED_FORCE]
 
 
 def latched(harness):
@@ -31,7 +31,7 @@ def test_a_law_that_fails_stops_the_force_until_cleared(how, code):
     harness = LoopHarness(BROKEN, {"how": how})
     assert applied(harness.run([0.0, 0.001, 0.002]))[-1] == 1.0
     row = harness.tick(0.0055)
-    assert row[rows.APPLIED] == 0.0
+    assert row[rows.APPLIED_FORCE] == 0.0
     assert row[rows.FLAGS] == rows.FAULT
     assert latched(harness) == code
     out = harness.run(np.full(200, 0.003))
@@ -51,7 +51,7 @@ def test_a_law_that_goes_on_failing_latches_again_at_once(how):
     for _ in range(3):
         harness.clear_fault()
         row = harness.tick(0.0055)
-        assert row[rows.APPLIED] == 0.0
+        assert row[rows.APPLIED_FORCE] == 0.0
         assert row[rows.FLAGS] == rows.FAULT
         assert latched(harness) != arrays.NO_FAULT
 
@@ -61,7 +61,7 @@ def test_a_failing_law_on_its_way_out_stops_the_force_too_and_the_first_fault_ke
     harness.tick(0.0)
     harness.set(CONSTANT)
     harness.ticks(0.01)
-    assert harness.tick(0.0055)[rows.APPLIED] == 0.0
+    assert harness.tick(0.0055)[rows.APPLIED_FORCE] == 0.0
     harness.tick(0.0)
     assert latched(harness) == arrays.NOT_A_NUMBER
 
@@ -72,19 +72,19 @@ def test_over_speed_latches_in_the_row_that_shows_it(sign):
     assert applied(harness.run([0.0, 0.0029 * sign]))[-1] == 1.0
     row = harness.tick(0.0060 * sign)
     assert abs(row[rows.VELOCITY]) == pytest.approx(3.1)
-    assert row[rows.APPLIED] == 0.0
+    assert row[rows.APPLIED_FORCE] == 0.0
     assert latched(harness) == arrays.OVER_SPEED
     assert not applied(harness.run(np.full(100, 0.006 * sign))).any()
 
 
 def test_the_stop_acts_in_the_next_tick_and_fades_after():
     harness = LoopHarness(CONSTANT)
-    assert harness.tick()[rows.APPLIED] == 1.0
+    assert harness.tick()[rows.APPLIED_FORCE] == 1.0
     harness.stop()
     out = harness.ticks(0.5)
     assert not applied(out).any()
     np.testing.assert_array_equal(out[:, rows.FLAGS], rows.STOPPED)
-    np.testing.assert_array_equal(out[:, rows.ASKED], 1.0)
+    np.testing.assert_array_equal(out[:, rows.FORCE], 1.0)
     harness.clear_fault()
     assert not applied(harness.ticks(0.05)).any()
     harness.stop(False)
@@ -139,14 +139,14 @@ def test_frames_that_trickle_are_no_recovery():
     harness.tick()
     for k in range(20):
         tick.mark_stale(harness.r, 100.0 + 0.025 * k, arrays.NO_SAMPLE)
-        assert harness.tick(period=0.025)[rows.APPLIED] == 0.0
+        assert harness.tick(period=0.025)[rows.APPLIED_FORCE] == 0.0
     assert harness.r.control[arrays.STALE_COUNT] == 1
     assert recovered(harness.ticks(0.2)) in (99, 100)
 
 
 def test_force_does_not_jump_in_after_lost_frames():
     harness = LoopHarness(CONSTANT, full=False)
-    assert harness.tick(period=0.019)[rows.APPLIED] == pytest.approx(1.0 / 30.0)
+    assert harness.tick(period=0.019)[rows.APPLIED_FORCE] == pytest.approx(1.0 / 30.0)
 
 
 @pytest.mark.parametrize(

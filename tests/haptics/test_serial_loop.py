@@ -75,7 +75,7 @@ def test_a_lost_answer_leaves_no_old_force_in_the_delay(stepped):
     board.say(samples(*range(60)))
     row = board.say(sample(65))[-1]
     answer = board.answer_to(65)
-    assert (answer.behind, answer.force) == (2, np.float32(row[rows.APPLIED]))
+    assert (answer.behind, answer.force) == (2, np.float32(row[rows.APPLIED_FORCE]))
 
 
 def test_stop_and_release_reach_the_board(stepped):
@@ -92,7 +92,7 @@ def test_stop_and_release_reach_the_board(stepped):
 
 def test_the_stop_leaves_no_force_in_an_added_delay(stepped):
     board, engine = stepped(environment=CONSTANT, delay=0.05)
-    assert board.say(samples(*range(100)))[-1, rows.APPLIED] == 1.0
+    assert board.say(samples(*range(100)))[-1, rows.APPLIED_FORCE] == 1.0
     engine.stop()
     board.say(sample(100))
     engine.release_stop()
@@ -111,11 +111,11 @@ def test_zero_and_direction(stepped):
     assert row[rows.POSITION] == 0.0
     row, force = move(40, 1100)
     assert row[rows.POSITION] == pytest.approx(100.0 * QUANTUM)
-    assert force == np.float32(row[rows.APPLIED]) == pytest.approx(-100.0 * 100.0 * QUANTUM)
+    assert force == np.float32(row[rows.APPLIED_FORCE]) == pytest.approx(-100.0 * 100.0 * QUANTUM)
     engine.flip_direction()
     row, turned = move(80, 1100)
     assert row[rows.POSITION] == pytest.approx(-100.0 * QUANTUM)
-    assert row[rows.APPLIED] == pytest.approx(100.0 * 100.0 * QUANTUM)
+    assert row[rows.APPLIED_FORCE] == pytest.approx(100.0 * 100.0 * QUANTUM)
     assert turned == force
     engine.zero_here()
     row, force = move(120, 1100)
@@ -139,13 +139,13 @@ def test_the_board_sets_the_rate_and_its_clamp_is_flagged(stepped):
 
 def test_a_silent_board_gets_zero_and_comes_back_with_a_fade(stepped):
     board, engine = stepped(environment=CONSTANT)
-    assert board.say(samples(*range(40)))[-1, rows.APPLIED] == 1.0
+    assert board.say(samples(*range(40)))[-1, rows.APPLIED_FORCE] == 1.0
     board.fall_silent()
     assert engine.health().stale
     assert board.received[-1] == Force(0, 0, 0.0)
-    assert not board.say(samples(*range(40, 139)))[:, rows.APPLIED].any()
+    assert not board.say(samples(*range(40, 139)))[:, rows.APPLIED_FORCE].any()
     assert engine.arrays.control[arrays.STALE_COUNT] == 1
-    back = board.say(samples(*range(139, 174)))[:, rows.APPLIED]
+    back = board.say(samples(*range(139, 174)))[:, rows.APPLIED_FORCE]
     np.testing.assert_allclose(back[1:31], np.arange(1, 31) / 30.0, rtol=1e-9)
 
 
@@ -153,7 +153,7 @@ def test_a_computer_that_slept_holds_its_force_back(stepped):
     board, _ = stepped(environment=CONSTANT)
     board.say(samples(*range(40)))
     row = board.say(samples(*range(40, 130)), late=0.2)[-1]
-    assert row[rows.APPLIED] == 0.0
+    assert row[rows.APPLIED_FORCE] == 0.0
     assert int(row[rows.FLAGS]) & rows.STALE
 
 
@@ -181,9 +181,9 @@ def test_every_sample_is_answered_with_the_force_of_the_tick(stepped):
     v = np.diff(x, prepend=x[0]) * 1000.0
     gain = np.minimum(np.arange(1, 301) / 30.0, 1.0)
     applied = np.clip(gain * (-300.0 * x - 1.0 * v), -2.5, 2.5)
-    np.testing.assert_allclose(out[:, rows.APPLIED], applied, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(out[:, rows.APPLIED_FORCE], applied, rtol=1e-9, atol=1e-12)
     assert [a.seq for a in answers] == [(65_400 + k) % 65_536 for k in range(300)]
-    np.testing.assert_array_equal([a.force for a in answers], np.float32(out[:, rows.APPLIED]))
+    np.testing.assert_array_equal([a.force for a in answers], np.float32(out[:, rows.APPLIED_FORCE]))
     assert np.all(np.isnan(out[:, rows.TRUE_POSITION]))
 
 
@@ -197,7 +197,7 @@ def test_an_added_delay_answers_older_samples_and_energy_knows_it(stepped, added
     out = board.say_one_by_one(frames)
     answers = board.told(Force)
     assert [(a.seq, a.behind) for a in answers] == [(k, added) for k in range(300)]
-    late = np.concatenate((np.zeros(added + 1), out[:, rows.APPLIED]))
+    late = np.concatenate((np.zeros(added + 1), out[:, rows.APPLIED_FORCE]))
     np.testing.assert_array_equal([a.force for a in answers], np.float32(late[1:301]))
     effect = 0.25 * late[:299] + 0.75 * late[1:300]
     moved = np.diff(out[:, rows.POSITION])
@@ -210,7 +210,7 @@ def test_the_delay_is_measured_while_the_force_is_held_at_zero(stepped):
     out = board.say_one_by_one(
         sample(k, count, max(k - 1, 0), 730 if k else 0) for k, count in enumerate(counts_of(600))
     )
-    held = np.count_nonzero(out[:, rows.APPLIED] == 0.0)
+    held = np.count_nonzero(out[:, rows.APPLIED_FORCE] == 0.0)
     answers = board.told(Force)
     assert 500 <= held <= 510
     assert not any(a.force for a in answers[:500])
@@ -441,7 +441,7 @@ def run(port):
 def test_a_port_that_fails_or_takes_nothing_ends_with_a_zero_command():
     serial_loop.warm_up()  # leaves nothing behind
     out, sent = run(Port(b"".join(sample(k, 1000) for k in range(40))))
-    assert out[-1, rows.APPLIED] == 1.0
+    assert out[-1, rows.APPLIED_FORCE] == 1.0
     assert sent[-2:] == [Force(39, 0, 1.0), Force(0, 0, 0.0)]
     out, sent = run(Port(sample(0, 1000), sample(1, 1000), broken=True))
     assert len(out) == 1  # seen, though its answer could not be sent

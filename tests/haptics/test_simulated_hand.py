@@ -83,8 +83,8 @@ def test_a_hand_that_arrives_asks_for_no_force_that_a_slow_one_would_not(key):
     """Against the same way at a fifth of the pace: what is more is the law's damping times 0.15 m/s."""
     environment = environments.named(key)
     damping = environment.impedance(environment.values())[1] if environment.impedance else 0.0
-    quick = live(key, held(-0.03, 2.5))[:, rows.ASKED]
-    slow = live(key, dragged(0.0, -0.03, speed=0.02))[:, rows.ASKED]
+    quick = live(key, held(-0.03, 2.5))[:, rows.FORCE]
+    slow = live(key, dragged(0.0, -0.03, speed=0.02))[:, rows.FORCE]
     assert np.abs(quick).max() <= 1.5 * np.abs(slow).max() + 0.15 * damping + 0.1
 
 

@@ -40,8 +40,8 @@ def test_rows_are_what_the_chain_gives():
     np.testing.assert_array_equal(out[:, rows.TICK], np.arange(400))
     np.testing.assert_array_equal(out[:, rows.POSITION], x)
     np.testing.assert_allclose(out[:, rows.VELOCITY], velocity, rtol=1e-12)
-    np.testing.assert_allclose(out[:, rows.ASKED], asked, rtol=1e-12, atol=1e-15)
-    np.testing.assert_allclose(out[:, rows.APPLIED], np.clip(asked, -1.0, 1.0), rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(out[:, rows.FORCE], asked, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(out[:, rows.APPLIED_FORCE], np.clip(asked, -1.0, 1.0), rtol=1e-12, atol=1e-15)
     np.testing.assert_allclose(out[:, rows.ENERGY], np.cumsum(effects * moved), rtol=1e-9, atol=1e-15)
     np.testing.assert_array_equal(out[:, rows.PERIOD], 1.0 / RATE)
     clamped = np.where(np.abs(asked) > 1.0, rows.CLAMPED, 0)
@@ -63,9 +63,9 @@ def test_state_is_in_the_row_and_leaves_it_with_its_law():
 
 def test_a_live_start_fades_in():
     out = LoopHarness(CONSTANT, full=False).ticks(0.032)
-    np.testing.assert_allclose(out[:30, rows.APPLIED], np.arange(1, 31) / 30.0, rtol=1e-12)
+    np.testing.assert_allclose(out[:30, rows.APPLIED_FORCE], np.arange(1, 31) / 30.0, rtol=1e-12)
     np.testing.assert_array_equal(out[:29, rows.FLAGS], rows.FADING)
-    np.testing.assert_array_equal(out[29:, rows.APPLIED], 1.0)
+    np.testing.assert_array_equal(out[29:, rows.APPLIED_FORCE], 1.0)
     np.testing.assert_array_equal(out[29:, rows.FLAGS], 0)
 
 

@@ -12,7 +12,7 @@ def level(value, place="a"):
 
 
 def asked(out):
-    return out[:, rows.ASKED]
+    return out[:, rows.FORCE]
 
 
 @pytest.mark.parametrize("rate", [100.0, 1000.0, 10_000.0])
@@ -77,7 +77,7 @@ def test_state_survives_a_number_and_a_choice():
     harness.set(COUNTING, {"gain": 0.02, "sign": "minus"})
     counts += list(harness.ticks(0.04)[:, rows.STATE])
     np.testing.assert_array_equal(counts, np.arange(1.0, 101.0))
-    assert harness.tick()[rows.ASKED] == pytest.approx(-0.02 * 101.0, rel=1e-12)
+    assert harness.tick()[rows.FORCE] == pytest.approx(-0.02 * 101.0, rel=1e-12)
 
 
 def test_a_second_switch_waits_and_the_newest_wins():
@@ -103,7 +103,7 @@ def test_random_changes_never_step_the_force(rate):
     for _ in range(60):
         harness.set(CONSTANT, level(random.uniform(-2.0, 2.0), random.choice(["a", "d"])))
         out.extend(harness.ticks(max(random.uniform(0.0, 0.05), 1.0 / rate)))
-    steps = np.abs(np.diff(np.array(out)[:, rows.APPLIED]))
+    steps = np.abs(np.diff(np.array(out)[:, rows.APPLIED_FORCE]))
     assert 0.0 < steps.max() <= 4.0 / (FADE * rate) * (1.0 + 1e-9)
 
 
@@ -113,7 +113,7 @@ def test_a_block_in_writing_is_left_for_the_next_tick():
     values, words, _ = harness.block
     before = harness.r.values.copy()
     values[:], words[block.SEQUENCE] = np.nan, words[block.SEQUENCE] + 1
-    assert harness.tick()[rows.ASKED] == 1.0
+    assert harness.tick()[rows.FORCE] == 1.0
     np.testing.assert_array_equal(harness.r.values, before)
     values[:] = before
     values[block.PARAMS] = 2.0

@@ -130,7 +130,9 @@ def _schema(database: sqlite3.Connection, chance: random.Random) -> str:
             "DROP TABLE chunk",
             "DELETE FROM chunk",
             "DELETE FROM event",
-            "PRAGMA user_version = 2",
+            "DELETE FROM signal",
+            "PRAGMA user_version = 1",
+            "PRAGMA user_version = 3",
             "PRAGMA user_version = -1",
             "PRAGMA application_id = 1",
         ]

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from hapkit_studio.haptics import rows
-from hapkit_studio.sessions.chunk import BLOCK, DRAWN, pack, unpack
-from hapkit_studio.sessions.columns import BY_NAME, COLUMNS, DamagedError, decode, encode
+from hapkit_studio.haptics.signals import COLUMN, NEVER, ON_REQUEST, SIGNALS
+from hapkit_studio.sessions.chunk import BLOCK, pack, unpack
+from hapkit_studio.sessions.columns import DamagedError, decode, encode
+from hapkit_studio.sessions.layout import LAYOUT
 
 QUANTUM = 20.7e-6
 
@@ -19,9 +21,9 @@ def table(count: int = 500, seed: int = 1) -> np.ndarray:
     made[:, rows.TICK] = 1e9 + np.arange(count)
     made[:, rows.HOST_TIME] = 1e5 + np.cumsum(rng.uniform(5e-4, 2e-3, count))
     made[:, rows.POSITION] = QUANTUM * np.floor(rng.normal(0.0, 500.0, count))
-    for column in (rows.VELOCITY, rows.ASKED, rows.ENERGY, *range(rows.STATE, rows.STATE + 3)):
+    for column in (rows.VELOCITY, rows.FORCE, rows.ENERGY, *range(rows.STATE, rows.STATE + 3)):
         made[:, column] = rng.normal(size=count)
-    made[:, rows.APPLIED] = np.clip(made[:, rows.ASKED], -1.0, 1.0)
+    made[:, rows.APPLIED_FORCE] = np.clip(made[:, rows.FORCE], -1.0, 1.0)
     made[:, rows.FLAGS] = rng.integers(0, 256, count)
     made[:, rows.LATENESS] = rng.exponential(1e-4, count)
     return made
@@ -31,20 +33,30 @@ def table(count: int = 500, seed: int = 1) -> np.ndarray:
 def test_every_column_comes_back_within_what_it_is_stored_as(count):
     made = table(count)
     chunk = pack(made, QUANTUM, 3, truth=True)
-    for column in COLUMNS:
-        values = made[:, column.place]
-        most = np.abs(made[:, BY_NAME[column.less_than or column.name].place]).max()
-        within = 0.5 * column.step if column.step else 1e-12 if column.counted else most * 2.0**-22
-        assert np.abs(chunk.values(column.name) - values).max() <= within * 1.001, column
+    for signal in SIGNALS:
+        if signal.recorded == NEVER:
+            continue
+        values = made[:, COLUMN[signal.name]]
+        most = np.abs(made[:, COLUMN[signal.delta_to or signal.name]]).max()
+        within = 0.5 * signal.step if signal.step else 1e-12 if signal.in_counts else most * 2.0**-22
+        assert np.abs(chunk.values(signal.name) - values).max() <= within * 1.001, signal
     assert np.allclose(chunk.values("state"), made[:, rows.STATE : rows.STATE + 3], rtol=2e-7)
 
 
 def test_rows_come_back_as_they_went_in_and_nan_where_nothing_was_kept():
     made = table()
-    back = unpack(pack(made, QUANTUM, 3))
-    missing = [column.place for column in COLUMNS if column.requested]
+    back = unpack(pack(made, QUANTUM, 3), LAYOUT.names)
+    missing = [COLUMN[signal.name] for signal in SIGNALS if signal.recorded == ON_REQUEST]
     assert np.isnan(back[:, missing]).all()
-    kept = [rows.TICK, rows.POSITION, rows.VELOCITY, rows.APPLIED, rows.FLAGS, rows.STATE, rows.STATE + 2]
+    kept = [
+        rows.TICK,
+        rows.POSITION,
+        rows.VELOCITY,
+        rows.APPLIED_FORCE,
+        rows.FLAGS,
+        rows.STATE,
+        rows.STATE + 2,
+    ]
     assert np.allclose(back[:, kept], made[:, kept], rtol=1e-6, atol=1e-6)
     assert np.isnan(unpack(pack(made, QUANTUM, 3), ("position",))[:, rows.VELOCITY]).all()
 
@@ -54,7 +66,7 @@ def test_the_extremes_of_each_block_are_those_of_its_samples():
     blocks = pack(made, QUANTUM, 0).blocks()
     position = made[:, rows.POSITION]
     pieces = np.split(position, [BLOCK, 2 * BLOCK, 3 * BLOCK])
-    index = DRAWN.index("position")
+    index = LAYOUT.with_extremes.index("position")
     assert np.allclose(blocks[index, 0], [piece.min() for piece in pieces], rtol=1e-6)
     assert np.allclose(blocks[index, 1], [piece.max() for piece in pieces], rtol=1e-6)
 

@@ -192,7 +192,7 @@ def test_times_and_whole_numbers_are_finite_and_in_order(path, column):
 
 def test_what_is_no_number_or_infinite_is_exported_as_it_is_and_drawn_as_a_gap(path, tmp_path):
     values = np.array([math.nan, math.inf, -math.inf, 3e38, 1.0] * 20)
-    for name in ("position", "velocity", "asked", "energy", "lateness", "board_time", "compute"):
+    for name in ("position", "velocity", "force", "energy", "lateness", "board_time", "compute"):
         set_value(path, "chunk", 2, name, encode(values))
     set_value(path, "chunk", 2, "extremes", encode(np.repeat(values, 4)[:20]))
     with warnings.catch_warnings():

@@ -77,7 +77,14 @@ def test_a_foreign_file_is_one_line(tmp_path, content):
         ("CREATE VIEW v AS SELECT 1", "is no session"),
         ("DROP TABLE event", "is no session"),
         ("ALTER TABLE chunk ADD COLUMN more", "is no session"),
-        ("PRAGMA user_version=2", "version 2, this one reads 1"),
+        ("DROP TABLE signal", "is no session"),
+        (
+            "UPDATE signal SET delta_to = 'energy' WHERE name = 'velocity'",
+            "the checksum of its layout is wrong",
+        ),
+        ("DELETE FROM signal WHERE name = 'velocity'", "is no session"),
+        ("DELETE FROM signal WHERE name = 'time'", "its layout has no time"),
+        ("PRAGMA user_version=3", "version 3, this one reads 2"),
     ],
 )
 def test_other_tables_than_the_studios_and_newer_ones_are_refused(tmp_path, statement, said):
@@ -284,10 +291,10 @@ def test_a_killed_recording_whose_index_cannot_be_used_is_read_from_a_copy(kille
     folder, made = killed
     connect = database._connect
 
-    def refuse(path, how):
+    def refuse(path, *how):
         if path.parent == folder:
             raise cannot_open
-        return connect(path, how)
+        return connect(path, *how)
 
     cannot_open = sqlite3.OperationalError("unable to open database file")
     cannot_open.sqlite_errorname = "SQLITE_CANTOPEN"

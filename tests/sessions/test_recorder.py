@@ -69,12 +69,12 @@ def test_a_recording_holds_every_sample_of_the_ring_and_every_change(engine, rec
     collected(reader, pieces, 400)
     assert recorder.stop() == tmp_path / "a.hapkit"
     ring, session = np.concatenate(pieces), Session(tmp_path / "a.hapkit")
-    found = session.read(("tick", "position", "applied"))
+    found = session.read(("tick", "position", "applied_force"))
     assert (np.diff(found["tick"]) == 1.0).all()
     both, ours, theirs = np.intersect1d(found["tick"], ring[:, rows.TICK], return_indices=True)
     assert len(both) > 700
     assert np.abs(found["position"][ours] - ring[theirs, rows.POSITION]).max() < 1e-8
-    assert np.abs(found["applied"][ours] - ring[theirs, rows.APPLIED]).max() < 1e-6
+    assert np.abs(found["applied_force"][ours] - ring[theirs, rows.APPLIED_FORCE]).max() < 1e-6
     event = [e for e in session.events if e.kind == SETTINGS][-1]
     assert event.what["parameters"]["stiffness"] == 400.0
     assert 0.0 < event.time - changed < 5.0

@@ -61,6 +61,6 @@ def _curve(
         first = round(drive.begin(motion) * setting.rate)
         part = slice(first, first + drive.samples)
         edges = times[first : first + drive.samples + 1] + setting.delay
-        spectra.add(motion, times[part], position[part], edges, out[part, rows.APPLIED])
+        spectra.add(motion, times[part], position[part], edges, out[part, rows.APPLIED_FORCE])
     clamped = np.mean(out[:, rows.FLAGS].astype(int) & rows.CLAMPED != 0)
     return spectra.curve("simulated", setting, float(clamped), law)

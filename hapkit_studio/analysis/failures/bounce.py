@@ -53,7 +53,7 @@ def rendered(lateness: float, case: base.Case, balance: float = 0.0) -> float:
     damping, gains = balance * balance_of(lateness, case), []
     for phase in PHASES:
         out = bounce_rows(lateness, case, phase, damping)
-        touching, speed = np.flatnonzero(out[:, rows.ASKED]), out[:, rows.TRUE_VELOCITY]
+        touching, speed = np.flatnonzero(out[:, rows.FORCE]), out[:, rows.TRUE_VELOCITY]
         after = int(touching[-1]) + 1 + math.ceil(case["late"] - 1e-9)
         gains.append(float(speed[after] / speed[touching[0] - 1]) ** 2)
     return float(np.mean(gains))

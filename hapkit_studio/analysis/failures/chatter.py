@@ -67,7 +67,7 @@ def live(friction: float, case: base.Case) -> base.Live:
     values = base.within("friction", {"kinetic_force": force, "static_force": force, "viscous": 0.0})
     loop = {**spring.loop_of(case), "delay": case["late"] / case["rate"]}
     found = base.Live("friction", {**values, "model": float(COULOMB)}, loop)
-    size = {place: let_go(found, place, rows.APPLIED) for place in _PLACES}
+    size = {place: let_go(found, place, rows.APPLIED_FORCE) for place in _PLACES}
     place = max(size, key=lambda one: size[one])
     if size[place] >= values["kinetic_force"]:
         flips = f"It changes by {with_unit(size[place], 'N', 2)} and never rests"

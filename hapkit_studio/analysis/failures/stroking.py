@@ -57,7 +57,7 @@ def ridges(out: np.ndarray, case: base.Case, what: str, shown: int) -> base.Evid
     least = int(counts.min()) if len(counts) else len(place)
     peak = with_unit(100.0 * least_peak(out, case["wavelength"]), "%")
     words = f"the worst ridge gets {least} {what}; the weakest gives {peak} of the force"
-    force, step = out[:shown, rows.ASKED], 1.0 / case["rate"]
+    force, step = out[:shown, rows.FORCE], 1.0 / case["rate"]
     return base.Evidence(force, step, "force", "N", least >= WANTED, float(least), what, words, held=True)
 
 
@@ -65,5 +65,5 @@ def least_peak(out: np.ndarray, wavelength: float) -> float:
     """Return the smallest peak force over complete ridges, as a fraction of the amplitude."""
     ridge = np.floor(out[:, rows.TRUE_POSITION] / wavelength + 1e-9).astype(int)
     peaks = np.full(ridge.max() - ridge.min() + 1, -np.inf)
-    np.maximum.at(peaks, ridge - ridge.min(), out[:, rows.ASKED])
+    np.maximum.at(peaks, ridge - ridge.min(), out[:, rows.FORCE])
     return float(peaks[1:-1].min() / AMPLITUDE) if len(peaks) > 2 else float(peaks.max() / AMPLITUDE)

@@ -24,7 +24,7 @@ def probe(quantum: float, case: base.Case) -> base.Evidence:
 
 def step(quantum: float, case: base.Case) -> float:
     """Return the largest step of the rendered force in % of its amplitude."""
-    force = stroke(quantum, case)[:, rows.ASKED]
+    force = stroke(quantum, case)[:, rows.FORCE]
     return 100.0 * float(np.abs(np.diff(force)).max()) / stroking.AMPLITUDE
 
 

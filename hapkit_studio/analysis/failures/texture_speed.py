@@ -22,7 +22,7 @@ def limit(case: base.Case) -> float:
 def probe(speed: float, case: base.Case) -> base.Evidence:
     """Stroke the grating at one speed and measure the frequency."""
     wavelength, rate = case["wavelength"], case["rate"]
-    force = stroking.stroke(wavelength, speed, rate, 0.0, SAMPLES, 0.13 * wavelength)[:, rows.ASKED]
+    force = stroking.stroke(wavelength, speed, rate, 0.0, SAMPLES, 0.13 * wavelength)[:, rows.FORCE]
     # a sampled sine satisfies F_k+1 + F_k-1 = 2 cos(2 π f/rate) F_k
     cosine = force[1:-1] @ (force[2:] + force[:-2]) / (2.0 * force[1:-1] @ force[1:-1])
     frequency, there = rate * math.acos(min(max(float(cosine), -1.0), 1.0)) / math.tau, speed / wavelength

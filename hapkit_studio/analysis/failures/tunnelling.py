@@ -43,12 +43,12 @@ def throws(speed: float, case: base.Case) -> list[np.ndarray]:
 
 def least_peak(runs: list[np.ndarray]) -> float:
     """Return the smallest peak force of a throw, up or down the bump, as a fraction of the full peak."""
-    return min(float(np.abs(out[:, rows.ASKED]).max()) for out in runs) / PEAK
+    return min(float(np.abs(out[:, rows.FORCE]).max()) for out in runs) / PEAK
 
 
 def missed(runs: list[np.ndarray], case: base.Case) -> float:
     """Return the largest energy error of a throw over the bump, in % of the hill's height."""
-    works = (np.sum(out[:-1, rows.ASKED] * np.diff(out[:, rows.TRUE_POSITION])) for out in runs)
+    works = (np.sum(out[:-1, rows.FORCE] * np.diff(out[:, rows.TRUE_POSITION])) for out in runs)
     return 100.0 * max(abs(float(work)) for work in works) / (PEAK * 2.0 / math.tau * case["width"])
 
 
@@ -61,12 +61,12 @@ def shown(speed: float, case: base.Case) -> float:
 def probe(speed: float, case: base.Case) -> base.Evidence:
     """Throw the handle over the bump at one speed, at every sampling phase."""
     runs = throws(speed, case)
-    felt = [int(np.count_nonzero(out[:, rows.ASKED])) for out in runs]
+    felt = [int(np.count_nonzero(out[:, rows.FORCE])) for out in runs]
     least, peak = min(felt), with_unit(100.0 * least_peak(runs), "%")
     energy = with_unit(missed(runs, case), "%", 2)
     words = f"the worst throw gets {least} samples; the weakest gives {peak} of the force"
     words += f"; the energy changes by up to {energy}"
-    force, step = 100.0 * runs[felt.index(least)][:, rows.ASKED] / PEAK, 1.0 / case["rate"]
+    force, step = 100.0 * runs[felt.index(least)][:, rows.FORCE] / PEAK, 1.0 / case["rate"]
     holds = least >= WANTED
     return base.Evidence(force, step, "force", "% of the peak", holds, least, "samples", words, held=True)
 

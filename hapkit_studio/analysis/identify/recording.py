@@ -13,6 +13,7 @@ from hapkit_studio.dynamics.hand import SCRIPTS, Grip, Hand
 from hapkit_studio.environments.base import Environment
 from hapkit_studio.errors import FileError, ParameterError, StudioError
 from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.signals import BY_NAME
 from hapkit_studio.settings_log import Log
 from hapkit_studio.tables import TableColumn, TableColumns, UnknownColumnsError
 
@@ -57,7 +58,8 @@ class Setup:
 
 @dataclass(frozen=True)
 class Recording:
-    """Columns (n,) in SI units: position and velocity as the loop saw them, commands as asked and applied.
+    """Columns (n,) in SI units: position and velocity as the loop saw them, force as the law asked
+    for it and as applied.
 
     flags: those of telemetry rows. hand_force: the hand's force at the sample in N, NaN if unknown, without
     hand_held: the force of its damper due to the target's speed, constant between samples, in N. target: the
@@ -68,8 +70,8 @@ class Recording:
     time: np.ndarray
     position: np.ndarray
     velocity: np.ndarray
-    asked: np.ndarray
-    applied: np.ndarray
+    force: np.ndarray
+    applied_force: np.ndarray
     flags: np.ndarray
     hand_force: np.ndarray
     hand_held: np.ndarray
@@ -140,7 +142,9 @@ def of_rows(table: np.ndarray, setup: Setup) -> Recording:
     back = np.flatnonzero(np.diff(table[:, rows.BOARD_TIME]) <= 0.0)
     table = table[back[-1] + 1 :] if len(back) else table
     hand = hand_parts(table[:, rows.HAND_FORCE], table[:, rows.HAND_TARGET], setup)
-    time, *motion = table[:, [rows.BOARD_TIME, rows.POSITION, rows.VELOCITY, rows.ASKED, rows.APPLIED]].T
+    time, *motion = table[
+        :, [rows.BOARD_TIME, rows.POSITION, rows.VELOCITY, rows.FORCE, rows.APPLIED_FORCE]
+    ].T
     flags, target = table[:, rows.FLAGS].astype(int), table[:, rows.HAND_TARGET]
     return Recording(time, *motion, flags, *hand, setup, target).check()  # type: ignore[call-arg]
 
@@ -167,17 +171,17 @@ def hand_parts(force: np.ndarray, target: np.ndarray | None, setup: Setup) -> tu
 
 # the studio's own columns, by Recording field
 _STUDIO_COLUMNS = {
-    "time": TableColumn("time_s", "s"),
-    "position": TableColumn("position_m", "m"),
-    "velocity": TableColumn("velocity_m_per_s", "m/s"),
-    "force": TableColumn("force_applied_N", "N"),
+    "time": TableColumn(BY_NAME["time"].column_name, "s"),
+    "position": TableColumn(BY_NAME["position"].column_name, "m"),
+    "velocity": TableColumn(BY_NAME["velocity"].column_name, "m/s"),
+    "force": TableColumn(BY_NAME["applied_force"].column_name, "N"),
 }
 # optional columns
 _OPTIONAL_COLUMNS = {
-    "asked": "force_asked_N",
-    "flags": "flags",
-    "hand_force": "hand_force_N",
-    "target": "hand_target_m",
+    "asked": BY_NAME["force"].column_name,
+    "flags": BY_NAME["flags"].column_name,
+    "hand_force": BY_NAME["hand_force"].column_name,
+    "target": BY_NAME["hand_target"].column_name,
 }
 # hands without a grip
 _NO_GRIP = ("released", "Prescribed")
@@ -189,8 +193,8 @@ class Motion(NamedTuple):
     time: np.ndarray
     position: np.ndarray
     velocity: np.ndarray
-    asked: np.ndarray
-    applied: np.ndarray
+    force: np.ndarray
+    applied_force: np.ndarray
 
 
 def from_run(run: Any, hand: Hand | None = None) -> Recording:

@@ -183,7 +183,7 @@ class GuardedDevice:
 
 def pressing_force(found: np.ndarray, into: float) -> float:
     """Return the mean force in N on the wall in some rows."""
-    return float(-into * found[:, rows.APPLIED].mean())
+    return float(-into * found[:, rows.APPLIED_FORCE].mean())
 
 
 def force_withheld(found: np.ndarray) -> bool:

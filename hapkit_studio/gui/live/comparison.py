@@ -186,8 +186,8 @@ def difference_words(history: History, one: Part, other: Part) -> str:
     first, second = (history.between(part.start, part.stop).known() for part in (one, other))
     if min(len(first.x), len(second.x)) < 2:
         return ""
-    there = np.interp(first.x - one.start, second.x - other.start, second.y["applied"])
-    apart = np.abs(first.y["applied"] - there)
+    there = np.interp(first.x - one.start, second.x - other.start, second.y["applied_force"])
+    apart = np.abs(first.y["applied_force"] - there)
     usual, most = (number(value, 2) for value in (float(np.sqrt(np.mean(apart**2))), float(apart.max())))
     lines = f"held: on the {one.where}, in colour: on the {other.where}"
     return f"Same movement of the hand, {lines}. The forces differ by {usual} N rms, {most} N at most."

@@ -40,7 +40,7 @@ class Quantity:
 QUANTITIES = (
     Quantity("position", "x", "mm", 1e3, 2),
     Quantity("velocity", "v", "mm/s", 1e3, 1),
-    Quantity("applied", "F", "N", 1.0, 3),
+    Quantity("applied_force", "F", "N", 1.0, 3),
 )
 
 
@@ -150,7 +150,7 @@ def slope(cursors: Cursors, samples: dict[str, np.ndarray]) -> tuple[Line | None
         return None, "–"
     if cursors.settings_differ:
         return None, "none: settings changed"
-    position, applied, asked = (samples[name] for name in ("position", "applied", "asked"))
+    position, applied, asked = (samples[name] for name in ("position", "applied_force", "force"))
     given = (np.abs(asked) < cursors.max_force) & (np.abs(applied - asked) <= _FOLLOWED)
     acts = given & (asked * applied > 0.0)
     if not acts.any():

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from hapkit_studio.haptics.health import Health
 
 _MAX_FORCE = 3.0
-_DRAWN = rows.POSITION, rows.APPLIED, rows.ASKED, rows.HAND_TARGET
+_DRAWN = rows.POSITION, rows.APPLIED_FORCE, rows.FORCE, rows.HAND_TARGET
 _USUAL_S = 12.0  # how long the first compile takes on two processors
 _NEARLY = 0.95  # where the bar waits if it takes longer
 _BAR_MS = 250
@@ -151,7 +151,7 @@ class LiveDisplay(QObject):
     def _take_acting(self) -> None:
         """Take the newest force for the status bar, at a rate at which it can be read."""
         last = self._live.last
-        self._acting = float(last[rows.APPLIED]) if self._live.paused and last is not None else None
+        self._acting = float(last[rows.APPLIED_FORCE]) if self._live.paused and last is not None else None
 
     def hold(self) -> None:
         """Hold what the plots show of the environment in force, named by what is set."""

@@ -111,7 +111,7 @@ class HeldTraces(QObject):
         felt = None
         if self.delay is not None:
             last = history.between(max(stretch[0], stretch[1] - _FELT_SECONDS), edges[-1])
-            felt = as_felt(last.x, last.y["position"], last.y["applied"], self.delay)
+            felt = as_felt(last.x, last.y["position"], last.y["applied_force"], self.delay)
         self.traces[place] = PastTrace(words, time, values, LOOKS[place], pinned, felt)
         self._tell()
         return self.traces[place]

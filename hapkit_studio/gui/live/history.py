@@ -15,8 +15,8 @@ _AT_ONCE = 4096  # samples that are taken at a time
 CHANNELS = {
     "position": rows.POSITION,
     "velocity": rows.VELOCITY,
-    "asked": rows.ASKED,
-    "applied": rows.APPLIED,
+    "force": rows.FORCE,
+    "applied_force": rows.APPLIED_FORCE,
 }
 OBJECT = "object"  # the place of what moves besides the handle, nan where nothing does
 ENERGIES = ("energy", "energy_limit")  # not in the rows: the engine keeps them, nan where it has none

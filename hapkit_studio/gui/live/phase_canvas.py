@@ -187,7 +187,7 @@ class PhaseCanvas(Canvas):
         window = self._recent()
         if self.delay is None or window.dense:
             return None
-        return last_cycle(window.x, window.y["position"], window.y["applied"], self.delay, LEAST_CYCLE)
+        return last_cycle(window.x, window.y["position"], window.y["applied_force"], self.delay, LEAST_CYCLE)
 
     def show_line(self, line: Line | None) -> None:
         """Draw the line that was fitted to force over position, SI; None: no line."""
@@ -279,7 +279,7 @@ class PhaseCanvas(Canvas):
 
     def _points(self, window: Window) -> tuple[np.ndarray, np.ndarray]:
         """Return the points of a stretch: one a sample, as felt two."""
-        x, force = window.y[self.plot_of.channel], window.y["applied"]
+        x, force = window.y[self.plot_of.channel], window.y["applied_force"]
         if self._shows_felt and self.delay is not None and not window.dense:
             x, force = as_felt(window.x, x, force, self.delay)
         return x * self.plot_of.scale, force
@@ -288,7 +288,7 @@ class PhaseCanvas(Canvas):
         """Return the points of a held stretch."""
         if self._shows_felt and past.felt is not None:
             return past.felt[0] * self.plot_of.scale, past.felt[1]
-        return past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied"]
+        return past.values[self.plot_of.channel] * self.plot_of.scale, past.values["applied_force"]
 
     def _state(self) -> tuple:
         """Return what the picture of the older seconds depends on."""
@@ -389,6 +389,6 @@ class PhaseCanvas(Canvas):
 
     def _dot(self, painter: QPainter, box: QRectF, at: dict[str, float], radius: float) -> None:
         """Paint a dot, unless it lies outside the axes, which stand still while locked."""
-        place = self.pixel(at[self.plot_of.channel] * self.plot_of.scale, at["applied"])
+        place = self.pixel(at[self.plot_of.channel] * self.plot_of.scale, at["applied_force"])
         if box.contains(place):
             strokes.mark(painter, place, "applied", radius)

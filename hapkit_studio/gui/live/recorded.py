@@ -17,9 +17,10 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.environment_library import usable
 from hapkit_studio.gui.live.history import CHANNELS, ENERGIES, OBJECT, History, Window
 from hapkit_studio.haptics import rows
-from hapkit_studio.sessions.chunk import BLOCK, DRAWN, EVERY, STATE
+from hapkit_studio.sessions.chunk import BLOCK
 from hapkit_studio.sessions.columns import DamagedError
 from hapkit_studio.sessions.file import SETTINGS
+from hapkit_studio.sessions.layout import STATE
 from hapkit_studio.sessions.session import Session
 from hapkit_studio.sessions.settings import log as settings_log
 from hapkit_studio.sessions.settings import timed_changes
@@ -190,7 +191,7 @@ class Recorded(History):
         place = int(np.searchsorted(table[:, rows.HOST_TIME], time, side)) - 1
         return table[place] if place >= 0 else None
 
-    def _read(self, number: int, names: Collection[str] = EVERY) -> np.ndarray:
+    def _read(self, number: int, names: Collection[str] | None = None) -> np.ndarray:
         try:
             table = self.session.rows(number, names)
         except DamagedError:
@@ -237,7 +238,8 @@ def _blocks(session: Session) -> History:
     lengths = BLOCK * (stops - starts) / np.maximum(np.repeat(session.counts, counts) - 1, 1)
     left = starts + (np.arange(counts.sum()) - np.repeat(firsts, counts)) * lengths
     time = np.minimum(np.stack([left + 0.25 * lengths, left + 0.75 * lengths], axis=1), stops[:, None])
-    found = np.concatenate(session.blocks, axis=2)[[DRAWN.index(name) for name in CHANNELS]]
+    names = session.layout.with_extremes
+    found = np.concatenate(session.blocks, axis=2)[[names.index(name) for name in CHANNELS]]
     middle = found.sum(axis=1)
     rising = np.diff(middle, append=middle[:, -1:]) >= 0.0
     pairs = np.where(rising[..., None], found.transpose(0, 2, 1), found[:, ::-1].transpose(0, 2, 1))

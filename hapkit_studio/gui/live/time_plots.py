@@ -488,7 +488,7 @@ class TimePlots(QWidget):
     def _contact(self) -> list[tuple[float, float]]:
         """Return the stretches (start, stop) in s, from zero, in which this environment asked for a force."""
         window = self.shown.window
-        touching = (np.nan_to_num(window.y["asked"]) != 0.0) & (window.x >= self.view.history.begin)
+        touching = (np.nan_to_num(window.y["force"]) != 0.0) & (window.x >= self.view.history.begin)
         if window.dense and not np.isnan(window.x).any():
             touching = np.repeat(touching.reshape(-1, 2).any(axis=1), 2)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], touching, [False]]).astype(np.int8)))

@@ -24,7 +24,7 @@ class Level(NamedTuple):
 LEVELS = (
     Level("position", Parameter("position", "Position", "m", 0.005, -0.05, 0.05), 1.0),
     Level("velocity", Parameter("velocity", "Velocity", "mm/s", 100.0, -2000.0, 2000.0), 1e-3),
-    Level("applied", Parameter("force", "Force", "N", -1.0, -5.0, 5.0), 1.0),
+    Level("applied_force", Parameter("force", "Force", "N", -1.0, -5.0, 5.0), 1.0),
 )
 EVENT = Choice("event", "Stand at", ("contact", *(level.parameter.key for level in LEVELS)))
 EDGE = Choice("edge", "Crossed", ("rising", "falling"))
@@ -127,7 +127,7 @@ class Trigger(QObject):
     def _events(self, window: Window) -> np.ndarray:
         level = self.level
         if level is None:
-            return crossings((window.y["asked"] != 0.0).astype(float), 1.0, rising=True)
+            return crossings((window.y["force"] != 0.0).astype(float), 1.0, rising=True)
         rising = EDGE.text(self.values[EDGE.key]) == "rising"
         return crossings(window.y[level.channel], self._crossed(level), rising)
 

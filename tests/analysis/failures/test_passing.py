@@ -40,7 +40,7 @@ def test_ten_counts_a_ridge_and_steps_of_the_force_as_theory_says():
     failure = failures()["texture_counts"]
     assert [one.measure for one in sides(failure, failure.case())] == [10.0, 9.0]
     out = stroking.stroke(0.005, 0.005, 1000.0, 15e-6, 5000)
-    steps = np.abs(np.diff(out[:, rows.ASKED])).max()
+    steps = np.abs(np.diff(out[:, rows.FORCE])).max()
     assert steps == pytest.approx(2.0 * math.pi * 0.25 * 15e-6 / 0.005, rel=1e-3)
 
 

@@ -182,7 +182,7 @@ def test_what_the_plots_hold_has_its_values_in_si(tmp_path):
     found = api.open_recording(path, columns)
     assert found.time == pytest.approx([0.0, 1e-3, 2e-3, 3e-3])
     assert found.position == pytest.approx([0.0, 1e-4, 2e-4, 3e-4])
-    assert found.applied == pytest.approx(-300.0 * found.position)
+    assert found.applied_force == pytest.approx(-300.0 * found.position)
     assert found.velocity == pytest.approx([0.1] * 4)
     assert found.setup.quantum == pytest.approx(1e-4)
     given = api.open_recording(path, {**columns, "velocity": TableColumn("dx_mms", "mm/s")})

@@ -87,7 +87,7 @@ def test_the_noise_is_named_and_only_where_there_is_some():
 
 def test_samples_at_the_force_limit_are_marked_by_the_reference_loop():
     (recording,), _ = noisy_loop.recordings([0], 0.0, held=False, stiffness=600.0, seconds=0.1)
-    assert (recording.flags[np.abs(recording.applied) >= 3.0] == CLAMPED).all()
+    assert (recording.flags[np.abs(recording.applied_force) >= 3.0] == CLAMPED).all()
     assert (recording.flags == CLAMPED).any()
 
 

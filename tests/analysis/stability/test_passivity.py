@@ -142,7 +142,7 @@ def rendered_gain(moved, stiffness, damping, late, estimator, periods=160):
         device,
         LoopSettings(1.0 / PERIOD, late * PERIOD, estimator),
     )
-    forces = headless.render(scene, motion, periods)[0][:, rows.APPLIED]
+    forces = headless.render(scene, motion, periods)[0][:, rows.APPLIED_FORCE]
     acts = np.interp(np.arange(periods + 1) + late, t, x)
     return float(np.sum(forces * np.diff(acts)) - np.sum(B * np.diff(x) ** 2 / np.diff(t)) / PERIOD)
 

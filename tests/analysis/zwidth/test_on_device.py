@@ -52,7 +52,7 @@ def assert_as_before(engine, environment="spring"):
     if environment == "spring" and not last[rows.FLAGS]:
         assert engine.values["stiffness"] == BEFORE["stiffness"]
         expected = -BEFORE["stiffness"] * last[rows.POSITION] - BEFORE["damping"] * last[rows.VELOCITY]
-        assert last[rows.ASKED] == pytest.approx(expected, abs=1e-12)
+        assert last[rows.FORCE] == pytest.approx(expected, abs=1e-12)
 
 
 def hits(found, surface=0.005):
@@ -156,7 +156,7 @@ def test_what_ends_it_leaves_the_old_settings_and_no_force_of_the_wall(
     assert (engine.fault is not None) == (act is fail)
     if engine.stopped:
         found = rest(engine.reader(), 20)
-        assert np.all(found[:, rows.APPLIED] == 0.0)
+        assert np.all(found[:, rows.APPLIED_FORCE] == 0.0)
         assert np.all(found[:, rows.FLAGS].astype(int) & rows.STOPPED)
 
 
@@ -217,7 +217,7 @@ def test_the_force_limit_holds_and_is_said(running, briefly):
     reader = engine.reader()
     limits = TrialLimits(max_force=0.5, push=0.3, hit=0.15, softest=1500.0, highest=1500.0)
     found = on_device.measure(engine, (0.0,), limits)
-    assert np.abs(reader.read()[:, rows.APPLIED]).max() <= 0.5 + 1e-12
+    assert np.abs(reader.read()[:, rows.APPLIED_FORCE]).max() <= 0.5 + 1e-12
     assert (found.points[0].ended, found.points[0].clamped) == (HIGHEST, True)
     assert found.sentence.endswith("at least 1,500 N/m come to rest, with the motor at its limit of 0.5 N.")
 

@@ -48,7 +48,7 @@ def force_at(window, qtbot, place: float) -> float:
 
     qtbot.waitUntil(settled)
     last = np.array(taken[-100:])
-    return float(np.mean(last[:, rows.ASKED]) / np.mean(last[:, rows.POSITION]))
+    return float(np.mean(last[:, rows.FORCE]) / np.mean(last[:, rows.POSITION]))
 
 
 def test_a_template_becomes_a_file_a_law_in_force_and_sliders(home, window, qtbot):

@@ -19,8 +19,8 @@ def telemetry(count, start=0, rate=RATE):
     table[:, rows.TICK], table[:, rows.HOST_TIME] = tick, tick / rate
     table[:, rows.POSITION] = 0.015 * np.sin(3.0 * tick / rate)
     table[:, rows.VELOCITY] = 0.045 * np.cos(3.0 * tick / rate)
-    table[:, rows.ASKED] = -400.0 * np.maximum(table[:, rows.POSITION] - 0.005, 0.0)
-    table[:, rows.APPLIED] = np.maximum(table[:, rows.ASKED], -3.0)
+    table[:, rows.FORCE] = -400.0 * np.maximum(table[:, rows.POSITION] - 0.005, 0.0)
+    table[:, rows.APPLIED_FORCE] = np.maximum(table[:, rows.FORCE], -3.0)
     return table
 
 

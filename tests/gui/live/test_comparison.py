@@ -12,7 +12,7 @@ from tests.gui.live.plot_support import RATE, telemetry
 def test_the_difference_is_that_of_the_same_moments():
     table, history = telemetry(11_000), History(60.0, RATE)
     t = table[:, rows.HOST_TIME]
-    table[:, rows.APPLIED] = np.where(t < 5.0, -np.sin(t - 1.0), -np.sin(t - 7.0) - 0.3)
+    table[:, rows.APPLIED_FORCE] = np.where(t < 5.0, -np.sin(t - 1.0), -np.sin(t - 7.0) - 0.3)
     history.append(table)
     words = difference_words(history, Part("computer", 1.0, 4.0), Part("board", 7.0, 10.0))
     assert "0.30 N rms, 0.30 N at most" in words

@@ -150,7 +150,7 @@ def read(plots, card, first, last):
 def test_a_wall_pressed_and_left_has_its_stiffness_where_its_force_is_given(plots, card, history):
     """Swings of 15 mm in and out of a wall at 5 mm; its 400 N/m are cut at 3 N, 7.5 mm deep."""
     assert read(plots, card, 8.0, 13.0) == "−400.0 ± 0.0 N/m"
-    slope, *_ = np.polyfit(*(history.between(8.0, 13.0).y[name] for name in ("position", "applied")), 1)
+    slope, *_ = np.polyfit(*(history.between(8.0, 13.0).y[name] for name in ("position", "applied_force")), 1)
     assert slope > -120.0  # what a line through all samples would say
 
 
@@ -170,17 +170,17 @@ def test_what_leaves_more_than_a_twentieth_of_the_force_is_no_line(plots, card, 
     assert (bend / math.sqrt(180.0) < 0.05 * math.sqrt(1 / 3 + bend / 2 + bend**2 / 5)) == straight
     rest = telemetry(2001, start=14_000)
     rest[:, rows.POSITION] = 0.01 * z
-    rest[:, rows.ASKED] = rest[:, rows.APPLIED] = -(z + bend * z**2)
+    rest[:, rows.FORCE] = rest[:, rows.APPLIED_FORCE] = -(z + bend * z**2)
     history.append(rest)
     assert (read(plots, card, 14.0005, 16.0005) == "none: not a straight line") != straight
 
 
 def test_where_no_force_acts_or_none_is_given_there_is_no_slope(plots, card, history):
     free = telemetry(1000, start=14_000)
-    free[:, rows.APPLIED] = 0.0  # stopped: asked for, not given
+    free[:, rows.APPLIED_FORCE] = 0.0  # stopped: asked for, not given
     history.append(free)
     assert read(plots, card, 14.0005, 14.9) == "none: no force there"
     still = telemetry(1000, start=15_000)
-    still[:, rows.POSITION], still[:, rows.ASKED], still[:, rows.APPLIED] = 0.010, -2.0, -2.0
+    still[:, rows.POSITION], still[:, rows.FORCE], still[:, rows.APPLIED_FORCE] = 0.010, -2.0, -2.0
     history.append(still)
     assert read(plots, card, 15.0005, 15.9) == "none: too little motion"

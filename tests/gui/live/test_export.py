@@ -23,8 +23,8 @@ from tests.gui.live.plot_support import telemetry
 COLUMNS = {
     "position_m": rows.POSITION,
     "velocity_m_per_s": rows.VELOCITY,
-    "force_asked_N": rows.ASKED,
-    "force_applied_N": rows.APPLIED,
+    "force_asked_N": rows.FORCE,
+    "force_applied_N": rows.APPLIED_FORCE,
 }
 
 

@@ -94,7 +94,7 @@ def test_a_trace_is_held_as_felt_with_the_delay_of_its_loop(held, history, phase
     past = held.hold(history, (11.0, 13.0), "late")
     places, force = past.felt
     samples = history.between(11.0, 13.0)
-    assert force[2000:2010:2] == pytest.approx(samples.y["applied"][1000:1005])
+    assert force[2000:2010:2] == pytest.approx(samples.y["applied_force"][1000:1005])
     assert places[2000:2010:2] == pytest.approx(0.015 * np.sin(3.0 * (samples.x[1000:1005] + 5e-3)), abs=1e-7)
     assert places[2001:2010:2] == pytest.approx(places[2002:2011:2])
     held.delay = None

@@ -18,7 +18,7 @@ def telemetry(count, seed=0, start=0, rate=RATE):
     table = np.zeros((count, rows.ROW_WIDTH))
     table[:, rows.TICK] = start + np.arange(count)
     table[:, rows.HOST_TIME] = table[:, rows.TICK] / rate
-    table[:, rows.POSITION : rows.APPLIED + 1] = random.normal(size=(count, 4))
+    table[:, rows.POSITION : rows.APPLIED_FORCE + 1] = random.normal(size=(count, 4))
     return table
 
 
@@ -67,7 +67,7 @@ def test_few_samples_are_given_as_they_are_with_a_neighbour_each_side():
     shown = history.window(np.linspace(0.5, 0.6, 451))
     assert not shown.dense
     np.testing.assert_array_equal(shown.x, table[1999:2401, rows.HOST_TIME])
-    np.testing.assert_array_equal(shown.y["applied"], table[1999:2401, rows.APPLIED])
+    np.testing.assert_array_equal(shown.y["applied_force"], table[1999:2401, rows.APPLIED_FORCE])
 
 
 @pytest.mark.parametrize(("t0", "t1", "dense"), [(0.0, 2.0, True), (0.99, 1.03, False)])
@@ -101,7 +101,7 @@ def test_only_the_last_seconds_are_kept_however_long_it_runs():
     newest = history.between((60_000 - 10) / RATE, np.inf)
     np.testing.assert_array_equal(newest.x, last[-10:, rows.HOST_TIME])
     np.testing.assert_array_equal(newest.y["position"], last[-10:, rows.POSITION])
-    assert history.latest()["applied"] == last[-1, rows.APPLIED]
+    assert history.latest()["applied_force"] == last[-1, rows.APPLIED_FORCE]
 
 
 def test_to_take_samples_needs_no_room_for_a_copy_of_those_kept():
@@ -133,7 +133,7 @@ def test_a_clock_that_goes_back_starts_afresh_and_the_pointer_is_at_the_last_sam
     assert len(history) == 10
     assert history.start == 0.0
     assert history.at(-0.1) is None
-    assert history.at(0.00101)["asked"] == telemetry(10)[4, rows.ASKED]
+    assert history.at(0.00101)["force"] == telemetry(10)[4, rows.FORCE]
 
 
 def test_an_empty_history_draws_nothing():

@@ -142,7 +142,7 @@ def test_paused_scene_plots_and_numbers_stand_at_one_sample_and_the_bar_says_wha
 
     def pushed(force):
         live.tick()
-        return live.last is not None and live.last[rows.APPLIED] < -force
+        return live.last is not None and live.last[rows.APPLIED_FORCE] < -force
 
     studio.move_hand(0.012)
     qtbot.waitUntil(lambda: pushed(0.5))
@@ -155,7 +155,7 @@ def test_paused_scene_plots_and_numbers_stand_at_one_sample_and_the_bar_says_wha
 
     standing, picture = said(), scene.grab().toImage()
     assert standing[0] == f"{number(1e3 * row[rows.POSITION], 2, sign=True)} mm"
-    assert standing[2] == standing[3] == f"{number(row[rows.APPLIED], 2, sign=True)} N"
+    assert standing[2] == standing[3] == f"{number(row[rows.APPLIED_FORCE], 2, sign=True)} N"
     assert standing[4] == pytest.approx(1e3 * row[rows.POSITION])
     studio.move_hand(0.0)
     studio.set_value("position", -0.02)
@@ -193,7 +193,7 @@ def test_the_divider_parts_what_two_environments_asked_for(window, qtbot):
         live.tick()
         return live.history.between(start, np.inf)
 
-    qtbot.waitUntil(lambda: len(kept().x) and kept().y["asked"][-1] < -0.5)
+    qtbot.waitUntil(lambda: len(kept().x) and kept().y["force"][-1] < -0.5)
     studio.choose("spring")
     ((time, words),) = live.history.dividers
     assert words == "Spring"
@@ -201,9 +201,9 @@ def test_the_divider_parts_what_two_environments_asked_for(window, qtbot):
     before, after = live.history.between(-np.inf, time + 1e-6), kept(live.history.begin)
     assert live.history.begin > time
     depth = np.maximum(before.y["position"] - 0.005, 0.0)
-    assert before.y["asked"] == pytest.approx(-250.0 * depth, abs=1e-9)
+    assert before.y["force"] == pytest.approx(-250.0 * depth, abs=1e-9)
     stiffness, centre = (studio.values[key] for key in ("stiffness", "center"))
-    assert after.y["asked"] == pytest.approx(-stiffness * (after.y["position"] - centre), abs=1e-9)
+    assert after.y["force"] == pytest.approx(-stiffness * (after.y["position"] - centre), abs=1e-9)
     window.display.hold()  # named by the spring, it holds nothing of the wall
     ((place, held),) = window.centre.held.traces.items()
     window.centre.held.remove(place)

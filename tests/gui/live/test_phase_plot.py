@@ -156,7 +156,7 @@ def test_a_changed_theory_is_in_sight_unless_the_axes_were_fitted_by_hand(phase,
 def test_fitted_axes_hold_what_is_next_to_the_data(phase, plots, history, key, given, place):
     """A handle that rested at −8 mm: from there on to the wall or centre, and no farther than a margin."""
     there = telemetry(12_000, 14_000)
-    there[:, rows.POSITION], there[:, rows.APPLIED] = -0.008, 0.0
+    there[:, rows.POSITION], there[:, rows.APPLIED_FORCE] = -0.008, 0.0
     history.append(there)
     use(phase, key, **given)
     phase._compute()
@@ -175,7 +175,7 @@ def test_fitted_axes_hold_what_is_next_to_the_data(phase, plots, history, key, g
 def test_fitted_forces_hold_the_curve_from_the_data_to_the_wall_as_far_as_the_motor_goes(phase, history):
     """Deep in a stiff wall on a motor that is off: 5 mm · 5000 N/m is 25 N, 1.35 times 3 N are shown."""
     there = telemetry(12_000, 14_000)
-    there[:, rows.POSITION], there[:, rows.APPLIED] = 0.010, 0.0
+    there[:, rows.POSITION], there[:, rows.APPLIED_FORCE] = 0.010, 0.0
     history.append(there)
     for stiffness, least in ((200.0, -1.0), (5000.0, -1.35 * 3.0)):
         use(phase, "wall", stiffness=stiffness)
@@ -204,7 +204,7 @@ def test_the_measured_force_lies_where_the_samples_say(phase, history):
     x, force, across, up = drawn(phase, "applied")
     expected = np.maximum(-0.4 * np.maximum(x - 5.0, 0.0), -3.0)
     now = history.latest()
-    near_dot = np.hypot((x - 1e3 * now["position"]) * across, (force - now["applied"]) * up)
+    near_dot = np.hypot((x - 1e3 * now["position"]) * across, (force - now["applied_force"]) * up)
     off = np.abs(force - expected)[near_dot > 7] * abs(up)
     assert len(off) > 50
     assert off.max() <= 3.5 + 0.4 * abs(up) / across
@@ -225,7 +225,7 @@ def test_another_environment_begins_with_an_empty_plot_though_paused(phase, hist
 
 def test_older_parts_are_paler_and_the_oldest_are_gone(phase, history):
     still = telemetry(12_000, 14_000)
-    still[:, rows.POSITION], still[:, rows.APPLIED] = -0.01, 0.0
+    still[:, rows.POSITION], still[:, rows.APPLIED_FORCE] = -0.01, 0.0
     history.append(still[:3000])
     phase.fit()
     row, darkest = int(phase.canvas.pixel(0.0, -1.5).y()), []
@@ -240,7 +240,7 @@ def test_older_parts_are_paler_and_the_oldest_are_gone(phase, history):
 def test_paused_keeps_the_picture(phase, history):
     phase.view.set_paused(True)
     more = telemetry(500, 14_000)
-    more[:, rows.APPLIED] = 2.9
+    more[:, rows.APPLIED_FORCE] = 2.9
     history.append(more)
     phase.canvas.refresh()
     assert phase.canvas.view.viewRange()[1][1] < 2.0
@@ -268,7 +268,7 @@ def test_a_widening_axis_hides_nothing_of_the_past(phase, history, qapp):
     """A push ever harder, every frame wider: the wall's way in of seconds ago is there in every frame."""
     push = telemetry(4000, 14_000)
     push[:, rows.POSITION] = 0.0
-    push[:, rows.APPLIED] = np.linspace(0.0, 12.0, 4000)
+    push[:, rows.APPLIED_FORCE] = np.linspace(0.0, 12.0, 4000)
     widenings = 0
     for part in range(0, 4000, 100):
         history.append(push[part : part + 100])
@@ -295,7 +295,7 @@ def swing(phase):
     history.clear()
     new = telemetry(2200)
     new[:, rows.POSITION] = AWAY * np.sin(2.0 * np.pi * new[:, rows.HOST_TIME])
-    new[:, rows.APPLIED] = -STIFFNESS * new[:, rows.POSITION]
+    new[:, rows.APPLIED_FORCE] = -STIFFNESS * new[:, rows.POSITION]
     history.append(new)
 
 

@@ -26,7 +26,7 @@ def written():
     """Return rows at 1 kHz whose position wanders at random, and whose law keeps nothing."""
     made = motion(SECONDS)
     made[:, rows.POSITION] = QUANTUM * np.cumsum(np.random.default_rng(3).integers(-9, 10, len(made)))
-    made[:, rows.ASKED] = np.sin(made[:, rows.HOST_TIME])
+    made[:, rows.FORCE] = np.sin(made[:, rows.HOST_TIME])
     return made
 
 

@@ -319,17 +319,17 @@ def test_a_motor_gives_no_force_from_the_replay_on_until_render(make_window, qtb
         qtbot.waitUntil(came)
         return window.live.last[column]
 
-    qtbot.waitUntil(lambda: newest(rows.APPLIED, 10) < -0.3)
+    qtbot.waitUntil(lambda: newest(rows.APPLIED_FORCE, 10) < -0.3)
     opened(window, qtbot, write(home / "a.hapkit", {**WALL, "parameters": {"stiffness": 5000.0}}))
     since = newest(rows.BOARD_TIME)
     assert studio.values["stiffness"] == 5000.0
-    assert newest(rows.APPLIED) == 0.0
+    assert newest(rows.APPLIED_FORCE) == 0.0
     replay.close()
-    assert newest(rows.APPLIED) == 0.0
+    assert newest(rows.APPLIED_FORCE) == 0.0
     assert window.banners.get("stop").title == "Stopped until you press Render."
     until = newest(rows.BOARD_TIME, 1)
     studio.release_stop()
-    qtbot.waitUntil(lambda: newest(rows.APPLIED, 10) < -0.3)
+    qtbot.waitUntil(lambda: newest(rows.APPLIED_FORCE, 10) < -0.3)
     window.live.stop()
     studio.close()
     log = truth(tmp_path / "truth.bin")

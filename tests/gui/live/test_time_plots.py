@@ -65,7 +65,7 @@ def ranges_of(plots):
 def rest(count, start, **peaks):
     """Return rows of a handle at rest but for one sample of a channel in the middle."""
     quiet = telemetry(count, start)
-    quiet[:, rows.POSITION : rows.APPLIED + 1] = 0.0
+    quiet[:, rows.POSITION : rows.APPLIED_FORCE + 1] = 0.0
     for name, peak in peaks.items():
         quiet[count // 2, CHANNELS[name]] = peak
     return quiet
@@ -82,7 +82,7 @@ OPENED = [[-12.0, 12.0], [-120.0, 120.0], [-1.2, 1.2]]
 
 def test_axes_widen_at_once_and_narrow_by_a_third_at_least_once_a_peak_has_left_the_window(plots, history):
     assert show(plots, history, rest(12_000, 14_000)) == OPENED
-    wide = show(plots, history, rest(50, 26_000, position=0.045, velocity=-0.9, applied=2.9))
+    wide = show(plots, history, rest(50, 26_000, position=0.045, velocity=-0.9, applied_force=2.9))
     assert (wide[0][1], -wide[1][0], wide[2][1]) > (45.0, 900.0, 2.9)
     assert show(plots, history, rest(9900, 26_050)) == wide
     assert show(plots, history, rest(200, 35_950)) == OPENED
@@ -107,7 +107,7 @@ def test_fitted_axes_come_back_after_a_peak_and_another_scene_opens_its_own(plot
 def test_a_force_asked_far_beyond_the_limit_is_cut_at_the_frame_with_an_arrow(plots, history, asked, arrow):
     """The axis goes as far as twice the 3 N, and what is left free beyond them."""
     quiet = rest(12_000, 14_000)
-    quiet[6000:6200, rows.ASKED], quiet[6000:6200, rows.APPLIED] = asked, np.sign(asked) * 3.0
+    quiet[6000:6200, rows.FORCE], quiet[6000:6200, rows.APPLIED_FORCE] = asked, np.sign(asked) * 3.0
     low, high = show(plots, history, quiet)[2]
     assert min(abs(asked), 6.0) < max(-low, high) < 7.5
     canvas = canvas_of(plots, "force")
@@ -185,8 +185,8 @@ def test_asked_is_drawn_only_where_it_is_not_what_was_applied(plots):
 def test_contact_is_shaded_where_a_force_was_asked_for(plots, history):
     window, touching = plots.shown.window, np.array(plots.shown.contact) + plots.shown.zero
     inside = ((touching[:, :1] <= window.x) & (window.x <= touching[:, 1:])).any(axis=0)
-    assert inside[window.y["asked"] != 0.0].all()
-    true = np.mean(history.between(plots.shown.zero - 10.0, np.inf).y["asked"] < 0.0) * 10.0
+    assert inside[window.y["force"] != 0.0].all()
+    true = np.mean(history.between(plots.shown.zero - 10.0, np.inf).y["force"] < 0.0) * 10.0
     assert np.ptp(touching, axis=1).sum() == pytest.approx(true, abs=0.2)
     history.begin_anew()  # what another environment asked for was no contact with this one
     plots.refresh()
@@ -207,7 +207,7 @@ def test_a_surface_is_called_what_it_is_and_shaded_only_where_there_is_one(plots
 
 def test_paused_picture_and_numbers_stand_at_the_newest_sample(plots, history, qtbot):
     last = telemetry(1, 14_000)
-    last[:, rows.APPLIED] = 0.75
+    last[:, rows.APPLIED_FORCE] = 0.75
     history.append(last)
     plots.view.set_paused(True)
     force = next(h for h in plots.headers if h.plot.key == "force")
@@ -215,7 +215,7 @@ def test_paused_picture_and_numbers_stand_at_the_newest_sample(plots, history, q
     plots.refresh()
     before = plots.shown.window.y["position"].copy()
     more = telemetry(500, 14_001)
-    more[:, rows.APPLIED] = -1.25
+    more[:, rows.APPLIED_FORCE] = -1.25
     history.append(more)
     qtbot.wait(120)
     plots.refresh()

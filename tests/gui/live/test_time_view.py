@@ -146,7 +146,7 @@ def test_more_time_around_an_event_leaves_it_at_its_place_in_the_frame():
 def far(start, force=2.5):
     """Return rows of a handle far out, pressed hard."""
     table = telemetry(2000, start)
-    table[:, rows.POSITION], table[:, rows.APPLIED] = 0.045, force
+    table[:, rows.POSITION], table[:, rows.APPLIED_FORCE] = 0.045, force
     return table
 
 
@@ -184,7 +184,7 @@ def test_locked_force_over_position_stays_but_not_over_another_quantity(phase, h
 def test_force_over_position_shows_the_stretch_that_the_time_plots_do(phase, history):
     """The handle moves until 14 s, then rests at 10 mm: a view 11 s back shows what it did before."""
     table = telemetry(12_000, 14_000)
-    table[:, rows.POSITION], table[:, rows.APPLIED] = 0.01, -2.0
+    table[:, rows.POSITION], table[:, rows.APPLIED_FORCE] = 0.01, -2.0
     history.append(table)
     count = {}
     for back in (0.0, 12.0):

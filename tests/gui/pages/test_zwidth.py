@@ -197,7 +197,7 @@ def test_the_stop_stays_in_force_and_ends_it(begun, window, qtbot):
     reader = window.studio.engine.reader()
     seen = []
     qtbot.waitUntil(lambda: seen.extend(reader.read()) or len(seen) > 20)
-    assert not np.array(seen)[:, rows.APPLIED].any()
+    assert not np.array(seen)[:, rows.APPLIED_FORCE].any()
 
 
 def test_another_loop_view_or_scene_ends_it(begun, window, qtbot):

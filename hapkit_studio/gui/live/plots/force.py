@@ -13,9 +13,9 @@ PLOT = TimePlot(
     share=43,
     order=2,
     traces=(
-        Trace("asked", "asked", "asked", dashed=True, help=_ASKED),
+        Trace("force", "asked", "asked", dashed=True, help=_ASKED),
         Trace(
-            "applied",
+            "applied_force",
             "applied",
             "applied",
             help="commanded after the clamp; the Hapkit has no force sensor",

@@ -1,0 +1,127 @@
+"""The layout of a session's file: the signals of its chunks, how each is stored, and the tables they make.
+
+Every file holds its own layout in the table "signal", so it stays readable when the studio's signals change.
+Files of version 1 have no such table: their layout is FIRST.
+"""
+
+import re
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from hapkit_studio.haptics.signals import NEVER, ON_REQUEST, SIGNALS
+from hapkit_studio.sessions.columns import DamagedError
+
+STATE = "state"
+"""The column of the law's state variables."""
+MOST_SIGNALS = 64
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
+_LONGEST_UNIT = 20
+_HEAD = {"count": "INTEGER", "start": "REAL", "stop": "REAL", "states": "INTEGER", "extremes": "BLOB"}
+HEAD = tuple(_HEAD)
+"""The first columns of the table "chunk"; those of the signals and of the state follow."""
+_RESERVED = {*HEAD, "id", "crc", STATE}
+_FIRST_COLUMNS = {"force": "asked", "applied_force": "applied"}  # renamed since version 1
+
+
+class StoredSignal(NamedTuple):
+    """A row of the table "signal": its name and unit, and how its samples are stored.
+
+    delta_to: the signal from which its samples are subtracted. extremes: 1 where chunks hold the extremes of
+    every block. optional: 1 where a chunk may be without it.
+    """
+
+    name: str
+    unit: str
+    delta_to: str = ""
+    extremes: int = 0
+    optional: int = 0
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The signals of a file's chunks, in the order of the columns."""
+
+    signals: tuple[StoredSignal, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of all signals, and STATE."""
+        return (*(signal.name for signal in self.signals), STATE)
+
+    @property
+    def with_extremes(self) -> tuple[str, ...]:
+        """Return the signals whose extremes are stored, in the order of the extremes."""
+        return tuple(signal.name for signal in self.signals if signal.extremes)
+
+    @property
+    def optional(self) -> frozenset[str]:
+        """Return the signals without which a chunk may be."""
+        return frozenset(signal.name for signal in self.signals if signal.optional)
+
+    def delta_to(self, name: str) -> str:
+        """Return the signal from which a signal's samples are subtracted, "" for none."""
+        return next(signal.delta_to for signal in self.signals if signal.name == name)
+
+
+LAYOUT = Layout(
+    tuple(
+        StoredSignal(s.name, s.unit, s.delta_to, int(s.extremes), int(s.recorded == ON_REQUEST))
+        for s in SIGNALS
+        if s.recorded != NEVER
+    )
+)
+"""The layout of the files that this studio writes."""
+FIRST = Layout(
+    (
+        StoredSignal("tick", ""),
+        StoredSignal("time", "s"),
+        StoredSignal("board_time", "s"),
+        StoredSignal("position", "m", extremes=1),
+        StoredSignal("velocity", "m/s", extremes=1),
+        StoredSignal("force", "N", extremes=1),
+        StoredSignal("applied_force", "N", "force", extremes=1),
+        StoredSignal("energy", "J", extremes=1),
+        StoredSignal("lateness", "s"),
+        StoredSignal("compute", "s"),
+        StoredSignal("flags", ""),
+        StoredSignal("true_position", "m", optional=1),
+        StoredSignal("true_velocity", "m/s", optional=1),
+        StoredSignal("hand_force", "N", optional=1),
+        StoredSignal("hand_target", "m", optional=1),
+    )
+)
+"""The layout of the files of version 1."""
+EVENT = {"time": "REAL", "kind": "TEXT", "what": "TEXT"}
+SIGNAL = {"name": "TEXT", "unit": "TEXT", "delta_to": "TEXT", "extremes": "INTEGER", "optional": "INTEGER"}
+
+
+def tables(layout: Layout, version: int) -> dict[str, dict[str, str]]:
+    """Return the columns of each table of a file, with their types; each row also has an id and a crc."""
+    old = _FIRST_COLUMNS if version <= 1 else {}
+    chunk = _HEAD | dict.fromkeys((old.get(name, name) for name in layout.names), "BLOB")
+    return {"event": EVENT, "chunk": chunk} | ({} if version <= 1 else {"signal": SIGNAL})
+
+
+def checked_layout(rows: list[tuple]) -> Layout:
+    """Return the layout in the rows of the table "signal"; raise DamagedError."""
+    if len(rows) > MOST_SIGNALS:
+        raise DamagedError(f"its layout has more than {MOST_SIGNALS} signals")
+    found: dict[str, StoredSignal] = {}
+    for row in rows:
+        signal = StoredSignal(*row)
+        texts = signal.name, signal.unit, signal.delta_to
+        if not all(isinstance(text, str) for text in texts) or not _NAME.fullmatch(signal.name):
+            raise DamagedError("its layout has a signal without a name")
+        known = signal.name not in _RESERVED and signal.name not in found
+        if (
+            not known
+            or len(signal.unit) > _LONGEST_UNIT
+            or (signal.delta_to and signal.delta_to not in found)
+        ):
+            raise DamagedError(f"its layout has no valid signal {signal.name}")
+        if not {signal.extremes, signal.optional} <= {0, 1}:
+            raise DamagedError(f"its layout has no valid signal {signal.name}")
+        found[signal.name] = signal
+    if "time" not in found:
+        raise DamagedError("its layout has no time")
+    return Layout(tuple(found.values()))
