@@ -30,7 +30,7 @@ class Job(QObject):
 
     work(progress) returns the result; progress(done, of) is to be called often, and ends the work once it is
     cancelled. needs is the part that must be compiled before, "" for none; ``preparing``: a program is still
-    at it.
+    at it. must_finish: ``end`` waits without cancelling, as half a written file is useless.
     """
 
     preparing = Signal()
@@ -40,9 +40,9 @@ class Job(QObject):
     running_changed = Signal(bool)
     _done = Signal(object, object, str)
 
-    def __init__(self, parent: QObject | None = None, needs: str = "analysis"):
+    def __init__(self, parent: QObject | None = None, needs: str = "analysis", must_finish: bool = False):
         super().__init__(parent)
-        self._needs = needs
+        self._needs, self._must_finish = needs, must_finish
         self._wanted: object = None
         self._threads: list[threading.Thread] = []
         self._done.connect(self._deliver)
@@ -72,8 +72,9 @@ class Job(QObject):
             self._threads.pop().join()
 
     def end(self) -> None:
-        """Cancel and wait."""
-        self.cancel()
+        """Cancel, unless the work must finish, and wait for the thread."""
+        if not self._must_finish:
+            self.cancel()
         self.wait()
 
     def _work(self, work: Work, token: object) -> None:
@@ -168,8 +169,8 @@ class LatestAnswer(QObject):
         """Wait until everything asked is answered."""
         self._worker.submit(int).result()
 
-    def close(self) -> None:
-        """Drop what is waiting and end the thread."""
+    def end(self) -> None:
+        """Drop the question that is not answered yet and end the thread."""
         self.forget()
         self._worker.shutdown(wait=True)
 
@@ -178,3 +179,11 @@ class LatestAnswer(QObject):
             self._waiting.stop()
             if not isinstance(job.exception(), StudioError):  # a law that is too slow has no answer
                 self.answered.emit(job.result())
+
+
+def end_all(owner: QObject) -> None:
+    """End the background work of an owner and its children, so that no thread outlives them."""
+    for job in owner.findChildren(Job):
+        job.end()
+    for answer in owner.findChildren(LatestAnswer):
+        answer.end()

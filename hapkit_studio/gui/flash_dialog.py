@@ -34,7 +34,7 @@ class FlashDialog(FormDialog):
         self._studio = studio
         self._program: str | None = None
         self._flashed: Flashed | None = None
-        self.job = Job(self, needs="")
+        self.job = Job(self, needs="", must_finish=True)
         self.ports, self.where, self.choose = QComboBox(), QLabel(), QPushButton("Choose…")
         self.ports.setPlaceholderText("No port found")
         self.bar = QProgressBar()

@@ -56,10 +56,6 @@ class RecordingOpener(QObject):
 
         self._job.start(work)
 
-    def end(self) -> None:
-        """Stop reading the recording."""
-        self._job.end()
-
     def _take(self, result: tuple[Path, object]) -> None:
         path, found = result
         if isinstance(found, Table):

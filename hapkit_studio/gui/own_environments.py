@@ -192,10 +192,6 @@ class OwnEnvironments(QObject):
         self.refresh()
         self.began.emit(source.path)
 
-    def close(self) -> None:
-        """End a trial that is under way."""
-        self.runner.end()
-
     def _judge(self, source: Source, verdict: TrialResult) -> None:
         self.checking = None
         trial.remember(source, verdict.ok)

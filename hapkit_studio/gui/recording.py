@@ -97,7 +97,7 @@ class Recording(QObject):
                 self._recorder.close()
 
     def _job(self, failure: str) -> Job:
-        job = Job(self, needs="")
+        job = Job(self, needs="", must_finish=True)
         job.finished.connect(self._finish)
         job.failed.connect(lambda text: self.failed.emit(failure, text))
         return job

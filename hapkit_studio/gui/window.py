@@ -12,6 +12,7 @@ from shiboken6 import isValid
 from hapkit_studio.devices.hapkit import PACKET
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.gui.action_set import Action, ActionSet
+from hapkit_studio.gui.background import end_all
 from hapkit_studio.gui.banners import BannerStack
 from hapkit_studio.gui.blind import BlindComparison
 from hapkit_studio.gui.command_palette import CommandPalette, FindButton
@@ -341,10 +342,7 @@ class MainWindow(QMainWindow):
         self.live.stop()
         self.editor.end()
         self.views.end()
-        self.export.end()
-        self.opener.end()
-        self.stability.close_worker()
-        self.loop.where.close_worker()
+        end_all(self)
         self.studio.close()
         super().closeEvent(event)
 

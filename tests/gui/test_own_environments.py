@@ -30,7 +30,7 @@ def passed(window, path):
 @pytest.fixture
 def window(home, kept_idle_window):
     """Return the file's window, which looks into this test's folder."""
-    kept_idle_window.own.close()
+    kept_idle_window.own.runner.end()
     kept_idle_window.own.refresh()
     kept_idle_window.own.choose_built_in("wall")
     kept_idle_window.editor.close()
@@ -199,7 +199,7 @@ def test_files_that_never_end_or_are_no_text_harm_nothing(home, window):
     assert window.studio.environment.key == "wall"
     window.own.choose(path)
     assert window.gallery.own_rows[path].summary == "Checking line by line…"
-    window.own.close()
+    window.own.runner.end()
 
 
 @pytest.mark.parametrize(

@@ -168,10 +168,8 @@ class EditorController(QObject):
         self.edit(path)
 
     def end(self) -> None:
-        """Keep what is not saved and end a trial, before the window goes."""
+        """Keep what is not saved, before the window goes."""
         self.page.keep_draft()
-        self.cycles.close()
-        self.own.close()
 
     def _write(self, path: Path, text: str) -> Source:
         """Save a text, which is agreeing to it; return it as the file now is; raise OSError."""

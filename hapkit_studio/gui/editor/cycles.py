@@ -89,10 +89,6 @@ class Cycles(QObject):
         else:
             self._worker.ask(question)
 
-    def close(self) -> None:
-        """End the worker's thread."""
-        self._worker.close()
-
     def _question(self) -> Question | None:
         from hapkit_studio.haptics import board_plan
 

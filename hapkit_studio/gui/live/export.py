@@ -67,7 +67,7 @@ class LiveExport(QObject):
         super().__init__(centre)
         self._studio, self._centre = studio, centre
         self._settings: deque[tuple[float, dict[str, Any]]] = deque()
-        self._saving, self._copying = Job(self, needs=""), Job(self, needs="")
+        self._saving, self._copying = (Job(self, needs="", must_finish=True) for _ in range(2))
         self._saving.finished.connect(lambda path: self.said.emit(f"Saved {Path(path).name}"))
         self._copying.finished.connect(self._put)
         for job in (self._saving, self._copying):
@@ -111,11 +111,6 @@ class LiveExport(QObject):
     def copy_picture(self, figure: Figure) -> None:
         """Put what is drawn to a path on the clipboard, a picture in light colours."""
         self._copying.start(lambda _progress: _picture(figure))
-
-    def end(self) -> None:
-        """Wait for what is being written."""
-        for job in (self._saving, self._copying):
-            job.wait()
 
     def _put(self, picture: QImage) -> None:
         QGuiApplication.clipboard().setImage(picture)

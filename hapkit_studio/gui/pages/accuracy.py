@@ -289,7 +289,6 @@ class ScenePart(Part):
     def end(self) -> None:
         self._rest.stop()
         super().end()
-        self._worker.close()
 
 
 Row = tuple[str, Needs | None]  # a scene's title, and what was found of it

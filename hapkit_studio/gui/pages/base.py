@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QWidget
 
+from hapkit_studio.gui.background import end_all
 from hapkit_studio.gui.widgets.parts import ScrollColumn, down, hint, label, rule
 
 if TYPE_CHECKING:
@@ -36,7 +37,8 @@ class Page(QWidget):
         """React to being shown or hidden: work that only a visible page needs stops when hidden."""
 
     def end(self) -> None:
-        """Cancel running work before the window closes."""
+        """End timers and background work before the window closes."""
+        end_all(self)
 
 
 @dataclass(frozen=True)

@@ -268,8 +268,6 @@ class IdentifyPage(MeasuringPage):
 
     def end(self) -> None:
         self.let_go()
-        self._exemplify.end()
-        self.opener.end()
         super().end()
 
     # shaking: the hand moves for some seconds, then the piece is identified

@@ -213,7 +213,7 @@ class MeasuringPage(Page):
         self.bar.run_pressed.connect(self.press)
         self.bar.export_pressed.connect(self.export)
         self.job.finished.connect(self.show_result)
-        self._saving = Job(self, needs="")
+        self._saving = Job(self, needs="", must_finish=True)
         self._saving.finished.connect(lambda path: self.bar.say(f"Saved {Path(path).name}"))
         self._saving.failed.connect(lambda text: self.bar.say(text, danger=True))
 
@@ -286,7 +286,3 @@ class MeasuringPage(Page):
             self._saving.start(lambda _progress: write(path, figure, numbers))
 
         choose_file(self, "Export", _FILE_KINDS, save, save_as=f"{self.file}.png")
-
-    def end(self) -> None:
-        self.job.end()
-        self._saving.end()

@@ -297,10 +297,6 @@ class SessionsPage(Page):
         if on:
             self.load()
 
-    def end(self) -> None:
-        for job in self._jobs:
-            job.end()
-
     # the list
 
     @property

@@ -315,11 +315,6 @@ class RenderingSwitch(QWidget):
         if self._message and self.switch.isEnabled():
             self.show_message("")
 
-    def close_worker(self) -> None:
-        """End the workers' threads."""
-        self._worker.close()
-        self._finder.close()
-
     # what a person does
 
     def _choose(self, index: int) -> None:

@@ -245,10 +245,6 @@ class StabilityCard(QWidget):
         self._soon.stop()
         self._worker.wait()
 
-    def close_worker(self) -> None:
-        """End the worker's thread."""
-        self._worker.close()
-
     def _why_late(self, answer: Answer) -> str:
         """Return why the measured delay is long, less what was added on purpose."""
         engine = self._studio.engine

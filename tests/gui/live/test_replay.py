@@ -13,6 +13,7 @@ from PySide6.QtTest import QTest
 import hapkit_studio as hs
 from hapkit_studio.devices import DeviceEntry
 from hapkit_studio.devices.virtual_board import VirtualBoard, built, truth
+from hapkit_studio.gui.background import end_all
 from hapkit_studio.gui.device_link import LinkStatus
 from hapkit_studio.gui.live import export
 from hapkit_studio.gui.live.replay import FRAME
@@ -389,7 +390,7 @@ def test_an_export_has_the_samples_of_the_session_and_the_settings_of_then(
     monkeypatch.setattr(export, "choose_file", lambda *given, **_: saves.append(given[3]) or dialog)
     window.export.ask(stretch)
     saves[0](str(home / "a.csv"))
-    window.export.end()
+    end_all(window.export)
     settings, found = read(home / "a.csv")
     expected = hs.open_session(home / "a.hapkit", start, stop).position
     np.testing.assert_allclose(found["position_m"], expected, rtol=1e-8)

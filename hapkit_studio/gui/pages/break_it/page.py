@@ -131,7 +131,6 @@ class BreakItPage(MeasuringPage):
 
     def end(self) -> None:
         self._settle.stop()
-        self.runner.end()
         super().end()
 
     def _soon(self) -> None:

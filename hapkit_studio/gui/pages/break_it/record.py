@@ -169,12 +169,6 @@ class FailureRunner(QObject):
         if not self._quick.running:
             self._go_on()
 
-    def end(self) -> None:
-        """Cancel everything and wait."""
-        self._next = None
-        self.job.end()
-        self._quick.end()
-
     def _go_on(self) -> None:
         if self._next is None:
             return

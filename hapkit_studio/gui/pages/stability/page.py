@@ -214,10 +214,6 @@ class StabilityPage(MeasuringPage):
         """Wait for the lines, for tests; the answer comes with the next events."""
         self._worker.wait()
 
-    def end(self) -> None:
-        super().end()
-        self._worker.close()
-
     # inner
 
     @property
