@@ -11,17 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 
-def _eigenvalues(ratio: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the two eigenvalues of x″ = −x − 2 ratio x′."""
-    root = np.sqrt(np.asarray(ratio * ratio - 1.0, complex))
-    return -ratio + root, -ratio - root
-
-
 def _one_step(amplification: Callable[[np.ndarray], np.ndarray]) -> Callable:
     """Return the spectral radius of a method that multiplies each mode by a function of step · λ."""
 
     def radius(step: np.ndarray, ratio: np.ndarray) -> np.ndarray:
-        return np.maximum(*(np.abs(amplification(step * value)) for value in _eigenvalues(ratio)))
+        root = np.sqrt(np.asarray(ratio * ratio - 1.0, complex))
+        eigenvalues = -ratio + root, -ratio - root  # of x″ = −x − 2 ratio x′
+        return np.maximum(*(np.abs(amplification(step * value)) for value in eigenvalues))
 
     return radius
 

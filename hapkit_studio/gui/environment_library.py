@@ -128,8 +128,12 @@ class Readiness(QObject):
 
     def request(self, key: str) -> bool:
         """Return whether an environment is ready; if not, it is requested, in place of an older request."""
-        if key in self._late:
-            self._compile_here(key)
+        environment = self._late.pop(key, None)
+        if environment is not None:
+            try:
+                environment.force.compiled()
+            except LawError:
+                self._broken.add(key)
         ready = self.state(key) == "ready"
         if not ready or self.requested is not None:
             self.requested = key if key in self._waiting else None
@@ -160,10 +164,3 @@ class Readiness(QObject):
             self.changed.emit()
         if self.requested is not None and self.requested not in self._waiting:
             self.request_ready.emit(self.requested)
-
-    def _compile_here(self, key: str) -> None:
-        environment = self._late.pop(key)
-        try:
-            environment.force.compiled()
-        except LawError:
-            self._broken.add(key)

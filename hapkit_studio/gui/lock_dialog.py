@@ -33,7 +33,11 @@ class LockDialog(FormDialog):
         self.others = QPushButton("Tick all other environments")
         self.confirm = QPushButton("Lock" if self._open else "Unlock")
         if self._open:
-            self._fill()
+            for place, words in self._choices():
+                row = QListWidgetItem(words, self.places)
+                row.setData(_PLACE, place)
+                row.setSizeHint(QSize(0, theme.px(_ROW)))
+                row.setCheckState(Qt.CheckState.Unchecked)
             self.column.addWidget(self.places)
         fields = [("Code", self.code, None), ("Code again", self.again, None)]
         self.add_fields(fields if self._open else fields[:1])
@@ -52,13 +56,6 @@ class LockDialog(FormDialog):
         """Return the places that are to be locked."""
         rows = map(self.places.item, range(self.places.count()))
         return [row.data(_PLACE) for row in rows if row.checkState() == Qt.CheckState.Checked]
-
-    def _fill(self) -> None:
-        for place, words in self._choices():
-            row = QListWidgetItem(words, self.places)
-            row.setData(_PLACE, place)
-            row.setSizeHint(QSize(0, theme.px(_ROW)))
-            row.setCheckState(Qt.CheckState.Unchecked)
 
     def _choices(self) -> Iterator[tuple[Place, str]]:
         here = self._studio.environment

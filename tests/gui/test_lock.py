@@ -134,6 +134,8 @@ def test_a_padlock_stands_for_reset_and_the_value_can_be_read(window):
     assert window.gallery.rows["cat"].waiting == LOCKED
     assert LOCKED in window.gallery.rows["cat"].accessibleName()
     assert window.gallery.rows["wall"].waiting == ""
+    stiffness.show_value(800.0)
+    assert not stiffness.reset.isVisible()
     window.studio.set_lock(Lock())
     assert stiffness.reset.isVisible()
     assert stiffness.padlock.isHidden()

@@ -162,7 +162,7 @@ class ParameterRow(QWidget):
         self.slider.show_value(value)
         if not self.error.isHidden():
             self.show_error("")
-        self.reset.setVisible(abs(value - self.quantity.default) > 1e-9 * self.quantity.step)
+        self._show_reset()
         for widget in (self.box, self.slider):
             widget.setAccessibleName(f"{self.parameter.label}, {self._spoken(value)}")
 

@@ -84,7 +84,9 @@ def _pictures(stage: Stage, values: Values, speed: float) -> tuple[QPixmap, QPix
     """Return the ringing after an entry at a speed, pale and dark, as long as the block."""
     seconds, newtons = wave(stage, values, speed)
     rows = 0.47 * stage.band - 0.42 * stage.band / _LARGEST * newtons
-    line = ribbon(seconds / _SECONDS * stage.per_mm, rows, _width(stage, values))
+    swing = stage.per_mm / (_SECONDS * max(sound(values)[2], 1.0))
+    width = min(2.4 * stage.u, max(1.2, 0.2 * swing))  # px, thin enough to keep the swings apart
+    line = ribbon(seconds / _SECONDS * stage.per_mm, rows, width)
     return _picture(stage, line, "matline"), _picture(stage, line, "handle")
 
 
@@ -97,12 +99,6 @@ def _picture(stage: Stage, line: QPainterPath, token: str) -> QPixmap:
     painter.fillPath(line, theme.color(token))
     painter.end()
     return picture
-
-
-def _width(stage: Stage, values: Values) -> float:
-    """Return the line's width in px, thin enough to keep the swings apart."""
-    swing = stage.per_mm / (_SECONDS * max(sound(values)[2], 1.0))
-    return min(2.4 * stage.u, max(1.2, 0.2 * swing))
 
 
 def _arcs(stage: Stage, face: float, left: float) -> None:
