@@ -1,4 +1,4 @@
-"""The devices to choose from: one kind a file, found by the name ``DEVICE``, here or in other packages."""
+"""The devices to choose from: each module with a ``DEVICE``, here or in other packages, is one kind."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class DeviceEntry:
 
 @dataclass(frozen=True)
 class DeviceKind:
-    """A kind of device: its place in the list, what of it is there now, and what a key not listed means."""
+    """A kind of device: its order, its entries at present, and the device for an unlisted key."""
 
     order: int
     entries: Callable[[], Sequence[DeviceEntry]]
@@ -38,7 +38,7 @@ def kinds() -> tuple[DeviceKind, ...]:
 
 
 def available() -> list[DeviceEntry]:
-    """Return what can be chosen now, the embedded device first."""
+    """Return the devices available now, the embedded one first."""
     return [entry for kind in kinds() for entry in kind.entries()]
 
 

@@ -1,4 +1,4 @@
-"""avrdude: where it is on this computer, and what version 6 to 8 of it says, as progress and errors."""
+"""Find avrdude on this computer; parse the output of versions 6 to 8 into progress and errors."""
 
 import glob
 import os
@@ -34,7 +34,7 @@ _FOLDERS = {
         "%PROGRAMFILES(X86)%/Arduino/hardware/tools/avr/bin",
     ),
 }
-"""Of the Arduino IDE 2 (under the user's own folder) and 1; on macOS also Homebrew's, off a window's path."""
+"""Folders of the Arduino IDE 2 (in the user's own folder) and 1; on macOS also of Homebrew."""
 
 _REMEDY = {
     "linux": "Run `sudo apt install avrdude` (Fedora: `sudo dnf install avrdude`)",
@@ -45,49 +45,49 @@ _REMEDY = {
 
 @dataclass(frozen=True)
 class Avrdude:
-    """The program, and the list of chips that belongs to it where it would not find that by itself."""
+    """The program, and its list of chips if it needs to be told."""
 
     program: Path
     chips: Path | None = None
 
     @property
     def words(self) -> list[str]:
-        """Return how the command line begins."""
+        """Return the first words of the command line."""
         return [os.fspath(self.program), *([f"-C{self.chips}"] if self.chips else [])]
 
 
 def find(given: str | Path | None = None, system: str = sys.platform) -> Avrdude:
-    """Return the avrdude that was given, is on the path or in the Arduino IDE; raise AvrdudeMissingError."""
+    """Return the given avrdude, or that of the path or the Arduino IDE; raise AvrdudeMissingError."""
     if given is not None:
         found = shutil.which(os.path.expanduser(given))
         if found is None:
             raise AvrdudeMissingError(f"{given} is no program. Give the path of avrdude itself.")
-        return _of(Path(found))
-    folders: list[str | None] = [None]  # the path comes first
+        return _avrdude(Path(found))
+    folders: list[str | None] = [None]  # None: the path
     for pattern in _FOLDERS.get(system, ()):
         versions = glob.glob(os.path.expandvars(os.path.expanduser(pattern)))
-        # the newest first, by the numbers in a path: 6.10 is newer than 6.3
+        # newest first, by the numbers in a path: 6.10 is newer than 6.3
         versions.sort(key=lambda path: [int(n) for n in re.findall(r"\d+", path)], reverse=True)
         folders += versions
     for folder in folders:
         found = shutil.which(NAME, path=folder)
         if found is not None:
-            return _of(Path(found))
+            return _avrdude(Path(found))
     remedy = _REMEDY.get(system, "Install avrdude")
     raise AvrdudeMissingError(
         f"avrdude, which writes to the board, was not found. {remedy}; or say where it is with --avrdude."
     )
 
 
-def _of(program: Path) -> Avrdude:
-    # the Arduino IDE's avrdude was built for another place and looks for its chips there
+def _avrdude(program: Path) -> Avrdude:
+    # the Arduino IDE's avrdude looks for its chips in the folder it was built for
     beside = program.resolve().parent.parent / "etc" / "avrdude.conf"
     return Avrdude(program, beside if beside.is_file() else None)
 
 
 CONNECTING, WRITING, VERIFYING = "connecting", "writing", "verifying"
 Progress = Callable[[str, float], object]
-"""Called often with one of these stages and how much of it is done, 0 to 1; may raise to end the work."""
+"""Called often with one of these stages and its fraction done, 0 to 1; may raise to abort."""
 
 _BAR = 50
 _AGAIN = "Flash again; if it happens again, use another cable or another port."
@@ -115,7 +115,7 @@ _PORT = (
 
 
 class Output:
-    """All that avrdude has said so far; ``feed`` reports progress."""
+    """Output of avrdude so far; ``feed`` reports progress."""
 
     def __init__(self, progress: Progress):
         self.text = ""
@@ -123,24 +123,24 @@ class Output:
         self._progress = progress
 
     def feed(self, text: str) -> None:
-        """Take the next characters; without any, report once more: who follows may want to end it."""
+        """Process more output; with an empty text, report again, as the callback may abort."""
         self.text += text
         stage, part = self._where()
         if text and (stage, part) == (self.stage, self.part):
             return
         if self.stage == WRITING and stage == VERIFYING and self.part < 1.0:
-            self._progress(WRITING, 1.0)  # both came in one piece
+            self._progress(WRITING, 1.0)  # both arrived in one chunk
         self.stage, self.part = stage, part
         self._progress(stage, part)
 
     @property
     def failed(self) -> bool:
-        """Say whether the boot loader was called in vain at least once."""
+        """Return True if at least one attempt to reach the boot loader failed."""
         return bool(_ATTEMPT.search(self.text))
 
     @property
     def no_sync(self) -> bool:
-        """Say whether nothing but silence or noise has come from the boot loader."""
+        """Return True if the boot loader has sent nothing but noise, or nothing."""
         found = _NO_SYNC.search(self.text) and not _OTHER_CHIP.search(self.text)
         return self.stage == CONNECTING and bool(found)
 
@@ -154,7 +154,7 @@ class Output:
         return stage, min(bar.count("#") / _BAR, 1.0)
 
     def error(self, port: str) -> DeviceError:
-        """Return what went wrong, in words with what to do."""
+        """Return the error with its remedy."""
         name = port_errors.port_name(port)
         if _MISMATCH.search(self.text):
             where = ""

@@ -1,4 +1,4 @@
-"""Runs a board from plain Python: each sample is answered with a bounded force, zero if anything is wrong."""
+"""Runs a board from plain Python: each sample is answered with a bounded force, zero on any fault."""
 
 import contextlib
 import math
@@ -24,7 +24,7 @@ FULL_DUTY = 255.0
 _VELOCITY_CUTOFF = 30.0
 _NO_DELAY_KNOWN = 65_535
 _SLOWEST, _SPARE_SECONDS = 10.0, 30.0
-"""A run of s of the board's clock may take so many times as long by the computer's, and so many s more."""
+"""Time-out of a run: its board time × _SLOWEST + _SPARE_SECONDS, on the computer's clock."""
 
 
 class StoppedError(DeviceError):
@@ -32,18 +32,18 @@ class StoppedError(DeviceError):
 
 
 class CancelledError(DeviceError):
-    """The person cancelled what was running."""
+    """The user cancelled the run."""
 
     def __init__(self) -> None:
         super().__init__("Cancelled. The motor is off.")
 
 
 class AbortedError(DeviceError):
-    """Something was wrong, so the force went to zero."""
+    """A fault occurred, so the force was set to zero."""
 
 
 class LateError(AbortedError):
-    """The computer was late, so the board cut its motor off in mid-motion: that says nothing of the kit."""
+    """The computer was late and the board's watchdog cut the motor: no fault of the kit."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -54,7 +54,7 @@ class LateError(AbortedError):
 
 @dataclass(frozen=True)
 class Limits:
-    """What a run may do at most: force N, distance from where it began m, speed m/s."""
+    """Limits of a run: force N, distance from its start m, speed m/s."""
 
     force: float = 0.0
     travel: float = math.inf
@@ -63,8 +63,11 @@ class Limits:
 
 @dataclass(frozen=True)
 class Track:
-    """What a run recorded, arrays (n,): board time s from the first sample, counts, readings, signed duty of
-    255, flags, number of the sample, of the one answered, and s from that one to its force in effect."""
+    """Recorded samples of a run, arrays (n,).
+
+    Board time in s from the first sample, counts, readings, signed duty of 255, flags, number of the sample,
+    number of the sample answered, and s from that one until its force took effect.
+    """
 
     time: np.ndarray
     count: np.ndarray
@@ -86,7 +89,7 @@ class Track:
 
 
 def track_of(samples: list[Sample], settings: Board) -> Track:
-    """Return samples as arrays; the clock may have wrapped."""
+    """Return samples as arrays, with the board's clock unwrapped."""
     columns = {
         name: np.array([getattr(s, name) for s in samples], dtype=np.int64)
         for name in ("time_us", "count", "raw", "pwm", "flags", "seq", "answered", "delay_us")
@@ -112,7 +115,7 @@ def motor_force(board: Board, pwm: np.ndarray) -> np.ndarray:
 
 
 class _Handle:
-    """Board time, position and filtered velocity, kept from one sample to the next."""
+    """Board time, position and filtered velocity, updated with each sample."""
 
     def __init__(self, quantum: float):
         self._quantum = quantum
@@ -133,7 +136,7 @@ class _Handle:
         self.x, self._last = x, sample
 
     def was_cut(self, sample: Sample) -> bool:
-        """Return whether the board, that obeyed before, has cut a force because nothing came for too long."""
+        """Return True if the board's watchdog has cut a force that it had accepted."""
         off = bool(sample.flags & BoardFlag.WATCHDOG)
         cut = off and self._obeyed and self.driven
         self._obeyed = self._obeyed or not off
@@ -141,7 +144,7 @@ class _Handle:
 
 
 class BoardRunner:
-    """Owns a board from open to close. One thread runs it; ``stop`` and ``cancel`` may come from any."""
+    """Owns a board from open to close. One thread runs it; ``stop`` and ``cancel`` are thread-safe."""
 
     def __init__(self, board: Any):
         self.board = board
@@ -161,7 +164,7 @@ class BoardRunner:
             raise
 
     def close(self) -> None:
-        """Motor off, let go of the board; never fails."""
+        """Switch the motor off and release the board; never fails."""
         self.board.close()
 
     @property
@@ -177,38 +180,38 @@ class BoardRunner:
         return self.settings
 
     def configure(self, **changes: Any) -> Settings:
-        """Change some of the settings in force, not yet saved; raise ParameterError or DeviceError."""
+        """Change some of the settings in force, without saving; raise ParameterError or DeviceError."""
         self._settings = self.board.configure(replace(of_settings(self.settings), **changes))
         return self.settings
 
     def save(self) -> Settings:
-        """Keep the settings in force on the board; raise DeviceError."""
+        """Store the settings in force on the board; raise DeviceError."""
         self._settings = self.board.save()
         return self.settings
 
     def stop(self) -> None:
-        """E-stop: whatever runs ends with the force at zero; nothing runs until ``release``."""
+        """E-stop: end any run with zero force; nothing runs until ``release``."""
         self._stop.set()
 
     def release(self) -> None:
-        """End the E-stop; the board hears of it when the next run begins."""
+        """End the E-stop; the board is released at the next run."""
         self._stop.clear()
 
     @property
     def stopped(self) -> bool:
-        """Say whether the E-stop is pressed."""
+        """Return True if the E-stop is pressed."""
         return self._stop.is_set()
 
     def cancel(self) -> None:
-        """End what runs with the motor off, and refuse further runs until ``begin_job``."""
+        """End a run with the motor off, and refuse further runs until ``begin_job``."""
         self._cancel.set()
 
     def begin_job(self) -> None:
-        """Forget a cancel that ended an earlier job."""
+        """Clear a cancel that ended an earlier job."""
         self._cancel.clear()
 
     def check_stopped(self) -> None:
-        """Raise StoppedError or CancelledError where the motor must be off; the board hears of the first."""
+        """Raise StoppedError or CancelledError if the motor must be off; send an E-stop to the board."""
         if self.stopped:
             self.board.send_messages(Stop())
             raise StoppedError("Stopped. Force is zero.")
@@ -216,7 +219,7 @@ class BoardRunner:
             raise CancelledError
 
     def record(self, seconds: float) -> Track:
-        """Record with the motor at zero; E-stop does not end it. Raise CancelledError or DeviceError."""
+        """Record with zero force; the E-stop does not end it. Raise CancelledError or DeviceError."""
         return self._run(None, seconds, Limits(), lambda: False)
 
     def run(
@@ -232,7 +235,7 @@ class BoardRunner:
         return self._run(motion, seconds, limits, until)
 
     def idle(self, until: Callable[[], bool]) -> None:
-        """Keep the motor at zero and show the samples as ``recent``, keep no others; raise DeviceError."""
+        """Keep the force at zero and update ``recent``; raise DeviceError."""
         with contextlib.closing(self.samples()) as samples:
             for sample in samples:
                 self.board.send_messages(Force(sample.seq, 0, 0.0))
@@ -240,11 +243,12 @@ class BoardRunner:
                     break
 
     def samples(self, silence: float = 1.0) -> Generator[Sample, None, None]:
-        """Read the settings, then yield samples and keep them as ``recent``; once closed, the motor is off.
+        """Read the settings, then yield samples and keep them as ``recent``; closing switches the motor off.
 
-        Raise NoDataError after so many s of silence. A board may miss one order to stream: it is repeated.
+        Raise NoDataError after ``silence`` s without samples. The start command is repeated, as a board may
+        miss it.
         """
-        self.read_settings()  # what was still on its way is read away with it
+        self.read_settings()  # also discards bytes of an earlier stream
         heard = False
         try:
             for last in (False, True):
@@ -280,7 +284,7 @@ class BoardRunner:
         return track_of(kept, of_settings(self.settings))
 
     def _answer(self, sample: Sample, motion: Motion | None, handle: _Handle, limits: Limits) -> None:
-        """Send the force that answers a sample; stop at once if anything is wrong."""
+        """Send the force that answers a sample; stop at once on a fault."""
         force = 0.0
         if motion is not None:
             self.check_stopped()
@@ -297,7 +301,7 @@ class BoardRunner:
 
 
 def _check(sample: Sample, handle: _Handle, limits: Limits) -> None:
-    """Raise AbortedError where the handle is too far or too fast, or the board refuses."""
+    """Raise AbortedError if the handle is too far or too fast, or the board rejects the force."""
     if sample.flags & (BoardFlag.STOPPED | BoardFlag.OVER_SPEED):
         raise AbortedError("The board has switched its motor off. Force is zero. Hold the handle, try again.")
     distance = abs(handle.x - handle.start)

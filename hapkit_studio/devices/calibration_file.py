@@ -1,4 +1,4 @@
-"""Calibrations as text: a board's settings with their units, and TOML files in the person's own folder."""
+"""Calibrations as text: a board's settings with units, and TOML files in the user's folder."""
 
 import contextlib
 import itertools
@@ -66,7 +66,7 @@ MEASURED = (
     "counts_per_flip", "quantum", "zero", "sense", "direction", "motor_constant", "max_force", "dead_band",
     "mass", "viscous", "coulomb", "handle_radius", "pulley_radius", "sector_radius",
 )  # fmt: skip
-"""What a calibration may change, in the order of its steps."""
+"""Settings that a calibration may change, in the order of its steps."""
 SHOWN = ("label", "profile", "pins", "sensor", "motor_map", *MEASURED, "table")
 ORIGINS = {
     Origin.DEFAULT: "the usual kit's: nothing is stored",
@@ -74,7 +74,7 @@ ORIGINS = {
     Origin.DAMAGED: "the usual kit's: what is stored is damaged",
     Origin.UNSAVED: "changed, not stored yet",
 }
-"""Where settings in force come from."""
+"""Descriptions of where the settings in force come from."""
 _LABELS = {"label": "Name", "profile": "Kit", "table": "Torque at 1/8 to 8/8, of 255"}
 
 
@@ -86,7 +86,7 @@ def folder() -> Path:
 
 
 def checked_label(text: str) -> str:
-    """Return a label as a board can keep it: printable ASCII, 12 at most; raise ParameterError."""
+    """Return a label as a board stores it: printable ASCII, at most 12 characters; raise ParameterError."""
     label = text.strip()
     if not label or len(label) > 12 or not (label.isascii() and label.isprintable()):
         raise ParameterError(f"A kit's name has 1 to 12 plain letters, not {quoted(text)}.")
@@ -94,11 +94,11 @@ def checked_label(text: str) -> str:
 
 
 def write(board: Board, notes: dict[str, str], day: date | None = None) -> Path:
-    """Write a calibration with notes on what each step found; return the file, a new one; raise OSError."""
+    """Write a calibration with notes on each step to a new file; return its path; raise OSError."""
     name = re.sub(r"[^A-Za-z0-9]+", "-", board.label).strip("-").lower() or "hapkit"
     written = (day or date.today()).isoformat()
     folder().mkdir(parents=True, exist_ok=True)
-    for count in itertools.count(1):  # a number behind the name from the second file on
+    for count in itertools.count(1):  # numbered from the second file on
         path = folder() / f"{name} {written}{f' {count}' if count > 1 else ''}.toml"
         with contextlib.suppress(FileExistsError):
             path.touch(exist_ok=False)
@@ -118,7 +118,7 @@ def read(path: str | Path) -> Board:
 
 
 def _checked(table: dict[str, Any], wire: Wire, place: str) -> Any:
-    """Return a setting that the message to the board can carry; raise FileError."""
+    """Return a setting within the range of the board's message; raise FileError."""
     if wire.name not in table:
         raise FileError(f"{place} is missing.")
     value = table[wire.name]
@@ -153,21 +153,21 @@ def _text(board: Board, notes: dict[str, str], written: str) -> str:
 
 
 def _value(value: Any) -> str:
-    """Return a value as TOML writes it; text and lists are JSON's."""
+    """Format a value for TOML; text and lists as JSON."""
     if isinstance(value, float):
         return str(np.float32(value))
     return json.dumps(int(value) if isinstance(value, int) else value)
 
 
 def setting_label(name: str) -> str:
-    """Return the name of a setting."""
+    """Return the label of a setting."""
     if name in _CHOICES:
         return _CHOICES[name][0]
     return _NUMBERS[name][0] if name in _NUMBERS else _LABELS[name]
 
 
 def setting_text(board: Board, name: str) -> str:
-    """Return one of a board's settings, with its unit."""
+    """Format one of a board's settings with its unit."""
     value = getattr(board, name)
     if name in _CHOICES:
         return _CHOICES[name][1].get(value, f"unknown, {value}")

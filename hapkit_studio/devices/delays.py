@@ -1,4 +1,4 @@
-"""Delays from a sample to its force in effect, measured from what samples say of the force they had."""
+"""Delays from a sample until its force takes effect, from the acknowledgements in samples."""
 
 from typing import NamedTuple
 
@@ -8,14 +8,15 @@ from hapkit_studio.dynamics.jit import compiled, internal
 
 OF_COMPUTER, OF_BOARD = 0, 1
 DELAYS_KEPT = 4096
-LONGEST_DELAY = 65.5e-3  # s: a delay from here on is only known to be longer
-FAR_BEHIND = 1024  # samples behind which an answer is no answer
+LONGEST_DELAY = 65.5e-3  # s: longer delays saturate the field
+FAR_BEHIND = 1024  # samples: an older acknowledgement is invalid
 
 
 class Delays(NamedTuple):
-    """The last delays in s of computer and board, (2, DELAYS_KEPT), and how many there ever were, (2,).
+    """The last delays in s of computer and board, (2, DELAYS_KEPT), and their total numbers (2,).
 
-    last: number of the sample that the force in effect answered, and 1 where the next one follows on it.
+    last: number of the sample that the force in effect answered, and 1 if the next force answers the next
+    sample.
     """
 
     values: np.ndarray
@@ -24,7 +25,7 @@ class Delays(NamedTuple):
 
 
 def new_delays() -> Delays:
-    """Return room for delays, none measured."""
+    """Return empty delays."""
     return Delays(np.zeros((2, DELAYS_KEPT)), *np.zeros((2, 2), dtype=np.int64))
 
 
@@ -32,10 +33,10 @@ def new_delays() -> Delays:
 def note_force_age(
     delays: Delays, seq: int, answered: int, delay: float, period: float, follows: bool
 ) -> None:
-    """Take what a sample of the board says about the force in effect over the period before it, in s.
+    """Record the age of the force in effect over the last period, in s, as reported by a board.
 
-    The force's age, meant over time, is half a period more than the delay of a loop that answers them all:
-    that delay is kept. So a force that stays because answers are rare counts with the age it reaches.
+    If all samples are answered, the time-averaged age of the force exceeds the delay by half a period: the
+    delay is stored. If answers are rare, a force that stays in effect is recorded with its increasing age.
     """
     behind, step = (seq - 1 - answered) & 0xFFFF, (answered - delays.last[0]) & 0xFFFF
     known = 0.0 < delay < LONGEST_DELAY and behind < FAR_BEHIND
@@ -47,14 +48,14 @@ def note_force_age(
 
 @internal
 def note_delay(delays: Delays, which: int, delay: float) -> None:
-    """Take one measured delay in s; 0 stands for none."""
+    """Record one measured delay in s; 0 means none."""
     if delay > 0.0:
         delays.values[which, delays.counts[which] % DELAYS_KEPT] = delay
         delays.counts[which] += 1
 
 
 class MeasuredDelay(NamedTuple):
-    """Mean and standard deviation in s of so many delays."""
+    """Mean and standard deviation in s, and number of delays."""
 
     mean: float
     spread: float
@@ -62,7 +63,7 @@ class MeasuredDelay(NamedTuple):
 
 
 def measured_delay(delays: Delays, which: int, last: int = DELAYS_KEPT) -> MeasuredDelay | None:
-    """Return what the last delays of the computer or the board were, None where there are none."""
+    """Return statistics of the last delays of the computer or the board, None without any."""
     count = int(delays.counts[which])
     if count == 0:
         return None

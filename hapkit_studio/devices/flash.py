@@ -1,4 +1,4 @@
-"""Write a firmware to the board on a port through avrdude, verify it, and hear what it then says."""
+"""Write firmware to the board on a port with avrdude, verify it, and read the new Hello."""
 
 import contextlib
 import os
@@ -22,19 +22,19 @@ from hapkit_studio.files import read_bytes
 from hapkit_studio.protocol.messages import BAUD, Hello
 
 FLASH_BYTES = 32256
-"""Of the ATmega328P beside the Arduino Uno's boot loader."""
+"""Flash of the ATmega328P besides the Arduino Uno's boot loader, in bytes."""
 OLD_FLASH_BYTES = 30720
-"""Beside the boot loader of boards from before 2010, which is larger."""
+"""The same for boards from before 2010, with a larger boot loader."""
 _HEX_BYTES = 1_000_000
-"""Most bytes of a .hex file; one that fills the chip has 90,000."""
+"""Limit of a .hex file in bytes; one that fills the chip has 90,000."""
 _DATA, _END, _SEGMENT, _HIGHER = 0, 1, 2, 4
-_HARMLESS = (3, 5)  # where to start, which a chip knows by itself
+_HARMLESS = (3, 5)  # start-address records, not needed by the chip
 
 
 def read_image(path: Path) -> bytes:
-    """Return the bytes by address in an Intel hex file, from 0 on; gaps hold 0xFF as erased flash does.
+    """Return the bytes by address of an Intel hex file from 0 on, with gaps as 0xFF like erased flash.
 
-    Raise ParameterError that names what is wrong with it.
+    Raise ParameterError with the fault in the file.
     """
     memory: dict[int, int] = {}
     base, ended = 0, False
@@ -58,7 +58,7 @@ def read_image(path: Path) -> bytes:
 
 
 def _record(path: Path, number: int, line: str) -> tuple[int, int, bytes]:
-    """Return address, kind and data of one line."""
+    """Return address, type and data of one record."""
     try:
         record = bytes.fromhex(line[1:])
     except ValueError:
@@ -71,18 +71,18 @@ def _record(path: Path, number: int, line: str) -> tuple[int, int, bytes]:
 
 
 SPEEDS = (115200, 57600)
-"""bit/s of the boot loaders that kits have: optiboot's, and the one of boards from before 2010."""
+"""Bit rates of boot loaders: optiboot, and that of boards from before 2010."""
 ROUNDS = 2
-"""How often each speed is tried; a board that is busy may not hear the first call."""
+"""Attempts at each speed; a busy board may miss the first one."""
 SILENCE = 20.0
-"""s without a word from avrdude after which it is given up; one call in vain takes it 6 s."""
+"""s without output from avrdude until it is killed; a failed attempt takes 6 s."""
 _LOOK = 0.2
 _PART = "m328p"
 
 
 @dataclass(frozen=True)
 class Flashed:
-    """What was written: bytes, the boot loader's speed, and how long it took in s."""
+    """Result of writing: bytes, the boot loader's speed, duration in s."""
 
     size: int
     speed: int
@@ -90,12 +90,12 @@ class Flashed:
 
 
 def shipped() -> Path:
-    """Return the firmware that ships with the studio."""
+    """Return the path of the firmware shipped with the studio."""
     return resources.path("firmware", "hapkit.hex")
 
 
 def image_of(given: str | Path | None = None) -> tuple[Path, bytes]:
-    """Return what is to be written, the shipped firmware by default, checked; raise ParameterError."""
+    """Return path and checked bytes of the image, the shipped firmware by default; raise ParameterError."""
     path = shipped() if given is None else Path(given)
     if given is None and not path.exists():
         what = f"The studio's own firmware, {path.parent.name}/{path.name}, is missing."
@@ -111,17 +111,18 @@ def flash(
     speeds: tuple[int, ...] = SPEEDS,
     patience: float = 0.0,
 ) -> Flashed:
-    """Write an image, the shipped one by default, to the board on a port and verify it.
+    """Write an image, by default the shipped one, to the board on a port and verify it.
 
-    Nothing else may have the port open; for patience s it is waited for. Raise ParameterError (image),
-    AvrdudeMissingError, the port's own errors or FlashError; whatever it was, it can be tried again: the
-    boot loader is never written to, nor is the EEPROM with the kit's settings.
+    The port must not be open elsewhere; waits up to ``patience`` s for it. Raise ParameterError (image),
+    AvrdudeMissingError, the port's own errors or FlashError. Always safe to retry: neither the boot loader
+    nor the EEPROM with the kit's settings is written.
     """
     begin = time.monotonic()
     found = avrdude.find(program)
     path, data = image_of(image)
     if len(data) > OLD_FLASH_BYTES:
-        speeds = tuple(speed for speed in speeds if speed != SPEEDS[1])  # the old boot loader is in its way
+        # the image would overlap the old boot loader
+        speeds = tuple(speed for speed in speeds if speed != SPEEDS[1])
     progress(CONNECTING, 0.0)
     _wait_for_port(port, patience, progress)
     for speed in speeds * ROUNDS:
@@ -135,14 +136,14 @@ def flash(
 
 
 def read_hello(port: str) -> Hello:
-    """Return what the firmware on a port says about itself; raise DeviceError."""
+    """Return the Hello of the firmware on a port; raise DeviceError."""
     with contextlib.closing(HapkitBoard(port)) as board:
         board.open()
         return board.hello
 
 
 def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
-    """Return once the port is free; raise DeviceError."""
+    """Return when the port is free; raise DeviceError."""
     deadline = time.monotonic() + patience
     while True:
         try:
@@ -155,9 +156,10 @@ def _wait_for_port(port: str, patience: float, progress: Progress) -> None:
 
 
 def try_port(port: str) -> None:
-    """Open and close the port, as avrdude neither says who holds it nor minds a lock; raise DeviceError.
+    """Open and close the port to detect other users; raise DeviceError.
 
-    A program that has it open and locks nothing, like cat, would take part of what the boot loader says.
+    avrdude ignores locks and does not name the program. A program without a lock, like cat, would receive
+    part of the boot loader's replies.
     """
     if by := holder(port):
         raise port_errors.busy(port, by)
@@ -169,7 +171,7 @@ def try_port(port: str) -> None:
 
 
 def _run(words: list[str], port: str, said: Output) -> int:
-    """Run avrdude until it ends or has called once in vain; return its exit code."""
+    """Run avrdude until it ends or one attempt fails; return its exit code."""
     try:
         child = subprocess.Popen(
             words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
@@ -188,9 +190,9 @@ def _run(words: list[str], port: str, said: Output) -> int:
 
 
 def _output(child: subprocess.Popen[bytes], port: str) -> Iterator[str]:
-    """Yield what avrdude writes, as it comes, or nothing; raise DeviceError if port or program go silent.
+    """Yield avrdude's output as it arrives, or "" while waiting; raise DeviceError on time-out.
 
-    avrdude reads on for ever from a port that has gone.
+    avrdude itself reads for ever from a port that has disappeared.
     """
     chunks: queue.SimpleQueue[bytes] = queue.SimpleQueue()
     assert child.stdout is not None

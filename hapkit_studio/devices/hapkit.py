@@ -1,6 +1,6 @@
-"""A Hapkit, or anything that speaks like one, on a serial port: opening, settings, samples, closing.
+"""A Hapkit, or any device with its protocol, on a serial port: opening, settings, samples, closing.
 
-Every serial port is a device that can be chosen; ``HapkitBoard.probe`` asks who answers on it.
+Every serial port is listed as a device; ``HapkitBoard.probe`` identifies it.
 """
 
 import contextlib
@@ -47,11 +47,11 @@ SAVE_TIME = 2.0
 """s to wait for Save: a byte of the EEPROM takes 3.4 ms to write."""
 
 PACKET = 62
-"""Bytes of data in one packet of an FTDI chip: a full one is sent without waiting for its latency timer."""
+"""Data bytes in a packet of an FTDI chip: a full one is sent without waiting for the latency timer."""
 
 WRITE_TIME = 1.0
 READ_TIME = 0.05
-"""s that one read of an open port waits at most."""
+"""Time-out in s of one read."""
 HELLO_PERIOD = 0.2
 _SILENCE = 0.1
 _KEPT = 1000
@@ -74,14 +74,14 @@ _POSSIBLE: dict[str, tuple[float, float]] = {
     "watchdog_ms": (1, 1_000),
     "pwm_top": (1, 65_535),
 }
-"""What a Hapkit can say of itself, as the firmware holds it: forces are computed from these numbers."""
+"""Settings from which the firmware computes forces, for a recording."""
 
 
 Reply = TypeVar("Reply", bound=Message)
 
 
 class HapkitBoard(Device):
-    """The firmware at the end of a port; every constant comes from the board."""
+    """A board with the firmware on a serial port; all constants come from the board."""
 
     mass = 0.044
     """kg at the handle, the kit's usual value."""
@@ -92,7 +92,7 @@ class HapkitBoard(Device):
     driver = SERIAL
     own_clock = has_board = calibration = usb_chip = True
     patience = 0.0
-    """s that any answer may take: a board that is simulated goes as fast as the machine lets it."""
+    """Additional time-out in s for a simulated board, which may be slow on a busy machine."""
 
     def __init__(self, port: str | Path, title: str = "", identity: Identity = NOWHERE):
         self.port = os.fspath(port)
@@ -105,7 +105,7 @@ class HapkitBoard(Device):
 
     @property
     def hello(self) -> Hello:
-        """What the board said about itself; DeviceError before open."""
+        """The board's Hello; DeviceError before open."""
         if self._hello is None:
             raise DeviceError(f"{self.title} is not open.")
         return self._hello
@@ -125,7 +125,7 @@ class HapkitBoard(Device):
 
     @property
     def full_force(self) -> float:
-        """Force at full duty [N]; at duty d it is full_force * d^2 (reference: torque = C * duty^2)."""
+        """Force at full duty in N; at duty d it is full_force * d² (torque = C * duty²)."""
         return full_force(self.hello)
 
     @property
@@ -162,8 +162,8 @@ class HapkitBoard(Device):
             self.start_stream()
 
     def open(self, handshake_time: float = HANDSHAKE_TIME) -> None:
-        """Open the port and learn who is there; raise the DeviceError that fits. Motor off, samples off."""
-        if self.identity.vendor is not None:  # it may have another name now; another board is not it
+        """Open the port and read Hello; raise the matching DeviceError. Motor off, samples off."""
+        if self.identity.vendor is not None:  # the same board may have another port now
             found = serial_ports.find_same_board(self.identity, serial_ports.ports())
             if found is None:
                 raise gone(self.port)
@@ -179,8 +179,8 @@ class HapkitBoard(Device):
             )
         except (serial.SerialException, OSError) as error:
             raise unopened(self.port, error) from error
-        # A serial monitor would take half of the frames and restart the board; pyserial's own lock is only
-        # heeded by those who ask for it.
+        # Exclusive access: another reader would take half of the frames and reset the board; pyserial's own
+        # lock is advisory.
         self._set_exclusive("TIOCEXCL")
         try:
             self.latency = shorten_latency(self._serial, self.port, self.identity)
@@ -188,41 +188,41 @@ class HapkitBoard(Device):
             self._hello = self._shake_hands(handshake_time)
             self._serial.write(encode(Stream(0, 0)) + encode(Release()))
         except (serial.SerialException, OSError) as error:
-            self._abandon()
+            self._release_port()
             raise gone(self.port) from error
         except BaseException:
-            self._abandon()
+            self._release_port()
             raise
 
     def _shake_hands(self, seconds: float) -> Hello:
-        """Ask for Hello until it comes; raise the DeviceError that fits, or OSError."""
+        """Request Hello until it arrives; raise the matching DeviceError, or OSError."""
         decoder = Decoder()
         deadline, next_ask, heard = time.monotonic() + seconds, 0.0, b""
         while (now := time.monotonic()) < deadline:
             if now >= next_ask:
-                self._ask(HelloRequest())
+                self._send_after_delimiter(HelloRequest())
                 next_ask = now + HELLO_PERIOD
-            data = self._arrived()
+            data = self._received()
             heard = (heard + data)[-_KEPT:]
             for body in decoder.bodies(data):
                 if body[0] == Hello.ID and len(body) >= _VERSION.stop:
                     return _checked(body, self.port)
         raise not_a_hapkit(self.port, heard)
 
-    def _arrived(self) -> bytes:
-        """Return what has arrived, or does within READ_TIME."""
+    def _received(self) -> bytes:
+        """Return received bytes, waiting up to READ_TIME."""
         return self._serial.read(max(1, self._serial.in_waiting))
 
-    def _ask(self, message: Message) -> None:
-        """Send a message behind a delimiter, which ends whatever was half sent; a full line drops both."""
+    def _send_after_delimiter(self, message: Message) -> None:
+        """Send a message after a delimiter, which ends any partial frame; if the buffer is full, drop it."""
         with contextlib.suppress(serial.SerialTimeoutException):
             self._serial.write(DELIMITER + encode(message))
 
     def _drain(self, seconds: float) -> None:
-        """Read until nothing has come for a while, at most for so many s: a stream may be on."""
+        """Discard input until the line is quiet, at most for ``seconds``: a stream may be on."""
         quiet, end = time.monotonic() + _SILENCE, time.monotonic() + seconds
         while (now := time.monotonic()) < min(quiet, end):
-            if self._arrived():
+            if self._received():
                 quiet = now + _SILENCE
 
     def fileno(self) -> int:
@@ -232,32 +232,32 @@ class HapkitBoard(Device):
         return self._serial.fileno()
 
     def read(self, seconds: float) -> bytes:
-        """Return what has arrived, waiting up to seconds for the first byte; raise OSError."""
+        """Return received bytes, waiting up to ``seconds`` for the first; raise OSError."""
         if self._serial.timeout != seconds:
             self._serial.timeout = seconds
         first = self._serial.read(1)
         return first + self._serial.read(self._serial.in_waiting) if first else b""
 
     def write(self, data: bytes) -> None:
-        """Send bytes as they are; raise OSError."""
+        """Send raw bytes; raise OSError."""
         self._serial.write(data)
 
     # --- samples, outside the loop
     def start_stream(self, padded: int | None = None) -> None:
-        """Switch the samples on, each filled to padded bytes, by default ``padding``; raise PortGoneError."""
+        """Start the samples, each padded to ``padded`` bytes, by default ``padding``; raise PortGoneError."""
         self.send_messages(Stream(1, self.padding if padded is None else padded))
 
     def stop_stream(self) -> None:
-        """Set the force to zero and switch samples and motor off; raise PortGoneError."""
+        """Set the force to zero and stop samples and motor; raise PortGoneError."""
         self.send_messages(Force(0, 0, 0.0), Stream(0, 0))
 
     def samples(self, silence: float = 1.0) -> Iterator[Sample]:
-        """Yield what comes after start_stream; raise NoDataError after that many s of silence."""
+        """Yield samples after start_stream; raise NoDataError after ``silence`` s without any."""
         silence = max(silence, self.patience)
         decoder, deadline = Decoder(), time.monotonic() + silence
-        with self._line():
+        with self._port_guard():
             while True:
-                for message in decoder.feed(self._arrived()):
+                for message in decoder.feed(self._received()):
                     if isinstance(message, Sample):
                         yield message
                         deadline = time.monotonic() + silence
@@ -265,24 +265,24 @@ class HapkitBoard(Device):
                     raise no_data(self.port, silence)
 
     def send_messages(self, *messages: Message) -> None:
-        """Send messages that have no answer; raise PortGoneError."""
-        with self._line() as line:
+        """Send messages without a reply; raise PortGoneError."""
+        with self._port_guard() as line:
             line.write(b"".join(map(encode, messages)))
 
-    # --- questions, while the samples are off
+    # --- requests, while the samples are off
     def request(self, message: Message, reply: type[Reply], seconds: float = 1.0) -> Reply:
-        """Return the board's answer of that type, asking twice if it must be; raise DeviceError.
+        """Return the board's reply of this type, repeating the request once; raise DeviceError.
 
-        A second ask brings a second answer, which nobody may take for the next one's.
+        A second reply to a repeated request is discarded, so that it is not mistaken for a later one.
         """
         decoder, seconds = Decoder(), max(seconds, self.patience)
-        with self._line() as line:
+        with self._port_guard() as line:
             line.reset_input_buffer()
             for times in (1, 2):
-                self._ask(message)
+                self._send_after_delimiter(message)
                 deadline = time.monotonic() + seconds / 2
                 while time.monotonic() < deadline:
-                    for found in decoder.feed(self._arrived()):
+                    for found in decoder.feed(self._received()):
                         if isinstance(found, reply):
                             if times == 2:
                                 self._drain(seconds)
@@ -290,11 +290,11 @@ class HapkitBoard(Device):
         raise no_answer(self.port, _ASKED.get(type(message), "a question"), seconds)
 
     def settings(self) -> Settings:
-        """Return everything the board knows about its kit; raise DeviceError."""
-        return self._learn(self.request(SettingsRequest(), Settings))
+        """Return all settings of the board; raise DeviceError."""
+        return self._store_paddle(self.request(SettingsRequest(), Settings))
 
     def configure(self, board: Board) -> Settings:
-        """Put settings in force, not yet saved; raise ParameterError where the board refuses them."""
+        """Apply settings without saving; raise ParameterError if the board rejects them."""
         answer = self.request(of_settings(board), Settings)
         if answer.refused:
             raise ParameterError(
@@ -302,15 +302,15 @@ class HapkitBoard(Device):
                 "no kit has. Nothing was changed. Check geometry, motor constant and force limit."
             )
         self._hello = self.request(HelloRequest(), Hello)
-        return self._learn(answer)
+        return self._store_paddle(answer)
 
-    def _learn(self, settings: Settings) -> Settings:
-        """Take over what the board knows of its paddle, which Hello does not say."""
+    def _store_paddle(self, settings: Settings) -> Settings:
+        """Store the paddle's properties, which Hello does not contain."""
         self.mass, self.viscous, self.coulomb_force = settings.mass, settings.viscous, settings.coulomb
         return settings
 
     def save(self) -> Settings:
-        """Keep the settings in force on the board; raise DeviceError."""
+        """Save the settings in force on the board; raise DeviceError."""
         return self.request(Save(), Settings, SAVE_TIME)
 
     def close(self) -> None:
@@ -319,11 +319,11 @@ class HapkitBoard(Device):
             return
         with contextlib.suppress(DeviceError):
             self.stop_stream()
-        self._abandon()
+        self._release_port()
 
     def _set_exclusive(self, request: str) -> None:
-        """Let the system refuse whoever else opens the port, but root, or no longer, where it can."""
-        if sys.platform == "win32":  # there a port has one owner anyway
+        """Claim or release exclusive access to the port, where the system supports it; root is exempt."""
+        if sys.platform == "win32":  # ports are always exclusive there
             return
         import fcntl
         import termios
@@ -331,16 +331,16 @@ class HapkitBoard(Device):
         with contextlib.suppress(OSError, AttributeError, ValueError, TypeError):
             fcntl.ioctl(self._serial.fileno(), getattr(termios, request))
 
-    def _abandon(self) -> None:
+    def _release_port(self) -> None:
         with contextlib.suppress(serial.SerialException, OSError):
-            self._set_exclusive("TIOCNXCL")  # a pseudo-terminal would remember it after the end
+            self._set_exclusive("TIOCNXCL")  # a pseudo-terminal would stay exclusive
             self._serial.close()
         self._serial = None
         self._hello = None
 
     @contextlib.contextmanager
-    def _line(self) -> Iterator[Any]:
-        """Give the open port; a failure of the system means that it is gone."""
+    def _port_guard(self) -> Iterator[Any]:
+        """Yield the open port; convert OSError to PortGoneError."""
         self.fileno()
         try:
             yield self._serial
@@ -351,7 +351,7 @@ class HapkitBoard(Device):
 
 
 def _checked(body: bytes, port: str) -> Hello:
-    """Return the Hello in a body whose version and size are ours, and whose numbers a Hapkit can have."""
+    """Return the Hello in a body with our version and size and plausible numbers; raise DeviceError."""
     version = int.from_bytes(body[_VERSION], "little")
     if version != PROTOCOL_VERSION:
         words = f"Firmware speaks version {version}; this studio needs {PROTOCOL_VERSION}."
@@ -373,7 +373,7 @@ def _checked(body: bytes, port: str) -> Hello:
 
 
 def entries() -> list[DeviceEntry]:
-    """Return the ports that have hardware behind them: kits first, surely something else last."""
+    """Return the ports with hardware: kits first, other devices last."""
     return [
         DeviceEntry(p.path, p.title, partial(HapkitBoard, p.path, p.title, p.identity))
         for p in serial_ports.ports()
@@ -381,7 +381,7 @@ def entries() -> list[DeviceEntry]:
 
 
 def unlisted(key: str) -> HapkitBoard | None:
-    """Take what looks like a port for one, e.g. a pseudo-terminal, which no list holds."""
+    """Return a board for an unlisted path, e.g. a pseudo-terminal; None if the key is no path."""
     return HapkitBoard(key) if serial_ports.is_path(key) else None
 
 

@@ -1,4 +1,4 @@
-"""What filling every frame to a whole USB packet does to the delay, measured by the board's own clock."""
+"""Effect of padding frames to a whole USB packet on the delay, measured by the board's clock."""
 
 import time
 from collections import deque
@@ -15,29 +15,29 @@ MEASURED_SECONDS = 1.0
 _SETTLING = 50
 _LEFT_OVER_SECONDS, _QUIET_SECONDS = 1.0, 1.0
 _SLOWEST = 10.0
-"""A measurement of s of the board's clock may take so many times as long."""
+"""Time-out of a measurement in multiples of its board time."""
 
 
 class Padding(NamedTuple):
-    """Delays in s from a sample to its force: with frames as they are, and filled to PACKET bytes."""
+    """Delays in s from a sample to its force: with plain frames, and with frames padded to PACKET bytes."""
 
     plain: float
     padded: float
 
     @property
     def better(self) -> int:
-        """Return the padding to choose: filling costs bandwidth, so it must gain a twentieth at least."""
+        """Return the better padding; it must gain 5 %, as it costs bandwidth."""
         return PACKET if self.padded < 0.95 * self.plain else 0
 
 
 def measure_padding(board: HapkitBoard, seconds: float = MEASURED_SECONDS) -> Padding:
-    """Answer samples with zero force, once plain and once padded; raise DeviceError. The stream ends off."""
+    """Answer samples with zero force, plain and padded; raise DeviceError. Leaves the stream off."""
     return Padding(*(_delay(board, padded, seconds) for padded in (0, PACKET)))
 
 
 def _delay(board: HapkitBoard, padded: int, seconds: float) -> float:
     settled = time.monotonic() + _LEFT_OVER_SECONDS
-    while _read(board) and time.monotonic() < settled:  # what an earlier stream left on its way
+    while _read(board) and time.monotonic() < settled:  # discard bytes of an earlier stream
         pass
     board.start_stream(padded)
     try:
@@ -53,7 +53,7 @@ def _delay(board: HapkitBoard, padded: int, seconds: float) -> float:
 
 
 def _answered(board: HapkitBoard, seconds: float) -> list[Sample]:
-    """Answer the newest sample of every chunk, as the loop does, for so many s of the board's clock."""
+    """Answer the newest sample of every chunk, as the loop does, for ``seconds`` of board time."""
     decoder, taken = Decoder(), deque[Sample]()
     quiet = max(_QUIET_SECONDS, board.patience)
     silent, end = time.monotonic() + quiet, time.monotonic() + _SLOWEST * seconds + quiet
@@ -77,7 +77,7 @@ def _read(board: HapkitBoard) -> bytes:
 
 
 def effective_delay(samples: Iterable[Sample], period: float) -> float | None:
-    """Return the delay in s of the force in effect, period in s; None where no force arrived."""
+    """Return the delay in s of the force in effect, period in s; None if no force arrived."""
     found, before = delays.new_delays(), None
     for sample in samples:
         follows = before is not None and (sample.seq - before) & 0xFFFF == 1

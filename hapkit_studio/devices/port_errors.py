@@ -1,4 +1,4 @@
-"""What can be wrong with a serial port, in the words that a person reads, and the next step."""
+"""Errors of a serial port, each with a message and the next step."""
 
 import errno
 import getpass
@@ -23,24 +23,24 @@ RULES = "/etc/udev/rules.d/60-hapkit.rules"
 
 
 def permission_remedy(path: str, port: Port | None) -> tuple[str, str]:
-    """Return what to do in words, and the line to run for this port and person, which may be none."""
+    """Return the remedy as text, and a shell command for this port and user, which may be ""."""
     if sys.platform != "linux":
         return "Ask for the right to use it.", ""
     group = _group(path)
     if not group:
-        # whoever sits at the computer may then open this kind of port
+        # udev rule: access for the user at the computer
         vendor = port.identity.vendor if port else None
         which = f', ATTRS{{idVendor}}=="{vendor:04x}"' if vendor else ', KERNEL=="ttyUSB*|ttyACM*"'
         rule = f'SUBSYSTEM=="tty"{which}, MODE="0660", TAG+="uaccess"'
         then = "sudo udevadm control --reload && sudo udevadm trigger"
         return "Then plug the board in again.", f"echo '{rule}' | sudo tee {RULES} && {then}"
-    if _joined(group):
+    if _needs_new_login(group):
         return f"You are in the group {group} since you logged in: log out and in again.", ""
     return "Then log out and in again.", f"sudo usermod -a -G {group} $USER"
 
 
 def _group(path: str) -> str:
-    """Return the group whose members may use a port; nothing where no group but root's may."""
+    """Return the group with access to a port; "" if only root has access."""
     try:
         mode, group = Path(path).stat().st_mode, Path(path).group()
     except (KeyError, OSError, NotImplementedError):
@@ -49,8 +49,8 @@ def _group(path: str) -> str:
     return group if shared and group not in ("root", "tty") else ""
 
 
-def _joined(group: str) -> bool:
-    """Tell whether Linux lists this person in a group that this login does not have yet."""
+def _needs_new_login(group: str) -> bool:
+    """Return True if Linux lists this user in a group that this login does not have yet."""
     import grp
 
     try:
@@ -61,27 +61,27 @@ def _joined(group: str) -> bool:
 
 
 FLASH = "flash"
-"""A next step that a window can offer, see DeviceError.step."""
+"""Next steps that a window can offer, see DeviceError.step."""
 
 _BUSY = {errno.EBUSY, errno.EAGAIN, errno.EWOULDBLOCK}
 _GONE = {errno.ENOENT, errno.ENXIO, errno.ENODEV, errno.EIO}
 _FORBIDDEN = {errno.EACCES, errno.EPERM}
 _TEXT_SHARE = 0.9
 _BANNER = 120
-"""Characters that a banner has room for beside its buttons."""
+"""Characters of a banner besides its buttons."""
 
 
 def gone(port: str) -> PortGoneError:
-    """Return the error of a port that is not there, or no longer."""
+    """Return the error of a port that disappeared."""
     title = f"Hapkit on {port_name(port)} is gone. Force is zero."
     return PortGoneError(
         f"{title} Plug it in, then try again.",
-        brief=f"{title} Looking again every second.",  # a window does
+        brief=f"{title} Looking again every second.",  # the window does
     )
 
 
 def not_there(port: str) -> PortGoneError:
-    """Return the error of a port that does not exist when it is to be opened."""
+    """Return the error of opening a port that does not exist."""
     return PortGoneError(
         f"{port_name(port)} is not there. Plug the board in, or see `hapkit-studio devices`.",
         brief=gone(port).brief,
@@ -89,13 +89,13 @@ def not_there(port: str) -> PortGoneError:
 
 
 def busy(port: str, by: str = "") -> PortBusyError:
-    """Return the error of a port that another program has opened."""
+    """Return the error of a port in use by another program."""
     by = by or holder(port) or "another program"
     return PortBusyError(f"{port_name(port)} is used by {by}. Close it, then try again.")
 
 
 def forbidden(port: str) -> PortPermissionError:
-    """Return the error of a port that this user may not open, with the line that mends it."""
+    """Return the error of a port without permission, with the command that grants it."""
     words, command = permission_remedy(port, serial_ports.at(port))
     title = f"You may not open {port_name(port)}."
     if not command:
@@ -106,11 +106,11 @@ def forbidden(port: str) -> PortPermissionError:
 
 
 def not_a_hapkit(port: str, heard: bytes) -> DeviceError:
-    """Return the error of a port on which no Hapkit said hello, from what was heard instead, if anything."""
+    """Return the error of a port without Hapkit, from the bytes received, if any."""
     name, known = port_name(port), serial_ports.at(port)
     if known is not None and known.role is Role.OTHER:
         return NotAHapkitError(f"{name} is a port of another kind: {known.words}. Choose another port.")
-    if by := holder(port):  # two readers share what comes: neither gets it whole
+    if by := holder(port):  # two readers share the bytes, so both receive fragments
         return busy(port, by)
     what = f"{name} answers, but not as a Hapkit." if heard else f"{name} does not answer."
     if known is None or known.role is not Role.KIT:
@@ -122,7 +122,7 @@ def not_a_hapkit(port: str, heard: bytes) -> DeviceError:
 
 
 def no_answer(port: str, question: str, seconds: float) -> NoDataError:
-    """Return the error of a board that did not answer a question, or did not even take it."""
+    """Return the error of a board that did not reply to a request."""
     return NoDataError(
         f"The Hapkit on {port_name(port)} did not answer {question} within {seconds:g} s. "
         "Check the USB cable, then try again."
@@ -130,7 +130,7 @@ def no_answer(port: str, question: str, seconds: float) -> NoDataError:
 
 
 def no_data(port: str, seconds: float) -> NoDataError:
-    """Return the error of a board that said hello and then sent no samples."""
+    """Return the error of a board that sent Hello but no samples."""
     return NoDataError(
         f"The Hapkit on {port_name(port)} says hello, but no sample came for {seconds:g} s. "
         "Press the board's reset button, then try again."
@@ -138,7 +138,7 @@ def no_data(port: str, seconds: float) -> NoDataError:
 
 
 def unopened(port: str, error: OSError) -> DeviceError:
-    """Return the error that fits an operating system's refusal to open a port."""
+    """Return the error for an OSError on opening a port."""
     number = error.errno
     if number is None and sys.platform == "win32":  # pyserial keeps only the text there
         return busy(port) if "PermissionError" in str(error) else not_there(port)

@@ -1,4 +1,4 @@
-"""The kits there are, each as its board's settings. What differs between two of a kind is calibrated."""
+"""Known kits, each with its board's settings; individual differences are calibrated."""
 
 import math
 from dataclasses import dataclass, replace
@@ -13,12 +13,12 @@ MR_COUNTS = 921
 HALL_COUNTS = 16384
 ENCODER_COUNTS = 48
 FULL_TABLE = (32, 64, 96, 128, 159, 191, 223, 255)
-"""Torque in 255ths at eighths of full duty: a straight line, until somebody measures another."""
+"""Torque in 255ths at eighths of full duty: linear until measured."""
 
 
 @dataclass(frozen=True)
 class Kit:
-    """One kind of kit: key, title, one line on how to know it, and its board's settings."""
+    """One kind of kit: key, title, a one-line description, and its board's settings."""
 
     key: str
     title: str
@@ -27,14 +27,14 @@ class Kit:
 
 
 def readings(raw: np.ndarray, sensor: int) -> np.ndarray:
-    """Return readings (n,) as a sensor means them: an encoder counts both ways from where it began."""
+    """Return raw readings (n,) as signed for an encoder, which counts both ways from its start."""
     return (raw + 2**15) % 2**16 - 2**15 if sensor == Sensor.QUADRATURE else raw
 
 
 def quantum_of(board: Board) -> float:
-    """Return the handle's travel per count in m that the radii make: turn * rp / rs * rh / counts."""
+    """Return the handle's travel per count in m from the radii: turn * rp / rs * rh / counts."""
     gear = board.pulley_radius / board.sector_radius
-    # the magnetoresistive sensor repeats every half turn of the motor, the others every turn
+    # the magnetoresistive sensor repeats every half turn of the motor, the others every full turn
     repeat = math.pi if board.sensor == Sensor.MAGNETORESISTIVE else 2.0 * math.pi
     return repeat * gear * board.handle_radius / board.counts_per_flip
 
@@ -45,7 +45,7 @@ def full_force(board: Board | Hello) -> float:
 
 
 def _board(number: int, **changes: object) -> Board:
-    """Return the settings of a kit that differs from the usual one by the changes."""
+    """Return the settings of a kit that differs from the usual one by ``changes``."""
     usual = Board(
         profile=number, pins=Pins.D5_D8, sensor=Sensor.MAGNETORESISTIVE, motor_map=MotorMap.SQUARE,
         direction=1, sense=1, counts_per_flip=MR_COUNTS, zero=0, quantum=0.0, max_force=3.0,
@@ -104,7 +104,7 @@ KITS = (
 
 
 def default() -> Kit:
-    """Return the kit that a board takes itself for before anybody says otherwise."""
+    """Return the default kit of a board."""
     return KITS[0]
 
 
@@ -117,10 +117,10 @@ def named(key: str) -> Kit:
 
 
 def numbered(profile: int) -> Kit | None:
-    """Return the kit with the number that a board's settings carry, None for one that is not ours."""
+    """Return the kit with the profile number of a board's settings, None for an unknown one."""
     return next((kit for kit in KITS if kit.board.profile == profile), None)
 
 
 def of_settings(settings: Board) -> Board:
-    """Return settings as the message that puts them in force again."""
+    """Return settings as the message that applies them again."""
     return Board(**{field.name: getattr(settings, field.name) for field in Board.layout()})

@@ -1,4 +1,4 @@
-"""The serial ports of this computer: their chips, whether a Hapkit can be there, who holds them, how slow."""
+"""The serial ports of this computer: chip, likelihood of a Hapkit, current user, latency."""
 
 import contextlib
 import os
@@ -14,24 +14,24 @@ from serial.tools import list_ports
 
 
 class Role(IntEnum):
-    """How likely a port is a Hapkit; also the order of the list."""
+    """Likelihood that a port is a Hapkit; also the order of the list."""
 
     KIT = 0
-    """A chip that known kits have."""
+    """A chip of known kits."""
     UNKNOWN = 1
     OTHER = 2
-    """Surely something else."""
+    """Certainly something else."""
 
 
 class Chip(NamedTuple):
-    """What a vendor's and product's number stand for; without a product all the vendor's others."""
+    """Description of a USB vendor and product number; without a product, of all others of the vendor."""
 
     words: str
     role: Role
     numbers: tuple[tuple[int, int | None], ...]
 
 
-# Hapkit's board has an FT232RL; students also build with an Uno or its likes, of which many have a CH340.
+# the Hapkit board has an FT232RL; students also use an Arduino Uno or clones, many with a CH340
 _UNO = ((0x2341, 0x0043), (0x2341, 0x0001), (0x2341, 0x0243), (0x2A03, 0x0043), (0x2A03, 0x0001))
 _MODEMS = ((0x12D1, None), (0x1199, None), (0x2C7C, None), (0x19D2, None), (0x1BC7, None))
 CHIPS = (
@@ -63,7 +63,7 @@ _NAMES = {
 
 
 class Identity(NamedTuple):
-    """What a board keeps when it comes back under another name; no vendor: not a USB port."""
+    """Identity of a board that survives a change of port; vendor None: no USB port."""
 
     vendor: int | None = None
     product: int | None = None
@@ -85,7 +85,7 @@ class Port:
 
     @property
     def title(self) -> str:
-        """Return its line in the device list."""
+        """Return its text in the device list."""
         remark = ", not a Hapkit" if self.role is Role.OTHER else ""
         return f"{port_name(self.path)}: {self.words}{remark}".rstrip(": ")
 
@@ -96,23 +96,23 @@ def port_name(path: str) -> str:
 
 
 def is_path(key: str) -> bool:
-    """Tell whether a word looks like the path of a port, listed or not."""
+    """Return True if a key looks like the path of a port, listed or not."""
     return "/" in key or key.upper().startswith("COM")
 
 
 def ports() -> list[Port]:
-    """Return the ports that have hardware behind them, the likely ones first, then by their paths."""
+    """Return the ports with hardware, likely ones first, then by path."""
     found = [_port(p) for p in list_ports.comports() if p.hwid and p.hwid != "n/a"]
     return sorted(found, key=lambda port: (port.role, port.path))
 
 
 def at(path: str) -> Port | None:
-    """Return what the system knows about a path; None for what no list holds, e.g. a pseudo-terminal."""
+    """Return the system's information on a path; None for unlisted ones, e.g. a pseudo-terminal."""
     return next((port for port in ports() if port.path == path), None)
 
 
 def find_same_board(wanted: Identity, among: Iterable[Port]) -> Port | None:
-    """Return the same board, whatever its path is now: by serial number, else place, else the only one."""
+    """Return the same board on any path: by serial number, else USB location, else if it is the only one."""
     alike = [port for port in among if port.identity[:3] == wanted[:3]]
     here = [port for port in alike if port.identity.place == wanted.place]
     if wanted.serial:
@@ -135,13 +135,13 @@ def _port(info: Any) -> Port:
 
 PROCESSES = Path("/proc")
 STUDIO = "Hapkit Studio"
-"""What a person calls the studio, whose process is a python."""
+"""Name of the studio, whose process is a python."""
 
 
 def holder(port: str) -> str:
-    """Return the name and number of another program that has a port open; nothing where nobody can tell.
+    """Return name and process id of another program with a port open; "" if unknown.
 
-    Linux shows what one's own programs have open.
+    Linux lists the open files of the user's own programs.
     """
     real, own = os.path.realpath(port), str(os.getpid())
     for process in _listed(PROCESSES):
@@ -151,7 +151,7 @@ def holder(port: str) -> str:
 
 
 def _listed(folder: Path) -> list[Path]:
-    """Return what is in a folder; nothing in one that is another user's."""
+    """Return a folder's entries; empty for another user's folder."""
     try:
         return list(folder.iterdir())
     except OSError:
@@ -167,11 +167,11 @@ def _has_open(process: Path, real: str) -> bool:
 
 
 def _program_name(process: Path) -> str:
-    """Return what a program calls itself, without its folder, and its number."""
+    """Return a program's name, without its folder, and its process id."""
     try:
         line = (process / "cmdline").read_bytes().decode("utf-8", "replace").split("\0")
         name = Path(line[0]).name or (process / "comm").read_text().strip()
-        # started as ``-m hapkit_studio``, or by its own program
+        # started as ``-m hapkit_studio`` or by its own script
         if "hapkit_studio" in line or {Path(word).name for word in line} & {
             "hapkit-studio",
             "hapkit-studio.exe",
@@ -182,20 +182,20 @@ def _program_name(process: Path) -> str:
     return f"{name} (process {process.name})"
 
 
-# An FTDI chip sends a packet when 62 bytes are there or its latency timer ends: 16 ms unless told otherwise
-# (FTDI AN232B-04). It is asked down to 1 ms without root where the system allows.
+# An FTDI chip sends a packet after 62 bytes or when its latency timer ends: 16 ms by default (FTDI
+# AN232B-04). It is reduced to 1 ms, without root where the system allows it.
 FTDI = 0x0403
 USUAL_TIMER, SHORT_TIMER = 0.016, 0.002
-"""s: of a chip that nobody told otherwise; up to here it is not worth a remedy."""
+"""s: default of an FTDI chip; longest value without a warning."""
 
 TIMERS = Path("/sys/bus/usb-serial/devices")
-_IOSSDATALAT = 0x80085400  # of IOKit
+_IOSSDATALAT = 0x80085400  # macOS IOKit
 _REGISTRY = r"SYSTEM\CurrentControlSet\Enum\FTDIBUS\VID_{0:04X}+PID_{1:04X}+{2}A\0000\Device Parameters"
 
 
 @dataclass(frozen=True)
 class Latency:
-    """What is known of a port's timer: seconds, None without one; known: read, not assumed."""
+    """Latency timer of a port: seconds, None without one; known: read from the system, not assumed."""
 
     timer: float | None = None
     known: bool = True
@@ -203,12 +203,12 @@ class Latency:
 
     @property
     def long(self) -> bool:
-        """Tell whether it is worth a remedy."""
+        """Return True if it needs a remedy."""
         return self.timer is not None and self.timer > SHORT_TIMER
 
     @property
     def words(self) -> str:
-        """Return it in words, with the remedy where there is one; nothing without a timer."""
+        """Return it as text with a remedy, if any; "" without a timer."""
         if self.timer is None:
             return ""
         said = f"USB latency timer {1e3 * self.timer:.0f} ms"
@@ -223,10 +223,10 @@ class Latency:
 
 
 def shorten_latency(line: Any, port: str, identity: Identity) -> Latency:
-    """Ask for the shortest latency of an open port; return what holds then. Never fails."""
-    with contextlib.suppress(Exception):  # each system and driver refuses in its own way, all harmless
+    """Set the shortest latency of an open port; return the resulting one. Never fails."""
+    with contextlib.suppress(Exception):  # systems and drivers raise various errors, all harmless
         line.set_low_latency_mode(True)
-    if sys.platform == "darwin":  # the receive latency of the driver in us; it cannot be read back
+    if sys.platform == "darwin":  # receive latency of the driver in µs; it cannot be read back
         import fcntl
 
         with contextlib.suppress(OSError, AttributeError):
@@ -238,7 +238,7 @@ def shorten_latency(line: Any, port: str, identity: Identity) -> Latency:
 
 
 def _timer(port: str, identity: Identity) -> float | None:
-    """Return the timer in s where the system shows it."""
+    """Return the timer in s if the system shows it."""
     try:
         if sys.platform == "win32":
             import winreg

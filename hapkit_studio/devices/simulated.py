@@ -1,7 +1,7 @@
-"""The simulated Hapkit: the exact paddle between samples, its command delay and a hand on the handle.
+"""The simulated Hapkit: exact paddle between samples, command delay, and a hand on the handle.
 
-What it models is named term by term, so that a scene can leave out what it does not need. The compiled
-functions work on two flat arrays from ``new_state``, so the real-time loop can own them.
+Its terms are named, so that a scene can omit those it does not need. The compiled functions work on two flat
+arrays of ``new_state``, which the real-time loop owns.
 """
 
 import math
@@ -18,14 +18,14 @@ from hapkit_studio.dynamics.jit import compiled, internal
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.parameters import check_number
 
-END_STOPS = 0.055  # m to either side: those of the paddle in the window
-# The hand's mass alone, to twelve digits; the paddle's equations divide by the mass.
+END_STOPS = 0.055  # m on either side: travel of the paddle in the window
+# kg: mass of the handle held by a hand's mass alone; not 0, as the equations divide by it
 NO_MASS = 1e-13
 
 
 @dataclass(frozen=True)
 class Term:
-    """One term: its key, a word for people, its field of the device ("": the loop has it), its off-value."""
+    """A term: key, label, field of the device ("": belongs to the loop), value that switches it off."""
 
     key: str
     word: str
@@ -46,17 +46,16 @@ TERMS: dict[str, Term] = {
         Term("filter", "velocity estimate"),
     )
 }
-# What a live loop may leave out: a released handle has no other mass, plots and velocity filters show the
-# sensor's steps, the force limit is the last line of safety, and sampling, delay and filter are the person's
-# own settings.
+# Terms that a live loop may omit. Required: the mass of a released handle, sensor steps for plots and
+# velocity filters, the force limit for safety; sampling, delay and filter are the user's settings.
 OPTIONAL = ("viscous", "coulomb")
 MODELLED = ("mass", *OPTIONAL, "quantization")
-# What a person chooses between: what the scene needs, all of it, or all but dry friction.
+# options: what the scene needs, everything, or everything except dry friction
 MODELS = ("scene", "everything", "frictionless")
 
 
 def term(key: str) -> Term:
-    """Return a term by its key; raise ParameterError listing those there are."""
+    """Return a term by its key; raise ParameterError listing the keys."""
     if key not in TERMS:
         raise ParameterError(f"A modelled term is one of {', '.join(TERMS)}, not {key!r}.")
     return TERMS[key]
@@ -67,16 +66,16 @@ _MASS, _DAMPING, _COULOMB, _HAND_DAMPING, _HAND_STIFFNESS = 3, 4, 5, 6, 7
 _PERIOD, _DELAY, _WHOLE, _REST, _SAMPLE = 8, 9, 10, 11, 12
 _EARLY_MAP, _LATE_MAP = 16, 24
 _WIDTH = 64
-# Motion that has died out goes on as numbers so small that processors are ten times slower with them.
-_NOTHING = 1e-150
+# flush smaller numbers to 0: processors are ten times slower with denormals
+_FLUSH_BELOW = 1e-150
 
 
 @dataclass(frozen=True)
 class SimulatedHapkit(Device):
-    """A paddle with the mass kg, damping N·s/m, Coulomb friction N, sensor quantum m and force limit N given.
+    """A paddle with mass kg, damping N·s/m, Coulomb friction N, sensor quantum m and force limit N.
 
-    quantum=0 is an ideal sensor, max_force=inf no clamp. The paddle goes as far as end_stops m to either
-    side, where it stops without bouncing. Raise ParameterError for values no device can have.
+    quantum=0: ideal sensor; max_force=inf: no limit. The paddle stops without bouncing at ``end_stops`` m on
+    either side. Raise ParameterError for impossible values.
     """
 
     mass: float = 0.044
@@ -113,15 +112,14 @@ class SimulatedHapkit(Device):
         return self.damping
 
     def without(self, terms: Iterable[str]) -> "SimulatedHapkit":
-        """Return this device without the terms named, as far as they are its own; raise ParameterError."""
+        """Return this device without the named terms, as far as they are its own; raise ParameterError."""
         gone = [term(key) for key in terms]
         return replace(self, **{t.field: t.off for t in gone if t.field})
 
     def reduced(self, needs: Iterable[str]) -> "SimulatedHapkit":
-        """Return the device that a scene needs: damping and friction only where it names them.
+        """Return the device that a scene needs: damping and friction only if it lists them.
 
-        All else stays. A scene that names nothing was never looked at and gets everything.
-        Raise ParameterError.
+        Other terms stay. A scene without a list gets everything. Raise ParameterError.
         """
         needed = {term(key).key for key in needs}
         return self.without(key for key in OPTIONAL if key not in needed) if needed else self
@@ -130,17 +128,17 @@ class SimulatedHapkit(Device):
 def new_state(
     position: float = 0.0, velocity: float = 0.0, periods: int = 1022, end_stops: float = math.inf
 ) -> tuple:
-    """Return (dev, queue) at rest with the motor off, for delays of up to `periods` sample periods."""
+    """Return (dev, queue) at rest with the motor off, for delays of up to ``periods`` sample periods."""
     dev = np.zeros(_WIDTH)
     dev[X], dev[V], dev[_STOP] = position, velocity, end_stops
     size = 1 << (max(int(periods), 1) + 1).bit_length()
-    # The second half is room for retiming pending commands without allocating.
+    # the second half is scratch space for retiming pending commands without allocation
     return dev, np.zeros(2 * size)
 
 
 @compiled
 def quantise(position: float, quantum: float) -> float:
-    """Return what a sensor of `quantum` m reads; 0 is an ideal sensor."""
+    """Return the reading of a sensor of ``quantum`` m; 0 is an ideal sensor."""
     return quantum * math.floor(position / quantum) if quantum > 0.0 else position
 
 
@@ -157,9 +155,9 @@ def configure(
     period: float,
     delay: float,
 ) -> None:
-    """Take new constants; motion and pending commands stay. A hand of zeros has let go.
+    """Set new constants; motion and pending commands are kept. A hand of zeros is released.
 
-    delay is any time from a sample to its force; what exceeds the queue's room is cut to it.
+    delay: any time in s from a sample to its force, limited by the queue's size.
     """
     delay = min(max(delay, 0.0), (queue.size // 2 - 2) * period)
     if dev[_PERIOD] > 0.0 and (period != dev[_PERIOD] or delay != dev[_DELAY]):
@@ -179,7 +177,7 @@ def configure(
 
 @compiled
 def keep_order(dev: np.ndarray) -> None:
-    """Let the next ``configure`` keep pending commands so many samples away, whatever times that makes."""
+    """Make the next ``configure`` keep the delay of pending commands in samples instead of seconds."""
     dev[_PERIOD] = 0.0
 
 
@@ -191,7 +189,7 @@ def _store(dev, at, m):
 
 @internal
 def _retime(dev, queue, period, delay):
-    """Keep the pending forces at their times, to within a period, when period or delay changes."""
+    """Keep the pending forces' times, to within a period, when period or delay changes."""
     size = queue.size // 2
     now = int(dev[_SAMPLE])
     pending = int(delay / period) + 2
@@ -205,7 +203,7 @@ def _retime(dev, queue, period, delay):
 
 @compiled
 def command(dev: np.ndarray, queue: np.ndarray, force: float) -> None:
-    """Issue a force in N at the present sample instant; it acts one delay later."""
+    """Issue a force in N at the present sample; it acts one delay later."""
     queue[int(dev[_SAMPLE]) & (queue.size // 2 - 1)] = force
 
 
@@ -216,7 +214,7 @@ def _map(dev, at):
 
 @internal
 def _stopped(motion, stop):
-    """Return (x, v) at end stops ± stop m: a stop takes all speed and yields nothing."""
+    """Return (x, v) at end stops ± stop m, which are fully inelastic."""
     x, v = motion
     if abs(x) > stop:
         return math.copysign(stop, x), 0.0
@@ -225,9 +223,9 @@ def _stopped(motion, stop):
 
 @compiled
 def advance(dev: np.ndarray, queue: np.ndarray, target0: float, target1: float) -> None:
-    """Move to the next sample while the hand's target goes linearly from target0 to target1 in m.
+    """Move to the next sample while the hand's target moves linearly from target0 to target1 in m.
 
-    Without a new ``command`` there, the last one holds on. dev[EFFECT] is the mean motor force on the way.
+    Without a new ``command``, the last one is held. dev[EFFECT] is the mean motor force over the period.
     """
     x, v, mass, damping, coulomb = dev[X], dev[V], dev[_MASS], dev[_DAMPING], dev[_COULOMB]
     grip, stiffness = dev[_HAND_DAMPING], dev[_HAND_STIFFNESS]
@@ -250,7 +248,7 @@ def advance(dev: np.ndarray, queue: np.ndarray, target0: float, target1: float) 
     pull += rate * rest
     motion = paddle.advance(x, v, new + pull, rate, coulomb, mass, damping, stiffness, period - rest, late)
     x, v = _stopped(motion, dev[_STOP])
-    if abs(x) + abs(v) < _NOTHING:
+    if abs(x) + abs(v) < _FLUSH_BELOW:
         x, v = 0.0, 0.0
     dev[X], dev[V] = x, v
     if held:

@@ -1,4 +1,4 @@
-"""The real firmware in a simulated chip with the paddle around it: a Hapkit without hardware."""
+"""The firmware in a simulated chip with a simulated paddle: a Hapkit without hardware."""
 
 import contextlib
 import json
@@ -21,15 +21,15 @@ from hapkit_studio.dynamics.hand import ARRIVES, LEADS, Grip, grip_named
 from hapkit_studio.errors import DeviceError
 
 START_TIME = 10.0
-"""s to wait for an answer; a loaded machine may take a while to start a program."""
+"""s, time-out of a reply; a loaded machine may take a while to start a program."""
 END_TIME = 5.0
-"""s that it has to write its log and counters out; its EEPROM is written as soon as it changes."""
+"""s for writing its log and counters at the end; its EEPROM is written at every change."""
 
 
 class BoardProgram:
-    """The virtual board's program as a child process: commands in, lines out, both with a time-out.
+    """The virtual board's process: commands in, lines out, both with a time-out.
 
-    It runs from construction to ``end``; raises DeviceError with the program's own words if it fails.
+    Runs from construction to ``end``; raise DeviceError with the program's own message if it fails.
     """
 
     def __init__(self, words: Sequence[str]):
@@ -38,7 +38,7 @@ class BoardProgram:
         self._summary = ""
         self._lines: list[str] = []
         try:
-            with interrupts.held_back():  # Ctrl+C ends the studio, which stops the motor first
+            with interrupts.held_back():  # Ctrl+C goes to the studio, which stops the motor first
                 self._child = subprocess.Popen(
                     words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors, bufsize=0
                 )
@@ -53,14 +53,14 @@ class BoardProgram:
         return self._child.pid
 
     def send(self, command: str) -> bool:
-        """Send one command without waiting; False if the program is gone or does not keep up."""
+        """Send one command without waiting; return False if the program ended or its pipe is full."""
         try:
             return os.write(self._in, command.encode() + b"\n") > 0
         except OSError:
             return False
 
     def reply(self, word: str, seconds: float = START_TIME) -> str:
-        """Return what follows the word in the next line that begins with it; raise DeviceError."""
+        """Return the rest of the next line that begins with a word; raise DeviceError."""
         deadline = time.monotonic() + seconds
         while True:
             for at, line in enumerate(self._lines):
@@ -78,13 +78,13 @@ class BoardProgram:
         return bool(data)
 
     def last_words(self) -> str:
-        """Return the last line that the program wrote to its standard error."""
+        """Return the last line of the program's standard error."""
         self._errors.seek(0)
         lines = self._errors.read().decode("utf-8", "replace").split("\n")
         return next((line.strip() for line in reversed(lines) if line.strip()), "")
 
     def end(self) -> str:
-        """End the program and reap it; return its summary, a JSON object, or nothing. May be called twice."""
+        """End the program; return its summary, a JSON object, or "". May be called twice."""
         if self._errors.closed:
             return self._summary
         self.send("quit")
@@ -102,7 +102,7 @@ class BoardProgram:
 
 
 VARIABLE = "HAPKIT_VIRTUAL_BOARD"
-"""Environment variable with the path of the program, where it is not in the checkout."""
+"""Environment variable with the path of the program, if it is not in the checkout."""
 
 TRUTH_COLUMNS = (
     "time", "position", "velocity", "motor_force", "duty", "hand_force", "hand_target", "converter",
@@ -111,28 +111,28 @@ TRUTH_COLUMNS = (
 
 MODES = ("paced", "lockstep", "fast")
 PATIENCE = 10.0
-"""s that an answer may take: a busy machine simulates slowly, and never loses a byte."""
+"""s, time-out of a reply: a busy machine simulates slowly, and never loses a byte."""
 HAND_PERIOD = 1.0 / 60.0
-"""s in which the hand follows to a new target: the pace at which a window sends them."""
+"""s in which the hand moves to a new target: the window's frame time."""
 HOOK_PERIOD = 0.5
-"""s in which a spring that is hooked on takes the handle to the middle."""
+"""s in which an attached spring moves the handle to the middle."""
 
 
 def program() -> Path:
-    """Return where the virtual board is, or would be."""
+    """Return the path of the virtual board, whether it exists or not."""
     named = os.environ.get(VARIABLE)
     checkout = Path(__file__).resolve().parents[2]
     return Path(named) if named else checkout / "firmware" / "build" / "virtual_board"
 
 
 def firmware() -> Path:
-    """Return the firmware to run: the one built beside the program, else the one that ships."""
+    """Return the firmware to run: the one built next to the program, else the shipped one."""
     beside = program().with_name("hapkit.elf")
     return beside if beside.is_file() else resources.path("firmware", "hapkit.hex")
 
 
 def built() -> bool:
-    """Tell whether program and firmware are there."""
+    """Return True if program and firmware exist."""
     return os.access(program(), os.X_OK) and firmware().is_file()
 
 
@@ -144,12 +144,12 @@ def truth(path: str | Path) -> np.ndarray:
 
 
 class VirtualBoard(HapkitBoard):
-    """A board that is a program of its own: started by open, ended by close.
+    """A board in a process of its own: started by open, ended by close.
 
-    mode: "paced" follows the clock, "lockstep" waits for every answer and is otherwise as fast as it goes,
-    "fast" waits for nobody. A lone delimiter is an answer in lockstep, one that the chip does not get.
-    log: path of the truth log. script: path of commands by board time.
-    options: further words of the program's command line.
+    mode: "paced" follows the clock; "lockstep" waits for every reply and otherwise runs at full speed; "fast"
+    never waits. In lockstep a lone delimiter counts as a reply and is not passed to the chip. log: path of
+    the truth log. script: path of commands by board time. options: further command-line options of the
+    program.
     """
 
     simulated_hand, usb_chip = True, False
@@ -176,7 +176,7 @@ class VirtualBoard(HapkitBoard):
         self._target: float | None = None
 
     def open(self, handshake_time: float = PATIENCE) -> None:
-        """Start the board and shake hands; raise DeviceError."""
+        """Start the board and exchange Hello; raise DeviceError."""
         self.start()
         try:
             super().open(handshake_time)
@@ -185,7 +185,7 @@ class VirtualBoard(HapkitBoard):
             raise
 
     def close(self) -> None:
-        """Set the force to zero, end the board and keep its counters in ``summary``; never fails."""
+        """Set the force to zero, end the board and store its counters in ``summary``; never fails."""
         super().close()
         self.end()
 
@@ -194,7 +194,7 @@ class VirtualBoard(HapkitBoard):
         return ""
 
     def unpaced(self) -> "VirtualBoard":
-        """Return a board in lockstep: nobody watches, and a busy machine changes nothing in its results."""
+        """Return a board in lockstep, whose results do not depend on the machine's load."""
         return VirtualBoard("lockstep")
 
     # --- the program
@@ -211,7 +211,7 @@ class VirtualBoard(HapkitBoard):
             raise
 
     def end(self) -> None:
-        """End the program; what it counted is in ``summary`` afterwards. May be called twice."""
+        """End the program; its counters are in ``summary`` afterwards. May be called twice."""
         if self._program is not None:
             self.summary = json.loads(self._program.end() or "{}")
             self._program = None
@@ -227,22 +227,22 @@ class VirtualBoard(HapkitBoard):
         return self._program
 
     def send(self, command: str) -> bool:
-        """Send one command without waiting; False if the program is gone or does not keep up."""
+        """Send one command without waiting; return False if the program ended or its pipe is full."""
         return self._program is not None and self._program.send(command)
 
     def ask(self, command: str) -> str:
-        """Send a command and return what the program says to it; raise DeviceError."""
+        """Send a command and return the reply; raise DeviceError."""
         self._running().send(command)
         return self._running().reply({"flush": "flushed", "plug": "port"}.get(command, command))
 
     # --- hand and cable
     def set_grip(self, grip: Grip | str | None) -> None:
-        """Choose how firmly the hand holds, by name or as mass, damping, stiffness; raise ParameterError."""
+        """Choose the grip by name or as mass, damping, stiffness; raise ParameterError."""
         self._grip = grip_named(grip) if isinstance(grip, str) else grip
         self._move()
 
     def move_hand(self, target: float | None) -> None:
-        """Lead the hand to a position in m, as fast as the window's simulated one; None lets go."""
+        """Move the hand to a position in m, as fast as the window's simulated one; None lets go."""
         self._target = target
         self._move()
 
@@ -255,26 +255,26 @@ class VirtualBoard(HapkitBoard):
         self.send("hand " + " ".join(str(float(number)) for number in numbers))
 
     def hook_spring(self, stiffness: float | None) -> None:
-        """Put a spring in N/m between handle and middle instead of the hand; None takes it off."""
+        """Attach a spring in N/m between handle and middle in place of the hand; None detaches it."""
         if stiffness is None:
             self._move()
         else:
             self.send(f"hand 0 {stiffness} 0 0 {HOOK_PERIOD}")
 
     def unplug(self) -> None:
-        """Pull the cable: whoever has the port open sees a hang-up; the firmware runs on."""
+        """Unplug the cable: the port hangs up for its user; the firmware runs on."""
         self.send("unplug")
 
     def plug(self) -> None:
-        """Put the cable back, on a new port."""
+        """Plug the cable in again, on a new port."""
         self.port = self.ask("plug")
 
     def status(self) -> dict[str, Any]:
-        """Return time, position, velocity, forces and duty of this moment."""
+        """Return present time, position, velocity, forces and duty."""
         return json.loads(self.ask("status"))
 
     def flush(self) -> int:
-        """Write the truth log out as far as it goes; return its rows."""
+        """Flush the truth log; return its number of rows."""
         return int(self.ask("flush"))
 
 
@@ -284,7 +284,7 @@ def _home() -> tempfile.TemporaryDirectory:
 
 
 def listed() -> VirtualBoard:
-    """Return the board of the device list: its EEPROM outlives it; the handle's way ends as a kit's does."""
+    """Return the board of the device list, with a persistent EEPROM and a kit's end stops."""
     return VirtualBoard(options=["--eeprom", os.path.join(_home().name, "eeprom"), "--stop", "0.05"])
 
 
