@@ -1,4 +1,4 @@
-"""The library of virtual environments: one file each, found by the name ``ENVIRONMENT``."""
+"""The library of virtual environments: each module with an ``ENVIRONMENT`` is one."""
 
 import sys
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from hapkit_studio.environments.base import Environment
 
 ENTRY_POINTS = "hapkit_studio.environments"
 RESERVED = "ABFGHLRT"
-"""Letters that the window uses, or keeps for itself."""
+"""Letters reserved for the window's shortcuts."""
 
 
 @cache
@@ -24,7 +24,7 @@ def discover() -> Mapping[str, Environment]:
 
 
 def with_shortcuts(known: Sequence[Environment]) -> list[Environment]:
-    """Give environments that name no key a free letter, one of their title where there is one."""
+    """Assign a free shortcut to environments without one, preferably a letter of their title."""
     free = {c for c in ascii_uppercase if c not in RESERVED} - {e.shortcut for e in known}
     found = []
     for environment in known:
@@ -37,12 +37,12 @@ def with_shortcuts(known: Sequence[Environment]) -> list[Environment]:
 
 
 def named(key: str) -> Environment:
-    """Return the environment of a key; raise ParameterError listing those there are."""
+    """Return an environment by its key; raise ParameterError listing the keys."""
     return discovery.named(discover(), key, "environment")
 
 
 class _Library(ModuleType):
-    """Lets ``hapkit_studio.environments()`` be the library and ``hapkit_studio.environments`` its folder."""
+    """Makes ``hapkit_studio.environments()`` return the library while the name stays a package."""
 
     def __call__(self) -> Mapping[str, Environment]:
         return discover()

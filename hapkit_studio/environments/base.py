@@ -1,4 +1,4 @@
-"""What an environment is: a force law with its parameters, its words and its picture's name."""
+"""Type of an environment: a force law with its parameters, texts and drawing."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
@@ -18,10 +18,10 @@ Curve = Callable[[Values, np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Conditions:
-    """What a scene is rendered with: period s, sensor quantum m, the device's damping N·s/m, speed m/s.
+    """Rendering conditions: period s, sensor quantum m, the device's damping N·s/m, speed m/s.
 
-    speed is the handle's highest of late, delay s goes from sample to force, mass kg, coulomb N and max_force
-    N are the device's: speed, delay and coulomb are 0 where they are unknown. estimator as in a loop.
+    speed: the handle's highest recent speed. delay: s from sample to force. mass kg, coulomb N and max_force
+    N are the device's. Unknown speed, delay and coulomb are 0. estimator: as in a loop.
     """
 
     period: float = 1e-3
@@ -35,9 +35,9 @@ class Conditions:
     estimator: Spec = "difference"
 
     def loop(self) -> sampled_loop.Loop:
-        """Return the loop of a released handle, without what is rendered.
+        """Return the loop of a released handle, without a law.
 
-        An estimator that is not linear has no exact limit: the quickest one stands for it.
+        A nonlinear estimator has no exact limit: the fastest linear one replaces it.
         """
         linear = parse(self.estimator)[0].response is not None
         estimator = self.estimator if linear else "difference"
@@ -49,12 +49,11 @@ class Conditions:
 
 @dataclass(frozen=True)
 class ForceTerms:
-    """The spring, damper and friction that a law asks for at given values; None for what it does not set.
+    """Spring, damper and friction of a law at given values; None for undefined ones.
 
-    stiffness N/m about centre m, damping N·s/m, friction N. one_way: +1 or -1 where damping acts only on
-    motion to that side; contact: only while the law pushes; settle: how far the handle goes after a turn
-    until friction is all there, in m; simple: the law is no more than these numbers; terms: those that
-    identification looks for.
+    stiffness N/m about centre m, damping N·s/m, friction N. one_way: +1 or -1 if damping acts only on motion
+    to that side. contact: only while the law pushes. settle: distance in m after a reversal until friction is
+    fully developed. simple: the law consists of these terms only. terms: those for identification.
     """
 
     stiffness: float | None = None
@@ -69,16 +68,16 @@ class ForceTerms:
 
 
 def no_terms(values: Values) -> ForceTerms:
-    """Set nothing: for a law whose impedance bounds its stability but does not describe its force."""
+    """Return no terms, for a law whose impedance bounds its stability but does not describe its force."""
     return ForceTerms(simple=False)
 
 
 @dataclass(frozen=True)
 class MovingObject:
-    """What moves besides the handle: its name in a few letters, and the law's state that is its place in m.
+    """An object that moves besides the handle: a short name, and the law's state with its position in m.
 
-    One without a state rests where a parameter says, and the handle pushes it to the right. swing: its mass
-    kg, damping N·s/m and stiffness N/m in contact, which decide how long an integrator's step may be.
+    Without a state, it rests at the position of a parameter, and the handle pushes it to the right. swing:
+    its mass kg, damping N·s/m and stiffness N/m in contact, which limit an integrator's step.
     """
 
     name: str
@@ -87,26 +86,24 @@ class MovingObject:
     swing: Callable[[Values], tuple[float, float, float]] | None = None
 
     def place(self, values: Values, position: np.ndarray, state: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return where it is in m (n,): the handle's position is in m, each state by name, (n,) all."""
+        """Return its position in m (n,) from the handle's position in m and each state by name, (n,) all."""
         return state[self.state] if self.state else np.maximum(position, values[self.rests])
 
 
 @dataclass(frozen=True)
 class Environment:
-    """One virtual environment; its file in this folder is found by the name ``ENVIRONMENT``.
+    """A virtual environment; each module in this folder with an ``ENVIRONMENT`` is found.
 
-    formula is short HTML; impedance maps named values to the (stiffness N/m, damping N·s/m) that bound
-    stability, None where no linear limit applies; terms maps them to what identification compares with, the
-    impedance where it is None; shades says whether contact is shaded in the plots.
-    check says in one line why values do not go together, "" where they do; warnings says what cannot be
-    rendered well under given conditions; unused maps each parameter without effect on the force as the others
-    are set to the words that say so. over_position and over_velocity return the theory drawn beneath the
-    data, (n,) or one row a branch, nan where there is none; without them it is the law at rest. restless says
-    why the scene with its defaults does not come to rest, "" where it does. stored is a law of the energy in
-    J that objects hold and may give back; moves is an object whose place is plotted; drives says in words
-    that a scene gives energy by itself. counts are states that count events a person notices; hands are those
-    that the scene is judged by, needs the device
-    terms whose absence is felt with the default values.
+    formula: short HTML. impedance: maps values by name to the (stiffness N/m, damping N·s/m) that bound
+    stability, None without a linear limit. terms: maps them to the terms for identification, the impedance by
+    default. shades: contact is shaded in the plots. check: one line on why values are incompatible, "" if
+    they are compatible. warnings: what cannot be rendered well under given conditions. unused: maps
+    parameters without effect at the present values to the reason. over_position, over_velocity: theory
+    curves, (n,) or one row per branch, NaN for gaps; by default the law at rest. restless: why the scene does
+    not come to rest at its defaults, "" if it does. stored: a law that returns the energy in J stored in
+    objects. moves: the object whose position is plotted. drives: how the scene generates energy itself.
+    counts: states that count events a person notices. hands: those for judging the scene. needs: terms of the
+    device whose absence is perceptible at the default values.
     """
 
     key: str
@@ -168,30 +165,30 @@ class Environment:
         return values
 
     def needed_at(self, values: Values) -> tuple[str, ...]:
-        """Return the device's terms that it needs; () where nobody has looked, as at other values."""
+        """Return the terms of the device that it needs; () if unknown, as at other values."""
         return self.needs if all(values[p.key] == p.default for p in self.parameters) else ()
 
     def place(self, values: Values, position: np.ndarray, state: np.ndarray) -> np.ndarray | None:
-        """Return where its object is in m (n,) at positions (n,) and states (n, values), None without one."""
+        """Return its object's position in m (n,) at positions (n,) and states (n, values), or None."""
         named = dict(zip(self.state_names, state.T, strict=False))
         return None if self.moves is None else self.moves.place(values, position, named)
 
     def touched_at(self, values: Values, depth: float) -> float:
-        """Return a place in m where a hand touches a scene: its centre, or so deep in its surface."""
+        """Return a position in m in contact with the scene: its centre, or ``depth`` inside its surface."""
         place = values.get("position", values.get("center", 0.0))
         if self.shades and "position" in values:
             place += depth if values.get("side", 0.0) == 0.0 else -depth
         return place
 
     def force_terms(self, values: Values) -> ForceTerms:
-        """Return the spring, damper and friction that the law asks for at these values."""
+        """Return the spring, damper and friction of the law at these values."""
         if self.terms is not None:
             return self.terms(values)
         stiffness, damping = self.impedance(values) if self.impedance else (None, None)
         return ForceTerms(stiffness, damping, contact=self.shades, simple=False)
 
     def curve(self, values: Values, position: np.ndarray, velocity: np.ndarray | float = 0.0) -> np.ndarray:
-        """Return the law's force (n,) in N at positions in m and velocities in m/s, its state at the start.
+        """Return the law's force (n,) in N at positions in m and velocities in m/s, in its initial state.
 
         Positions and velocities are of shape (n,) or (1,).
         """

@@ -9,30 +9,30 @@ from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
 BUMP = -0.025
-# A gaussian ends at 3 sigma: what is left of it there is taken off, so that neither force nor height jumps.
+# a Gaussian is cut at 3 sigma: its value there is subtracted, so that force and height are continuous
 CUT = math.exp(-4.5)
-# 1 / the largest value of t (exp(−t²/2) − CUT), reached at t = 0.9909
+# 1 / maximum of t (exp(−t²/2) − CUT), at t = 0.9909
 GAUSSIAN_PEAK = 1.6793390230328566
-# 1 / what it multiplies in the centre
+# 1 / height at the centre
 GAUSSIAN_RISE = 1.0 / (1.0 - 5.5 * CUT)
-# The height in the centre, per width, of the bumps whose steepest slope is 1.
+# height at the centre per width, for bumps of maximum slope 1
 COSINE_TOP, GAUSSIAN_TOP = 1.0 / math.pi, GAUSSIAN_PEAK / 6.0 / GAUSSIAN_RISE
-# The relief is drawn as high as makes its slope feel like the force under a finger's weight of 1 N.
+# N: the relief is drawn so that its slope times this force is the rendered force
 NORMAL_FORCE = 1.0
 
 
 def gaussian_push(a):
-    """Return the force of a gaussian bump, 1 at most, at `a` widths (6 sigma each) from its centre."""
+    """Return the normalised force of a Gaussian bump, at most 1, ``a`` widths (6 sigma) from its centre."""
     return GAUSSIAN_PEAK * 6.0 * a * (math.exp(-18.0 * a * a) - CUT)
 
 
 def gaussian_rise(a):
-    """Return the height of the gaussian bump, 1 in its centre."""
+    """Return the normalised height of the Gaussian bump, 1 at its centre."""
     return GAUSSIAN_RISE * (math.exp(-18.0 * a * a) - 5.5 * CUT + 18.0 * CUT * a * a)
 
 
 def cosine_rise(a):
-    """Return the height of the cosine bump, 1 in its centre."""
+    """Return the normalised height of the cosine bump, 1 at its centre."""
     return 0.5 * (1.0 + math.cos(math.tau * a))
 
 
@@ -54,9 +54,9 @@ def _top(values):
 
 
 def height(values: Values, x: np.ndarray) -> np.ndarray:
-    """Return the relief in m (n,) that is drawn at x (n,) in m, the flat ground at 0.
+    """Return the relief in m (n,) to draw at x (n,) in m, 0 on the flat ground.
 
-    `same` is the relief that the gradient law renders for a weight of 1 N, `opposite` its mirror image.
+    ``same`` is the relief that the gradient law renders for a weight of 1 N, ``opposite`` its mirror image.
     """
     sign = np.where(x < 0.0, 1.0, -1.0)
     a = (x - sign * BUMP) / values["width"]

@@ -1,4 +1,4 @@
-"""Button: the force rises, gives way at the snap and meets a stop; coming out it follows a lower curve."""
+"""Button: the force rises, drops at the snap and meets a stop; on release it follows a lower curve."""
 
 from collections.abc import Iterable
 
@@ -9,14 +9,14 @@ from hapkit_studio.environments.base import Conditions, Environment, ForceTerms,
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Parameter
 
-# The play between the way in and the way out: as stiff as a paddle renders, and faded in over the first
-# half millimetre, so that touching the cap is no jump of the force.
+# N/m of the hysteresis between press and release: as stiff as a paddle renders, faded in over the first half
+# millimetre, so that contact causes no step of the force
 PLAY_STIFFNESS = 1500.0
 FADE = 0.0005
 
 
 def curve(s, peak, snap, snap_start, travel, stop):
-    """Return the button's force in N >= 0 against a travel `s` in m >= 0, the play left out."""
+    """Return the button's force in N >= 0 at a travel ``s`` in m >= 0, without hysteresis."""
     if s >= travel:
         return snap + stop * (s - travel)
     if s < snap_start:
@@ -47,7 +47,7 @@ def force(p, s, x, v, dt):
 
 
 def check(values: Values) -> str:
-    """Return why the snap cannot start where it does, "" if it can."""
+    """Return why the snap cannot start there, "" if it can."""
     start, travel = 1e3 * values["snap_start"], 1e3 * values["travel"]
     if start < travel:
         return ""
@@ -55,7 +55,7 @@ def check(values: Values) -> str:
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell when nothing snaps."""
+    """Warn if there is no snap."""
     if values["snap_force"] >= values["peak_force"]:
         yield (
             f"Without a drop there is no click: the snap force {values['snap_force']:.3g} N is not below "
@@ -64,7 +64,7 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
 
 
 def over_position(values: Values, x: np.ndarray) -> np.ndarray:
-    """Return the way in and the way out (2, n) in N over x (n,) in m."""
+    """Return the press and release curves (2, n) in N over x (n,) in m."""
     names = ("peak_force", "snap_force", "snap_start", "travel", "stop_stiffness")
     numbers = [values[name] for name in names]
     depth = np.maximum(x - values["position"], 0.0)
@@ -74,7 +74,7 @@ def over_position(values: Values, x: np.ndarray) -> np.ndarray:
 
 
 def impedance(values: Values) -> tuple[float, float]:
-    """Return the steepest slope of the curve; the play adds its stiffness only within its few counts."""
+    """Return the steepest slope of the curve; the hysteresis adds its stiffness only within a few counts."""
     first = 2.0 * values["peak_force"] / values["snap_start"]
     drop = abs(values["peak_force"] - values["snap_force"]) / (values["travel"] - values["snap_start"])
     return max(first, 1.5 * drop, values["stop_stiffness"]), 0.0

@@ -1,4 +1,4 @@
-"""Cat: fur with a nap, a body that breathes, and a mood that the hand makes."""
+"""Cat: fur with a nap, breathing, and a mood that depends on the hand."""
 
 import math
 
@@ -11,15 +11,14 @@ from hapkit_studio.parameters import Choice, Parameter
 
 FUR_STIFFNESS = 200.0  # N/m: hairs bend by 2 to 3 mm before they slip
 HAIR_SPACING = 0.003  # m
-# Paces of the hand in m/s: below the first it rests, between the next two a stroke is felt as caress
-# (1 to 10 cm/s: C-tactile afferents, Löken et al. 2009; somewhat more, since the tufts make the pace of any
-# hand waver), beyond the last it is rough either way.
+# Speeds of the hand in m/s: at rest below the first; felt as caress between the next two (1 to 10 cm/s:
+# C-tactile afferents, Löken et al. 2009; extended, as tufts vary the speed); rough beyond the last.
 RESTS, SLOW, FAST, ROUGH = 0.003, 0.005, 0.12, 0.25
-PACE_TIME = 0.01  # s: two low-passes of this, so that neither sensor counts nor the purr are taken for a hand
+PACE_TIME = 0.01  # s: time constant of two low-passes, against sensor counts and the purr
 LIKED, MISLIKED, HATED = 3.0, 0.8, 3.5  # contentment per metre
-FORGETS = 10.0  # s: a grudge always, a caress once the hand rests
+FORGETS = 10.0  # s: time constant of the mood; a caress decays only while the hand rests
 PURRS_ABOVE, SWATS_BELOW = 0.3, -0.5
-BREATH_PITCH, BREATH_STRENGTH = 1.2, 0.2  # Hz, and a share: more while it breathes out, less while in
+BREATH_PITCH, BREATH_STRENGTH = 1.2, 0.2  # Hz, and the relative increase on exhaling and decrease on inhaling
 SWAT_TIME, SWAT_FORCE = 0.3, 1.5  # s, N
 SULK_TIME = 5.0  # s
 CHOOSY, GRUMPY = 1, 2
@@ -27,15 +26,15 @@ TURN = 2.0 * math.pi
 
 
 def noticed(way, nearly, pace, dt):
-    """Return the hand's pace in m/s as the cat feels it, and the value half-way to it."""
+    """Return the filtered speed of the hand in m/s, and the intermediate filter state."""
     nearly += (way - nearly * dt) / (PACE_TIME + dt)
     return nearly, pace + (nearly - pace) * dt / (PACE_TIME + dt)
 
 
 def feeling(pace, temperament, sulk):
-    """Return the contentment gained per metre to the right in a hand's way, by its pace in m/s.
+    """Return the contentment per metre of the hand's motion to the right, by its filtered speed in m/s.
 
-    The way is counted with its sign, so that a flicker there and back leaves no trace in the mood.
+    The distance is signed, so that jitter leaves the mood unchanged.
     """
     liking, dislike = 1.0, 1.0
     if temperament == CHOOSY:
@@ -54,7 +53,7 @@ def feeling(pace, temperament, sulk):
 
 
 def paw(swat, sulk, provoked, dt):
-    """Return the seconds left of a swat and of the sulking after it, in which there is no other."""
+    """Return the seconds left of a swat and of the following sulk, which blocks another swat."""
     if swat > 0.0:
         swat = max(0.0, swat - dt)
         return swat, SULK_TIME if swat == 0.0 else 0.0
@@ -69,7 +68,7 @@ def turned(angle, frequency, dt):
 
 
 def purr(contentment, strength, frequency, breath, phase, dt):
-    """Return the purr in N and its phase in rad, summed so that the pitch may change with the breath."""
+    """Return the purr in N and its phase in rad, accumulated so that the pitch may vary with the breath."""
     if contentment <= PURRS_ABOVE:
         return 0.0, 0.0
     out = 1.0 if breath < math.pi else -1.0
@@ -112,12 +111,12 @@ def force(p, s, x, v, dt):
 
 
 def impedance(p: Values) -> tuple[float, float]:
-    """Return the (stiffness, damping) of hairs that bend, where their ripple is steepest."""
+    """Return the (stiffness, damping) of bending hairs at their steepest ripple."""
     return FUR_STIFFNESS + p["hair"] * TURN / HAIR_SPACING, p["fur_damping"]
 
 
 def over_position(p: Values, x: np.ndarray) -> np.ndarray:
-    """Return the force in N, (2, n), where the fur slips with the nap and against it, without its tufts."""
+    """Return the force in N, (2, n), of slipping with the nap and against it, without tufts."""
     return np.outer((-p["fur_friction"], p["fur_friction"] * p["nap_ratio"]), np.ones_like(x))
 
 

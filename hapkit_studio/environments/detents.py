@@ -1,4 +1,4 @@
-"""Detents: a notch at every multiple of the pitch, a spring and a damper inside it, nothing between."""
+"""Detents: a notch at every multiple of the pitch, with a spring and damper inside, free in between."""
 
 import math
 

@@ -1,7 +1,7 @@
-"""Dry friction by seven models, so that their faults can be felt beside what sticks and slips as it should.
+"""Dry friction by seven models, to compare their artefacts with correct sticking and slipping.
 
-A device knows position and speed, not the hand's force: what sticks does so through a stiff spring to an
-anchor, which is dragged along when the spring pulls beyond the level of friction.
+A device knows position and speed, not the hand's force: sticking is rendered by a stiff spring to an anchor,
+which is dragged along when the spring exceeds the friction level.
 """
 
 import math
@@ -19,20 +19,20 @@ from hapkit_studio.parameters import Choice, Parameter
 MODELS = ("coulomb", "smoothed", "karnopp", "stribeck", "projection", "tether", "lugre")
 LABELS = ("Coulomb", "Smoothed", "Karnopp", "Stribeck", "Projection", "Tether", "LuGre")
 COULOMB, SMOOTHED, KARNOPP, STRIBECK, PROJECTION, TETHER, LUGRE = range(len(MODELS))
-# Friction of exactly nothing has no ratio of kinetic to static.
+# N: zero friction has no ratio of kinetic to static
 LEAST = 1e-3
 
-# LuGre's bristles slide once they bear this much of the kinetic force; all of it they reach only to rounding.
+# fraction of the kinetic force at which LuGre's bristles count as sliding: they reach it asymptotically
 SLIDING = 0.99
 
-# Slower than this is at rest, where a curve over velocity is drawn.
+# m/s: at rest below, in curves over velocity
 REST = 1e-6
 
-# For what depends on the loop where only the values are known.
+# s: assumed period for functions of the values only
 USUAL_PERIOD = 1e-3
-# The share of a force that a hand can tell (Jones: 6 to 7 %).
+# just-noticeable relative difference of a force (Jones: 6 to 7 %)
 NOTICED = 0.07
-SMALL_LACK = 0.01  # of the friction: less is not worth a line
+SMALL_LACK = 0.01  # fraction of the friction below which a deviation gets no warning
 
 
 @law(state={"anchor": 0.0, "slides": 0.0, "before": 0.0, "started": 0.0})
@@ -74,7 +74,7 @@ def force(p, s, x, v, dt):
 
 
 def unused(values: Values) -> dict[str, str]:
-    """Tell what the chosen model does not know."""
+    """Return the parameters that the chosen model ignores."""
     model = int(values["model"])
     without = {
         "static_force": (COULOMB, SMOOTHED),
@@ -86,13 +86,13 @@ def unused(values: Values) -> dict[str, str]:
 
 
 def levels(values: Values) -> tuple[float, float]:
-    """Return the (static, kinetic) friction in N as the law takes them."""
+    """Return the (static, kinetic) friction in N used by the law."""
     kinetic = max(values["kinetic_force"], LEAST)
     return max(values["static_force"], kinetic), kinetic
 
 
 def over_velocity(values: Values, v: np.ndarray) -> np.ndarray:
-    """Return the force (n,) in N of a steady slide at v (n,) in m/s; at rest what holds, whichever way."""
+    """Return the force (n,) in N of steady sliding at v (n,) in m/s; the static friction at rest."""
     static, kinetic = levels(values)
     model = values["model"]
     level = np.full_like(v, kinetic)
@@ -107,16 +107,16 @@ def over_velocity(values: Values, v: np.ndarray) -> np.ndarray:
 
 
 def over_position(values: Values, x: np.ndarray) -> np.ndarray:
-    """Return the force (2, n) in N of a slow slide to the right, and back."""
+    """Return the force (2, n) in N of slow sliding to the right, and back."""
     static, kinetic = levels(values)
     level = static if values["model"] in (STRIBECK, LUGRE, KARNOPP) else kinetic
     return np.array([np.full_like(x, -level), np.full_like(x, level)])
 
 
 def impedance(values: Values) -> tuple[float, float]:
-    """Return the stiffness of what holds, or the damping as which a friction by speed alone begins.
+    """Return the stiffness of sticking, or the initial damping of a friction by speed alone.
 
-    Plain Coulomb friction is judged by the slowest speed that a usual sensor shows: a count per period.
+    Plain Coulomb friction is judged at the lowest speed a usual sensor resolves: a count per period.
     """
     kinetic, viscous = levels(values)[1], values["viscous"]
     by_speed: dict[float, float] = {
@@ -130,7 +130,7 @@ def impedance(values: Values) -> tuple[float, float]:
 
 
 def terms(values: Values) -> ForceTerms:
-    """Return viscous and kinetic friction, and how far a turn goes until friction is all there."""
+    """Return viscous and kinetic friction, and the distance after a reversal until friction is developed."""
     model = values["model"]
     held = model not in (COULOMB, SMOOTHED)
     level = max(values["static_force"], values["kinetic_force"])
@@ -144,9 +144,9 @@ def terms(values: Values) -> ForceTerms:
 
 
 def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell where the speed of a slow slide is seen so coarsely that the model takes it for a fast one.
+    """Warn if quantisation makes the model take slow sliding for fast sliding.
 
-    A bristle moves on with the count itself; the others feel the highest speed that is seen of it.
+    A bristle moves with the count itself; the other models respond to the highest estimated speed.
     """
     model = values["model"]
     seen = count_response(conditions.estimator, 1.0 / conditions.period, conditions.quantum)
@@ -164,16 +164,17 @@ def slow_slide(values: Values, conditions: Conditions) -> Iterable[str]:
 
 
 def creep_speed(pull: float, values: Values) -> float:
-    """Return the steady speed in m/s at which smoothed friction gives way to a pull in N below it."""
-    from scipy.optimize import brentq  # late: a start does not wait for it
+    """Return the steady creep speed in m/s of smoothed friction under a pull in N below it."""
+    from scipy.optimize import brentq  # here: slow to import
 
     kinetic, width, viscous = levels(values)[1], values["stick_velocity"], values["viscous"]
-    fastest = 1.001 * width * math.atanh(pull / kinetic)  # without viscous friction, and past rounding errors
+    # without viscous friction; with a margin for rounding errors
+    fastest = 1.001 * width * math.atanh(pull / kinetic)
     return float(brentq(lambda v: kinetic * math.tanh(v / width) + viscous * v - pull, 0.0, fastest))
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell which model is beyond its limit, and which cannot hold."""
+    """Warn which model exceeds its limit, and which cannot hold."""
     model, period = values["model"], conditions.period
     kinetic = levels(values)[1]
     if model == COULOMB:
@@ -215,7 +216,7 @@ ENVIRONMENT = Environment(
             "Tether and projection hold and break away at once, Stribeck and LuGre by degrees.",
             labels=LABELS,
             method=True,
-            exact="projection",  # it alone holds as dry friction does: without a swing on what holds
+            exact="projection",  # the only model that holds without oscillation, like dry friction
         ),
         Parameter("kinetic_force", "Kinetic force", "N", 0.4, 0.0, 3.0, "Friction while sliding", "F_k"),
         Parameter("static_force", "Static force", "N", 0.6, 0.0, 3.0, "Pull at which it breaks away", "F_s"),

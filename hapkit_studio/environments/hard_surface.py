@@ -1,6 +1,6 @@
-"""Hard surface: a wall, and at every entry a short ringing, as a tap on something solid answers.
+"""Hard surface: a wall with a short vibration at every entry, as on tapping something solid.
 
-The ringing is a decaying sinusoid scaled by the speed of entry (Okamura, Cutkosky, Dennerlein 2001).
+The vibration is a decaying sinusoid scaled by the speed of entry (Okamura, Cutkosky, Dennerlein 2001).
 """
 
 import math
@@ -10,14 +10,13 @@ from hapkit_studio.environments.base import Conditions, Environment, ForceTerms,
 from hapkit_studio.laws import law
 from hapkit_studio.parameters import Choice, Parameter
 
-# A handle that rests on the surface flickers by one count of the Hapkit's sensor, 20.7 µm: only farther out
-# has it left, so that no flicker is a new tap.
+# m: a handle must retract this far before the next tap; at rest it jitters by one sensor count, 20.7 µm
 LEFT = 2.0 * 20.7e-6
-# The ringing is over when it has decayed to e^-30 of itself.
+# the vibration ends when it has decayed to exp(-30)
 OVER = 30.0
 MATERIALS = ("custom", "rubber", "wood", "aluminium")
 RUBBER, WOOD, ALUMINIUM = 1, 2, 3
-# Amplitudes: the paper's accelerations per speed, 116.7, 150 and 300 1/s, as forces on a handle of 0.044 kg.
+# amplitudes: the paper's accelerations per speed, 116.7, 150 and 300 1/s, as forces on 0.044 kg
 RUBBER_A, RUBBER_DECAY, RUBBER_HZ = 5.1, 60.0, 18.0
 WOOD_A, WOOD_DECAY, WOOD_HZ = 6.6, 80.0, 100.0
 ALUMINIUM_A, ALUMINIUM_DECAY, ALUMINIUM_HZ = 13.2, 90.0, 300.0
@@ -35,14 +34,15 @@ def sound(material, amplitude, decay, hertz):
 
 
 def ringing(since, amplitude, decay, hertz):
-    """Return the ringing per speed of entry in N per m/s, `since` s after it."""
+    """Return the vibration per speed of entry in N per m/s, ``since`` s after it."""
     return amplitude * math.exp(-decay * since) * math.sin(math.tau * hertz * since)
 
 
 def ringing_steps(decay, hertz, dt):
-    """Return (first, kept, drawn), by which samples of ``ringing`` follow one another, of amplitude 1.
+    """Return (first, kept, drawn) of the recursion for ``ringing`` at the samples, amplitude 1.
 
-    The first rise is `first`; each next one is `kept` of the one before less `drawn` of the height between.
+    The first difference is ``first``; each following one is ``kept`` times the one before minus ``drawn``
+    times the value in between.
     """
     shrinks, angle = math.exp(-decay * dt), math.tau * hertz * dt
     kept = shrinks * shrinks
@@ -51,7 +51,7 @@ def ringing_steps(decay, hertz, dt):
 
 @law(state={"since": -1.0, "speed": 0.0, "ring": 0.0, "rise": 0.0})
 def force(p, s, x, v, dt):
-    """Render the wall, and the ringing as ``ringing`` has it, each sample from the one before."""
+    """Render the wall and the vibration ``ringing``, computed recursively."""
     depth, pull = x - p.position, 0.0
     if depth > 0.0:
         pull = -p.stiffness * depth
@@ -76,7 +76,7 @@ def force(p, s, x, v, dt):
 
 
 def unused(values: Values) -> dict[str, str]:
-    """Tell what a material sets by itself."""
+    """Return the parameters that a material sets itself."""
     if not values["material"]:
         return {}
     name = MATERIALS[int(values["material"])].capitalize()
@@ -89,7 +89,7 @@ def unused(values: Values) -> dict[str, str]:
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell when a cycle of the ringing gets fewer than 10 samples."""
+    """Warn if a cycle of the vibration gets fewer than 10 samples."""
     _, _, hertz = sound(*(values[key] for key in ("material", "amplitude", "decay", "frequency")))
     highest = 0.1 / conditions.period
     if hertz > highest * (1.0 + 1e-9):
@@ -97,7 +97,7 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
 
 
 def terms(p: Values) -> ForceTerms:
-    """Return the surface's spring and damper, which acts on the way in."""
+    """Return the surface's spring and its damper, which acts on entry."""
     found = "stiffness", "damping"
     return ForceTerms(
         p["stiffness"], p["damping"], None, p["position"], 1.0, contact=True, simple=False, terms=found

@@ -1,4 +1,4 @@
-"""A mass on a spring and a damper, pushed by the handle from the left; its integrator is a choice."""
+"""A mass on a spring and damper, pushed by the handle from the left; its integrator is a choice."""
 
 from collections.abc import Iterable
 
@@ -18,7 +18,7 @@ STATE = dict.fromkeys(
 
 @law(state=STATE)
 def force(p, s, x, v, dt):
-    """Move the object over the sample that has passed, the handle held; then push the handle back."""
+    """Move the object over the past sample with the handle held, then push the handle back."""
     begins = s.started == 0.0
     if begins:
         s.started = 1.0
@@ -44,7 +44,7 @@ def force(p, s, x, v, dt):
 
 @law(state=STATE)
 def stored(p, s, x, v, dt):
-    """Return what motion, spring and contact hold."""
+    """Return the energy in motion, spring and contact."""
     depth = max(0.0, x - s.object)
     swing = s.object - p.rest_position
     moving = p.mass * s.object_velocity * s.object_velocity
@@ -63,7 +63,7 @@ def swing(p: Values) -> tuple[float, float, float]:
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell where the chosen integrator makes the mass gain energy in contact."""
+    """Warn if the chosen integrator makes the mass gain energy in contact."""
     return growth(values, swing(values), conditions)
 
 

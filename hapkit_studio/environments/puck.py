@@ -1,4 +1,4 @@
-"""A puck that slides between two walls and is pushed by the handle from either side."""
+"""A puck that slides between two walls, pushed by the handle from either side."""
 
 from collections.abc import Iterable
 
@@ -13,7 +13,7 @@ from hapkit_studio.parameters import Parameter
 
 START = 0.010
 RADIUS = 0.005
-# Where the walls' faces stop the puck's middle.
+# m: the puck's largest distance from the middle, at a wall's face
 REACH = 0.040 - RADIUS
 
 STATE = dict.fromkeys(
@@ -22,7 +22,7 @@ STATE = dict.fromkeys(
 
 
 def begin(x):
-    """Return where the puck begins: at START, beside a handle that is there."""
+    """Return the puck's initial position: at START, or next to a handle there."""
     gap = x - START
     if abs(gap) >= RADIUS:
         return START
@@ -31,7 +31,7 @@ def begin(x):
 
 @law(state=STATE)
 def force(p, s, x, v, dt):
-    """Move the puck over the sample that has passed, the handle held; then push the handle back."""
+    """Move the puck over the past sample with the handle held, then push the handle back."""
     if s.started == 0.0:
         s.started = 1.0
         s.object = begin(x)
@@ -48,7 +48,7 @@ def force(p, s, x, v, dt):
             s.started, s.object = 0.0, START
             s.object_velocity = 0.0
             return 0.0
-    # Inside the puck the handle keeps the side it came from, however deep it is.
+    # inside the puck the handle stays on the side it came from, at any depth
     gap = x - s.object
     if s.side == 0.0 or abs(gap) >= RADIUS:
         s.side = 1.0 if gap < 0.0 else -1.0
@@ -60,7 +60,7 @@ def force(p, s, x, v, dt):
 
 @law(state=STATE)
 def stored(p, s, x, v, dt):
-    """Return what motion, contact and walls hold."""
+    """Return the energy in motion, contact and walls."""
     depth = max(0.0, s.side * (x - s.object) + RADIUS)
     beyond = max(0.0, abs(s.object) - REACH)
     moving = p.mass * s.object_velocity * s.object_velocity
@@ -73,7 +73,7 @@ def swing(p: Values) -> tuple[float, float, float]:
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell where the chosen integrator makes the puck gain energy in contact."""
+    """Warn if the chosen integrator makes the puck gain energy in contact."""
     return growth(values, swing(values), conditions)
 
 
@@ -101,7 +101,7 @@ ENVIRONMENT = Environment(
     "begins anew at rest.",
     impedance=lambda p: (p["contact_stiffness"], p["contact_damping"]),
     terms=no_terms,
-    # the force depends on where the puck is, which no curve over the handle's position tells
+    # the force depends on the puck's position: no curve over the handle's position
     over_position=lambda values, x: np.full_like(x, np.nan),
     warnings=warnings,
     stored=stored,

@@ -1,4 +1,4 @@
-"""What the objects that the handle pushes share: contact, integrator, and when its step is too long."""
+"""Shared by objects that the handle pushes: contact, integrator, and the check of its step."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ from hapkit_studio.dynamics.integrators import INTEGRATORS
 from hapkit_studio.environments.base import Conditions, Values
 from hapkit_studio.parameters import Choice, Parameter
 
-# one for each of INTEGRATORS
+# one per integrator
 LABELS = (
     "Explicit Euler", "Lecture's rule", "Semi-implicit", "Verlet", "RK4", "Implicit Euler",
     "Trapezoid", "Exact",
@@ -26,7 +26,7 @@ def contact(what: str) -> tuple[Parameter, Parameter]:
 
 
 def integrator(what: str) -> Choice:
-    """Return the choice of how an object's motion is computed."""
+    """Return the choice of integrator for an object's motion."""
     words = f"How the {what}'s motion is computed. Explicit Euler and the lecture's rule add energy."
     return Choice(
         "integrator",
@@ -41,7 +41,7 @@ def integrator(what: str) -> Choice:
 
 
 def growth(values: Values, swing: tuple[float, float, float], conditions: Conditions) -> Iterator[str]:
-    """Say where the chosen integrator makes an object of that mass, damping and stiffness gain energy."""
+    """Warn if the chosen integrator makes an object of this mass, damping and stiffness gain energy."""
     index = int(values["integrator"])
     longest = longest_step(INTEGRATORS[index], *swing)
     if conditions.period > longest:

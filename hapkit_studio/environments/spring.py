@@ -1,4 +1,4 @@
-"""Virtual spring: pulls back to its centre in proportion, the plain testbed of every stability result."""
+"""Virtual spring: a force proportional to the distance from its centre, the test case of stability."""
 
 from hapkit_studio.environments.base import Environment, ForceTerms
 from hapkit_studio.laws import law

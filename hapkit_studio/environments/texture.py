@@ -1,4 +1,4 @@
-"""Texture: bands of damping, a grating of force, or sandpaper, each told by its wavelength."""
+"""Texture: bands of damping, a force grating, or sandpaper, each with a wavelength."""
 
 import math
 from collections.abc import Iterable
@@ -11,20 +11,20 @@ from hapkit_studio.parameters import Choice, Parameter
 
 KINDS = ("bands", "grating", "sandpaper")
 BANDS, GRATING = 0, 1
-# the steepest slope of 16 u² (1 − u)², at u = (1 − 1/√3) / 2
+# maximum slope of 16 u² (1 − u)², at u = (1 − 1/√3) / 2
 STEEPEST = 16.0 * math.sqrt(3.0) / 9.0
-# Sandpaper repeats after this many half wavelengths. Cubes of whole numbers below this prime are all
-# different modulo it, and small enough to be exact in single precision: the board draws the same grains.
+# Period of the sandpaper in half wavelengths: a prime, so that cubes of smaller integers are distinct modulo
+# it, and small enough to be exact in single precision, so that the board draws the same grains.
 GRAINS = 251
 
 
 def centred(n):
-    """Return a whole number modulo the number of grains, from -125 to 125; no rounding moves it."""
+    """Return an integer modulo the number of grains, from -125 to 125, robust against rounding."""
     return n - GRAINS * math.floor(n * (1.0 / GRAINS) + 0.5)
 
 
 def grain(n, seed):
-    """Return the height, 0 to 1, of grain n: each of 251 heights once, in an order that seems random."""
+    """Return the height, 0 to 1, of grain n: each of 251 heights once, in a pseudo-random order."""
     m = centred(n + 17.0 * seed)
     m = centred(centred(m * m * m) + seed + 1.0)
     m = centred(m * m * m)
@@ -38,7 +38,7 @@ def force(p, s, x, v, dt):
         return p.amplitude * math.sin(math.tau * u)
     if p.kind == "bands":
         return -p.damping * v if u - math.floor(u) < 0.5 else 0.0
-    # Sandpaper pushes by minus the slope of its heights, scaled. Its grains are drawn where a cell begins.
+    # the force of sandpaper is the scaled negative slope of its heights; a grain is chosen at a cell's start
     u, seed = 2.0 * u, math.floor(p.seed)
     n = math.floor(u)
     if n != s.cell or seed != s.seed:
@@ -57,14 +57,14 @@ def impedance(values: Values) -> tuple[float, float]:
 
 
 def unused(values: Values) -> dict[str, str]:
-    """Tell what is another kind's."""
+    """Return the parameters of the other kinds."""
     kind = int(values["kind"])
     keys = (("amplitude", "seed"), ("damping", "seed"), ("damping",))[kind]
     return {key: f"Not used by {KINDS[kind]}" for key in keys}
 
 
 def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
-    """Tell what cannot be felt as it is: ridges too fast or too fine to be sampled."""
+    """Warn of ridges too fast or too fine to be sampled."""
     wavelength, period = values["wavelength"], conditions.period
     fastest = wavelength / (10.0 * period)
     if conditions.speed > fastest:
@@ -78,14 +78,14 @@ def warnings(values: Values, conditions: Conditions) -> Iterable[str]:
 
 
 def over_position(values: Values, x: np.ndarray) -> np.ndarray:
-    """Return the ridges' force (n,) in N; none for bands, whose force depends on the speed."""
+    """Return the ridges' force (n,) in N; NaN for bands, whose force depends on speed."""
     if values["kind"] == BANDS:
         return np.full(len(x), np.nan)
     return ENVIRONMENT.curve(values, x)
 
 
 def over_velocity(values: Values, v: np.ndarray) -> np.ndarray:
-    """Return the bands' two forces (2, n) in N, inside and between them; none for ridges."""
+    """Return the bands' forces (2, n) in N, inside and between them; NaN for ridges."""
     if values["kind"] == BANDS:
         return np.array([-values["damping"] * v, 0.0 * v])
     return np.full((2, len(v)), np.nan)

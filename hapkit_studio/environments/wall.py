@@ -1,4 +1,4 @@
-"""Virtual wall: free space, then a spring and a damper that by default acts only on the way in."""
+"""Virtual wall: free space, then a spring and a damper that by default acts only on entry."""
 
 from hapkit_studio.environments.base import Environment, ForceTerms, Values
 from hapkit_studio.laws import law
@@ -23,7 +23,7 @@ def impedance(p: Values) -> tuple[float, float]:
 
 
 def terms(p: Values) -> ForceTerms:
-    """Return the wall's spring and damper, and on which way the damper acts."""
+    """Return the wall's spring and damper, and the direction in which the damper acts."""
     stiffness, damping = impedance(p)
     one_way = (1.0 if p["side"] == 0 else -1.0) if p["damping_mode"] == 0 and damping > 0.0 else 0.0
     return ForceTerms(
@@ -32,7 +32,7 @@ def terms(p: Values) -> ForceTerms:
 
 
 def unused(p: Values) -> dict[str, str]:
-    """Tell that damping which never acts has no number."""
+    """Return the damping if it is switched off."""
     return {"damping": "Not used: damping never acts"} if p["damping_mode"] == 2 else {}
 
 
