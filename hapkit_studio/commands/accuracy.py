@@ -1,4 +1,4 @@
-"""Speed and accuracy: tables, one object, a picture; of methods, of scenes, or of what scenes need."""
+"""Speed and accuracy of methods or scenes, or the needs of scenes: tables, JSON, a figure."""
 
 import argparse
 from dataclasses import replace
@@ -32,7 +32,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Measure methods, scenes or needs; draw them where asked."""
+    """Measure methods, scenes or needs; draw them if requested."""
     if options.parameter and (len(options.environment) != 1 or options.needs):
         raise ParameterError("Parameters are of one environment: name it.")
     scenes = [base.environment_named(wanted, options.trust) for wanted in options.environment]
@@ -51,7 +51,7 @@ def run(options: argparse.Namespace) -> Result:
 
 
 def as_json(found: Accuracy) -> dict:
-    """Return what was found as one object."""
+    """Return the results as one object."""
     return {
         "methods": [_sheet_json(sheet) for sheet in found.sheets],
         "scenes": [_scene_json(scene) for scene in found.scenes],
@@ -77,7 +77,7 @@ def _scene_json(scene: SceneResult) -> dict[str, Any]:
 
 
 def _sheet(sheet: Sheet) -> str:
-    """Return the winners of a chart at each tolerance, and a line per point; * marks the Pareto front."""
+    """Return a chart's best methods at each tolerance, and a line per point; * marks the Pareto front."""
     cheapest, within = winner_columns(sheet)
     columns = [within, cheapest]
     if sheet.boarded:
@@ -98,7 +98,7 @@ def _sheet(sheet: Sheet) -> str:
 
 
 def _scene(scene: SceneResult) -> str:
-    """Return a scene's answers, then a line per option."""
+    """Return a scene's recommendations, then a line per option."""
     lines = [scene.question.environment.title]
     parts = (
         Column(head, lambda o, index=index: f"{o.parts[index]:.2f}" if o.parts else "–")  # type: ignore[misc]
@@ -123,7 +123,7 @@ def _option_marks(scene: SceneResult, option: Option) -> str:
 
 
 def _needs(found: Needs) -> str:
-    """Return the gains without law terms, then a line per term; * needed, † felt only by a few."""
+    """Return the gains without law terms, then a line per term; * needed, † perceptible to a few people."""
     columns = (
         Column("Without", lambda e: TERMS[e.term].word, right=False),
         *EFFECT_COLUMNS,

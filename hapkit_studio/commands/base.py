@@ -1,4 +1,4 @@
-"""What a command is: its words, what it takes, and what it does; options that several commands share."""
+"""Type of a command: texts, options, function; and options shared by several commands."""
 
 import argparse
 import contextlib
@@ -30,7 +30,7 @@ Option = tuple[tuple[str, ...], dict[str, Any]]
 
 
 def option(*names: str, **how: Any) -> Option:
-    """Return what ``ArgumentParser.add_argument`` takes."""
+    """Return arguments for ``ArgumentParser.add_argument``."""
     return names, how
 
 
@@ -42,7 +42,7 @@ PLOT = option("--plot", metavar="PATH", help="write a picture")
 
 @dataclass(frozen=True)
 class Result:
-    """A command's outcome: text for a person, one object for ``--json``; code: the exit code."""
+    """A command's result: text for a person, one object for ``--json``, and the exit code."""
 
     text: str
     as_json: dict
@@ -50,13 +50,13 @@ class Result:
 
 
 def with_files(text: str, as_json: dict, written: Sequence[str], code: int = 0) -> Result:
-    """Return a result that also says which files were written."""
+    """Return a result that also lists the files written."""
     lines = [text, *(f"wrote {path}" for path in written)]
     return Result("\n".join(lines), {**as_json, "written": list(written)}, code)
 
 
 def drawn(plot: str | None, draw: Callable[[Any, str], object], found: Any) -> list[str]:
-    """Draw what was found where a picture is asked for; return the files written."""
+    """Draw a result if a figure is requested; return the files written."""
     if not plot:
         return []
     draw(found, plot)
@@ -65,7 +65,7 @@ def drawn(plot: str | None, draw: Callable[[Any, str], object], found: Any) -> l
 
 @dataclass(frozen=True)
 class Command:
-    """One command: what it takes besides ``--json``, and ``run``, which does it; aliases: former names."""
+    """One command: its options besides ``--json``, and ``run``; aliases: former names."""
 
     name: str
     help: str
@@ -76,17 +76,17 @@ class Command:
 
 
 def span(seconds: float) -> str:
-    """Write a time roughly, in a unit of which it is several: "40 s", "3 min", "2.5 h"."""
+    """Format a duration roughly: "40 s", "3 min", "2.5 h"."""
     size, unit = next((u for u in ((3600.0, "h"), (60.0, "min")) if seconds >= 1.5 * u[0]), (1.0, "s"))
     return f"{seconds / size:.2g} {unit}"
 
 
 def progress_line(what: str) -> Callable[[int, int], None]:
-    """Return a progress callback (done, of) that keeps one line on a terminal, once the work takes long."""
+    """Return a progress callback (done, of) that updates one line on a terminal, for long tasks only."""
     begin, first = time.monotonic(), list[int]()
 
     def say(done: int, of: int) -> None:
-        first[:] = first or [done]  # what was there before has cost nothing
+        first[:] = first or [done]  # resumed work is not counted in the speed
         spent, new = time.monotonic() - begin, done - first[0]
         if spent < QUIET_SECONDS or not sys.stderr.isatty():
             return
@@ -104,7 +104,7 @@ ESTIMATOR_HELP = f"{', '.join(ESTIMATORS)}; options as iir:cutoff=20"
 def key_values(
     pairs: Sequence[str], what: str = "A parameter", like: str = "stiffness=400"
 ) -> dict[str, object]:
-    """Return {key: number or word} of KEY=VALUE pairs; raise ParameterError that names what they are."""
+    """Return {key: number or word} of KEY=VALUE pairs; raise ParameterError with ``what`` they are."""
     found: dict[str, object] = {}
     for pair in pairs:
         key, equals, value = pair.partition("=")
@@ -118,7 +118,7 @@ def key_values(
 
 
 def numbers(text: str, what: str, unit: str, like: str) -> tuple[float, ...]:
-    """Return the numbers of ``0,1,2``; raise ParameterError that names what they are."""
+    """Return the numbers of ``0,1,2``; raise ParameterError with ``what`` they are."""
     try:
         return tuple(float(word) for word in text.split(","))
     except ValueError:
@@ -157,11 +157,11 @@ SETTING_OPTIONS = (
     option("--hand", metavar="GRIP", help=", ".join(GRIPS)),
     option("--controller", action="store_true", help="with the passivity controller"),
 )
-"""What a Setting is made of; what is not given is None."""
+"""Options of a Setting; None if not given."""
 
 
 def of_options(options: argparse.Namespace, names: Sequence[str]) -> dict[str, Any]:
-    """Return the options that were given by name, the estimator parsed; raise ParameterError."""
+    """Return the given options by name, the estimator parsed; raise ParameterError."""
     found = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     if "estimator" in found:
         found["estimator"] = estimator_spec(found["estimator"])
@@ -169,7 +169,7 @@ def of_options(options: argparse.Namespace, names: Sequence[str]) -> dict[str, A
 
 
 def setting_of(options: argparse.Namespace) -> Setting:
-    """Return the Setting of what was given; raise ParameterError."""
+    """Return the Setting of the given options; raise ParameterError."""
     given = of_options(options, (*SETTING, "estimator", "hand"))
     return Setting(**given, controller=options.controller)
 
@@ -179,7 +179,7 @@ _PICTURE = ".png"
 
 
 def check_outputs(options: argparse.Namespace) -> None:
-    """Raise ParameterError where --csv or --plot cannot be written; a picture without an ending is a PNG."""
+    """Raise ParameterError if --csv or --plot cannot be written; a figure without suffix is a PNG."""
     for name in _OUTPUTS:
         given = getattr(options, name, None)
         if given is None:
@@ -206,8 +206,7 @@ _SKETCHES = (".ino", ".pde", ".c", ".cpp", ".h")
 def environment_named(wanted: str, trusting: bool) -> Environment:
     """Return an environment by its key or its Python file; raise ParameterError, or LawError with the line.
 
-    A file that nobody agreed to is shown first, and executed if a person at the terminal says so; trusting
-    stands for having said so.
+    An untrusted file is shown and executed only after consent at the terminal, or with ``trusting``.
     """
     file = Path(wanted).expanduser().absolute()
     if file.suffix in _SKETCHES:
@@ -239,7 +238,7 @@ def _consent(source: Source, trusting: bool) -> None:
         print(question, end="", file=sys.stderr, flush=True)
         if sys.stdin.readline().strip().lower() not in YES:
             raise LawError("not executed")
-    with contextlib.suppress(OSError):  # where nothing can be remembered, the next run asks again
+    with contextlib.suppress(OSError):  # if trust cannot be stored, the next run asks again
         trust_source(source)
 
 

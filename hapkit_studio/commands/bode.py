@@ -1,4 +1,4 @@
-"""The command that draws what a loop makes of a scene, frequency by frequency: simulated, or on a board."""
+"""The command that measures the frequency response of a scene in a loop: simulated, or on a board."""
 
 import argparse
 from typing import TYPE_CHECKING
@@ -23,9 +23,9 @@ NO_HAND = (
     "{title} has no hand that could drive its handle: leave --device away, and give its loop with --rate, "
     "--delay, --mass and --viscous."
 )
-_HANDLE = "mass", "viscous", "coulomb", "quantum"  # a board has its own
+_HANDLE = "mass", "viscous", "coulomb", "quantum"  # options that a board sets itself
 _OTHERWISE = "--rate", "--hand"
-_APART = 3  # of the measured frequencies, each third one is printed
+_PRINTED_EVERY = 3  # every third measured frequency is printed
 _COLUMNS = tuple(
     Column(title, lambda row, index=index: with_unit(float(row[index])), unit=unit)  # type: ignore[misc]
     for index, (title, unit) in enumerate((
@@ -49,8 +49,8 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> base.Result:
-    """Drive the handle in the loop or loops; draw where asked."""
-    from hapkit_studio.analysis.bode import on_board, simulation  # takes seconds to import
+    """Measure the responses; draw them if requested."""
+    from hapkit_studio.analysis.bode import on_board, simulation  # here: takes seconds
     from hapkit_studio.charts.bode import bode_figure
 
     scene = base.environment_named(options.environment, options.trust)
@@ -63,7 +63,7 @@ def run(options: argparse.Namespace) -> base.Result:
 
 
 def _is_board(options: argparse.Namespace) -> bool:
-    """Return whether a virtual board is driven; raise ParameterError for what cannot be."""
+    """Return True for a virtual board; raise ParameterError for invalid options."""
     check_rate(options.board_rate)
     device = devices.named(options.device) if options.device else SimulatedHapkit()
     if device.model is not None:
@@ -88,19 +88,19 @@ def _settings(options: argparse.Namespace) -> list[Setting]:
 def _text(found: "Bode") -> str:
     lines = [found.sentence, f"The handle was {found.driven}.", "", *text_lines(CURVE_COLUMNS, found.curves)]
     for curve in found.curves:
-        lines += ["", f"{curve.name}{_off(curve)}"]
+        lines += ["", f"{curve.name}{_error_text(curve)}"]
         one = curve.measured
         rows = zip(
             one.frequency, np.abs(one.impedance), np.degrees(np.angle(one.impedance)), one.stiffness,
             one.damping, curve.damping_interval, curve.coherence, strict=True,
         )  # fmt: skip
-        lines += text_lines(_COLUMNS, list(rows)[::_APART])
+        lines += text_lines(_COLUMNS, list(rows)[::_PRINTED_EVERY])
         if curve.clamped:
             lines.append(f"The motor was at its limit in {100.0 * curve.clamped:.2g} % of the samples.")
     return "\n".join(lines)
 
 
-def _off(curve: "Curve") -> str:
+def _error_text(curve: "Curve") -> str:
     share, angle = curve.uncertainty
     highest = hertz(0.5 * COMPARED * curve.setting.rate)
     if curve.error is None:

@@ -1,4 +1,4 @@
-"""The command that shows where methods fail: tried just inside each limit and just outside."""
+"""The command that demonstrates limits of methods: trials just inside and just outside each limit."""
 
 import argparse
 import textwrap
@@ -27,7 +27,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Try one failure or all on both sides of their limits; draw them where asked."""
+    """Try one failure or all on both sides of their limits; draw them if requested."""
     if options.failure is None and (options.given or options.at is not None):
         raise ParameterError("Options and --at belong to one failure: name it, e.g. break-it sampled_spring.")
     planes = [failure.key for failure in failures().values() if failure.plane]
@@ -70,7 +70,7 @@ def _limit(shown: Shown) -> str:
 
 
 def _table(results: list[Shown]) -> str:
-    """Return a failure a block: its limit by theory, what it does inside and outside."""
+    """Return a block per failure: its theoretical limit, the result inside and outside."""
     lines = []
     for shown in results:
         margin = f"{100.0 * shown.failure.margin:g} %"

@@ -1,4 +1,4 @@
-"""The command that shows a board's calibration, puts another on it, or measures its motor constant."""
+"""The command that shows a board's calibration, applies another, or measures its motor constant."""
 
 import argparse
 import contextlib
@@ -39,7 +39,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Show the settings in force; first put others in force, measure the motor, keep both, where asked."""
+    """Apply settings and measure the motor if requested; show the settings in force; save if requested."""
     wanted = _wanted(options)
     strength = None
     with contextlib.closing(board_named(options.device)) as board:
@@ -63,11 +63,11 @@ def run(options: argparse.Namespace) -> Result:
 
 
 def _wanted(options: argparse.Namespace) -> Board | None:
-    """Return the settings to put in force; raise ParameterError where the options do not go together."""
+    """Return the settings to apply; raise ParameterError for incompatible options."""
     if options.kit and options.file:
         raise ParameterError("Name a kit or a file, not both.")
     if options.springs:
-        from hapkit_studio.analysis.calibrate.motor import check_springs  # takes a second to import
+        from hapkit_studio.analysis.calibrate.motor import check_springs  # here: takes a second
 
         check_springs(options.springs)
         check_number(options.springs_known, "springs' tolerance", "%", high=50.0)
@@ -77,7 +77,7 @@ def _wanted(options: argparse.Namespace) -> Board | None:
 
 
 def _strength(board: Any, springs: list[float], known: float) -> "Strength":
-    """Measure the motor constant of an open board with springs in N/m, known to a share; put it in force."""
+    """Measure the motor constant of an open board with springs in N/m; apply it."""
     from hapkit_studio.analysis.calibrate.calibration import Calibration
     from hapkit_studio.analysis.calibrate.motor import HOOKED
 
@@ -85,7 +85,7 @@ def _strength(board: Any, springs: list[float], known: float) -> "Strength":
     runner.read_settings()
     work = Calibration(runner)
     for stiffness in sorted(springs):
-        if not board.simulated_hand:  # else the springs are hooked on by the program
+        if not board.simulated_hand:  # a simulated board's springs are attached by the program
             hook = f"Hook the spring of {stiffness:g} N/m {HOOKED}."
             print(f"{hook} Hands off, then press Enter.", end=" ", file=sys.stderr, flush=True)
             if sys.stdin is None or not sys.stdin.readline():

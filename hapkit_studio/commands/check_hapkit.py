@@ -1,4 +1,4 @@
-"""The command that tests a connected Hapkit and says what to look at; it changes nothing on the board."""
+"""The command that tests a connected Hapkit; it changes nothing on the board."""
 
 import argparse
 import contextlib
@@ -12,14 +12,14 @@ from hapkit_studio.errors import ParameterError
 
 _SIGNS = {"pass": "pass", "look": "LOOK", "fail": "FAIL", "skip": "left out"}
 DANGER = 1
-"""Exit code where a check failed so that nothing may be rendered on this kit."""
+"""Exit code after a failed check that makes rendering unsafe."""
 
 
 OPTIONS = (option("device", help="a device's key or a port; hands off, handle in the middle"),)
 
 
 def board_named(key: str) -> Any:
-    """Return the board with a key or on a port; raise ParameterError where that is none."""
+    """Return the board with a key or on a port; raise ParameterError for other devices."""
     device = device_list.named(key)
     if not device.calibration:
         raise ParameterError(f"{key!r} has no board. Name a port; `hapkit-studio devices` lists them.")
@@ -27,7 +27,7 @@ def board_named(key: str) -> Any:
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Run every check on the board; the exit code says whether one found a danger."""
+    """Run every check on the board; the exit code is DANGER after a dangerous fault."""
     from hapkit_studio.analysis.calibrate.checks import CHECKS, Check, run_all
     from hapkit_studio.analysis.calibrate.result import CheckResult
 

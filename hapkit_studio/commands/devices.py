@@ -1,4 +1,4 @@
-"""The command that lists the devices, and asks them who they are."""
+"""The command that lists the devices, and probes them."""
 
 import argparse
 
@@ -11,7 +11,7 @@ OPTIONS = (
 
 
 def devices(options: argparse.Namespace) -> Result:
-    """List the devices that can be chosen now, with --probe who answers on each."""
+    """List the available devices; with --probe, identify each."""
     entries = device_list.available()
     found: list[dict] = [{"key": e.key, "title": e.title} for e in entries]
     say = progress_line("Devices")

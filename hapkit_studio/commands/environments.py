@@ -15,7 +15,7 @@ OPTIONS = (option("--markdown", action="store_true", help="as a page with pictur
 
 
 def environments(options: argparse.Namespace) -> Result:
-    """List the environments with their parameters, units and limits, or print the page about them."""
+    """List the environments with their parameters, units and limits, or print their reference page."""
     listed, lines = [], []
     for e in library.discover().values():
         lines.append(f"{e.key:<19} {e.summary}")
@@ -34,7 +34,7 @@ def environments(options: argparse.Namespace) -> Result:
 
 
 def page() -> str:
-    """Return the page of every discovered environment, in Markdown."""
+    """Return the reference page of every discovered environment as Markdown."""
     head = f"# Environments\n\n{_HEAD}"
     for e in library.discover().values():
         state = ", ".join(f"`{name}`" for name in e.state_names) or "none"

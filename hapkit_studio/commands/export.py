@@ -1,4 +1,4 @@
-"""The command that writes an environment, as tuned, as an Arduino sketch."""
+"""The command that exports an environment with its values as an Arduino sketch."""
 
 import argparse
 import contextlib

@@ -28,7 +28,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Write the firmware, verify it and let the board say who it is."""
+    """Write the firmware, verify it and read the board's Hello."""
     port = _only_port() if options.port is None else options.port
     for entry in devices.available():
         if entry.key == port and not serial_ports.is_path(port):
@@ -53,14 +53,14 @@ def run(options: argparse.Namespace) -> Result:
 
 
 def show(stage: str, part: float) -> None:
-    """Keep one line with a bar on a terminal."""
+    """Update a line with a progress bar on a terminal."""
     if sys.stderr.isatty():
         bar = f" {'█' * round(part * _BAR):·<{_BAR}} {part:4.0%}" if stage in (WRITING, VERIFYING) else " …"
         print(f"\r{_WORDS[stage] + bar:<72}", end="", file=sys.stderr, flush=True)
 
 
 def _only_port() -> str:
-    """Return the one port that a kit can be on; raise DeviceError."""
+    """Return the only port of a kit; raise DeviceError."""
     ports = [port for port in serial_ports.ports() if port.role is not serial_ports.Role.OTHER]
     kits = [port for port in ports if port.role is serial_ports.Role.KIT] or ports
     if len(kits) != 1:

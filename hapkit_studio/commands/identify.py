@@ -1,4 +1,4 @@
-"""The command that identifies stiffness, damping, friction and mass from a recorded piece."""
+"""The command that identifies stiffness, damping, friction and mass from a recording."""
 
 import argparse
 import math
@@ -35,8 +35,8 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Identify the piece; draw it where asked."""
-    from hapkit_studio.analysis import identify as work  # takes seconds to import
+    """Identify the recording; draw the result if requested."""
+    from hapkit_studio.analysis import identify as work  # here: takes seconds
     from hapkit_studio.charts.identify import identify_figure
 
     for limit in (options.begin, options.end):

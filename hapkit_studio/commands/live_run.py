@@ -1,4 +1,4 @@
-"""Live runs on a device for the command line: who renders, the hand's script, the resulting figures."""
+"""Live runs on a device for the command line: renderer, scripted hand, results."""
 
 import argparse
 import contextlib
@@ -30,12 +30,12 @@ from hapkit_studio.sessions.recorder import Recorder
 FRAME_SECONDS = 1 / 60
 _PATIENCE = 10.0
 _AGAIN = "Check the USB cable, then try again."
-_SAID_SECONDS = 0.005
-"""s without force that a remark is worth."""
+_REMARK_SECONDS = 0.005
+"""s without force from which on a remark is printed."""
 _MEASURING = 0.6
-"""s in which the connection holds the force at zero and the computer's delay is measured."""
-_ENOUGH = 100
-"""Measured delays whose mean says something."""
+"""s after connecting in which the force is zero and the computer's delay is measured."""
+_FEWEST_DELAYS = 100
+"""Smallest number of measured delays for a mean."""
 
 
 OPTIONS = (
@@ -46,7 +46,7 @@ OPTIONS = (
 
 @dataclass(frozen=True)
 class Played:
-    """What a live run came to: rows, s that it took, figures of both sides, remarks, fault and health."""
+    """Result of a live run: rows, duration in s, figures of both renderers, remarks, fault and health."""
 
     table: np.ndarray
     seconds: float
@@ -60,27 +60,27 @@ class Played:
 def run(
     engine: Engine, options: argparse.Namespace, hand: Hand | None, seconds: float, record: str | None = None
 ) -> Played:
-    """Start an engine, let the side that was chosen render for so many s, close it; raise a StudioError.
+    """Start an engine, render for some seconds with the chosen renderer, close it; raise StudioError.
 
-    record: the path of a session to be written meanwhile.
+    record: path of a session to write.
     """
     reader = engine.reader()
     if engine.device.measures_delay:
-        of_spring(Setting(), 300.0, 0.0)  # compiles what judges the link: seconds in which no hand would move
+        of_spring(Setting(), 300.0, 0.0)  # compile the link's check before the hand starts to move
     with contextlib.closing(engine):
         engine.start()
         begin(engine, reader, options.render, options.board_rate)
-        engine.health()  # what was before counts no more
+        engine.health()  # reset the counters
         with _recorded(engine, record):
-            table, took = play(engine, reader, hand, seconds, say_doubt(engine))
-        health, found = engine.health(), _both(engine, table)
+            table, took = play(engine, reader, hand, seconds, print_link_warning(engine))
+        health, found = engine.health(), _figures(engine, table)
         remarks = _remarks(engine, found, options.board_rate)
         return Played(table, took, found, remarks, engine.fault, health, reader.lost)
 
 
 @contextlib.contextmanager
 def _recorded(engine: Engine, path: str | None) -> Iterator[None]:
-    """Write a session meanwhile, where a path is given; raise SessionError."""
+    """Write a session during the run if a path is given; raise SessionError."""
     if path is None:
         yield
         return
@@ -94,7 +94,7 @@ def _recorded(engine: Engine, path: str | None) -> Iterator[None]:
 
 
 def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) -> None:
-    """Wait until the chosen side renders, the delays measured before; raise a StudioError."""
+    """Wait until the delays are measured and the chosen renderer is active; raise StudioError."""
     if rate is not None and where == COMPUTER:
         raise ParameterError("--board-rate is for --render board.")
     _check_board(engine, where)
@@ -108,16 +108,16 @@ def begin(engine: Engine, reader: RingReader, where: str, rate: float | None) ->
 
 
 def _check_board(engine: Engine, where: str) -> None:
-    """Raise ParameterError where the board is to render and cannot."""
+    """Raise ParameterError if the board should render and cannot."""
     refusal = engine.board_refusal(wait=True) if where == BOARD else ""
     if refusal:
         raise ParameterError(refusal)
 
 
 def _wait(engine: Engine, so: Callable[[], bool], late: DeviceError | None = None) -> None:
-    """Wait for a condition; raise DeviceError where the loop ends, or ``late`` where it takes too long.
+    """Wait for a condition; raise DeviceError if the loop ends, or ``late`` on time-out.
 
-    A link too slow for the computer is none for the board, nor is it a reason not to begin.
+    A link too slow for the computer may suit the board, and does not prevent the start.
     """
     limit = time.monotonic() + _PATIENCE
     while not so():
@@ -131,12 +131,12 @@ def _wait(engine: Engine, so: Callable[[], bool], late: DeviceError | None = Non
 
 
 def is_gone(fault: Fault | None) -> bool:
-    """Return whether a fault means that the device was disconnected."""
+    """Return True if a fault means that the device was disconnected."""
     return fault is not None and fault.code == DEVICE_GONE
 
 
-def _is_over(fault: Fault | None) -> bool:
-    """Return whether no force can follow this fault."""
+def _is_final(fault: Fault | None) -> bool:
+    """Return True if the loop cannot recover from a fault."""
     return fault is not None and fault.code in (DEVICE_GONE, SLOW_LINK, SLOW_LAW)
 
 
@@ -149,17 +149,17 @@ def fault_words(fault: Fault) -> str:
     return f"{fault.text} Force is zero. {_AGAIN if is_gone(fault) else 'Hold the handle, then try again.'}"
 
 
-def say_doubt(engine: Engine) -> Callable[[float], None]:
+def print_link_warning(engine: Engine) -> Callable[[float], None]:
     """Return a callback for a run's time in s that prints the link's warning on stderr, once."""
     done = False
 
     def look(now: float) -> None:
         nonlocal done
         delay = engine.delay_of(engine.where)
-        if done or (now < _MEASURING and (delay is None or delay.total < _ENOUGH)):
+        if done or (now < _MEASURING and (delay is None or delay.total < _FEWEST_DELAYS)):
             return
         done = True
-        words = "" if _is_over(engine.fault) else on_board.link_warning(engine)
+        words = "" if _is_final(engine.fault) else on_board.link_warning(engine)
         if words:
             print(printable(words), file=sys.stderr, flush=True)
 
@@ -173,21 +173,21 @@ def play(
     seconds: float,
     look: Callable[[float], None] = lambda now: None,
 ) -> tuple[np.ndarray, float]:
-    """Run for some seconds, the hand following its script; return the rows and the seconds run.
+    """Run with the scripted hand; return the rows and the seconds run.
 
-    They are fewer where the device goes away or its link is too slow, or a person ends it with Ctrl+C: what
-    came is kept. look is called with the time again and again.
+    Ends early if the device disappears, its link is too slow, or on Ctrl+C, keeping the rows so far. look is
+    called regularly with the time.
     """
     begin, pieces = time.perf_counter(), []
     reader.read()
     with contextlib.suppress(KeyboardInterrupt):
-        while (t := time.perf_counter() - begin) < seconds and not _is_over(engine.fault):
+        while (t := time.perf_counter() - begin) < seconds and not _is_final(engine.fault):
             if hand is not None:
                 engine.move_hand(None if t >= hand.release else float(hand.target(t)))
             pieces.append(reader.read())
             look(t)
             time.sleep(FRAME_SECONDS)
-    interrupts.listen()  # what a person ended is the run, not what follows
+    interrupts.listen()  # Ctrl+C ended the run only
     if hand is not None:
         engine.move_hand(None)
     pieces.append(reader.read())
@@ -195,20 +195,20 @@ def play(
 
 
 def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[str]:
-    """Return remarks: a board's rate below the one asked for, the motor off, too stiff a spring."""
+    """Return remarks on a lower board rate than requested, a motor that is off, or a spring too stiff."""
     said = []
     rate = found[BOARD]["rate_Hz"]
     if wish is not None and rate is not None and rate < wish:
         said.append(
             f"The board renders at {rate:,.0f} Hz, not at {wish:,.0f} Hz: this law has time for no more."
         )
-    doubt = "" if _is_over(engine.fault) else on_board.link_warning(engine)
+    doubt = "" if _is_final(engine.fault) else on_board.link_warning(engine)
     said += [doubt] if doubt else []
     without = found["link"]["without_force_s"]
     counted = engine.health().link
     if counted.clock_jumps:
         said.append(f"The board's clock went back or jumped {counted.clock_jumps} times: time was corrected.")
-    if without >= _SAID_SECONDS:
+    if without >= _REMARK_SECONDS:
         causes = {
             "The line brought no sample for 20 ms": counted.no_sample,
             "This computer was busy elsewhere for 20 ms": counted.away,
@@ -220,8 +220,8 @@ def _remarks(engine: Engine, found: dict[str, Any], wish: float | None) -> list[
     return said
 
 
-def _both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
-    """Return the figures of computer, board and link while the device is open; table: the rows of the run."""
+def _figures(engine: Engine, table: np.ndarray) -> dict[str, Any]:
+    """Return the figures of computer, board and link of an open device; table: the rows of the run."""
     found: dict[str, Any] = {"render": engine.where, "board_overruns": engine.missed_of("board")}
     for where in RENDERERS:
         delay = engine.delay_of(where)
@@ -252,7 +252,7 @@ def _both(engine: Engine, table: np.ndarray) -> dict[str, Any]:
 
 
 def words(found: dict[str, Any]) -> list[str]:
-    """Return a line for each side that was measured, and one for the link."""
+    """Return a line for each measured renderer, and one for the link."""
     lines = []
     for where in RENDERERS:
         way = found[where]

@@ -22,15 +22,15 @@ from hapkit_studio.workshop.own import switched_off
 
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.1, 3600.0)
 FAULT = 2
-"""Exit code of a run that a fault has ended."""
-_WHOLE = 0.9
-"""Share of the time that samples must cover; less is said."""
-_SAID_SKIPPED = 0.01
-"""Share of the samples; a single late wake-up is not worth a line."""
+"""Exit code of a run that ended with a fault."""
+_COVERED = 0.9
+"""Fraction of the time covered by samples below which a remark is printed."""
+_REMARK_SKIPPED = 0.01
+"""Fraction of skipped samples above which a remark is printed."""
 
 
 def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dict]:
-    """Return the run and what each way of rendering came to; raise a StudioError."""
+    """Return the run and the figures of each renderer; raise StudioError."""
     device = device_list.named(options.device)
     hand = hand_named(options.hand) if options.hand else None
     if hand is not None and not device.simulated_hand:
@@ -53,9 +53,9 @@ def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dic
     if options.render != live_run.COMPUTER:
         remarks += map(str, chosen.force.remarks)
     skipped = played.found[live_run.COMPUTER]["missed"]
-    if device.model is not None and skipped > _SAID_SKIPPED * len(played.table):
+    if device.model is not None and skipped > _REMARK_SKIPPED * len(played.table):
         remarks.append(f"{skipped:,} samples were skipped, as the loop was late.")
-    if got < _WHOLE * took and not live_run.is_gone(fault):
+    if got < _COVERED * took and not live_run.is_gone(fault):
         remarks.append(f"Only {got:.2f} s of samples came in {took:g} s.")
     found = {**played.found, "interrupted": took < seconds and fault is None}
     if found["interrupted"]:
@@ -65,7 +65,7 @@ def live(options: argparse.Namespace, chosen: Environment) -> tuple[api.Run, dic
 
 
 def _as_run(table: np.ndarray, engine: Engine, options: argparse.Namespace, found: dict) -> api.Run:
-    """Return the rows as ``simulate`` would; times are the device's own."""
+    """Return the rows as a Run like that of ``simulate``, with the device's own times."""
     settings = {
         **of_scene(engine.environment, engine.values),
         "hand": options.hand or "own",
@@ -107,7 +107,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> base.Result:
-    """Render an environment, by its key or its Python file; write CSV, picture and session where asked."""
+    """Render an environment by its key or its Python file; write CSV, figure and session if requested."""
     if options.record and Path(options.record).suffix != SUFFIX:
         raise ParameterError(f"A session's name ends in {SUFFIX}, unlike {options.record}.")
     chosen = base.environment_named(options.environment, options.trust)
@@ -169,7 +169,7 @@ def _of_run(done: api.Run, written: list[str], found: dict) -> base.Result:
 
 
 def demo(path: str) -> base.Result:
-    """Render a hand pressing into the wall and write its picture."""
+    """Render a hand pressing into the wall and write its figure."""
     done = api.simulate("wall", {"stiffness": 400.0, "damping": 2.0}, hand="press", seconds=3.0)
     done.plot(path)
     return _of_run(done, [path], {})

@@ -1,4 +1,4 @@
-"""The command for recorded sessions: list, show, export, check, repair, rename, and where they are."""
+"""The command for recorded sessions: list, show, export, check, repair, rename; and their folder."""
 
 import argparse
 import math
@@ -20,7 +20,7 @@ from hapkit_studio.sessions.session import Session
 from hapkit_studio.sessions.settings import changes
 
 DAMAGED = 2
-"""Exit code where something of a session is lost."""
+"""Exit code if a session has lost data."""
 
 
 def _list(options: argparse.Namespace) -> Result:
@@ -96,10 +96,10 @@ def _rename(options: argparse.Namespace) -> Result:
 
 
 def _where(options: argparse.Namespace) -> Result:
-    """Name the folder that the window records into, or choose another one."""
+    """Print the folder into which the window records, or change it."""
     if options.path is not None:
         choose_folder(Path(options.path))
-    chosen_folder()  # raises where what was chosen before cannot be read
+    chosen_folder()  # raises if the stored choice cannot be read
     return Result(str(folder()), {"folder": str(folder())})
 
 
@@ -129,7 +129,7 @@ def _line(session: Session) -> str:
 
 
 def _remarks(session: Session | Overview) -> list[str]:
-    """Return the damage found, and how to repair a recording that was not ended."""
+    """Return the damage found, and how to repair an unfinished recording."""
     return [*session.damage, *([session.unfinished] if session.unfinished else [])]
 
 
@@ -148,7 +148,7 @@ def _facts(session: Session) -> dict:
 
 
 def run(options: argparse.Namespace) -> Result:
-    """Do one of ACTIONS; raise a StudioError."""
+    """Run one of ACTIONS; raise StudioError."""
     if options.name is not None and options.action != "rename":
         raise ParameterError(f"sessions {options.action} takes one path, not {options.name!r} as well.")
     return ACTIONS[options.action](options)

@@ -1,4 +1,4 @@
-"""The command that says how stiff a loop may be: exact, passive, by rule and measured; margin and map."""
+"""The command for stiffness limits of a loop: exact, passive, by rule and measured; margin and map."""
 
 import argparse
 import time
@@ -39,7 +39,7 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> base.Result:
-    """Judge a loop; measure where asked."""
+    """Judge a loop; measure if requested."""
     _check(options)
     setting = base.setting_of(options)
     found = plane(setting, options.stiffness, options.damping, width=options.to)
@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> base.Result:
 
 
 def _check(options: argparse.Namespace) -> None:
-    """Raise ParameterError for a point or a width that no plane has."""
+    """Raise ParameterError for a point or a width outside the plane."""
     damping = RENDERED_DAMPING.check(options.damping)
     if options.to is not None and WIDTH.check(options.to) <= damping:
         raise ParameterError(
@@ -65,7 +65,7 @@ def _check(options: argparse.Namespace) -> None:
 
 
 def _measured(options: argparse.Namespace, found: Plane, executor: Any) -> Plane:
-    """Return the plane with what was asked to be measured."""
+    """Return the plane with the requested measurements."""
     loop = found.setting
     if options.measure:
         damping = np.linspace(0.0, found.width, COLUMNS)
@@ -117,7 +117,7 @@ def _text(found: Plane, seconds: float | None) -> str:
 
 
 def _hands(found: hands.Family, damping: float) -> list[str]:
-    """Return the worst hands at a damping, and whose hands were looked at."""
+    """Return the worst hands at a damping, and the ranges considered."""
     people = float(np.interp(damping, found.damping, found.people))
     worst = found.worst[int(np.abs(found.damping - damping).argmin())]
     mass, b, k = worst.mass, worst.damping, worst.stiffness
@@ -133,7 +133,7 @@ def _hands(found: hands.Family, damping: float) -> list[str]:
 
 
 def _table(found: Plane) -> list[str]:
-    """Return damping against every limit, a line each; a row is an index and a measured column's index."""
+    """Return a line of limits per damping; a row is an index and a measured column's index."""
     step = max((len(found.damping) - 1) // (COLUMNS - 1), 1)
     passive, points = kb_plane.passive(found), found.points
     columns = [

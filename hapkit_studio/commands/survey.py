@@ -1,4 +1,4 @@
-"""The command that computes how stiff millions of loops may be, and goes on with what is in its file."""
+"""The command that computes the stiffness limits of millions of loops and resumes from its file."""
 
 import argparse
 import threading
@@ -30,8 +30,8 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> base.Result:
-    """Compute what is missing; draw it where asked."""
-    from hapkit_studio.analysis import survey  # takes seconds to import
+    """Compute the missing rows; draw them if requested."""
+    from hapkit_studio.analysis import survey  # here: takes seconds
     from hapkit_studio.charts.survey import survey_figure
 
     def draw() -> list[str]:
@@ -62,25 +62,26 @@ def _executor(options: argparse.Namespace) -> AbstractContextManager[Executor]:
 
 @contextmanager
 def _programs(count: int) -> Iterator[Executor]:
-    """Give an executor with this many worker processes; Ctrl+C kills them at once.
+    """Yield an executor with this many worker processes; Ctrl+C kills them at once.
 
-    Processes, as most of this work holds Python's lock; spawned, as a fork may copy locks that are held.
+    Processes, as most of this work holds Python's lock; spawned, as a fork may copy locked locks.
     """
     with ProcessPoolExecutor(count, get_context("spawn"), initializer=begin_worker) as pool:
         try:
             with interrupts.held_back():
                 for _ in range(count):
-                    pool.submit(int)  # each starts a process
+                    pool.submit(int)  # starts a process per call
             yield pool
         except KeyboardInterrupt:
-            threading.excepthook = lambda _: None  # the pool's thread fails once its processes are gone
+            # the pool's thread fails once its processes have been killed
+            threading.excepthook = lambda _: None
             for process in active_children():
                 process.kill()
             raise
 
 
 def _progress(draw: Callable[[], object]) -> Progress:
-    """Return what keeps one line, and draws what there is now and then."""
+    """Return a progress callback that updates one line and redraws the figure from time to time."""
     say, drawn = base.progress_line("loops' rows"), time.monotonic()
 
     def progress(done: int, of: int) -> None:

@@ -1,4 +1,4 @@
-"""The command that measures the Z-width: by simulation, or on a device with a hand that presses."""
+"""The command that measures the Z-width: by simulation, or on a device with a pressing hand."""
 
 import argparse
 import contextlib
@@ -27,7 +27,7 @@ from hapkit_studio.devices.base import Device
 from hapkit_studio.errors import ParameterError
 from hapkit_studio.haptics.engine import Engine
 
-# What a setting and the command call the same; a board has its own.
+# options shared with a Setting; a board sets them itself
 _HANDLE = ("mass", "viscous", "coulomb", "quantum")
 _SHORT = {"virtual": "virtual-board"}
 
@@ -49,9 +49,9 @@ OPTIONS = (
 
 
 def run(options: argparse.Namespace) -> base.Result:
-    """Measure the Z-width; draw it where asked."""
+    """Measure the Z-width; draw it if requested."""
     if options.plot:
-        new_figure(options.plot, (1.0, 1.0))  # before a minute of pressing, not after
+        new_figure(options.plot, (1.0, 1.0))  # check the path first: pressing takes a minute
     result = _on_device(options) if options.device else _simulated(options)
     return base.with_files(text(result), result.as_json(), base.drawn(options.plot, zwidth_figure, result))
 
@@ -66,7 +66,7 @@ def _simulated(options: argparse.Namespace) -> ZWidth:
 
 
 def _on_device(options: argparse.Namespace) -> ZWidth:
-    """Measure on a device of its own; Ctrl+C, too, leaves it with a zero command."""
+    """Measure on a device of its own; Ctrl+C, too, ends with a zero command."""
     hit = {"hit": options.speed} if options.speed is not None else {}
     limits = TrialLimits(**base.of_options(options, ("max_force", "push")), **hit)
     levels = dampings(options.damping, DEVICE_DAMPING)
