@@ -4,7 +4,7 @@ from importlib import import_module
 
 from hapkit_studio.version import __version__
 
-TYPE_CHECKING = False  # typing takes longer to import than all that is imported here
+TYPE_CHECKING = False  # importing typing would take longer than everything else here
 if TYPE_CHECKING:
     from hapkit_studio import environments
     from hapkit_studio.analysis.stability.limits import stable_stiffnesses, stiffness_limit
@@ -59,9 +59,9 @@ __all__ = [
 
 
 def __getattr__(name: str):
-    """Import a public name when it is first used, so that a start pays only for what it needs."""
+    """Import a public name at its first use, which keeps the start fast."""
     if name == "environments":
-        return import_module("hapkit_studio.environments")  # a package that can also be called
+        return import_module("hapkit_studio.environments")  # a package that is also callable
     if name in _PLACES:
         return getattr(import_module(f"hapkit_studio.{_PLACES[name]}"), name)
     raise AttributeError(f"module 'hapkit_studio' has no attribute {name!r}")

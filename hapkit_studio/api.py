@@ -1,4 +1,4 @@
-"""Headless rendering in one call: the same tick, the same laws, the same device as the window's."""
+"""Python API without a window: simulation with the same tick, laws and device as the window."""
 
 import math
 from collections.abc import Mapping
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.0, 86_400.0)
 SPEED = Parameter("max_speed", "Largest speed", "m/s", 3.0, 0.0, 1e6)
-_CHUNK = 1000  # samples of a session's chunk
-# a row takes 256 bytes
+_CHUNK = 1000  # samples per chunk of a session
+# memory limit: a row takes 256 bytes
 MOST_SAMPLES = 10_000_000
 _SIGNALS = tuple(
     BY_NAME[name]
@@ -50,14 +50,14 @@ _SIGNALS = tuple(
 
 @dataclass(frozen=True)
 class Run:
-    """One headless run; arrays of shape (n,), row k at k / rate, row 0 the initial state. SI units.
+    """A run; arrays of shape (n,), row k at k / rate s, row 0 the initial state. SI units.
 
-    position and velocity are what the loop saw, true_… the paddle's physics at the same instants; force is
-    what the law asked at sample k, applied_force that after fade, clamp and safety; state is (n, values).
-    moves holds the place in m (n,) of what moves besides the handle, by its name.
-    hand_target is where a Hand given as an object pulls to, None for other hands.
-    settings are those at the end; where they changed, settings_log has all of them from each time in s on.
-    warnings say what could not be rendered well at these settings and speeds; date when it was recorded.
+    position and velocity: as passed to the law; true_…: of the simulated paddle at the same instants. force:
+    returned by the law at sample k; applied_force: after fade, limit and safety. state: (n, values). moves:
+    position in m (n,) of other moving objects, by name. hand_target: target in m of a Hand given as an
+    object, None for other hands. settings: at the end; settings_log: all settings with their times in s, if
+    they changed. warnings: what could not be rendered well at these settings and speeds. date: of the
+    recording.
     """
 
     time: np.ndarray
@@ -82,13 +82,13 @@ class Run:
 
     @property
     def log(self) -> Log:
-        """Return the settings at the start and after each change, with their times in s."""
+        """Return the settings at the start and after each change, with times in s."""
         return self.settings_log or ((0.0, self.settings),)
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return every column by its name with its unit.
 
-        What moves besides the handle is "object.name_m", a state variable of the law "state.name".
+        Other moving objects are "object.name_m", state variables of the law "state.name".
         """
         named = {"time_s": self.time}
         named |= {s.column_name: getattr(self, s.name) for s in _SIGNALS}
@@ -99,9 +99,9 @@ class Run:
         return {**named, **{f"state.{name}": self.state[:, i] for i, name in enumerate(self.state_names)}}
 
     def save(self, path: str | Path, decimal: str = ".") -> None:
-        """Write columns, settings and their changes as CSV, Parquet, .mat or a session, by the name's ending.
+        """Write columns, settings and their changes as CSV, Parquet, .mat or a session, by the path's suffix.
 
-        decimal: the mark in a CSV's numbers, "." or ",". Raise ParameterError, SessionError, OSError.
+        decimal: decimal sign of a CSV, "." or ",". Raise ParameterError, SessionError, OSError.
         """
         if Path(path).suffix == SUFFIX:
             self._save_session(path)
@@ -125,9 +125,9 @@ class Run:
                 writer.add(pack(part, _quantum(self.settings), states, True))
 
     def plot(self, path: str | Path, environment: Environment | None = None) -> None:
-        """Write a picture: position, velocity, force over time, and force over position with the law's curve.
+        """Write a figure: position, velocity, force over time, and force over position with the law's curve.
 
-        environment: the one rendered where it is not of the library.
+        environment: the rendered one if it is not in the library.
         """
         from hapkit_studio.charts.run import run_figure
 
@@ -149,11 +149,11 @@ def simulate(
     max_speed: float = math.inf,
     controller: bool = False,
 ) -> Run:
-    """Render an environment on the simulated Hapkit, at full parameters from the first sample on.
+    """Simulate an environment on a Hapkit, at its full parameters from the first sample on.
 
-    rate in Hz, delay in s from sample to applied force (any non-negative value), max_speed in m/s latches
-    over-speed where it is finite; controller: the passivity controller is on. Raise ParameterError for what
-    is unknown, out of range or not a number, LawError where the law takes longer than a period and 1 ms.
+    rate in Hz; delay in s from sample to applied force, any non-negative value; max_speed in m/s: the
+    over-speed limit, which latches; controller: use the passivity controller. Raise ParameterError for an
+    unknown name or invalid value, LawError if the law takes longer than a period and 1 ms.
     """
     interrupts.listen()
     chosen = environment if isinstance(environment, Environment) else environments.named(environment)
@@ -197,7 +197,7 @@ def simulate(
         state=np.ascontiguousarray(out[:, rows.STATE : rows.STATE + len(chosen.state_names)]),
         state_names=chosen.state_names,
         faults=(fault.text,) if fault else (),
-        warnings=(*chosen.warnings(values, conditions), *_unrest(scene, moving, out)),
+        warnings=(*chosen.warnings(values, conditions), *_unsettled(scene, moving, out)),
         settings=settings,
         hand_target=out[:, rows.HAND_TARGET].copy() if own else None,
         moves={} if chosen.moves is None or place is None else {chosen.moves.name: place.copy()},
@@ -205,12 +205,12 @@ def simulate(
 
 
 def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -> Run:
-    """Read the samples of a session from start to stop, in s since it began, as those of a run.
+    """Return a session's samples from start to stop in s since its begin, as a Run.
 
-    time is the device's own clock where it goes on; settings are those at the end, settings_log has those
-    before, warnings name every change. A state variable that only one of several environments has is NaN
-    beside the others, and so is what a session was not asked to keep, a simulation's true motion and its
-    hand. Raise SessionError, ParameterError where there is no sample.
+    time is the device's continuous clock; settings are those at the end, settings_log contains earlier ones,
+    warnings name every change. Columns that were not recorded, state variables of other environments, and a
+    simulation's true motion and hand outside simulations are NaN. Raise SessionError, ParameterError without
+    samples.
     """
     session = Session(path)
     try:
@@ -246,11 +246,11 @@ def open_session(path: str | Path, start: float = 0.0, stop: float = math.inf) -
 
 
 def open_recording(path: str | Path, columns: TableColumns | None = None) -> "Recording":
-    """Read the recording in a session, a table of the studio's, or with its columns named a foreign table.
+    """Return a recording for identification, from a session, the studio's own table or a foreign table.
 
-    What identification takes and the plots hold. Raise SessionError, FileError, UnknownColumnsError.
+    columns: columns of a foreign table. Raise SessionError, FileError, UnknownColumnsError.
     """
-    from hapkit_studio.analysis.identify import from_csv, from_run  # takes seconds to import
+    from hapkit_studio.analysis.identify import from_csv, from_run  # here: takes seconds
 
     with open_regular(path) as file:
         is_session = file.read(len(SQLITE)) == SQLITE
@@ -276,23 +276,22 @@ def _states(time: np.ndarray, state: np.ndarray, log: Log) -> tuple[tuple[str, .
 
 
 def _quantum(settings: Mapping) -> float:
-    """Return the sensor's step in m that settings tell, 0 where they do not."""
+    """Return the sensor's step in m from settings, 0 if missing."""
     device = settings.get("device")
     known = device.get("quantum") if isinstance(device, Mapping) else settings.get("quantum_m")
     return float(known) if isinstance(known, int | float) else 0.0
 
 
-def _unrest(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.ndarray) -> list[str]:
-    """Return what the handle does, in the hand and let go, where it does not settle from any push.
+def _unsettled(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.ndarray) -> list[str]:
+    """Return warnings on a handle that does not settle, held and released.
 
-    A run that came to rest has shown what it does, one that never moved has not; an imposed motion takes what
-    comes.
+    Only if the run did not come to rest; a handle that never moved and imposed motion are not judged.
     """
     place = out[:, rows.TRUE_POSITION]
     came, moved = (np.ptp(part) > scene.device.quantum for part in (place, place[-max(len(out) // 5, 1) :]))
     if isinstance(hand, Prescribed) or (came and not moved):
         return []
-    from hapkit_studio.analysis.stability.behaviour import behaviour  # late: most runs come to rest
+    from hapkit_studio.analysis.stability.behaviour import behaviour  # here: most runs come to rest
 
     held = hand is not None and hand.release > 0.0
     let_go = hand is None or hand.release * scene.loop.rate < len(out)

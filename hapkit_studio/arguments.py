@@ -1,4 +1,4 @@
-"""Command-line options: a parser that says what is wrong in one line, and the window's options."""
+"""Command-line options: a parser with one-line errors, and the window's options."""
 
 import argparse
 import sys
@@ -9,20 +9,20 @@ from hapkit_studio.formatting import printable
 
 
 class LineParser(argparse.ArgumentParser):
-    """Says what is wrong in one line, exit code 2."""
+    """Argument parser with one-line errors and exit code 2."""
 
     def error(self, message: str):
         self.exit(2, printable(f"{self.prog}: {message}\n"))
 
     def _print_message(self, message: str, file: Any = None) -> None:
-        """Print help, version or an error; raise OSError where nobody can read it, which argparse hides."""
+        """Print help, version or an error; raise OSError on a closed output, which argparse hides."""
         print(message or "", end="", file=file or sys.stderr, flush=True)
 
 
 def window_parser() -> LineParser:
     """Return the window's options; those from --screenshot on are for pictures and for developers.
 
-    Knows no Qt, so that bad options are said where no window can open.
+    Independent of Qt, so that invalid options are reported even without a display.
     """
     parser = LineParser(prog="hapkit-studio", description="The studio's window.")
     parser.add_argument("--environment", help="environment to begin with; without it all is as it was left")

@@ -10,7 +10,7 @@ from contextlib import suppress
 from hapkit_studio import interrupts
 from hapkit_studio.errors import StudioError
 
-# What takes long to import is imported below, once Ctrl+C is obeyed.
+# slow modules are imported below, after Ctrl+C handling has started
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     import argparse
@@ -20,15 +20,15 @@ EXIT_SECONDS = 1.0
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command; return the exit code: 2 for bad input, with one line that says what is wrong.
+    """Run a command; return the exit code: 2 for invalid input, with a one-line message.
 
-    argv: None for the program itself, which ends EXIT_SECONDS later at most, whatever threads are left.
+    argv: None for the program itself, which exits within EXIT_SECONDS, whatever threads remain.
     """
     if argv is not None:
         return _run(argv)
     interrupts.begin()
     ends: list[int] = []
-    atexit.register(_exit_now, ends)  # the first is called last
+    atexit.register(_exit_now, ends)  # registered first, called last
     code = _run(sys.argv[1:])
     _end_soon(code)
     if "PySide6" not in sys.modules:
@@ -44,7 +44,7 @@ def _run(given: Sequence[str]) -> int:
     except StudioError as error:
         return fail(str(error), error.exit_code)
     except BrokenPipeError:
-        return fail("")  # whoever reads has seen enough
+        return fail("")  # the reader closed the pipe
     except OSError as error:
         return fail(f"{error.filename or 'output'}: {error.strerror or error}")
     except KeyboardInterrupt:
@@ -58,11 +58,11 @@ def _is_for_window(given: Sequence[str]) -> bool:
 def _prepare_streams() -> None:
     from io import TextIOWrapper
 
-    if sys.stderr is None:  # closed: print would take the output for it
+    if sys.stderr is None:  # closed: print would use stdout instead
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115, open as long as the program runs
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a console without N·s/m shows N?s/m
+            stream.reconfigure(errors="replace")  # a console without "·" shows "?"
 
 
 def _command(given: Sequence[str]) -> int:
@@ -83,7 +83,7 @@ def _command(given: Sequence[str]) -> int:
             text = json.dumps(result.as_json, ensure_ascii=False) if options.json else result.text
             print(printable(text), flush=True)
     except StudioError as error:
-        # the step that a window would offer, for the port that was named
+        # the next step, for the port given on the command line
         port = getattr(options, "port", None) or getattr(options, "device", None)
         step = f" Run `hapkit-studio flash {port}`." if port and getattr(error, "step", "") else ""
         return fail(f"{error}{step}", error.exit_code)
@@ -91,7 +91,7 @@ def _command(given: Sequence[str]) -> int:
 
 
 def fail(words: str, code: int = FAILED) -> int:
-    """Print a line on stderr, none without words; return the exit code."""
+    """Print an error line on stderr, none if empty; return the exit code."""
     from hapkit_studio.formatting import printable
 
     with suppress(OSError):
@@ -101,21 +101,21 @@ def fail(words: str, code: int = FAILED) -> int:
 
 
 def _flush() -> None:
-    """Write what is still held back; lose it where an output is closed or full.
+    """Flush the outputs; discard the data if an output is closed or full.
 
-    Otherwise Python would try once more at the end and print a traceback.
+    Otherwise Python would retry at exit and print a traceback.
     """
     for stream in (sys.stdout, sys.stderr):
         try:
             if stream is not None:
                 stream.flush()
         except OSError:
-            with suppress(OSError, ValueError):  # a stand-in for an output has no file
+            with suppress(OSError, ValueError):  # a replaced output may have no file
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _end_soon(code: int) -> None:
-    """Exit after EXIT_SECONDS at the latest: a person's own file may have started threads that go on."""
+    """Exit within EXIT_SECONDS: threads of a user's file may still run."""
     import threading
 
     timer = threading.Timer(EXIT_SECONDS, os._exit, (code,))
@@ -124,7 +124,7 @@ def _end_soon(code: int) -> None:
 
 
 def _exit_now(ends: Sequence[int]) -> None:
-    """Exit with a code, if one is given: taking Python apart takes time, in which Ctrl+C gives no code."""
+    """Exit with a code, if one is given: during Python's own shutdown Ctrl+C would change it."""
     for code in ends:
         _flush()
         os._exit(code)
@@ -156,22 +156,22 @@ def parser() -> "argparse.ArgumentParser":
 def _window(given: Sequence[str]) -> int:
     from hapkit_studio.arguments import window_parser
 
-    options = window_parser().parse_args(given)  # bad options are said before anything starts
+    options = window_parser().parse_args(given)  # report invalid options before anything starts
     qt = sys.platform in ("win32", "darwin") or os.environ.get("QT_QPA_PLATFORM")
     if not (qt or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return _demo()
-    gc.disable()  # what a start imports stays: looking through it again and again takes 0.1 s
+    gc.disable()  # imported objects stay: collecting them repeatedly would take 0.1 s
     from hapkit_studio.gui import prepare
 
     first = options.environment or prepare.FIRST
-    preparing = prepare.begin("loop", first)  # compiles while Qt is still being loaded
+    preparing = prepare.begin("loop", first)  # compile while Qt is loading
     from hapkit_studio.gui import app
 
     return app.run(given, preparing)
 
 
 def _demo() -> int:
-    """Say that there is no display, render a hand pressing into the wall, write the picture."""
+    """Report the missing display, render a hand pressing into the wall, write the figure."""
     import tempfile
 
     from hapkit_studio.commands.run import demo

@@ -1,4 +1,4 @@
-"""Discovery: what the modules of a package declare, so that adding one thing is adding one file."""
+"""Discovery of declarations in a package's modules, so that adding a feature is adding a module."""
 
 import warnings
 from collections.abc import Mapping
@@ -13,10 +13,10 @@ T = TypeVar("T")
 
 
 def declared(package: str, name: str, kind: type[T], *, group: str = "") -> list[T]:
-    """Import every module of a package; return what each declares under a name, in the modules' order.
+    """Import every module of a package; return the objects declared under a name, in the modules' order.
 
-    Modules without the name, or with something there that is not of the kind, are left out. group: the
-    entry-point group through which other installed packages add theirs, which follow.
+    Modules without the name, or with an object of another type, are ignored. group: entry-point group of
+    other installed packages, whose objects follow.
     """
     found = [
         getattr(import_module(info.name), name, None)
@@ -28,16 +28,16 @@ def declared(package: str, name: str, kind: type[T], *, group: str = "") -> list
 
 
 def _loaded(point: EntryPoint) -> object:
-    """Load another package's object; a broken one is left out with a warning, the studio goes on."""
+    """Load another package's object; on failure, warn and return None."""
     try:
         return point.load()
-    except Exception as error:  # whatever another package's module raises
+    except Exception as error:  # another package's module can raise anything
         warnings.warn(f"{point.name!r} ({point.value}) cannot be loaded: {error}", stacklevel=4)
         return None
 
 
 def named(library: Mapping[str, T], key: object, what: str) -> T:
-    """Return the entry of a key; raise ParameterError naming what it is and the keys there are."""
+    """Return the entry of a key; raise ParameterError with ``what`` it is and the known keys."""
     if not isinstance(key, str) or key not in library:
         raise ParameterError(f"There is no {what} {key!r}; there are: {', '.join(library)}.")
     return library[key]

@@ -2,7 +2,7 @@
 
 
 class StudioError(Exception):
-    """Base of all errors that are meant for a person to read."""
+    """Base of all errors with a message for the user."""
 
     exit_code = 2
 
@@ -12,11 +12,11 @@ class ParameterError(StudioError, ValueError):
 
 
 class FileError(ParameterError):
-    """A file cannot be read, or a value in it cannot be used; the text names file, place, value and limit."""
+    """A file or a value in it is invalid; the message contains file, place, value and limit."""
 
 
 class LawError(StudioError):
-    """A force law leaves the law language; carries the line it stands on."""
+    """A force law violates the law language; with its line."""
 
     def __init__(self, message: str, line: int = 0):
         super().__init__(message if not line else f"Line {line}: {message}")
@@ -24,10 +24,10 @@ class LawError(StudioError):
 
 
 class DeviceError(StudioError):
-    """A device cannot be used; the text says why and what to do.
+    """A device cannot be used; the message contains reason and remedy.
 
-    brief: the text where there is less room. step: a next step that a window can offer, "flash" or "update".
-    command: a line for a terminal, to copy.
+    brief: short message. step: a next step that a window can offer, "flash" or "update". command: a shell
+    command to copy.
     """
 
     def __init__(self, message: str, *, brief: str = "", step: str = "", command: str = ""):
@@ -40,27 +40,27 @@ class PortBusyError(DeviceError):
 
 
 class PortGoneError(DeviceError):
-    """The port does not exist, or went away."""
+    """The port does not exist, or disappeared."""
 
 
 class PortPermissionError(DeviceError):
-    """The user may not open the port."""
+    """The user has no permission to open the port."""
 
 
 class NotAHapkitError(DeviceError):
-    """Something answers on the port, or nothing does, but not the firmware."""
+    """The port has no Hapkit firmware: no or another reply."""
 
 
 class NoFirmwareError(DeviceError):
-    """A board that kits have is there, but runs something else, or nothing."""
+    """A kit's board has other firmware, or none."""
 
 
 class WrongProtocolError(DeviceError):
-    """The firmware speaks another version of the protocol."""
+    """The firmware has another protocol version."""
 
 
 class NoDataError(DeviceError):
-    """The firmware said hello, but what should follow does not come."""
+    """The firmware sent Hello, but no further data."""
 
 
 class AvrdudeMissingError(DeviceError):
@@ -68,10 +68,10 @@ class AvrdudeMissingError(DeviceError):
 
 
 class FlashError(DeviceError):
-    """The firmware could not be written; the board takes another try."""
+    """Writing the firmware failed; it can be retried."""
 
 
 class FlashInterruptedError(FlashError):
-    """A person pressed Ctrl+C while firmware was being written."""
+    """The user pressed Ctrl+C while firmware was being written."""
 
     exit_code = 130

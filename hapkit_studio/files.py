@@ -1,4 +1,4 @@
-"""Foreign files read with limits, their values checked before use; files written whole or not at all."""
+"""Reading of foreign files with limits and validation; atomic writing."""
 
 import json
 import math
@@ -14,20 +14,20 @@ from typing import Any, BinaryIO
 from hapkit_studio.errors import FileError
 from hapkit_studio.formatting import quoted
 
-MOST_BYTES = 65_536  # of a file with settings, unless its reader names another limit
-MOST_NESTED = 32  # brackets inside one another; Python's parsers recurse once for each
+MOST_BYTES = 65_536  # of a file with settings, unless its reader specifies another limit
+MOST_NESTED = 32  # bracket depth; Python's parsers recurse once per level
 LONGEST_WORD = 256  # characters of a key or number; tomllib takes 13 s for a dotted key of 40 KB
 _SKIPPED = re.compile(
     r"""#[^\n]*|\"{3}(?:\\.|[^\\])*?(?:\"{3}|\Z)|'{3}.*?(?:'{3}|\Z)|"(?:\\.|[^"\\\n])*"?|'[^'\n]*'?""", re.S
-)  # comments and strings of TOML; those of JSON are among them
-_LONG_RUN = re.compile(rf'[^"]{{{LONGEST_WORD + 1}}}')  # within each number of JSON that is too long
+)  # comments and strings of TOML, which include those of JSON
+_LONG_RUN = re.compile(rf'[^"]{{{LONGEST_WORD + 1}}}')  # part of any JSON number that is too long
 _STRUCTURE = re.compile(r"[\[{]|[\]}]|[\w+-]+(?:[ \t]*\.[ \t]*[\w+-]+)*")
 
 
 def open_regular(path: str | Path) -> BinaryIO:
     """Open a file for reading bytes; raise FileError unless it is a regular file.
 
-    Opened without blocking and then tested, as opening a FIFO would wait for its writer.
+    Opened non-blocking and then tested, as opening a FIFO would wait for its writer.
     """
     try:
         file = open(path, "rb", opener=_open_without_blocking)  # noqa: SIM115, the caller closes it
@@ -50,7 +50,7 @@ def _open_without_blocking(path: str, flags: int) -> int:
 
 
 def read_bytes(path: str | Path, most: int = MOST_BYTES) -> bytes:
-    """Return a regular file's bytes; raise FileError, also where there are more than ``most``."""
+    """Return a regular file's bytes; raise FileError, also for more than ``most``."""
     with open_regular(path) as file:
         size = os.fstat(file.fileno()).st_size
         try:
@@ -83,10 +83,10 @@ def read_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
 
 
 def parse_json(text: str, name: str) -> Any:
-    """Return the value of a JSON text; raise FileError that begins with the name of its file or setting."""
+    """Return the value of a JSON text; raise FileError beginning with the name of its file or setting."""
     if text.count("[") + text.count("{") > MOST_NESTED or _LONG_RUN.search(
         text
-    ):  # else both are within limits
+    ):  # otherwise both are within limits
         _check_structure(text, name)
     try:
         return json.loads(text)
@@ -95,7 +95,7 @@ def parse_json(text: str, name: str) -> Any:
 
 
 def _check_structure(text: str, name: str) -> None:
-    """Raise FileError where a JSON or TOML text would take its parser too deep or too long."""
+    """Raise FileError if a JSON or TOML text is too deep or has too long words for its parser."""
     bare = _SKIPPED.sub(lambda found: "s" * (found[0][0] != "#") + "\n" * found[0].count("\n"), text)
     depth = 0
     for found in _STRUCTURE.finditer(bare):
@@ -114,7 +114,7 @@ def checked_number(
 ) -> float:
     """Return a file's value as a float from low to high; raise FileError beginning with its place.
 
-    True, False, NaN and infinities are no numbers.
+    True, False, NaN and infinities are rejected.
     """
     try:
         number = float(value) if isinstance(value, int | float) and not isinstance(value, bool) else math.nan
@@ -126,7 +126,7 @@ def checked_number(
 
 
 def checked_integer(value: object, place: str, low: float = -math.inf, high: float = math.inf) -> int:
-    """Return a file's value as a whole number from low to high; raise FileError beginning with its place."""
+    """Return a file's value as an integer from low to high; raise FileError beginning with its place."""
     if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
         raise _wrong(value, place, f"a whole number{_range(low, high)}")
     return value
@@ -140,7 +140,7 @@ def checked_text(value: object, place: str, longest: int) -> str:
 
 
 def checked_table(value: object, place: str) -> dict[str, Any]:
-    """Return a file's value as a table with names as keys; raise FileError beginning with its place."""
+    """Return a file's value as a table with text keys; raise FileError beginning with its place."""
     if not isinstance(value, dict):
         raise _wrong(value, place, "a table")
     return value
@@ -167,7 +167,7 @@ def _wrong(value: object, place: str, wanted: str) -> FileError:
 
 
 def is_special(path: str | Path) -> bool:
-    """Return whether a path names what is neither file nor folder: a device, a pipe, a terminal."""
+    """Return True if a path is neither file nor folder: a device, a pipe, a terminal."""
     try:
         mode = os.stat(path).st_mode
     except (OSError, ValueError):
@@ -177,16 +177,16 @@ def is_special(path: str | Path) -> bool:
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """Give a name to write to, beside a file and with its ending; what is there takes the file's place.
+    """Yield a temporary path next to a file, with its suffix, which replaces the file at the end.
 
-    Where writing fails nothing of it is left, and a file that was there before is as it was. A device or a
-    pipe is written to itself, as nothing may take its place. Raise OSError.
+    On failure it is removed, and an existing file is unchanged. A device or pipe is written directly. Raise
+    OSError.
     """
     path = Path(path)
     if is_special(path):
         yield path
         return
-    path = Path(os.path.realpath(path))  # a link goes on leading there
+    path = Path(os.path.realpath(path))  # replace the target of a link, not the link
     part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         yield part

@@ -1,4 +1,4 @@
-"""Numbers and units as a person reads them: a true minus, commas between thousands, no exponent."""
+"""Number formats for people: a true minus sign, thousands separators, no exponent."""
 
 import json
 import math
@@ -21,9 +21,9 @@ _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: float, decimals: int, sign: bool = False) -> str:
-    """Write a value with so many decimals: -1234.5 as −1,234.5; no sign on what rounds to zero.
+    """Format a value with fixed decimals: -1234.5 as −1,234.5; no sign if it rounds to zero.
 
-    sign: a value above zero gets a plus.
+    sign: a plus before positive values.
     """
     rounded = round(float(value), decimals)
     text = f"{abs(rounded):,.{decimals}f}"
@@ -33,7 +33,7 @@ def number(value: float, decimals: int, sign: bool = False) -> str:
 
 
 def significant(value: float, digits: int = 2) -> str:
-    """Write a value with so many significant digits, zeros at the end included; a dash if not finite."""
+    """Format a value with significant digits, including final zeros; a dash if not finite."""
     if value == 0.0 or not math.isfinite(value):
         return "0" if value == 0.0 else "–"
     places = max(digits - 1 - math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}")))), 0)
@@ -41,52 +41,52 @@ def significant(value: float, digits: int = 2) -> str:
 
 
 def power_of_ten(value: float) -> str:
-    """Write a value with one digit and its power of ten, as 2·10⁻⁶."""
+    """Format a value with one digit and its power of ten, as 2·10⁻⁶."""
     mantissa, exponent = f"{value:.0e}".split("e")
     return f"{mantissa.replace('-', MINUS)}·10{str(int(exponent)).translate(_SUPERSCRIPT)}"
 
 
 def with_unit(value: float, unit: str = "", digits: int = 3, sign: bool = False) -> str:
-    """Write a value with up to so many significant digits and its unit; sign: with a plus above zero."""
-    rounded = float(f"{value:.{digits}g}")  # first rounded, then written
+    """Format a value with at most ``digits`` significant digits and its unit; sign: plus if positive."""
+    rounded = float(f"{value:.{digits}g}")  # round first, then choose the format
     text = f"{rounded:+,g}" if sign else f"{rounded:,g}"
     return f"{text.replace('-', MINUS)} {unit}".rstrip()
 
 
 def hertz(frequency: float) -> str:
-    """Write how often something swings: one decimal below 20 Hz, none from there on."""
+    """Format a frequency: one decimal below 20 Hz, none above."""
     return f"{number(frequency, 1 if round(frequency, 1) < _WHOLE_HERTZ else 0)} Hz"
 
 
 def on_screen(value: float, unit: str, digits: int = 4) -> str:
-    """Write a value in SI with the unit of the screen: a length in mm, a time below 1 s in ms."""
+    """Format an SI value in display units: a length in mm, a time below 1 s in ms."""
     if unit == "m" or (unit == "s" and abs(value) < 1.0):
         return with_unit(1e3 * value, f"m{unit}", digits)
     return with_unit(value, unit, digits)
 
 
 def clock(seconds: float) -> str:
-    """Write a duration in s as 0:42, or 1:02:03 from an hour on."""
+    """Format a duration in s as 0:42, or 1:02:03 from an hour on."""
     minutes, rest = divmod(int(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02}:{rest:02}" if hours else f"{minutes}:{rest:02}"
 
 
 def megabytes(size: int) -> str:
-    """Write bytes as MB with one decimal, below one as kB."""
+    """Format bytes as MB with one decimal, as kB below 1 MB."""
     return f"{number(1e-6 * size, 1)} MB" if size >= 1e6 else f"{number(1e-3 * size, 0)} kB"
 
 
 def unbroken(words: str) -> str:
-    """Return words that wrap neither between a number and its unit nor within a unit."""
+    """Return text that does not wrap between a number and its unit."""
     joined = _WITH_NUMBER.sub(lambda found: found[0].replace(" ", "\N{NO-BREAK SPACE}"), words)
     return _SLASH.sub("/\N{WORD JOINER}", joined)
 
 
 def printable(text: str) -> str:
-    """Return a text with every control, invisible or direction-changing character escaped as JSON does.
+    """Return a text with every control, invisible or direction-changing character escaped as in JSON.
 
-    For all that goes to a terminal or into a window and may come from a file. JSON stays the same value.
+    For all text from files that is shown on a terminal or in a window. JSON keeps its value.
     """
     if text.isprintable():
         return text
@@ -94,23 +94,23 @@ def printable(text: str) -> str:
 
 
 def shortened(text: str, longest: int = _LONGEST_SHOWN) -> str:
-    """Return a foreign text for a message: printable, with an ellipsis after its first characters if long."""
+    """Return a foreign text for a message: printable, truncated with an ellipsis."""
     text = printable(text[: longest + 1])
     return text if len(text) <= longest else f"{text[:longest]}…"
 
 
 def quoted(value: object) -> str:
-    """Return a foreign value for a message as Python writes it, shortened."""
+    """Return the repr of a foreign value for a message, truncated."""
     if isinstance(value, str) and len(value) > _LONGEST_SHOWN:
         return repr(f"{value[:_LONGEST_SHOWN]}…")
     try:
         return shortened(repr(value))
-    except ValueError:  # a whole number with more digits than Python prints
+    except ValueError:  # an integer with more digits than Python prints
         return "a very long number"
 
 
 def plain(value: Any) -> Any:
-    """Return a value as JSON has it: records as objects, arrays as lists, what is not finite as None."""
+    """Return a value as JSON data: records as objects, arrays as lists, non-finite numbers as None."""
     if is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, Mapping):

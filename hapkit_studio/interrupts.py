@@ -1,11 +1,11 @@
-"""Ctrl+C at any time: the program ends with exit code 130, without a traceback.
+"""Ctrl+C at any time: exit code 130 without a traceback.
 
-While the program imports and when its work is done, it exits at once. While a command works, Ctrl+C raises
-KeyboardInterrupt, so that motors are stopped and files are closed. Python does that only between two steps of
-its own, not in the middle of compiled code. But it writes a byte into a socket as soon as a signal comes
-(``signal.set_wakeup_fd``): compiled loops look whether one is there, without taking it, and return.
+During imports and after its work, the program exits at once. During a command, Ctrl+C raises
+KeyboardInterrupt, so that motors are stopped and files are closed. Python handles signals only between
+bytecodes, not inside compiled code. But it writes a byte to a socket as soon as a signal arrives
+(``signal.set_wakeup_fd``): compiled loops check for it, without reading it, and return.
 
-Imports little, as Ctrl+C before that is not caught.
+Imports little, as Ctrl+C is not handled before.
 """
 
 import os
@@ -25,13 +25,13 @@ _ends: "list[socket]" = []
 
 
 def exit_at_once(_number: int, _frame: "FrameType | None") -> None:
-    """End this process: the handler of SIGINT while nothing needs to be put in order."""
+    """Exit this process at once: the handler of SIGINT while no clean-up is needed."""
     os._exit(INTERRUPTED)
 
 
 def begin() -> None:
-    """Exit at once at Ctrl+C from now on, but where KeyboardInterrupt is ``raised``; for programs only."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not where a parent has it ignored
+    """Exit at once on Ctrl+C from now on, except inside ``raised``; for programs only."""
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # not if the parent made it ignored
         signal.signal(signal.SIGINT, exit_at_once)
         sys.unraisablehook = _raise_again
     if hasattr(signal, "pthread_sigmask"):
@@ -40,7 +40,7 @@ def begin() -> None:
 
 @contextmanager
 def held_back() -> Iterator[None]:
-    """Start programs in here: Ctrl+C, which a terminal sends to all, waits in them until they ``begin``."""
+    """Block SIGINT in processes started inside, which a terminal sends to all, until they call ``begin``."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -52,7 +52,7 @@ def held_back() -> Iterator[None]:
 
 
 def _raise_again(unraisable: "sys.UnraisableHookArgs") -> None:
-    """Repeat an interrupt that came while an object was deleted, where Python can only report it."""
+    """Re-raise a KeyboardInterrupt from a destructor, where Python only prints it."""
     if issubclass(unraisable.exc_type, KeyboardInterrupt):
         import threading
 
@@ -62,7 +62,7 @@ def _raise_again(unraisable: "sys.UnraisableHookArgs") -> None:
 
 
 def _interrupt() -> None:
-    """Interrupt the main thread, whatever it waits for."""
+    """Interrupt the main thread, even in a wait."""
     import _thread
     import threading
 
@@ -74,7 +74,7 @@ def _interrupt() -> None:
 
 @contextmanager
 def raised() -> Iterator[None]:
-    """Let Ctrl+C raise KeyboardInterrupt in here."""
+    """Let Ctrl+C raise KeyboardInterrupt inside."""
     exits = signal.getsignal(signal.SIGINT) is exit_at_once
     if exits:
         signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -86,7 +86,7 @@ def raised() -> Iterator[None]:
 
 
 def listen() -> None:
-    """Begin to listen for compiled code, or forget what came until now; only the main thread may."""
+    """Start or reset the signal socket for compiled code; main thread only."""
     import threading
 
     if threading.current_thread() is not threading.main_thread():
@@ -97,7 +97,7 @@ def listen() -> None:
         while _ends and _ends[0].recv(1024):
             pass
     except BlockingIOError:
-        pass  # nothing is left
+        pass  # the socket is empty
 
 
 def _connect() -> None:
@@ -110,11 +110,11 @@ def _connect() -> None:
     if before == -1:
         _ends[:] = near, far
         return
-    signal.set_wakeup_fd(before)  # whoever runs this program listens already
+    signal.set_wakeup_fd(before)  # the host program uses its own wakeup socket
     near.close()
     far.close()
 
 
 def fileno() -> int:
-    """Return the socket that has a byte once a signal came, -1 while nobody listens."""
+    """Return the socket that is readable after a signal, -1 without one."""
     return _ends[0].fileno() if _ends else -1

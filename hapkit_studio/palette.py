@@ -1,4 +1,4 @@
-"""Every colour of window and pictures, declared once: token, then light, dark, high contrast."""
+"""All colours of window and figures: token, then light, dark, high contrast."""
 
 MODES = ("light", "dark", "contrast")
 
@@ -13,10 +13,10 @@ TOKENS: dict[str, tuple[str, str, str]] = {
     "ink":        ("#15202B", "#EEF2F6", "#000000"),
     "ink2":       ("#43505D", "#BBC5CF", "#000000"),
     "ink3":       ("#5A6774", "#97A3AF", "#1C1C1C"),
-    # what cannot be used now
+    # disabled
     "off":        ("#5A6774", "#97A3AF", "#6B6B6B"),
     "offedge":    ("#D3DAE2", "#2B3641", "#8C8C8C"),
-    # meaning
+    # semantic
     "accent":     ("#0A5AA8", "#6DB3F7", "#003B8E"),
     "accentsoft": ("#DCEAF8", "#1B3653", "#D6E6FF"),
     "onaccent":   ("#FFFFFF", "#0B1620", "#FFFFFF"),
@@ -42,7 +42,7 @@ TOKENS: dict[str, tuple[str, str, str]] = {
     "theory":     ("#D5DCE3", "#3A4650", "#D3D9DF"),
     "energy":     ("#8A6100", "#F6BF57", "#5E3600"),
     "lecture":    ("#B0226B", "#F58CC0", "#7A0F46"),
-    # scenes: blue stays put, amber moves
+    # scenes: blue is fixed, amber moves
     "scene":      ("#F9FBFC", "#141B22", "#FFFFFF"),
     "scenegrid":  ("#EBEFF3", "#1C252E", "#E3E7EB"),
     "rail":       ("#8A96A3", "#71808F", "#000000"),
@@ -69,7 +69,7 @@ def table(mode: str) -> dict[str, str]:
 
 
 def paler(color: str, ground: str, share: float = 0.4) -> str:
-    """Return a mixture of two "#RRGGBB", share of the colour."""
+    """Return a mixture of two "#RRGGBB"; share: weight of the first."""
     pairs = ((int(color[i : i + 2], 16), int(ground[i : i + 2], 16)) for i in (1, 3, 5))
     return "#" + "".join(f"{round(share * a + (1.0 - share) * b):02X}" for a, b in pairs)
 

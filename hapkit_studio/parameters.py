@@ -1,4 +1,4 @@
-"""A tunable value, declared once: key, label, unit, default, limits, help."""
+"""A tunable value: key, label, unit, default, limits, help."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -11,7 +11,7 @@ from hapkit_studio.formatting import quoted
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number with a unit and the limits that a person may set."""
+    """A number with a unit and the limits for the user."""
 
     key: str
     label: str
@@ -25,7 +25,7 @@ class Parameter:
     discrete = False
 
     def check(self, value: object) -> float:
-        """Return value as float; raise ParameterError naming value, limit and unit."""
+        """Return value as float; raise ParameterError with value, limit and unit."""
         try:
             number = float("" if isinstance(value, bool) else value)  # type: ignore[arg-type]
         except (TypeError, ValueError, OverflowError):
@@ -37,18 +37,17 @@ class Parameter:
         return number
 
     def text(self, value: float) -> str:
-        """Write a value with its unit."""
+        """Format a value with its unit."""
         return f"{value:,g} {self.unit}".strip()
 
 
 @dataclass(frozen=True)
 class Choice:
-    """One of a few named options: the law sees its index, files and programs its name, people its label.
+    """One of a few named options: laws use its index, files and programs its name, people its label.
 
-    Without labels a name is its own label, its underscores as spaces; ParameterError unless all have one.
-    method: the options are ways to compute the same, of other speed and accuracy; exact: the one that the
-    others are judged by, the default's where none is named. phrases: the options as they end a sentence that
-    begins with the choice's label.
+    Without labels, names are shown with spaces for underscores; ParameterError unless all options have one.
+    method: the options are computation methods of different speed and accuracy; exact: the reference option,
+    by default the default. phrases: the options as the end of a sentence that begins with the choice's label.
     """
 
     key: str
@@ -92,20 +91,20 @@ class Choice:
         raise ParameterError(f"{self.label} is one of {', '.join(self.options)}, not {quoted(value)}.")
 
     def text(self, value: float) -> str:
-        """Write the option's name."""
+        """Return the option's name."""
         return self.options[int(value)]
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Return what a person reads for each option."""
+        """Return the label of each option."""
         return self.labels or tuple(option.replace("_", " ").capitalize() for option in self.options)
 
     def word(self, value: float) -> str:
-        """Return what a person reads for one option."""
+        """Return the label of one option."""
         return self.words[int(value)]
 
     def phrase(self, value: float) -> str:
-        """Return one option as the end of a sentence; a label, which may be a name, stays as it is."""
+        """Return one option as the end of a sentence; a label, which may be a name, is unchanged."""
         words = self.phrases or self.labels or [option.replace("_", " ") for option in self.options]
         return words[int(value)]
 
@@ -120,9 +119,9 @@ def check_number(
     high: float = math.inf,
     endless: bool = False,
 ) -> None:
-    """Raise ParameterError unless a value is a number from low (above: beyond it) to high.
+    """Raise ParameterError unless a value is a number from low (above: excluding it) to high.
 
-    For what no person sets with a slider, and so is no Parameter. endless: infinity is a number too.
+    For values without a slider, which are no Parameter. endless: infinity is allowed.
     """
     number = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     if not (math.isfinite(number) or (endless and number == math.inf)):
@@ -138,7 +137,7 @@ AnyParameter = Parameter | Choice
 
 
 def resolve(parameters: Iterable[AnyParameter], values: Mapping[str, object], owner: str) -> list[float]:
-    """Return one number per parameter, defaults filled in; raise ParameterError on unknown or bad ones."""
+    """Return one number per parameter, with defaults; raise ParameterError on unknown or invalid ones."""
     declared = {p.key: p for p in parameters}
     for key in values:
         if key not in declared:

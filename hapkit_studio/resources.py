@@ -1,4 +1,4 @@
-"""Where the files that ship with the studio are, in a checkout and in a wheel."""
+"""Paths of the files shipped with the studio, in a checkout and in a wheel."""
 
 import hashlib
 from pathlib import Path

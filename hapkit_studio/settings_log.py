@@ -1,7 +1,7 @@
 """Settings over time: the log of a recording, as JSON, and as readable header lines of a table.
 
-A header has one ``# name: value unit`` per line, a later change ``# name at 1.5 s: value unit``. A parameter
-of the environment has its plain name, ``parameter.name`` where a setting has that name too.
+A header has one ``# name: value unit`` per line; a later change is ``# name at 1.5 s: value unit``. A
+parameter of the environment has its plain name, or ``parameter.name`` if a setting has the same name.
 """
 
 import json
@@ -18,7 +18,7 @@ from hapkit_studio.formatting import printable
 
 Settings = Mapping[str, Any]
 Log = Sequence[tuple[float, Settings]]
-"""All settings from a time in s on, the oldest first."""
+"""Settings with the time in s from which they are valid, oldest first."""
 
 _KEYS = (
     "environment", "hand", "hand_grip", "grip", "render", "rate_Hz", "delay_s", "estimator", "controller",
@@ -32,20 +32,20 @@ _DEVICE = {
     "initial_position": "m", "initial_velocity": "m/s", "end_stops": "m",
 }  # fmt: skip
 _UNITS = {"hand_grip": _HAND, "device": _DEVICE, "estimator": {"cutoff": "Hz", "noise": "counts"}}
-_PARAMETER = "parameter"  # prefix of an environment's parameter that is named like a setting
-_OTHER = "setting"  # prefix of a setting that is not among _KEYS
+_PARAMETER = "parameter"  # prefix of a parameter with the name of a setting
+_UNKNOWN_SETTING = "setting"  # prefix of an unknown setting
 _LINE = re.compile(r"(?P<name>[^\s:]+)(?: at (?P<time>[-+.\de]+) s)?:(?: (?P<value>.*))?")
 _NUMBER = re.compile(
     r"(?P<number>[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[-+]?\d+)?|[-+]?inf|nan)(?: (?P<unit>\S.*))?"
 )
 _WORDS = {"true": True, "false": False}
-_ENDLESS = ("inf", "-inf")  # infinite numbers, which JSON has as text
+_INFINITE = ("inf", "-inf")  # infinite numbers, text in JSON
 
 
 def changed(before: Settings, after: Settings) -> dict[str, Any]:
-    """Return the settings that differ; of parameters and device only what differs in them.
+    """Return the settings that differ; of parameters and device only the entries that differ.
 
-    Another environment brings all its parameters.
+    A new environment includes all its parameters.
     """
     other = before.get("environment") != after.get("environment")
     found: dict[str, Any] = {}
@@ -62,7 +62,7 @@ def changed(before: Settings, after: Settings) -> dict[str, Any]:
 
 
 def merged(before: Settings, changes: Settings) -> dict[str, Any]:
-    """Return the settings after changes as ``changed`` returns them."""
+    """Return the settings after changes from ``changed``."""
     other = "environment" in changes
     gone = ("parameters", "units", "state_names") if other else ()
     found = {key: value for key, value in before.items() if key not in gone}
@@ -73,7 +73,7 @@ def merged(before: Settings, changes: Settings) -> dict[str, Any]:
 
 
 def steps(log: Log) -> Iterator[tuple[float, dict[str, Any]]]:
-    """Yield each later change: its time in s, and what ``changed``."""
+    """Yield each later change: its time in s and its ``changed`` settings."""
     for (_, before), (time, after) in pairwise(log):
         yield time, changed(before, after)
 
@@ -89,17 +89,19 @@ def as_json(log: Log) -> str:
 
 def lines(log: Log) -> list[str]:
     """Return the header lines of a log, each beginning with "# "."""
-    found = [f"# {name}: {text}" for name, text in _flat(log[0][1], log[0][1])]
+    found = [f"# {name}: {text}" for name, text in _flattened(log[0][1], log[0][1])]
     for (time, what), (_, after) in zip(steps(log), log[1:], strict=True):
-        found += [f"# {name} at {_number(round(time, 6))} s: {text}" for name, text in _flat(what, after)]
+        found += [
+            f"# {name} at {_number(round(time, 6))} s: {text}" for name, text in _flattened(what, after)
+        ]
     return found
 
 
 def read(comments: Iterable[str], name: str = "header") -> Log:
-    """Return the log in a table's comments, without their "#"; () where they hold no setting.
+    """Return the log in a table's comments, without "#"; () without settings.
 
-    A single JSON object, as the studio wrote before, is read as well. Other comments are ignored. Raise
-    FileError, beginning with the file's name, for broken JSON.
+    A single JSON object, the studio's former format, is accepted. Other comments are ignored. Raise
+    FileError, beginning with the file's name, for invalid JSON.
     """
     parts: dict[float | None, dict[str, Any]] = {}
     for number, comment in enumerate(map(str.strip, comments)):
@@ -111,7 +113,7 @@ def read(comments: Iterable[str], name: str = "header") -> Log:
                 time = None if found["time"] is None else float(found["time"])
             except ValueError:
                 continue
-            _put(parts.setdefault(time, {}), found["name"], *_value(found["value"] or ""))
+            _store_setting(parts.setdefault(time, {}), found["name"], *_value(found["value"] or ""))
     if not parts:
         return []
     log: list[tuple[float, Settings]] = [(0.0, parts.pop(None, {}))]
@@ -120,7 +122,7 @@ def read(comments: Iterable[str], name: str = "header") -> Log:
     return log
 
 
-def _flat(settings: Settings, whole: Settings) -> Iterator[tuple[str, str]]:
+def _flattened(settings: Settings, whole: Settings) -> Iterator[tuple[str, str]]:
     """Yield each setting's name and its value with its unit."""
     units = whole.get("units")
     units = units if isinstance(units, Mapping) else {}
@@ -142,10 +144,13 @@ def _flat(settings: Settings, whole: Settings) -> Iterator[tuple[str, str]]:
                 yield f"{key}.{name}", _text(one, known.get(name))
         else:
             unit, name = _SUFFIX.search(key), _SUFFIX.sub("", key)
-            yield name if key in _KEYS else f"{_OTHER}.{name}", _text(value, unit[1] if unit else "")
+            yield (
+                name if key in _KEYS else f"{_UNKNOWN_SETTING}.{name}",
+                _text(value, unit[1] if unit else ""),
+            )
 
 
-def _put(settings: dict[str, Any], name: str, value: Any, unit: str) -> None:
+def _store_setting(settings: dict[str, Any], name: str, value: Any, unit: str) -> None:
     """Store a setting by its name in a header."""
     group, dot, key = name.partition(".")
     if dot and group != _PARAMETER:
@@ -168,10 +173,10 @@ def _put(settings: dict[str, Any], name: str, value: Any, unit: str) -> None:
 
 
 def _text(value: Any, unit: object = "") -> str:
-    """Write a value, and its unit behind it; a text that would be read as something else as JSON does."""
+    """Format a value with its unit; text that would be read as another type as JSON."""
     if isinstance(value, bool):
         return str(value).lower()
-    if value in _ENDLESS:
+    if value in _INFINITE:
         value = float(value)
     if isinstance(value, Real):
         words = printable(" ".join(str(unit or "").split()))
@@ -182,7 +187,7 @@ def _text(value: Any, unit: object = "") -> str:
 
 
 def _number(value: Any) -> str:
-    """Write a number in as few digits as it can be read back from."""
+    """Format a number with the fewest digits that preserve it."""
     if isinstance(value, Integral):
         return str(int(value))
     short = f"{float(value):.15g}"
@@ -190,7 +195,7 @@ def _number(value: Any) -> str:
 
 
 def _value(text: str) -> tuple[Any, str]:
-    """Return the value and the unit of a text after a setting's name."""
+    """Return the value and the unit of the text after a setting's name."""
     text = text.strip()
     if text in _WORDS:
         return _WORDS[text], ""

@@ -1,6 +1,6 @@
-"""Tables of samples in text files, the studio's own and foreign ones: read whatever their dialect.
+"""Tables of samples in text files, the studio's own and foreign ones, with their dialect detected.
 
-Delimiter and decimal sign are found out from the rows; UTF-8, UTF-16 and Windows' own text are understood.
+Delimiter and decimal sign are detected from the rows; UTF-8, UTF-16 and Windows code pages are supported.
 Columns are chosen by name and converted to SI by their unit.
 """
 
@@ -22,29 +22,29 @@ from hapkit_studio.formatting import printable, quoted, shortened
 
 MOST_BYTES = 256 << 20  # ten minutes of the studio's own columns at 4 kHz
 DELIMITERS = (";", "\t", ",", "|", " ")
-"""Tried in this order; the first wins among equals."""
+"""Candidates in order of preference."""
 UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "ms": 1e-3, "µs": 1e-6, "us": 1e-6, "min": 60.0},
     "position": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "µm": 1e-6, "um": 1e-6},
     "velocity": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3},
     "force": {"N": 1.0, "mN": 1e-3},
 }
-"""Units that a column of each quantity may have, and how much one is in SI."""
+"""Units of each quantity, and their SI values."""
 NEEDED = ("time", "position", "force")
-"""Quantities that a recording must have; a velocity that is missing is made of the positions."""
+"""Required quantities; a missing velocity is computed from the positions."""
 
-_LOOKED_AT = 200  # lines from which the dialect is found out
+_DIALECT_LINES = 200  # lines for the detection of the dialect
 _LONGEST_LINE = 65_536  # characters
-_SHOWN = 4  # rows of a preview
-_NAMED = 12  # columns in a message
+_PREVIEW_ROWS = 4  # rows of a preview
+_LISTED_COLUMNS = 12  # columns in a message
 _PADDING = "".join(DELIMITERS)
-_BLANK = _PADDING + '"'  # a line of nothing else is empty
+_BLANK_CHARACTERS = _PADDING + '"'  # a line of these characters only is empty
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?|[-+]?(?:inf|nan)", re.I)
 _MARKS = {
     codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16",
 }  # fmt: skip
-# Words that a column's name begins with, in lower case.
-_CALLED = {
+# prefixes of a column's name, in lower case
+_NAME_PREFIXES = {
     "velocity": ("velocity", "vel", "speed", "dx", "v"),
     "time": ("time", "timestamp", "zeit", "t"),
     "position": ("position", "pos", "displacement", "weg", "x"),
@@ -55,7 +55,7 @@ _MORE_UNITS = {"mms": "mm/s", "mm_s": "mm/s", "m_s": "m/s", "ms-1": "m/s", "sec"
 
 @dataclass(frozen=True)
 class TableColumn:
-    """A column by its name in the file, and the unit of its numbers."""
+    """A column's name in the file, and the unit of its numbers."""
 
     name: str
     unit: str
@@ -65,11 +65,11 @@ class TableColumn:
 
 
 TableColumns = Mapping[str, TableColumn]
-"""Columns by their quantity, one of UNITS."""
+"""Columns by quantity, one of UNITS."""
 
 
 def parse_column(quantity: str, text: str) -> TableColumn:
-    """Return the column that NAME:UNIT names; raise ParameterError."""
+    """Return the column of a text NAME:UNIT; raise ParameterError."""
     name, colon, unit = text.rpartition(":")
     unit = unit.strip()
     if not colon or not name or unit not in UNITS[quantity]:
@@ -81,14 +81,14 @@ def parse_column(quantity: str, text: str) -> TableColumn:
 
 
 class UnknownColumnsError(FileError):
-    """A file's columns are not the studio's own: a person has to name them; carries the table."""
+    """A file's columns are foreign and must be named by the user; carries the table."""
 
     def __init__(self, table: "Table", missing: str):
         found = guess(table.names)
         columns = {quantity: f"{shortened(column.name)}:{column.unit}" for quantity, column in found.items()}
         like = " ".join(f"--{quantity} {columns.get(quantity, 'NAME:UNIT')}" for quantity in NEEDED)
-        more = ["…"][: len(table.names) - _NAMED]
-        names = ", ".join([*map(shortened, table.names[:_NAMED]), *more])
+        more = ["…"][: len(table.names) - _LISTED_COLUMNS]
+        names = ", ".join([*map(shortened, table.names[:_LISTED_COLUMNS]), *more])
         super().__init__(
             f"{table.file} has no column {shortened(missing)}. "
             f"Name its columns and units, as {like}. It has: {names}."
@@ -98,7 +98,7 @@ class UnknownColumnsError(FileError):
 
 @dataclass(frozen=True)
 class Table:
-    """A text file's rows of numbers under names; comments are the lines before them, without their "#"."""
+    """Rows of numbers under column names; comments: the lines before them, without "#"."""
 
     file: str
     names: tuple[str, ...]
@@ -113,41 +113,41 @@ class Table:
     @property
     def preview(self) -> list[list[str]]:
         """Return the cells of the first rows."""
-        return [_cells(line, self.delimiter) for _, line in islice(self._rows(), _SHOWN)]
+        return [_cells(line, self.delimiter) for _, line in islice(self._rows(), _PREVIEW_ROWS)]
 
     def line_of(self, row: int) -> int:
-        """Return the number of the line in which a row of ``values`` stands."""
+        """Return the line number of a row of ``values``."""
         return next(islice((number for number, _ in self._rows()), row, None))
 
     def values(self, names: Sequence[str]) -> np.ndarray:
-        """Return the numbers (n, len(names)) below some names; raise FileError for a cell without one."""
+        """Return the numbers (n, len(names)) of some columns; raise FileError for an invalid cell."""
         for name in names:
             if self.names.count(name) > 1:
                 raise FileError(f"{self.file} has {self.names.count(name)} columns {shortened(name)}.")
         places = [self.names.index(name) for name in names]
         rows, delimiter = [line for _, line in self._rows()], self.delimiter
         if self.decimal == ",":
-            if any("." in line for line in rows) and (error := self._wrong(places)):
+            if any("." in line for line in rows) and (error := self._cell_error(places)):
                 raise error
-            if delimiter == ",":  # each number stands in quotes
+            if delimiter == ",":  # numbers are quoted
                 rows, delimiter = [";".join(_cells(line, ",")) for line in rows], ";"
             rows = [line.replace(",", ".") for line in rows]
         try:
             split = None if delimiter == " " else delimiter
             return np.loadtxt(rows, delimiter=split, usecols=places, quotechar='"', comments=None, ndmin=2)
         except ValueError as error:
-            raise self._wrong(places) or FileError(
+            raise self._cell_error(places) or FileError(
                 f"{self.file} is not a table of numbers: {error}."
             ) from None
 
     def _rows(self) -> Iterator[tuple[int, str]]:
-        """Yield the number of every line that is not empty, and the line."""
+        """Yield the number and text of every line that is not empty."""
         for number, line in enumerate(self.lines, self.first):
-            if line.strip(_BLANK):
+            if line.strip(_BLANK_CHARACTERS):
                 yield number, line
 
-    def _wrong(self, places: Sequence[int]) -> FileError | None:
-        """Return what is wrong with the first cell that holds no number."""
+    def _cell_error(self, places: Sequence[int]) -> FileError | None:
+        """Return the error of the first cell without a number."""
         for number, line in self._rows():
             cells = _cells(line, self.delimiter)
             for place in places:
@@ -168,9 +168,11 @@ def read(path: str | Path) -> Table:
     if longest > _LONGEST_LINE:
         at = next(at for at, line in enumerate(lines, 1) if len(line) == longest)
         raise FileError(f"{file}, line {at} has {longest:,} characters; the limit is {_LONGEST_LINE:,}.")
-    body = [(at, line) for at, line in enumerate(lines) if line.strip(_BLANK) and not _is_comment(line)]
-    places, looked_at = zip(*body[:_LOOKED_AT], strict=True) if body else ((), ())
-    delimiter = max(DELIMITERS, key=lambda d: _fit(looked_at, d))
+    body = [
+        (at, line) for at, line in enumerate(lines) if line.strip(_BLANK_CHARACTERS) and not _is_comment(line)
+    ]
+    places, looked_at = zip(*body[:_DIALECT_LINES], strict=True) if body else ((), ())
+    delimiter = max(DELIMITERS, key=lambda d: _delimiter_score(looked_at, d))
     cells = [_cells(line, delimiter) for line in looked_at]
     kinds = [tuple(bool(_NUMBER.fullmatch(cell)) for cell in row) for row in cells]
     usual = Counter(kind for kind in kinds if any(kind)).most_common(1)
@@ -188,12 +190,12 @@ def read(path: str | Path) -> Table:
 
 
 def guess(names: Sequence[str]) -> dict[str, TableColumn]:
-    """Return the columns that names suggest, as "t_ms" does the time in ms; in SI where no unit is found."""
+    """Guess columns and units from names, as "t_ms" for the time in ms; SI without a unit."""
     found: dict[str, TableColumn] = {}
     for name in names:
         words = [word for word in re.split(r"[^\w/µ-]+|_", name) if word]
         lower = words[0].lower() if words else ""
-        quantity = next((key for key, called in _CALLED.items() if lower in called), None)
+        quantity = next((key for key, called in _NAME_PREFIXES.items() if lower in called), None)
         if quantity is None or quantity in found:
             continue
         known = UNITS[quantity]
@@ -209,7 +211,7 @@ def guess(names: Sequence[str]) -> dict[str, TableColumn]:
 
 
 def _decoded(data: bytes) -> str:
-    """Return a file's text: by its byte-order mark, else UTF-8, else what Windows programs write."""
+    """Return a file's text: by its byte-order mark, else UTF-8, else the Windows code page."""
     for mark, coding in _MARKS.items():
         if data.startswith(mark):
             return data.decode(coding, "replace")
@@ -224,7 +226,7 @@ def _is_comment(line: str) -> bool:
 
 
 def _comment(line: str, delimiter: str) -> str:
-    """Return a comment without its "#", as it was before a spreadsheet quoted it, or split it at commas."""
+    """Return a comment without "#", as it was before a spreadsheet quoted it or split it at commas."""
     line = line.strip()
     if line.startswith('"'):
         line = ",".join(_split(line, delimiter))
@@ -242,15 +244,15 @@ def _split(line: str, delimiter: str) -> list[str]:
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
-    """Return a line's cells without the empty ones at its end."""
+    """Return a line's cells without trailing empty ones."""
     cells = [cell.strip() for cell in _split(line, delimiter)]
     while cells and not cells[-1]:
         cells.pop()
     return cells
 
 
-def _fit(lines: Sequence[str], delimiter: str) -> tuple[int, int]:
-    """Return how well a delimiter fits: lines of nothing but numbers and empty cells, and numbers in all."""
+def _delimiter_score(lines: Sequence[str], delimiter: str) -> tuple[int, int]:
+    """Return a delimiter's score: lines with only numbers and empty cells, and total of numbers."""
     rows = [[bool(_NUMBER.fullmatch(cell)) for cell in _cells(line, delimiter) if cell] for line in lines]
     return sum(all(row) for row in rows if row), sum(map(sum, rows))
 
@@ -278,7 +280,7 @@ def _is_number(cell: str, decimal: str) -> bool:
 
 
 def _decimal(file: str, rows: Sequence[Sequence[str]]) -> str:
-    """Return the decimal sign of the numbers in rows; raise FileError where both are used."""
+    """Return the decimal sign of the numbers in rows; raise FileError if both are used."""
     numbers = [cell for row in rows for cell in row if _NUMBER.fullmatch(cell)]
     with_comma, with_point = (next((c for c in numbers if sign in c), "") for sign in ",.")
     if with_comma and with_point:
