@@ -319,7 +319,7 @@ def test_what_was_bad_about_a_link_is_in_the_result(capsys, monkeypatch):
     engine, table = engine_on_bad_link(), np.zeros((1000, rows.ROW_WIDTH))
     table[:, rows.BOARD_TIME], table[:, rows.PERIOD] = 1e-3 * np.arange(1000), 1e-3
     table[:250, rows.FLAGS], table[250:300, rows.FLAGS] = rows.STALE, rows.FAULT
-    found = live_run._both(engine, table)
+    found = live_run._figures(engine, table)
     slower, stiff, jumps, without = remarks = live_run._remarks(engine, found, 4000.0)
     assert slower == "The board renders at 2,000 Hz, not at 4,000 Hz: this law has time for no more."
     assert stiff.endswith(TOO_STIFF)

@@ -208,7 +208,7 @@ def test_who_holds_it_has_its_own_name_and_the_studio_is_not_called_python(monke
 def forbidden(monkeypatch, group, joined=False):
     monkeypatch.setattr(port_errors.sys, "platform", "linux")
     monkeypatch.setattr(port_errors, "_group", lambda path: group)
-    monkeypatch.setattr(port_errors, "_joined", lambda name: joined)
+    monkeypatch.setattr(port_errors, "_needs_new_login", lambda name: joined)
     return unopened("/dev/ttyUSB0", serial.SerialException(errno.EACCES, "Permission denied"))
 
 
