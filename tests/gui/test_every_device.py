@@ -4,6 +4,10 @@ import pytest
 from PySide6.QtWidgets import QMenu
 
 from hapkit_studio import api
+from hapkit_studio.devices import DeviceEntry
+from hapkit_studio.devices.base import SIMULATED as SIMULATED_DRIVER
+from hapkit_studio.devices.base import Device
+from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.gui import app, pages
 from hapkit_studio.gui.header import fill_menu
 from hapkit_studio.gui.panel.limits import JUDGING
@@ -64,3 +68,25 @@ def test_a_switch_to_it_keeps_every_choice_that_it_can_render(entry, make_window
     qtbot.waitUntil(lambda: studio.engine is not None and studio.entry.key == entry.key)
     assert studio.engine.values["stiffness"] == 321.0
     assert (studio.engine.loop.rate, studio.engine.loop.delay) == (entry.make().rate or 1500.0, 1e-3)
+
+
+class Undeclared(Device):
+    """A device that says nothing of its capabilities."""
+
+    title, driver = "Undeclared", SIMULATED_DRIVER
+    model = SimulatedHapkit()
+    mass, viscous, coulomb_force, quantum, max_force = 0.044, 0.5, 0.1, 2e-5, 3.0
+
+
+def test_a_device_that_declares_nothing_counts_as_a_motor_and_waits_for_render(make_window, qtbot):
+    entry = DeviceEntry("undeclared", "Undeclared", Undeclared)
+    studio = make_window((entry,)).studio
+    studio.wait_for_render()
+    studio.device.open(entry)
+    qtbot.waitUntil(lambda: studio.engine is not None)
+    assert studio.held
+    assert studio.engine.stopped
+    assert not studio.hand_is_ours
+    assert studio.engine.health().delay is None
+    studio.release_stop()
+    assert not studio.engine.stopped
