@@ -10,6 +10,7 @@ from hapkit_studio.analysis.bode import AMPLITUDE, COMPARED, CURVE_COLUMNS
 from hapkit_studio.analysis.setting import Setting
 from hapkit_studio.columns import Column, text_lines
 from hapkit_studio.commands import base
+from hapkit_studio.devices.base import Device
 from hapkit_studio.devices.simulated import SimulatedHapkit
 from hapkit_studio.devices.virtual_board import VirtualBoard
 from hapkit_studio.errors import ParameterError
@@ -55,33 +56,39 @@ def run(options: argparse.Namespace) -> base.Result:
 
     scene = base.environment_named(options.environment, options.trust)
     values = scene.values(base.key_values(options.parameter))
-    board = _is_board(options)
-    found = simulation.measure(scene, values, _settings(options), options.amplitude, options.at)
-    if board:
+    device = _device(options)
+    found = simulation.measure(scene, values, _settings(options, device), options.amplitude, options.at)
+    if device.model is None:
         found = on_board.measure(found, options.board_rate, base.progress_line("motion"))
     return base.with_files(_text(found), found.as_json(), base.drawn(options.plot, bode_figure, found))
 
 
-def _is_board(options: argparse.Namespace) -> bool:
-    """Return True for a virtual board; raise ParameterError for invalid options."""
+def _device(options: argparse.Namespace) -> Device:
+    """Return a simulated device or the virtual board; raise ParameterError for invalid options."""
     check_rate(options.board_rate)
     device = devices.named(options.device) if options.device else SimulatedHapkit()
     if device.model is not None:
         if options.board_rate is not None:
             raise ParameterError("--board-rate is for --device virtual-board.")
-        return False
+        return device
     if not isinstance(device, VirtualBoard):
         raise ParameterError(NO_HAND.format(title=device.title))
     own = next(iter(base.of_options(options, ("rate", *_HANDLE))), None)
     if own:
         raise ParameterError(f"{device.title} has its own {own}; leave the option out.")
-    return True
+    return device
 
 
-def _settings(options: argparse.Namespace) -> list[Setting]:
-    """Return the setting of each rate; raise ParameterError."""
-    given = base.of_options(options, (*_HANDLE, "delay", "estimator"))
-    rates = [Setting.rate] if options.rate is None else base.numbers(options.rate, "Rates", "Hz", "1000,4000")
+def _settings(options: argparse.Namespace, device: Device) -> list[Setting]:
+    """Return the setting of each rate for the handle of a simulated device; raise ParameterError."""
+    model = device.model or SimulatedHapkit()
+    given = {
+        "mass": model.mass, "viscous": model.viscous, "coulomb": model.coulomb_force,
+        "quantum": model.quantum,
+        **base.of_options(options, (*_HANDLE, "delay", "estimator")),
+    }  # fmt: skip
+    usual = device.rate if device.model is not None and device.rate else Setting.rate
+    rates = [usual] if options.rate is None else base.numbers(options.rate, "Rates", "Hz", "1000,4000")
     return [Setting(**given, rate=rate, controller=options.controller) for rate in rates]
 
 

@@ -107,3 +107,16 @@ def test_a_command_runs_it_with_a_hand(entry, capsys):
     assert cli.main(words) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["computer"]["rate_Hz"] == (entry.make().rate or 1000.0)
+
+
+@every_device
+def test_bode_drives_its_handle_at_its_rate(entry, capsys):
+    device = entry.make()
+    handle = {"mass": device.mass, "viscous": device.viscous, "coulomb": device.coulomb_force}
+    handle |= {"quantum": device.quantum, "rate": device.rate or 1000.0}
+    told = [f"--{name}={value!r}" for name, value in handle.items()]
+    found = []
+    for words in (["--device", entry.key], told):
+        assert cli.main(["bode", "spring", *words, "--json"]) == 0
+        found.append(json.loads(capsys.readouterr().out)["curves"])
+    assert found[0] == found[1]
