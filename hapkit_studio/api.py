@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 SECONDS = Parameter("seconds", "Seconds", "s", 2.0, 0.0, 86_400.0)
 SPEED = Parameter("max_speed", "Largest speed", "m/s", 3.0, 0.0, 1e6)
 _CHUNK = 1000  # samples per chunk of a session
-# memory limit: a row takes 256 bytes
+# memory limit: a row takes 272 bytes
 MOST_SAMPLES = 10_000_000
 _SIGNALS = tuple(
     BY_NAME[name]

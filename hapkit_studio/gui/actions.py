@@ -51,7 +51,7 @@ def _has_parameters(window: MainWindow) -> bool:
 
 
 def _has_samples(window: MainWindow) -> bool:
-    return len(window.centre.view.history) > 1 and _shows_values(window)
+    return not window.centre.view.history.empty and _shows_values(window)
 
 
 def _may_ask(window: MainWindow) -> bool:

@@ -122,11 +122,12 @@ def compile_paddle(key: str) -> None:
     from hapkit_studio.haptics import clock, headless, health, passivity, priority, rows, simulated_loop
 
     r, body = headless.Scene(named("free"), {}).prepare()
-    passivity.judge.compile((typeof(r), *[typeof(0.0)] * 3))
+    row = rows.new_ring(r.control, 2).rows[0]
+    passivity.judge.compile((typeof(r), *[typeof(0.0)] * 3, typeof(row)))
     priority.probe()
     r.values[:] = r.block.values
     simulated_loop.follow_settings(body, r)
-    simulated_loop.write_truth(body, simulated_loop.measure(body), rows.new_ring(r.control, 2).rows[0])
+    simulated_loop.write_truth(body, simulated_loop.measure(body), row)
     simulated.command(body.dev, body.queue, 0.0)
     simulated.advance(body.dev, body.queue, 0.0, 0.0)
     simulated_loop.cut_motor(body)

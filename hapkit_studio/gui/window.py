@@ -272,7 +272,7 @@ class MainWindow(QMainWindow):
         page = self.views.shown
         if isinstance(page, MeasuringPage):
             return page.bar.export.isEnabled()
-        return page is None and len(self.centre.view.history) > 1 and not self.studio.hidden
+        return page is None and not self.centre.view.history.empty and not self.studio.hidden
 
     def copy_picture(self) -> None:
         """Put a picture of what is in sight, a result or the live plots, on the clipboard."""

@@ -60,7 +60,6 @@ class LoopArrays(NamedTuple):
     memory: np.ndarray  # the velocity estimator's
     fault: np.ndarray  # (native.FAULT_WORDS,), set by laws
     watch: np.ndarray  # the passivity observer's
-    energies: np.ndarray  # (n, 2), n a power of two: given and limit in J of the last n ticks, nan where none
     values: np.ndarray  # the block in force
     words: np.ndarray
     program: np.ndarray  # the law for the board, packed
@@ -69,8 +68,8 @@ class LoopArrays(NamedTuple):
     control: np.ndarray
 
 
-def new_arrays(shared: Block, energies: int = 1) -> LoopArrays:
-    """Return arrays at rest that read their settings from the given block and keep so many energies."""
+def new_arrays(shared: Block) -> LoopArrays:
+    """Return arrays at rest that read their settings from the given block."""
     word = np.zeros(WORD, dtype=np.int64)
     word[SIGNALS] = interrupts.fileno()
     return LoopArrays(
@@ -84,7 +83,6 @@ def new_arrays(shared: Block, energies: int = 1) -> LoopArrays:
         memory=np.zeros(estimators.MEMORY),
         fault=np.zeros(native.FAULT_WORDS, dtype=np.int64),
         watch=np.zeros(WATCH),
-        energies=np.full((energies, 2), np.nan),
         **block.new_block()._asdict(),
         draft=block.new_block(),
         block=shared,

@@ -103,8 +103,7 @@ def fill_row(
     real[arrays.LAST_POSITION] = position
     real[arrays.VELOCITY] = row[rows.VELOCITY]
     word[arrays.RENEW] = 1  # the passivity observer does not watch here
-    place = int(row[rows.TICK]) & (r.energies.shape[0] - 1)
-    r.energies[place, 0] = r.energies[place, 1] = math.nan
+    row[rows.ENERGY_GIVEN] = row[rows.ENERGY_LIMIT] = math.nan
     states, at = r.states[word[arrays.SLOT]], int(sample[codec.STATE_AT])
     same = conn.words[link.HANDOVER] == link.ON_BOARD and r.words[block.BOARD_LAW] == r.words[block.LAW]
     if at < r.words[block.N_STATE] and same and r.words[block.CODE_ID] == conn.words[link.CODE_ID]:

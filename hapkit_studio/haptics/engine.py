@@ -5,8 +5,6 @@ import threading
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from hapkit_studio import environments
 from hapkit_studio.devices import delays
 from hapkit_studio.devices.base import Device
@@ -29,8 +27,6 @@ RENDERERS = COMPUTER, BOARD = "computer", "board"
 STARTING = Priority("Starting")
 JOIN_SECONDS = 2.0
 LATELY = 2000  # measured delays that count, a second or two of them
-# Ticks whose energies are kept: what a window reads late is not known any more.
-ENERGIES = 1 << 13
 
 
 def _environment(named: str | Environment) -> Environment:
@@ -44,7 +40,7 @@ class Engine:
         self.device = device
         self._realtime = realtime
         # the loop
-        self.arrays = arrays.new_arrays(block.new_block(), ENERGIES)
+        self.arrays = arrays.new_arrays(block.new_block())
         self._ring = new_ring(self.arrays.control)
         self.lateness_bins = health.new_histogram()
         """The lateness histogram since the start, int64 bins."""
@@ -419,14 +415,6 @@ class Engine:
             return True
         told = r.words[block.CODE_ID] == self.driver.conn.words[link.CODE_ID]
         return bool(told and r.words[block.BOARD_LAW] == r.words[block.LAW])
-
-    def energies(self, ticks: np.ndarray) -> np.ndarray:
-        """Return (n, 2): the energy given and its limit in J at ticks (n,), nan where unknown."""
-        kept = self.arrays.energies
-        ticks = ticks.astype(np.int64)
-        found = kept[ticks & (len(kept) - 1)]
-        found[int(self.arrays.word[arrays.TICK]) - ticks >= len(kept)] = np.nan
-        return found
 
     @property
     def excess(self) -> tuple[float, float]:

@@ -204,14 +204,14 @@ def control(r: LoopArrays, period: float) -> float:
 
 
 @inlined
-def judge(r: LoopArrays, taken: float, position: float, period: float) -> None:
-    """Set the row's flags, keep the energies; begin anew after whatever changes what can be given."""
+def judge(r: LoopArrays, taken: float, position: float, period: float, row: np.ndarray) -> None:
+    """Write the flags and the row's energies; restart the observer after every change of the rendered law."""
     w, word = r.watch, r.word
-    flags, place = word[arrays.FLAGS], word[arrays.TICK] & (r.energies.shape[0] - 1)
+    flags = word[arrays.FLAGS]
     if flags & HELD or r.real[arrays.RAMP] < 1.0 or word[arrays.RENEW]:
         word[arrays.RENEW] = word[arrays.ASKED] = 0
         w[GIVEN] = w[LIMIT] = w[EXCESS] = w[STRICT] = w[STRICT_EXCESS] = 0.0
-        r.energies[place, 0] = r.energies[place, 1] = math.nan
+        row[rows.ENERGY_GIVEN] = row[rows.ENERGY_LIMIT] = math.nan
         return
     if word[arrays.ASKED] <= CELLS:
         ask(r, position, period)
@@ -220,7 +220,7 @@ def judge(r: LoopArrays, taken: float, position: float, period: float) -> None:
     if w[EXCESS] > FELT and w[EXCESS] > threshold(r):
         flags |= rows.ACTIVE
     word[arrays.FLAGS] = flags
-    r.energies[place, 0], r.energies[place, 1] = w[GIVEN], w[LIMIT]
+    row[rows.ENERGY_GIVEN], row[rows.ENERGY_LIMIT] = w[GIVEN], w[LIMIT]
 
 
 @internal

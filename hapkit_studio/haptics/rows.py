@@ -17,7 +17,8 @@ from hapkit_studio.haptics.signals import COLUMN, SIGNALS
 
 TICK, HOST_TIME, BOARD_TIME = COLUMN["tick"], COLUMN["time"], COLUMN["board_time"]
 POSITION, VELOCITY = COLUMN["position"], COLUMN["velocity"]
-FORCE, APPLIED_FORCE, ENERGY = COLUMN["force"], COLUMN["applied_force"], COLUMN["energy"]
+FORCE, APPLIED_FORCE = COLUMN["force"], COLUMN["applied_force"]
+ENERGY, ENERGY_GIVEN, ENERGY_LIMIT = COLUMN["energy"], COLUMN["energy_given"], COLUMN["energy_limit"]
 LATENESS, COMPUTE, PERIOD, FLAGS = COLUMN["lateness"], COLUMN["compute"], COLUMN["period"], COLUMN["flags"]
 TRUE_POSITION, TRUE_VELOCITY = COLUMN["true_position"], COLUMN["true_velocity"]
 HAND_FORCE, HAND_TARGET = COLUMN["hand_force"], COLUMN["hand_target"]

@@ -19,6 +19,7 @@ class Signal:
     delta_to: session files store the difference to this signal, which it mostly equals.
     whole: its values are integers. extremes: session files keep the extremes of every block, to draw from.
     header: its column in tables for other programs, where that is not the name with the unit.
+    gaps: a single NaN breaks its line in a plot, however many samples a column of pixels holds.
     """
 
     name: str
@@ -32,6 +33,7 @@ class Signal:
     recorded: str = ALWAYS
     extremes: bool = False
     header: str = ""
+    gaps: bool = False
 
     @property
     def column_name(self) -> str:
@@ -39,6 +41,8 @@ class Signal:
         return self.header or "_".join(filter(None, (self.name, self.unit.replace("/", "_per_"))))
 
 
+# energy: work on the handle since the loop began; energy_given: since the passivity observer restarted;
+# energy_limit: the most that a passive scene could have given since then. Both are NaN without the observer.
 SIGNALS = (
     Signal("tick", step=1.0, whole=True),
     Signal("time", "s", "s", step=1e-6),
@@ -50,6 +54,8 @@ SIGNALS = (
     Signal("lateness", "s", "µs", 1e6, step=1e-6),
     Signal("compute", "s", "µs", 1e6, step=1e-7),
     Signal("energy", "J", "mJ", 1e3, extremes=True),
+    Signal("energy_given", "J", "mJ", 1e3, step=1e-6, extremes=True, gaps=True),
+    Signal("energy_limit", "J", "mJ", 1e3, step=1e-6, extremes=True, gaps=True),
     Signal("flags", step=1.0, whole=True),
     Signal("true_position", "m", "mm", 1e3, recorded=ON_REQUEST),
     Signal("true_velocity", "m/s", "mm/s", 1e3, recorded=ON_REQUEST),

@@ -345,7 +345,7 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
         asked = render(r, position, velocity, period)
     taken = passivity.control(r, period)
     force = guard(r, asked, taken, velocity, position, period)
-    passivity.judge(r, taken, position, period)
+    passivity.judge(r, taken, position, period, row)
     real[arrays.ENERGY] += effect * (position - real[arrays.LAST_POSITION])
     real[arrays.LAST_POSITION] = position
     real[arrays.APPLIED] = force

@@ -1,7 +1,7 @@
 """A chunk: some tenths of a second of samples, compressed column by column, with extremes to draw from."""
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -85,22 +85,6 @@ def pack(table: np.ndarray, quantum: float, states: int, truth: bool = False) ->
     start, stop = step * np.rint(table[[0, -1], rows.HOST_TIME] / step)  # as the samples have it
     extremes = encode(_extremes(table).ravel())
     return Chunk(len(table), float(start), float(stop), states, extremes, columns)
-
-
-def unpack(chunk: Chunk, names: Collection[str]) -> np.ndarray:
-    """Return a chunk's telemetry rows (count, ROW_WIDTH) with some signals, NaN in all others.
-
-    Raise DamagedError.
-    """
-    table = np.full((chunk.count, rows.ROW_WIDTH), math.nan)
-    for name in BY_NAME.keys() & set(names):
-        table[:, COLUMN[name]] = chunk.values(name)
-    if STATE in names:
-        states = chunk.values(STATE)[:, : rows.ROW_WIDTH - rows.STATE]
-        table[:, rows.STATE : rows.STATE + states.shape[1]] = states
-    whole = [rows.TICK, rows.FLAGS]
-    table[:, whole] = np.nan_to_num(table[:, whole])
-    return table
 
 
 def _encoded(table: np.ndarray, signal: Signal, quantum: float) -> bytes:

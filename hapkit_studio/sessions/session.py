@@ -19,7 +19,7 @@ import numpy as np
 
 from hapkit_studio.errors import FileError
 from hapkit_studio.files import checked_integer, checked_number, checked_text, replacing
-from hapkit_studio.sessions.chunk import MOST_SAMPLES, MOST_STATES, MOST_TIME, Chunk, unpack
+from hapkit_studio.sessions.chunk import MOST_SAMPLES, MOST_STATES, MOST_TIME, Chunk
 from hapkit_studio.sessions.columns import DamagedError
 from hapkit_studio.sessions.database import ERRORS, Database
 from hapkit_studio.sessions.event_values import checked_event, one_line
@@ -45,7 +45,7 @@ _MOST_EVENTS = 50_000  # settings that change all the time for 40 minutes
 _MOST_TEXT = 1 << 26  # characters of all events
 _MOST_DAMAGED = 100_000  # rows
 _MOST_SECONDS = 31 * 86_400.0
-_MOST_IN_ALL = 1 << 28  # samples: 75 hours at 1 kHz; their extremes take 340 MB
+_MOST_IN_ALL = 1 << 28  # samples: 75 hours at 1 kHz; their extremes take 470 MB
 MOST_MARKERS = 1_000  # that are listed and drawn
 MOST_READ = 1 << 31  # bytes of samples that are read at once: an hour at 4 kHz
 
@@ -139,7 +139,7 @@ class Session:
         """Read all of it, and return ``damage``."""
         for number in range(len(self.counts)):
             with suppress(DamagedError):
-                self.rows(number)
+                self.signals(number)
         return self.damage
 
     def latest(self, kind: str, time: float = math.inf) -> dict[str, Any]:
@@ -151,9 +151,9 @@ class Session:
         """Return a chunk, 0 the first; raise DamagedError."""
         return self._chunk(self._ids[number])
 
-    def rows(self, number: int, names: Collection[str] | None = None) -> np.ndarray:
-        """Return a chunk's telemetry rows (count, ROW_WIDTH) with some signals; raise DamagedError."""
-        return self._unpacked(number, self.chunk(number), names)
+    def signals(self, number: int, names: Collection[str] | None = None) -> dict[str, np.ndarray]:
+        """Return some or all signals of a chunk, and STATE (count, states); raise DamagedError."""
+        return self._decoded(number, self.chunk(number), names)
 
     def repair(self, path: str | Path) -> tuple[str, ...]:
         """Write all that can be read into a new session; return ``damage``; raise SessionError."""
@@ -164,7 +164,7 @@ class Session:
             for number in range(len(self.counts)):
                 with suppress(DamagedError):
                     chunk = self.chunk(number)
-                    self._unpacked(number, chunk, None)
+                    self._decoded(number, chunk)
                     writer.add(chunk)
                     added += 1
             if not added:
@@ -196,9 +196,11 @@ class Session:
                 self._left_out("chunk", self._ids[number], error)
         return {name: _joined([piece[name] for piece in pieces]) for name in names}
 
-    def _unpacked(self, number: int, chunk: Chunk, names: Collection[str] | None) -> np.ndarray:
+    def _decoded(
+        self, number: int, chunk: Chunk, names: Collection[str] | None = None
+    ) -> dict[str, np.ndarray]:
         try:
-            return unpack(chunk, self.layout.names if names is None else names)
+            return {name: chunk.values(name) for name in (self.layout.names if names is None else names)}
         except DamagedError as error:
             raise self._left_out("chunk", self._ids[number], error) from None
 

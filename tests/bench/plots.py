@@ -13,7 +13,7 @@ from PySide6.QtCore import QEventLoop, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QGridLayout, QWidget
 
 from hapkit_studio import environments
-from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.history import LiveHistory
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import TimePlots
 from hapkit_studio.gui.scenes import SceneView
@@ -40,7 +40,7 @@ class Ours:
     """The studio's own widgets."""
 
     def __init__(self, grid: QGridLayout):
-        self.history = History(SPAN)
+        self.history = LiveHistory(SPAN)
         wall = environments.named("wall")
         self.times = TimePlots()
         self.phase = ForcePosition(self.times.cursors)

@@ -7,32 +7,36 @@ from PySide6.QtGui import QFontMetricsF
 
 from hapkit_studio.gui import energy
 from hapkit_studio.gui.energy import EnergyWatch
-from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.history import LiveHistory
 from hapkit_studio.gui.live.live import Live
 from hapkit_studio.gui.live.plots.declared import phase_plots
 from hapkit_studio.gui.status_bar import StatusBar
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.gui.widgets.theme import theme
+from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY, RATE, colored, telemetry
 from tests.gui.window_support import PATIENCE_MS, SIMULATED
 
 ENERGY = len(phase_plots())
 
 
-def energies(count, first=0, lost=1):
-    """Return energies that swing to -4 mJ below a limit of 1 mJ, begun anew for so many ticks at 12 s."""
-    tick = first + np.arange(count)
-    table = np.column_stack([-2e-3 * (1.0 - np.cos(tick / RATE)), np.full(count, 1e-3)])
-    table[(tick >= 12_000) & (tick < 12_000 + lost)] = np.nan
+def with_energies(count, first=0, lost=1):
+    """Return rows whose energy swings to -4 mJ below a limit of 1 mJ, restarted for some ticks at 12 s."""
+    table = telemetry(count, first)
+    tick = table[:, rows.TICK]
+    table[:, rows.ENERGY_GIVEN] = -2e-3 * (1.0 - np.cos(tick / RATE))
+    table[:, rows.ENERGY_LIMIT] = 1e-3
+    restarted = (tick >= 12_000) & (tick < 12_000 + lost)
+    table[restarted, rows.ENERGY_GIVEN] = table[restarted, rows.ENERGY_LIMIT] = np.nan
     return table
 
 
 @pytest.fixture
 def shown(phase):
     """Return the card with the energy of 14 s in it."""
-    history = History(seconds=60.0, rate=RATE)
-    history.append(telemetry(14_000), energies(14_000, lost=150))  # 3 px and more
+    history = LiveHistory(seconds=60.0, rate=RATE)
+    history.append(with_energies(14_000, lost=150))  # 3 px and more
     phase.view.set_history(history)
     phase.choose(ENERGY)
     phase.refresh()
@@ -43,18 +47,18 @@ def shown(phase):
 @pytest.mark.parametrize("width", [0.0005, 0.03, 0.5])
 def test_the_history_keeps_energies_and_where_they_begin_anew(width):
     """However coarse the columns are, one of them is missing where the sum begins anew, and only there."""
-    history, want = History(seconds=60.0, rate=RATE), energies(14_000)
-    history.append(telemetry(14_000), want)
-    assert history.latest()["energy"] == want[-1, 0]
+    history, want = LiveHistory(seconds=60.0, rate=RATE), with_energies(14_000)
+    history.append(want)
+    assert history.latest()["energy_given"] == want[-1, rows.ENERGY_GIVEN]
     assert history.at(5.0)["energy_limit"] == 1e-3
     window = history.window(np.arange(4.0, 13.9, width))
-    gone = np.isnan(window.y["energy"])
+    gone = np.isnan(window.y["energy_given"])
     assert 1 <= gone.sum() <= 2
     np.testing.assert_allclose(window.x[gone], 12.0, atol=width)
     assert np.isfinite(window.y["position"]).all()
     steepest = 2e-3 * width
     exact = -2e-3 * (1.0 - np.cos(window.x[~gone]))
-    np.testing.assert_allclose(window.y["energy"][~gone], exact, atol=steepest)
+    np.testing.assert_allclose(window.y["energy_given"][~gone], exact, atol=steepest)
 
 
 def test_the_curve_stands_at_its_value_and_breaks(shown):

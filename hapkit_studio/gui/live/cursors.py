@@ -17,6 +17,7 @@ from hapkit_studio.gui.pages.table import Table
 from hapkit_studio.gui.widgets.parts import across, down, label
 from hapkit_studio.gui.widgets.segmented import Segmented
 from hapkit_studio.gui.widgets.theme import number
+from hapkit_studio.haptics.signals import BY_NAME
 
 NAMES = "A", "B"
 _EACH_MS = 200  # how often what lies between is worked out anew while a cursor is dragged
@@ -28,19 +29,27 @@ _BENT = 0.05  # of the force's RMS: what leaves more than this is no line
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a row of the table shows: a channel in the unit of the screen."""
+    """A row of the table: a signal in its shown unit."""
 
     channel: str
     symbol: str
-    unit: str
-    scale: float
     decimals: int
+
+    @property
+    def unit(self) -> str:
+        """Return the shown unit."""
+        return BY_NAME[self.channel].shown_unit
+
+    @property
+    def scale(self) -> float:
+        """Return how many shown units one SI unit has."""
+        return BY_NAME[self.channel].scale
 
 
 QUANTITIES = (
-    Quantity("position", "x", "mm", 1e3, 2),
-    Quantity("velocity", "v", "mm/s", 1e3, 1),
-    Quantity("applied_force", "F", "N", 1.0, 3),
+    Quantity("position", "x", 2),
+    Quantity("velocity", "v", 1),
+    Quantity("applied_force", "F", 3),
 )
 
 

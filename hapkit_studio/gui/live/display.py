@@ -10,7 +10,7 @@ from PySide6.QtCore import QElapsedTimer, QObject, QTimer, Signal
 from hapkit_studio.analysis import oscillation
 from hapkit_studio.gui.live import held
 from hapkit_studio.gui.live.centre import Centre
-from hapkit_studio.gui.live.history import CHANNELS, History
+from hapkit_studio.gui.live.history import Samples
 from hapkit_studio.gui.live.live import KEPT_SECONDS, Live
 from hapkit_studio.gui.live.replay import Replay
 from hapkit_studio.gui.panel.warnings import WarningLines
@@ -27,6 +27,7 @@ _DRAWN = rows.POSITION, rows.APPLIED_FORCE, rows.FORCE, rows.HAND_TARGET
 _USUAL_S = 12.0  # how long the first compile takes on two processors
 _NEARLY = 0.95  # where the bar waits if it takes longer
 _BAR_MS = 250
+_RECORDED = ("position", "velocity", "force", "applied_force")  # the signals of a Recording
 _WORDS = {
     "preparing": "Preparing the loop, once only",
     "connecting": "Connecting…",
@@ -161,9 +162,8 @@ class LiveDisplay(QObject):
 
     def hold_recording(self, recording: "Recording", path: Path) -> None:
         """Hold the end of a recording from a file, as much as the plots can show."""
-        channels = np.stack([getattr(recording, channel) for channel in CHANNELS])
         time = recording.time
-        history = History.of(time, channels, [])
+        history = Samples.of(time, {name: getattr(recording, name) for name in _RECORDED})
         self._centre.held.hold(history, (max(time[0], time[-1] - KEPT_SECONDS), time[-1]), path.name)
 
     def go_live(self) -> None:

@@ -18,8 +18,9 @@ from PySide6.QtGui import QGuiApplication, QImage
 
 from hapkit_studio.errors import ParameterError, StudioError
 from hapkit_studio.gui.background import Job
-from hapkit_studio.gui.live.history import OBJECT, Window
+from hapkit_studio.gui.live.history import Window
 from hapkit_studio.gui.live.live import KEPT_SECONDS
+from hapkit_studio.gui.live.plots.declared import OBJECT
 from hapkit_studio.gui.live.recorded import Recorded
 from hapkit_studio.gui.widgets.parts import choose_file
 from hapkit_studio.sessions import export, settings
@@ -145,7 +146,7 @@ class LiveExport(QObject):
         window = history.between(*stretch)
         table = window.known()
         if len(table.x) < 2:
-            many = isinstance(history, Recorded) and history.exceeds(*stretch)
+            many = history.exceeds(*stretch)
             many_words = "There are too many samples in this range. The view Sessions exports them."
             self.failed.emit(many_words if many else "There are no samples in this range.")
             return None

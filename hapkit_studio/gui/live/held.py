@@ -10,8 +10,9 @@ from PySide6.QtWidgets import QCheckBox, QPushButton, QWidget
 
 from hapkit_studio.analysis.felt import as_felt
 from hapkit_studio.environments.base import Environment
-from hapkit_studio.gui.live.history import CHANNELS, History
+from hapkit_studio.gui.live.history import History
 from hapkit_studio.gui.live.plot_header import Sample
+from hapkit_studio.gui.live.plots.declared import OBJECT
 from hapkit_studio.gui.widgets import icons, strokes
 from hapkit_studio.gui.widgets.parts import across
 from hapkit_studio.gui.widgets.theme import theme
@@ -96,13 +97,14 @@ class HeldTraces(QObject):
         s later; one of the same words is numbered. None without data.
         """
         edges = np.linspace(stretch[0], np.nextafter(stretch[1], np.inf), _COLUMNS)
-        window = history.window(edges).known() if len(history) else None
+        window = history.window(edges).known() if not history.empty else None
         if window is None or len(window.x) < 2:
             return None
         if len(self.traces) == len(LOOKS):
             self.remove(next(iter(self.traces)))
         place = min(set(range(len(LOOKS))) - set(self.traces))
-        values = {channel: window.y[channel] for channel in CHANNELS}
+        known = (name for name, found in window.y.items() if name != OBJECT and np.isfinite(found).any())
+        values = {name: window.y[name] for name in known}
         pinned = shift is None
         time = window.x - (stretch[1] if zero is None else zero) if shift is None else window.x + shift
         others = {trace.words for trace in self.traces.values()}

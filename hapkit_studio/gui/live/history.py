@@ -1,28 +1,38 @@
-"""The last minute of telemetry, and any stretch of it reduced to the extremes of each pixel's column.
+"""Histories: what plots, cursors and trigger read, and any stretch of it reduced to extremes for each pixel.
 
-Samples lie in order in one array twice as long as what is kept; when it is full the kept half moves to the
-front. Every frame reduces its stretch anew: 0.2 ms for 10 s at 1 kHz, 1.2 ms for 60 s at 4 kHz.
+``History`` is the interface of the live samples of the last minute (``LiveHistory``), of samples in memory
+(``Samples``), and of a recorded session up to where a replay stands (recorded.py). They hold the signals that
+some plot shows, so a new plot needs no entry here.
 """
 
 import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
+from hapkit_studio.gui.live.plots.declared import OBJECT, phase_plots, time_plots
 from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.signals import BY_NAME, COLUMN
 
-_AT_ONCE = 4096  # samples that are taken at a time
-CHANNELS = {
-    "position": rows.POSITION,
-    "velocity": rows.VELOCITY,
-    "force": rows.FORCE,
-    "applied_force": rows.APPLIED_FORCE,
-}
-OBJECT = "object"  # the place of what moves besides the handle, nan where nothing does
-ENERGIES = ("energy", "energy_limit")  # not in the rows: the engine keeps them, nan where it has none
-_COLUMNS = np.array(list(CHANNELS.values()))
-_NAMES = (*CHANNELS, OBJECT, *ENERGIES)
-_ENERGY = len(CHANNELS) + 1
+_ALWAYS = (
+    "position",
+    "velocity",
+    "force",
+    "applied_force",
+    "energy",
+)  # cursors, trigger and export read these
+_AT_ONCE = 4096  # samples appended at a time
+
+
+@cache
+def channels() -> tuple[str, ...]:
+    """Return the signals that a history holds, OBJECT last."""
+    traces = [trace for plot in (*time_plots(), *time_plots(beside=True)) for trace in plot.traces]
+    shown = [*(trace.channel for trace in traces), *(plot.channel for plot in phase_plots())]
+    return (*dict.fromkeys([*_ALWAYS, *(name for name in shown if name != OBJECT)]), OBJECT)
 
 
 @dataclass(frozen=True)
@@ -43,107 +53,117 @@ class Window:
         return Window(self.x[known], {name: values[known] for name, values in self.y.items()}, self.dense)
 
 
-class History:
-    """Ring of the channels the plots show; ``append`` takes telemetry rows as the reader gives them."""
+class History(ABC):
+    """Samples of ``channels()`` over time in s, with the changes of settings during them."""
 
+    seconds = math.inf
+    """Age in s at which samples are forgotten."""
     complete = True
-    """Whether all that is kept is given to those who ask."""
+    """False while only a part of the samples is read, as while a replay is dragged along."""
 
-    def __init__(self, seconds: float = 60.0, rate: float = 10000.0):
-        """Make room for this many seconds at this rate in Hz."""
-        self.seconds = seconds
-        self.capacity = math.ceil(seconds * rate) + 1
-        size = 2 * self.capacity + _AT_ONCE
-        self._time = np.empty(size)
-        self._data = np.empty((len(_NAMES), size))
-        self.clear()
-
-    @classmethod
-    def of(cls, time: np.ndarray, channels: np.ndarray, breaks: list[int]) -> "History":
-        """Return one that holds samples: times (n,) in s, CHANNELS (4, n), and where lines break."""
-        made = cls(0.0, 0.0)
-        made._time, made._breaks, made._end = time, breaks, len(time)
-        made._data = np.full((len(_NAMES), len(time)), np.nan)
-        made._data[: len(CHANNELS)] = channels
-        return made
-
-    def clear(self) -> None:
-        """Forget everything."""
-        self._drop_samples()
+    def __init__(self) -> None:
         self.dividers: list[tuple[float, str]] = []
-        """What was changed while these samples came: when, in s, and in words, the oldest first."""
+        """Labelled changes: time in s and text, the oldest first."""
         self.changes: list[float] = [-math.inf]
-        """When settings changed, in s, the oldest first; what is older than the samples is one."""
+        """Times in s at which settings changed, the oldest first; one of them is older than the samples."""
         self.begin = -math.inf
         """Time in s from which on all samples are of the environment in force."""
 
-    def _drop_samples(self) -> None:
+    @property
+    @abstractmethod
+    def start(self) -> float:
+        """Time of the oldest sample in s; NaN when empty."""
+
+    @property
+    @abstractmethod
+    def now(self) -> float:
+        """Time of the newest sample in s; NaN when empty."""
+
+    @abstractmethod
+    def copy(self) -> "History":
+        """Return the present samples, to look at while this one is still filled."""
+
+    @abstractmethod
+    def between(self, t0: float, t1: float) -> Window:
+        """Return every sample with t0 <= time < t1."""
+
+    @abstractmethod
+    def window(self, edges: np.ndarray) -> Window:
+        """Return [edges[0], edges[-1]) with the samples between each two edges (s) reduced to a column.
+
+        Each column keeps its least and greatest sample. Where columns hold two samples or fewer, the samples
+        themselves are given, with one more at each side so that lines reach the edge.
+        """
+
+    @abstractmethod
+    def at(self, time: float) -> dict[str, float] | None:
+        """Return every channel's value at the last sample up to a time in s; None before the first."""
+
+    @abstractmethod
+    def before(self, time: float) -> float:
+        """Return the time of the last sample before a time, both in s; NaN before the first."""
+
+    @property
+    def empty(self) -> bool:
+        """Return whether there is no sample."""
+        return math.isnan(self.now)
+
+    def latest(self) -> dict[str, float]:
+        """Return every channel's newest value; NaN when empty."""
+        return self.at(self.now) or dict.fromkeys(channels(), math.nan)
+
+    def drawn(self, t0: float, t1: float) -> Window:
+        """Return the samples with t0 <= time < t1 to draw point by point."""
+        return self.between(t0, t1)
+
+    def exceeds(self, t0: float, t1: float) -> bool:
+        """Return whether ``between`` gives nothing because there are too many samples."""
+        return False
+
+
+class Samples(History):
+    """Samples in memory, in the order of time. When the arrays are full they move to the front or grow."""
+
+    def __init__(self, room: int = 0):
+        """Reserve memory for so many samples."""
+        super().__init__()
+        self._time, self._data = np.empty(room), np.empty((len(channels()), room))
         self._begin = self._end = 0
-        self._tick = np.nan
+        self._tick = math.nan
         self._breaks: list[int] = []
+
+    @classmethod
+    def of(cls, time: np.ndarray, signals: Mapping[str, np.ndarray], breaks: Iterable[int] = ()) -> "Samples":
+        """Return samples at times (n,) in s; missing signals are NaN; lines break before some indices."""
+        made = cls(len(time))
+        made._time[:], made._data[:] = time, math.nan
+        for row, name in enumerate(channels()):
+            if name in signals:
+                made._data[row] = signals[name]
+        made._breaks, made._end = list(breaks), len(time)
+        return made
 
     def __len__(self) -> int:
         return self._end - self._begin
 
     @property
     def start(self) -> float:
-        """Time of the oldest sample in s; NaN when empty."""
-        return float(self._time[self._begin]) if len(self) else np.nan
+        return float(self._time[self._begin]) if len(self) else math.nan
 
     @property
     def now(self) -> float:
-        """Time of the newest sample in s; NaN when empty."""
-        return float(self._time[self._end - 1]) if len(self) else np.nan
+        return float(self._time[self._end - 1]) if len(self) else math.nan
 
-    def divide(self, words: str, time: float | None = None, instead: float | None = None) -> None:
-        """Note what happened at a time in s, now if none is given, in place of what was noted for it.
-
-        instead: in place of what was noted for this time, too. Without words nothing new is noted.
-        """
-        at = self.now if time is None else time
-        if len(self):
-            others = [(when, was) for when, was in self.dividers if when not in (at, instead)]
-            self.dividers = sorted([*others, (at, words)] if words else others)
-
-    def begin_anew(self) -> None:
-        """Count what came up to now as another environment's."""
-        self.begin = math.nextafter(self.now, math.inf) if len(self) else -math.inf
-
-    def latest(self) -> dict[str, float]:
-        """Return every channel's newest value; NaN when empty."""
-        newest = self._data[:, self._end - 1].tolist() if len(self) else [np.nan] * len(_NAMES)
-        return dict(zip(_NAMES, newest, strict=True))
-
-    def append(
-        self, new: np.ndarray, energies: np.ndarray | None = None, places: np.ndarray | None = None
+    def extend(
+        self, time: np.ndarray, tick: np.ndarray, flags: np.ndarray, signals: Mapping[str, np.ndarray | float]
     ) -> None:
-        """Take (n, ROW_WIDTH) telemetry rows, oldest first, and their (n, 2) energies and limits in J.
-
-        places (n,) in m: of the object that moves besides the handle, None where there is none. A clock that
-        goes back starts afresh.
-        """
-        if not len(new):
-            return
-        if len(self) and new[0, rows.HOST_TIME] < self._time[self._end - 1]:
-            self.clear()
-        for part in range(0, len(new), _AT_ONCE):
-            some = slice(part, part + _AT_ONCE)
-            beside = 0.0 if energies is None else energies[some].T
-            self._take(new[some], beside, np.nan if places is None else places[some])
-
-    def _take(self, new: np.ndarray, energies: np.ndarray | float, places: np.ndarray | float) -> None:
-        if self._end + len(new) > len(self._time):
-            self._move_to_front()
-        first, self._end = self._end, self._end + len(new)
-        self._time[first : self._end] = new[:, rows.HOST_TIME]
-        self._data[: len(CHANNELS), first : self._end] = new[:, _COLUMNS].T
-        self._data[len(CHANNELS), first : self._end] = places
-        self._data[_ENERGY:, first : self._end] = energies
-        self._note_breaks(new, first)
-        self._forget()
-
-    def _note_breaks(self, new: np.ndarray, first: int) -> None:
-        tick, flags = new[:, rows.TICK], new[:, rows.FLAGS]
+        """Append samples (n,), n > 0, later than all others; a line breaks where ticks are missing."""
+        if self._end + len(time) > len(self._time):
+            self._make_room(len(time))
+        first, self._end = self._end, self._end + len(time)
+        self._time[first : self._end] = time
+        for row, name in enumerate(channels()):
+            self._data[row, first : self._end] = signals.get(name, math.nan)
         lost = np.flatnonzero(np.abs(tick[1:] - tick[:-1] - 1.0) > 0.5) + first + 1
         if abs(tick[0] - self._tick - 1.0) > 0.5:
             lost = np.append(lost, first)
@@ -151,32 +171,23 @@ class History:
             flagged = np.flatnonzero(flags.astype(np.int64) & rows.GAP)
             lost = np.union1d(lost, flagged + first)
         self._breaks += sorted(int(i) for i in lost if i > 0)
-        self._tick = new[-1, rows.TICK]
+        self._tick = float(tick[-1])
 
-    def _forget(self) -> None:
-        oldest = max(self._end - self.capacity, self._begin)
-        earliest = self._time[self._end - 1] - self.seconds
-        oldest += int(np.searchsorted(self._time[oldest : self._end], earliest))
-        self._begin = oldest
-        while self._breaks and self._breaks[0] <= oldest:
-            self._breaks.pop(0)
-        while self.dividers and self.dividers[0][0] < self.start:
-            self.dividers.pop(0)
-        while len(self.changes) > 1 and self.changes[1] < self.start:
-            self.changes.pop(0)
-
-    def _move_to_front(self) -> None:
-        """Move the kept samples to the front."""
+    def _make_room(self, more: int) -> None:
+        """Move the samples to the front, into larger arrays if they fill more than half of these."""
         shift, kept = self._begin, len(self)
+        time, data = self._time, self._data
+        if kept + more > len(time) or 2 * kept > len(time):
+            room = 2 * (kept + more)
+            self._time, self._data = np.empty(room), np.empty((len(data), room))
         # channel by channel: numpy copies a table first, and the heap keeps the room that took
-        for values in (self._time, *self._data):
-            values[:kept] = values[shift : self._end]
+        for to, values in zip((self._time, *self._data), (time, *data), strict=True):
+            to[:kept] = values[shift : self._end]
         self._breaks = [i - shift for i in self._breaks if i > shift]
         self._begin, self._end = 0, kept
 
-    def copy(self) -> "History":
-        """Return what is kept now, to look at while this one goes on filling."""
-        other = History.__new__(History)
+    def copy(self) -> "Samples":
+        other = Samples.__new__(Samples)
         other.__dict__.update(self.__dict__)
         lead = self._begin
         other._time = self._time[lead : self._end].copy()
@@ -187,40 +198,28 @@ class History:
         return other
 
     def between(self, t0: float, t1: float) -> Window:
-        """Return every sample with t0 <= time < t1."""
         return self._samples(*self._indices(np.array([t0, t1])))
 
-    def drawn(self, t0: float, t1: float) -> Window:
-        """Return what is to be drawn of t0 <= time < t1 point by point: every sample."""
-        return self.between(t0, t1)
-
     def at(self, time: float) -> dict[str, float] | None:
-        """Return every channel's value at the last sample up to a time in s; None before the first."""
         i = self._begin + int(np.searchsorted(self._time[self._begin : self._end], time, side="right")) - 1
-        return dict(zip(_NAMES, self._data[:, i].tolist(), strict=True)) if i >= self._begin else None
+        return dict(zip(channels(), self._data[:, i].tolist(), strict=True)) if i >= self._begin else None
 
     def before(self, time: float) -> float:
-        """Return the time of the last sample before a time, both in s; NaN before the first."""
         i = int(np.searchsorted(self._time[self._begin : self._end], time)) - 1
-        return float(self._time[self._begin + i]) if i >= 0 else np.nan
+        return float(self._time[self._begin + i]) if i >= 0 else math.nan
 
     def window(self, edges: np.ndarray) -> Window:
-        """Return [edges[0], edges[-1]) with the samples between each two edges (s) reduced to a column.
+        indices = self._indices(edges)
+        if indices[-1] - indices[0] > 2 * (len(edges) - 1):
+            return self._columns(edges, indices)
+        return self._samples(max(indices[0] - 1, self._begin), min(indices[-1] + 1, self._end))
 
-        Each column keeps its least and greatest sample. Where columns hold two samples or fewer, the samples
-        themselves are given, with one more at each side so that lines reach the edge.
-        """
-        places = self._indices(edges)
-        if places[-1] - places[0] > 2 * (len(edges) - 1):
-            return self._columns(edges, places)
-        return self._samples(max(places[0] - 1, self._begin), min(places[-1] + 1, self._end))
-
-    def _columns(self, edges: np.ndarray, places: np.ndarray) -> Window:
-        filled = np.flatnonzero(places[1:] > places[:-1])
+    def _columns(self, edges: np.ndarray, indices: np.ndarray) -> Window:
+        filled = np.flatnonzero(indices[1:] > indices[:-1])
         if not len(filled):
-            return Window(np.empty(0), {name: np.empty(0) for name in _NAMES}, True)
-        first, stop = places[filled], places[filled + 1]
-        y = np.empty((len(_NAMES), 2 * len(filled)))
+            return Window(np.empty(0), {name: np.empty(0) for name in channels()}, True)
+        first, stop = indices[filled], indices[filled + 1]
+        y = np.empty((len(channels()), 2 * len(filled)))
         samples = self._data[:, first[0] : stop[-1]]
         least, greatest = (pick.reduceat(samples, first - first[0], axis=1) for pick in (np.fmin, np.fmax))
         rising = self._data[:, stop - 1] >= self._data[:, first]
@@ -228,8 +227,9 @@ class History:
         y[:, 1::2] = np.where(rising, greatest, least)
         left, width = edges[filled], edges[filled + 1] - edges[filled]
         x = np.stack([left + 0.25 * width, left + 0.75 * width], axis=1).ravel()
-        begun = np.logical_or.reduceat(np.isnan(samples[-1]), first - first[0])
-        y[_ENERGY:, np.repeat(begun, 2)] = np.nan
+        for row in _with_gaps():
+            missing = np.logical_or.reduceat(np.isnan(samples[row]), first - first[0])
+            y[row, np.repeat(missing, 2)] = math.nan
         lost = self._breaks_in(int(first[0]), int(stop[-1]))
         return self._broken(x, y, np.unique(2 * (np.searchsorted(first, lost, side="right") - 1)), True)
 
@@ -247,4 +247,69 @@ class History:
     def _broken(self, x: np.ndarray, y: np.ndarray, cuts: np.ndarray, dense: bool) -> Window:
         if len(cuts):
             x, y = np.insert(x, cuts, np.nan), np.insert(y, cuts, np.nan, axis=1)
-        return Window(x, {name: y[row] for row, name in enumerate(_NAMES)}, dense)
+        return Window(x, {name: y[row] for row, name in enumerate(channels())}, dense)
+
+
+@cache
+def _with_gaps() -> tuple[int, ...]:
+    names = channels()
+    return tuple(row for row, name in enumerate(names) if name != OBJECT and BY_NAME[name].gaps)
+
+
+class LiveHistory(Samples):
+    """The last minute of telemetry rows. A frame reduces 10 s at 1 kHz in 0.2 ms, 60 s at 4 kHz in 1.2 ms."""
+
+    def __init__(self, seconds: float = 60.0, rate: float = 10000.0):
+        """Reserve memory for this many seconds at this rate in Hz."""
+        self.seconds = seconds
+        self.capacity = math.ceil(seconds * rate) + 1
+        super().__init__(2 * self.capacity + _AT_ONCE)
+
+    def clear(self) -> None:
+        """Remove all samples and changes."""
+        self._begin = self._end = 0
+        self._tick, self._breaks = math.nan, []
+        self.dividers, self.changes, self.begin = [], [-math.inf], -math.inf
+
+    def divide(self, words: str, time: float | None = None, instead: float | None = None) -> None:
+        """Put a labelled change at a time in s, by default now, in place of the one that was there.
+
+        instead: another time whose label is removed. Without words no label is added.
+        """
+        at = self.now if time is None else time
+        if len(self):
+            others = [(when, was) for when, was in self.dividers if when not in (at, instead)]
+            self.dividers = sorted([*others, (at, words)] if words else others)
+
+    def begin_anew(self) -> None:
+        """Let the samples up to now belong to the previous environment."""
+        self.begin = math.nextafter(self.now, math.inf) if len(self) else -math.inf
+
+    def append(self, new: np.ndarray, object_position: np.ndarray | None = None) -> None:
+        """Append (n, ROW_WIDTH) telemetry rows, oldest first; clear all others when the clock goes back.
+
+        object_position (n,) in m: of the body that moves besides the handle, None where there is none.
+        """
+        if not len(new):
+            return
+        if len(self) and new[0, rows.HOST_TIME] < self.now:
+            self.clear()
+        for part in range(0, len(new), _AT_ONCE):
+            some = new[part : part + _AT_ONCE]
+            signals = {name: some[:, COLUMN[name]] for name in channels()[:-1]}
+            if object_position is not None:
+                signals[OBJECT] = object_position[part : part + _AT_ONCE]
+            self.extend(some[:, rows.HOST_TIME], some[:, rows.TICK], some[:, rows.FLAGS], signals)
+            self._forget()
+
+    def _forget(self) -> None:
+        oldest = max(self._end - self.capacity, self._begin)
+        earliest = self._time[self._end - 1] - self.seconds
+        oldest += int(np.searchsorted(self._time[oldest : self._end], earliest))
+        self._begin = oldest
+        while self._breaks and self._breaks[0] <= oldest:
+            self._breaks.pop(0)
+        while self.dividers and self.dividers[0][0] < self.start:
+            self.dividers.pop(0)
+        while len(self.changes) > 1 and self.changes[1] < self.start:
+            self.changes.pop(0)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
-from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.history import LiveHistory
 from hapkit_studio.gui.studio import Studio
 from hapkit_studio.haptics import rows
 
@@ -35,7 +35,7 @@ class Live(QObject):
         self._reader: RingReader | None = None
         self._device = ""
         self._changing = False
-        self.history = History(KEPT_SECONDS)
+        self.history = LiveHistory(KEPT_SECONDS)
         self.paused = self.replaying = False
         self.hidden = False
         self.lost = 0
@@ -98,16 +98,15 @@ class Live(QObject):
         new = self._reader.read()
         self.lost = int(self._reader.lost)
         if len(new):
-            energies = None if engine is None else engine.energies(new[:, rows.TICK])
-            self.history.append(new, energies, self._places(new))
+            self.history.append(new, self._object_position(new))
             self.last = new[-1]
         if self._changing:
             self.history.begin_anew()
             self._changing = not settled
         return new
 
-    def _places(self, new: np.ndarray) -> np.ndarray | None:
-        """Return where the environment's object was in rows (n,) in m, None where they hold no such state."""
+    def _object_position(self, new: np.ndarray) -> np.ndarray | None:
+        """Return the position (n,) in m of the environment's object in rows, None without its state."""
         engine, environment = self._studio.engine, self._studio.environment
         known = engine is not None and engine.renders(environment) and not self._changing
         if not known:

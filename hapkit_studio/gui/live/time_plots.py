@@ -14,9 +14,9 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.formatting import hertz, on_screen
 from hapkit_studio.gui.live.cursors import NAMES, Cursors
 from hapkit_studio.gui.live.held import PastTrace, paint_past
-from hapkit_studio.gui.live.history import OBJECT, Window
+from hapkit_studio.gui.live.history import Window
 from hapkit_studio.gui.live.plot_header import HEIGHT, Header
-from hapkit_studio.gui.live.plots.declared import TimePlot, landmarks, phase_plots, time_plots
+from hapkit_studio.gui.live.plots.declared import OBJECT, TimePlot, landmarks, phase_plots, time_plots
 from hapkit_studio.gui.live.time_view import SPANS, TimeView
 from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.gui.widgets.canvas import Canvas, fitted, widened, with_nearest
@@ -106,7 +106,8 @@ class TraceCanvas(Canvas):
         """Return least and greatest value of the window and the held traces; NaN when there is none."""
         window, traces = self.shown.window, self.plot_of.traces
         parts = [window.y[trace.channel] for trace in traces if len(window.x)]
-        parts += [held.values[trace.channel] for held in self.shown.held for trace in traces[-1:]]
+        channel = traces[-1].channel
+        parts += [held.values[channel] for held in self.shown.held if channel in held.values]
         if not parts:
             return np.nan, np.nan
         low, high = np.fmin.reduce(np.concatenate(parts)), np.fmax.reduce(np.concatenate(parts))
@@ -452,7 +453,7 @@ class TimePlots(QWidget):
         moves = self._environment.moves if self._environment is not None else None
         for header, canvas in zip(self.headers, self.canvases, strict=True):
             header.show_view(self.view.words if canvas.first else "", self.view.locked and canvas.first)
-            if len(self.view.live):
+            if not self.view.live.empty:
                 header.show_value(newest[header.plot.traces[-1].channel])
                 words = f"{moves.name} {header.written(newest[OBJECT])}" if moves is not None else ""
                 header.show_part(header.object, words)

@@ -4,7 +4,7 @@ import math
 
 from PySide6.QtCore import QObject, Signal
 
-from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.history import History, LiveHistory
 
 SPANS = (1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0)  # s
 _SOME = 0.05  # of the span: of data that stay in sight; zoomed so near to their end, it goes on following
@@ -21,7 +21,8 @@ class TimeView(QObject):
 
     def __init__(self, parent: QObject | None = None):
         super().__init__(parent)
-        self.live = self.history = History(seconds=1.0, rate=1.0)
+        self.live: History = LiveHistory(seconds=1.0, rate=1.0)
+        self.history: History = self.live
         self.left, self.right = -10.0, 0.0
         self.paused = self.locked = False
         self.happened = ""

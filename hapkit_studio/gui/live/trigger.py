@@ -10,21 +10,27 @@ from hapkit_studio.environments.base import Environment
 from hapkit_studio.gui.live.history import Window
 from hapkit_studio.gui.live.time_view import TimeView
 from hapkit_studio.gui.widgets.numbers import Quantity
+from hapkit_studio.haptics.signals import BY_NAME
 from hapkit_studio.parameters import AnyParameter, Choice, Parameter
 
 
 class Level(NamedTuple):
-    """A level that may be crossed: of which channel, declared in the plots' unit, which is so many SI."""
+    """A level of a signal that may be crossed, declared in the signal's SI unit or its shown unit."""
 
     channel: str
     parameter: Parameter
-    si: float
+
+    @property
+    def si(self) -> float:
+        """Return how many SI units the parameter's unit is."""
+        signal = BY_NAME[self.channel]
+        return 1.0 if self.parameter.unit == signal.unit else 1.0 / signal.scale
 
 
 LEVELS = (
-    Level("position", Parameter("position", "Position", "m", 0.005, -0.05, 0.05), 1.0),
-    Level("velocity", Parameter("velocity", "Velocity", "mm/s", 100.0, -2000.0, 2000.0), 1e-3),
-    Level("applied_force", Parameter("force", "Force", "N", -1.0, -5.0, 5.0), 1.0),
+    Level("position", Parameter("position", "Position", "m", 0.005, -0.05, 0.05)),
+    Level("velocity", Parameter("velocity", "Velocity", "mm/s", 100.0, -2000.0, 2000.0)),
+    Level("applied_force", Parameter("force", "Force", "N", -1.0, -5.0, 5.0)),
 )
 EVENT = Choice("event", "Stand at", ("contact", *(level.parameter.key for level in LEVELS)))
 EDGE = Choice("edge", "Crossed", ("rising", "falling"))

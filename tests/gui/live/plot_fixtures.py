@@ -3,7 +3,7 @@
 import pytest
 
 from hapkit_studio.gui.live.cursors import Cursors
-from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.history import LiveHistory
 from hapkit_studio.gui.live.phase_plot import ForcePosition
 from hapkit_studio.gui.live.time_plots import TimePlots
 from hapkit_studio.gui.live.time_view import TimeView
@@ -12,7 +12,7 @@ from tests.gui.live.plot_support import LIBRARY, RATE, telemetry
 
 @pytest.fixture
 def history():
-    history = History(seconds=60.0, rate=RATE)
+    history = LiveHistory(seconds=60.0, rate=RATE)
     history.append(telemetry(14_000))
     return history
 

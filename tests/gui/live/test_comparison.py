@@ -4,13 +4,13 @@ import numpy as np
 
 from hapkit_studio.gui.live import comparison
 from hapkit_studio.gui.live.comparison import Part, difference_words
-from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.history import LiveHistory
 from hapkit_studio.haptics import link, rows
 from tests.gui.live.plot_support import RATE, telemetry
 
 
 def test_the_difference_is_that_of_the_same_moments():
-    table, history = telemetry(11_000), History(60.0, RATE)
+    table, history = telemetry(11_000), LiveHistory(60.0, RATE)
     t = table[:, rows.HOST_TIME]
     table[:, rows.APPLIED_FORCE] = np.where(t < 5.0, -np.sin(t - 1.0), -np.sin(t - 7.0) - 0.3)
     history.append(table)

@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.history import LiveHistory
 from tests.gui.live.plot_support import RATE, telemetry
 
 
@@ -74,7 +74,7 @@ def test_another_environment_is_noted_by_its_name_alone(noted, qtbot):
 
 
 def test_a_divider_may_replace_an_earlier_one_or_take_it_away():
-    history = History(seconds=60.0, rate=RATE)
+    history = LiveHistory(seconds=60.0, rate=RATE)
     history.append(telemetry(1000))
     history.divide("first", 0.2)
     history.divide("other", 0.4)

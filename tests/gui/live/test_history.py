@@ -6,10 +6,12 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from hapkit_studio.gui.live.history import CHANNELS, History
+from hapkit_studio.gui.live.history import LiveHistory
 from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.signals import COLUMN
 
 RATE = 4000.0
+PLOTTED = ("position", "velocity", "force", "applied_force")
 
 
 def telemetry(count, seed=0, start=0, rate=RATE):
@@ -36,7 +38,7 @@ def brute(table, t0, t1, columns):
     filled = [n for n in range(columns) if inside[n].any()]
     return filled, {
         name: [(table[inside[n], i].min(), table[inside[n], i].max()) for n in filled]
-        for name, i in CHANNELS.items()
+        for name, i in ((n, COLUMN[n]) for n in PLOTTED)
     }
 
 
@@ -46,7 +48,7 @@ def extremes(window, name):
 
 @pytest.mark.parametrize(("columns", "span"), [(7, 12.0), (61, 0.9), (61, 12.0)])
 def test_each_column_has_the_extremes_of_its_samples(span, columns):
-    history = History(seconds=8.0, rate=RATE)
+    history = LiveHistory(seconds=8.0, rate=RATE)
     table = telemetry(40_000)
     feed(history, table)
     table = table[table[:, rows.HOST_TIME] >= history.now - 8.0]
@@ -54,14 +56,14 @@ def test_each_column_has_the_extremes_of_its_samples(span, columns):
     shown = history.window(np.linspace(t1 - span, t1, columns + 1))
     filled, expected = brute(table, t1 - span, t1, columns)
     assert shown.dense
-    for name in CHANNELS:
+    for name in PLOTTED:
         np.testing.assert_array_equal(extremes(shown, name), expected[name])
     column = np.floor((shown.x - (t1 - span)) / (span / columns)).astype(int)
     np.testing.assert_array_equal(column, np.repeat(filled, 2))
 
 
 def test_few_samples_are_given_as_they_are_with_a_neighbour_each_side():
-    history = History(seconds=8.0, rate=RATE)
+    history = LiveHistory(seconds=8.0, rate=RATE)
     table = telemetry(5000)
     history.append(table)
     shown = history.window(np.linspace(0.5, 0.6, 451))
@@ -80,7 +82,7 @@ def test_lost_frames_are_a_gap_that_is_never_bridged(how, t0, t1, dense):
     else:
         table[4000, rows.FLAGS] = rows.GAP | rows.CLAMPED
     table[0, rows.FLAGS] = rows.GAP  # there is nothing before that it could part from
-    history = History(seconds=8.0, rate=RATE)
+    history = LiveHistory(seconds=8.0, rate=RATE)
     feed(history, table)
     shown = history.window(np.linspace(t0, t1, 101))
     assert shown.dense is dense
@@ -92,7 +94,7 @@ def test_lost_frames_are_a_gap_that_is_never_bridged(how, t0, t1, dense):
 
 
 def test_only_the_last_seconds_are_kept_however_long_it_runs():
-    history = History(seconds=2.0, rate=RATE)
+    history = LiveHistory(seconds=2.0, rate=RATE)
     for part in range(40):
         history.append(telemetry(1500, seed=part, start=1500 * part))
     assert history.now == pytest.approx((60_000 - 1) / RATE)
@@ -105,7 +107,7 @@ def test_only_the_last_seconds_are_kept_however_long_it_runs():
 
 
 def test_to_take_samples_needs_no_room_for_a_copy_of_those_kept():
-    history = History(seconds=6.0, rate=RATE)
+    history = LiveHistory(seconds=6.0, rate=RATE)
     history.append(telemetry(30_000))
     tracemalloc.start()
     for start in range(30_000, 110_000, 500):  # the kept half moves to the front twice
@@ -116,7 +118,7 @@ def test_to_take_samples_needs_no_room_for_a_copy_of_those_kept():
 
 
 def test_a_copy_stays_while_the_original_goes_on():
-    history = History(seconds=3.0, rate=RATE)
+    history = LiveHistory(seconds=3.0, rate=RATE)
     table = telemetry(20_000)
     feed(history, table)
     kept = history.copy()
@@ -127,7 +129,7 @@ def test_a_copy_stays_while_the_original_goes_on():
 
 
 def test_a_clock_that_goes_back_starts_afresh_and_the_pointer_is_at_the_last_sample_up_to_it():
-    history = History(seconds=3.0, rate=RATE)
+    history = LiveHistory(seconds=3.0, rate=RATE)
     history.append(telemetry(1000, start=5000))
     history.append(telemetry(10))
     assert len(history) == 10
@@ -137,7 +139,7 @@ def test_a_clock_that_goes_back_starts_afresh_and_the_pointer_is_at_the_last_sam
 
 
 def test_an_empty_history_draws_nothing():
-    history = History(seconds=3.0)
+    history = LiveHistory(seconds=3.0)
     history.append(np.empty((0, rows.ROW_WIDTH)))
     assert len(history.window(np.linspace(0.0, 1.0, 101)).x) == 0
     assert np.isnan(history.now)
@@ -145,7 +147,7 @@ def test_an_empty_history_draws_nothing():
 
 
 def test_changes_are_kept_with_their_times_as_long_as_their_samples():
-    history = History(seconds=2.0, rate=RATE)
+    history = LiveHistory(seconds=2.0, rate=RATE)
     history.divide("Nothing came before")
     history.append(telemetry(4000))
     history.divide("Spring")

@@ -12,10 +12,10 @@ from PySide6.QtWidgets import QFrame
 from hapkit_studio.analysis.oscillation import Oscillation
 from hapkit_studio.formatting import number
 from hapkit_studio.gui import status_bar
-from hapkit_studio.gui.live.history import CHANNELS
 from hapkit_studio.gui.status_bar import StatusBar, late
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.priority import Priority
+from hapkit_studio.haptics.signals import COLUMN
 from tests.gui.live.plot_support import telemetry
 from tests.gui.window_support import PATIENCE_MS
 
@@ -69,7 +69,7 @@ def test_the_history_holds_the_very_rows_of_the_ring_a_hidden_window_only_drains
     assert len(kept.x) > 300
     ring = ring[np.isin(ring[:, rows.HOST_TIME], kept.x)]
     assert np.array_equal(ring[:, rows.HOST_TIME], kept.x)
-    for name, column in CHANNELS.items():
+    for name, column in ((name, COLUMN[name]) for name in ("position", "velocity", "force", "applied_force")):
         assert np.array_equal(kept.y[name], ring[:, column])
     window.live.lost = 12
     window.record_display.show_state()

@@ -7,15 +7,15 @@ import pytest
 
 from hapkit_studio.environments.base import MovingObject
 from hapkit_studio.errors import LawError
-from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.history import LiveHistory
 from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY, RATE, canvas_of, colored, telemetry
 
 
 def test_the_history_keeps_its_place_nan_where_nothing_moves():
-    history, place = History(seconds=60.0, rate=RATE), np.random.default_rng(3).normal(size=9000)
+    history, place = LiveHistory(seconds=60.0, rate=RATE), np.random.default_rng(3).normal(size=9000)
     history.append(telemetry(1000))
-    history.append(telemetry(9000, start=1000), places=place)  # more than is taken at a time
+    history.append(telemetry(9000, start=1000), object_position=place)  # more than is taken at a time
     kept = history.between(-np.inf, np.inf).y["object"]
     assert np.isnan(kept[:1000]).all()
     np.testing.assert_array_equal(kept[1000:], place)
@@ -54,8 +54,8 @@ def test_it_is_drawn_where_the_samples_say_and_named_with_its_place(plots):
     canvas = canvas_of(plots, "position")
     assert not any(part.isVisible() for part in header.object)
     assert not len(colored(canvas.viewport().grab().toImage(), "objline"))
-    history = History(seconds=60.0, rate=RATE)
-    history.append(telemetry(14_000), places=np.full(14_000, -0.0085))
+    history = LiveHistory(seconds=60.0, rate=RATE)
+    history.append(telemetry(14_000), object_position=np.full(14_000, -0.0085))
     plots.view.set_history(history)
     plots.set_environment(LIBRARY["puck"], LIBRARY["puck"].values(), 3.0)
     plots._show_words()
@@ -72,8 +72,8 @@ def test_it_is_drawn_where_the_samples_say_and_named_with_its_place(plots):
 
 
 def test_the_axis_shows_it_too(plots):
-    history = History(seconds=60.0, rate=RATE)
-    history.append(telemetry(14_000), places=np.full(14_000, 0.037))
+    history = LiveHistory(seconds=60.0, rate=RATE)
+    history.append(telemetry(14_000), object_position=np.full(14_000, 0.037))
     plots.view.set_history(history)
     plots.refresh()
     assert canvas_of(plots, "position").view.viewRange()[1][1] > 37.0

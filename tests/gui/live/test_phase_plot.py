@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hapkit_studio.gui.live.history import CHANNELS, OBJECT
+from hapkit_studio.gui.live.history import channels
 from hapkit_studio.gui.live.phase_canvas import Band
-from hapkit_studio.gui.live.plots.declared import phase_plots, time_plots
+from hapkit_studio.gui.live.plots.declared import Trace, phase_plots, time_plots
 from hapkit_studio.gui.widgets import strokes
 from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import LIBRARY, canvas_of, colored, telemetry
@@ -258,10 +258,15 @@ def test_dashes_cover_their_share_of_a_line_and_leave_gaps_alone():
 
 
 def test_plots_are_found_by_their_files():
-    assert [plot.key for plot in time_plots()] == ["position", "velocity", "force"]
-    assert [plot.key for plot in phase_plots()] == ["force_position", "force_velocity"]
+    assert {"position", "velocity", "force"} <= {plot.key for plot in time_plots()}
+    assert {"force_position", "force_velocity"} <= {plot.key for plot in phase_plots()}
     for plot in time_plots():
-        assert all(trace.channel in (*CHANNELS, OBJECT) for trace in plot.traces)
+        assert all(trace.channel in channels() for trace in plot.traces)
+
+
+def test_a_plot_of_an_unknown_signal_says_which_there_are():
+    with pytest.raises(ValueError, match=r"^There is no signal asked; the signals are tick, time, "):
+        Trace("asked", "asked", "asked")
 
 
 def test_a_widening_axis_hides_nothing_of_the_past(phase, history, qapp):

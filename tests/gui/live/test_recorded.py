@@ -8,7 +8,7 @@ import pytest
 
 from hapkit_studio.environments import discover
 from hapkit_studio.gui.live import recorded as module
-from hapkit_studio.gui.live.history import OBJECT
+from hapkit_studio.gui.live.plots.declared import OBJECT
 from hapkit_studio.gui.live.recorded import Recorded
 from hapkit_studio.haptics import rows
 from hapkit_studio.haptics.settings import RATE

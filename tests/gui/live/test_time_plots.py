@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QLabel
 
-from hapkit_studio.gui.live.history import CHANNELS, History
+from hapkit_studio.gui.live.history import LiveHistory
 from hapkit_studio.gui.widgets.canvas import labels, ticks
 from hapkit_studio.gui.widgets.theme import theme
 from hapkit_studio.haptics import rows
+from hapkit_studio.haptics.signals import COLUMN
 from tests.gui.live.plot_support import LIBRARY, RATE, canvas_of, colored, telemetry, turn_wheel
 
 
@@ -67,7 +68,7 @@ def rest(count, start, **peaks):
     quiet = telemetry(count, start)
     quiet[:, rows.POSITION : rows.APPLIED_FORCE + 1] = 0.0
     for name, peak in peaks.items():
-        quiet[count // 2, CHANNELS[name]] = peak
+        quiet[count // 2, COLUMN[name]] = peak
     return quiet
 
 
@@ -260,7 +261,7 @@ def words_in(canvas):
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_the_name_of_a_change_stands_clear_of_the_trace(plots, side):
     """Along the top, or, with the trace there, along the bottom."""
-    history = History(seconds=60.0, rate=RATE)
+    history = LiveHistory(seconds=60.0, rate=RATE)
     table = telemetry(14_000)
     table[:, rows.POSITION] = side * 0.011
     history.append(table[:10_000])
@@ -302,7 +303,7 @@ def test_a_change_is_a_line_through_all_plots_and_is_named_once(plots, history):
 
 def test_an_older_change_keeps_its_name_in_the_other_row(plots):
     """Two names that would overlap stand one along the top, one along the bottom; a third gives way."""
-    history = History(seconds=60.0, rate=RATE)
+    history = LiveHistory(seconds=60.0, rate=RATE)
     table = telemetry(14_000)
     table[:, rows.POSITION] = 0.0
     history.append(table)
@@ -334,7 +335,7 @@ def test_g_draws_the_grid_or_leaves_it_out(kept_idle_window):
 
 def test_an_older_change_gives_way_to_the_trace(plots):
     """Its own row is a newer name's; along the other it would hide what was measured."""
-    history = History(seconds=60.0, rate=RATE)
+    history = LiveHistory(seconds=60.0, rate=RATE)
     table = telemetry(14_000)
     table[:, rows.POSITION] = 0.011
     history.append(table)

@@ -5,7 +5,7 @@ import pyqtgraph as pg
 import pytest
 from PySide6.QtCore import QPoint, Qt
 
-from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.history import LiveHistory
 from hapkit_studio.gui.live.time_view import TimeView
 from hapkit_studio.haptics import rows
 from tests.gui.live.plot_support import RATE, canvas_of, colored, telemetry, turn_wheel
@@ -89,7 +89,7 @@ def test_dragged_back_it_says_how_far_and_dragged_to_the_end_it_follows_again(pl
 
 
 def test_a_plot_without_data_stays_as_it_is(plots, qtbot):
-    plots.view.set_history(History(seconds=60.0, rate=RATE))
+    plots.view.set_history(LiveHistory(seconds=60.0, rate=RATE))
     drag(qtbot, plots.canvases[1], 150)
     turn_wheel(plots.canvases[1])
     assert plots.view.follows
@@ -106,7 +106,7 @@ def followed_by(view, start, stop):
 def test_what_stands_is_kept_whole_however_long_it_stands(left):
     """A history of 10 s forgets: what stands is copied before, and not as long as it is there."""
     view = TimeView()
-    view.set_history(History(seconds=10.0, rate=RATE))
+    view.set_history(LiveHistory(seconds=10.0, rate=RATE))
     followed_by(view, 0.0, 20.0)
     view.move(left, -2.0)
     whole = view.history.between(*view.stretch).y["position"].copy()
@@ -121,7 +121,7 @@ def test_what_stands_is_kept_whole_however_long_it_stands(left):
 
 def test_once_nothing_of_it_is_left_it_follows():
     view = TimeView()
-    view.set_history(History(seconds=10.0, rate=RATE))
+    view.set_history(LiveHistory(seconds=10.0, rate=RATE))
     followed_by(view, 0.0, 8.0)
     view.move(-11.0, -1.0)
     view.live.clear()
@@ -131,7 +131,7 @@ def test_once_nothing_of_it_is_left_it_follows():
 
 def test_more_time_around_an_event_leaves_it_at_its_place_in_the_frame():
     view = TimeView()
-    view.set_history(History(seconds=60.0, rate=RATE))
+    view.set_history(LiveHistory(seconds=60.0, rate=RATE))
     followed_by(view, 0.0, 12.0)
     view.stand(9.0, 0.2, "Contact")
     assert (view.left, view.right) == (-2.0, 8.0)
@@ -212,7 +212,7 @@ def test_the_wheel_over_the_value_axis_or_with_ctrl_zooms_into_values_and_locks_
 
 def test_a_history_of_hours_can_be_moved_through_by_the_width_of_the_frame():
     """As a replay's: what is kept live is no longer than the longest frame."""
-    view, history = TimeView(), History(seconds=500.0, rate=10.0)
+    view, history = TimeView(), LiveHistory(seconds=500.0, rate=10.0)
     table = np.zeros((3000, rows.ROW_WIDTH))
     table[:, rows.TICK], table[:, rows.HOST_TIME] = np.arange(3000), 0.1 * np.arange(3000)
     history.append(table)

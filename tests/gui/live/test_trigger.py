@@ -9,7 +9,7 @@ from PySide6.QtGui import QContextMenuEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
-from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.history import LiveHistory
 from hapkit_studio.gui.live.time_view import TimeView
 from hapkit_studio.gui.live.trigger import AGAIN, BEFORE, EDGE, EVENT, Trigger, crossings
 from tests.gui.live.plot_support import LIBRARY, RATE, telemetry
@@ -23,7 +23,7 @@ PERIOD = 2.0 * math.pi / 3.0
 @pytest.fixture
 def view():
     view = TimeView()
-    view.set_history(History(seconds=60.0, rate=RATE))
+    view.set_history(LiveHistory(seconds=60.0, rate=RATE))
     return view
 
 

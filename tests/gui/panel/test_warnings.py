@@ -8,7 +8,7 @@ from PySide6.QtCore import QPoint, QRect
 
 from hapkit_studio.formatting import unbroken
 from hapkit_studio.gui.banners import Notice
-from hapkit_studio.gui.live.history import History
+from hapkit_studio.gui.live.history import LiveHistory
 from hapkit_studio.gui.panel.limits import LoopFacts
 from hapkit_studio.gui.panel.warnings import LATELY_SECONDS, WarningLine, WarningLines
 from hapkit_studio.gui.studio import Studio
@@ -43,7 +43,7 @@ def moving(seconds_ago, speed):
     table[:, rows.TICK] = np.arange(2001)
     table[:, rows.HOST_TIME] = 0.01 * np.arange(2001)
     table[-1 - int(100 * seconds_ago), rows.VELOCITY] = -speed
-    history = History(60.0)
+    history = LiveHistory(60.0)
     history.append(table)
     return history
 
@@ -63,7 +63,7 @@ def test_it_follows_values_and_loop_and_says_nothing_without_a_reason(lines, stu
 def test_it_remembers_the_speed_for_a_while(lines):
     lines.watch(moving(0.9 * LATELY_SECONDS, 0.51))
     assert lines.texts == ["Too fast: 0.51 m/s"]
-    for calm in (moving(1.1 * LATELY_SECONDS, 0.51), History(60.0)):
+    for calm in (moving(1.1 * LATELY_SECONDS, 0.51), LiveHistory(60.0)):
         lines.watch(calm)
         assert lines.texts == []
 

@@ -9,7 +9,10 @@ import numpy as np
 from hapkit_studio.analysis.theory import Curve
 from hapkit_studio.discovery import declared
 from hapkit_studio.environments.base import Environment
+from hapkit_studio.haptics.signals import BY_NAME
 
+OBJECT = "object"
+"""The channel of the body that moves besides the handle: its position in m, NaN without one."""
 _BENT = 1e-6  # of the force's span: a bend smaller than this is rounding
 
 Theory = Callable[[Environment, Mapping[str, float], float, float], Curve | None]
@@ -17,7 +20,7 @@ Theory = Callable[[Environment, Mapping[str, float], float, float], Curve | None
 
 @dataclass(frozen=True)
 class Trace:
-    """One line of a time plot: which channel of the history, in which token's colour.
+    """One line of a time plot: a signal of the row, or OBJECT, in a token's colour.
 
     dash: on and off, … in pixels, along the line. Without a label it is the environment's object, which names
     it and need not be there.
@@ -30,10 +33,13 @@ class Trace:
     dash: tuple[float, ...] = ()
     help: str = ""
 
+    def __post_init__(self) -> None:
+        _check_channel(self.channel)
+
 
 @dataclass(frozen=True)
 class TimePlot:
-    """A quantity over time; scale turns SI into the shown unit, reach is the least range shown.
+    """Signals over time in the unit of the last one; reach is the least range shown, in this unit.
 
     The last trace lies on top and gives the live value. share is the plot's part of the height in percent.
     beside: it stands among the plots of force, not below the others. folds: where room is short it folds
@@ -42,8 +48,6 @@ class TimePlot:
 
     key: str
     title: str
-    unit: str
-    scale: float
     decimals: int
     reach: float
     share: int
@@ -55,29 +59,59 @@ class TimePlot:
     beside: bool = False
     marker: str = "dot"
 
+    @property
+    def unit(self) -> str:
+        """Return the shown unit."""
+        return BY_NAME[self.traces[-1].channel].shown_unit
+
+    @property
+    def scale(self) -> float:
+        """Return how many shown units one SI unit has."""
+        return BY_NAME[self.traces[-1].channel].scale
+
 
 @dataclass(frozen=True)
 class PhasePlot:
-    """The applied force over another channel; theory returns the law's force from low to high, SI, or None.
+    """The applied force over another signal; theory returns the law's force from low to high, SI, or None.
 
     It opens on ±reach, or on as much more, up to ±most, as the theory needs.
     """
 
     key: str
     title: str
-    label: str
     channel: str
-    unit: str
-    scale: float
     reach: float
     most: float
     order: int
     theory: Theory
 
+    def __post_init__(self) -> None:
+        _check_channel(self.channel)
+
+    @property
+    def unit(self) -> str:
+        """Return the shown unit."""
+        return BY_NAME[self.channel].shown_unit
+
+    @property
+    def scale(self) -> float:
+        """Return how many shown units one SI unit has."""
+        return BY_NAME[self.channel].scale
+
+    @property
+    def label(self) -> str:
+        """Return the name and unit of its axis."""
+        return f"{self.channel.replace('_', ' ')}, {self.unit}"
+
     def theory_of(self, environment: Environment, values: Mapping[str, float]) -> Curve | None:
         """Return the theory up to three times the reach to each side."""
         far = 3.0 * self.reach / self.scale
         return self.theory(environment, values, -far, far)
+
+
+def _check_channel(name: str) -> None:
+    if name != OBJECT and name not in BY_NAME:
+        raise ValueError(f"There is no signal {name}; the signals are {', '.join(BY_NAME)} and {OBJECT}.")
 
 
 def landmarks(x: np.ndarray, force: np.ndarray) -> np.ndarray:

@@ -5,8 +5,6 @@ from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 PLOT = TimePlot(
     key="energy",
     title="Energy",
-    unit="mJ",
-    scale=1e3,
     decimals=1,
     reach=2.0,
     share=100,
@@ -21,7 +19,7 @@ PLOT = TimePlot(
             "paddle's own damping took. Above it the loop has made energy",
         ),
         Trace(
-            "energy",
+            "energy_given",
             "to the hand",
             "energy",
             dash=(9.0, 4.0, 2.0, 4.0),

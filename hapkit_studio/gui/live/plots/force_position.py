@@ -6,10 +6,7 @@ from hapkit_studio.gui.live.plots.declared import PhasePlot
 PLOT = PhasePlot(
     key="force_position",
     title="F–x",
-    label="position, mm",
     channel="position",
-    unit="mm",
-    scale=1e3,
     reach=20.0,
     most=45.0,
     order=0,

@@ -6,10 +6,7 @@ from hapkit_studio.gui.live.plots.declared import PhasePlot
 PLOT = PhasePlot(
     key="force_velocity",
     title="F–v",
-    label="velocity, mm/s",
     channel="velocity",
-    unit="mm/s",
-    scale=1e3,
     reach=200.0,
     most=200.0,
     order=1,

@@ -5,8 +5,6 @@ from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 PLOT = TimePlot(
     key="position",
     title="Position",
-    unit="mm",
-    scale=1e3,
     decimals=2,
     reach=12.0,
     share=30,

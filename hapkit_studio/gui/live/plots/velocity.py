@@ -5,8 +5,6 @@ from hapkit_studio.gui.live.plots.declared import TimePlot, Trace
 PLOT = TimePlot(
     key="velocity",
     title="Velocity",
-    unit="mm/s",
-    scale=1e3,
     decimals=0,
     reach=120.0,
     share=27,
