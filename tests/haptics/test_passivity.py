@@ -47,8 +47,10 @@ def test_the_energy_is_force_in_effect_over_the_true_way(delay):
     first = 8 - whole
     n = len(out)
     acting = (1.0 - share) * late[first : first + n - 1] + share * late[first - 1 : first + n - 2]
-    given = np.sum(acting * np.diff(out[:, rows.TRUE_POSITION]))
-    assert watch[passivity.GIVEN] == pytest.approx(given, rel=1e-9)
+    given = np.cumsum(acting * np.diff(out[:, rows.TRUE_POSITION]))
+    assert watch[passivity.GIVEN] == pytest.approx(given[-1], rel=1e-9)
+    np.testing.assert_allclose(out[1:, rows.ENERGY_GIVEN], given, rtol=1e-9, atol=1e-15)
+    assert np.isfinite(out[1:, rows.ENERGY_LIMIT]).all()
 
 
 def test_slow_ways_through_sensor_steps_give_what_they_give():

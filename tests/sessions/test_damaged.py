@@ -42,6 +42,7 @@ from hapkit_studio.sessions.file import (
     SessionError,
     SessionWriter,
 )
+from hapkit_studio.sessions.layout import LAYOUT
 from hapkit_studio.sessions.overview import overview
 from hapkit_studio.sessions.session import Session
 from tests.sessions.damaged import BOMB, ESCAPES, HEAD, mutate, set_value
@@ -194,7 +195,7 @@ def test_what_is_no_number_or_infinite_is_exported_as_it_is_and_drawn_as_a_gap(p
     values = np.array([math.nan, math.inf, -math.inf, 3e38, 1.0] * 20)
     for name in ("position", "velocity", "force", "energy", "lateness", "board_time", "compute"):
         set_value(path, "chunk", 2, name, encode(values))
-    set_value(path, "chunk", 2, "extremes", encode(np.repeat(values, 4)[:20]))
+    set_value(path, "chunk", 2, "extremes", encode(np.repeat(values, 4)[: 4 * len(LAYOUT.with_extremes)]))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found = overview(path)
@@ -268,7 +269,7 @@ def test_names_of_a_later_version_are_kept():
 
 def heads(path, count, samples):
     """Write chunks whose heads alone are true: their columns are empty."""
-    extremes = encode(np.zeros(10 * -(-samples // 64)))
+    extremes = encode(np.zeros(2 * len(LAYOUT.with_extremes) * -(-samples // 64)))
     values = [None] * (len(TABLES["chunk"]) - 5)
     with SessionWriter.whole(path) as writer:
         writer._database.execute("BEGIN")
