@@ -295,11 +295,9 @@ def _unsettled(scene: headless.Scene, hand: Hand | Prescribed | None, out: np.nd
 
     held = hand is not None and hand.release > 0.0
     let_go = hand is None or hand.release * scene.loop.rate < len(out)
-    grips = {"In the hand": Grip(hand.mass, hand.damping, hand.stiffness)} if hand and held else {}
-    found = {
-        name: behaviour(scene, grip) for name, grip in (grips | ({"Let go": None} if let_go else {})).items()
-    }
-    return [f"{name}: {does.sentence}." for name, does in found.items() if not does.calm]
+    grips = [Grip(hand.mass, hand.damping, hand.stiffness)] if hand and held else []
+    found = [(grip is not None, behaviour(scene, grip)) for grip in [*grips, *([None] if let_go else [])]]
+    return [does.sentence(held) for held, does in found if not does.calm]
 
 
 def columns_of(table: np.ndarray) -> dict[str, Any]:

@@ -15,7 +15,10 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     import argparse
 
+    from hapkit_studio.commands.base import Result
+
 FAILED = 2
+_TEXTS_HELP = "every text of the window, one a line with its place, to proofread them"
 EXIT_SECONDS = 1.0
 
 
@@ -134,6 +137,7 @@ def parser() -> "argparse.ArgumentParser":
     """Return the parser of every command."""
     from hapkit_studio import __version__, commands
     from hapkit_studio.arguments import LineParser
+    from hapkit_studio.commands import base
 
     top = LineParser(
         prog="hapkit-studio",
@@ -141,7 +145,7 @@ def parser() -> "argparse.ArgumentParser":
     )
     top.add_argument("--version", action="version", version=__version__)
     made = top.add_subparsers(required=True, metavar="COMMAND")
-    for command in commands.discover().values():
+    for command in (*commands.discover().values(), base.Command("texts", _TEXTS_HELP, _texts)):
         words, whole = command.help, command.help[0].upper() + command.help[1:] + "."
         taking = made.add_parser(
             command.name, aliases=command.aliases, help=words.replace("%", "%%"), description=whole
@@ -151,6 +155,18 @@ def parser() -> "argparse.ArgumentParser":
         for names, how in command.options:
             taking.add_argument(*names, **how)
     return top
+
+
+def _texts(_options: "argparse.Namespace") -> "Result":
+    """List the texts of the window, which a command in a lower layer cannot import."""
+    from hapkit_studio.commands.base import Result
+
+    os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+    from hapkit_studio.gui.texts import texts
+
+    found = texts()
+    lines = "\n".join(f"{place} | {words}" for place, words in found)
+    return Result(lines, {"texts": [{"place": place, "text": words} for place, words in found]})
 
 
 def _window(given: Sequence[str]) -> int:

@@ -312,7 +312,7 @@ def engine_on_bad_link():
     )
 
 
-TOO_STIFF = "buzzes above. Lower the stiffness, or let the board render."
+TOO_STIFF = "Lower the stiffness, or let the board render."
 
 
 def test_what_was_bad_about_a_link_is_in_the_result(capsys, monkeypatch):

@@ -41,7 +41,7 @@ def test_significant_digits_are_kept_and_never_written_with_an_exponent():
 def test_a_slow_swing_has_a_decimal_and_its_prediction_the_same_words(frequency, words):
     assert hertz(frequency) == words
     swing = Lasting(2e-3, frequency)
-    assert Behaviour(0.0, swing, swing, (frequency, frequency)).swing == f"±2 mm at {words}"
+    assert Behaviour(0.0, swing, swing, (frequency, frequency)).swing == f" at {words} (±2 mm)"
 
 
 def test_what_is_tiny_or_huge_is_a_power_of_ten():

@@ -196,10 +196,11 @@ def _regions(axes: Any, c: style.Colors, measured: style.Colors, shown: Map) -> 
     for token, kind in zip(_TOKENS, kinds, strict=True):
         if token in named:
             grows = "grows from a small push" if friction else "grows"
-            exact = {"stable": "stable", "unstable": "grows if fixed to it" if plane.pushes else grows}
+            exact = {"stable": "stable", "unstable": "grows if attached to it" if plane.pushes else grows}
             exact |= {"warnsoft": "small pushes settle"} if friction else {}
             word = kind if shown.particular is not None else exact.get(token, kind)
-            label = word if token == "warnsoft" else f"{word}, {named[token]}"
+            attached = token == "unstable" and plane.pushes
+            label = word if attached or token == "warnsoft" else f"{word}, {named[token]}"
             look = _unstable_style(c, plane) if token == "unstable" else {"facecolor": getattr(c, token)}
             axes.add_patch(Rectangle((0, 0), 0, 0, label=label, **look))
 
@@ -250,10 +251,11 @@ class Dot:
         """Move to a plane's impedance; dotted: show it."""
         margin, c = plane.margin, self._c
         bad = not plane.said.calm if plane.said else not margin.stable and plane.setting.linear
-        color = c.danger if bad else c.accent
+        warned = bad and plane.said is not None and plane.said.sign[1] == "warn"
+        color = c.warn if warned else c.danger if bad else c.accent
         x, y = margin.damping, margin.stiffness
         self._feet.set(data=([0.0, x, x], [y, y, 0.0]), color=color)
-        self._dot.set(data=([x], [y]), markeredgecolor=c.danger if bad else c.plot, markeredgewidth=2)
+        self._dot.set(data=([x], [y]), markeredgecolor=color if bad else c.plot, markeredgewidth=2)
         bound = y > 0.0 and margin.limit > 0.0 and not margin.island
         tip = min(margin.limit, 0.98 * plane.top) if bound else math.nan
         self._arrow.xy, self._arrow.xyann = (x, tip), (x, y)

@@ -89,7 +89,7 @@ def _text(found: Plane, seconds: float | None) -> str:
     lines = [
         f"{margin.stiffness:,g} N/m and {margin.damping:g} N·s/m: {sentence(margin)}",
         *said.lines,
-        *([said.swings] if said.swings else []),
+        *([said.reason] if said.reason else []),
         ", ".join(f"{name.lower()} {value}" for name, value in kb_plane.conditions(setting)),
         "",
         *_table(found),

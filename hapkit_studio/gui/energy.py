@@ -18,9 +18,6 @@ HOLD_S = 4.0
 BEYOND_CONTROL = 3.0
 # The number stays while it would change by less than this, so that it can be read.
 CHANGE = 1.5
-_TAKEN_UP = (
-    "Late forces throw the handle out faster than it came in. Friction and the hand take that up: calm."
-)
 _LOWER = "Lower stiffness, or switch on the passivity controller."
 _CANNOT = "The passivity controller damps as much as it may. Lower stiffness."
 
@@ -28,8 +25,8 @@ _CANNOT = "The passivity controller damps as much as it may. Lower stiffness."
 class EnergyWatch(QObject):
     """Watches the rows for energy that a scene gives in excess, and says so until a while after the last.
 
-    calm: returns whether the scene in force is known to settle, which what is said must not contradict.
-    show(words, tooltip, color, remedy=False): shows the message, nothing for "".
+    calm: returns True if the verdict on the scene is "stable"; then friction and the hand absorb the energy,
+    and no message is shown. show(words, tooltip, color, remedy=False): shows the message, nothing for "".
     """
 
     def __init__(self, studio: Studio, live: Live, calm: Callable[[], bool], show: Callable[..., object]):
@@ -71,14 +68,12 @@ class EnergyWatch(QObject):
         self._show("")
 
     def _say(self, given: float) -> None:
-        if self._shown / CHANGE < given < self._shown * CHANGE:
+        if self._calm() or self._shown / CHANGE < given < self._shown * CHANGE:
             return
         self._shown = given
-        words = f"Gave {energy_words(given)} more than it took"
+        words = f"The scene gave you {energy_words(given)} more than you put in"
         if self._studio.loop.controller:
             self._show(words, _CANNOT, "warn")
-        elif self._calm():
-            self._show(words, _TAKEN_UP, "ink2")
         else:
             self._show(words, _LOWER, "warn", remedy=not self._studio.why_fixed(*LOOP))
 

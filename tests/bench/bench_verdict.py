@@ -52,7 +52,7 @@ def draw(path: Path, mode: str) -> None:
             axes.plot(np.arange(len(place)) / asked.setting.rate, 1e3 * place, color=color, linewidth=1)
         axes.set_ylim(-12.0, 12.0)
         does = verdict(asked).does[hand]
-        title = [*what.split(", ", 1), does.words, *does.swing.split(", ")]
+        title = [*what.split(", ", 1), does.sentence(hand != "released")]
         axes.set_title("\n".join(filter(None, title)), size=9, color=c.ink, loc="left")
     figure.savefig(path, dpi=100, facecolor=c.surface)
 

@@ -244,6 +244,6 @@ def test_what_a_link_allows_is_said_where_it_is_too_little(rendering):
     assert on_board.link_warning(setup.engine) == ""
     setup.engine.set_parameter("stiffness", 2000.0)
     words = on_board.link_warning(setup.engine)
-    assert words.startswith("The measured delay is 0.5 ms. In your hand: calm")
-    assert re.search(r"Let go: settles below 0\.\d+ mm, buzzes above\. Lower the stiffness, or let", words)
+    assert words.startswith("The measured delay is 0.5 ms. In your hand, it is stable")
+    assert re.search(r"by more than 0\.\d+ mm and let go, it buzzes.*\. Lower the stiffness, or let", words)
     assert on_board.rendering_rate(setup.engine, "computer") == 1000.0

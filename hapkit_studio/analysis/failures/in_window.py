@@ -78,5 +78,5 @@ def pulled(
     most = f" The slider ends at {with_unit(live.values[key], unit, 4)}." if cut else ""
     does = behaviour(_scene(live), None)
     why = f" {_WHY}" if does.calm and value > bound else ""
-    said = "it comes to rest" if does.calm else does.sentence
-    return replace(live, advice=f"Drag to {on_screen(pointer, 'm')} and let go: {said}.{why}{most}")
+    outcome = ": it comes to rest." if does.calm else f". {does.sentence(held=False)}"
+    return replace(live, advice=f"Drag to {on_screen(pointer, 'm')} and let go{outcome}{why}{most}")

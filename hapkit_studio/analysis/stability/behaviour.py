@@ -97,56 +97,67 @@ class Behaviour:
         return self.push == math.inf
 
     @property
+    def spontaneous(self) -> bool:
+        """Return True if the oscillation needs no knock: the smallest displacement tried does not settle."""
+        return not self.calm and not self.push and not self.unknown
+
+    @property
     def sign(self) -> tuple[str, str]:
-        """Return icon and colour: calm, attention, danger if a nudge is enough."""
+        """Return icon and colour: red if the oscillation starts by itself, amber if it needs a knock."""
         if self.unknown:
             return "circle", "ink2"
         if self.calm:
             return "check", "ok"
-        return ("cross", "danger") if self.push < NUDGE else ("triangle", "warn")
+        return ("cross", "danger") if self.spontaneous else ("triangle", "warn")
 
-    @property
-    def words(self) -> str:
-        """Return a summary: "settles below 0.9 mm, buzzes above"."""
+    def sentence(self, held: bool) -> str:
+        """Return what happens in a sentence: "In your hand, a knock of more than 0.22 mm makes it buzz."."""
+        where = "In your hand" if held else "After you let go"
         if self.unknown:
-            return "not judged"
+            return f"{where}: not judged. {self.unknown}"
         if self.calm:
-            return "calm to a sensor step" if self.trembles else "calm"
-        does = " or ".join(["buzzes"] * bool(self.most) + ["is thrown out"] * self.leaves)
-        if not self.push and not self.leaves and self.least and self.least.at_limit:
-            return "grows to the motor's limit"
+            return f"{where}, it is stable{' to within one sensor step' if self.trembles else ''}."
+        if self.spontaneous:
+            does = self._joined(f"buzzes by itself{self.swing}", "is thrown out by itself")
+            return f"{where}, the handle {does}."
         edge = with_unit(self.push * self.flick, "m/s", 2) if self.flick else on_screen(self.push, "m", 2)
-        return f"settles below {edge}, {does} above" if self.push else does
+        if held:
+            knock = f"a flick faster than {edge}" if self.flick else f"a knock of more than {edge}"
+            return f"{where}, {knock} {self._joined(f'makes it buzz{self.swing}', 'throws it out')}."
+        start = (
+            f"flick the handle faster than {edge}"
+            if self.flick
+            else f"displace the handle by more than {edge}"
+        )
+        return f"If you {start} and let go, it {self._joined(f'buzzes{self.swing}', 'is thrown out')}."
+
+    def _joined(self, buzzes: str, leaves: str) -> str:
+        return " or ".join([buzzes] * bool(self.most) + [leaves] * self.leaves)
 
     @property
     def swing(self) -> str:
-        """Describe the oscillation: "±2.3 mm at 30 Hz, at the motor's limit"; "" if it settles or leaves.
+        """Return frequency and amplitude: " at 30 Hz (±2.3 mm, the motor's limit)"; "" without a swing.
 
-        "±0.05 to ±0.5 mm at 14 to 16 Hz, by how it is pushed" for coexisting limit cycles.
+        " at 14 to 16 Hz (±0.05 to ±0.5 mm)" if several limit cycles exist.
         """
         if self.least is None or self.most is None:
             return ""
-        far = f"±{on_screen(self.most.amplitude, 'm', 2)}"
-        limited = ", at the motor's limit" if self.most.at_limit else ""
+        size = f"±{on_screen(self.most.amplitude, 'm', 2)}"
+        often = ""
         if self.most.irregular:
-            return f"irregularly, up to {far}{limited}"
-        if self.often:
+            often, size = " irregularly", f"up to {size}"
+        elif self.often:
             slow, fast = self.often
             one = math.isclose(slow, fast, rel_tol=_SAME_SPEED)
-            said = (
-                hertz(0.5 * (slow + fast)) if one else f"{hertz(slow).removesuffix(' Hz')} to {hertz(fast)}"
+            often = (
+                f" at {hertz(0.5 * (slow + fast))}"
+                if one
+                else f" at {hertz(slow).removesuffix(' Hz')} to {hertz(fast)}"
             )
-            far = f"{far} at {said}"
-        if self.least == self.most:
-            return f"{far}{limited}"
-        return f"±{with_unit(1e3 * self.least.amplitude, digits=2)} to {far}{limited}, by how it is pushed"
-
-    @property
-    def sentence(self) -> str:
-        """Return summary and oscillation, without a full stop."""
-        if self.unknown:
-            return f"{self.words}, as {self.unknown[0].lower()}{self.unknown[1:].removesuffix('.')}"
-        return f"{self.words}: {self.swing}" if self.swing else self.words
+        if self.least != self.most and not self.most.irregular:
+            size = f"±{with_unit(1e3 * self.least.amplitude, digits=2)} to {size}"
+        limited = ", held back by the motor's limit" if self.most.at_limit else ""
+        return f"{often} ({size}{limited})"
 
 
 @dataclass(frozen=True)

@@ -106,12 +106,24 @@ class Plane:
         said = self.said
         if said is None:
             return sentence(self.margin)
-        return " ".join(filter(None, (*said.lines, said.holds_for, stable_again(self.margin))))
+        return " ".join(filter(None, (*said.lines, said.reason, self.caption, stable_again(self.margin))))
 
     @property
     def pushes(self) -> bool:
-        """Return True if the scene only pushes the handle out; limits then assume a handle fixed to it."""
-        return self.said is not None and self.said.pushes
+        """Return True on the map of a released handle if the scene only pushes it away, as a wall does."""
+        return self.said is not None and self.said.pushes and self.setting.grip is None
+
+    @property
+    def caption(self) -> str:
+        """Return what the map is valid for if that is not the scene itself, else ""."""
+        if self.said is not None and self.said.joint:
+            return "This map is that of a wall; the limits in words are those of handle and object together."
+        if self.pushes:
+            return (
+                "This map is valid for a handle attached to the spring. A handle that is let go leaves the "
+                "wall: see the map of a grip."
+            )
+        return ""
 
     @property
     def width(self) -> float:

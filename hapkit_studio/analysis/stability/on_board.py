@@ -30,10 +30,9 @@ def sketch_verdict(
 
 
 def sketch_words(found: Verdict, rate: float) -> str:
-    """Return limit and verdict in a line or two."""
-    limit = found.limit
-    most = f"Limit {limit:,.0f} N/m at {rate:,} Hz, a period late. " if limit else ""
-    return most + " ".join(found.lines)
+    """Return verdict and limit in a line or two."""
+    said = " ".join(filter(None, (*found.lines, found.reason)))
+    return f"At {rate:,} Hz, with one period of delay: {said}"
 
 
 HAND = "medium"

@@ -11,8 +11,8 @@ from hapkit_studio.analysis.stability.margin import FAR, RELEASED, Margin, span,
 class Verdict:
     """Behaviour of the handle and margins by grip name: first in the hand, last released.
 
-    unknown: why there is no limit, "" if there is one. pushes: the scene only pushes the handle out, and
-    limits assume a handle fixed to its spring. joint: the limits are those of handle and object together.
+    unknown: why no limit is known, or "". pushes: the scene only pushes (a wall), so its limits hold while a
+    hand presses the handle into it. joint: the limits are those of handle and object pressed together.
     """
 
     does: dict[str, Behaviour]
@@ -28,7 +28,7 @@ class Verdict:
 
     @property
     def calm(self) -> bool:
-        """Return True if the handle settles from any push, held and released."""
+        """Return True if the handle settles from every push, held and released."""
         return all(one.calm for one in self.does.values())
 
     @property
@@ -38,71 +38,101 @@ class Verdict:
 
     @property
     def limit(self) -> float | None:
-        """Return the linear limit in N/m of a released handle, None if unknown or without one."""
+        """Return the linear limit of a released handle in N/m; None if it is unknown or infinite."""
         margin = self.margins.get(RELEASED)
         return margin.limit if margin and math.isfinite(margin.limit) else None
 
     @property
+    def worst(self) -> str:
+        """Return the hand that the verdict depends on: the least stable, or the nearest to its limit."""
+        if not self.calm:
+            return min(self.does, key=lambda hand: self.does[hand].push)
+        # a handle that is let go leaves a wall, and no longer presses an object
+        apart = RELEASED if self.pushes or self.joint else ""
+        pressed = {hand: margin.ratio for hand, margin in self.margins.items() if hand != apart}
+        return min(pressed or self.does, key=lambda hand: pressed.get(hand, math.inf))
+
+    @property
     def headline(self) -> str:
-        """Return a word or two: "Calm", "Buzzes when let go"."""
+        """Return the verdict in a few words: "Stable", "Buzzes when let go"."""
         if self.not_judged:
             return "Not judged"
-        lively = [hand for hand, one in self.does.items() if not one.calm]
-        if not lively:
-            return "Calm"
-        return "Buzzes when let go" if lively == [RELEASED] else "Buzzes in your hand"
+        if self.calm:
+            return "Stable"
+        one = self.does[self.worst]
+        if one.spontaneous:
+            return "Buzzes by itself" if one.most else "Thrown out by itself"
+        does = "buzzes" if one.most else "is thrown out"
+        if self.worst == RELEASED and all(
+            other.calm for hand, other in self.does.items() if hand != RELEASED
+        ):
+            return f"{does.capitalize()} when let go"
+        return "A knock makes it buzz" if one.most else "A knock throws it out"
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Return a line per hand: "In your hand: calm, 1.8 × below the limit.", …"""
+        """Return a sentence for each hand: "In your hand, it is stable, 1.8 × below the limit.", …"""
         return tuple(words for words, *_ in self.signed)
 
     @property
     def signed(self) -> tuple[tuple[str, str, str], ...]:
-        """Return each line with its icon and colour."""
-        return tuple((f"{_name(hand)}: {self._line(hand)}.", *one.sign) for hand, one in self.does.items())
+        """Return each of the lines with its own icon and colour."""
+        return tuple((self._sentence(hand), *one.sign) for hand, one in self.does.items())
 
     @property
     def short(self) -> str:
-        """Return the worst behaviour: "Let go: settles below 0.9 mm, buzzes above", or the margin."""
-        hand, worst = min(self.does.items(), key=lambda item: item[1].push)
-        if not worst.calm:
-            return f"{_name(hand)}: {worst.words}"
-        hand = min(self.margins, key=lambda name: self.margins[name].ratio, default=RELEASED)
-        said = self._line(hand)
-        return said[0].upper() + said[1:]
+        """Return the verdict for the status bar: "A knock makes it buzz", "Stable, 1.8 × below the limit"."""
+        margin = self.margins.get(self.worst)
+        if not self.calm or margin is None or margin.stiffness <= 0.0:
+            return self.headline
+        if margin.stable:
+            return f"Stable, {_below(margin)}"
+        return "Stable, thanks to friction"
 
     @property
-    def swings(self) -> str:
-        """Return the oscillations: "Let go ±2.3 mm at 30 Hz."; "" if it settles."""
-        found = [f"{_name(hand)} {one.swing}" for hand, one in self.does.items() if one.swing]
-        return f"{'. '.join(found)}." if found else ""
-
-    @property
-    def holds_for(self) -> str:
-        """Return a sentence on what the limits apply to, "" if to the scene itself."""
-        if not self.margins:
+    def reason(self) -> str:
+        """Return in a sentence why the handle does not come to rest, or which limit is the nearest."""
+        margin = self.margins.get(self.worst)
+        if margin is None or (margin.stiffness <= 0.0 < margin.limit):
             return ""
-        if self.joint:
-            return "Limits are those of handle and object pressed together; the stability map is a wall's."
-        return "Limits and map are those of a handle fixed to the spring." if self.pushes else ""
-
-    def _line(self, hand: str) -> str:
-        """Return the behaviour in a hand, with the margin if it is calm."""
-        one, margin = self.does[hand], self.margins.get(hand)
-        if not one.calm or margin is None or margin.stiffness <= 0.0:
-            return one.words
+        whose = _WHOSE[self.worst == RELEASED]
+        if margin.limit <= 0.0 and not margin.island:
+            return (
+                f"Reason: {'no contact is soft enough' if self.joint else 'the damping is too high'} {whose}."
+            )
+        limit = f"{margin.limit:,.0f} N/m {whose}"
+        if self.calm:
+            return f"Limit without friction: {limit}."
         if not margin.stable:
-            if self.pushes and hand == RELEASED:
-                return f"{one.words}, only pushed out"
-            none = "any stiffness is above" if self.joint else "damping is above"
-            above = f"{times(1.0 / margin.ratio)} above" if margin.limit > 0.0 else none
-            but = " while nothing presses it," if self.joint and hand == RELEASED else ", although"
-            return f"{one.words}{but} {above} the limit"
+            return f"Reason: {margin.stiffness:,.0f} N/m is above the limit of {limit}."
+        return f"Reason: the sensor's steps. Without them, the limit is {limit}."
+
+    def _sentence(self, hand: str) -> str:
+        """Return what the handle does in a hand, and how far the linear limit is if it is stable."""
+        one, margin = self.does[hand], self.margins.get(hand)
+        held = hand != RELEASED
+        if self.not_judged:
+            return f"{'In your hand' if held else 'After you let go'}: not judged."
+        if not one.calm:
+            return one.sentence(held)
+        if not held and self.pushes:
+            return "After you let go, it moves away and cannot buzz."
+        said = one.sentence(held).removesuffix(".")
+        if margin is None or margin.stiffness <= 0.0:
+            return f"{said}."
+        if self.joint and not held and not margin.stable:
+            return f"{said}: nothing presses the handle onto the object."
         if margin.island:
-            return f"{one.words}, stable again from {span(margin.island)}"
-        return f"{one.words}, {times(margin.ratio) if margin.ratio < FAR else 'over 100 ×'} below the limit"
+            return f"{said}: stable again from {span(margin.island)}."
+        if margin.stable:
+            return f"{said}, {_below(margin)}."
+        if margin.limit <= 0.0:
+            return f"{said}: friction stops it, although the damping is above its limit."
+        return f"{said}: friction stops it, although {times(1.0 / margin.ratio)} above the limit."
 
 
-def _name(hand: str) -> str:
-    return "Let go" if hand == RELEASED else "In your hand"
+_WHOSE = ("in your hand", "after you let go")
+
+
+def _below(margin: Margin) -> str:
+    return f"{times(margin.ratio) if margin.ratio < FAR else 'over 100 ×'} below the limit"

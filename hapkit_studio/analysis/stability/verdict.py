@@ -81,7 +81,7 @@ class Asked:
     def unknown(self) -> str:
         """Return why there is no limit, "" if there is one."""
         if self.impedance is None:
-            return "This environment names no stiffness or damping of its own."
+            return "This environment has no stiffness or damping to compare with a limit."
         if not self.setting.linear:
             return "The velocity filter is not linear: there is no exact limit."
         if self.setting.controller:

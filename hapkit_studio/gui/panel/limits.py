@@ -138,10 +138,11 @@ class Question:
 
 @dataclass(frozen=True)
 class Answer:
-    """The verdict, and for a released handle the boundaries of the map as (damping, limit) points.
+    """The verdict, and the boundaries of the map as (damping, limit) points, for the verdict's worst hand.
 
-    edge: the linear limit; friction: limit for settling after a nudge; unstable_ranges: ranges of each
-    parameter beyond it. Empty if no limit is known; the boundaries are empty, too, if they are a wall's.
+    edge: the linear limit; friction: the limit up to which dry friction stops a knock of 1 mm;
+    unstable_ranges: ranges of each parameter beyond that. Empty if no limit is known; no boundaries if
+    they would be those of a different scene.
     """
 
     question: Question
@@ -173,6 +174,7 @@ def answer(question: Question) -> Answer:
     found = verdict(asked)
     if not found.margins:
         return Answer(question, found)
-    setting = replace(asked.setting, hand=RELEASED)
-    edges = ((), ()) if found.joint else boundaries(setting, question.width)
+    attached = not (found.joint or (found.pushes and found.worst == RELEASED))
+    setting = replace(asked.setting, hand=found.worst)
+    edges = boundaries(setting, question.width) if attached else ((), ())
     return Answer(question, found, *edges, unstable_ranges(asked))

@@ -25,10 +25,11 @@ LONG = 2e-3
 """s from which on a delay is worth a word: two periods, on a good line it is half of one."""
 _BOARD = "render on the board"
 _FRAMES = "let Device, Set up my Hapkit… choose how frames are sent"
-_HEIGHT, _LEFT = 146, 54.0
+_HEIGHT, _LEFT = 150, 68.0
 _RING = 9  # px: the radius of what warns round the dot
 ASK_MS = 50
 _LEAST_WIDTH = 4.0
+_REGIONS = "Green: stable. Amber: friction stops a knock of 1 mm. Hatched: a knock of 1 mm makes it buzz."
 _PALE = 0.35
 
 
@@ -59,21 +60,25 @@ class StabilityMap(Canvas):
         self._answer: Answer | None = None
         self._opacity = 1.0
         super().__init__(bottom=True, left_width=_LEFT)
-        self.bottom.setLabel("N·s/m across, N/m upwards")
-        self.setAccessibleName("Stability map, damping across, stiffness up")
+        self.bottom.setLabel("damping, N·s/m")
+        self.left.setLabel("stiffness, N/m")
+        self.setAccessibleName(
+            "Stability map: damping on the horizontal axis, stiffness on the vertical axis"
+        )
 
     def recolor(self) -> None:
         """Take the theme's colours and fonts."""
         super().recolor()
         self.setFixedHeight(theme.px(_HEIGHT))
         self.left.setStyle(tickTextOffset=theme.px(_RING) + 3)  # a dot at no damping stands at the numbers
-        self.bottom.label.setFont(theme.font("tick"))
-        self.bottom.label.setDefaultTextColor(theme.color("ink3"))
+        for axis in (self.bottom, self.left):
+            axis.label.setFont(theme.font("tick"))
+            axis.label.setDefaultTextColor(theme.color("ink3"))
 
     def show_answer(self, answer: Answer) -> None:
         """Show another answer: with room above dot and limit, the whole boundary if it is low."""
         self._answer, self._opacity = answer, 1.0
-        margin = answer.verdict.margins[RELEASED]
+        margin = answer.verdict.margins[answer.verdict.worst]
         highest = max([k for _, k in answer.edge if math.isfinite(k)], default=1.0)
         top = height(margin.stiffness, margin.limit, highest)
         self.view.setRange(xRange=(0.0, answer.question.width), yRange=(0.0, top), padding=0)
@@ -85,10 +90,7 @@ class StabilityMap(Canvas):
         self.viewport().update()
 
     def paint_under(self, painter: QPainter, box: QRectF) -> None:
-        """Paint the regions: beyond what friction holds, what it holds, and below the linear limit.
-
-        Beyond it a handle fixed to the spring swings: no danger by itself where it is only pushed out.
-        """
+        """Paint the regions: unstable, stable for small knocks because of friction, and stable."""
         if self._answer is None:
             return
         edge, friction = (
@@ -96,9 +98,8 @@ class StabilityMap(Canvas):
             for points in (self._answer.edge, self._answer.friction)
         )
         painter.setOpacity(self._opacity)
-        ground, hatch = ("contact", "ink3") if self._answer.verdict.pushes else ("unstable", "danger")
-        painter.fillRect(box, theme.color(ground))
-        painter.fillRect(box, QBrush(theme.color(hatch, 0.25), Qt.BrushStyle.BDiagPattern))
+        painter.fillRect(box, theme.color("unstable"))
+        painter.fillRect(box, QBrush(theme.color("danger", 0.25), Qt.BrushStyle.BDiagPattern))
         painter.setPen(Qt.PenStyle.NoPen)
         for curve, token in ((friction, "warnsoft"), (edge, "stable")):
             painter.setBrush(theme.color(token))
@@ -115,30 +116,29 @@ class StabilityMap(Canvas):
             return
         painter.setOpacity(self._opacity)
         verdict, (_, top) = self._answer.verdict, self.view.viewRange()[1]
-        margin = verdict.margins[RELEASED]
+        margin = verdict.margins[verdict.worst]
         across = min(margin.damping, self._answer.question.width)
         dot, edge = (self.pixel(across, min(k, top)) for k in (margin.stiffness, margin.limit))
-        token = "accent" if verdict.calm else "danger"
+        token = "accent" if verdict.calm else verdict.sign[1]
         painter.setPen(QPen(theme.color(token), 1.6, Qt.PenStyle.DotLine))
         painter.drawLine(dot, edge)
         strokes.mark(painter, dot, "accent", 6.0)
         if not verdict.calm:
-            painter.setPen(QPen(theme.color("danger"), 2))
+            painter.setPen(QPen(theme.color(token), 2))
             painter.drawEllipse(dot, theme.px(_RING), theme.px(_RING))
 
 
 def details(answer: Answer) -> str:
-    """Return what stands below a verdict: how it swings, the delay, the limit and what that leaves out."""
+    """Return the text below a verdict: the reason or the nearest limit, and the delay that it depends on."""
     verdict, setting = answer.verdict, answer.question.asked.setting
-    parts = [verdict.swings, f"{number(setting.delay * 1e3, 2)} ms from sensor to motor."]
-    margin = verdict.margins.get(RELEASED)
-    if margin is not None and (margin.stiffness > 0.0 or margin.limit <= 0.0):
-        none = "No contact is soft enough" if verdict.joint else "The damping alone is too much"
-        what = f"Limit {number(margin.limit, 0)} N/m" if margin.limit > 0.0 else none
-        friction = " without dry friction" if setting.coulomb > 0.0 else ""
-        parts.append(f"{what}, let go{friction}.")
-        parts.append(verdict.holds_for)
-    return " ".join(part for part in (*parts, verdict.unknown) if part)
+    delay = f"Delay: {number(setting.delay * 1e3, 2)} ms."
+    return " ".join(part for part in (verdict.reason, delay, verdict.unknown) if part)
+
+
+def caption(answer: Answer) -> str:
+    """Return which handle the map is valid for."""
+    whose = "after you let go" if answer.verdict.worst == RELEASED else "for a handle in your hand"
+    return f"Valid {whose}. Hatched: it buzzes."
 
 
 class StabilityCard(QWidget):
@@ -154,7 +154,10 @@ class StabilityCard(QWidget):
         self._judged: Answer | None = None
         self._room, self._mapped = True, False
         self.verdict, self.words, self.drives, self.map = AnswerLines(), hint(), hint(), StabilityMap()
-        down(label("Stability", "section"), self.verdict, self.words, self.drives, self.map, into=self, gap=4)
+        self.caption = hint()
+        self.map.setToolTip(_REGIONS)
+        parts = self.verdict, self.words, self.drives, self.map, self.caption
+        down(label("Stability", "section"), *parts, into=self, gap=4)
         self._soon = QTimer(self, singleShot=True, interval=ASK_MS)
         self._soon.timeout.connect(self.ask)
         self._worker.answered.connect(self.show_answer)
@@ -230,6 +233,7 @@ class StabilityCard(QWidget):
         self.show_map(self._room)
         if answer.edge:
             self.map.show_answer(answer)
+            self.caption.setText(caption(answer))
         self.words.setText(f"{details(answer)} {self._why_late(answer)}".rstrip())
         self.verdict.say(*verdict.signed)
         self.judged.emit(verdict.short, *verdict.sign)
@@ -238,7 +242,8 @@ class StabilityCard(QWidget):
     def show_map(self, room: bool) -> None:
         """Show the map where there is one and room for it."""
         self._room = room
-        self.map.setVisible(room and self._mapped)
+        for part in (self.map, self.caption):
+            part.setVisible(room and self._mapped)
 
     def wait(self) -> None:
         """Wait for the worker, for tests; the answer comes with the next events."""

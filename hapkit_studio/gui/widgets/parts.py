@@ -152,7 +152,7 @@ class AnswerLine(QWidget):
 
 
 class AnswerLines(QWidget):
-    """Answers below each other, each with its own sign; what is bad in its colour as well."""
+    """Answers below each other, each with its own sign; warnings and dangers in their colour as well."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -171,7 +171,7 @@ class AnswerLines(QWidget):
             self._column.addWidget(self.lines[-1])
         for line, (text, sign, token) in zip(self.lines, answers, strict=False):
             line.say(text, sign, token)
-            mark(line.words, "ink", "danger" if token == "danger" else "ink")
+            mark(line.words, "ink", token if token in ("danger", "warn") else "ink")
         for at, line in enumerate(self.lines):
             line.setVisible(at < len(answers))
 

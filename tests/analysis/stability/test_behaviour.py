@@ -191,9 +191,36 @@ def test_swings_that_differ_in_speed_are_said_from_the_slowest_to_the_fastest(se
 
 def test_an_irregular_swing_is_said_to_be_one():
     said = Behaviour(0.3e-3, Lasting(0.1e-3, 30.0), Lasting(0.5e-3, 25.0, 0.2, irregular=True))
-    words = "settles below 0.3 mm, buzzes above: irregularly, up to ±0.5 mm, at the motor's limit"
-    assert said.sentence == words
-    assert (Behaviour().words, Behaviour(trembles=True).words) == ("calm", "calm to a sensor step")
+    assert said.sentence(held=False) == (
+        "If you displace the handle by more than 0.3 mm and let go, it buzzes irregularly (up to ±0.5 mm, "
+        "held back by the motor's limit)."
+    )
+    assert Behaviour().sentence(held=True) == "In your hand, it is stable."
+    assert "within one sensor step" in Behaviour(trembles=True).sentence(held=False)
+
+
+@pytest.mark.parametrize(
+    ("push", "sign", "words"),
+    [
+        (math.inf, ("check", "ok"), "In your hand, it is stable."),
+        (0.22e-3, ("triangle", "warn"), "a knock of more than 0.22 mm makes it buzz at 24 Hz (±1 mm)."),
+        (0.0, ("cross", "danger"), "In your hand, the handle buzzes by itself at 24 Hz (±1 mm)."),
+    ],
+)
+def test_a_knock_is_a_warning_and_an_oscillation_by_itself_a_danger(push, sign, words):
+    swing = Lasting(1e-3, 24.0)
+    does = Behaviour(push, swing, swing, (24.0, 24.0)) if push < math.inf else Behaviour()
+    assert does.sign == sign
+    assert does.sentence(held=True).endswith(words)
+
+
+def test_a_handle_that_is_thrown_out_is_said_to_be():
+    thrown = Behaviour(1e-3, leaves=True)
+    assert thrown.sentence(held=True) == "In your hand, a knock of more than 1 mm throws it out."
+    both = Behaviour(1e-3, Lasting(2e-3), Lasting(2e-3), leaves=True, flick=50.0).sentence(held=False)
+    assert both == (
+        "If you flick the handle faster than 0.05 m/s and let go, it buzzes (±2 mm) or is thrown out."
+    )
 
 
 def test_several_swings_last_side_by_side_and_the_smallest_and_the_largest_are_said():
@@ -206,7 +233,9 @@ def test_several_swings_last_side_by_side_and_the_smallest_and_the_largest_are_s
     assert said.least.amplitude == pytest.approx(min(sizes), abs=device.quantum)
     assert said.most.amplitude == pytest.approx(max(sizes), rel=0.05)
     assert holds_between(handle, [0.09e-3, 0.17e-3, 0.8e-3])
-    assert said.sentence == "buzzes: ±0.024 to ±0.5 mm at 13.6 Hz, by how it is pushed"
+    assert said.sentence(held=False) == (
+        "After you let go, the handle buzzes by itself at 13.6 Hz (±0.024 to ±0.5 mm)."
+    )
 
 
 def scene_of(seed):

@@ -29,7 +29,9 @@ def test_the_margin_is_the_first_line(capsys):
     """The limits are those of the tables: see test_plane."""
     code, out, err = run(capsys, *LATE)
     assert (code, err) == (0, "")
-    assert out.startswith("620 N/m and 2 N·s/m: 1.4 × below the limit; let go.\nLet go: calm, 1.4 × below")
+    assert out.startswith(
+        "620 N/m and 2 N·s/m: 1.4 × below the limit; let go.\nAfter you let go, it is stable, 1.4 × below"
+    )
     assert FILTER in out
     for words in ("Exact", "Simple rule", "Passive", "firm grip 6,023.3"):
         assert words in out
@@ -43,7 +45,9 @@ def test_one_object_of_columns_in_si(capsys, monkeypatch):
     assert (code, err) == (0, "")
     assert out.count("\n") == 1
     found = json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
-    assert found["words"] == "Let go: calm, 1.4 × below the limit."
+    assert found["words"].startswith(
+        "After you let go, it is stable, 1.4 × below the limit. Limit without friction: "
+    )
     assert found["handle"]["released"]["push"] is None
     assert found["setting"]["estimator_options"] == {"cutoff": 35.5}
     columns, measured = found["columns"], found["measured"]

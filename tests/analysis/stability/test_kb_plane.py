@@ -102,12 +102,14 @@ def test_the_limit_of_a_sketch_is_that_of_a_force_a_period_late(rate, viscous):
 def test_limit_and_verdict_are_in_the_words_of_a_sketch():
     found = on_board.sketch_verdict(WALL, WALL.values({"stiffness": 5000.0}), BOARD, 1000, "difference")
     words = on_board.sketch_words(found, 1000)
-    assert words.startswith(f"Limit {found.limit:,.0f} N/m at 1,000 Hz")
-    assert "In your hand: settles below" in words
+    assert words.startswith("At 1,000 Hz, with one period of delay: In your hand, a knock of more than ")
+    assert words.endswith(f" is above the limit of {found.margins['medium'].limit:,.0f} N/m in your hand.")
     assert not found.calm
     free = environments.named("free")
     found = on_board.sketch_verdict(free, free.values(), BOARD, 1000, "difference")
-    assert on_board.sketch_words(found, 1000) == "In your hand: calm. Let go: calm."
+    assert on_board.sketch_words(found, 1000).endswith(
+        "In your hand, it is stable. After you let go, it is stable."
+    )
 
 
 @pytest.mark.parametrize("push", [0.5e-3, 1e-3])

@@ -25,10 +25,10 @@ def test_a_stiff_wall_is_calm_let_go_and_buzzes_in_a_grip():
     """The wall of 5,000 N/m with 1 ms: beyond its limit, and let go it only throws the handle out."""
     said = verdict(asked("wall", stiffness=5000.0, damping=0.0))
     held, released = said.lines
-    assert held.startswith("In your hand: settles below 0.")
-    assert released == "Let go: calm, only pushed out."
-    assert [token for *_, token in said.signed] == ["danger", "ok"]
-    assert (said.headline, said.sign) == ("Buzzes in your hand", ("cross", "danger"))
+    assert held.startswith("In your hand, a knock of more than 0.")
+    assert released == "After you let go, it moves away and cannot buzz."
+    assert [token for *_, token in said.signed] == ["warn", "ok"]
+    assert (said.headline, said.sign) == ("A knock makes it buzz", ("triangle", "warn"))
     grip = grip_named("medium")
     handle = Handle(
         0.044, 0.5, 0.1, 20.7e-6, 3.0, 1000.0, 1e-3, 5000.0, 0.0, True,
@@ -45,7 +45,7 @@ def test_calm_scenes_say_how_far_the_limit_is_in_each_hand():
     assert said.sign == ("check", "ok")
     limits = [said.margins[hand].limit for hand in ("medium", "released")]
     assert limits[0] > limits[1]
-    assert said.short == f"Calm, {limits[1] / 80.0:.1f} × below the limit"
+    assert said.short == f"Stable, {limits[1] / 80.0:.1f} × below the limit"
 
 
 @pytest.mark.parametrize(("share", "calm"), [(0.97, True), (1.03, False)])
@@ -108,7 +108,7 @@ def test_a_law_that_is_not_its_impedance_has_no_limit_and_is_judged_all_the_same
     said = verdict(scene)
     assert said.unknown == "No limit: the law's steepest place is 300 N/m, and its impedance says 30 N/m."
     assert said.margins == {}
-    assert said.lines[1] == "Let go: calm."
+    assert said.lines[1] == "After you let go, it is stable."
     assert differs(replace(own, impedance=spring.impedance), scene.values, (300.0, 0.0)) == ""
 
 
@@ -117,11 +117,11 @@ def test_no_run_is_unstable_in_silence(stiffness, calm):
     run = hs.simulate("spring", {"stiffness": stiffness}, hand="pluck")
     still = np.ptp(run.true_position[-400:]) < 2e-5
     assert still == calm
-    assert ("Let go: settles below" in " ".join(run.warnings)) != calm
+    assert ("If you displace the handle by more than" in " ".join(run.warnings)) != calm
 
 
 @pytest.mark.parametrize(
-    ("share", "words"), [(0.99, "1.01 × below the limit"), (1.01, "while nothing presses it")]
+    ("share", "words"), [(0.99, "1.01 × below the limit"), (1.01, "nothing presses the handle")]
 )
 def test_a_handle_let_go_presses_no_object(share, words):
     scene, loop = environments.named("puck"), Setting()

@@ -74,7 +74,10 @@ def test_where_springs_are_stable_again_the_verdict_and_the_map_s_reading_say_so
     said = verdict(replace(found, said=of_spring(slow, 80.0, 2.25)))
     assert said.more.endswith(f"Stable again from {low:,.0f} to {high:,.0f} N/m.")
     inside = verdict(replace(found, said=of_spring(slow, 0.5 * (low + high), 2.25)))
-    assert f"Let go: calm, stable again from {low:,.0f} to {high:,.0f} N/m." in inside.lines[0][0]
+    assert (
+        f"After you let go, it is stable: stable again from {low:,.0f} to {high:,.0f} N/m."
+        in inside.lines[0][0]
+    )
     here = reading(Lines(LinesQuestion(slow, 0.0, 0.0), found), 2.25, 0.5 * (low + high))
     assert "Stable from" in here[1]
 
@@ -89,11 +92,15 @@ def judged(stiffness, damping, controller=False, measured=None):
 def test_the_column_says_what_the_handle_does_and_what_was_measured_there():
     said = judged(2000.0, 0.0)
     assert (said.headline, said.sign) == ("Buzzes when let go", ("triangle", "warn"))
-    assert said.lines == (("Let go: settles below 1.2 mm, buzzes above.", "triangle", "warn"),)
-    assert said.more.startswith("Let go ±2.3 mm at 30 Hz, at the motor's limit.")
+    sentence = (
+        "If you displace the handle by more than 1.2 mm and let go, it buzzes at 30 Hz (±2.3 mm, held back "
+        "by the motor's limit)."
+    )
+    assert said.lines == ((sentence, "triangle", "warn"),)
+    assert said.more == "Reason: 2,000 N/m is above the limit of 1,002 N/m after you let go."
     said = judged(900.0, 2.0, measured=made_up(Setting(), real=True))
-    assert said.headline == "Calm"
-    assert said.more == "Measured with friction: comes to rest."
+    assert said.headline == "Stable"
+    assert said.more.endswith("N/m after you let go.\nMeasured with friction: comes to rest.")
     said = judged(900.0, 2.0, controller=True, measured=made_up(Setting(controller=True)))
     assert "leave the passivity controller out" in said.more
     assert said.more.endswith("Measured of an ideal handle: comes to rest.")

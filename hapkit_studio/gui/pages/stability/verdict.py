@@ -44,7 +44,7 @@ def verdict(plane: Plane, measured: Measured | None = None) -> Verdict:
     said = plane.said
     if said is None:
         return Verdict("", "")
-    more = [said.swings, said.unknown, said.holds_for, stable_again(plane.margin)]
+    more = [said.reason, said.unknown, plane.caption, stable_again(plane.margin)]
     found = None if measured is None else kind_at(measured, plane.margin.damping, plane.margin.stiffness)
     if measured is not None and found is not None:
         handle = "with friction" if measured.real else "of an ideal handle"
@@ -107,7 +107,8 @@ class VerdictColumn(SidePanel):
             part.setVisible(bool(text))
         self.sign.show_sign(*verdict.sign)
         self.answers.say(*verdict.lines)
-        mark(self.heading, "ink", "danger" if verdict.sign[1] == "danger" else "ink")
+        token = verdict.sign[1]
+        mark(self.heading, "ink", token if token in ("danger", "warn") else "ink")
 
     def show_limits(self, lines: Lines | None) -> None:
         """Show every hand's limit."""
