@@ -269,7 +269,7 @@ def test_nothing_is_said_of_a_handle_whose_law_takes_too_long(monkeypatch):
     asked = Asked(SLOW, SLOW.values(EVERYWHERE), Setting(hand="medium"))
     found = verdict(asked)
     assert (found.headline, found.calm, found.margins) == ("Not judged", False, {})
-    assert found.lines == ("In your hand: not judged.", "Let go: not judged.")
+    assert found.lines == ("In your hand: not judged.", "After you let go: not judged.")
     assert found.unknown.startswith("The law of Far too slow takes ")
     assert unstable_ranges(asked) == {}
     assert not verdict(replace(asked, values=SLOW.values({"beyond": 1.0}))).not_judged

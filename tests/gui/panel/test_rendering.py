@@ -150,7 +150,7 @@ def test_table_and_card_say_one_delay(board_window, qtbot, where):
         board_window.live.look()
         said = column(board_window, index)[0].split()[0]
         assert 1e-3 * float(said) == pytest.approx(delay, abs=8e-6 if delay < 0.5e-3 else 16e-6)
-        qtbot.waitUntil(lambda said=said: f"{said} ms from sensor" in card.words.text(), timeout=PATIENCE_MS)
+        qtbot.waitUntil(lambda said=said: f"Delay: {said} ms" in card.words.text(), timeout=PATIENCE_MS)
     engine = studio.engine
     rate = 1000.0 if where == "computer" else engine.board_plan.rate
     assert (card.facts.setting().rate, card.facts.setting().delay) == (
