@@ -1,6 +1,6 @@
 """The arrays one running loop works on, and the words it shares with the window."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,23 +10,85 @@ from hapkit_studio.haptics import block
 from hapkit_studio.haptics.block import Block
 from hapkit_studio.laws import native
 
-# --- real: the tick's own numbers; of STALE_TIMES there are three
-GAIN, RAMP, BLEND, LAST_POSITION, ENERGY, APPLIED, HOLD, GOOD, STALE_TIMES = range(9)
-FAULT_VALUE, FAULT_POSITION, CLOCK, VELOCITY = range(11, 15)
-# s: a call of the law took lately, in live loops; laws longer than a period have taken since OVERRUN_SINCE
-LAW_TIME, OVERRUN, OVERRUN_SINCE = range(15, 18)
-LOOKED_AT = 18  # s of processor time: when a headless run looked at the clock last, 0 before the first time
-REAL = 19
-WATCH = 1344
+# Places on each side of its start where the passivity observer can know the law's force.
+CELLS = 640
+Record = Any  # a numpy.record; its fields have no types that mypy knows
 
-# --- word: the tick's own whole numbers; STALE: 1 + the cause, 0 while samples come
-SLOT, STARTED, TICK, STALE, CLEARED, FLAGS, GENERATION, ASKED, RENEW = range(9)
-SLOW = 9  # the address of the law that was too slow
-CALLS, OPAQUE = 10, 11  # the observer's calls of the law in this tick; the law takes too long to be asked
-# of a headless run: ticks, and work in passes of loops, since it looked last; the socket that signals come to
-TICKS_DONE, WORK_DONE, SIGNALS = range(12, 15)
-SPARE = 15  # a fault's words, where the observer asks a law
-WORD = SPARE + native.FAULT_WORDS
+
+def record(*fields: tuple) -> np.dtype:
+    """Return a dtype whose elements have their fields as attributes, in Python and in compiled code."""
+    return np.dtype((np.record, np.dtype(list(fields), align=True)))
+
+
+# The tick's own state: forces in N, positions in m, times in s.
+TICK = record(
+    ("gain", "f8"),  # share of the force: fades in from 0 to 1 after whatever made the force zero
+    ("ramp", "f8"),  # share of the way from the old parameters to the new ones
+    ("blend", "f8"),  # share of the new law in a cross-fade
+    ("last_position", "f8"),
+    ("energy", "f8"),  # J given to the handle since the start
+    ("applied", "f8"),  # the force sent last
+    ("hold", "f8"),  # s of zero force still to come after connecting
+    ("good", "f8"),  # s with samples since the sensor was stale
+    ("stale_times", "f8", 3),  # when the sensor was last stale, a ring
+    ("fault_value", "f8"),  # what made the latched fault, in its unit
+    ("fault_position", "f8"),  # where, m; the limit in s for a slow law or link
+    ("clock", "f8"),  # the simulated board's clock
+    ("velocity", "f8"),  # the estimate in m/s
+    ("law_time", "f8"),  # s that a call of the law took lately, in live loops
+    ("overrun", "f8"),  # s that laws longer than a period have taken since overrun_since
+    ("overrun_since", "f8"),
+    ("clock_read_at", "f8"),  # processor time when a headless run read the clock last, 0 before
+    ("slot", "i8"),  # the row of params, states and laws in force
+    ("started", "i8"),
+    ("number", "i8"),  # ticks since the start
+    ("stale", "i8"),  # 1 + the cause, 0 while samples come
+    ("cleared", "i8"),  # the last value seen of control's CLEAR
+    ("row_flags", "i8"),  # of the last row
+    ("generation", "i8"),  # the last accepted one
+    ("slow_law", "i8"),  # the address of the law that was too slow
+    ("signals", "i8"),  # of headless runs: the socket that signals come to
+    ("ticks_done", "i8"),  # of headless runs, since the clock was read: ticks, and work in passes of loops
+    ("work_done", "i8"),
+)
+_KEPT = "fault_value", "fault_position", "number", "slow_law"  # by a restart
+
+# The energy in J that may be given, and the excess over it.
+LIMIT = record(("limit", "f8"), ("excess", "f8"))
+
+# The passivity observer's state: energies in J, lengths in m, times in s.
+WATCH = record(
+    ("given", "f8"),  # the energy given since the observer began
+    ("alarm", LIMIT),  # the generous limit
+    ("strict", LIMIT),  # the controller's
+    ("most", "f8"),  # the highest work of the law's force from the start to a known place
+    ("edge", "f8"),  # of the present count, from its lower edge
+    ("since", "f8"),  # how long the count has not changed
+    ("impulse", "f8"),  # N·s in that time
+    ("peak", "f8"),  # N, the largest force
+    ("speed", "f8"),  # m/s over the last count
+    ("start", "f8"),  # where the observer began
+    ("ends", "f8", 2),  # N: the force at the last known place on the left, on the right
+    # The straightest motion: where it turned last, the time since then, the integral of v² in m²/s until then
+    # and until now; the least and the greatest velocity since then that pass all counts, with their times.
+    ("turn", "f8"),
+    ("lasted", "f8"),
+    ("before", "f8"),
+    ("squares", "f8"),
+    ("least", "f8"),
+    ("least_time", "f8"),
+    ("greatest", "f8"),
+    ("greatest_time", "f8"),
+    ("effect", "f8"),  # N, the mean force over the last period
+    ("cells_known", "i8"),  # on each side, 1 + those where the force is known; 0 before the observer begins
+    ("renew", "i8"),  # begin again
+    ("calls", "i8"),  # of the law in this tick
+    ("opaque", "i8"),  # the law takes too long to be called
+    ("frozen", "f8", block.STATES),  # the law's state when the observer began
+    ("scratch", "f8", block.STATES),
+    ("work", "f8", 2 * CELLS + 1),  # of the law's force from the start to each place
+    ("fault", "i8", native.FAULT_WORDS),  # of those calls
+)
 
 # --- control: shared with the window, one cache line each
 CONTROL, STRIDE = 128, 8
@@ -48,10 +110,9 @@ CAUSES = NO_SAMPLE, AWAY, HELD_UP, CUT, CLOCK_JUMP = range(5)
 
 
 class LoopArrays(NamedTuple):
-    """Everything the tick reads and writes; plain arrays, allocated once."""
+    """Everything the tick reads and writes: arrays and records, allocated once."""
 
-    real: np.ndarray
-    word: np.ndarray
+    tick: Record  # of TICK
     params: np.ndarray  # (2, 32): one row a slot, what each law reads now
     start: np.ndarray  # (32,): where the ramp of the numbers began
     goal: np.ndarray  # (32,): where it ends
@@ -59,7 +120,7 @@ class LoopArrays(NamedTuple):
     laws: np.ndarray  # (2,): addresses
     memory: np.ndarray  # the velocity estimator's
     fault: np.ndarray  # (native.FAULT_WORDS,), set by laws
-    watch: np.ndarray  # the passivity observer's
+    watch: Record  # of WATCH
     values: np.ndarray  # the block in force
     words: np.ndarray
     program: np.ndarray  # the law for the board, packed
@@ -70,11 +131,10 @@ class LoopArrays(NamedTuple):
 
 def new_arrays(shared: Block) -> LoopArrays:
     """Return arrays at rest that read their settings from the given block."""
-    word = np.zeros(WORD, dtype=np.int64)
-    word[SIGNALS] = interrupts.fileno()
+    tick = np.zeros(1, TICK)[0]
+    tick.signals = interrupts.fileno()
     return LoopArrays(
-        real=np.zeros(REAL),
-        word=word,
+        tick=tick,
         params=np.zeros((2, block.INITIAL_STATE)),
         start=np.zeros(block.INITIAL_STATE),
         goal=np.zeros(block.INITIAL_STATE),
@@ -82,7 +142,7 @@ def new_arrays(shared: Block) -> LoopArrays:
         laws=np.zeros(2, dtype=np.int64),
         memory=np.zeros(estimators.MEMORY),
         fault=np.zeros(native.FAULT_WORDS, dtype=np.int64),
-        watch=np.zeros(WATCH),
+        watch=np.zeros(1, WATCH)[0],
         **block.new_block()._asdict(),
         draft=block.new_block(),
         block=shared,
@@ -98,15 +158,13 @@ def restart(r: LoopArrays, hold_seconds: float) -> None:
     """
     if r.control[FAULT] == DEVICE_GONE:
         r.control[FAULT] = NO_FAULT
-    reason = r.real[FAULT_VALUE : FAULT_POSITION + 1].copy()
-    r.real[:] = 0.0
-    r.real[FAULT_VALUE : FAULT_POSITION + 1] = reason
-    r.real[BLEND] = r.real[RAMP] = 1.0
-    r.real[HOLD] = hold_seconds
-    ticks, slow = r.word[TICK], r.word[SLOW]
-    r.word[:] = 0
-    r.word[TICK], r.word[SLOW] = ticks, slow
-    r.word[CLEARED] = r.control[CLEAR]
+    for name in TICK.fields or ():
+        if name not in _KEPT:
+            r.tick[name] = 0
+    r.tick.blend = r.tick.ramp = 1.0
+    r.tick.hold = hold_seconds
+    r.tick.cleared = r.control[CLEAR]
+    r.watch.renew = r.watch.cells_known = 0
     r.words[:] = 0
     if r.control[FAULT] == NO_FAULT:
         r.fault[:] = 0

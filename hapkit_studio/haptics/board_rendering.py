@@ -47,19 +47,19 @@ def show(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> None:
         refresh(r, position, period)
         if fault != arrays.NO_FAULT and r.control[arrays.FAULT] == arrays.NO_FAULT:
             n[link.EXCUSED] = now + link.REPEAT_AFTER + n[link.ROUND_TRIP]
-    if r.word[arrays.STALE]:
+    if r.tick.stale:
         recover(r, period)
     link.write_times(conn, sample[codec.BOARD_TIME], row, now)
     delays.note_delay(conn.delays, delays.OF_BOARD, sample[codec.DELAY])
-    n[link.SEEN_SPEED] = (position - r.real[arrays.LAST_POSITION]) / period
+    n[link.SEEN_SPEED] = (position - r.tick.last_position) / period
     fill_row(r, conn, sample, row, position, period)
     frames = period / frame_seconds(conn.law[link.PERIOD])
     if sample[codec.LOST] > 0.0 and conn.law[link.PERIOD] > 0:  # ticks are not all shown
         conn.reader[codec.LOST_FRAMES] += max(int(frames + 0.5) - 1, 0)
-    r.word[arrays.FLAGS] = flags_of(r, conn, sample, now, frames >= 1.5)
-    row[rows.FLAGS] = r.word[arrays.FLAGS]
-    if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
-        r.real[arrays.APPLIED] = row[rows.APPLIED_FORCE]
+    r.tick.row_flags = flags_of(r, conn, sample, now, frames >= 1.5)
+    row[rows.FLAGS] = r.tick.row_flags
+    if r.tick.row_flags & (rows.STOPPED | rows.FAULT | rows.STALE):
+        r.tick.applied = row[rows.APPLIED_FORCE]
 
 
 @internal
@@ -73,7 +73,7 @@ def note_who_renders(r: LoopArrays, conn: Link, sample: np.ndarray) -> None:
         words[link.OVERRUNS] = int(sample[codec.OVERRUNS])
     elif at <= link.SENDING_SETTINGS:
         return_to_computer(conn)
-    r.real[arrays.GAIN] = 0.0
+    r.tick.gain = 0.0
 
 
 @internal
@@ -87,24 +87,24 @@ def fill_row(
     r: LoopArrays, conn: Link, sample: np.ndarray, row: np.ndarray, position: float, period: float
 ) -> None:
     """Fill what the board says of motion, force and state; state is kept where its law is in force."""
-    real, word, sign = r.real, r.word, conn.numbers[link.SIGN]
+    t, sign = r.tick, conn.numbers[link.SIGN]
     duty = int(sample[codec.PWM])
     applied = sign * math.copysign(conn.motor[min(abs(duty), conn.motor.size - 1)], duty)
-    row[rows.TICK] = word[arrays.TICK]
-    word[arrays.TICK] += 1
+    row[rows.TICK] = t.number
+    t.number += 1
     row[rows.POSITION] = position
     row[rows.VELOCITY] = sign * finite(sample[codec.VELOCITY])
     row[rows.FORCE] = sign * finite(sample[codec.ASKED])
     row[rows.APPLIED_FORCE] = applied
     row[rows.PERIOD] = period
-    real[arrays.ENERGY] += 0.5 * (real[arrays.APPLIED] + applied) * (position - real[arrays.LAST_POSITION])
-    row[rows.ENERGY] = real[arrays.ENERGY]
-    real[arrays.APPLIED] = applied
-    real[arrays.LAST_POSITION] = position
-    real[arrays.VELOCITY] = row[rows.VELOCITY]
-    word[arrays.RENEW] = 1  # the passivity observer does not watch here
+    t.energy += 0.5 * (t.applied + applied) * (position - t.last_position)
+    row[rows.ENERGY] = t.energy
+    t.applied = applied
+    t.last_position = position
+    t.velocity = row[rows.VELOCITY]
+    r.watch.renew = 1  # the passivity observer does not watch here
     row[rows.ENERGY_GIVEN] = row[rows.ENERGY_LIMIT] = math.nan
-    states, at = r.states[word[arrays.SLOT]], int(sample[codec.STATE_AT])
+    states, at = r.states[t.slot], int(sample[codec.STATE_AT])
     same = conn.words[link.HANDOVER] == link.ON_BOARD and r.words[block.BOARD_LAW] == r.words[block.LAW]
     if at < r.words[block.N_STATE] and same and r.words[block.CODE_ID] == conn.words[link.CODE_ID]:
         states[at] = sample[codec.STATE]
@@ -126,7 +126,7 @@ def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: boo
     conn.words[link.OVERRUNS] = int(sample[codec.OVERRUNS])
     latch_reported_faults(r, n, said, now)
     off = said & codec.FLAG_WATCHDOG != 0 and said & codec.FLAG_STOPPED == 0
-    if off and conn.words[link.MOTOR_SEEN_ON] and not r.word[arrays.STALE]:
+    if off and conn.words[link.MOTOR_SEEN_ON] and not r.tick.stale:
         cuts = arrays.STALE_CAUSES + arrays.CUT  # switched off although it was told that someone is there
         store_release(r.control, cuts, r.control[cuts] + 1)
     conn.words[link.MOTOR_SEEN_ON] = not off
@@ -135,7 +135,7 @@ def flags_of(r: LoopArrays, conn: Link, sample: np.ndarray, now: float, gap: boo
         flags |= rows.CLAMPED
     if said & codec.FLAG_STOPPED:
         flags |= rows.STOPPED
-    if said & codec.FLAG_WATCHDOG or r.word[arrays.STALE]:
+    if said & codec.FLAG_WATCHDOG or r.tick.stale:
         flags |= rows.STALE
     if r.control[arrays.FAULT] != arrays.NO_FAULT:
         flags |= rows.FAULT
@@ -152,7 +152,7 @@ def latch_reported_faults(r: LoopArrays, n: np.ndarray, said: int, now: float) -
 
     A board that saw a leap gives up its estimate: then the speed is what its positions come to.
     """
-    speed, position = r.real[arrays.VELOCITY], r.real[arrays.LAST_POSITION]
+    speed, position = r.tick.velocity, r.tick.last_position
     if now < n[link.EXCUSED]:
         return
     if said & codec.FLAG_OVER_SPEED or abs(speed) > r.values[block.MAX_SPEED]:
@@ -350,7 +350,7 @@ def send_leave(conn: Link, k: int, now: float, frame: np.ndarray) -> int:
 def update(r: LoopArrays, conn: Link, k: int, now: float, frame: np.ndarray, code_id: int) -> int:
     """Send a new law, changed constants, or only a sign of life."""
     n, words = conn.numbers, conn.words
-    if r.word[arrays.STALE]:
+    if r.tick.stale:
         return send_now_and_then(conn, k, frame, law_frames.HELLO_REQUEST)
     if words[link.TUNING] != 0:
         if int(conn.samples[k, codec.GENERATION]) == words[link.TUNING]:

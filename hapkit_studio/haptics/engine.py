@@ -383,7 +383,7 @@ class Engine:
     @property
     def fault(self) -> Fault | None:
         code = int(load_acquire(self.arrays.control, arrays.FAULT))
-        title = self._titles.get(int(self.arrays.word[arrays.SLOW]))
+        title = self._titles.get(int(self.arrays.tick.slow_law))
         return health.describe_fault(code, self.arrays, f"the law of {title}" if title else "the law")
 
     @property
@@ -402,14 +402,14 @@ class Engine:
 
     def renders(self, environment: Environment) -> bool:
         """Return whether the newest rows hold this environment's state: a switch takes until a tick."""
-        law = int(self.arrays.laws[self.arrays.word[arrays.SLOT]])
+        law = int(self.arrays.laws[self.arrays.tick.slot])
         return environment is self.environment and law == environment.force.compiled().address
 
     @property
     def settled(self) -> bool:
         """Return whether the newest rows are of the environment's law alone: a switch takes its time."""
         r = self.arrays
-        if not self.renders(self.environment) or r.real[arrays.BLEND] < 1.0:
+        if not self.renders(self.environment) or r.tick.blend < 1.0:
             return False
         if self.driver is None or self.rendering != BOARD:
             return True
@@ -420,8 +420,8 @@ class Engine:
     def excess(self) -> tuple[float, float]:
         """Return the energy in J given beyond its limit, and how much of it means something."""
         watch, quantum = self.arrays.watch, float(self.arrays.values[block.QUANTUM])
-        felt = passivity.FELT + passivity.COUNTS * quantum * float(watch[passivity.PEAK])
-        return float(watch[passivity.EXCESS]), felt
+        felt = passivity.FELT + passivity.COUNTS * quantum * float(watch.peak)
+        return float(watch.alarm.excess), felt
 
     def health(self) -> Health:
         """Return how the loop is doing; call it at a few hertz.

@@ -127,7 +127,7 @@ class Scene:
         shared = block.new_block()
         r = arrays.new_arrays(shared)
         block.publish(shared, wanted.encode())
-        r.real[arrays.GAIN] = 1.0
+        r.tick.gain = 1.0
         periods = math.ceil(self.loop.delay * self.loop.rate) + 2
         return r, simulated_loop.new_plant(self.device, periods)
 

@@ -144,7 +144,7 @@ _STALE = {
 
 def stale_reason(r: LoopArrays) -> str:
     """Return why the force is zero for a while, "" where it is not."""
-    cause = int(r.word[arrays.STALE]) - 1
+    cause = int(r.tick.stale) - 1
     return "" if cause < 0 else _STALE[cause][0]
 
 
@@ -159,7 +159,7 @@ class Fault:
 
 def describe_fault(code: int, r: LoopArrays, law: str = "the law") -> Fault | None:
     """Return the fault of a code with the values the loop left, None for no fault; law: what it is called."""
-    value, second = float(r.real[arrays.FAULT_VALUE]), float(r.real[arrays.FAULT_POSITION])
+    value, second = float(r.tick.fault_value), float(r.tick.fault_position)
     line, limit = int(r.fault[1]), float(r.values[block.MAX_SPEED])
     place = f"x = {number(1e3 * second, 2)} mm"
     name, at = "NaN" if math.isnan(value) else "infinity", f" (line {line})" if line else ""

@@ -146,7 +146,7 @@ def wanted_code(r: LoopArrays, link: Link) -> int:
 def fade_out(r: LoopArrays, link: Link, period: float) -> float:
     """Return the share of the force that a sample's answer may have: it fades out on the way to the board."""
     n, words = link.numbers, link.words
-    held = r.real[arrays.HOLD] > 0.0 or r.word[arrays.STALE] or load_acquire(r.control, arrays.FAULT)
+    held = r.tick.hold > 0.0 or r.tick.stale or load_acquire(r.control, arrays.FAULT)
     if words[HANDOVER] == ON_COMPUTER:
         if held or wanted_code(r, link) == 0:
             return 1.0
@@ -156,7 +156,7 @@ def fade_out(r: LoopArrays, link: Link, period: float) -> float:
         return 0.0
     if held or wanted_code(r, link) == 0:
         words[HANDOVER] = ON_COMPUTER
-        r.real[arrays.GAIN] *= n[FADE_LEFT]
+        r.tick.gain *= n[FADE_LEFT]
         return n[FADE_LEFT]
     left = n[FADE_LEFT] - period / r.values[block.FADE]
     n[FADE_LEFT] = left if left > _ROUNDING else 0.0
@@ -182,8 +182,8 @@ def resume(r: LoopArrays, link: Link, count: float, velocity: float) -> None:
     """Let the tick go on from another motion, or another meaning of position; the force fades in."""
     position = position_of(link, count)
     estimators.resume(r.memory, position, velocity)
-    r.real[arrays.LAST_POSITION] = position
-    r.real[arrays.GAIN] = 0.0
+    r.tick.last_position = position
+    r.tick.gain = 0.0
 
 
 @internal
@@ -281,7 +281,7 @@ def board_gone(r: LoopArrays, link: Link, now: float) -> bool:
     n[LOOKED_AT] = now
     if n[QUIET] < GONE_AFTER:
         return False
-    latch(r, arrays.DEVICE_GONE, GONE_AFTER, r.real[arrays.LAST_POSITION])
+    latch(r, arrays.DEVICE_GONE, GONE_AFTER, r.tick.last_position)
     return True
 
 
@@ -301,7 +301,7 @@ def watch_motor(r: LoopArrays, link: Link, said: int, now: float) -> None:
         n[MOTOR_OFF_TIME] = 0.0
     else:
         n[MOTOR_OFF_TIME] += r.values[block.PERIOD]
-        if words[MOTOR_SEEN_ON] or r.word[arrays.STALE] or n[MOTOR_OFF_TIME] > MOTOR_ON_WITHIN:
+        if words[MOTOR_SEEN_ON] or r.tick.stale or n[MOTOR_OFF_TIME] > MOTOR_ON_WITHIN:
             words[MOTOR_SEEN_ON] = 0
             mark_stale(r, now, arrays.CUT)
 
@@ -323,8 +323,8 @@ def check_clock(r: LoopArrays, link: Link, sample: np.ndarray, now: float) -> No
         wrong, time = time, n[CLOCK_LAST] + sent
         n[CLOCK_SHIFT] += time - wrong
         link.words[LEFT_OUT] = 1
-        if r.word[arrays.STALE]:
-            r.real[arrays.GOOD] = 0.0
+        if r.tick.stale:
+            r.tick.good = 0.0
             place = arrays.STALE_CAUSES + arrays.CLOCK_JUMP
             store_release(r.control, place, r.control[place] + 1)
         else:
@@ -377,7 +377,7 @@ def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
     share, flags = fade_out(r, link, period), int(row[rows.FLAGS])
     if share < 1.0:
         force *= share
-        row[rows.APPLIED_FORCE] = r.real[arrays.APPLIED] = force
+        row[rows.APPLIED_FORCE] = r.tick.applied = force
         flags |= rows.FADING
     gap = lost > 0.0 or link.words[LEFT_OUT] or time_since_last(link, sample) > 1.5 * period
     write_times(link, sample[codec.BOARD_TIME], row, now)
@@ -387,7 +387,7 @@ def render(r: LoopArrays, link: Link, out: Ring, k: int, now: float) -> None:
     if said & codec.FLAG_CLAMPED:
         flags |= rows.CLAMPED
     row[rows.FLAGS] = flags
-    if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT | rows.STALE):
+    if r.tick.row_flags & (rows.STOPPED | rows.FAULT | rows.STALE):
         link.forces[:] = 0.0
     for back in range(min(int(lost), HISTORY - 1) + 1):
         link.forces[(int(sample[codec.SEQ]) - back) % HISTORY] = link.numbers[SIGN] * force

@@ -25,19 +25,19 @@ _PEEK = 2  # MSG_PEEK
 @internal
 def interrupted(r: LoopArrays) -> bool:
     """Return whether a signal has come that Python has not handled yet."""
-    socket = r.word[arrays.SIGNALS]
+    socket = r.tick.signals
     return socket >= 0 and clib.recv(socket, clib.word_pair(), 1, _PEEK) & 0xFFFFFFFF == 1
 
 
 @compiled
 def look(r: LoopArrays) -> None:
     """Tell the run to quit where its law takes too long, or a person wants it to."""
-    word, real = r.word, r.real
-    ticks, before = word[arrays.TICKS_DONE], real[arrays.LOOKED_AT]
-    word[arrays.WORK_DONE] = word[arrays.TICKS_DONE] = 0
+    t = r.tick
+    ticks, before = t.ticks_done, t.clock_read_at
+    t.work_done = t.ticks_done = 0
     if INTERPRETED:
         return
-    now = real[arrays.LOOKED_AT] = clock.thread_time()
+    now = t.clock_read_at = clock.thread_time()
     limit = max(r.values[block.PERIOD], LONGEST)
     if (before > 0.0 and note_law_time(r, now, now - before, limit, ticks)) or interrupted(r):
         store_release(r.control, arrays.QUIT, 1)
@@ -46,19 +46,19 @@ def look(r: LoopArrays) -> None:
 @internal
 def begin(r: LoopArrays) -> None:
     """Forget when the clock was read last: other things have taken time since."""
-    r.real[arrays.LOOKED_AT] = 0.0
-    r.word[arrays.WORK_DONE] = r.word[arrays.TICKS_DONE] = 0
+    r.tick.clock_read_at = 0.0
+    r.tick.work_done = r.tick.ticks_done = 0
 
 
 @inlined
 def goes_on(r: LoopArrays) -> bool:
     """Return whether to go on after one more call of the law."""
-    word = r.word
-    word[arrays.TICKS_DONE] += 1
-    word[arrays.WORK_DONE] += _WORK_OF_A_TICK
+    t = r.tick
+    t.ticks_done += 1
+    t.work_done += _WORK_OF_A_TICK
     if r.fault[0] == 0:
-        word[arrays.WORK_DONE] += FUEL - r.fault[1]
-    if word[arrays.WORK_DONE] >= _LOOK_AFTER:
+        t.work_done += FUEL - r.fault[1]
+    if t.work_done >= _LOOK_AFTER:
         look(r)
     return load_acquire(r.control, arrays.QUIT) == 0
 
@@ -66,7 +66,7 @@ def goes_on(r: LoopArrays) -> bool:
 def check(r: LoopArrays, title: str) -> None:
     """Raise LawError where a run was ended as its law takes too long, KeyboardInterrupt for a person."""
     if r.control[arrays.FAULT] == arrays.SLOW_LAW:
-        taken, limit = (float(r.real[at]) for at in (arrays.FAULT_VALUE, arrays.FAULT_POSITION))
+        taken, limit = float(r.tick.fault_value), float(r.tick.fault_position)
         raise LawError(
             f"The law of {title} takes {on_screen(taken, 's', 3)} for one sample, the limit is "
             f"{on_screen(limit, 's', 3)}. {SIMPLIFY}"

@@ -73,7 +73,7 @@ def has_no_time_for(r: LoopArrays, conn: Link, sample: np.ndarray, older: int) -
     """Return whether the law, as slow as at the last sample, has no time for samples before the newest."""
     if sample[codec.KIND] != codec.SAMPLE or not conn.words[link.LAST_WAS_SAMPLE]:
         return False
-    each = r.real[arrays.LAW_TIME]
+    each = r.tick.law_time
     return each > r.values[block.PERIOD] or older * each > CATCH_UP
 
 
@@ -101,7 +101,7 @@ def fill_row(r: LoopArrays, conn: Link, out: Ring, k: int, now: float) -> bool:
         words[link.HANDOVER], words[link.LAW_DUE] = link.SENDING_LAW, 1
     if not words[link.LAST_WAS_SAMPLE]:
         # the computer's tick goes on from the motion as the board saw it
-        link.resume(r, conn, conn.samples[k, codec.COUNT], r.real[arrays.VELOCITY])
+        link.resume(r, conn, conn.samples[k, codec.COUNT], r.tick.velocity)
         conn.forces[:] = 0.0
         conn.numbers[link.EFFECT] = 0.0
         words[link.LAST_WAS_SAMPLE] = 1
@@ -234,7 +234,7 @@ def run(r: LoopArrays, conn: Link, out: Ring, late: np.ndarray, fd: int) -> None
             if size == 0 or (size < 0 and clib.last_error() not in (_EAGAIN, _EINTR)):
                 state = -1
         if state < 0:
-            latch(r, arrays.DEVICE_GONE, 0.0, r.real[arrays.LAST_POSITION])
+            latch(r, arrays.DEVICE_GONE, 0.0, r.tick.last_position)
             break
         if size > 0:
             send(fd, conn.frame, take(r, conn, out, late, size))

@@ -14,7 +14,7 @@ from hapkit_studio.dynamics.jit import compiled, inlined
 from hapkit_studio.haptics import block, headless, patience, rows
 from hapkit_studio.haptics.arrays import LoopArrays
 from hapkit_studio.haptics.simulated_loop import Plant
-from hapkit_studio.haptics.survey import Flat, restart
+from hapkit_studio.haptics.survey import restart
 from hapkit_studio.laws.native import call
 
 # How a run ends: it rests, is beyond what is near, comes down from quarter to quarter for long, swings
@@ -92,8 +92,8 @@ def _looked(low: np.ndarray, high: np.ndarray, count: int) -> int:
 def let_go(
     r: LoopArrays,
     body: Plant,
-    flat: Flat,
-    made: Flat,
+    flat: np.ndarray,
+    made: np.ndarray,
     hand: np.ndarray,
     start: np.ndarray,
     window: int,
@@ -105,8 +105,8 @@ def let_go(
 ) -> int:
     """Render one run, fill swing, return how it ended; ``patience.check`` says whether it was ended.
 
-    flat holds arrays and plant, made is a copy of it as the scene made them; hand: mass, damping, stiffness,
-    zeros for none; start: position m, speed m/s, the hand's target m; window: samples; shrinks,
+    flat is the memory of arrays and plant, made a copy of it as the scene made them; hand: mass, damping,
+    stiffness, zeros for none; start: position m, speed m/s, the hand's target m; window: samples; shrinks,
     grows: whether to end a run that does; row (ROW_WIDTH,) is room for one sample.
     """
     restart(r, body, flat, made, hand, start[:0], start[0])

@@ -83,8 +83,8 @@ def follow_settings(plant: Plant, r: LoopArrays) -> None:
     if constants[QUANTUM] != values[block.QUANTUM]:
         constants[QUANTUM] = values[block.QUANTUM]
         position = measure(plant)
-        estimators.resume(r.memory, position, r.real[arrays.VELOCITY])
-        r.real[arrays.LAST_POSITION] = position
+        estimators.resume(r.memory, position, r.tick.velocity)
+        r.tick.last_position = position
     configure(plant, values, values[block.HAND_MASS :], on)
 
 
@@ -133,15 +133,15 @@ def render_sample(r: LoopArrays, body: Plant, out: Ring, now: float, lateness: f
     """
     row = out.rows[rows.next_index(out)]
     write_truth(body, body.constants[TARGET], row)
-    row[rows.BOARD_TIME] = r.real[arrays.CLOCK]
+    row[rows.BOARD_TIME] = r.tick.clock
     force = live_tick(r, measure(body), body.constants[PERIOD], body.dev[simulated.EFFECT], row)
     follow_settings(body, r)
-    if r.word[arrays.FLAGS] & (rows.STOPPED | rows.FAULT):
+    if r.tick.row_flags & (rows.STOPPED | rows.FAULT):
         cut_motor(body)
     simulated.command(body.dev, body.queue, force)
     target, after = lead(body, r.values[block.HAND_TARGET])
     simulated.advance(body.dev, body.queue, target, after)
-    r.real[arrays.CLOCK] += body.constants[PERIOD]
+    r.tick.clock += body.constants[PERIOD]
     row[rows.HOST_TIME] = now
     row[rows.LATENESS] = lateness
     row[rows.COMPUTE] = clock.now() - now

@@ -1,7 +1,7 @@
 """Many runs of one scene with other numbers, judged as they go: the batch's samples without their rows.
 
 One set of loop arrays and one plant serve all cells, so a thread computes hundreds of cells without Python.
-Both are pieces of two flat arrays: two copies bring all back to the start. Every sample is the batch's,
+Their memory is one flat array: one copy brings all back to the start. Every sample is the batch's,
 bit for bit.
 """
 
@@ -57,29 +57,24 @@ class Found(NamedTuple):
     samples: np.ndarray  # (n,) int64: rendered ones
 
 
-class Flat(NamedTuple):
-    """All numbers and all whole numbers of loop arrays and a plant."""
-
-    numbers: np.ndarray
-    words: np.ndarray
-
-
-def packed(r: LoopArrays, body: Plant) -> tuple[LoopArrays, Plant, Flat]:
-    """Return arrays and plant anew, their arrays pieces of two flat ones, and these."""
+def packed(r: LoopArrays, body: Plant) -> tuple[LoopArrays, Plant, np.ndarray]:
+    """Return copies of arrays and plant whose memory is one flat int64 array, and that array."""
 
     def leaves(tree):
         return [leaf for part in tree for leaf in (leaves(part) if isinstance(part, tuple) else [part])]
 
+    flat = np.concatenate([np.frombuffer(leaf.tobytes(), np.int64) for leaf in leaves((r, body))])
+    rest = flat
+
     def rebuilt(tree):
         return type(tree)(*(rebuilt(part) if isinstance(part, tuple) else piece(part) for part in tree))
 
-    def piece(array):
-        first, rest[array.dtype] = np.split(rest[array.dtype], [array.size])
-        return first.reshape(array.shape)
+    def piece(old):
+        nonlocal rest
+        first, rest = np.split(rest, [old.nbytes // 8])
+        array = first.view(old.dtype).reshape(old.shape)
+        return array if array.ndim else array[()]
 
-    found = leaves((r, body))
-    flat = Flat(*(np.concatenate([a.ravel() for a in found if a.dtype == t]) for t in (float, np.int64)))
-    rest = {array.dtype: array for array in flat}
     return rebuilt(r), rebuilt(body), flat
 
 
@@ -141,17 +136,15 @@ def _watch(
 def restart(
     r: LoopArrays,
     body: Plant,
-    flat: Flat,
-    made: Flat,
+    flat: np.ndarray,
+    made: np.ndarray,
     hand: np.ndarray,
     numbers: np.ndarray,
     start: float,
 ) -> None:
     """Bring arrays and plant back as the scene made them, with other parameters and another start in m."""
-    for j in range(flat.numbers.shape[0]):
-        flat.numbers[j] = made.numbers[j]
-    for j in range(flat.words.shape[0]):
-        flat.words[j] = made.words[j]
+    for j in range(flat.shape[0]):
+        flat[j] = made[j]
     for j in range(numbers.shape[0]):
         r.block.values[block.PARAMS + j] = numbers[j]
     body.dev[simulated.X] = start
@@ -162,8 +155,8 @@ def restart(
 def run(
     r: LoopArrays,
     body: Plant,
-    flat: Flat,
-    made: Flat,
+    flat: np.ndarray,
+    made: np.ndarray,
     hand: np.ndarray,
     cells: Cells,
     limits: Limits,
@@ -172,8 +165,8 @@ def run(
 ) -> None:
     """Render every cell and fill found, the rest not at all where a law is too slow or a person ends it.
 
-    flat holds arrays and plant, made is a copy of it as the scene made them; row (ROW_WIDTH,) is room for one
-    sample; hand: mass, damping, stiffness of one that rests at 0 m, zeros for none.
+    flat is the memory of arrays and plant, made a copy of it as the scene made them; row (ROW_WIDTH,) is room
+    for one sample; hand: mass, damping, stiffness of one that rests at 0 m, zeros for none.
     """
     for i in range(cells.starts.shape[0]):
         restart(r, body, flat, made, hand, cells.numbers[i], cells.starts[i])
@@ -189,7 +182,7 @@ def survey(scene: headless.Scene, grip: Grip | None, cells: Cells, limits: Limit
     Raise LawError where the law is too slow.
     """
     r, body, flat = packed(*scene.prepare())
-    made = Flat(*(array.copy() for array in flat))
+    made = flat.copy()
     hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
     count = len(cells.starts)
     found = Found(np.zeros((count, PARTS, 3)), *np.zeros((2, count), dtype=np.int64))

@@ -38,10 +38,10 @@ def due(r: LoopArrays) -> bool:
     """Return whether ``refresh`` has anything to do; at nearly every tick it has not."""
     if load_acquire(r.block.words, block.SEQUENCE) != r.words[block.SEQUENCE]:
         return True
-    if load_acquire(r.control, arrays.CLEAR) != r.word[arrays.CLEARED]:
+    if load_acquire(r.control, arrays.CLEAR) != r.tick.cleared:
         return True
-    moving = r.real[arrays.RAMP] < 1.0 or r.real[arrays.BLEND] < 1.0
-    return moving or r.word[arrays.GENERATION] != r.words[block.GENERATION]
+    moving = r.tick.ramp < 1.0 or r.tick.blend < 1.0
+    return moving or r.tick.generation != r.words[block.GENERATION]
 
 
 @internal
@@ -49,44 +49,44 @@ def refresh(r: LoopArrays, position: float, period: float) -> None:
     """Take a newer block, move ramp and cross-fade on by a period, obey a cleared fault."""
     if load_acquire(r.block.words, block.SEQUENCE) != r.words[block.SEQUENCE]:
         adopt(r, position)
-    real = r.real
-    if real[arrays.RAMP] < 1.0 or real[arrays.BLEND] < 1.0:
+    t = r.tick
+    if t.ramp < 1.0 or t.blend < 1.0:
         move(r, period / r.values[block.FADE])
-    elif r.word[arrays.GENERATION] != r.words[block.GENERATION]:
-        r.word[arrays.GENERATION] = r.words[block.GENERATION]
+    elif r.tick.generation != r.words[block.GENERATION]:
+        r.tick.generation = r.words[block.GENERATION]
         store_release(r.control, arrays.ACCEPTED, r.words[block.GENERATION])
     cleared = load_acquire(r.control, arrays.CLEAR)
-    if cleared != r.word[arrays.CLEARED]:
-        r.word[arrays.CLEARED] = cleared
+    if cleared != r.tick.cleared:
+        r.tick.cleared = cleared
         clear_fault(r)
 
 
 @compiled
 def adopt(r: LoopArrays, position: float) -> None:
     """Bring a new block into force; while a cross-fade runs it waits, and the newest one is taken after."""
-    real, word = r.real, r.word
-    if real[arrays.BLEND] < 1.0 and word[arrays.STARTED]:
+    t = r.tick
+    if t.blend < 1.0 and t.started:
         return
     if not block.take(r.block, r.draft):
         return
     estimator = r.words[block.ESTIMATOR]
-    if word[arrays.STARTED] and other_loop(r):
-        word[arrays.RENEW] = 1
+    if t.started and other_loop(r):
+        r.watch.renew = 1
     block.copy(r.draft, Block(r.values, r.words, r.program))
     r.words[block.SEQUENCE] = r.draft.words[block.SEQUENCE]
-    if not word[arrays.STARTED]:
+    if not t.started:
         begin(r, position)
         return
     if r.words[block.ESTIMATOR] != estimator:
-        estimators.resume(r.memory, real[arrays.LAST_POSITION], real[arrays.VELOCITY])
+        estimators.resume(r.memory, t.last_position, t.velocity)
     if other_form(r):
         switch(r)
     elif other_numbers(r):
-        slot = word[arrays.SLOT]
+        slot = t.slot
         for i in range(r.words[block.N_PARAMS]):
             r.start[i] = r.params[slot, i]
             r.goal[i] = r.values[block.PARAMS + i]
-        real[arrays.RAMP] = 0.0
+        t.ramp = 0.0
 
 
 @internal
@@ -104,17 +104,17 @@ def other_loop(r: LoopArrays) -> bool:
 @internal
 def begin(r: LoopArrays, position: float) -> None:
     """Start at full parameters: the first block is not a change."""
-    r.word[arrays.STARTED] = 1
+    r.tick.started = 1
     estimators.reset(r.memory, position)
-    r.real[arrays.LAST_POSITION] = position
-    enter(r, r.word[arrays.SLOT], True)
-    r.real[arrays.BLEND] = 1.0
+    r.tick.last_position = position
+    enter(r, r.tick.slot, True)
+    r.tick.blend = 1.0
 
 
 @internal
 def other_form(r: LoopArrays) -> bool:
     """Return whether the new block has another law or another choice than the one in force."""
-    slot = r.word[arrays.SLOT]
+    slot = r.tick.slot
     if r.words[block.LAW] != r.laws[slot]:
         return True
     mask = r.words[block.DISCRETE]
@@ -136,15 +136,15 @@ def other_numbers(r: LoopArrays) -> bool:
 @internal
 def switch(r: LoopArrays) -> None:
     """Put the new form into the other slot and begin to fade over to it; a kept law keeps its state."""
-    old = r.word[arrays.SLOT]
+    old = r.tick.slot
     new = 1 - old
     fresh = r.words[block.LAW] != r.laws[old]
     if not fresh:
         for i in range(rows.STATES):
             r.states[new, i] = r.states[old, i]
-    r.word[arrays.SLOT] = new
+    r.tick.slot = new
     enter(r, new, fresh)
-    r.real[arrays.BLEND] = 0.0
+    r.tick.blend = 0.0
 
 
 @internal
@@ -156,7 +156,7 @@ def enter(r: LoopArrays, slot: int, fresh: bool) -> None:
         r.goal[i] = r.values[block.PARAMS + i]
     if fresh:
         restore(r, slot)
-    r.real[arrays.RAMP] = 1.0
+    r.tick.ramp = 1.0
 
 
 @internal
@@ -176,16 +176,16 @@ def advanced(share: float, step: float) -> float:
 @internal
 def move(r: LoopArrays, step: float) -> None:
     """Move the ramp of the numbers and the cross-fade by a step, a share of the whole."""
-    real = r.real
-    if real[arrays.RAMP] < 1.0:
-        ramp = advanced(real[arrays.RAMP], step)
-        real[arrays.RAMP] = ramp
-        slot = r.word[arrays.SLOT]
+    t = r.tick
+    if t.ramp < 1.0:
+        ramp = advanced(t.ramp, step)
+        t.ramp = ramp
+        slot = r.tick.slot
         for i in range(r.words[block.N_PARAMS]):
             goal, start = r.goal[i], r.start[i]
             r.params[slot, i] = goal if ramp >= 1.0 else start + (goal - start) * ramp
-    if real[arrays.BLEND] < 1.0:
-        real[arrays.BLEND] = advanced(real[arrays.BLEND], step)
+    if t.blend < 1.0:
+        t.blend = advanced(t.blend, step)
 
 
 @internal
@@ -195,19 +195,19 @@ def clear_fault(r: LoopArrays) -> None:
         return
     r.fault[0] = 0
     r.fault[1] = 0
-    restore(r, r.word[arrays.SLOT])
-    r.real[arrays.BLEND] = 1.0
-    r.real[arrays.GAIN] = 0.0
+    restore(r, r.tick.slot)
+    r.tick.blend = 1.0
+    r.tick.gain = 0.0
     store_release(r.control, arrays.FAULT, arrays.NO_FAULT)
 
 
 @internal
 def render(r: LoopArrays, position: float, velocity: float, period: float) -> float:
     """Return the force in N the law asks for, both laws weighted while a switch fades over."""
-    real = r.real
-    slot = r.word[arrays.SLOT]
+    t = r.tick
+    slot = r.tick.slot
     asked = call(r.laws[slot], r.params[slot], r.states[slot], position, velocity, period, r.fault)
-    blend = real[arrays.BLEND]
+    blend = t.blend
     if blend < 1.0 and math.isfinite(asked):
         old = 1 - slot
         before = call(r.laws[old], r.params[old], r.states[old], position, velocity, period, r.fault)
@@ -219,26 +219,25 @@ def render(r: LoopArrays, position: float, velocity: float, period: float) -> fl
 def latch(r: LoopArrays, code: int, value: float, position: float) -> None:
     """Latch a fault: the first one stays until it is cleared."""
     if load_acquire(r.control, arrays.FAULT) == arrays.NO_FAULT:
-        r.real[arrays.FAULT_VALUE] = value
-        r.real[arrays.FAULT_POSITION] = position
+        r.tick.fault_value = value
+        r.tick.fault_position = position
         store_release(r.control, arrays.FAULT, code)
 
 
 @compiled
 def mark_stale(r: LoopArrays, now: float, cause: int) -> None:
     """Nothing came, or was answered, in time: zero force from here; three times in ten seconds latch."""
-    real = r.real
-    real[arrays.GOOD] = 0.0
-    if r.word[arrays.STALE]:
+    t = r.tick
+    t.good = 0.0
+    if r.tick.stale:
         return
-    r.word[arrays.STALE] = 1 + cause
-    real[arrays.GAIN] = 0.0
-    real[arrays.APPLIED] = 0.0
+    r.tick.stale = 1 + cause
+    t.gain = 0.0
+    t.applied = 0.0
     count = load_acquire(r.control, arrays.STALE_COUNT)
-    oldest = arrays.STALE_TIMES + (count + 1) % 3
-    real[arrays.STALE_TIMES + count % 3] = now
-    if count >= 2 and now - real[oldest] <= STALE_WINDOW:
-        latch(r, arrays.STALE_SENSOR, cause, real[arrays.LAST_POSITION])
+    t.stale_times[count % 3] = now
+    if count >= 2 and now - t.stale_times[(count + 1) % 3] <= STALE_WINDOW:
+        latch(r, arrays.STALE_SENSOR, cause, t.last_position)
     store_release(r.control, arrays.STALE_CAUSES + cause, r.control[arrays.STALE_CAUSES + cause] + 1)
     store_release(r.control, arrays.STALE_COUNT, count + 1)
 
@@ -249,17 +248,17 @@ def note_law_time(r: LoopArrays, now: float, spent: float, limit: float, ticks: 
 
     now: s by any clock that goes on meanwhile. Return whether the law is latched by this call.
     """
-    real, each = r.real, spent / ticks
+    t, each = r.tick, spent / ticks
     if each <= limit:
         return False
-    if now - spent - real[arrays.OVERRUN_SINCE] > OVERRUN_WINDOW:
-        real[arrays.OVERRUN_SINCE], real[arrays.OVERRUN] = now, 0.0
-    before = real[arrays.OVERRUN]
-    real[arrays.OVERRUN] = before + spent
+    if now - spent - t.overrun_since > OVERRUN_WINDOW:
+        t.overrun_since, t.overrun = now, 0.0
+    before = t.overrun
+    t.overrun = before + spent
     often = before > 0.0 and before + spent >= MOST_OVERRUN
     if not (often or spent >= MOST_ONCE) or load_acquire(r.control, arrays.FAULT) != arrays.NO_FAULT:
         return False
-    r.word[arrays.SLOW] = r.laws[r.word[arrays.SLOT]]
+    r.tick.slow_law = r.laws[r.tick.slot]
     latch(r, arrays.SLOW_LAW, each, limit)
     return True
 
@@ -267,10 +266,10 @@ def note_law_time(r: LoopArrays, now: float, spent: float, limit: float, ticks: 
 @internal
 def recover(r: LoopArrays, period: float) -> None:
     """Count good frames after a gap, lost ones not; after RECOVER_AFTER the force fades in again."""
-    real = r.real
-    real[arrays.GOOD] += min(period, r.values[block.PERIOD])
-    if real[arrays.GOOD] >= RECOVER_AFTER:
-        r.word[arrays.STALE] = 0
+    t = r.tick
+    t.good += min(period, r.values[block.PERIOD])
+    if t.good >= RECOVER_AFTER:
+        r.tick.stale = 0
 
 
 @internal
@@ -281,7 +280,7 @@ def blocked(r: LoopArrays, period: float) -> int:
         flags |= rows.STOPPED
     if load_acquire(r.control, arrays.FAULT):
         flags |= rows.FAULT
-    if r.word[arrays.STALE]:
+    if r.tick.stale:
         recover(r, period)
         flags |= rows.STALE
     return flags
@@ -296,31 +295,31 @@ def guard(
     taken, the passivity controller's, comes off what the motor can give: off a force beyond that it would do
     nothing.
     """
-    real = r.real
+    t = r.tick
     if not math.isfinite(asked - taken) or r.fault[0]:
         latch(r, max(r.fault[0], arrays.NOT_A_NUMBER), asked, position)
     if abs(velocity) > r.values[block.MAX_SPEED]:
         latch(r, arrays.OVER_SPEED, velocity, position)
     flags = blocked(r, period)
-    if real[arrays.HOLD] > 0.0:
-        real[arrays.HOLD] -= period
+    if t.hold > 0.0:
+        t.hold -= period
         flags |= rows.FADING
     if flags:
-        real[arrays.GAIN] = 0.0
-        r.word[arrays.FLAGS] = flags
+        t.gain = 0.0
+        r.tick.row_flags = flags
         return 0.0
-    gain = real[arrays.GAIN]
+    gain = t.gain
     if gain < 1.0:
         gain = advanced(gain, min(period, r.values[block.PERIOD]) / r.values[block.FADE])
-        real[arrays.GAIN] = gain
+        t.gain = gain
         asked, taken = gain * asked, gain * taken
-    if gain < 1.0 or real[arrays.BLEND] < 1.0:
+    if gain < 1.0 or t.blend < 1.0:
         flags |= rows.FADING
     limit = r.values[block.MAX_FORCE]
     if abs(asked) > limit:
         flags |= rows.CLAMPED
         asked = math.copysign(limit, asked)
-    r.word[arrays.FLAGS] = flags
+    r.tick.row_flags = flags
     return min(max(asked - taken, -limit), limit)
 
 
@@ -331,7 +330,7 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
     effect is the mean force in N in effect since the last sample; the driver fills times and truth, truth
     before the tick where the block asks for the true velocity.
     """
-    real, word = r.real, r.word
+    t = r.tick
     if due(r):
         refresh(r, position, period)
     code = r.words[block.ESTIMATOR]
@@ -346,20 +345,20 @@ def tick(r: LoopArrays, position: float, period: float, effect: float, row: np.n
     taken = passivity.control(r, period)
     force = guard(r, asked, taken, velocity, position, period)
     passivity.judge(r, taken, position, period, row)
-    real[arrays.ENERGY] += effect * (position - real[arrays.LAST_POSITION])
-    real[arrays.LAST_POSITION] = position
-    real[arrays.APPLIED] = force
-    real[arrays.VELOCITY] = velocity
-    row[rows.TICK] = word[arrays.TICK]
-    word[arrays.TICK] += 1
+    t.energy += effect * (position - t.last_position)
+    t.last_position = position
+    t.applied = force
+    t.velocity = velocity
+    row[rows.TICK] = t.number
+    t.number += 1
     row[rows.POSITION] = position
     row[rows.VELOCITY] = velocity
     row[rows.FORCE] = asked
     row[rows.APPLIED_FORCE] = force
-    row[rows.ENERGY] = real[arrays.ENERGY]
-    row[rows.FLAGS] = word[arrays.FLAGS]
+    row[rows.ENERGY] = t.energy
+    row[rows.FLAGS] = t.row_flags
     row[rows.PERIOD] = period
-    slot = word[arrays.SLOT]
+    slot = t.slot
     for i in range(rows.STATES):
         row[rows.STATE + i] = r.states[slot, i]
     return force
@@ -372,19 +371,19 @@ def live_tick(r: LoopArrays, position: float, period: float, effect: float, row:
     While two laws cross-fade they have a period each. What counts is processor time that the law's turns
     explain: a thread that had to wait for a processor has a slow machine, not a slow law.
     """
-    r.word[arrays.CALLS] = 0
+    r.watch.calls = 0
     used, begun = clock.thread_time(), clock.now()
-    limit = r.values[block.PERIOD] * (1.0 if r.real[arrays.BLEND] >= 1.0 else 2.0)
+    limit = r.values[block.PERIOD] * (1.0 if r.tick.blend >= 1.0 else 2.0)
     force = tick(r, position, period, effect, row)
     done = clock.now()
     spent = done - begun
     if spent > _SUSPECT * limit:
         turns = FUEL - r.fault[1] if r.fault[0] == 0 else FUEL
-        explained = LONGEST_TURN * (1 + turns) * (1 + r.word[arrays.CALLS])
+        explained = LONGEST_TURN * (1 + turns) * (1 + r.watch.calls)
         spent = min(spent, clock.thread_time() - used, explained)
-    r.real[arrays.LAW_TIME] = spent / (1 + r.word[arrays.CALLS])
+    r.tick.law_time = spent / (1 + r.watch.calls)
     if note_law_time(r, done, spent, limit, 1):
-        r.word[arrays.FLAGS] |= rows.FAULT
-        row[rows.FLAGS] = r.word[arrays.FLAGS]
-        row[rows.APPLIED_FORCE] = r.real[arrays.APPLIED] = r.real[arrays.GAIN] = force = 0.0
+        r.tick.row_flags |= rows.FAULT
+        row[rows.FLAGS] = r.tick.row_flags
+        row[rows.APPLIED_FORCE] = r.tick.applied = r.tick.gain = force = 0.0
     return force

@@ -49,7 +49,7 @@ def test_a_link_too_slow_for_the_computer_offers_the_board_and_other_faults_do_n
 
 def test_a_law_that_is_too_slow_is_named_with_its_duration_and_the_period(board_window):
     r = board_window.studio.engine.arrays
-    r.word[arrays.SLOW] = board_window.studio.environment.force.compiled().address
+    r.tick.slow_law = board_window.studio.environment.force.compiled().address
     latch(r, arrays.SLOW_LAW, 0.0168, 1e-3)
     board_window.live.look()
     notice = board_window.banners.get("fault")

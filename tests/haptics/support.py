@@ -99,7 +99,7 @@ class LoopHarness:
         self.wanted = dict(wanted)
         self.rate = rate
         self.set(environment, values)
-        self.r.real[arrays.GAIN] = 1.0 if full else 0.0
+        self.r.tick.gain = 1.0 if full else 0.0
 
     def set(self, environment, values=None, **wanted):
         """Publish other settings."""

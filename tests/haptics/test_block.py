@@ -72,7 +72,7 @@ def adopt_many(r, wanted):
     torn = 0
     last = r.values[0]
     while wanted > 0:
-        r.real[arrays.BLEND] = 1.0
+        r.tick.blend = 1.0
         tick.adopt(r, 0.0)
         torn += not is_whole(r.values, r.words, r.program)
         wanted -= r.values[0] != last

@@ -250,7 +250,7 @@ def test_laws_in_use_are_kept_alive(started):
     reader = engine.reader()
     for environment in (COUNTING, CONSTANT, COUNTING):
         engine.set_environment(environment)
-        in_use = int(engine.arrays.laws[engine.arrays.word[arrays.SLOT]])
+        in_use = int(engine.arrays.laws[engine.arrays.tick.slot])
         assert in_use in engine.kept_laws
         rest(reader, 100)
     engine.set_parameter("gain", 0.01)
@@ -265,7 +265,7 @@ START = SimulatedHapkit(initial_position=0.0121, initial_velocity=0.1)
 def rendered(environment, device, count, loop):
     """Return the rows of a released handle, the force fading in as in a live loop."""
     r, body = headless.Scene(environment, environment.values(), device, loop).prepare()
-    r.real[arrays.GAIN] = 0.0
+    r.tick.gain = 0.0
     out = headless.new_rows(count)
     headless.run_batch(r, body, np.zeros(3), np.zeros(count + 1), np.zeros(count, dtype=np.int64), out)
     return out

@@ -81,7 +81,7 @@ WORDS = [
 def test_every_fault_has_its_words(code, value, position, line, words, remedy):
     harness = LoopHarness(CONSTANT, max_speed=3.0)
     harness.tick()
-    harness.r.real[arrays.FAULT_VALUE], harness.r.real[arrays.FAULT_POSITION] = value, position
+    harness.r.tick.fault_value, harness.r.tick.fault_position = value, position
     harness.r.fault[1] = line
     fault = health.describe_fault(code, harness.r)
     assert fault.code == code

@@ -71,7 +71,7 @@ def latched(spent, period, calls=1000, pause=0.0):
         now += max(spent, period) + pause
         if tick.note_law_time(r, now, spent, period, 1):
             assert r.control[arrays.FAULT] == arrays.SLOW_LAW
-            assert (r.real[arrays.FAULT_VALUE], r.real[arrays.FAULT_POSITION]) == (spent, period)
+            assert (r.tick.fault_value, r.tick.fault_position) == (spent, period)
             return call, now - 100.0
     assert r.control[arrays.FAULT] == arrays.NO_FAULT
     return None
@@ -139,7 +139,7 @@ def test_a_thread_that_waited_for_a_processor_has_no_slow_law(lasting):
     out = lasting(harness, 15.0 * MS, 0.9 * MS, 300)
     assert harness.r.control[arrays.FAULT] == arrays.NO_FAULT
     assert np.all(out[:, rows.APPLIED_FORCE] == 1.0)
-    assert harness.r.real[arrays.LAW_TIME] == pytest.approx(0.9 * MS)
+    assert harness.r.tick.law_time == pytest.approx(0.9 * MS)
 
 
 def test_the_tick_that_latches_a_slow_law_gives_no_force_any_more(lasting):
@@ -150,7 +150,7 @@ def test_the_tick_that_latches_a_slow_law_gives_no_force_any_more(lasting):
         out[:, rows.FLAGS].astype(int) & rows.FAULT, [0, 0, 0, rows.FAULT, rows.FAULT]
     )
     assert harness.r.control[arrays.FAULT] == arrays.SLOW_LAW
-    assert harness.r.word[arrays.SLOW] == TURNING.force.compiled().address
+    assert harness.r.tick.slow_law == TURNING.force.compiled().address
 
 
 def test_two_laws_that_cross_fade_have_a_period_each(lasting):
@@ -159,7 +159,7 @@ def test_two_laws_that_cross_fade_have_a_period_each(lasting):
         harness.tick(0.0)
         harness.set(TURNING, {"place": "b"})
         harness.tick(0.0)
-        assert harness.r.real[arrays.BLEND] < 1.0
+        assert harness.r.tick.blend < 1.0
         lasting(harness, spent, spent, 20)
         assert harness.r.control[arrays.FAULT] == fault
 
@@ -171,7 +171,7 @@ def test_a_call_is_charged_20_microseconds_a_turn_at_most(lasting, turns, fault)
     harness = LoopHarness(TURNING, {"turns": turns})
     lasting(harness, 4.0 * MS, 4.0 * MS, 300)
     assert harness.r.control[arrays.FAULT] == (arrays.SLOW_LAW if fault else arrays.NO_FAULT)
-    assert harness.r.real[arrays.LAW_TIME] == pytest.approx(0.02 * MS * (2 + turns), rel=1e-6)
+    assert harness.r.tick.law_time == pytest.approx(0.02 * MS * (2 + turns), rel=1e-6)
 
 
 # --- what the observer asks of a law
@@ -189,24 +189,23 @@ def looped(p, s, x, v, dt):
 LOOPED = Environment("looped", "Looped", "", SLOW.parameters, looped)
 
 
-def observed(environment, values, ticks=200, **real):
-    """Return the loop after so many ticks at rest at 0 m; real: numbers of the loop in force."""
+def observed(environment, values, ticks=200, law_time=0.0):
+    """Return the loop after so many ticks at rest at 0 m; law_time: s that a call takes."""
     harness = LoopHarness(environment, values)
-    for name, value in real.items():
-        harness.r.real[getattr(arrays, name)] = value
+    harness.r.tick.law_time = law_time
     harness.ticks(ticks / 1000.0)
     return harness.r
 
 
 def test_the_observer_asks_a_law_everywhere_but_where_a_call_takes_more_than_250_passes():
     r = observed(LOOPED, {"beyond": 1.0})
-    assert (r.word[arrays.ASKED], r.word[arrays.OPAQUE]) == (passivity.CELLS + 1, 0)
+    assert (r.watch.cells_known, r.watch.opaque) == (passivity.CELLS + 1, 0)
     r = observed(LOOPED, {"beyond": 0.01})
-    assert r.word[arrays.OPAQUE] == 1
-    assert r.word[arrays.ASKED] == 0.01 / passivity.CELL
-    before = r.word[arrays.CALLS]
+    assert r.watch.opaque == 1
+    assert r.watch.cells_known == 0.01 / passivity.CELL
+    before = r.watch.calls
     r = observed(LOOPED, {"beyond": 0.01}, 400)
-    assert r.word[arrays.CALLS] == before  # no more are made
+    assert r.watch.calls == before  # no more are made
     assert r.control[arrays.FAULT] == arrays.NO_FAULT
 
 
@@ -217,8 +216,8 @@ def test_the_observer_asks_a_law_everywhere_but_where_a_call_takes_more_than_250
 def test_a_live_loop_lets_the_observer_use_half_a_period_at_most(each, cells):
     """Two calls a cell beside the law's own: nine calls of a 9th of half a period are four cells."""
     each *= 1.0 - 1e-9
-    r = observed(CONSTANT, None, 2, LAW_TIME=each)
-    assert r.word[arrays.ASKED] == 1 + 2 * cells
+    r = observed(CONSTANT, None, 2, law_time=each)
+    assert r.watch.cells_known == 1 + 2 * cells
 
 
 # --- live

@@ -49,7 +49,7 @@ def test_silence_of_a_second_means_gone_unless_nothing_was_heard_or_the_computer
     said = passes(heard())
     assert not any(said[:49])
     assert all(said[51:])
-    assert (r.control[arrays.FAULT], r.real[arrays.FAULT_VALUE]) == (arrays.DEVICE_GONE, link.GONE_AFTER)
+    assert (r.control[arrays.FAULT], r.tick.fault_value) == (arrays.DEVICE_GONE, link.GONE_AFTER)
 
 
 OFF = int(BoardFlag.WATCHDOG)

@@ -48,7 +48,7 @@ def test_the_energy_is_force_in_effect_over_the_true_way(delay):
     n = len(out)
     acting = (1.0 - share) * late[first : first + n - 1] + share * late[first - 1 : first + n - 2]
     given = np.cumsum(acting * np.diff(out[:, rows.TRUE_POSITION]))
-    assert watch[passivity.GIVEN] == pytest.approx(given[-1], rel=1e-9)
+    assert watch.given == pytest.approx(given[-1], rel=1e-9)
     np.testing.assert_allclose(out[1:, rows.ENERGY_GIVEN], given, rtol=1e-9, atol=1e-15)
     assert np.isfinite(out[1:, rows.ENERGY_LIMIT]).all()
 
@@ -64,7 +64,7 @@ def test_slow_ways_through_sensor_steps_give_what_they_give():
     true = np.sum(out[:-1, rows.APPLIED_FORCE] * np.diff(out[:, rows.TRUE_POSITION]))
     step = 20.7e-6 * np.abs(out[:, rows.APPLIED_FORCE]).max()
     assert out[-1, rows.ENERGY] - true > 0.5 * 20 * step
-    assert abs(watch[passivity.GIVEN] - true) < 0.1 * step
+    assert abs(watch.given - true) < 0.1 * step
     assert not alarms(out)
 
 
@@ -77,7 +77,7 @@ def test_a_bounce_off_a_sampled_wall_gives_what_theory_says(stiffness):
         out, watch = rendered(headless.Scene(WALL, WALL.values({"stiffness": stiffness}), device), None, 0.2)
         assert out[-1, rows.TRUE_VELOCITY] < 0.0
         assert alarms(out)
-        found.append(watch[passivity.GIVEN])
+        found.append(watch.given)
     brought = 0.5 * MASS * speed**2
     gain = math.exp(0.5 * math.pi * math.sqrt(stiffness / MASS) * PERIOD)
     assert (brought + np.mean(found)) / brought == pytest.approx(gain, rel=0.01)
@@ -108,7 +108,7 @@ def test_no_motion_through_the_counts_is_damped_less_than_is_proven(seed):
     harness.run(counts)
     least, top = least_squares_of_speed(counts, quantum), np.abs(np.gradient(x, PERIOD)).max()
     assert least < np.sum(np.diff(x) ** 2) / PERIOD
-    proven = harness.r.watch[passivity.SQUARES]
+    proven = harness.r.watch.squares
     assert 0.9 * least < proven < least + 2.0 * top * quantum
 
 
@@ -121,7 +121,7 @@ def test_a_spring_stores_what_it_is_drawn_to(start):
     values = SPRING.values({"stiffness": 300.0, "center": 0.0013})
     out, watch = rendered(headless.Scene(SPRING, values, device), Prescribed(lambda t: start), 0.2)
     stored = pytest.approx(0.5 * 300.0 * (start - 0.0013) ** 2, rel=1e-9)
-    assert watch[passivity.LIMIT] == out[-1, rows.ENERGY_LIMIT] == stored
+    assert watch.alarm.limit == out[-1, rows.ENERGY_LIMIT] == stored
 
 
 def test_the_motor_stores_no_more_than_it_can_push():
@@ -129,7 +129,7 @@ def test_the_motor_stores_no_more_than_it_can_push():
     values = SPRING.values({"stiffness": 600.0})
     _, watch = rendered(headless.Scene(SPRING, values, device), Prescribed(lambda t: 0.02), 0.2)
     stored = 3.0 * 0.015 + 0.5 * 600.0 * 0.005**2
-    assert watch[passivity.LIMIT] == pytest.approx(stored, rel=1e-3)
+    assert watch.alarm.limit == pytest.approx(stored, rel=1e-3)
 
 
 def test_a_fall_from_a_hill_is_no_alarm():
@@ -200,7 +200,7 @@ def test_damping_of_long_ago_excuses_nothing():
 
 
 def given(harness):
-    return harness.r.watch[passivity.GIVEN]
+    return harness.r.watch.given
 
 
 def strokes(harness, count):
@@ -263,7 +263,7 @@ def test_asks_the_law_without_moving_its_state():
     harness = LoopHarness(COUNTING)
     counts = harness.ticks(0.2)[:, rows.STATE]
     np.testing.assert_array_equal(counts, np.arange(1.0, 201.0))
-    assert harness.r.word[arrays.ASKED] > passivity.CELLS
+    assert harness.r.watch.cells_known > passivity.CELLS
 
 
 @pytest.mark.parametrize("told", [True, False])

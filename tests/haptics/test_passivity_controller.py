@@ -88,7 +88,7 @@ def energies(device, stiffness, rate, delay, seconds, controller=True):
     scene = headless.Scene(SPRING, values, device, LoopSettings(rate, delay, controller=controller))
     out, r = headless.render(scene, None, round(seconds * rate))
     energy = of_the_spring(out, device, stiffness)
-    meant = FELT + passivity.COUNTS * device.quantum * r.watch[passivity.PEAK]
+    meant = FELT + passivity.COUNTS * device.quantum * r.watch.peak
     lost = stiffness * (0.5 / rate + delay) - device.damping
     return energy, meant + lost * 2.0 * (energy[0] + meant) / device.mass * (delay + 2.0 / rate)
 

@@ -97,7 +97,7 @@ def test_a_restart_keeps_stop_and_fault_but_not_a_gone_device():
     harness.stop()
     arrays.restart(harness.r, 0.0)
     assert latched(harness) == arrays.OVER_SPEED
-    assert harness.r.real[arrays.FAULT_VALUE] == pytest.approx(5.0)
+    assert harness.r.tick.fault_value == pytest.approx(5.0)
     assert harness.tick()[rows.FLAGS] == rows.STOPPED | rows.FAULT
     harness.r.control[arrays.FAULT] = arrays.DEVICE_GONE
     harness.stop(False)
@@ -128,7 +128,7 @@ def test_a_silent_sensor_recovers_by_itself_after_100_ms():
     harness = LoopHarness(CONSTANT)
     harness.tick()
     tick.mark_stale(harness.r, 100.0, arrays.NO_SAMPLE)
-    assert harness.r.real[arrays.APPLIED] == 0.0
+    assert harness.r.tick.applied == 0.0
     assert recovered(harness.ticks(0.2)) in (100, 101)
     assert harness.r.control[arrays.STALE_COUNT] == 1
     assert latched(harness) == arrays.NO_FAULT

@@ -45,7 +45,7 @@ def test_of_a_backlog_only_what_the_law_has_time_for_is_rendered_the_newest_alwa
     """Told how long the law took, the loop skips from the oldest on, and counts."""
     board, engine = stepped(environment=CONSTANT)
     board.say(sample(0, 1000))
-    engine.arrays.real[arrays.LAW_TIME] = law_time
+    engine.arrays.tick.law_time = law_time
     found = board.say(b"".join(sample(k, 1000 + 10 * k) for k in range(1, 11)))
     assert len(found) == shown
     skipped = 10 - shown

@@ -18,7 +18,7 @@ from hapkit_studio.errors import LawError
 from hapkit_studio.formatting import hertz, on_screen, with_unit
 from hapkit_studio.haptics import headless, patience, rows, settling
 from hapkit_studio.haptics.settling import GROWS, IRREGULAR, LEAVES, RESTS, SHRINKS
-from hapkit_studio.haptics.survey import Flat, packed
+from hapkit_studio.haptics.survey import packed
 
 PUSHES = tuple(31.25e-6 * 2.0**n for n in range(10))
 """m, initial displacements of the handle, up to 16 mm."""
@@ -187,7 +187,7 @@ class Trials:
         r, body = scene.prepare()
         self._title = scene.environment.title
         self._r, self._body, self._flat = packed(r, body)
-        self._made = Flat(*(array.copy() for array in self._flat))
+        self._made = self._flat.copy()
         self._hand = np.array([grip.mass, grip.damping, grip.stiffness]) if grip else np.zeros(3)
         # a loop with a delay longer than the spring's period oscillates with a period of two to four delays
         self._turns = _TURNS * (2.0 * math.pi / _natural(scene, grip) + 4.0 * scene.loop.delay)

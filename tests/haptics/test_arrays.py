@@ -1,0 +1,26 @@
+"""The records of a loop's state: every field is reached by its name, in Python and in compiled code."""
+
+import numpy as np
+import pytest
+
+from hapkit_studio.dynamics.jit import compiled
+from hapkit_studio.haptics import arrays
+
+
+@pytest.mark.parametrize("dtype", [arrays.TICK, arrays.WATCH, arrays.LIMIT])
+def test_no_field_has_the_name_of_an_attribute_of_numpy_s_records(dtype):
+    """A field named flags or real would be read as the record's own attribute."""
+    assert not set(dtype.fields) & set(dir(np.record))
+
+
+@compiled
+def write(tick, watch):
+    tick.gain, tick.slot, tick.stale_times[2] = 0.5, 7, 1.5
+    watch.strict.excess, watch.work[-1] = 2.5, 3.5
+
+
+def test_compiled_code_writes_into_the_memory_that_python_reads():
+    memory, observed = np.zeros(1, arrays.TICK), np.zeros(1, arrays.WATCH)
+    write(memory[0], observed[0])
+    assert (memory[0].gain, memory[0].slot, list(memory[0].stale_times)) == (0.5, 7, [0.0, 0.0, 1.5])
+    assert (observed[0].strict.excess, observed[0].alarm.excess, observed[0].work[-1]) == (2.5, 0.0, 3.5)
