@@ -74,7 +74,11 @@ def read_text(path: str | Path, most: int = MOST_BYTES) -> str:
 
 def read_toml(path: str | Path, most: int = MOST_BYTES) -> dict[str, Any]:
     """Return the table in a TOML file; raise FileError with the line."""
-    text, name = read_text(path, most), Path(path).name
+    return parse_toml(read_text(path, most), Path(path).name)
+
+
+def parse_toml(text: str, name: str) -> dict[str, Any]:
+    """Return the table of a TOML text; raise FileError with the line, beginning with the file's name."""
     _check_structure(text, name)
     try:
         return tomllib.loads(text)

@@ -1,0 +1,12 @@
+"""Guided labs: lessons in Markdown files, and checks that are evaluated on recorded data.
+
+A lesson is one file in assets/lessons or in an instructor's folder (``library``). ``evaluate`` answers one
+check of a step with a sentence, from the samples recorded so far (``Samples``).
+"""
+
+from hapkit_studio.lessons.evaluate import Result, evaluate
+from hapkit_studio.lessons.lesson import Lesson, LessonError, Step
+from hapkit_studio.lessons.library import Library, library
+from hapkit_studio.lessons.samples import Samples
+
+__all__ = ["Lesson", "LessonError", "Library", "Result", "Samples", "Step", "evaluate", "library"]

@@ -1,0 +1,262 @@
+"""A check evaluated on recorded samples: the newest interval that qualifies, and a sentence about it."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from hapkit_studio import environments
+from hapkit_studio.formatting import on_screen
+from hapkit_studio.lessons.lesson import Check
+from hapkit_studio.lessons.measurements import (
+    MEASUREMENTS,
+    NEEDS,
+    PASS,
+    PRESS,
+    TOUCH,
+    Measured,
+    Measurement,
+    NotMeasured,
+)
+from hapkit_studio.lessons.samples import Samples, runs
+from hapkit_studio.parameters import AnyParameter, Choice
+
+CORRECT, WRONG, WAITING = "correct", "wrong", "waiting"
+_MARGIN = 0.030  # s before and after a contact
+_MERGED = 0.050  # s: contacts less apart are one, as a hand that buzzes on the surface
+_LONGEST = 10.0  # s of an interval
+_MOST_TRIED = 40  # intervals, newest first; a check is evaluated many times a minute
+_STEPS = 4  # windows overlap by all but this part of their length
+_ENOUGH = 0.95  # of a window's length
+
+
+@dataclass(frozen=True)
+class Result:
+    """The answer to a check: its state, a sentence, the value in SI with half its interval.
+
+    start, stop: the interval that was evaluated, in s since the recording began, NaN without one; stamp: the
+    hash of its samples.
+    """
+
+    state: str
+    text: str
+    value: float = math.nan
+    half: float = math.nan
+    start: float = math.nan
+    stop: float = math.nan
+    stamp: str = ""
+
+    @property
+    def correct(self) -> bool:
+        """Say whether the check has passed."""
+        return self.state == CORRECT
+
+
+def evaluate(check: Check, samples: Samples) -> Result:
+    """Evaluate a check on the newest interval that qualifies."""
+    entry = MEASUREMENTS[check.measure]
+    setting = ""
+    short: tuple[float, str] | None = None
+    advice: tuple[Samples, str] | None = None
+    tried = 0
+    for segment in samples.segments():
+        if wrong := _wrong_setting(check, segment):
+            setting = setting or wrong
+            continue
+        for part in _intervals(check, entry, segment):
+            if tried >= _MOST_TRIED:
+                break
+            tried += 1
+            reached, words = _reached(check, entry, part)
+            if words:
+                if short is None or reached > short[0]:
+                    short = reached, words
+                continue
+            try:
+                return judge(check, entry.compute(part, check.between), part)
+            except NotMeasured as error:
+                advice = advice or (part, str(error))
+    if advice is not None:
+        part, words = advice
+        return Result(WAITING, words, start=float(part.time[0]), stop=float(part.time[-1]))
+    if short is not None:
+        return Result(WAITING, short[1])
+    return Result(WAITING, setting or _nothing(check, entry))
+
+
+def evaluate_interval(check: Check, part: Samples) -> Result:
+    """Evaluate a check on one interval, as stored with an answer."""
+    if not len(part):
+        return Result(WAITING, "The interval holds no samples.")
+    if wrong := _wrong_setting(check, part):
+        return Result(WAITING, wrong)
+    try:
+        return judge(check, MEASUREMENTS[check.measure].compute(part, check.between), part)
+    except NotMeasured as error:
+        return Result(WAITING, str(error))
+
+
+def judge(check: Check, found: Measured, part: Samples) -> Result:
+    """Return the result of a measured value."""
+    entry = MEASUREMENTS[check.measure]
+    said = f"{entry.label} {entry.interval_words(found)}"
+    state, words = _verdict(check, entry, found, part)
+    text = f"{said}, {words}"
+    if state == WRONG and check.wrong:
+        text = f"{text} {check.wrong}"
+    return Result(
+        state, text, found.value, found.half, float(part.time[0]), float(part.time[-1]), part.stamp()
+    )
+
+
+def _verdict(check: Check, entry: Measurement, found: Measured, part: Samples) -> tuple[str, str]:
+    value = found.value
+    if check.expect is None:
+        low, high = check.at_least, check.at_most
+        if low is not None and not value >= low:
+            return WRONG, f"at least {entry.words(low)} is needed."
+        if high is not None and not value <= high:
+            return WRONG, f"at most {entry.words(high)} is allowed."
+        limits = {"at least": low, "at most": high}
+        words = [f"{name} {entry.words(limit)}" for name, limit in limits.items() if limit is not None]
+        return CORRECT, f"{' and '.join(words)}: correct."
+    wanted, source = _wanted(check, part)
+    tolerance = (
+        check.tolerance if check.tolerance is not None else 0.01 * (check.percent or 0.0) * abs(wanted)
+    )
+    goal = f"{source} {entry.words(wanted)}"
+    if abs(value - wanted) > tolerance:
+        way = "too high" if value > wanted else "too low"
+        return WRONG, f"{goal}: {way} by {entry.words(abs(value - wanted))}."
+    if found.half > max(tolerance, 1e-12):
+        return WRONG, f"{goal}: the interval is too wide. Move farther or for longer."
+    return CORRECT, f"{goal}: correct."
+
+
+def _wanted(check: Check, part: Samples) -> tuple[float, str]:
+    if isinstance(check.expect, str):
+        assert part.scene is not None  # the environment is the check's, or the interval does not qualify
+        return part.scene[1][check.expect], "set"
+    assert check.expect is not None
+    return check.expect, "expected"
+
+
+# --- which interval
+
+
+def _wrong_setting(check: Check, part: Samples) -> str:
+    """Return what is to be set in another way, "" where the settings are those of the check."""
+    scene, known = part.scene, {**environments.discover(), **part.known}
+    if scene is None or scene[0].key != check.environment:
+        shown = scene[0].title if scene else str(part.settings.get("environment") or "another scene")
+        return f"This was recorded with {shown}; choose {known[check.environment].title}."
+    environment, values = scene
+    parameters = {p.key: p for p in environment.parameters}
+    for key, wanted in check.where.items():
+        parameter = parameters.get(key)
+        if isinstance(parameter, Choice):
+            if parameter.text(values[key]) != wanted:
+                words = [parameter.phrase(value) for value in (values[key], parameter.check(wanted))]
+                return "{} is {}; choose {}.".format(parameter.label, *words)
+            continue
+        label, unit, now = _setting(part, key, values, parameter)
+        if isinstance(wanted, str):
+            if now != wanted:
+                return f"{label} is {now}; choose {wanted}."
+        elif not (isinstance(now, float) and wanted[0] <= now <= wanted[1]):
+            is_now = on_screen(now, unit) if isinstance(now, float) else str(now)
+            low, high = (on_screen(limit, unit) for limit in wanted)
+            return f"{label} is {is_now}; set it between {low} and {high}."
+    return ""
+
+
+def _setting(
+    part: Samples, key: str, values: dict[str, float], parameter: AnyParameter | None
+) -> tuple[str, str, float | str]:
+    """Return a setting's label, unit and value."""
+    if parameter is not None:
+        return parameter.label, parameter.unit, float(values[key])
+    if key == "rate":
+        return "The rate", "Hz", float(part.settings.get("rate_Hz") or math.nan)
+    if key == "delay":
+        return "The added delay", "s", part.delay
+    spec = part.settings.get("estimator")
+    return "The velocity estimator", "", str(spec[0] if isinstance(spec, list | tuple) and spec else spec)
+
+
+def _intervals(check: Check, entry: Measurement, segment: Samples) -> Iterator[Samples]:
+    """Yield the intervals of a segment that a check may look at, the newest first."""
+    kind = entry.intervals
+    if kind == PASS:
+        yield from _passes(check, segment)
+    elif kind in (PRESS, TOUCH) and segment.depth is not None:
+        yield from _contacts(segment, _MARGIN if kind == TOUCH else 0.0)
+    else:
+        yield from _windows(segment, check.seconds or entry.seconds)
+
+
+def _contacts(segment: Samples, margin: float) -> Iterator[Samples]:
+    assert segment.depth is not None
+    found = runs(segment.depth > 0.0)
+    merged: list[slice] = []
+    least = round(_MERGED / segment.period) if len(segment) > 1 else 1
+    for part in found:
+        if merged and part.start - merged[-1].stop < least:
+            merged[-1] = slice(merged[-1].start, part.stop)
+        else:
+            merged.append(part)
+    around = round(margin / segment.period) if len(segment) > 1 else 0
+    longest = round(_LONGEST / segment.period) if len(segment) > 1 else 1
+    for part in reversed(merged):
+        first = max(part.start - around, 0, part.stop - longest)
+        yield segment.cut(slice(first, part.stop + around))
+
+
+def _windows(segment: Samples, seconds: float) -> Iterator[Samples]:
+    begin, end = float(segment.time[0]), float(segment.time[-1])
+    if end - begin <= seconds:
+        yield segment
+        return
+    for at in range(_MOST_TRIED * _STEPS):
+        stop = end - at * seconds / _STEPS
+        if stop - seconds < begin - 1e-9:
+            return
+        yield segment.between(stop - seconds, stop)
+
+
+def _passes(check: Check, segment: Samples) -> Iterator[Samples]:
+    """Yield each way through the region, from outside on one side to outside on the other."""
+    assert check.between is not None
+    low, high = check.between
+    place = segment.position
+    inside = runs((place > low) & (place < high))
+    for part in reversed(inside):
+        if part.start == 0 or part.stop == len(place):
+            continue
+        came_left, left_right = place[part.start - 1] <= low, place[part.stop] >= high
+        if came_left == left_right:
+            yield segment.cut(slice(part.start - 1, part.stop + 1))
+
+
+def _reached(check: Check, entry: Measurement, part: Samples) -> tuple[float, str]:
+    """Return which share of the least need an interval reaches, and what is missing, "" if nothing is."""
+    needs = dict(check.needs)
+    if entry.intervals not in (PASS,) and not (entry.intervals in (PRESS, TOUCH) and part.depth is not None):
+        needs.setdefault("seconds", _ENOUGH * (check.seconds or entry.seconds))
+    worst, words = math.inf, ""
+    for name, least in needs.items():
+        value = NEEDS[name].compute(part) if len(part) > 1 else 0.0
+        share = value / least if least > 0.0 else math.inf
+        if share < min(worst, 1.0):
+            worst, words = share, NEEDS[name].short(value, least)
+    return worst, words
+
+
+def _nothing(check: Check, entry: Measurement) -> str:
+    """Return what to do where no interval was found at all."""
+    if entry.intervals == PASS and check.between is not None:
+        low, high = (on_screen(end, "m", 3) for end in check.between)
+        return f"You did not move through from {low} to {high}; cross it once."
+    if entry.intervals in (PRESS, TOUCH):
+        deep = on_screen(check.needs.get("depth", 1e-3), "m", 3)
+        return f"You have not touched the surface; press at least {deep}."
+    return "Nothing is recorded yet. Move the handle."

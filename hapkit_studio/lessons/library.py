@@ -1,0 +1,54 @@
+"""The lessons that there are: those that ship with the studio, and those in an instructor's folder."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from hapkit_studio import discovery, resources
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import ParameterError
+from hapkit_studio.lessons.lesson import Lesson, LessonError
+from hapkit_studio.lessons.parse import SUFFIX, read
+
+MOST_FILES = 500  # of a folder
+
+
+@dataclass(frozen=True)
+class Library:
+    """Lessons by key in their order, and in one line each why a file was left out."""
+
+    lessons: Mapping[str, Lesson]
+    errors: tuple[str, ...] = ()
+
+    def named(self, key: str) -> Lesson:
+        """Return the lesson of a key; raise ParameterError."""
+        return discovery.named(self.lessons, key, "lesson")
+
+
+def library(folder: str | Path | None = None, known: Mapping[str, Environment] | None = None) -> Library:
+    """Return the studio's lessons and those of a folder, which replace the studio's of the same name.
+
+    known: the environments by key, None: the library's. Raise ParameterError without such a folder.
+    """
+    paths = {path.stem: path for path in sorted(resources.path("lessons").glob(f"*{SUFFIX}"))}
+    if folder is not None:
+        if not Path(folder).is_dir():
+            raise ParameterError(f"There is no folder {folder}: name the folder with your lessons.")
+        own = sorted(Path(folder).glob(f"*{SUFFIX}"))[:MOST_FILES]
+        paths |= {path.stem: path for path in own}
+    found, errors = list[Lesson](), list[str]()
+    for path in paths.values():
+        try:
+            found.append(read(path, known))
+        except LessonError as error:
+            errors.append(str(error))
+    found.sort(key=lambda lesson: (lesson.order, lesson.key))
+    return Library({lesson.key: lesson for lesson in found}, tuple(errors))
+
+
+def lesson_named(name: str, folder: str | Path | None = None) -> Lesson:
+    """Return a lesson by its key, or the one in a file; raise ParameterError, LessonError with the line."""
+    path = Path(name).expanduser()
+    if path.suffix == SUFFIX:
+        return read(path)
+    return library(folder).named(name)

@@ -1,0 +1,522 @@
+"""The reader of lesson files: Markdown with a TOML header and fenced blocks, all of it checked.
+
+Nothing in a lesson is executed, and HTML in it is shown as text. An error names the file and the line.
+"""
+
+import hashlib
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
+
+from hapkit_studio import environments
+from hapkit_studio.analysis.setting import estimator_words
+from hapkit_studio.dynamics.hand import GRIPS, SCRIPTS, Grip, grip_named
+from hapkit_studio.environments.base import Environment
+from hapkit_studio.errors import FileError, ParameterError
+from hapkit_studio.files import (
+    checked_integer,
+    checked_list,
+    checked_number,
+    checked_table,
+    checked_text,
+    parse_toml,
+    read_text,
+)
+from hapkit_studio.formatting import quoted
+from hapkit_studio.haptics.settings import LoopSettings
+from hapkit_studio.lessons.lesson import (
+    Block,
+    Check,
+    Criterion,
+    Formula,
+    Hint,
+    Lesson,
+    LessonError,
+    Play,
+    Plot,
+    Question,
+    Scene,
+    Step,
+    Text,
+)
+from hapkit_studio.lessons.measurements import MEASUREMENTS, NEEDS
+
+SUFFIX = ".md"
+MOST_STEPS, MOST_TASKS = 40, 100
+HIDDEN = ("values", "theory", "verdict", "map", "energy")
+"""What a lesson may hide in the window."""
+VIEWS = ("live", "stability", "accuracy", "break_it", "bode", "zwidth", "identify", "sessions")
+DEVICES = ("any", "simulated")
+OVER = ("time", "position", "velocity")
+_FENCE = "+++"
+_LINE, _PARAGRAPH = 200, 1_000  # characters
+_MOST_NESTED = 20  # of Markdown's blocks inside one another
+_REACH = 0.06  # m: farther than any handle goes
+_LONGEST_PLAY = 60.0  # s
+_WORD = re.compile(r"[a-z][a-z0-9_]*")
+
+
+def markdown() -> MarkdownIt:
+    """Return the parser of a lesson's text: CommonMark without HTML and images, with tables."""
+    found = MarkdownIt("commonmark", {"html": False, "maxNesting": _MOST_NESTED}).enable("table")
+    return found.disable(["image", "html_block", "html_inline"])
+
+
+def read(path: str | Path, known: Mapping[str, Environment] | None = None) -> Lesson:
+    """Return the lesson in a file; known: the environments by key, None: the library's. Raise LessonError."""
+    path = Path(path)
+    try:
+        text = read_text(path).replace("\r\n", "\n").replace("\r", "\n")
+        return _Reader(path, text, environments.discover() if known is None else known).lesson()
+    except LessonError:
+        raise
+    except FileError as error:
+        raise LessonError(str(error)) from None
+
+
+class _Reader:
+    """Reads one file; ``line`` is where the block stands that is being read."""
+
+    def __init__(self, path: Path, text: str, known: Mapping[str, Environment]):
+        self.path, self.text, self.known = path, text, known
+        self.lines = text.split("\n")
+        self.tasks = 0
+
+    def lesson(self) -> Lesson:
+        end = self._header_end()
+        head = self._table("\n".join(self.lines[1:end]), 2, end)
+        found = {
+            "title": head.text("title"),
+            "aim": head.text("aim", _PARAGRAPH),
+            "minutes": head.number("minutes", 1.0, 600.0, "min"),
+            "order": head.integer("order", 0, 1000, 100),
+            "hide": head.words("hide", HIDDEN),
+            "rubric": head.records("rubric", self._criterion),
+        }
+        keys = head.words("environments", tuple(self.known))
+        if not keys:
+            raise head.wrong("environments", "a lesson has at least one environment")
+        lock = head.words("lock", self._lockable(keys))
+        head.finish()
+        # the header's lines stay as empty ones, so that a token's line is the file's
+        body = "\n" * (end + 1) + "\n".join(self.lines[end + 1 :])
+        intro, steps = self._steps(markdown().parse(body), self._first_scene(keys[0], lock, found["hide"]))
+        if not steps:
+            raise self._error(end + 1, 'a lesson has at least one step, begun by a heading as "## Press"')
+        return Lesson(
+            key=self.path.stem,
+            path=self.path,
+            environments=keys,
+            lock=lock,
+            intro=intro,
+            steps=steps,
+            stamp=hashlib.sha256(self.text.encode()).hexdigest()[:16],
+            **found,
+        )
+
+    def _header_end(self) -> int:
+        """Return the number of the line that ends the header, the first line 0."""
+        if self.lines[0].strip() != _FENCE:
+            raise self._error(1, f"a lesson begins with a header between two lines {_FENCE}")
+        for at, line in enumerate(self.lines[1:], 1):
+            if line.strip() == _FENCE:
+                return at
+        raise self._error(1, f"the header has no end; write a line {_FENCE} below it")
+
+    def _lockable(self, keys: Iterable[str]) -> tuple[str, ...]:
+        names = (p.key for key in keys for p in self.known[key].parameters)
+        return tuple(dict.fromkeys([*names, "loop", "environment"]))
+
+    def _first_scene(self, key: str, lock: tuple[str, ...], hide: tuple[str, ...]) -> Scene:
+        environment = self.known[key]
+        loop = LoopSettings()
+        return Scene(environment, environment.values(), loop, "medium", "any", "live", hide, lock)
+
+    def _error(self, line: int, wrong: str) -> LessonError:
+        return LessonError(f"{self.path.name}, line {line}: {wrong}.")
+
+    def _table(self, text: str, line: int, last: int) -> "_Table":
+        """Return the TOML in some lines; parsed behind empty lines, so that its errors name the file's."""
+        found = parse_toml("\n" * (line - 1) + text, self.path.name)
+        return _Table(self, found, line, last)
+
+    @staticmethod
+    def _criterion(row: "_Table") -> Criterion:
+        return Criterion(row.text("text"), row.integer("points", 1, 100))
+
+    # --- steps
+
+    def _steps(self, tokens: list[Token], scene: Scene) -> tuple[tuple[Block, ...], tuple[Step, ...]]:
+        """Return what stands before the first step, and the steps."""
+        intro: list[Block] = []
+        steps: list[Step] = []
+        blocks, plays, text = intro, list[Play](), list[Token]()
+
+        def end_text() -> None:
+            if text:
+                blocks.append(Text(tuple(text)))
+                text.clear()
+
+        def end_step() -> None:
+            end_text()
+            if steps:
+                steps[-1] = replace(steps[-1], blocks=tuple(blocks), plays=tuple(plays), scene=scene)
+
+        at = 0
+        while at < len(tokens):
+            token = tokens[at]
+            line = token.map[0] + 1 if token.map else 0
+            if token.type == "heading_open" and token.tag in ("h1", "h2") and token.level == 0:
+                end_step()
+                if token.tag == "h1" or len(steps) >= MOST_STEPS:
+                    wrong = "a step begins with ##; the title of the lesson is in its header"
+                    most = f"a lesson has at most {MOST_STEPS} steps"
+                    raise self._error(line, wrong if token.tag == "h1" else most)
+                title = tokens[at + 1].content
+                self._checked(checked_text, title, line, "a step's title", _LINE)
+                steps.append(Step(title, line, (), scene, ()))
+                blocks, plays = [], []
+                at += 3
+                continue
+            if token.type == "fence" and token.level == 0:
+                end_text()
+                word, last = token.info.strip(), token.map[1] if token.map else line
+                if word == "set":
+                    scene = self._scene(self._table(token.content, line + 1, last), scene)
+                elif word == "play":
+                    plays.append(self._play(self._table(token.content, line + 1, last), scene))
+                else:
+                    step = len(steps)
+                    if step == 0:
+                        raise self._error(line, "a block stands in a step: write its ## heading above it")
+                    blocks.append(self._block(word, token.content, line, last, scene, step))
+            else:
+                text.append(token)
+            at += 1
+        end_step()
+        return tuple(intro), tuple(steps)
+
+    def _block(self, word: str, content: str, line: int, last: int, scene: Scene, step: int) -> Block:
+        if word == "math":
+            self._checked(checked_text, content.strip(), line, "a formula", _PARAGRAPH)
+            return Formula(content.strip(), line)
+        if word == "hint":
+            return Hint(tuple(markdown().parse(content)))
+        makers: dict[str, Callable[..., Block]] = {
+            "check": self._check,
+            "question": self._question,
+            "plot": self._plot,
+        }
+        if word not in makers:
+            known = ", ".join(("set", *makers, "hint", "math", "play"))
+            raise self._error(line, f"a block is one of {known}, not {quoted(word)}")
+        self.tasks += word != "plot"
+        if self.tasks > MOST_TASKS:
+            raise self._error(line, f"a lesson has at most {MOST_TASKS} checks and questions")
+        return makers[word](self._table(content, line + 1, last), scene, f"{step}.{self.tasks}")
+
+    def _checked(self, check: Callable[..., Any], value: object, line: int, what: str, *limits: Any) -> Any:
+        try:
+            return check(value, what, *limits)
+        except FileError as error:
+            raise LessonError(f"{self.path.name}, line {line}: {error}") from None
+
+    # --- blocks
+
+    def _scene(self, table: "_Table", before: Scene) -> Scene:
+        environment = table.choice("environment", self.known, None)
+        changed = environment is not None
+        found = self.known[environment] if environment else before.environment
+        values = table.values(found, {} if changed else before.values)
+        loop = self._loop(table, before.loop)
+        scene = Scene(
+            environment=found,
+            values=values,
+            loop=loop,
+            grip=table.choice("grip", GRIPS, before.grip) or "released",
+            device=table.choice("device", DEVICES, before.device) or DEVICES[0],
+            view=table.choice("view", VIEWS, before.view) or VIEWS[0],
+            hide=table.words("hide", HIDDEN, before.hide),
+            lock=table.words("lock", self._lockable([found.key]), before.lock),
+        )
+        table.finish()
+        return scene
+
+    def _loop(self, table: "_Table", before: LoopSettings) -> LoopSettings:
+        given = table.table("loop")
+        names = ("rate", "delay", "estimator", "controller")
+        for key in given:
+            if key not in names:
+                raise table.wrong("loop", f"the loop has {', '.join(names)}, not {quoted(key)}")
+        spec = given.get("estimator")
+        try:
+            if isinstance(spec, list):
+                given = {**given, "estimator": tuple(spec)}
+            changed = before.changed(**given)
+            estimator_words(changed.estimator)
+        except (ParameterError, TypeError, ValueError) as error:
+            raise table.wrong("loop", str(error).removesuffix(".")) from None
+        return changed
+
+    def _check(self, table: "_Table", scene: Scene, key: str) -> Check:
+        measure = table.choice("measure", MEASUREMENTS)
+        assert measure is not None
+        environment = table.choice("environment", self.known, scene.environment.key)
+        assert environment is not None
+        known = self.known[environment]
+        expect = table.get("expect")
+        if isinstance(expect, str):
+            names = [p.key for p in known.parameters if not p.discrete]
+            if expect not in names:
+                raise table.wrong("expect", f"a parameter is one of {', '.join(names)}, not {quoted(expect)}")
+        elif expect is not None:
+            given = expect
+            expect = table.attempt("expect", checked_number, given, "expect", -1e9, 1e9)
+        tolerance, percent, least, most = (
+            table.number(name, low, 1e9, default=None)
+            for name, low in (("tolerance", 0.0), ("percent", 0.0), ("at_least", -1e9), ("at_most", -1e9))
+        )
+        if expect is None and least is None and most is None:
+            raise table.wrong("measure", "a check has expect with tolerance or percent, at_least or at_most")
+        if (expect is None) != (tolerance is None and percent is None):
+            raise table.wrong(
+                "expect", "expect goes with tolerance or percent, and with neither of the limits"
+            )
+        between = table.get("between")
+        if between is not None:
+            between = tuple(table.points("between", between))
+        if MEASUREMENTS[measure].needs_region and between is None:
+            raise table.wrong("measure", f"{measure} needs between = [from, to] in m")
+        check = Check(
+            key=key,
+            line=table.line,
+            title=table.text("title"),
+            measure=measure,
+            environment=environment,
+            expect=expect,
+            tolerance=tolerance,
+            percent=percent,
+            at_least=least,
+            at_most=most,
+            needs=table.numbers("needs", NEEDS),
+            where=self._where(table, known),
+            between=between,  # type: ignore[arg-type]
+            seconds=table.number("seconds", 0.05, 30.0, "s", None),
+            wrong=table.text("wrong", _PARAGRAPH, ""),
+        )
+        table.finish()
+        return check
+
+    @staticmethod
+    def _where(table: "_Table", known: Environment) -> dict[str, tuple[float, float] | str]:
+        found: dict[str, tuple[float, float] | str] = {}
+        parameters = {p.key: p for p in known.parameters}
+        loop = ("rate", "delay", "estimator")
+        for key, wanted in table.table("where").items():
+            if key not in parameters and key not in loop:
+                among = ", ".join([*parameters, *loop])
+                raise table.wrong("where", f"a setting is one of {among}, not {quoted(key)}")
+            if isinstance(wanted, str):
+                if key in parameters:
+                    table.attempt("where", parameters[key].check, wanted)
+                found[key] = wanted
+            else:
+                low, high = table.points("where", wanted)
+                found[key] = low, high
+        return found
+
+    @staticmethod
+    def _question(table: "_Table", scene: Scene, key: str) -> Question:
+        given = table.get("options")
+        options = ()
+        if given is not None:
+            texts = table.attempt("options", checked_list, given, "options")
+            options = tuple(table.attempt("options", checked_text, t, "an option", _LINE) for t in texts)
+        question = Question(
+            key=key,
+            line=table.line,
+            text=table.text("text", _PARAGRAPH),
+            options=options,
+            answer=table.text("answer", _LINE, ""),
+            value=table.number("value", -1e12, 1e12, default=None),
+            unit=table.text("unit", 20, ""),
+            tolerance=table.number("tolerance", 0.0, 1e12, default=0.0) or 0.0,
+            wrong=table.text("wrong", _PARAGRAPH, ""),
+        )
+        table.finish()
+        if options and question.answer not in options:
+            raise table.wrong("answer", f"the answer is one of the options, not {quoted(question.answer)}")
+        if options and question.value is not None:
+            raise table.wrong("value", "a question has options or a value, not both")
+        return question
+
+    @staticmethod
+    def _plot(table: "_Table", scene: Scene, key: str) -> Plot:
+        plot = Plot(table.choice("over", OVER, OVER[0]) or OVER[0], table.text("caption", _PARAGRAPH, ""))
+        table.finish()
+        return plot
+
+    def _play(self, table: "_Table", scene: Scene) -> Play:
+        key = table.choice("environment", self.known, None)
+        environment = self.known[key] if key else scene.environment
+        values = table.values(environment, {} if key else scene.values)
+        loop = self._loop(table, scene.loop)
+        grip = self._grip(table, scene)
+        hand = table.peek("hand")
+        path: str | tuple[tuple[float, float], ...]
+        if isinstance(hand, list):
+            table.get("hand")
+            path = tuple(
+                (seconds, 1e-3 * millimetres)
+                for seconds, millimetres in (
+                    table.points("hand", point, 1e3 * _REACH, "mm") for point in hand
+                )
+            )
+            times = [when for when, _ in path]
+            if not path or times[0] < 0.0 or sorted(set(times)) != times:
+                raise table.wrong("hand", "the times of the hand's path go up from 0 s or later")
+        else:
+            path = table.choice("hand", SCRIPTS, "released") or "released"
+        play = Play(
+            values=values,
+            loop=loop,
+            grip=grip,
+            path=path,
+            release=table.number("release", 0.0, _LONGEST_PLAY, "s", math.inf) or 0.0,
+            seconds=table.number("seconds", 0.1, _LONGEST_PLAY, "s", 3.0) or 3.0,
+            environment=environment,
+        )
+        table.finish()
+        return play
+
+    @staticmethod
+    def _grip(table: "_Table", scene: Scene) -> Grip | None:
+        """Return a grip by its name, or of given mass, damping and stiffness, as a rubber band has them."""
+        if not isinstance(table.peek("grip"), dict):
+            return grip_named(table.choice("grip", GRIPS, scene.grip) or "released")
+        names = ("mass", "damping", "stiffness")
+        given = table.numbers("grip", names)
+        return Grip(*(given.get(name, 0.0) for name in names))
+
+
+class _Table:
+    """A TOML table of a lesson, of which every value is taken once; what is left is an error."""
+
+    def __init__(self, reader: _Reader, values: Mapping[str, Any], line: int, last: int):
+        self._reader, self._left, self.line, self._last = reader, dict(values), line, last
+
+    def line_of(self, key: str) -> int:
+        """Return the line on which a key stands, the table's first without one."""
+        begins = re.compile(rf"\s*{re.escape(key)}\s*[=.]|\s*\[+\s*{re.escape(key)}\s*\]")
+        for line in range(self.line, self._last + 1):
+            if begins.match(self._reader.lines[line - 1]):
+                return line
+        return self.line
+
+    def wrong(self, key: str, why: str) -> LessonError:
+        return self._reader._error(self.line_of(key), why)
+
+    def attempt(self, key: str, check: Callable[..., Any], *given: Any) -> Any:
+        """Return what a check makes of values; raise LessonError that names the line of the key."""
+        try:
+            return check(*given)
+        except ParameterError as error:
+            raise self.wrong(key, str(error).removesuffix(".")) from None
+
+    def peek(self, key: str) -> Any:
+        return self._left.get(key)
+
+    def get(self, key: str) -> Any:
+        return self._left.pop(key, None)
+
+    def text(self, key: str, longest: int = _LINE, default: str | None = None) -> str:
+        if key not in self._left and default is not None:
+            return default
+        if key not in self._left:
+            raise self.wrong(key, f"{key} is missing")
+        value = self.get(key)
+        return self.attempt(key, checked_text, value, key, longest)
+
+    def number(self, key: str, low: float, high: float, unit: str = "", default: Any = ...) -> Any:
+        if key not in self._left and default is not ...:
+            return default
+        if key not in self._left:
+            raise self.wrong(key, f"{key} is missing")
+        value = self.get(key)
+        return self.attempt(key, checked_number, value, key, low, high, unit)
+
+    def integer(self, key: str, low: int, high: int, default: int | None = None) -> int:
+        if key not in self._left and default is not None:
+            return default
+        value = self.get(key)
+        return self.attempt(key, checked_integer, value, key, low, high)
+
+    def choice(self, key: str, known: Iterable[str], default: str | None = "") -> str | None:
+        if key not in self._left and default != "":
+            return default
+        if key not in self._left:
+            raise self.wrong(key, f"{key} is missing")
+        value, names = self.get(key), tuple(known)
+        if not isinstance(value, str) or value not in names:
+            raise self.wrong(key, f"{key} is one of {', '.join(names)}, not {quoted(value)}")
+        return value
+
+    def words(self, key: str, known: Iterable[str], default: tuple[str, ...] = ()) -> tuple[str, ...]:
+        if key not in self._left:
+            return default
+        value, names = self.get(key), tuple(known)
+        if not isinstance(value, list):
+            raise self.wrong(key, f"{key} is a list of names, not {quoted(value)}")
+        for one in value:
+            if not isinstance(one, str) or one not in names:
+                raise self.wrong(key, f"{key} holds some of {', '.join(names)}, not {quoted(one)}")
+        return tuple(dict.fromkeys(value))
+
+    def table(self, key: str) -> dict[str, Any]:
+        value = self._left.pop(key, {})
+        return self.attempt(key, checked_table, value, key)
+
+    def numbers(self, key: str, known: Iterable[str]) -> dict[str, float]:
+        """Return a table of positive numbers by known names."""
+        found, names = {}, tuple(known)
+        for name, value in self.table(key).items():
+            if name not in names:
+                raise self.wrong(key, f"{key} holds some of {', '.join(names)}, not {quoted(name)}")
+            found[name] = self.attempt(key, checked_number, value, name, 0.0, 1e9)
+        return found
+
+    def points(self, key: str, value: object, reach: float = 1e9, unit: str = "") -> tuple[float, float]:
+        """Return two numbers; of a range they go up."""
+        pair = self.attempt(key, checked_list, value, key, 2)
+        low, high = (self.attempt(key, checked_number, v, key, -reach, reach, unit) for v in pair)
+        if key != "hand" and low >= high:
+            raise self.wrong(key, f"{key} goes from a lower to a higher value, not from {low:g} to {high:g}")
+        return low, high
+
+    def values(self, environment: Environment, before: Mapping[str, float]) -> dict[str, float]:
+        """Return an environment's values, of which some are given under "values"."""
+        given = {**before, **self.table("values")}
+        return self.attempt("values", environment.values, given)
+
+    def records(self, key: str, make: Callable[["_Table"], Any]) -> tuple[Any, ...]:
+        if key not in self._left:
+            return ()
+        value = self.get(key)
+        found = []
+        for one in self.attempt(key, checked_list, value, key):
+            row = self.attempt(key, checked_table, one, key)
+            part = _Table(self._reader, row, self.line_of(key), self._last)
+            found.append(make(part))
+            part.finish()
+        return tuple(found)
+
+    def finish(self) -> None:
+        """Raise LessonError for a key that nobody has taken."""
+        for key in self._left:
+            raise self.wrong(key, f"the name {quoted(key)} is not known here")

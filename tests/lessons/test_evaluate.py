@@ -1,0 +1,131 @@
+"""Which interval a check looks at, and what it answers."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hapkit_studio.lessons import evaluate
+from hapkit_studio.lessons.evaluate import CORRECT, WAITING, WRONG
+from hapkit_studio.lessons.lesson import Check
+from tests.lessons.made import RATE, elsewhere, larger, samples, still, stronger
+
+CHECK = Check(
+    "1.1", 1, "Press", "slope", "wall", expect="stiffness", percent=5.0,
+    needs={"depth": 0.003, "seconds": 1.0}, wrong="Is the damping zero?",
+)  # fmt: skip
+
+
+def presses(*depths, stiffness=300.0, rendered=None, side="right"):
+    """Return presses of 1.5 s each into a wall at 5 mm, one second apart."""
+    sign = 1.0 if side == "right" else -1.0
+    parts = []
+    for depth in depths:
+        parts += [
+            np.full(500, -0.005),
+            0.005 + depth * np.sin(np.linspace(0.01, math.pi - 0.01, 1500)),
+            np.full(500, -0.005),
+        ]
+    place = sign * np.concatenate(parts)
+    wall = sign * 0.005
+    inside = np.maximum(sign * (place - wall), 0.0)
+    force = -sign * (stiffness if rendered is None else rendered) * inside
+    return samples("wall", {"stiffness": stiffness, "position": wall, "side": side}, place, force)
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+def test_a_correct_press_is_answered_with_value_and_setting(side):
+    found = evaluate(CHECK, presses(0.005, side=side))
+    assert found.state == CORRECT
+    assert found.text == "Slope 300 N/m, set 300 N/m: correct."
+    assert found.start == pytest.approx(0.5, abs=0.01)
+    assert found.stop == pytest.approx(2.0, abs=0.01)
+    assert len(found.stamp) == 64
+
+
+def test_the_newest_press_that_is_deep_enough_counts():
+    found = evaluate(CHECK, presses(0.006, 0.005, 0.001))
+    assert found.correct
+    assert found.start == pytest.approx(3.0, abs=0.01)
+
+
+def test_too_little_depth_is_said_with_both_numbers():
+    found = evaluate(CHECK, presses(0.0008))
+    assert found.state == WAITING
+    assert found.text == "You pressed 0.8 mm deep; press at least 3 mm."
+
+
+def test_a_wrong_value_is_said_with_its_difference_and_the_lessons_advice():
+    found = evaluate(CHECK, presses(0.005, stiffness=300.0, rendered=330.0))
+    assert found.state == WRONG
+    assert found.text == "Slope 330 N/m, set 300 N/m: too high by 30 N/m. Is the damping zero?"
+
+
+@pytest.mark.parametrize(
+    ("factor", "state"), [(0.951, CORRECT), (0.949, WRONG), (1.049, CORRECT), (1.051, WRONG)]
+)
+def test_the_tolerance_ends_where_it_says(factor, state):
+    assert evaluate(CHECK, stronger(presses(0.005), factor)).state == state
+
+
+def test_another_environment_is_said():
+    found = evaluate(CHECK, elsewhere(presses(0.005)))
+    assert found.state == WAITING
+    assert found.text == "This was recorded with Free; choose Wall."
+
+
+def test_a_setting_out_of_range_is_said():
+    check = replace(CHECK, where={"stiffness": (400.0, 500.0)})
+    found = evaluate(check, presses(0.005))
+    assert found.text == "Stiffness is 300 N/m; set it between 400 N/m and 500 N/m."
+    check = replace(CHECK, where={"side": "left"})
+    assert evaluate(check, presses(0.005)).text == "Side is right; choose left."
+
+
+def test_nothing_touched_is_said():
+    assert "press at least 3 mm" in evaluate(CHECK, still(presses(0.005))).text
+
+
+def test_no_sample_at_all_is_said():
+    empty = presses(0.005).cut(slice(0, 0))
+    assert evaluate(CHECK, empty).state == WAITING
+    assert evaluate(CHECK, empty).text.endswith(".")
+
+
+def test_an_interval_ends_where_a_setting_changes():
+    made = presses(0.005, 0.005)
+    settings = made.log[0][1]
+    weaker = {**settings, "parameters": {**settings["parameters"], "stiffness": 200.0}}
+    changed = replace(made, log=[(0.0, settings), (3.7, weaker)])
+    found = evaluate(CHECK, changed)
+    # 0.7 s of the second press before the change are too short, and what follows is no longer 300 N/m
+    assert found.stop < 3.7 or found.state != CORRECT
+
+
+def test_a_fault_ends_an_interval():
+    made = presses(0.005)
+    made.flags[1200] = 4
+    found = evaluate(CHECK, made)
+    assert found.state == WAITING
+    assert found.text.startswith("That lasted")
+
+
+def test_a_limit_is_kept_on_both_sides():
+    check = Check("1.1", 1, "Move", "travel", "free", at_least=0.02, at_most=0.05)
+    place = 0.02 * np.sin(math.tau * np.arange(4000) / RATE)
+    made = samples("free", {}, place, 0.0 * place)
+    assert evaluate(check, made).correct
+    assert evaluate(check, larger(made, 0.4)).text == "Travel 16 mm, at least 20 mm is needed."
+    assert evaluate(check, larger(made, 2.0)).text == "Travel 80 mm, at most 50 mm is allowed."
+
+
+def test_the_stamp_follows_every_sample_and_setting():
+    made = presses(0.005)
+    stamp = made.stamp()
+    assert presses(0.005).stamp() == stamp
+    changed = presses(0.005)
+    changed.applied_force[700] += 1e-6
+    assert changed.stamp() != stamp
+    settings = {**made.log[0][1], "rate_Hz": 999.0}
+    assert replace(made, log=[(0.0, settings)]).stamp() != stamp
