@@ -1,4 +1,4 @@
-"""What the tests of sweeps compute, and executors: one computes at once, one is held, one forgets."""
+"""Tasks for tests of sweeps, and executors: synchronous, held, and lossy."""
 
 import math
 import os
@@ -16,7 +16,7 @@ def roots(cells: list[float]) -> list[float]:
 
 
 def roots_and_place(cells: list[float]) -> list[tuple[float, int]]:
-    """Return every root and the program it was computed in."""
+    """Return every root and the process id that computed it."""
     return [(math.sqrt(x), os.getpid()) for x in cells]
 
 
@@ -32,7 +32,7 @@ def fails_at_thirty(cells: list[float]) -> list[float]:
 
 
 class Serial(Executor):
-    """Computes at once, in the calling thread."""
+    """Computes synchronously in the calling thread."""
 
     def __init__(self):
         self.chunks = 0
@@ -48,7 +48,7 @@ class Serial(Executor):
 
 
 class Held(Executor):
-    """Keeps what it is given until told to go on."""
+    """Holds tasks until released."""
 
     _max_workers = 3
 
@@ -63,7 +63,7 @@ class Held(Executor):
         return future
 
     def finish(self, which: int) -> None:
-        """Finish one of those under way, counted from the oldest."""
+        """Finish a pending task, counted from the oldest."""
         waiting = [pair for pair in self.given if not pair[0].done()]
         if waiting:
             future, call = waiting[which % len(waiting)]
@@ -71,11 +71,11 @@ class Held(Executor):
 
 
 class Lost(Exception):
-    """What an executor says of a chunk whose workers are gone."""
+    """Exception of a chunk whose workers are gone."""
 
 
 class Forgetful(Serial):
-    """Loses the first chunks, so many times each."""
+    """Loses the first chunks, ``times`` times each."""
 
     lost = (Lost,)
     _max_workers = 1
@@ -94,7 +94,7 @@ class Forgetful(Serial):
 
 
 def wait_for_a_minute() -> None:
-    """Print this process's number, then wait."""
+    """Print this process's id, then wait."""
     print(os.getpid(), flush=True)
     threading.Event().wait(60.0)
 

@@ -1,4 +1,4 @@
-"""Whoever asks with what is no number, or with one that no device has, reads one line."""
+"""Invalid numbers and settings give one-line errors."""
 
 import math
 
@@ -35,14 +35,14 @@ def said(ask, *args, **named):
     return words
 
 
-def test_a_row_that_is_none():
+def test_invalid_rows():
     for name, ask in ROWS.items():
         for bad in NO_ROWS:
             assert "amping" in said(ask, bad) or name == "lines"
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -1.0, 1e300, "x", None, [], True])
-def test_a_number_that_is_none(bad):
+def test_invalid_numbers(bad):
     assert "rendered stiffness" in said(kb_plane.plane, Setting(), bad, 0.0)
     assert "rendered damping" in said(kb_plane.plane, Setting(), 1.0, bad)
     assert "virtual damping" in said(kb_plane.limit, Setting(), bad)
@@ -50,7 +50,7 @@ def test_a_number_that_is_none(bad):
         assert name in said(stiffness_limit, **{"mass": 0.05, "viscous": 0.5, name: bad})
 
 
-def test_a_chunk_that_is_no_whole_number():
+def test_invalid_chunk_size():
     for chunk in ("x", 1.5, 0, True):
         assert "whole number" in said(sweep, sweep_tasks.roots, [1.0], chunk=chunk)
 
@@ -63,7 +63,7 @@ def test_a_delay_of_2000_periods_is_the_longest():
 
 
 def test_the_softest_limit_is_1_mn_per_m():
-    """Above the softest it is found, below it is 0, whatever the steps on the way."""
+    """Limits above it are found, those below are 0, for any intermediate steps."""
     for limit in (1.01e-3, 2e-3, 3.9e-3, 0.3, 5.0, 1e8):
         assert largest_stable(lambda k, limit=limit: k <= limit) == pytest.approx(limit, rel=1e-4)
     assert largest_stable(lambda k: k <= 0.99e-3) == 0.0
@@ -83,7 +83,7 @@ def test_the_softest_limit_is_1_mn_per_m():
         ),
     ],
 )
-def test_refuses_what_no_loop_can_be(bad, says):
+def test_impossible_loops_are_rejected(bad, says):
     assert said(Setting, **bad).startswith(says)
 
 

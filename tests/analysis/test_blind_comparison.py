@@ -1,17 +1,17 @@
-"""A blind comparison: does anybody tell a scene from itself without the terms that it says it can spare?
+"""Blind comparison: are scenes distinguishable from themselves without the terms they do not need?
 
-The judge shares no code with what found those terms. It gets two tables of rows in any order, and nothing
-that says what is missing in which. Every pair lies in one shuffled deck; labels are read when all are judged.
+The judge shares no code with the search for those terms. It gets two tables of rows in random order, without
+information on the missing terms. All pairs are in one shuffled deck; labels are read after judging.
 
-Besides each hand's script there are drawn throws, and drawn moments at which a hand lets go.
+Besides each hand's script there are random throws, and random instants at which a hand lets go.
 
-What it knows of people, each one just-noticeable difference (JND):
+Its thresholds, each one just-noticeable difference (JND):
 
 | what | one JND | source |
 |---|---|---|
 | force between fingers and handle | 6 %, at least 15 mN | Jones, J. Motor Behavior 1989 |
-| place | 0.4 mm | Ho and Srinivasan 1996 |
-| vibration of a handle that is held | 10, 0.5, 0.05, 0.1 µm at 26, 100, 150–200, 250 Hz | from memory |
+| position | 0.4 mm | Ho and Srinivasan 1996 |
+| vibration of a held handle | 10, 0.5, 0.05, 0.1 µm at 26, 100, 150–200, 250 Hz | from memory |
 | event | its presence, or 20 ms | Levitin et al. 1999 |
 """
 
@@ -33,10 +33,11 @@ from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings import LoopSettings
 
 LIBRARY = environments.discover()
-FAST, RATE = 16_000, 1000  # Hz: as good as continuous; that of a student's loop
-MOMENT, SUMMED = 20, 250  # samples: nobody tells moments apart; a vibration is summed (Verrillo 1965)
+FAST, RATE = 16_000, 1000  # Hz: quasi-continuous; typical student's loop
+# samples: instants within MOMENT are not distinguished; a vibration is summed (Verrillo 1965)
+MOMENT, SUMMED = 20, 250
 SECONDS, DRAWN = 2.0, 24
-BANDS = 1000.0 * 2.0 ** (np.arange(-16, -3) / 3.0)  # thirds of an octave, 25 to 400 Hz
+BANDS = 1000.0 * 2.0 ** (np.arange(-16, -3) / 3.0)  # third octaves, 25 to 400 Hz
 LEAST = np.exp(
     np.interp(
         np.log(BANDS),
@@ -46,8 +47,8 @@ LEAST = np.exp(
 )
 
 
-# What this judge hardly tells: 0.7 alone, but more together with the others; at one speed of a throw in 200;
-# where a hand lets go of friction at one moment in 240, 0.28 s of a pluck or 0.08 s of a stroke: 1.6 and 1.5.
+# Scenes near the threshold: 0.7 alone, but more together with the others; at one speed of a throw in 200; or
+# on letting go of friction at one instant in 240, 0.28 s of a pluck or 0.08 s of a stroke: 1.6 and 1.5.
 HARDLY = {
     "damping": {"delay"},
     "hard_surface": {"quantization"},
@@ -59,7 +60,7 @@ HARDLY = {
 
 
 def judged(one: np.ndarray, two: np.ndarray, counts: Sequence[int]) -> dict[str, float]:
-    """Return what a person feels of the difference in JND, by sense; who has let go only sees and counts."""
+    """Return the perceived difference in JND, by sense; a released hand only sees and counts."""
     pair = one, two
     found = {"place": furthest(*(t[:, rows.TRUE_POSITION] for t in pair), 0.0, 0.4e-3)}
     found["event"] = max((events(*(t[:, column] for t in pair)) for column in counts), default=0.0)
@@ -75,7 +76,7 @@ def judged(one: np.ndarray, two: np.ndarray, counts: Sequence[int]) -> dict[str,
 
 
 def furthest(one: np.ndarray, two: np.ndarray, share: float, least: float) -> float:
-    """Return how far either is at most from all that the other is within a moment, in JND."""
+    """Return the largest distance of either series from the other's values within MOMENT, in JND."""
     return max(beyond(one, two, share, least), beyond(two, one, share, least))
 
 
@@ -86,7 +87,7 @@ def beyond(values: np.ndarray, other: np.ndarray, share: float, least: float) ->
 
 
 def level(place: np.ndarray, frequency: float) -> np.ndarray:
-    """Return the amplitude in m in a third of an octave, by the energy of a quarter of a second."""
+    """Return the amplitude in m in a third octave, by the energy of 0.25 s."""
     edges = frequency * 2.0 ** np.array([-1.0 / 6.0, 1.0 / 6.0])
     band = sosfilt(butter(3, edges, "bandpass", fs=RATE, output="sos"), place - place[0])
     energy = np.convolve(band * band, np.full(SUMMED, 2.0 / SUMMED))
@@ -115,7 +116,7 @@ def rendered(scene: Environment, gone: Iterable[str], hand: Hand, speed: float) 
 
 
 def hands(scene: Environment, rng: np.random.Generator) -> Iterator[tuple[Hand, float]]:
-    """Yield hands and the speed in m/s at which the handle starts: scripts, a push, throws, letting go."""
+    """Yield hands and the handle's initial speed in m/s: scripts, a push, throws, releases."""
     yield hand_named("push"), 0.0  # beyond the force limit
     for name in scene.hands:
         hand = hand_named(name)
@@ -127,7 +128,7 @@ def hands(scene: Environment, rng: np.random.Generator) -> Iterator[tuple[Hand, 
 
 
 def deck(scene: Environment) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Return pairs of tables in a drawn order, with what is missing in one of the two: "all" it can spare."""
+    """Return pairs of tables in random order, with the missing term of one, or "all" unneeded ones."""
     rng, cards = np.random.default_rng(sum(map(ord, scene.key))), []
     spared = {term for term in TERMS if term not in scene.needs}
     missing = {"all": spared} | {term: {term} for term in TERMS}
@@ -135,7 +136,7 @@ def deck(scene: Environment) -> list[tuple[str, np.ndarray, np.ndarray]]:
         whole = rendered(scene, (), hand, speed)
         stays = hand.mass > 0.0 and math.isinf(hand.release)
         for label, gone in missing.items():
-            if label != "mass" or stays:  # else nothing is left that could move
+            if label != "mass" or stays:  # otherwise nothing is left that can move
                 pair = [whole, rendered(scene, gone, hand, speed)]
                 rng.shuffle(pair)
                 cards.append((label, *pair))
@@ -145,7 +146,7 @@ def deck(scene: Environment) -> list[tuple[str, np.ndarray, np.ndarray]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", LIBRARY)
-def test_nobody_tells_what_a_scene_can_spare_and_somebody_what_it_needs(key):
+def test_unneeded_terms_are_imperceptible_and_needed_ones_perceptible(key):
     scene = LIBRARY[key]
     counts = [rows.STATE + scene.state_names.index(name) for name in scene.counts]
     felt: dict[str, float] = defaultdict(float)
@@ -156,7 +157,7 @@ def test_nobody_tells_what_a_scene_can_spare_and_somebody_what_it_needs(key):
     assert {term for term in scene.needs if felt[term] < 0.75} <= HARDLY.get(key, set())
 
 
-def test_the_judge_tells_a_tenth_of_a_force_and_half_a_millimetre_and_no_less():
+def test_the_judge_detects_10_percent_of_force_and_half_a_millimetre():
     table = np.zeros((500, rows.ROW_WIDTH))
     table[:, rows.HAND_TARGET], table[:, rows.HAND_FORCE] = 0.0, 1.0
     for column, change in ((rows.HAND_FORCE, 0.06), (rows.TRUE_POSITION, 0.4e-3)):

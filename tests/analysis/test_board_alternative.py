@@ -1,4 +1,4 @@
-"""What a board can render in the place of what is too much for it, if a person cannot tell."""
+"""Alternatives on a board to options it cannot render, if a person cannot tell the difference."""
 
 import pytest
 
@@ -15,7 +15,7 @@ def found(key, arena, **values):
     return board_alternative.find(board_alternative.RefusedRequest(offer, wish)).found
 
 
-def test_the_cheapest_is_offered_where_it_feels_the_same_and_nothing_where_a_person_can_tell():
+def test_the_cheapest_imperceptible_option_is_offered():
     one = found("wall", 100, damping_mode="both", damping=0.0)
     assert one.choice.options[one.option] == "none"
     assert (one.plan.program.size <= 100, one.apart) == (True, 0.0)
@@ -33,5 +33,5 @@ def test_a_cheaper_method_feels_the_same(key, method):
 
 
 @pytest.mark.slow
-def test_a_method_that_takes_energy_away_feels_like_no_other():
+def test_no_alternative_to_a_dissipative_method():
     assert found("puck", 700, integrator="implicit_euler") is None

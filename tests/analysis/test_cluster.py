@@ -1,4 +1,4 @@
-"""Sweeps on a real Dask cluster of this machine: the same numbers, also when a worker dies in the middle."""
+"""Sweeps on a real Dask cluster of this machine: same results, even if a worker is killed."""
 
 import os
 import signal
@@ -24,7 +24,7 @@ CELLS = [0.25 * i for i in range(6000)]
 
 
 class Dask:
-    """A scheduler and two workers, each a program of its own."""
+    """A scheduler and two workers, each in its own process."""
 
     def __init__(self, folder: Path):
         self._environment = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -40,7 +40,7 @@ class Dask:
         )
 
     def _address(self) -> str:
-        """Return the address that the scheduler says it listens at."""
+        """Return the address printed by the scheduler."""
         assert self.scheduler.stderr is not None
         for line in self.scheduler.stderr:
             if "Scheduler at:" in line:
@@ -66,9 +66,9 @@ def dask(tmp_path):
 
 
 @pytest.mark.slow
-def test_same_numbers_and_nothing_is_lost_with_a_worker_and_a_scheduler_that_dies_is_said(dask, capfd):
+def test_results_survive_a_killed_worker_and_a_lost_scheduler_is_reported(dask, capfd):
     setting, damping = Setting(delay=0.4e-3), np.linspace(0.0, 20.0, 7)
-    with ThreadPoolExecutor(2) as threads:  # before the workers, so that they find it compiled
+    with ThreadPoolExecutor(2) as threads:  # compile before the workers start
         wanted = rendered.boundary(setting, damping, executor=threads)
         roots = sweep(sweep_tasks.busy_roots, CELLS, executor=threads)
     with cluster(dask.address, timeout=PATIENCE) as executor:
@@ -118,7 +118,7 @@ def test_a_survey_on_a_cluster_is_that_of_one_program_also_when_a_worker_dies(da
     np.testing.assert_array_equal(survey.read(there)[1], survey.read(here)[1])
 
 
-def test_nobody_at_the_address_is_said_in_one_line():
+def test_an_unreachable_scheduler_gives_a_one_line_error():
     pytest.importorskip("distributed")
     for address in ("tcp://127.0.0.1:1", "nonsense"):
         with (

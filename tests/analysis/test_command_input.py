@@ -1,4 +1,4 @@
-"""Whatever a measuring command cannot do is said in one line, with value, limit and unit; exit code 2."""
+"""Invalid input to measuring commands gives a one-line error with value, limit and unit; exit code 2."""
 
 import pytest
 
@@ -48,7 +48,7 @@ def csv(tmp_path_factory):
         ("zwidth --device simulated --hand iron", "not 'iron'"),
     ],
 )
-def test_what_cannot_be_is_one_line(capsys, csv, words, says):
+def test_invalid_input_gives_a_one_line_error(capsys, csv, words, says):
     try:
         code = main([csv if word == "CSV" else word for word in words.split()])
     except SystemExit as end:

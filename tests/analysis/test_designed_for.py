@@ -1,4 +1,4 @@
-"""A Kalman filter is designed for the sensor's quantum, and every limit is that of the filter in use."""
+"""A Kalman filter is designed for the sensor's quantum, and limits use the same filter."""
 
 import math
 
@@ -11,7 +11,7 @@ from hapkit_studio.analysis.stability.kb_plane import exact_boundary, passive_ed
 from hapkit_studio.analysis.stability.limits import stiffness_limit
 
 MASS, VISCOUS, PERIOD, DAMPING = 0.044, 0.5, 1e-3, 5.0
-# Quantum in m, agility q in m²/s³, limit in N/m: a reference made of scipy's Riccati solver and eigenvalues.
+# quantum in m, agility q in m²/s³, limit in N/m: reference by scipy's Riccati solver and eigenvalues
 WORKED = [(5e-6, 1e-2, 9553), (61e-6, 1e-2, 3628), (61e-6, 1e-3, 1448), (200e-6, 1e-3, 403)]
 
 
@@ -24,7 +24,7 @@ def setting(quantum, q, **more):
 
 
 def gains(quantum, q):
-    """Return transition and gains of the steady filter, positions in quanta and time in periods."""
+    """Return transition and gains of the steady-state filter, positions in quanta and time in periods."""
     move = np.array([[1.0, 1.0], [0.0, 1.0]])
     noise = q * PERIOD**3 / quantum**2 * np.array([[1 / 3, 1 / 2], [1 / 2, 1.0]])
     see = np.array([[1.0, 0.0]])
@@ -36,7 +36,7 @@ def gains(quantum, q):
 
 
 def largest_root(stiffness, damping, quantum, q):
-    """Return how fast the loop grows in a period: handle x, v and filter x, v."""
+    """Return the loop's growth per period: handle x, v and filter x, v."""
     a, gain = gains(quantum, q)
     pad = np.zeros((3, 3))
     pad[0, 1], pad[1, 1:] = 1.0, (-VISCOUS / MASS, 1.0 / MASS)

@@ -1,4 +1,4 @@
-"""Force as felt: the area of its loop by theory and by the loop's own energy; lost samples; cycles."""
+"""Force as felt: its hysteresis area by theory and by the loop's own energy; lost samples; cycles."""
 
 import math
 
@@ -18,7 +18,7 @@ def sine(amplitude=2e-3, tone=4.0, rate=1000.0, seconds=3.0):
 
 @pytest.mark.parametrize("delay", [0.0, 0.4e-3, 2e-3, 5.3e-3])
 def test_a_delayed_spring_gives_the_area_of_its_ellipse(delay):
-    """π k a² sin(ω (t_d + T/2)) a cycle for a force held for T, up to the hold's sinc."""
+    """π k a² sin(ω (t_d + T/2)) per cycle for a force held for T, times the hold's sinc."""
     stiffness, amplitude, tone = 300.0, 2e-3, 4.0
     time, x = sine(amplitude, tone)
     cycle = last_cycle(time, x, -stiffness * x, delay, 1e-3)
@@ -36,7 +36,7 @@ def test_as_computed_a_spring_is_its_line_and_as_felt_it_is_not():
 
 
 def test_the_energy_is_that_of_a_simulated_loop_with_delay():
-    """Simulated with an imposed motion: force times the true way of the handle, written out."""
+    """Simulated with an imposed motion: the integral of force over the handle's true motion."""
     delay, rate = 1.7e-3, 1000.0
     moved = lambda t: 0.008 + 0.002 * np.sin(2.0 * math.pi * 3.0 * t)  # noqa: E731
     run = hs.simulate(
@@ -52,7 +52,7 @@ def test_the_energy_is_that_of_a_simulated_loop_with_delay():
     assert energy_given(time, x, f, delay) == pytest.approx(want, rel=0.02)
 
 
-def test_what_is_lost_or_not_known_yet_is_left_out():
+def test_lost_and_pending_samples_are_nan():
     time, x = sine(seconds=0.1)
     time[40] = x[40] = np.nan
     places, force = as_felt(time, x, -x, 2e-3)
@@ -65,7 +65,7 @@ def test_what_is_lost_or_not_known_yet_is_left_out():
 
 
 @pytest.mark.parametrize(("size", "found"), [(0.99, False), (1.01, True)])
-def test_a_motion_smaller_than_the_least_is_no_cycle(size, found):
+def test_motion_below_the_threshold_is_no_cycle(size, found):
     time, x = sine(amplitude=0.5e-3 * size)
     assert (last_cycle(time, x, -x, 0.0, 1e-3) is not None) is found
     assert last_cycle(time[:200], x[:200], -x[:200], 0.0, 1e-9) is None, "less than one cycle"

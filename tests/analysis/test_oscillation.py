@@ -1,4 +1,4 @@
-"""Oscillations as they are measured: synthetic ones, those of a sampled spring, and what is none."""
+"""Detection of oscillations: synthetic ones, those of a sampled spring, and non-oscillations."""
 
 import math
 
@@ -30,14 +30,14 @@ def test_a_sine_in_counts_is_measured(hertz, amplitude, rate):
     assert found.amplitude == pytest.approx(amplitude, abs=max(0.05 * amplitude, QUANTUM))
 
 
-def test_counts_that_flicker_about_the_middle_are_no_cycles(rng):
+def test_sensor_jitter_has_no_cycles(rng):
     t = seconds(4000.0)
     wave = 0.3e-3 * np.sin(math.tau * 6.0 * t) + 2.0 * QUANTUM * rng.uniform(-1.0, 1.0, t.size)
     assert sustained(t, counted(wave)).frequency == pytest.approx(6.0, rel=0.02)
 
 
 def sampled_spring(stiffness, mass, viscous, period, start, count):
-    """Return the positions of a mass under a spring that is sampled and held, and its frequency in Hz."""
+    """Return the positions of a mass on a sampled and held spring, and its frequency in Hz."""
     motion = expm(period * np.array([[0, 1, 0], [0, -viscous / mass, -stiffness / mass], [0, 0, 0]]))
     step = motion[:2, :2] + np.outer(motion[:2, 2], (1.0, 0.0))
     x = [np.array([start, 0.0])]
@@ -59,8 +59,8 @@ def test_a_spring_at_its_limit_oscillates_as_theory_says(mass, viscous):
 
 
 @pytest.mark.parametrize(("kept", "lasts"), [(0.808, True), (0.792, False)])
-def test_it_lasts_while_its_last_quarter_keeps_four_fifths_of_its_first(kept, lasts):
-    """20 Hz goes 15 times from quarter to quarter: both are alike but for what is lost in 0.75 s."""
+def test_an_oscillation_is_sustained_above_80_percent(kept, lasts):
+    """20 Hz has 15 cycles between the quarters, so both have the same phase and differ by the decay only."""
     since = seconds(4000.0) - 7.3
     wave = 5e-3 * kept ** (since / 0.75) * np.sin(math.tau * 20.0 * since)
     assert (sustained(since, wave) is not None) == lasts
@@ -74,8 +74,8 @@ def test_a_handle_that_rings_after_a_release_does_not_oscillate(release, half_li
     assert sustained(since, np.where(since < 0.0, 8e-3, ringing)) is None
 
 
-def test_without_a_peak_only_its_size_is_told():
-    """The frequency rises from 8 to 40 Hz in the second, so no one stands out."""
+def test_without_a_spectral_peak_there_is_no_frequency():
+    """The frequency rises from 8 to 40 Hz in the second, so there is no peak."""
     t = seconds()
     since = t - t[0]
     found = sustained(t, 2e-3 * np.sin(math.tau * (8.0 * since + 16.0 * since**2) - 0.7))
@@ -83,7 +83,7 @@ def test_without_a_peak_only_its_size_is_told():
     assert math.isnan(found.frequency)
 
 
-def test_what_dies_away_has_died_or_comes_slowly_is_no_oscillation():
+def test_decaying_or_slow_motion_is_no_oscillation():
     t = seconds()
     swing = 2e-3 * np.sin(math.tau * 20.0 * t)
     since = t - t[0]
@@ -93,7 +93,7 @@ def test_what_dies_away_has_died_or_comes_slowly_is_no_oscillation():
         np.full(t.size, 0.003),
         counted(0.5 * QUANTUM * np.sin(math.tau * 20.0 * t)),
         0.03 * np.sin(math.tau * 2.0 * t),  # a hand that strokes
-        0.05 * since + 0.2e-3 * np.sin(math.tau * 20.0 * t),  # one that goes over ridges
+        0.05 * since + 0.2e-3 * np.sin(math.tau * 20.0 * t),  # a hand crossing ridges
         swing * (since > 0.95),
         np.empty(0),
     ):

@@ -1,4 +1,4 @@
-"""Statistics of a stretch against closed forms."""
+"""Statistics of samples against closed forms."""
 
 import math
 
@@ -28,7 +28,7 @@ def test_a_frequency_between_bins_is_found_in_noise(hertz):
     assert dominant(jitter, values) == pytest.approx(hertz, rel=5e-3)
 
 
-def test_what_has_no_frequency_says_so():
+def test_aperiodic_signals_have_no_frequency():
     rng = np.random.default_rng(4)
     assert math.isnan(dominant(TIME, np.zeros(len(TIME))))
     assert math.isnan(dominant(TIME, 3.0 * TIME))
@@ -43,7 +43,7 @@ QUANTUM = 20.7e-6
 @pytest.mark.parametrize("rate", [1000.0, 4000.0])
 @pytest.mark.parametrize("speed", [1e-4, 1.2e-3, 0.012, 0.1, 1.0])
 def test_a_ramp_has_no_frequency_in_counts_in_rounding_or_in_force(speed, rate):
-    """In 0.66 s: neither the sensor's staircase nor the rounding errors of a straight line are a motion."""
+    """In 0.66 s: neither the sensor's steps nor the rounding errors of a ramp are a periodic motion."""
     time = 1234.5 + np.arange(round(0.66 * rate)) / rate
     position = 0.003 + speed * (time - time[0])
     counted = QUANTUM * np.floor(position / QUANTUM)
@@ -53,7 +53,7 @@ def test_a_ramp_has_no_frequency_in_counts_in_rounding_or_in_force(speed, rate):
 
 @pytest.mark.parametrize("seconds", [0.2, 0.66, 2.0])
 def test_no_frequency_of_moves_steps_and_noise(seconds, rng):
-    """A frequency is told of one in twenty pieces of noise at most, and of no single move."""
+    """At most 5 % of noise samples, and no single movement, have a frequency."""
     time = np.arange(round(1000.0 * seconds)) / 1000.0
     told = {name: 0 for name in ("move", "bend", "pulse", "release", "white", "red", "walk")}
     for _ in range(100):
@@ -93,7 +93,7 @@ def test_few_cycles_of_any_shape_are_enough(shape, cycles):
     assert dominant(TIME, values) * TIME[-1] == pytest.approx(cycles, rel=0.02, abs=0.1)
 
 
-def test_too_few_cycles_and_two_equal_tones_are_none():
+def test_too_few_cycles_or_two_equal_tones_have_no_frequency():
     assert math.isnan(dominant(TIME, np.sin(math.tau * 3.4 * TIME / TIME[-1])))
     assert math.isnan(dominant(TIME, np.sin(math.tau * 21.0 * TIME) + 0.9 * np.sin(math.tau * 34.0 * TIME)))
 
@@ -113,8 +113,8 @@ def test_a_slope_needs_motion():
     assert line(TIME[:5], TIME[:5], ALL[:5]) is None
 
 
-def test_what_a_line_leaves_is_told():
-    """The best line of x² from 0 to 1 is x − 1/6: it leaves 1/√180, and the RMS of x² is 1/√5."""
+def test_residual_of_a_regression_line():
+    """The best line of x² from 0 to 1 is x − 1/6: residual RMS 1/√180, RMS of x² 1/√5."""
     x = np.linspace(0.0, 1.0, 4001)
     every = np.ones(len(x), dtype=bool)
     found = line(x, x**2, every)

@@ -1,4 +1,4 @@
-"""A survey: each point is the loop's own limit; what is computed stays, whatever ends the work."""
+"""Surveys: each point is the exact limit of its loop; results are kept after any interruption."""
 
 import itertools
 import json
@@ -28,7 +28,7 @@ AXES = Axes(("difference", "kalman"), (500.0, 2000.0), (0.0, 1e-3), ((0.0, 0.0, 
 
 
 class Stops(Executor):
-    """Computes so many chunks, then is gone as a killed program is."""
+    """Computes some chunks, then stops like a killed program."""
 
     def __init__(self, chunks: int):
         self.left, self.serial = chunks, Serial()
@@ -59,7 +59,7 @@ def test_each_point_is_the_limit_of_that_loop_and_hand(tmp_path):
             assert limits[e, r, d, h, b] == pytest.approx(wanted, rel=1e-6)
 
 
-def test_what_was_ended_is_gone_on_with_and_nothing_is_computed_twice(tmp_path, monkeypatch):
+def test_an_interrupted_survey_resumes_without_recomputing(tmp_path, monkeypatch):
     path, computed = tmp_path / "limits.survey", []
     rows = Axes.limits
     monkeypatch.setattr(Axes, "limits", lambda axes, row: computed.append(row) or rows(axes, row))
@@ -80,7 +80,7 @@ def test_what_was_ended_is_gone_on_with_and_nothing_is_computed_twice(tmp_path, 
 
 
 @pytest.mark.slow
-def test_a_killed_worker_costs_its_chunks_alone(tmp_path):
+def test_a_killed_worker_loses_only_its_chunks(tmp_path):
     path, axes = tmp_path / "limits.survey", survey.usual_axes(2, 2)
     with ProcessPoolExecutor(2, get_context("spawn")) as programs:
 
@@ -99,7 +99,7 @@ def test_a_killed_worker_costs_its_chunks_alone(tmp_path):
     np.testing.assert_array_equal(after[there], before[there])
 
 
-def test_another_survey_and_what_is_none_are_refused_in_one_line(tmp_path):
+def test_other_surveys_and_foreign_files_give_a_one_line_error(tmp_path):
     path = tmp_path / "limits.survey"
     survey.compute(path, AXES, Serial())
     before = path.read_bytes()
@@ -209,5 +209,5 @@ def test_the_time_left_counts_from_what_was_there(monkeypatch, capsys):
 
 
 @pytest.mark.parametrize(("seconds", "words"), [(89.0, "89 s"), (91.0, "1.5 min"), (5401.0, "1.5 h")])
-def test_a_time_is_in_a_unit_of_which_it_is_several(seconds, words):
+def test_durations_have_a_suitable_unit(seconds, words):
     assert base.span(seconds) == words

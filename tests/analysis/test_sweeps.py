@@ -1,4 +1,4 @@
-"""Sweeps: the same numbers in the same order whoever computes them; watched, cancelled, failed cleanly."""
+"""Sweeps: same results and order with every executor; progress, cancelling, errors."""
 
 import math
 import multiprocessing
@@ -21,7 +21,7 @@ from tests.analysis.sweep_tasks import Forgetful, Held, Lost, Serial
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch):
-    """Look often: what is held here finishes when it is told."""
+    """Report progress often, so that held tasks finish when released."""
     monkeypatch.setattr(sweeps, "LOOK_SECONDS", 0.01)
 
 
@@ -42,7 +42,7 @@ def test_processes_give_the_same():
     assert os.getpid() not in {place for _, place in found}
 
 
-def test_chunks_finished_in_any_order_land_in_their_place_and_few_are_under_way():
+def test_chunks_may_finish_in_any_order_and_few_are_pending():
     executor = Held()
     turns = iter(range(10_000))
 
@@ -53,8 +53,8 @@ def test_chunks_finished_in_any_order_land_in_their_place_and_few_are_under_way(
     assert executor.most == 2 * executor._max_workers
 
 
-def test_progress_is_told_while_nothing_finishes():
-    """A chunk that takes long: progress comes again and again, and may cancel."""
+def test_progress_is_reported_during_long_chunks():
+    """During a long chunk, progress is still reported and can cancel."""
     go, said = threading.Event(), []
 
     def waits(cells):
@@ -70,7 +70,7 @@ def test_progress_is_told_while_nothing_finishes():
     assert said[:4] == [0, 0, 0, 0]
 
 
-def test_cancelled_comes_out_and_what_waits_is_cancelled():
+def test_cancelling_raises_and_cancels_pending_chunks():
     executor = Held()
 
     def watch(done, of):
@@ -87,20 +87,20 @@ def test_cancelled_comes_out_and_what_waits_is_cancelled():
 
 
 @pytest.mark.parametrize("chunk", [None, 4])
-def test_a_task_s_error_comes_out_as_it_was(chunk):
+def test_a_tasks_error_is_raised_unchanged(chunk):
     with pytest.raises(KeyError, match="cell thirty"):
         sweep(sweep_tasks.fails_at_thirty, CELLS, chunk=chunk)
     with pytest.raises(KeyError, match="cell thirty"):
         sweep(sweep_tasks.fails_at_thirty, CELLS, chunk=chunk, executor=Serial())
 
 
-def test_a_lost_chunk_is_sent_again_but_not_for_ever():
+def test_a_lost_chunk_is_resubmitted_a_few_times():
     assert sweep(sweep_tasks.roots, CELLS, executor=Forgetful(3), chunk=5000) == WANTED
     with pytest.raises(Lost):
         sweep(sweep_tasks.roots, CELLS, executor=Forgetful(4), chunk=5000)
 
 
-def test_refuses_what_is_no_chunk_and_a_task_that_loses_cells():
+def test_invalid_chunks_and_incomplete_results_are_rejected():
     with pytest.raises(ParameterError, match="A chunk takes a whole number, 1 or more, not 0"):
         sweep(sweep_tasks.roots, CELLS, chunk=0)
     with pytest.raises(ValueError, match="gave 1 results for 10 cells"):
@@ -108,13 +108,13 @@ def test_refuses_what_is_no_chunk_and_a_task_that_loses_cells():
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="asks Linux's scheduler")
-def test_the_default_threads_are_low():
+def test_default_threads_have_low_priority():
     policies = sweep(lambda cells: [os.sched_getscheduler(0) for _ in cells], range(20), chunk=1)
     assert set(policies) == {os.SCHED_IDLE}
 
 
 class Broken(Serial):
-    """Computes some chunks, then raises from submit() as a pool does whose worker was killed."""
+    """Computes some chunks, then raises from submit() like a pool with a killed worker."""
 
     def submit(self, fn, /, *args, **kwargs):
         self.left = getattr(self, "left", 3) - 1
@@ -130,7 +130,7 @@ def test_a_pool_that_breaks_at_submit_is_an_error_in_words():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kills as POSIX does")
 def test_workers_end_with_a_parent_that_is_killed():
-    """They hold the parent's output: it is at its end once the last of them has ended."""
+    """They hold the parent's output: it reaches its end when the last of them has ended."""
     program = [sys.executable, "-m", "tests.analysis.sweep_tasks"]
     with subprocess.Popen(program, stdout=subprocess.PIPE) as parent:
         numbers = {int(parent.stdout.readline()) for _ in range(2)}

@@ -1,4 +1,4 @@
-"""Theory curves against the laws' closed forms: peaks, jumps, waves, and what a slow law costs."""
+"""Theory curves against closed forms: peaks, jumps, waves, and the cost of a slow law."""
 
 import math
 
@@ -19,7 +19,7 @@ def curve_of(key, low=-FAR, high=FAR, over=over_position, **given):
 @pytest.mark.parametrize("pitch", [0.02, 0.0173205, 0.03141])
 @pytest.mark.parametrize("half_width", [0.003, 0.0011])
 def test_a_detent_pulls_with_all_of_its_peak_at_both_edges(pitch, half_width):
-    """k·w at every edge: 1.20 N at 400 N/m and 3 mm, not 1.12 to 1.20 N by where a sample lies."""
+    """k·w at every edge: 1.20 N at 400 N/m and 3 mm, independent of the samples' positions."""
     curve = curve_of("detents", pitch=pitch, half_width=half_width)
     for n in range(math.ceil(-FAR / pitch + 0.5), math.floor(FAR / pitch - 0.5) + 1):
         near = np.abs(curve.x - n * pitch) < 1.2 * half_width
@@ -43,17 +43,17 @@ def test_a_grating_is_drawn_as_the_wave_it_is(wavelength, steps):
 
 @pytest.mark.parametrize("steps", [60, 120, 600])
 @pytest.mark.parametrize("share", [1.0, 0.5, 1.0 / 3.0])
-def test_no_wave_is_flat_because_its_length_is_that_of_a_step(steps, share):
+def test_waves_as_long_as_a_step_are_detected(steps, share):
     long = share * 0.06 / steps
     force = sampled(lambda x: np.sin(2.0 * np.pi * x / long)[np.newaxis], -0.03, 0.03, steps).force
-    least = 0.9 if share == 1.0 else 0.4  # finer than a step, its ends are met by chance
+    least = 0.9 if share == 1.0 else 0.4  # for waves shorter than a step, the peaks are sampled by chance
     assert force.max() > least
     assert force.min() < -least
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_pieces_of_any_law_are_drawn_where_they_begin_and_end(seed):
-    """Straight pieces with jumps and bends at random places, as a student may write them."""
+def test_piecewise_laws_are_sampled_at_their_jumps_and_bends(seed):
+    """Linear pieces with jumps and bends at random places, as in students' laws."""
     random = np.random.default_rng(seed)
     edges = np.cumsum(random.uniform(0.5e-3, 8e-3, 14)) - 0.05
     slopes, starts = random.uniform(-900.0, 900.0, 15), random.uniform(-2.0, 2.0, 15)
@@ -72,7 +72,7 @@ def test_pieces_of_any_law_are_drawn_where_they_begin_and_end(seed):
     assert np.abs(np.interp(x, curve.x, curve.force[0]) - law(x)[0]).max() <= TOLERANCE
 
 
-def test_a_curve_ends_where_the_law_has_no_value():
+def test_a_curve_ends_at_undefined_values():
     curve = sampled(lambda x: np.array([np.where(x < 0.0101, 100.0 * x, np.nan), 0.0 * x]), -FAR, FAR)
     there = curve.x[np.isfinite(curve.force[0])]
     assert there.max() == pytest.approx(0.0101, abs=1e-9)
@@ -85,7 +85,7 @@ def test_even_steps_are_even_and_samples_ascend():
     assert curve.x[curve.even] == pytest.approx(np.linspace(-FAR, FAR, theory.WHOLE + 1), abs=0.0)
 
 
-def test_friction_holds_at_rest_by_its_static_force_and_slides_by_the_kinetic_one():
+def test_friction_curve_has_static_and_kinetic_forces():
     curve = curve_of(
         "friction",
         -0.6,
@@ -115,7 +115,7 @@ def test_friction_holds_at_rest_by_its_static_force_and_slides_by_the_kinetic_on
         ("friction", {}, True, True),
     ],
 )
-def test_a_law_has_a_curve_over_what_it_depends_on(key, given, position, velocity):
+def test_a_law_has_curves_over_its_variables(key, given, position, velocity):
     assert (curve_of(key, **given) is not None) == position
     assert (curve_of(key, -0.6, 0.6, over_velocity, **given) is not None) == velocity
 
@@ -131,8 +131,8 @@ def counted(law):
 
 
 @pytest.mark.parametrize("long", [1e-6, 0.1e-3, 1e-3, 1.0])
-def test_no_law_takes_more_than_a_few_samples_for_each_step(long):
-    """However fine its waves are: 4 for each step kept, a third more for a first look, in few calls."""
+def test_samples_per_step_are_limited(long):
+    """For any wavelength: 4 kept per step, a third more to start with, in few calls."""
     force_at, calls = counted(lambda x: np.sin(2.0 * np.pi * x / long)[np.newaxis])
     sampled(force_at, -FAR, FAR, 1000)
     assert sum(calls) <= 1000 * (4 + 0.33)
@@ -141,7 +141,7 @@ def test_no_law_takes_more_than_a_few_samples_for_each_step(long):
 
 @pytest.mark.parametrize(("milliseconds", "most"), [(10.0, 70), (1.0, 320), (0.001, 5000)])
 def test_a_slow_law_gets_fewer_samples(monkeypatch, milliseconds, most):
-    """The time is counted by the samples: 50 ms, and what was begun before."""
+    """The sampling's own clock: 50 ms, and the pass that was begun before."""
     force_at, calls = counted(lambda x: -300.0 * np.maximum(x, 0.0)[np.newaxis])
     monkeypatch.setattr(theory.time, "thread_time", lambda: 1e-3 * milliseconds * sum(calls))
     curve = sampled(force_at, -FAR, FAR, 1000)

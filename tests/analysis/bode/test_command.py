@@ -1,4 +1,4 @@
-"""The command ``bode``: words, JSON and picture; what cannot be driven is said in one line."""
+"""The command ``bode``: text, JSON and figure; one-line errors for invalid settings."""
 
 import json
 
@@ -7,7 +7,7 @@ import pytest
 from hapkit_studio.cli import main
 
 
-def test_it_says_where_each_wall_ends_and_writes_a_picture(capsys, tmp_path):
+def test_output_states_each_walls_end_and_figure_is_written(capsys, tmp_path):
     picture = tmp_path / "wall.png"
     words = ["bode", "wall", "-p", "stiffness=300", "--rate", "1000,4000", "--quantum", "0"]
     assert main([*words, "--json", "--plot", str(picture)]) == 0
@@ -30,7 +30,7 @@ def test_it_says_where_each_wall_ends_and_writes_a_picture(capsys, tmp_path):
         ("--amplitude 1", "Amplitude goes from"),
     ],
 )
-def test_what_cannot_be_is_said_in_one_line(capsys, words, said):
+def test_invalid_options_give_a_one_line_error(capsys, words, said):
     assert main(["bode", "spring", *words.split()]) == 2
     err = capsys.readouterr().err
     assert said in err

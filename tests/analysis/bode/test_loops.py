@@ -1,4 +1,4 @@
-"""The rendered impedance against the theory of the sampled loop, written out here anew."""
+"""The rendered impedance against the theory of the sampled loop, implemented independently here."""
 
 import json
 import math
@@ -23,7 +23,7 @@ SHARE, DEGREES, UP_TO = 0.01, 0.5, 0.4
 
 
 def velocity(spec, rate, turn):
-    """Return the velocity over the position (n,) of an estimator at angles per sample (n,)."""
+    """Return the transfer function (n,) of an estimator at angles per sample (n,)."""
     name, options = spec
     back = rate * (1.0 - np.exp(-1j * turn))
     if name == "difference":
@@ -33,7 +33,7 @@ def velocity(spec, rate, turn):
         return back * freqz([share], [1.0, share - 1.0], turn)[1]
     if name == "butterworth":
         return back * freqz(*butter(2, options["cutoff"], fs=rate), turn)[1]
-    # the steady Kalman filter: iterate the covariance of (position, velocity) to rest
+    # steady-state Kalman filter: iterate the covariance of (position, velocity) until it converges
     step, noise = 1.0 / rate, 20.7e-6**2 / 12.0
     move = np.array([[1.0, step], [0.0, 1.0]])
     drift = options["q"] * np.array([[step**3 / 3.0, step**2 / 2.0], [step**2 / 2.0, step]])
@@ -48,7 +48,7 @@ def velocity(spec, rate, turn):
 
 
 def impedance(stiffness, damping, rate, delay, spec, frequency):
-    """Return K + B V(z), held for a period and late: the hold by its integral over a period, (n,) N/m."""
+    """Return K + B V(z) with hold and delay, the hold integrated over a period, (n,) N/m."""
     turn = 2.0 * math.pi * frequency
     middle = np.sinc(frequency / rate) * np.exp(-0.5j * turn / rate)
     law = stiffness + (damping * velocity(spec, rate, turn / rate) if damping else 0.0)
@@ -56,13 +56,13 @@ def impedance(stiffness, damping, rate, delay, spec, frequency):
 
 
 def off(measured, expected):
-    """Return the worst share of magnitude and angle in degrees of complex values off others."""
+    """Return the largest relative error of magnitude and angle error in degrees."""
     ratio = measured / expected
     return np.abs(np.abs(ratio) - 1.0).max(), np.degrees(np.abs(np.angle(ratio))).max()
 
 
 def random_loop(seed):
-    """Return (stiffness, damping, setting, estimator) of a random loop, its sensor ideal."""
+    """Return (stiffness, damping, setting, estimator) of a random loop with an ideal sensor."""
     draw = np.random.default_rng(seed)
     rate = float(round(draw.uniform(500.0, 4000.0)))
     name = str(draw.choice(["difference", "iir", "butterworth", "kalman"]))
@@ -106,7 +106,7 @@ def test_fifty_random_loops_render_what_theory_says():
     assert np.all(found < (SHARE, DEGREES)), found.max(axis=0)
 
 
-def test_a_loop_off_by_little_more_than_the_goal_is_told_from_theory():
+def test_a_slightly_different_loop_is_distinguished_from_theory():
     setting = Setting(quantum=0.0, delay=0.5e-3)
     (curve,) = simulation.measure(SPRING, SPRING.values({"stiffness": 300.0}), [setting]).curves
     at = curve.measured.impedance[curve.measured.frequency <= 200.0]
@@ -121,7 +121,7 @@ def test_a_loop_off_by_little_more_than_the_goal_is_told_from_theory():
     assert curve.error[1] < DEGREES
 
 
-def test_it_is_what_a_hand_feels_besides_the_handles_own_mass_and_damping():
+def test_impedance_is_the_hands_force_minus_own_mass_and_damping():
     """A hand on the free handle in closed loop: its force over the motion, without m and b, is Z."""
     stiffness, rate, delay, mass, viscous = 400.0, 2000.0, 0.7e-3, 0.05, 3.0
     tones = np.array([2.0, 5.0, 11.0, 23.0, 41.0])
@@ -134,7 +134,7 @@ def test_it_is_what_a_hand_feels_besides_the_handles_own_mass_and_damping():
     phasor = np.exp(-2j * math.pi * np.outer(tones, np.arange(rate) / rate)) * 2.0 / rate
     moved, led = (phasor @ out[last, column] for column in (rows.TRUE_POSITION, rows.HAND_TARGET))
     turn = 2.0 * math.pi * tones
-    led *= np.sinc(tones / rate) ** 2  # the target goes in straight lines from sample to sample
+    led *= np.sinc(tones / rate) ** 2  # the target is piecewise linear between samples
     pulled = (hand.stiffness + 1j * turn * hand.damping) * (led - moved)
     felt = pulled / moved - (1j * turn * viscous - mass * turn**2)
     (curve,) = simulation.measure(SPRING, values, [setting]).curves
@@ -142,7 +142,7 @@ def test_it_is_what_a_hand_feels_besides_the_handles_own_mass_and_damping():
     assert np.abs(felt / found - 1.0).max() < SHARE
 
 
-def test_a_staircase_is_taken_as_it_is_over_time():
+def test_staircase_components_are_those_of_continuous_time():
     edges = np.array([0.0, 0.1, 0.35, 0.8, 1.0])
     values = np.array([1.0, -2.0, 0.5, 3.0])
     fine = (np.arange(400_000) + 0.5) / 400_000
@@ -152,7 +152,7 @@ def test_a_staircase_is_taken_as_it_is_over_time():
         assert staircase(np.array([tone]), edges, values)[0] == pytest.approx(expected, abs=1e-5)
 
 
-def test_every_tone_has_whole_swings_and_all_together_go_as_far_as_said():
+def test_tones_have_whole_cycles_and_the_crest_is_the_amplitude():
     for rate in (500.0, 1234.5, 4000.0):
         drive = Drive(0.01, 2e-3, rate)
         np.testing.assert_allclose(drive.tones * drive.period, np.rint(drive.tones * drive.period), atol=1e-9)
@@ -170,7 +170,7 @@ def test_every_tone_has_whole_swings_and_all_together_go_as_far_as_said():
 
 
 def where(softness):
-    """Return where sin(2 y) / (2 y) is 1 / sqrt 2 by Newton's method, y = pi f T, as f T."""
+    """Return f T at which sin(2 y) / (2 y) is 1 / sqrt 2, y = pi f T, by Newton's method."""
     y = 1.0
     for _ in range(50):
         y -= (math.sin(2 * y) / (2 * y) - softness) / (math.cos(2 * y) / y - math.sin(2 * y) / (2 * y * y))
@@ -185,7 +185,7 @@ def test_a_wall_ends_where_its_stiffness_is_down_by_3_db(rate):
     assert curve.ends == curve.softens == pytest.approx(rate * where(math.sqrt(0.5)), rel=1e-3)
     assert math.isnan(curve.gives_energy)
     assert curve.outweighed == pytest.approx(math.sqrt(300.0 / 0.044) / (2.0 * math.pi), rel=2e-3)
-    # contact is kept: 1.1 amplitudes deep in the surface at 5 mm
+    # contact is maintained: 1.1 amplitudes inside the surface at 5 mm
     assert found.place == pytest.approx(0.005 + 1.1 * found.amplitude)
     assert "down by 3 dB" in curve.sentence
 
@@ -201,10 +201,10 @@ def test_a_spring_beyond_2b_over_t_gives_energy_from_the_lowest_frequency_on(tim
 
 
 @pytest.mark.slow
-def test_a_motion_that_the_motor_cannot_follow_becomes_smaller_unless_it_was_asked_for():
+def test_default_amplitude_is_reduced_if_the_motor_saturates():
     values, setting = WALL.values({"stiffness": 4000.0}), Setting(quantum=0.0)
     found = simulation.measure(WALL, values, [setting])
-    # (1.1 + 1) * 4000 N/m * 0.328 mm = 2.75 N, below 3 N; the next larger one tried needs 3.44 N
+    # (1.1 + 1) * 4000 N/m * 0.328 mm = 2.75 N, below 3 N; the next larger amplitude needs 3.44 N
     assert found.amplitude == pytest.approx(0.8**5 * AMPLITUDE.default)
     assert found.curves[0].clamped == 0.0
     (forced,) = simulation.measure(WALL, values, [setting], 1e-3).curves
@@ -220,11 +220,11 @@ def test_coherence_falls_and_theory_is_missing_where_the_force_is_not_linear():
     assert inside.coherence.min() > 0.9999
     assert across.theory is None
     assert across.coherence.max() < 0.9
-    # half of the time in the wall: half the stiffness
+    # in the wall half of the time: half the stiffness
     assert across.stiffness == pytest.approx(0.5 * inside.stiffness, rel=0.01)
 
 
-def test_numbers_are_plain_json_and_bad_ones_refused():
+def test_results_are_plain_json_and_invalid_numbers_are_rejected():
     found = simulation.measure(environments.named("free"), {}, [Setting()])
     assert "no force" in found.sentence
     json.loads(json.dumps(found.as_json(), allow_nan=False))

@@ -1,4 +1,4 @@
-"""The rendered impedance of the real firmware, by the computer and by the board, against theory."""
+"""The rendered impedance of the firmware, rendered by the computer and by the board, against theory."""
 
 import numpy as np
 import pytest

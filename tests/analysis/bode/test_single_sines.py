@@ -1,4 +1,4 @@
-"""Laws that are not linear: the damping by single sines is the work per cycle of a loop written out here."""
+"""Nonlinear laws: damping from single sines equals the work per cycle of an independent simulation."""
 
 import math
 
@@ -15,9 +15,9 @@ MODES = ("into", "both", "none")
 
 
 def reference(tone, place, amplitude, stiffness, damping, mode, rate, delay):
-    """Return the damping in N·s/m of a sampled wall at 5 mm, by the work of a second of a sine inside it.
+    """Return the damping in N·s/m of a sampled wall at 5 mm from the work during 1 s of a sine inside it.
 
-    Force and motion are exact: each force acts from a delay after its sample for a period.
+    Exact: each force acts for a period, beginning a delay after its sample.
     """
     position = lambda t: place + amplitude * np.sin(2.0 * math.pi * tone * t + 0.3)  # noqa: E731
     instants = np.arange(-2, round(rate) + 1) / rate
@@ -60,7 +60,7 @@ def test_damping_has_the_sign_and_size_of_the_work_per_cycle(seed):
             assert np.sign(got) == np.sign(want)
 
 
-def test_damping_on_the_way_in_takes_half_of_it_less_what_the_hold_gives():
+def test_one_way_damping_is_half_minus_the_holds_energy():
     """B/2 − K T/2 at low frequencies: 2 N·s/m and 250 N/m at 1 kHz dissipate 0.875 N·s/m."""
     values = WALL.values({"damping": 2.0})
     (ideal,) = simulation.measure(WALL, values, [Setting(quantum=0.0)]).curves
@@ -70,7 +70,7 @@ def test_damping_on_the_way_in_takes_half_of_it_less_what_the_hold_gives():
     (real,) = simulation.measure(WALL, values, [Setting()]).curves
     away = np.abs(real.measured.damping - ideal.measured.damping)
     inside = away <= real.damping_interval + 0.01
-    assert inside.mean() > 0.8  # 95 % intervals, and sensor steps bias the lowest tones a little
+    assert inside.mean() > 0.8  # 95 % intervals, minus a small bias of the lowest tones by quantisation
     assert np.all(real.damping_interval > 0.0)
 
 
@@ -85,7 +85,7 @@ def test_the_interval_of_a_stiff_wall_covers_its_error_from_sensor_steps():
     assert degrees < 0.6
 
 
-def test_the_command_states_intervals_and_that_it_dissipates(capsys):
+def test_command_states_intervals_and_dissipation(capsys):
     assert main(["bode", "wall", "-p", "damping=2", "--quantum", "0"]) == 0
     out = capsys.readouterr().out
     assert "by single sines" in out

@@ -1,4 +1,4 @@
-"""Plays the student: moves the handle from end to end, holds it at marks, lets go, hangs weights on it."""
+"""Simulates a student: moves the handle to the ends, holds it at marks, releases it, hangs weights on it."""
 
 import math
 
@@ -9,17 +9,17 @@ from tests.devices.paddle_kit import PaddleKit
 MARKS = (0.0, -0.02, 0.02, 0.0)
 
 
-# what the hand does from now on, while somebody else lets the kit run
+# actions of the hand while another function runs the kit
 
 
 def lead(kit, place, seconds=0.2):
-    """Lead the handle to a place in m and hold it there."""
+    """Move the handle to a position in m and hold it there."""
     start, begin = kit.x, kit.time
     kit.student = lambda k: setattr(k, "hand", start + (place - start) * min((k.time - begin) / seconds, 1.0))
 
 
 def swing(kit, seconds=5.0, reach=0.048):
-    """Move the handle from the left end to the right end and back, twice in so many s."""
+    """Move the handle from the left end to the right end and back, twice in ``seconds``."""
     begin = kit.time
     turn = 4.0 * math.pi / seconds
     kit.student = lambda k: setattr(k, "hand", -reach * math.cos(turn * (k.time - begin)))
@@ -38,11 +38,11 @@ def hang(kit, mass):
 
 
 def leave(kit):
-    """Take the hand off."""
+    """Release the handle."""
     kit.student, kit.hand = (lambda k: None), None
 
 
-# the same with a calibration, whose runner lets the kit run
+# the same for a calibration, whose runner runs the kit
 
 
 def session(kit: PaddleKit) -> Calibration:
@@ -60,13 +60,13 @@ def end_to_end(kit, work: Calibration, seconds=5.0, reach=0.048):
 
 
 def walk(kit, work, place, seconds=0.2):
-    """Lead the handle to a place in m, and hold it there."""
+    """Move the handle to a position in m and hold it there."""
     lead(kit, place, seconds)
     work.runner.record(seconds + 0.01)
 
 
 def hold_at_marks(kit, work, slip_at=None):
-    """Hold the handle at marks; slip_at: the cable slips 200 counts before that one. Return the scale."""
+    """Hold the handle at marks; return the scale. slip_at: the cable slips 200 counts before that mark."""
     work.forget_marks()
     for number, place in enumerate(MARKS):
         if number == slip_at:
@@ -78,7 +78,7 @@ def hold_at_marks(kit, work, slip_at=None):
 
 
 def let_go(kit, work):
-    """Lead the handle to the middle and leave it there, free."""
+    """Move the handle to the middle and release it."""
     kit.weight = 0.0
     walk(kit, work, 0.0)
     leave(kit)
@@ -96,7 +96,7 @@ def weigh(kit, work, masses=(0.0, 0.05, 0.1)):
 
 
 def whole(kit, seconds=6.0):
-    """Run every step, the sweep for some s; return the calibration."""
+    """Run every step, with a sweep of ``seconds``; return the calibration."""
     work = session(kit)
     end_to_end(kit, work)
     hold_at_marks(kit, work)

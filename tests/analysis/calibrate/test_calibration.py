@@ -1,4 +1,4 @@
-"""Whole calibrations of kits with one thing wrong each: found, and left with position and force right."""
+"""Whole calibrations of kits with one fault each: found, and position and force are right afterwards."""
 
 from dataclasses import replace
 
@@ -40,7 +40,7 @@ def force_errors(kit, forces=(0.4, 0.8, 1.5, -1.0)):
 
 
 @pytest.mark.parametrize("name", wide(KITS, lambda name: name == "magnet turned"))
-def test_what_is_wrong_is_put_right(name):
+def test_each_fault_is_corrected(name):
     kit = PaddleKit(**KITS[name])
     work = student.whole(kit)
     assert abs(place_error(kit, work)) < 0.01
@@ -48,7 +48,7 @@ def test_what_is_wrong_is_put_right(name):
     assert work.direction.agrees
     part = work.sweep_result.part
     assert part["mass"].holds(kit.mass)
-    # what the scales of force and length may be off is in the intervals
+    # the intervals include the uncertainty of force and length scale
     assert part["mass"].half >= 0.01 * part["mass"].value
     student.walk(kit, work, 0.004)
     kit.restart()
@@ -57,7 +57,7 @@ def test_what_is_wrong_is_put_right(name):
     assert abs(place_error(kit, work)) < 0.01
 
 
-def test_no_supply_is_found_and_nothing_else_is_moved():
+def test_missing_supply_is_found_and_ends_the_calibration():
     kit = PaddleKit(supply=0.0)
     work = student.session(kit)
     assert work.try_direction().key == "no motion"
@@ -70,7 +70,7 @@ def test_no_supply_is_found_and_nothing_else_is_moved():
         work.find_dead_band()
 
 
-def test_undo_puts_back_what_the_board_had_and_keeps_that():
+def test_undo_restores_and_saves_the_boards_settings():
     kit = PaddleKit(sense=-1, direction=-1)
     before = kit.settings_now
     work = student.session(kit)
@@ -84,7 +84,7 @@ def test_undo_puts_back_what_the_board_had_and_keeps_that():
     assert kit.stored == before
 
 
-def test_a_kitchen_scale_tells_the_strength_too():
+def test_a_kitchen_scale_measures_the_strength():
     kit = PaddleKit(torque=0.7 * 0.0183)
     work = student.session(kit)
     student.let_go(kit, work)
@@ -100,7 +100,7 @@ def test_a_kitchen_scale_tells_the_strength_too():
             work.use_reading(reading)
 
 
-# kits that are hard to measure: intervals stay true
+# kits that are hard to measure: intervals still contain the truth
 
 HARD_KITS = {
     "small dead band": {"dead": 25, "noise": 0.7, "coulomb": 0.10, "mass": 0.057, "torque": 0.0176},
@@ -110,7 +110,7 @@ HARD_KITS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", HARD_KITS)
-def test_what_is_stated_holds_the_truth(name):
+def test_intervals_contain_the_truth_for_difficult_kits(name):
     kit = PaddleKit(**HARD_KITS[name])
     work = student.whole(kit)
     assert work.board.dead_band == pytest.approx(kit.dead, abs=paddle.BAND_UNCERTAINTY)
@@ -122,7 +122,7 @@ def test_what_is_stated_holds_the_truth(name):
     assert [key for key, value in truth.items() if not part[key].holds(value)] == []
 
 
-def test_a_weight_on_a_handle_that_sticks_says_how_little_it_knows():
+def test_a_weight_on_a_sticking_handle_has_a_wide_interval():
     kit = PaddleKit(coulomb=0.5)
     work = student.session(kit)
     work.direction = judge_pulses([(0.3, 0.01), (-0.3, -0.01)])

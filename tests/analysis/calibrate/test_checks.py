@@ -1,4 +1,4 @@
-"""Test my Hapkit: right about kits that are well and about each that is not, and changes nothing."""
+"""Test my Hapkit: correct results for good kits and for each fault, without changing settings."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from tests.devices.paddle_kit import PaddleKit
 
 @pytest.fixture
 def check(monkeypatch):
-    """Return a function that runs checks by their keys, all without any, and sees that nothing changed."""
+    """Return a function that runs checks by key, by default all, and asserts that no setting changed."""
 
     def checked(*keys, kit=None, **truth):
         made = kit or PaddleKit(**truth)
@@ -33,7 +33,7 @@ def check(monkeypatch):
     return checked
 
 
-def test_a_kit_that_is_well_passes_everything_in_half_a_minute(check):
+def test_a_good_kit_passes_every_check_in_half_a_minute(check):
     report, kit = check()
     assert report.good, report.words
     assert report.words == "Your Hapkit works as it should."
@@ -63,7 +63,7 @@ def test_each_defect_is_found_where_it_belongs(check, kit, key, found):
     assert next(c.title for c in CHECKS if c.key == key).lower() in report.words
 
 
-def test_a_mass_that_the_sweep_does_not_tell_is_not_passed(check, monkeypatch):
+def test_an_undetermined_mass_does_not_pass(check, monkeypatch):
     found = (
         Estimate("mass", 0.05, 0.09, told=False, advice="Cannot tell."),
         *map(_known, ("viscous", "coulomb")),
@@ -97,13 +97,13 @@ def test_an_encoder_is_too_coarse_for_mass_and_friction_and_no_fault(check):
     assert report.good
 
 
-def test_what_moves_by_itself_is_left_out_where_the_direction_is_wrong(check):
+def test_checks_with_a_loop_are_skipped_if_the_direction_is_wrong(check):
     report, kit = check(direction=-1)
     assert report.results["paddle"].level == report.results["spring"].level == "skip"
     assert abs(kit.x) < 0.02
 
 
-def test_a_board_that_does_not_go_off_gets_no_more_force(check):
+def test_a_board_that_does_not_stop_gets_no_further_force(check):
     kit = PaddleKit()
     kit.send_messages = lambda *messages, send=kit.send_messages: send(
         *[m for m in messages if type(m).__name__ != "Stop"]
@@ -114,7 +114,7 @@ def test_a_board_that_does_not_go_off_gets_no_more_force(check):
 
 
 class Late(PaddleKit):
-    """A kit whose computer says nothing for 40 ms in the middle of every push, so many times."""
+    """A kit whose computer is silent for 40 ms in the middle of each of the first pushes."""
 
     def __init__(self, times):
         super().__init__()
@@ -130,7 +130,7 @@ class Late(PaddleKit):
 
 
 @pytest.mark.parametrize(("times", "found"), [(2, ""), (10**6, "late")])
-def test_a_computer_that_was_late_tries_again_then_says_that_it_is_not_the_kit(check, times, found):
+def test_a_late_computer_retries_and_then_blames_itself(check, times, found):
     report, kit = check("direction", kit=Late(times))
     result = report.results["direction"]
     assert result.key == found
@@ -138,12 +138,12 @@ def test_a_computer_that_was_late_tries_again_then_says_that_it_is_not_the_kit(c
     assert kit.times == 0 or "No fault of the kit" in result.remedy
 
 
-def test_a_board_that_heard_its_last_force_late_is_no_board_that_stays_on():
+def test_a_delayed_last_force_does_not_count_as_a_failed_stop():
     kit, waiting = PaddleKit(), []
     hear, kit.send_messages = kit.send_messages, lambda *messages: waiting.append((kit.time, messages))
 
     def late(_kit):
-        """Pass everything on 80 ms later, as a computer does that was away for a while."""
+        """Delay a message by 80 ms, as by a busy computer."""
         while waiting and kit.time >= waiting[0][0] + 0.080:
             hear(*waiting.pop(0)[1])
 
@@ -155,7 +155,7 @@ def test_a_board_that_heard_its_last_force_late_is_no_board_that_stays_on():
     assert max(kit.forces) == pytest.approx(0.05)
 
 
-def test_e_stop_ends_all_of_it():
+def test_e_stop_ends_all_checks():
     runner = BoardRunner(PaddleKit())
     runner.open()
     with pytest.raises(StoppedError):

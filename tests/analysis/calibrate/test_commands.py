@@ -1,4 +1,4 @@
-"""The commands: a board's settings shown and changed; a test of a kit with its results, for programs too."""
+"""The commands: a board's settings shown and changed; a test of a kit with text and JSON results."""
 
 import json
 import sys
@@ -29,7 +29,7 @@ def port(kit):
 
 
 def run(capsys, *words):
-    """Run a command; return its exit code, and what it printed as JSON or, failing that, its complaint."""
+    """Run a command; return its exit code and its JSON output, or else its error message."""
     code = cli.main([*words, "--json"])
     said = capsys.readouterr()
     return code, json.loads(said.out) if code != 2 else said.err
@@ -82,7 +82,7 @@ def test_bad_input_is_one_line_and_changes_nothing(capsys, port, kit, words, sai
 
 
 class Person(StringIO):
-    """Hooks the spring on that is asked for, presses Enter."""
+    """A user who attaches the requested spring and presses Enter."""
 
     def __init__(self, kit, stiffnesses):
         super().__init__()

@@ -1,4 +1,4 @@
-"""The same steps on the real firmware in its chip; the virtual board's hand plays the student."""
+"""The same steps on the firmware in a simulated chip; the virtual board's hand acts as the student."""
 
 import numpy as np
 import pytest
@@ -12,10 +12,10 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(not built(), reason="the virt
 
 
 class PatientBoard(VirtualBoard):
-    """Answers however slowly a busy machine simulates it."""
+    """A virtual board with long time-outs, for busy machines."""
 
     def save(self):
-        # in lockstep every frame buys some time of the board, and writing takes a third of a second
+        # in lockstep every frame advances the board's time, and saving takes a third of a second
         self.send_messages(Save(), *[Alive()] * 60)
         return self.settings()
 
@@ -42,7 +42,7 @@ def begin():
 
 
 def position(work, board, place):
-    """Return where the board says the handle is, led to a place in m."""
+    """Return the position that the board reports when the handle is moved to ``place`` m."""
     board.send(f"position {place} 0.2")
     work.runner.record(0.3)
     return work.runner.record(0.01).position[-1]
@@ -75,12 +75,12 @@ def test_a_sweep_tells_the_paddle_of_the_virtual_board(begin):
     assert part["mass"].half < 0.01 * truth["mass"]
 
 
-def test_two_springs_tell_a_motor_at_90_percent_and_a_spring_is_felt_as_set_from_then_on(begin, tmp_path):
+def test_two_springs_correct_a_motor_at_90_percent_on_the_board(begin, tmp_path):
     log = tmp_path / "truth.f64"
     board, work = begin("--torque", str(0.9 * 0.0183), log=log)
 
     def felt():
-        """Render 150 N/m to a hand that leads the handle; return what acts, by the truth log."""
+        """Render 150 N/m to a moving hand; return the acting stiffness by the truth log."""
         board.flush()
         before = len(truth(log))
         board.send("hand 0.008 400 8 0.1 1.0")

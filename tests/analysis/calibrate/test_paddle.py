@@ -1,4 +1,4 @@
-"""Mass, damping and dry friction from a sweep: the intervals hold the truth, the dead band is found."""
+"""Mass, damping and dry friction from a sweep: intervals contain the truth, the dead band is found."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ SEEDS = range(5)
 
 
 def kit_of(seed):
-    """Return a paddle drawn by chance, the usual one first."""
+    """Return a random paddle; seed 0 is the usual one."""
     rng = np.random.default_rng(seed)
     if seed == 0:
         return PaddleKit()
@@ -44,8 +44,8 @@ def test_intervals_hold_the_truth_in_nine_of_ten():
     assert sum(held) >= 0.9 * len(held)
 
 
-def test_what_the_scales_leave_open_is_not_told():
-    """Lengths sure to 49 % just tell mass and damping, to 51 % no longer; dry friction needs no length."""
+def test_uncertain_scales_make_estimates_undetermined():
+    """A length uncertainty of 49 % still determines mass and damping, 51 % does not."""
     part = swept(PaddleKit()).part
     for length, told in ((0.49, True), (0.51, False)):
         wider = paddle.widened(part, 0.0, length)
@@ -55,7 +55,7 @@ def test_what_the_scales_leave_open_is_not_told():
     assert "take the weights again" in paddle.widened(part, 1.01, 0.0)["coulomb"].advice
 
 
-def test_a_dead_band_shows_in_the_force_that_a_motion_takes_and_one_that_is_not_there_is_given_up():
+def test_a_dead_band_is_fitted_and_a_false_one_is_removed():
     assert swept(PaddleKit(dead=40)).board.dead_band == pytest.approx(40, abs=3)
     assert swept(PaddleKit(replace(default().board, dead_band=40))).board.dead_band <= 3
 
@@ -79,5 +79,5 @@ def test_the_force_between_two_samples_is_shared_at_the_moment_it_changed():
     before = int(np.flatnonzero(track.pwm)[0]) - 1
     whole = mean[before + 2]
     assert whole == pytest.approx(0.5, rel=0.01)
-    # the answer takes 0.4 ms of the period
+    # the reply takes 0.4 ms of the period
     assert mean[before] == pytest.approx(0.6 * whole, rel=1e-3)

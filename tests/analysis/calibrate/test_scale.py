@@ -1,4 +1,4 @@
-"""Zero and scale against a straight line known beforehand, and the mistakes the radii uncover."""
+"""Zero and scale against a known straight line, and mistakes found by comparison with the radii."""
 
 from dataclasses import replace
 
@@ -83,7 +83,7 @@ def test_a_cable_that_slips_is_found_at_the_second_middle():
     assert hold_at_marks(kit, work).result.good
 
 
-def test_a_handle_that_moves_is_not_taken():
+def test_a_moving_handle_gives_no_mark():
     kit = PaddleKit()
     work = session(kit)
     kit.student = lambda k: setattr(k, "hand", 0.002 * np.sin(10.0 * k.time))

@@ -1,4 +1,4 @@
-"""The look at the sensor, and the result on pulses, on kits that are well and on each that is not."""
+"""The sensor check and the judgement of pulses, on good kits and on each fault."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The motor's strength from two known springs: what it finds, how sure it says it is, and what follows."""
+"""The motor's strength from two known springs: estimate, interval, and effect on rendered springs."""
 
 import itertools
 from dataclasses import replace
@@ -21,11 +21,11 @@ SPRINGS = (100.0, 300.0)
 BOARD = default().board
 WEAK = {"torque": 0.9 * BOARD.motor_constant}
 KNOWN = 0.01
-FOUND = judge_pulses([(0.3, 0.01), (-0.3, -0.01)])  # the direction, where only springs matter
+FOUND = judge_pulses([(0.3, 0.01), (-0.3, -0.01)])  # the direction, for tests of springs only
 
 
 def measured(kit, work, springs=SPRINGS, beside=0.0):
-    """Hook springs in N/m to the handle in turn, beside what acts like one; return the strength."""
+    """Attach springs in N/m to the handle in turn, in parallel with ``beside`` N/m; return the strength."""
     for stiffness in springs:
         student.let_go(kit, work)
         kit.spring = stiffness + beside
@@ -36,7 +36,7 @@ def measured(kit, work, springs=SPRINGS, beside=0.0):
 
 
 def rendered(kit, work, stiffness=150.0):
-    """Render a spring in N/m to a hand; return what Identify says was rendered, and what the hand felt."""
+    """Render a spring in N/m to a hand; return the identified and the true stiffness."""
     student.swing(kit, seconds=4.0, reach=0.008)
     track = work.runner.run(lambda t, x, v: -stiffness * x, 4.0, Limits(3.0))
     said = identify(recording_of(track, work.board), terms=("stiffness",)).rendered["stiffness"].value
@@ -46,7 +46,7 @@ def rendered(kit, work, stiffness=150.0):
     return said, felt
 
 
-def test_a_motor_at_90_percent_is_found_and_a_spring_is_felt_as_it_is_set_from_then_on():
+def test_a_motor_at_90_percent_is_corrected_and_springs_are_rendered_as_set():
     kit = PaddleKit(**WEAK)
     work = student.session(kit)
     said, felt = rendered(kit, work)
@@ -70,15 +70,15 @@ STRONG = {"torque": 1.4 * BOARD.motor_constant}
 @pytest.mark.parametrize(
     "truth", [{**WEAK, "coulomb": 0.25}, {**STRONG, "noise": 1.0}], ids=["rubs", "noisy"]
 )
-def test_neither_friction_nor_what_else_acts_like_a_spring_is_in_it(truth):
-    """Beside the springs, gravity and the cable pull by 12 N/m."""
+def test_friction_and_parallel_stiffness_cancel(truth):
+    """In parallel with the springs, gravity and the cable act with 12 N/m."""
     kit = PaddleKit(**truth)
     found = measured(kit, student.session(kit), beside=12.0)
     assert found.ratio == pytest.approx(kit.torque / BOARD.motor_constant, rel=0.01)
 
 
 class StickingKit(PaddleKit):
-    """A handle that holds twice as fast at rest as it is held while it slides."""
+    """A handle with twice as much static as kinetic friction."""
 
     def _glide(self, dt):
         sliding = self.coulomb
@@ -106,8 +106,8 @@ def test_a_computer_that_was_late_pulls_again_twice(monkeypatch):
 
 
 @pytest.mark.slow
-def test_marks_that_are_taken_later_change_what_the_springs_said():
-    """Springs measure by lengths: a pulley taken for 4 % thicker makes force and length wrong."""
+def test_later_marks_correct_the_result_of_springs():
+    """Springs depend on lengths: a pulley radius 4 % too large makes force and length wrong."""
     pulley = 1.04 * BOARD.pulley_radius
     kit = PaddleKit(replace(BOARD, pulley_radius=pulley, quantum=1.04 * BOARD.quantum), **WEAK)
     work = student.session(kit)
@@ -119,15 +119,15 @@ def test_marks_that_are_taken_later_change_what_the_springs_said():
     assert work.strength.half / work.strength.ratio >= work.scale.quantum_half / work.scale.quantum
 
 
-# synthetic pulls, many at once: the handle follows as far as the friction that shaking leaves lets it
+# vectorised synthetic pulls: the handle moves as far as the friction left by shaking allows
 
 PERIOD = 1e-3
 
 
 def pulls(random, nominal, stiffness, strength, coulomb, grows, noise):
-    """Return a track for each of the arrays (n,): real N/m, force made per force asked, friction, noise.
+    """Return a track per element of the arrays (n,): true N/m, true per commanded force, friction, noise.
 
-    Friction is coulomb in N, differs from rise to fall, and grows by so many N/m; noise in counts.
+    Friction: coulomb in N, different for rise and fall, increasing by ``grows`` N/m; noise in counts.
     """
     time = np.arange(0.0, motions.PULLS * motions.PULL_PERIOD, PERIOD)
     rise = 1.0 - np.abs(2.0 * (time / motions.PULL_PERIOD % 1.0) - 1.0)
@@ -166,40 +166,40 @@ def test_intervals_hold_the_truth_in_95_percent_of_many_kits(known):
     errors = np.array([f.ratio for f in found]) / strength - 1.0
     halves = np.array([f.half / f.ratio for f in found])
     assert (np.abs(errors) <= halves).mean() >= 0.93
-    # of use: what two springs of such a tolerance leave open, and little more
+    # the interval is useful: not much wider than the uncertainty of two such springs
     least = known * np.hypot(*SPRINGS) / np.ptp(SPRINGS)
     assert np.median(halves) == pytest.approx(least, abs=0.01)
     assert abs(errors.mean()) < 3.5 * errors.std() / n**0.5 + 0.002
 
 
-# what is no measurement
+# invalid measurements
 
 
 @pytest.mark.parametrize("springs", [(100.0,), (100.0, 100.0), (100.0, 199.0), (39.0, 100.0)])
-def test_springs_that_cannot_tell_are_refused(springs):
+def test_unsuitable_springs_are_rejected(springs):
     with pytest.raises(ParameterError, match=r"Two springs|40 or more"):
         strength_from_springs([(stiffness, None) for stiffness in springs], BOARD)
 
 
 def pulled(stiffness, grows=0.0):
-    """Return a track of one spring in N/m and a motor as strong as it says."""
+    """Return a track of one spring in N/m with a motor of nominal strength."""
     random, alone = np.random.default_rng(1), np.ones(1)
     numbers = stiffness * alone, alone, 0.05 * alone, grows * alone, 0.0 * alone
     return pulls(random, 100.0, *numbers)[0]
 
 
-def test_friction_that_grows_with_the_place_is_no_stiffness():
+def test_position_dependent_friction_is_not_mistaken_for_stiffness():
     found, _ = felt_stiffness(pulled(100.0, grows=3.0), BOARD)
     assert found == pytest.approx(100.0, rel=0.005)
 
 
 def with_gap(track, gap, at):
-    """Return a track whose handle moves so many m without force, so many m from where it began."""
+    """Return a track whose handle moves ``gap`` m without force at ``at`` m from its start."""
     count = track.count + np.where(track.count > at / BOARD.quantum, round(gap / BOARD.quantum), 0)
     return replace(track, count=count)
 
 
-def test_what_is_not_straight_is_in_the_interval():
+def test_curvature_widens_the_interval():
     straight = pulled(100.0)
     for at, gap in itertools.product((6e-3, 8e-3, 12e-3), (0.05e-3, 0.1e-3)):
         found, half = felt_stiffness(with_gap(straight, gap, at), BOARD)

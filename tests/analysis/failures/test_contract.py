@@ -1,4 +1,4 @@
-"""What every failure must show: it holds inside its limit, fails outside, charts, is felt; the command."""
+"""Requirements on every failure: works inside its limit, fails outside, has charts, can be felt."""
 
 import json
 
@@ -27,7 +27,7 @@ def test_the_library_is_found_in_order():
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_it_holds_inside_fails_outside_and_measures_what_theory_says(key):
+def test_it_works_inside_fails_outside_and_agrees_with_theory(key):
     """Within 6 % of the theory's range."""
     told, failure = [], failures()[key]
     shown = show(failure, progress=lambda done, of: told.append((done, of)))

@@ -1,4 +1,4 @@
-"""The planes of dimensionless numbers: boundaries by tables and formulas, measured points on their sides."""
+"""The planes of dimensionless numbers: boundaries against tables and formulas, points on the right side."""
 
 import math
 
@@ -36,7 +36,7 @@ def test_rendered_springs_decay_below_the_boundary_and_grow_above(delay):
         assert len(found) == 9
         assert np.all(side * (found[:, 1] - np.interp(found[:, 0], own.x, own.y)) > 0.0)
     assert rule.y / rule.x == pytest.approx(1.0 / (0.5 + delay / 1e-3))
-    assert own.y[0] == pytest.approx(rule.y[0], rel=0.01)  # little damping: the rule holds
+    assert own.y[0] == pytest.approx(rule.y[0], rel=0.01)  # with little damping the rule is exact
 
 
 def test_the_knob_lies_on_the_boundary_at_the_limit():
@@ -48,7 +48,7 @@ def test_the_knob_lies_on_the_boundary_at_the_limit():
 
 
 def test_rest_needs_friction_above_half_a_step_and_damping_above_half_a_period():
-    """Where damping is too weak friction holds pushes below 4 F_c/(π ω (k T/2 − b₀)), and none above."""
+    """With too little damping, friction holds pushes below 4 F_c/(π ω (k T/2 − b₀)) only."""
     case = BUZZ.case()
     (panel,) = BUZZ.plane(case).panels
     for outcome, steady in ((STABLE, True), (BOUNDED, False)):

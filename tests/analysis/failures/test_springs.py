@@ -1,4 +1,4 @@
-"""The sampled spring over its whole grid, behind every filter, and with damping that lowers its limit."""
+"""The sampled spring over a grid, with every filter, and with damping that lowers its limit."""
 
 import itertools
 import math
@@ -13,7 +13,7 @@ from hapkit_studio.errors import ParameterError
 
 SPRING, FILTERS, WORSE = (failures()[k] for k in ("sampled_spring", "filters", "filtered_damping"))
 
-# K = 500 N/m, B = 1 N·s/m, 0.05 kg, 0.5 N·s/m, 1 kHz: delay in periods, largest roots of the table.
+# K = 500 N/m, B = 1 N·s/m, 0.05 kg, 0.5 N·s/m, 1 kHz: delay in periods, largest roots of the table
 ROOTS = [
     (0.0, (0.9874025, 0.9874025, 0.0101887)),
     (0.5, (0.9899131, 0.9899131, 0.0592341, 0.0427125)),
@@ -34,7 +34,7 @@ GRID = list(itertools.product((0.02, 0.2), (0.0, 1.0), (0.2, 1.0), (500.0, 2000.
 
 
 def test_one_percent_inside_decays_and_outside_grows_over_the_grid():
-    """32 loops, each growing as its roots say."""
+    """32 loops; their growth is that of their roots."""
     for mass, damping, viscous, rate, late in GRID:
         given = {"mass": mass, "damping": damping, "viscous": viscous, "rate": rate, "delay": late / rate}
         case = SPRING.case(given)
@@ -67,8 +67,8 @@ def test_filtered_damping_lowers_the_stable_stiffness():
     assert FILTERS.probe(900.0, unfiltered).holds
 
 
-def test_where_there_is_no_limit_it_is_said():
-    """Beyond every limit no damping helps; a heavy handle is calm with any."""
+def test_a_case_without_limit_is_reported():
+    """Beyond every limit no damping stabilises; a heavy handle is stable with any damping."""
     for given, limit, words in (
         ({"stiffness": 5000.0}, 0.0, "Nothing holds"),
         ({"mass": 1.0}, math.inf, "Nothing fails"),

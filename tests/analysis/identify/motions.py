@@ -1,4 +1,4 @@
-"""Hands that excite every term, and pieces recorded with them."""
+"""Hands that excite every term, and recordings with them."""
 
 import math
 
@@ -22,7 +22,7 @@ def several_sines(seed, amplitude=0.0125):
 
 
 def shaken(seed, environment="spring", values=None, *, quantum=20.7e-6, seconds=3.0, **loop):
-    """Return what is identified from a handle shaken by a hand, on a paddle of 44 g, 0.5 N·s/m, 0.1 N."""
+    """Return the identification of a handle shaken by a hand, on a paddle of 44 g, 0.5 N·s/m, 0.1 N."""
     hand = Hand(*HAND, several_sines(seed), vectorised=True)
     device = hs.SimulatedHapkit(quantum=quantum)
     run = hs.simulate(environment, values, hand=hand, device=device, seconds=seconds, **loop)

@@ -1,7 +1,7 @@
-"""A reference loop with a noisy sensor: many handles in a spring at once, independent of the package's own.
+"""An independent reference loop with a noisy sensor, for many handles in a spring at once.
 
-Velocity Verlet steps of 50 µs (kick, drift, kick) of mass, viscous and Coulomb friction; the spring and its
-damping come as commands, held for a period and late by the delay.
+Velocity Verlet steps of 50 µs (kick, drift, kick) with mass, viscous and Coulomb friction; spring and damping
+act as commands, held for a period and delayed.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from hapkit_studio.analysis.identify.recording import Handle, Recording, Setup, 
 from hapkit_studio.dynamics.hand import Grip
 from hapkit_studio.haptics.rows import CLAMPED
 
-STEPS = 20  # in each sample period
+STEPS = 20  # per sample period
 RATE = 1000.0
 QUANTUM = 20.7e-6
 HANDLE = Handle(0.044, 0.5, 0.10)
@@ -21,9 +21,9 @@ GRIP = Grip(0.05, 4.0, 200.0)
 def recordings(
     seeds, noise, *, held, stiffness=150.0, damping=0.0, delay_steps=STEPS, seconds=2.0, known=True
 ):
-    """Return a recording for each seed: a hand's four sines, or a handle let go at 12 to 25 mm.
+    """Return a recording per seed: a hand's four sines, or a handle released at 12 to 25 mm.
 
-    noise: standard deviation in counts of each reading before it is quantised; delay_steps of 50 µs.
+    noise: standard deviation in counts of each reading before quantisation; delay_steps of 50 µs.
     """
     count, generators = round(seconds * RATE), [np.random.default_rng(seed) for seed in seeds]
     time = np.arange(count) / RATE

@@ -1,4 +1,4 @@
-"""Whether 95 % of the intervals hold the truth, over many hands and motions."""
+"""Coverage of the 95 % intervals over many hands and motions."""
 
 import numpy as np
 import pytest
@@ -26,9 +26,9 @@ def test_handle():
     inside = np.abs(errors) <= halves
     assert 0.90 <= inside.mean() <= 0.998
     assert (inside.mean(axis=0) >= 0.85).all()
-    # unbiased: the mean error is that of 60 draws
+    # unbiased: the mean error is compatible with 60 samples
     assert (np.abs(errors.mean(axis=0)) < 3.5 * errors.std(axis=0) / np.sqrt(60)).all()
-    # and of use: twice the spread that there is, not ten times
+    # efficient: twice the true spread, not ten times
     assert (np.median(halves, axis=0) < 4.0 * errors.std(axis=0)).all()
 
 
@@ -57,14 +57,14 @@ DEVICE = {"viscous": 0.5, "coulomb": 0.10}
 
 
 def told(hand, scene, values, estimator):
-    """Return (|error| / half, whether it holds) of all that is told of the handle."""
+    """Return (|error| / half, covered) of every identified value of the handle."""
     part = identify(from_run(hs.simulate(scene, values, hand=hand, estimator=estimator, seconds=8.0))).handle
     truth = {**DEVICE, "mass": 0.044 + SCRIPTS[hand].mass}
     return [(abs(e.value - truth[e.key]) / e.half, e.holds(truth[e.key])) for e in part.estimates if e.told]
 
 
 @pytest.mark.slow
-def test_what_is_told_is_true():
+def test_identified_values_are_true():
     found = {
         hand: [x for i, scene in enumerate(SCENES) for x in told(hand, *scene, ("difference", "iir")[i % 2])]
         for hand in HANDS
@@ -73,12 +73,12 @@ def test_what_is_told_is_true():
     assert everything.mean() >= 0.90
     assert all(np.mean([holds for _, holds in one]) >= 0.8 for one in found.values() if len(one) >= 9)
     assert max(ratio for one in found.values() for ratio, _ in one) < 3.0
-    # motions that are rich enough are told, not refused
+    # motions with enough excitation are identified, not rejected
     for hand in ("shake", "rub", "tap"):
         assert len(found[hand]) >= 12
 
 
-def test_a_constant_speed_is_never_told_as_a_negative_mass():
+def test_a_constant_speed_never_gives_a_negative_mass():
     run = hs.simulate("damping", {"damping": 3.0}, hand="pet", estimator="iir", seconds=8.0)
     part = identify(from_run(run)).handle
     assert not any(e.told for e in part.estimates)

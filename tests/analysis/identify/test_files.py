@@ -1,4 +1,4 @@
-"""Recordings from files: the studio's own, also as saved by a spreadsheet, and those of other programs."""
+"""Recordings from files: the studio's own, also resaved by a spreadsheet, and those of other programs."""
 
 import csv
 import io
@@ -33,7 +33,7 @@ def own(run, tmp_path_factory):
 
 
 def resaved(text, read, write, end="\r\n"):
-    """Return a table opened with one delimiter and saved with another, every row as wide as the widest."""
+    """Return a table read with one delimiter and written with another, all rows padded to the widest."""
     rows = list(csv.reader(io.StringIO(text), delimiter=read))
     width = max(map(len, rows))
     file = io.StringIO()
@@ -44,7 +44,7 @@ def resaved(text, read, write, end="\r\n"):
 
 
 def old(run, text):
-    """Return the text with all settings in one line of JSON, as the studio wrote it before."""
+    """Return the text with all settings in one line of JSON, the studio's former format."""
     table = [line for line in text.splitlines() if not line.startswith("#")]
     return "\n".join([f"# {json.dumps(run.settings, ensure_ascii=False)}", *table]) + "\n"
 
@@ -66,7 +66,7 @@ SAVED = {
 
 
 @pytest.mark.parametrize("way", [*SAVED, "session"])
-def test_the_studios_own_file_tells_the_same_however_it_was_saved(own, run, way, tmp_path, capsys):
+def test_resaved_studio_files_give_the_same_result(own, run, way, tmp_path, capsys):
     path = own / "session.hapkit"
     if way != "session":
         path = tmp_path / "saved.csv"
@@ -98,7 +98,7 @@ def stiffness_of(found):
 
 
 @pytest.mark.parametrize("ending", ["hapkit", "csv"])
-def test_where_settings_changed_a_piece_has_its_own(session, tmp_path, capsys, ending):  # noqa: F811
+def test_each_part_between_changes_has_its_own_settings(session, tmp_path, capsys, ending):  # noqa: F811
     path = session
     if ending == "csv":
         path = tmp_path / "felt.csv"
@@ -126,7 +126,7 @@ NAMED = ("--time", "t_ms:ms", "--position", "x_mm:mm", "--force", "F:mN")
 
 
 def foreign(count=3000, velocity=True):
-    """Return the text of a spring of 210 N/m about 2 mm with 1.5 N·s/m, moved to and fro."""
+    """Return the text of a recording: a spring of 210 N/m about 2 mm with 1.5 N·s/m, moved to and fro."""
     t = 1e-3 * np.arange(count)
     sines = [(8.0, 0.83, 0.0), (4.0, 2.37, 1.0)]
     x = sum(a * np.sin(2.0 * np.pi * f * t + p) for a, f, p in sines)  # mm
@@ -147,7 +147,7 @@ def test_a_recording_of_another_program_tells_its_spring(tmp_path, capsys, more)
     found = json.loads(capsys.readouterr().out)
     terms = {e["key"]: e for e in found["parts"]["rendered"]["estimates"]}
     assert terms["stiffness"]["value"] == pytest.approx(210.0, abs=0.3)
-    # a command that is held for 1 ms is half of that late
+    # a command held for 1 ms is half of that late on average
     assert terms["damping"]["value"] == pytest.approx(1.5 - 210.0 * 0.5e-3, abs=0.01)
     assert terms["centre"]["value"] == pytest.approx(2e-3, abs=2e-5)
     assert terms["stiffness"]["set"] is None
@@ -155,7 +155,7 @@ def test_a_recording_of_another_program_tells_its_spring(tmp_path, capsys, more)
     assert found["force"].startswith("The force is the file's")
 
 
-def test_without_names_it_says_which_columns_there_are_and_how_to_name_them(tmp_path, capsys):
+def test_an_unknown_table_lists_its_columns_and_the_option_to_name_them(tmp_path, capsys):
     path = tmp_path / "lab.csv"
     path.write_text(foreign(40))
     assert main(["identify", str(path)]) == 2
@@ -168,8 +168,8 @@ def test_without_names_it_says_which_columns_there_are_and_how_to_name_them(tmp_
     assert raised.value.table.names == ("t_ms", "x_mm", "F", "dx_mms")
 
 
-def test_what_the_plots_hold_has_its_values_in_si(tmp_path):
-    """Of the four samples of the shared example; the velocity is theirs, or made of the positions."""
+def test_plot_columns_are_in_si_units(tmp_path):
+    """Of the four samples of the shared example; with its velocity, or computed from the positions."""
     path = tmp_path / "four.csv"
     path.write_text(
         "t_ms;x_mm;dx_mms;F\n0;0,00;0,0;0,00\n1;0,10;100,0;-0,03\n2;0,20;100,0;-0,06\n3;0,30;100,0;-0,09\n"
@@ -205,7 +205,7 @@ def test_what_the_plots_hold_has_its_values_in_si(tmp_path):
         ("t_ms;x_mm;G\n0;0;0\n1;0;0\n", "has no column F for the force"),
     ],
 )
-def test_what_is_wrong_with_a_recording_is_one_line(tmp_path, capsys, text, words):
+def test_invalid_recordings_give_a_one_line_error(tmp_path, capsys, text, words):
     path = tmp_path / "lab.csv"
     path.write_text(text)
     assert main(["identify", str(path), *NAMED]) == 2

@@ -24,7 +24,7 @@ def test_a_shaken_handle_is_found_with_the_hands_mass(quantum, rate, delay):
     assert not part.released
 
 
-def test_a_handle_let_go_is_found_alone_and_an_unknown_hand_only_once_it_is_said():
+def test_a_released_handle_is_identified_and_an_unknown_hand_needs_the_option():
     device = hs.SimulatedHapkit(damping=0.3, coulomb_force=0.02, initial_position=0.015)
     run = hs.simulate("spring", {"stiffness": 150.0}, device=device, seconds=1.5, rate=2000.0)
     record = from_run(run)

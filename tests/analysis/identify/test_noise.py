@@ -1,4 +1,4 @@
-"""Recordings noisier than the sensor: intervals are as wide as the noise makes them, else unchanged."""
+"""Recordings with more noise than quantisation get wider intervals; others are unchanged."""
 
 import math
 from dataclasses import replace
@@ -18,13 +18,13 @@ TIME = np.arange(2000) / RATE
 
 
 def counted(position, noise=0.0, seed=0):
-    """Return what a sensor reads of a position (n,) in m with noise in counts."""
+    """Return a sensor's reading of a position (n,) in m with noise in counts."""
     random = np.random.default_rng(seed)
     return QUANTUM * np.floor(position / QUANTUM + random.normal(0.0, 1.0, len(position)) * noise)
 
 
 @pytest.mark.parametrize("counts", [0.0, 0.01, 0.2, 0.49, 0.5, 0.51, 1.0, 3.7])
-def test_a_constant_speed_of_so_many_counts_a_sample_is_no_noise(counts):
+def test_a_constant_speed_is_not_noise(counts):
     position = (counts * np.arange(2000) + 0.3) * QUANTUM
     assert noise_ratio(counted(position), THERE, QUANTUM) == 0.0
 
@@ -62,8 +62,8 @@ def test_a_recording_without_noise_keeps_its_intervals():
         assert lay(noisy(recording, 0.3, 0)).step > 1.2 * QUANTUM
 
 
-def test_the_interval_of_a_released_spring_holds_what_noise_makes_of_it():
-    """Half of the intervals did not before: neighbouring windows share the noise of their samples."""
+def test_interval_of_a_released_spring_covers_the_effect_of_noise():
+    """Neighbouring windows share the noise of their samples, which widens the interval."""
     (recording,), _ = noisy_loop.recordings([5], 0.0, held=False, seconds=0.6)
     truth = identify(recording, released=True).rendered["stiffness"].value
     found = [identify(noisy(recording, 1.5, seed), released=True).rendered["stiffness"] for seed in range(16)]
@@ -72,7 +72,7 @@ def test_the_interval_of_a_released_spring_holds_what_noise_makes_of_it():
     assert 1.5 * spread < np.median([e.half for e in found]) < 4.0 * spread
 
 
-def test_the_noise_is_named_and_only_where_there_is_some():
+def test_noise_is_reported_only_if_present():
     (recording,), _ = noisy_loop.recordings([3], 0.0, held=True, seconds=1.0)
     quiet, loud = identify(recording), identify(noisy(recording, 0.7, 1))
     assert quiet.noise == 0.0
@@ -95,7 +95,7 @@ TRUTHS = {"mass": HANDLE.mass, "viscous": HANDLE.viscous, "coulomb": HANDLE.coul
 
 
 def coverage(recordings, expected, held):
-    """Return the share of intervals that hold the truth, by quantity; expected: of each recording's law."""
+    """Return the fraction of intervals that contain the truth, by quantity; expected: by recording."""
     inside: dict[str, list[bool]] = {}
     for recording, of_law in zip(recordings, expected, strict=True):
         found = identify(recording, released=not held)
@@ -111,7 +111,7 @@ SECONDS = {True: 2.0, False: 1.2}
 
 @cache
 def quiet_recordings(held):
-    """Return 200 recordings without noise, and of each what its law should be found to render."""
+    """Return 200 recordings without noise, and the values that their law should render."""
     found, _ = noisy_loop.recordings(range(200), 0.0, held=held, seconds=SECONDS[held])
     parts = [identify(one, released=not held).rendered for one in found]
     return found, [{e.key: e.expected for e in part.estimates if e.key != "centre"} for part in parts]
@@ -122,7 +122,7 @@ def quiet_recordings(held):
 @pytest.mark.parametrize("held", [False, True])
 @pytest.mark.parametrize("seen", [False, True])
 def test_95_percent_of_the_intervals_hold_the_truth(held, noise, seen):
-    """seen: the loop renders the noise, too; else only the recording has it."""
+    """seen: the loop renders the noise, too; otherwise only the recording has it."""
     quiet, of_law = quiet_recordings(held)
     if seen:
         found, _ = noisy_loop.recordings(range(200), noise, held=held, seconds=SECONDS[held])

@@ -66,7 +66,7 @@ def damaged(saved, change):
 
 
 def first_as(words):
-    """Return what puts words in the place of a row's first cell."""
+    """Return a function that replaces the first cell of a row."""
     return lambda row: words + row[row.index(",") :]
 
 
@@ -149,7 +149,7 @@ def test_what_is_no_file_is_refused_in_one_line(path):
         {"environment": "my_own", "parameters": {"k": 300.0}, "rate_Hz": -1, "delay_s": 1e-3},
     ],
 )
-def test_settings_that_say_nothing_leave_what_the_columns_say(saved, settings):
+def test_missing_settings_leave_the_columns_usable(saved, settings):
     old = lambda _, names, rows: ["# " + json.dumps(settings), names, *rows]  # noqa: E731
     found = identify(from_csv(damaged(saved, old)))
     assert found.rendered["stiffness"].value == pytest.approx(300.0, abs=1.0)

@@ -1,4 +1,4 @@
-"""Windows average what theory says; least squares with instruments hold the truth in their intervals."""
+"""Window averages against theory; coverage of intervals of instrumental-variable regression."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def motion(random):
 
 
 def correlated(random, count):
-    """Return errors of which each keeps 0.6 of the one before."""
+    """Return AR(1) errors with coefficient 0.6."""
     error = random.normal(size=count)
     for k in range(1, count):
         error[k] += 0.6 * error[k - 1]
@@ -33,7 +33,7 @@ def test_errors_in_columns_bias_one_measurement_but_not_two():
         y = x @ TRUTH + 0.1 * random.normal(size=300)
         biased.append(solve(one, one, y, ALL).beta[0])
         unbiased.append(solve(one, two, y, ALL).beta[0])
-    # one measurement: 2 / (1 + 0.25 / var x), var x = 1
+    # attenuation with one measurement: 2 / (1 + 0.25 / var x), var x = 1
     assert np.mean(biased) == pytest.approx(2.0 / 1.25, rel=0.02)
     assert np.mean(unbiased) == pytest.approx(2.0, abs=4.0 * np.std(unbiased) / np.sqrt(200))
 
@@ -52,14 +52,14 @@ def test_intervals_hold_the_truth_although_residuals_are_alike():
     assert np.mean(naive) < 0.75
 
 
-def test_residuals_count_as_often_as_they_come_again():
+def test_repetitions_of_residuals_are_counted():
     random = np.random.default_rng(3)
     once = random.normal(size=100)
     for times in (2, 3, 4):
         count = 100 * times
         assert repetitions(np.tile(once, times), np.ones(count, bool)) == pytest.approx(times)
         assert repetitions(random.normal(size=count), np.ones(count, bool)) == 1.0
-    # errors of the same size, half of whose square comes again: a correlation of a half
+    # half of the variance repeats: a correlation of a half
     half = np.mean(
         [
             repetitions(np.tile(random.normal(size=400), 3) + random.normal(size=1200), np.ones(1200, bool))
@@ -70,11 +70,11 @@ def test_residuals_count_as_often_as_they_come_again():
 
 
 def test_intervals_hold_the_truth_where_a_motion_repeats_its_errors():
-    """The same hundred errors four times tell as much as a hundred; else intervals are too narrow."""
+    """Repeating the same hundred errors four times adds no information."""
     inside: dict[bool, list[bool]] = {True: [], False: []}
     for seed in range(200):
         random = np.random.default_rng(seed)
-        turn = 0.06 * np.pi * np.arange(400)  # three turns in a hundred windows
+        turn = 0.06 * np.pi * np.arange(400)  # three cycles per hundred windows
         x = np.column_stack([np.sin(turn + random.uniform(0.0, 6.28)), np.ones(400)])
         y = x @ TRUTH + np.tile(correlated(random, 100), 4)
         for again, found in inside.items():
@@ -94,7 +94,7 @@ def test_windows_left_out_change_nothing_else():
     assert solve(x, x, y, kept).beta == pytest.approx(TRUTH)
 
 
-def test_what_does_not_vary_or_is_too_little_gives_nothing():
+def test_constant_or_too_few_windows_give_no_fit():
     x = motion(np.random.default_rng(6))
     twice = np.column_stack([x, x[:, 0]])
     few = np.zeros(300, bool)
@@ -108,7 +108,7 @@ PERIOD = 1e-3
 
 
 def window(t, start, piece):
-    """Return a quintic B-spline of mean weight 1 over 6 pieces: the box function convolved with itself."""
+    """Return a quintic B-spline of mean weight 1 over 6 segments: repeated convolution of a box."""
     u = (t - start) / (piece * PERIOD)
     signs = [
         (-1) ** k * np.prod([7 - j for j in range(1, k + 1)]) / np.prod(range(1, k + 1)) for k in range(7)

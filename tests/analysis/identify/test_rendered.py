@@ -1,4 +1,4 @@
-"""What was rendered: stiffness, damping, friction, the centre, and how a hand held."""
+"""The rendered impedance: stiffness, damping, friction, the centre, and the hand's grip."""
 
 import math
 
@@ -19,7 +19,7 @@ from tests.analysis.identify.motions import HAND, impedance, several_sines, shak
         (61e-6, 4000.0, 0.4e-3, 3.0),
     ],
 )
-def test_a_sine_renders_what_hold_delay_and_difference_make_of_it(quantum, rate, delay, damping):
+def test_a_sine_renders_the_expected_impedance(quantum, rate, delay, damping):
     run = sine_run(300.0, damping, 3.7, 0.007, 0.4, quantum=quantum, rate=rate, delay=delay)
     found = identify(from_run(run))
     part = found.rendered
@@ -67,13 +67,13 @@ def test_friction_and_viscous_damping_are_told_apart():
     assert part["damping"].value == pytest.approx(2.0, abs=0.1)
 
 
-def test_what_is_not_the_law_alone_is_told_by_the_share_explained():
+def test_other_forces_lower_the_explained_fraction():
     assert shaken(7, values={"stiffness": 300.0}).rendered.explained > 0.9999
     run = hs.simulate("texture", hand="stroke", seconds=3.0)
     assert identify(from_run(run)).rendered.explained < 0.9
 
 
-def test_a_lost_stretch_is_a_gap_and_not_a_leap():
+def test_lost_samples_are_a_gap_not_a_jump():
     run = sine_run(300.0, 0.0, 2.0, 0.008)
     kept = np.ones(len(run.time), bool)
     kept[1000:1130] = False
@@ -85,7 +85,7 @@ def test_a_lost_stretch_is_a_gap_and_not_a_leap():
     assert part["stiffness"].holds(impedance(300.0, 0.0, 2.0, 1000.0, 0.0)[0])
 
 
-def test_still_or_untouched_pieces_tell_nothing_and_say_what_to_do():
+def test_motionless_recordings_give_advice_instead_of_values():
     still = identify(from_run(hs.simulate("spring", seconds=1.0))).rendered
     assert not any(e.told for e in still.estimates)
     assert "Move" in (still.advice or still.estimates[0].advice)
@@ -93,8 +93,8 @@ def test_still_or_untouched_pieces_tell_nothing_and_say_what_to_do():
     assert away.advice == "Cannot tell: the piece never touches. Push into the surface."
 
 
-def test_slow_pieces_do_not_tell_the_damping():
-    # 0.02 mm to and fro in a stiff spring: a count of the sensor is as much
+def test_slow_recordings_do_not_determine_the_damping():
+    # 0.02 mm to and fro in a stiff spring: no more than a sensor count
     run = sine_run(60.0, 0.0, 0.3, 2e-5, seconds=2.0)
     part = identify(from_run(run)).rendered
     assert not part["damping"].told
@@ -112,7 +112,7 @@ def test_a_filter_does_not_move_the_centre():
     assert 0.5e-6 <= found["centre"].half < 0.5e-3
 
 
-def test_a_file_keeps_how_an_own_hand_held_and_tells_nothing_of_the_handle_without(tmp_path):
+def test_a_file_stores_the_grip_which_the_handle_needs(tmp_path):
     hand, path = Hand(*HAND, several_sines(3), vectorised=True), tmp_path / "own.csv"
     run = hs.simulate("spring", {"stiffness": 150.0}, hand=hand, seconds=3.0)
     run.save(path)

@@ -1,4 +1,4 @@
-"""What was identified, in words, and by the command."""
+"""Sentences and the command's output on identified values."""
 
 import json
 from pathlib import Path
@@ -27,7 +27,7 @@ from tests.analysis.identify.motions import shaken
         ("centre", 0.00502, 0.0001, "5.02 ± 0.10"),
     ],
 )
-def test_a_number_is_written_as_fine_as_it_is_known(key, value, half, text):
+def test_numbers_have_the_decimals_of_their_interval(key, value, half, text):
     assert measured(Estimate(key, value, half)) == text
 
 
@@ -52,13 +52,13 @@ def test_an_interval_without_the_set_value_states_the_deviation(key, value, half
     assert ("more" in line(estimate, "rendered") or "less" in line(estimate, "rendered")) == bool(said)
 
 
-def test_nothing_is_confirmed_that_is_not_told_or_not_set():
+def test_only_determined_and_set_values_are_confirmed():
     assert not confirms(Estimate("stiffness", 600.0, 0.5))
     assert not confirms(Estimate("stiffness", 600.0, 700.0, 600.0, told=False))
     assert deviation(Estimate("stiffness", 300.0, 0.5)) == ""
 
 
-def test_the_hands_mass_is_told_apart_from_the_handles():
+def test_the_hands_mass_is_separate_from_the_handles():
     estimate = Estimate("mass", 0.0936, 0.0012, asked=0.094)
     setup = Setup(handle=Handle(0.044, 0.5, 0.1), grip=GRIPS["medium"])
     assert line(estimate, "handle", setup) == (
@@ -104,8 +104,8 @@ def test_the_command_says_what_was_rendered(csv, capsys):
     )
 
 
-def test_every_printout_says_that_no_force_was_measured(csv, capsys, tmp_path, monkeypatch):
-    """On a board, whose motor constant may be wrong, with what measures it."""
+def test_every_output_states_that_no_force_was_measured(csv, capsys, tmp_path, monkeypatch):
+    """On a board, whose motor constant may be wrong, including how to measure it."""
     lines = Path(csv).read_text(encoding="utf-8").splitlines(keepends=True)
     others = [line for line in lines if not line.startswith(("# device", "# hand"))]
     path = tmp_path / "board.csv"

@@ -1,7 +1,7 @@
-"""A handle in a hand, let go or kicked: its own equations of motion, in steps of a thirty-second of a period.
+"""Independent simulation of a handle in a hand, released or kicked, in steps of 1/32 of a period.
 
-Shares nothing with the product but numpy and numba: friction by event inside a step, estimators from their
-transfer functions' difference equations.
+Shares only numpy and numba with the product: event-driven friction inside a step, estimators from their
+difference equations.
 """
 
 import math
@@ -28,10 +28,10 @@ class Handle:
     damping: float
     one_sided: bool = False
     hand: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    filter: tuple[float, ...] = (1.0,)  # one number: share of a low-pass; two: alpha and beta
+    filter: tuple[float, ...] = (1.0,)  # one number: coefficient of a low-pass; two: alpha and beta
 
     def let_go(self, place: float, target: float, seconds: float, speed: float = 0.0) -> np.ndarray:
-        """Return the positions (n,) in m of a hand that pulls to a target in m, at rest or kicked before."""
+        """Return the positions (n,) in m with a hand's target in m, after a release at rest or a kick."""
         n = round(seconds * self.rate)
         numbers = np.array([
             self.mass + self.hand[0], self.viscous + self.hand[1], self.coulomb, self.quantum, self.limit,

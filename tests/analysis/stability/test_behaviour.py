@@ -1,4 +1,4 @@
-"""What is said of a scene against a simulation of the same handle that shares no line with the product's."""
+"""The behaviour of a scene against an independent simulation of the same handle."""
 
 import math
 from dataclasses import replace
@@ -96,7 +96,7 @@ def swing(places, rate):
 
 
 def holds(said, amplitude, step):
-    """Return whether a swing in m lies in the range that is said, within 5 % or a count."""
+    """Return True if an amplitude in m is in the reported range, within 5 % or a count."""
     if said.most is None:
         return False
     least, most = said.least.amplitude, said.most.amplitude
@@ -105,7 +105,7 @@ def holds(said, amplitude, step):
 
 
 @pytest.mark.parametrize("seed", wide(range(50), lambda seed: seed < 12))
-def test_settles_up_to_what_is_said_and_swings_as_is_said(seed):
+def test_reported_push_and_oscillation_are_those_of_the_simulation(seed):
     device, loop, stiffness, damping = loop_of(seed)
     values = SPRING.values({"stiffness": stiffness, "damping": damping})
     said = behaviour(headless.Scene(SPRING, values, device, loop), None)
@@ -150,7 +150,7 @@ def said_of_spring(handle):
 
 
 def lasting(handle, push):
-    """Return the swing in m that stays, inf where it leaves; longer where its last quarter is another."""
+    """Return the sustained amplitude in m, inf if it leaves; with a longer run if it still changes."""
     turn = 2.0 * math.pi * math.sqrt(handle.device.mass / handle.stiffness)
     for turns in (300, 1200, 4800):
         places = handle.let_go(push, turns * turn)[0]
@@ -163,7 +163,7 @@ def lasting(handle, push):
 
 
 def holds_between(handle, pushes):
-    """Return whether what is said of a handle holds for pushes in m to both sides."""
+    """Return True if the reported behaviour holds for pushes in m to both sides."""
     said, step = said_of_spring(handle), handle.device.quantum
     sizes = [lasting(handle, side * push) for push in pushes for side in (1.0, -1.0)]
     stays = [size for size in sizes if step < 2.0 * size < math.inf]
@@ -171,15 +171,15 @@ def holds_between(handle, pushes):
 
 
 @pytest.mark.slow
-def test_the_range_of_lasting_swings_holds_for_pushes_that_were_not_tried():
-    """In all but one of twenty scenes: swings that few pushes reach are found by luck."""
+def test_reported_oscillations_cover_untried_pushes():
+    """In all but one of twenty scenes: oscillations that few pushes reach are found by chance."""
     pushes = [np.random.default_rng(seed).uniform(np.log(6e-5), np.log(16e-3), 3) for seed in range(20)]
     held = [holds_between(sprung(seed), np.exp(some).tolist()) for seed, some in enumerate(pushes)]
     assert held.count(False) <= 1
 
 
 @pytest.mark.parametrize("seed", [3, 13, 59])
-def test_swings_that_differ_in_speed_are_said_from_the_slowest_to_the_fastest(seed):
+def test_different_frequencies_are_reported_as_a_range(seed):
     handle = sprung(seed)
     slowest, fastest = said_of_spring(handle).often
     assert fastest > 1.05 * slowest
@@ -189,7 +189,7 @@ def test_swings_that_differ_in_speed_are_said_from_the_slowest_to_the_fastest(se
         assert 0.98 * slowest <= frequency <= 1.02 * fastest
 
 
-def test_an_irregular_swing_is_said_to_be_one():
+def test_an_irregular_oscillation_is_reported_as_such():
     said = Behaviour(0.3e-3, Lasting(0.1e-3, 30.0), Lasting(0.5e-3, 25.0, 0.2, irregular=True))
     assert said.sentence(held=False) == (
         "If you displace the handle by more than 0.3 mm and let go, it buzzes irregularly (up to ±0.5 mm, "
@@ -223,8 +223,8 @@ def test_a_handle_that_is_thrown_out_is_said_to_be():
     )
 
 
-def test_several_swings_last_side_by_side_and_the_smallest_and_the_largest_are_said():
-    """A spring of 320 N/m, 1 ms late, without dry friction: the sensor's steps hold swings of many sizes."""
+def test_coexisting_limit_cycles_are_reported_as_a_range():
+    """A spring of 320 N/m, 1 ms late, without dry friction: quantisation causes several limit cycles."""
     device = SimulatedHapkit(coulomb_force=0.0)
     handle = Released(device, LoopSettings(1000.0, 1e-3), 320.0, 0.0)
     said = said_of_spring(handle)
@@ -239,7 +239,7 @@ def test_several_swings_last_side_by_side_and_the_smallest_and_the_largest_are_s
 
 
 def scene_of(seed):
-    """Return a random handle as the independent simulation has it, and as the product has it."""
+    """Return a random handle for the independent simulation, and the same as a scene."""
     chance = np.random.default_rng(seed)
     device = SimulatedHapkit(
         mass=chance.uniform(0.03, 0.08),
@@ -277,7 +277,7 @@ def scene_of(seed):
 def test_the_verdict_is_right_in_any_loop_and_hand(seed):
     handle, scene, grip = scene_of(seed)
     said = behaviour(scene, grip)
-    # a wall is pressed with 1 and 2 N, or what six tenths of the motor's force hold; a spring has two sides
+    # a wall is pressed with 1 and 2 N, or 60 % of the motor's force; a spring has two sides
     presses = {min(newtons, 0.6 * handle.limit) for newtons in (1.0, 2.0)} if handle.one_sided else {0.0}
     turn = 2.0 * math.pi * math.sqrt((handle.mass + handle.hand[0]) / (handle.stiffness + handle.hand[2]))
 
@@ -309,8 +309,8 @@ def said_of(key, values, loop, coulomb=0.1, grip=None):
     return behaviour(headless.Scene(environment, environment.values(values), device, loop), grip)
 
 
-def test_a_larger_push_is_tried_where_a_smaller_one_that_swung_rests_after_all():
-    """A hand on 30 N·s/m, filtered and late: tiny pushes tremble below a count, those of 5 cm/s swing on."""
+def test_larger_pushes_are_tried_if_a_smaller_one_settles_late():
+    """A hand on 30 N·s/m, filtered and late: tiny pushes stay below a count, those of 5 cm/s oscillate."""
     loop = LoopSettings(1000.0, 2.5e-3, ("iir", {"cutoff": 102.577}))
     said = said_of("damping", {"damping": 30.05}, loop, grip="light")
     share = -math.expm1(-2.0 * math.pi * 102.577 / 1000.0)
@@ -326,7 +326,7 @@ def test_a_larger_push_is_tried_where_a_smaller_one_that_swung_rests_after_all()
 
 
 def damped_in_a_grip(seed):
-    """Return a random handle in a hand, on damping near its limit: simulated here, and as a scene."""
+    """Return a random handle in a hand with damping near its limit: for this simulation, and as a scene."""
     chance = np.random.default_rng(seed)
     rate = float(chance.choice([500.0, 1000.0, 2000.0]))
     delay = float(chance.choice([0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0])) / rate
@@ -360,13 +360,13 @@ def damped_in_a_grip(seed):
 
 
 def turn_amplitude(places):
-    """Return half the mean distance in m between a turn and the next: how far it swings beside its drift."""
+    """Return half the mean distance in m between turning points: the amplitude without drift."""
     moves = np.sign(np.diff(places))
     turns = np.flatnonzero(moves[1:] * moves[:-1] < 0.0) + 1
     return 0.5 * float(np.abs(np.diff(places[turns])).mean()) if len(turns) > 8 else 0.0
 
 
-# kicks in m/s after which the handle swings little and much
+# kicks in m/s that lead to a small and to a large oscillation
 @pytest.mark.parametrize(("seed", "little", "much"), [(1139, -0.0038, 0.53), (2394, -0.0137, 0.53)])
 def test_both_oscillations_of_damping_in_a_grip_are_reported(seed, little, much):
     handle, scene, grip = damped_in_a_grip(seed)
@@ -379,7 +379,7 @@ def test_both_oscillations_of_damping_in_a_grip_are_reported(seed, little, much)
 
 @pytest.mark.slow
 def test_few_oscillations_of_damping_in_a_grip_are_not_reported():
-    """Of 100 random scenes, each kicked 52 times: at most one has a swing 1.4 times smaller than said."""
+    """Of 100 random scenes, each kicked 52 times, at most one has a 1.4 times smaller amplitude."""
     missing = []
     for seed in range(3000, 3100):
         handle, scene, grip = damped_in_a_grip(seed)
@@ -397,7 +397,7 @@ def test_few_oscillations_of_damping_in_a_grip_are_not_reported():
 
 
 @pytest.mark.parametrize(("cycles", "told"), [(3.9, False), (4.1, True)])
-def test_a_frequency_takes_four_cycles_in_the_last_half_of_a_run(cycles, told, monkeypatch):
+def test_a_frequency_needs_four_cycles_in_the_last_half(cycles, told, monkeypatch):
     scene = headless.Scene(
         environments.named("spring"), {"stiffness": 80.0, "damping": 0.0, "center": 0.0}, SimulatedHapkit()
     )
@@ -414,8 +414,8 @@ def test_a_frequency_takes_four_cycles_in_the_last_half_of_a_run(cycles, told, m
 
 
 @pytest.mark.parametrize("stiffness", [600.0, 1100.0, 1600.0])
-def test_a_swing_that_drifts_is_as_wide_and_as_fast_as_its_own_turns(stiffness):
-    """A bare tether, 1 ms late, drifts by millimetres a second while it hunts; a turn's mean is taken off."""
+def test_drift_is_removed_from_an_oscillation(stiffness):
+    """A bare tether, 1 ms late, drifts by millimetres per second while it oscillates."""
     values = {"model": "tether", "tether_stiffness": stiffness, "viscous": 0.0}
     said = said_of("friction", values, LoopSettings(1000.0, 1e-3), coulomb=0.0)
     device = SimulatedHapkit(coulomb_force=0.0, initial_velocity=0.1)
@@ -433,8 +433,8 @@ def test_a_swing_that_drifts_is_as_wide_and_as_fast_as_its_own_turns(stiffness):
     assert 0.98 * said.often[0] <= frequency <= 1.02 * said.often[1]
 
 
-def test_an_object_that_comes_back_to_a_resting_handle_is_waited_for():
-    """A contact that explicit Euler drives: the handle rests for tenths of a second between two visits."""
+def test_returning_objects_are_waited_for():
+    """A contact driven by explicit Euler: the handle rests for tenths of a second between two contacts."""
     values = {
         "mass": 2.0, "damping": 4.12, "stiffness": 43.1, "contact_stiffness": 1496.0,
         "contact_damping": 48.7, "rest_position": 0.0337, "integrator": "explicit_euler",
@@ -443,8 +443,8 @@ def test_an_object_that_comes_back_to_a_resting_handle_is_waited_for():
     assert not said.calm
 
 
-def test_a_passive_object_that_comes_back_ever_more_slowly_comes_to_rest():
-    """No delay, and the object loses energy: it knocks the handle equally far for seconds, then it rests."""
+def test_a_passive_returning_object_comes_to_rest():
+    """No delay, and the object loses energy: equal knocks for seconds, then rest."""
     values = {
         "mass": 2.0, "damping": 0.17, "stiffness": 64.0, "contact_stiffness": 1970.0,
         "contact_damping": 0.8, "rest_position": 0.01,
@@ -455,7 +455,7 @@ def test_a_passive_object_that_comes_back_ever_more_slowly_comes_to_rest():
     assert behaviour(scene, GRIPS["firm"]).calm
 
 
-def test_a_wall_that_swings_farther_the_harder_it_is_pressed_is_said_with_both():
+def test_a_walls_oscillation_is_a_range_over_pressing_forces():
     handle, scene, grip = scene_of(768)
     said = behaviour(scene, grip)
     places = [press / handle.stiffness for press in (1.0, 2.0)]
@@ -467,8 +467,8 @@ def test_a_wall_that_swings_farther_the_harder_it_is_pressed_is_said_with_both()
     assert said.most.amplitude == pytest.approx(harder, rel=0.05)
 
 
-def test_a_swing_that_hardly_any_push_of_the_ladder_starts_is_found():
-    """A wall without dry friction: some pushes swing by more than a step of 60 um, let go by a hand."""
+def test_an_oscillation_started_by_few_pushes_is_found():
+    """A wall without dry friction, released by a hand: some pushes lead to more than a step of 60 um."""
     handle, scene, grip = scene_of(466)
     place, target = 0.6 / handle.stiffness, 0.6 / handle.stiffness + 0.6 / grip.stiffness
     runs = [handle.let_go(place + push, target, 8.0) for push in np.linspace(0.09e-3, 0.4e-3, 15)]
@@ -479,8 +479,8 @@ def test_a_swing_that_hardly_any_push_of_the_ladder_starts_is_found():
     assert holds(said, swing(widest, handle.rate)[0], handle.quantum)
 
 
-def test_an_ideal_handle_that_comes_down_at_first_is_not_calm_for_that():
-    """A detent without friction and sensor steps, its slope beyond what is stable, let go 1 mm beside it."""
+def test_an_initial_decrease_does_not_count_as_settling():
+    """A detent without friction and quantisation, its slope beyond the limit, released 1 mm beside it."""
     values = {"stiffness": 1522.7, "damping": 0.374, "half_width": 3e-3}
     device = SimulatedHapkit(coulomb_force=0.0, quantum=0.0)
     loop = LoopSettings(500.0, 2e-3, ("iir", {"cutoff": 156.6}))

@@ -1,4 +1,4 @@
-"""The stability command: words, a table, one object, a picture."""
+"""The stability command: text, table, JSON, figure."""
 
 import json
 from dataclasses import replace
@@ -26,7 +26,7 @@ def run(capsys, *words):
 
 
 def test_the_margin_is_the_first_line(capsys):
-    """The limits are those of the tables: see test_plane."""
+    """The limits are those of the tables: see test_kb_plane."""
     code, out, err = run(capsys, *LATE)
     assert (code, err) == (0, "")
     assert out.startswith(
@@ -62,7 +62,7 @@ def test_one_object_of_columns_in_si(capsys, monkeypatch):
     assert found["measuring_seconds"] > 0.0
 
 
-def test_several_intervals_are_said_and_are_where_the_map_is_stable(capsys):
+def test_several_stable_intervals_are_reported(capsys):
     """The worked example of test_limits: 256, 341 and 1,562 N/m at 3.2 N·s/m."""
     loop = ("--mass", "0.03133", "--viscous", "0.82441", "--rate", "1430.93", "-B", "3.2", "-K", "300")
     more = "--estimator", "butterworth:cutoff=10.81613", "--to", "5.12", "--map", "--json"
@@ -80,7 +80,7 @@ def test_several_intervals_are_said_and_are_where_the_map_is_stable(capsys):
 
 @pytest.fixture
 def drawn(tmp_path, monkeypatch):
-    """Return what draws a plane and returns the words in its picture."""
+    """Return a function that draws a plane and returns the texts in its figure."""
     from matplotlib.text import Text
 
     said = []
@@ -97,7 +97,7 @@ def drawn(tmp_path, monkeypatch):
     return words
 
 
-def test_the_picture_says_regions_verdict_and_conditions(drawn):
+def test_the_figure_contains_regions_verdict_and_conditions(drawn):
     setting = Setting(viscous=0.18, delay=1e-3, estimator="iir")
     words = drawn(plane(setting, 620.0, 2.0))
     wanted = {
@@ -121,7 +121,7 @@ def test_the_picture_says_regions_verdict_and_conditions(drawn):
     assert "Measured boundary" not in words
 
 
-def test_the_picture_shows_what_was_measured(drawn):
+def test_the_figure_shows_the_measurement(drawn):
     found = plane(Setting(quantum=61.4e-6, coulomb=0.02), 500.0, 0.5)
     some = np.linspace(0.0, found.width, 3)
     points = Points(some, np.array([1000.0, np.inf, 3000.0]), True, True, np.array([0.4e-3, np.nan, 2.3e-3]))
@@ -136,7 +136,7 @@ def test_the_picture_shows_what_was_measured(drawn):
     assert "stable, let go" not in words
 
 
-def test_what_was_measured_beyond_the_map_takes_no_room_from_it(tmp_path):
+def test_measurements_beyond_the_map_do_not_change_its_layout(tmp_path):
     found = plane(Setting(controller=True), 300.0, 0.0)
     places = []
     for stiffness in (0.5 * found.top, 2.0 * found.top):
@@ -151,7 +151,7 @@ def test_what_was_measured_beyond_the_map_takes_no_room_from_it(tmp_path):
 @pytest.mark.parametrize(
     ("stiffness", "damping"), [(620.0, 2.0), (800.0, 1.5), (1100.0, 1.5), (250.0, 0.05), (1400.0, 11.8)]
 )
-def test_the_words_at_the_dot_cover_no_line_and_stay_inside(stiffness, damping, tmp_path):
+def test_the_dots_label_covers_no_line_and_stays_inside(stiffness, damping, tmp_path):
     found = plane(Setting(viscous=0.18, delay=1e-3, estimator="iir"), stiffness, damping)
     hands = {
         hand: exact_boundary(Setting(delay=1e-3, hand=hand), found.damping) for hand in ("light", "firm")
@@ -172,7 +172,7 @@ def test_the_words_at_the_dot_cover_no_line_and_stay_inside(stiffness, damping, 
 
 
 def test_a_picture_of_pure_damping_has_its_limits_in_its_own_unit(drawn):
-    """With them none of the stiffnesses stays."""
+    """The limits without any stiffness lines."""
     found = plane(Setting(viscous=0.18), 0.0, 2.0)
 
     def below(**more):
@@ -184,7 +184,7 @@ def test_a_picture_of_pure_damping_has_its_limits_in_its_own_unit(drawn):
 
 
 @pytest.mark.parametrize("removed", ["--jitter", "--object"])
-def test_a_removed_option_is_one_line(capsys, removed):
+def test_a_removed_option_gives_a_one_line_error(capsys, removed):
     found = run(capsys, removed, "puck")
     assert found == (2, "", f"hapkit-studio: unrecognized arguments: {removed} puck\n")
 

@@ -1,4 +1,4 @@
-"""Maps from few of their cells: against every cell judged, on drawn maps and on rendered ones."""
+"""Maps from few of their cells: against full evaluation, on random maps and on rendered ones."""
 
 import numpy as np
 import pytest
@@ -12,8 +12,8 @@ from hapkit_studio.analysis.stability.rendered import GROWS
 ALL_AROUND = np.ones((3, 3))
 
 
-def of_few(full, seeds=()):
-    """Return a map from few cells of a full one, and how often each cell was judged."""
+def map_from_few_cells(full, seeds=()):
+    """Return a map from few cells of a full one, and the number of evaluations of each cell."""
     judged = np.zeros(full.shape, dtype=int)
 
     def judge(places):
@@ -24,7 +24,7 @@ def of_few(full, seeds=()):
 
 
 def small_islands(full):
-    """Return which cells (m, n) belong to regions in which a step of the lattice, squared, has no room."""
+    """Return the cells (m, n) of regions smaller than a square of the lattice."""
     small = np.zeros(full.shape, dtype=bool)
     for one in np.unique(full):
         regions, _ = ndimage.label(full == one, ALL_AROUND)
@@ -34,17 +34,17 @@ def small_islands(full):
 
 
 def drawn(rng, shape, smooth):
-    """Return three classes of a random landscape; the smoother, the larger its regions."""
+    """Return three classes of a random landscape; smooth: larger regions."""
     height = ndimage.gaussian_filter(rng.normal(size=shape), smooth)
     return np.searchsorted(np.quantile(height, [0.4, 0.7]), height).astype(np.int8)
 
 
 @pytest.mark.parametrize("smooth", [3.0, 6.0, 20.0])
 @pytest.mark.parametrize("shape", [(100, 100), (31, 140)])
-def test_every_region_in_which_a_lattice_step_has_room_is_exact(rng, shape, smooth):
+def test_regions_larger_than_the_lattice_are_exact(rng, shape, smooth):
     for _ in range(8):
         full = drawn(rng, shape, smooth)
-        found, judged = of_few(full)
+        found, judged = map_from_few_cells(full)
         wrong = found != full
         assert not (wrong & ~small_islands(full)).any()
         assert wrong.mean() < 0.03
@@ -53,25 +53,25 @@ def test_every_region_in_which_a_lattice_step_has_room_is_exact(rng, shape, smoo
 
 
 def few(full, judged):
-    """Return whether the lattice was judged, and no more than three cells for each beside another class."""
+    """Return True if the lattice was evaluated, and at most three cells per cell beside another class."""
     beside = ndimage.maximum_filter(full, 3) != ndimage.minimum_filter(full, 3)
     return judged.sum() <= (full.shape[0] / STEP + 1.0) * (full.shape[1] / STEP + 1.0) + 3.0 * beside.sum()
 
 
-def test_a_boundary_takes_the_cells_along_it():
+def test_only_cells_along_a_boundary_are_evaluated():
     rows, columns = np.indices((100, 100))
     full = (rows > 50.0 + 30.0 * np.sin(0.06 * columns)).astype(np.int8)
-    found, judged = of_few(full)
+    found, judged = map_from_few_cells(full)
     assert (found == full).all()
     assert few(full, judged)
     assert judged.sum() < 0.15 * full.size
 
 
-def test_one_cell_of_a_thin_strip_brings_all_of_it():
+def test_a_thin_strip_is_traced_from_one_cell():
     full = np.zeros((100, 100), dtype=np.int8)
     full[13:15, 12:88] = 2
-    assert (of_few(full)[0] == 0).all()
-    found, judged = of_few(full, [(14, 40)])
+    assert (map_from_few_cells(full)[0] == 0).all()
+    found, judged = map_from_few_cells(full, [(14, 40)])
     assert (found == full).all()
     assert few(full, judged)
 
@@ -79,7 +79,7 @@ def test_one_cell_of_a_thin_strip_brings_all_of_it():
 @pytest.mark.parametrize("shape", [(1, 100), (29, 29), (2, 3)])
 def test_a_small_map_is_judged_cell_by_cell(rng, shape):
     full = rng.integers(0, 3, shape).astype(np.int8)
-    found, judged = of_few(full)
+    found, judged = map_from_few_cells(full)
     assert (found == full).all()
     assert (judged == 1).all()
 
@@ -91,7 +91,7 @@ def every_cell(setting, damping, stiffness):
 
 
 def test_a_strip_between_the_lattices_rows_is_found_by_the_exact_limits():
-    """Behind a filter of 5 Hz much damping takes a stiffness of 320 to 1,580 N/m that holds it together."""
+    """With a filter of 5 Hz, strong damping needs a stabilising stiffness of 320 to 1,580 N/m."""
     setting = Setting(0.05, 1.0, coulomb=0.0, estimator=("butterworth", {"cutoff": 5.0}))
     damping, stiffness = np.linspace(7.5, 11.5, 32), 20.0 + 300.0 * np.arange(32)
     full = every_cell(setting, damping, stiffness)
@@ -125,7 +125,7 @@ def some_setting(rng, rates):
     ("count", "side", "rates"),
     [(1, 32, [500.0]), pytest.param(20, 100, [500.0, 1000.0], marks=pytest.mark.slow)],
 )
-def test_a_rendered_map_is_that_of_all_cells_but_for_small_islands(rng, count, side, rates):
+def test_a_rendered_map_equals_the_full_one_except_small_islands(rng, count, side, rates):
     shares = []
     for _ in range(count):
         setting = some_setting(rng, rates)

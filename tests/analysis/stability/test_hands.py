@@ -20,14 +20,14 @@ def some_setting(rng):
 
 
 def passivity(setting, shares):
-    """Return dampings, as shares of the largest passive one, and the passivity line there."""
+    """Return dampings, as fractions of the largest passive one, and the passivity line there."""
     sampling = setting.rate, setting.delay, setting.estimator, setting.quantum
     damping = passive_damping(setting.viscous, *sampling) * np.asarray(shares)
     return damping, passive_stiffness(setting.viscous, damping, *sampling)
 
 
 @pytest.mark.parametrize("count", [1, pytest.param(3, marks=pytest.mark.slow)])
-def test_people_are_above_the_line_and_no_random_hand_is_worse(count):
+def test_the_envelope_is_above_passivity_and_below_random_hands(count):
     rng = np.random.default_rng(412)
     ranges = hands.MASS, hands.DAMPING, hands.STIFFNESS
     for _ in range(count):

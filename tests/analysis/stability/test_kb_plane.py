@@ -1,4 +1,4 @@
-"""The plane puts every limit of a loop together; numbers are the tables, not its own; limits of a sketch."""
+"""The plane combines every limit of a loop; numbers from published tables; limits of a sketch."""
 
 import math
 from dataclasses import replace
@@ -27,8 +27,8 @@ def test_the_boundary_of_a_hapkit():
         assert found == pytest.approx([alone, damped], abs=0.6)
 
 
-def test_without_virtual_damping_the_passive_spring_is_the_stable_one_nearly():
-    """Colgate & Schenkel's 2 b/T; the released handle stands b²/(3 m) more, and the rule is the same."""
+def test_without_damping_passive_and_stable_limits_nearly_agree():
+    """Colgate & Schenkel's 2 b/T; the released handle's limit is b²/(3 m) higher; the rule is equal."""
     setting, none = Setting(), np.zeros(1)
     passive = passivity_line(setting, none)[0]
     assert passive == pytest.approx(2.0 * 0.5 / 1e-3)
@@ -36,7 +36,7 @@ def test_without_virtual_damping_the_passive_spring_is_the_stable_one_nearly():
     assert simple_rule(setting, none)[0] == pytest.approx(passive)
 
 
-def test_a_plane_holds_every_line_and_the_limits_of_every_hand():
+def test_a_plane_contains_every_line_and_hand():
     found = plane(LATE, 620.0, 2.0)
     assert (found.width, found.top, len(found.damping)) == (12.0, 2000.0, len(found.exact))
     want = stiffness_limit(0.044, 0.18, damping=2.0, delay=1e-3, estimator="iir")
@@ -71,15 +71,15 @@ def test_the_stiffness_up_to_which_friction_hides_the_steps():
         assert found == pytest.approx(stiffness, abs=0.5)
 
 
-def test_the_simple_rule_is_short_by_a_share_of_b_squared_over_m_without_virtual_damping():
+def test_the_simple_rule_is_conservative_without_damping():
     for late, factor in ((0.0, 0.333), (0.5, 0.208), (1.0, 0.184), (2.0, 0.172)):
         setting, none = replace(WORKED, delay=late * 1e-3), np.zeros(1)
         missing = exact_boundary(setting, none) - simple_rule(setting, none)
         assert missing[0] == pytest.approx(factor * setting.viscous**2 / setting.mass, rel=0.01)
 
 
-def test_the_simple_rule_is_hopeful_with_virtual_damping():
-    """Damping of 0.05, 0.1, 0.2, 0.3 times m/T on a handle that has next to none."""
+def test_the_simple_rule_is_optimistic_with_damping():
+    """Damping of 0.05, 0.1, 0.2, 0.3 times m/T on a handle with little damping."""
     for late, shares in ((0.0, (-0.047, -0.09, -0.18, -0.26)), (1.0, (-0.053, -0.11, -0.22, -0.34))):
         setting = replace(WORKED, viscous=1e-6 * WORKED.mass / 1e-3, delay=late * 1e-3)
         damping = np.array([0.05, 0.1, 0.2, 0.3]) * setting.mass / 1e-3
@@ -93,13 +93,13 @@ WALL = environments.named("wall")
 
 @pytest.mark.parametrize(("rate", "viscous"), [(500, 0.3), (1000, 0.5), (2000, 0.5)])
 def test_the_limit_of_a_sketch_is_that_of_a_force_a_period_late(rate, viscous):
-    # stored energy grows where the delays of hold (T / 2) and sketch (T) eat the handle's damping: 2 b / 3 T
+    # energy increases if hold (T / 2) and sketch (T) delays exceed the handle's damping: 2 b / 3 T
     limit = 2.0 * viscous * rate / 3.0
     found = on_board.sketch_verdict(WALL, WALL.values(), replace(BOARD, viscous=viscous), rate, "difference")
     assert found.limit == pytest.approx(limit, rel=0.01)
 
 
-def test_limit_and_verdict_are_in_the_words_of_a_sketch():
+def test_a_sketch_states_limit_and_verdict():
     found = on_board.sketch_verdict(WALL, WALL.values({"stiffness": 5000.0}), BOARD, 1000, "difference")
     words = on_board.sketch_words(found, 1000)
     assert words.startswith("At 1,000 Hz, with one period of delay: In your hand, a knock of more than ")
@@ -115,7 +115,7 @@ def test_limit_and_verdict_are_in_the_words_of_a_sketch():
 @pytest.mark.parametrize("push", [0.5e-3, 1e-3])
 @pytest.mark.parametrize("delay", [0.0, 1e-3])
 def test_a_push_settles_below_the_boundary_of_dry_friction_and_swings_on_above(push, delay):
-    """In a simulation that shares nothing with the product, without counts and force limit."""
+    """Against an independent simulation without quantisation and force limit."""
     setting = Setting(delay=delay)
     bound = float(friction_boundary(setting, np.zeros(1), push)[0])
     for share, settles in ((0.95, True), (1.05, False)):

@@ -1,4 +1,4 @@
-"""Exact limits against tables, against each other, and against rendering."""
+"""Exact limits against tables, against each other, and against simulation."""
 
 import math
 import time
@@ -19,7 +19,7 @@ from hapkit_studio.haptics import headless, rows
 from hapkit_studio.haptics.settings import LoopSettings
 
 
-def test_many_dampings_together_give_what_each_gives_alone():
+def test_batched_dampings_equal_single_ones():
     damping = np.array([0.0, 0.3, 2.0, 9.0, 60.0, 300.0])
     for delay, estimator in ((0.0, "difference"), (0.4e-3, ("iir", {"cutoff": 20.0})), (7.7e-3, "kalman")):
         loop = {"delay": delay, "estimator": estimator, "hand": "light"}
@@ -104,7 +104,7 @@ def test_closed_form_of_the_prompt_spring(rng):
 def closed_loop(mass, viscous, damping, rate, delay, estimator, hand):
     """Return a function from stiffness (n,) to the matrices (n, s, s) of one period.
 
-    States: x, v, what the estimator's recursion remembers, past commands; the plant's by matrix exponential.
+    States: x, v, the estimator's recursion, past commands; the plant by matrix exponential.
     """
     period = 1.0 / rate
     m, c, k = mass + hand.mass, viscous + hand.damping, hand.stiffness
@@ -125,13 +125,13 @@ def closed_loop(mass, viscous, damping, rate, delay, estimator, hand):
 
     units = np.eye(9 + whole)
     free, sprung = (np.column_stack([after(unit, k) for unit in units]) for k in (0.0, 1.0))
-    used = np.flatnonzero((sprung != units).any(axis=0))  # a method leaves some memory as it was
+    used = np.flatnonzero((sprung != units).any(axis=0))  # some methods leave parts of the memory unused
     free, sprung = (matrix[np.ix_(used, used)] for matrix in (free, sprung))
     return lambda stiffness: free + np.multiply.outer(stiffness, sprung - free)
 
 
 def some_loop(rng):
-    """Return the arguments of a loop with any filter; half of them with a slow one of second order."""
+    """Return the arguments of a loop with any filter; half of them with a slow second-order one."""
     mass, viscous, rate = 10 ** rng.uniform(-2, 0), 10 ** rng.uniform(-1, 1), 10 ** rng.uniform(2.3, 4)
     slow = ("butterworth", {"cutoff": 10 ** rng.uniform(0, 2)})
     filters = ["difference", ("iir", {"cutoff": 10 ** rng.uniform(0, 2)}), "kalman", slow, slow, slow]
@@ -150,7 +150,7 @@ def largest_root(loop, stiffness):
     return np.abs(np.linalg.eigvals(closed_loop(**loop)(np.asarray(stiffness)))).max(axis=-1)
 
 
-def stands_as_its_roots_say(loop):
+def intervals_checked_by_roots(loop):
     """Check the intervals by the roots of 300 springs and of those 0.1 % beside each end; return them."""
     found = stable_stiffnesses(**loop)
     ends = np.array([end for interval in found for end in interval if end > 0.0])
@@ -164,9 +164,9 @@ def stands_as_its_roots_say(loop):
 
 
 @pytest.mark.parametrize("count", [20, pytest.param(150, marks=pytest.mark.slow)])
-def test_roots_cross_the_unit_circle_at_the_ends_of_the_intervals(rng, count):
+def test_interval_ends_are_root_crossings(rng, count):
     for _ in range(count):
-        stands_as_its_roots_say(some_loop(rng))
+        intervals_checked_by_roots(some_loop(rng))
 
 
 BUTTERWORTH = {"mass": 0.03133, "viscous": 0.82441, "damping": 3.2, "rate": 1430.93, "delay": 0.0}
@@ -174,20 +174,20 @@ BUTTERWORTH |= {"estimator": ("butterworth", {"cutoff": 10.81613}), "hand": Grip
 
 
 def test_a_slow_filter_leaves_two_intervals_and_the_limit_is_the_end_of_the_first():
-    first, second = stands_as_its_roots_say(BUTTERWORTH)
+    first, second = intervals_checked_by_roots(BUTTERWORTH)
     assert first[0] == 0.0
     assert first[1] < 0.8 * second[0] < 0.2 * second[1]
     assert measured_stiffness_limit(**BUTTERWORTH) == pytest.approx(first[1], rel=5e-4)
 
 
-def test_more_damping_than_is_stable_alone_may_need_a_spring():
+def test_excessive_damping_may_be_stabilised_by_a_spring():
     loop = BUTTERWORTH | {
         "mass": 0.05,
         "viscous": 1.0,
         "damping": 5.4,
         "estimator": ("butterworth", {"cutoff": 5.0}),
     }
-    ((low, high),) = stands_as_its_roots_say(loop)
+    ((low, high),) = intervals_checked_by_roots(loop)
     assert 0.0 < low < high
     assert stiffness_limit(**loop) == measured_stiffness_limit(**loop) == 0.0
 
@@ -205,7 +205,7 @@ def test_more_damping_than_is_stable_alone_may_need_a_spring():
     ],
 )
 def test_one_percent_inside_decays_and_outside_grows(part, mass, viscous, rate, late, damping, hand):
-    """The rendered linear spring, ideal sensor, no friction, no clamp: peaks of 2 s, 12 s apart."""
+    """The rendered linear spring, ideal sensor, no friction, no limit: peaks of 2 s, 12 s apart."""
     loop = LoopSettings(rate, late / rate)
     limit = stiffness_limit(mass, viscous, damping=damping, rate=rate, delay=loop.delay, hand=hand)
     device = SimulatedHapkit(mass, viscous, 0.0, 0.0, math.inf, initial_position=1e-6)
@@ -240,7 +240,7 @@ def test_too_much_virtual_damping_leaves_no_stable_spring():
     assert measured_stiffness_limit(0.05, 0.5, damping=110.0) == 0.0
 
 
-def test_a_handle_that_hardly_loses_energy_has_the_passive_limit():
+def test_a_nearly_lossless_handle_has_the_passive_limit():
     for mass, viscous in ((0.05, 1e-12), (1e6, 1e-6), (1e6, 1e-9)):
         for late in (0.0, 1e-3):
             want = viscous / (0.5e-3 + late)
@@ -248,7 +248,7 @@ def test_a_handle_that_hardly_loses_energy_has_the_passive_limit():
 
 
 def own_seconds(compute):
-    """Return the thread's own time, s: the least of five."""
+    """Return the thread's processor time in s: the minimum of five runs."""
     took = []
     for _ in range(5):
         start = time.thread_time()
@@ -259,7 +259,7 @@ def own_seconds(compute):
 
 @pytest.mark.alone
 def test_is_quick_enough_for_a_status_bar():
-    """Takes as long as 100,000 squares in Python, five times as long with 100 ms of delay at 10 kHz."""
+    """At most the time of 100,000 squares in Python; five times that with a delay of 100 ms at 10 kHz."""
     squares = own_seconds(lambda: sum(i * i for i in range(100_000)))
     assert own_seconds(lambda: stiffness_limit(0.05, 0.5, damping=2.0)) < 4.0 * squares
     late = {"rate": 1e4, "delay": 0.1, "damping": 0.1}
@@ -274,7 +274,7 @@ def test_adaptive_window_has_a_measured_limit_only():
 
 @pytest.mark.parametrize("late", [pytest.param(0.0, marks=pytest.mark.slow), 1e-3])
 def test_adaptive_window_is_as_stiff_as_any_without_damping_and_softer_with_it(late):
-    """Without damping it has no say; with damping it lags behind the plain difference."""
+    """Without damping it has no effect; with damping it lags behind the plain difference."""
     alone = measured_stiffness_limit(0.05, 0.5, delay=late, estimator="foaw")
     assert alone == pytest.approx(stiffness_limit(0.05, 0.5, delay=late), rel=0.01)
     limits = [measured_stiffness_limit(0.05, 0.5, damping=b, delay=late, estimator="foaw") for b in (1, 2, 5)]

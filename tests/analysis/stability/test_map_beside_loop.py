@@ -1,4 +1,4 @@
-"""A map on every core leaves the loop its deadlines."""
+"""A map computed on every core does not make the loop miss deadlines."""
 
 import contextlib
 import threading
@@ -17,15 +17,15 @@ SAMPLES, TIMES = 1000, 3
 
 
 def late_share(reader) -> float:
-    """Return the share of samples later than half a period, the smallest of some: other programs run too."""
+    """Return the smallest fraction of late samples over several attempts, as other programs run, too."""
     found = [support.rest(reader, SAMPLES)[-SAMPLES:] for _ in range(TIMES)]
     return min(float((f[:, rows.LATENESS] > 0.5 * f[:, rows.PERIOD]).mean()) for f in found)
 
 
 @pytest.mark.alone
 def test_a_map_does_not_make_the_loop_late():
-    """Normal priority, where a thread that computes without a pause would cost most."""
-    rendered.classes(Setting(), [1.0], [100.0], real=True)  # compiled
+    """With normal priority, at which a thread that computes without a pause would cost most."""
+    rendered.classes(Setting(), [1.0], [100.0], real=True)  # compile
     done, begun = threading.Event(), threading.Event()
 
     def watch(finished, of):

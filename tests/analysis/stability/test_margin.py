@@ -1,4 +1,4 @@
-"""The margin in words, and the axes around it."""
+"""The margin as text, and the axes around it."""
 
 import math
 
@@ -44,7 +44,7 @@ def test_the_sentence(stiffness, limit, hand, words):
         ),
     ],
 )
-def test_the_sentence_says_where_it_is_stable_again(stiffness, limit, words):
+def test_the_sentence_states_further_stable_intervals(stiffness, limit, words):
     margin = Margin(stiffness, 3.2, limit, again=((341.0, 1562.0),))
     assert sentence(margin) == words
     assert margin.stable == (stiffness < limit or stiffness == 342.0)
@@ -65,7 +65,7 @@ def test_the_dot_stands_clear_of_the_right_edge(damping):
 
 
 def test_the_axes_show_where_the_boundary_leaves_or_turns():
-    """A straight boundary leaves through the top; one with its highest point at 9 is shown up to there."""
+    """A straight boundary leaves through the top; one with its maximum at 9 is shown up to there."""
     wide, top = round_axes(lambda b: 1000.0 + 2000.0 * b, 900.0, 0.0, 1000.0)
     assert (wide, top) == (1.0, 1500.0)
     wide, top = round_axes(lambda b: 1500.0 - 15.0 * (b - 9.0) ** 2, 620.0, 2.0, 765.0)

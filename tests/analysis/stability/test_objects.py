@@ -1,4 +1,4 @@
-"""The limit of handle, contact and object together, 1 % inside and outside it by the tick that renders."""
+"""The limit of handle, contact and object together, 1 % inside and outside, by simulation."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def pressing(t):
 
 
 def growth(setting, key, values):
-    """Return by how much the motion of a handle that presses an object grows, as a logarithm."""
+    """Return the logarithmic growth of the motion of a handle that presses an object."""
     grip = setting.grip
     hand = Hand(grip.mass, grip.damping, grip.stiffness, pressing, vectorised=True)
     scene = headless.Scene(environments.named(key), values, setting.device(real=False), setting.loop)
@@ -50,7 +50,7 @@ def is_quick(key, integrator, *_):
 
 
 @pytest.mark.parametrize(("key", "integrator", "mass", "rate", "delay", "estimator"), wide(LOOPS, is_quick))
-def test_a_press_calms_just_inside_and_grows_just_outside(key, integrator, mass, rate, delay, estimator):
+def test_a_press_decays_inside_and_grows_outside_the_limit(key, integrator, mass, rate, delay, estimator):
     setting = Setting(0.044, 0.5, 0.0, 0.0, rate, delay, estimator, "light")
     given = {"mass": mass, "integrator": integrator, "contact_damping": 0.0}
     limit = contact_limit(setting, key, given)
@@ -67,9 +67,7 @@ SCENES = [
 
 
 @pytest.mark.parametrize(("key", "integrator", "mass", "rate", "delay"), SCENES)
-def test_the_verdict_says_where_a_press_begins_to_grow_and_not_where_a_wall_does(
-    key, integrator, mass, rate, delay
-):
+def test_the_verdict_uses_the_objects_limit_not_a_walls(key, integrator, mass, rate, delay):
     setting = Setting(0.05, 0.6, 0.0, 0.0, rate, delay, hand="light")
     values = environments.named(key).values({"mass": mass, "integrator": integrator})
     limit = verdict(Asked(environments.named(key), values, setting)).margins["light"].limit
@@ -83,7 +81,7 @@ def test_the_verdict_says_where_a_press_begins_to_grow_and_not_where_a_wall_does
 
 
 def test_an_object_too_heavy_to_move_is_a_wall():
-    """Its limit is that of the spring to the ground; one that is let go has no other."""
+    """Its limit is that of the spring to the ground; a released handle has no other."""
     setting = Setting(viscous=0.5, delay=0.4e-3)
     given = {"mass": 5.0, "stiffness": 2000.0, "damping": 20.0, "integrator": "exact"}
     assert contact_limit(setting, "mass_spring_damper", given) == pytest.approx(
@@ -92,7 +90,7 @@ def test_an_object_too_heavy_to_move_is_a_wall():
 
 
 def test_explicit_euler_has_no_limit_of_its_own_without_damping():
-    """It adds h² w² to the square of every turn; a light object with no damper grows from the softest on."""
+    """It adds h² w² per step; a light object without damper grows at any stiffness."""
     setting = Setting(viscous=0.5, hand="firm")
     given = {"mass": 0.05, "damping": 0.0, "stiffness": 2000.0, "integrator": "explicit_euler"}
     assert contact_limit(setting, "mass_spring_damper", given) == 0.0

@@ -1,4 +1,4 @@
-"""The passivity line against closed forms, and against an adversary who plans a whole motion."""
+"""The passivity line against closed forms, and against the worst motion by optimisation."""
 
 import math
 
@@ -22,20 +22,20 @@ def largest(damping, late, estimator="difference", viscous=B, rate=1000.0):
     return float(passive_stiffness(viscous, np.array([damping]), rate, late / rate, estimator)[0])
 
 
-def test_a_spring_alone_after_whole_periods():
+def test_spring_with_a_delay_of_whole_periods():
     """Colgate & Schenkel: b > K T/2 times 1, 3, 5."""
     for late, factor in ((0, 1.0), (1, 3.0), (2, 5.0)):
         for rate in (230.0, 1000.0, 4000.0):
             assert largest(0.0, late, rate=rate) == pytest.approx(2.0 * B * rate / factor, rel=1e-6)
 
 
-def test_a_backward_difference_costs_as_much_as_the_damping_it_renders():
+def test_backward_difference_damping_reduces_the_limit():
     """b > K T/2 + B."""
     for damping in (0.05, 0.2, 0.45):
         assert largest(damping, 0) == pytest.approx(2.0 * (B - damping) / PERIOD, rel=1e-9)
 
 
-def test_a_filter_makes_damping_cost_less():
+def test_a_filter_reduces_the_cost_of_damping():
     """b > K T/2 + B alpha/(2 - alpha); the table's third digit."""
     for cutoff, cost in ((200.0, 0.557), (100.0, 0.304), (60.0, 0.186), (35.5, 0.111), (20.0, 0.063)):
         found = largest(1.0, 0, ("iir", {"cutoff": cutoff}), viscous=1.0)
@@ -44,8 +44,8 @@ def test_a_filter_makes_damping_cost_less():
         assert found == pytest.approx(2.0 * (1.0 - cost) / PERIOD, abs=1.2)
 
 
-def test_a_spring_alone_after_fractions_of_a_period():
-    """The slowest motion is the worst: b² > b K (T/2 + td) + K² θ (T - θ)/4, from the form as w -> 0."""
+def test_spring_with_a_fractional_delay():
+    """The slowest motion is the worst: b² > b K (T/2 + td) + K² θ (T - θ)/4, the limit as w -> 0."""
     for late in (0.1, 0.5, 0.9, 1.5, 3.3):
         stiffness = largest(0.0, late)
         rest = (late - math.floor(late)) * PERIOD
@@ -54,17 +54,17 @@ def test_a_spring_alone_after_fractions_of_a_period():
 
 
 def knots(late, periods):
-    """Return the instants in periods at which the loop looks or acts, within so many periods."""
+    """Return the instants in periods at which the loop samples or acts, up to ``periods``."""
     rest = late - math.floor(late)
     parts = (0.0, rest) if rest else (0.0,)
     return np.array([k + part for k in range(periods) for part in parts])
 
 
 def energy_form(stiffness, damping, late, estimator, periods=160):
-    """Return the symmetric matrix whose form is what handle and loop take from a motion through its knots.
+    """Return the symmetric matrix of the energy that handle and loop absorb from a motion through its knots.
 
-    The motion starts at rest and ends at rest, long enough for the last command. Column by column from the
-    running estimator's own answer to one knot moved: no transfer function, no z.
+    The motion starts and ends at rest, and lasts until the last command. Columns are the running estimator's
+    responses to moving one knot: no transfer function, no z.
     """
     t = knots(late, periods)
     whole, fine = math.floor(late), 2 if late % 1.0 else 1
@@ -104,7 +104,7 @@ CASES = [
 @pytest.mark.parametrize(
     ("damping", "late", "estimator"), wide(CASES, lambda _damping, late, _estimator: late in (0.0, 0.6, 1.6))
 )
-def test_one_percent_inside_gives_no_motion_any_energy_and_outside_gives_one_some(damping, late, estimator):
+def test_no_motion_gains_energy_inside_and_one_does_outside(damping, late, estimator):
     limit = largest(damping, late, estimator)
     assert limit > 20.0
     inside, outside = (energy_form(part * limit, damping, late, estimator) for part in (0.99, 1.01))
@@ -115,8 +115,8 @@ def test_one_percent_inside_gives_no_motion_any_energy_and_outside_gives_one_som
 @pytest.mark.parametrize(
     ("damping", "late", "estimator"), [(0.2, 0.0, "difference"), (0.3, 0.4, "difference"), (0.5, 0.6, "iir")]
 )
-def test_the_tick_gives_the_worst_motion_energy_one_percent_outside_and_none_inside(damping, late, estimator):
-    """The adversary's motion, one for both sides, is imposed on the handle under the rendered spring."""
+def test_the_simulated_worst_motion_gains_energy_only_outside(damping, late, estimator):
+    """The worst motion, one for both sides, is imposed on the handle with the rendered spring."""
     limit = largest(damping, late, estimator)
     gained = []
     for part in (0.99, 1.01):
@@ -129,7 +129,7 @@ def test_the_tick_gives_the_worst_motion_energy_one_percent_outside_and_none_ins
 
 
 def rendered_gain(moved, stiffness, damping, late, estimator, periods=160):
-    """Return the energy in J that the hand gains from the rendered spring, the handle's damping paid."""
+    """Return the energy in J that the hand gains from the rendered spring, after the handle's damping."""
     t = knots(late, periods)
     fine = 2 if late % 1.0 else 1
     x = np.zeros(len(t))

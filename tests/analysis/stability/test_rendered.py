@@ -24,7 +24,7 @@ STIFFNESS, STEP = 1000.0, 20e-6
 
 @pytest.fixture
 def threads():
-    """Return threads of normal priority, so that other tests do not go first."""
+    """Return threads of normal priority, so that other tests do not delay them."""
     with ThreadPoolExecutor(2) as made:
         yield made
 
@@ -73,7 +73,7 @@ SLOW = Setting(0.05, 1.0, estimator=("butterworth", {"cutoff": 5.0}))
 
 @pytest.mark.parametrize("setting", [Setting(), Setting(delay=1.3e-3, estimator="iir", hand="light"), SLOW])
 def test_the_map_of_a_linear_loop_is_what_rendering_finds_in_each_cell(setting):
-    """Rows are stiffness, columns damping; in half of them nothing but a narrow strip is stable."""
+    """Rows are stiffness, columns damping; in half of the settings only a narrow strip is stable."""
     damping, stiffness = np.linspace(0.0, 12.0, 13), np.geomspace(20.0, 40_000.0, 31)
     found = rendered.classes(setting, damping, stiffness)
     assert found.dtype == np.int8
@@ -86,7 +86,7 @@ def test_the_map_of_a_linear_loop_is_what_rendering_finds_in_each_cell(setting):
 
 @pytest.mark.parametrize("share", [0.25, 0.4, 0.6, 1.0, 2.0])
 def test_friction_and_steps_divide_the_plane_as_diolaiti_says(share, threads):
-    """share is b / (K T). Below 1/2 a large motion grows; above, less friction than K Δ / 2 never rests."""
+    """share is b / (K T). Below 1/2 a large motion grows; above, friction below K Δ / 2 never stops it."""
     for friction in (0.0, 0.1, 0.25, 0.4, 0.495, 0.505, 1.0):
         setting = Setting(0.05, share * STIFFNESS * 1e-3, friction * STIFFNESS * STEP, STEP)
         verdict = rendered.classes(setting, [0.0], [STIFFNESS], real=True, executor=threads)
@@ -119,12 +119,12 @@ def test_the_adaptive_window_may_buzz_without_growing(threads):
 @pytest.mark.parametrize("real", [False, True])
 @pytest.mark.parametrize("delay", [0.0, 1e-3])
 def test_the_passivity_controller_raises_the_boundary(real, delay, threads):
-    """Hannaford and Ryu 2002: what the loop gives too much is taken back, until the force is too late."""
+    """Hannaford and Ryu 2002: excess energy is dissipated, until the force is too late."""
     plain, damping = Setting(delay=delay), [0.0, 1.0]
     held = replace(plain, controller=True)
     before, after = (rendered.boundary(s, damping, real=real, executor=threads) for s in (plain, held))
     assert (after > 3.0 * before).all()
-    stiffness = [1.005 * before[0], 1.02 * before[0], 1.2 * before.max()]  # it grows slowly, slowly, fast
+    stiffness = [1.005 * before[0], 1.02 * before[0], 1.2 * before.max()]  # growth: slow, slow, fast
     beyond = rendered.classes(held, damping, stiffness, real=real, executor=threads)
     assert (beyond != GROWS).all()
 
@@ -153,8 +153,8 @@ def test_progress_and_cancel(threads):
 
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(1415.0, 8.0), (1464.0, 10.46)])
-def test_what_comes_down_to_a_long_steady_motion_does_not_grow(stiffness, damping):
-    """Let go 200 steps away inside the linear limit, it comes down to 9 and 16 steps, and stays there."""
+def test_convergence_to_a_limit_cycle_is_not_growth(stiffness, damping):
+    """Released at 200 steps inside the linear limit, it decreases to 9 and 16 steps, and stays there."""
     coarse = Setting(
         viscous=0.18, coulomb=0.02, quantum=61.4e-6, delay=1e-3, estimator=("iir", {"cutoff": 35.5})
     )
@@ -165,8 +165,8 @@ def test_what_comes_down_to_a_long_steady_motion_does_not_grow(stiffness, dampin
     assert found == [rendered.BUZZES, rendered.GROWS]
 
 
-def test_under_the_controller_the_boundary_is_where_it_is_bounded_and_tells_the_swing():
-    """Of a spring with a delay, without friction: the swing is that of its motion after as long."""
+def test_with_controller_the_boundary_gives_the_bounded_amplitude():
+    """A spring with a delay, without friction: the swing is that of its motion after the same time."""
     setting, damping = Setting(delay=1e-3, controller=True), np.array([0.0])
     points = rendered.measure_points(setting, damping)
     stiffness = points.stiffness[0]

@@ -1,4 +1,4 @@
-"""What is said of a scene: one verdict for window, runs, sketches and the command line."""
+"""The verdict on a scene, the same for window, runs, sketches and the command line."""
 
 from dataclasses import replace
 
@@ -22,7 +22,7 @@ def asked(key, setting=LATE, **values):
 
 
 def test_a_stiff_wall_is_calm_let_go_and_buzzes_in_a_grip():
-    """The wall of 5,000 N/m with 1 ms: beyond its limit, and let go it only throws the handle out."""
+    """The wall of 5,000 N/m with 1 ms is beyond its limit; released, the handle only leaves it."""
     said = verdict(asked("wall", stiffness=5000.0, damping=0.0))
     held, released = said.lines
     assert held.startswith("In your hand, a knock of more than 0.")
@@ -39,7 +39,7 @@ def test_a_stiff_wall_is_calm_let_go_and_buzzes_in_a_grip():
     assert np.ptp(last) > 2e-4, "1 mm from where a press of 1 N has it, the handle goes on"
 
 
-def test_calm_scenes_say_how_far_the_limit_is_in_each_hand():
+def test_calm_scenes_state_the_margin_in_each_hand():
     said = verdict(asked("spring", stiffness=80.0))
     assert said.calm
     assert said.sign == ("check", "ok")
@@ -56,8 +56,8 @@ def test_without_friction_and_counts_the_verdict_is_that_of_the_linear_limit(sha
 
 
 @pytest.mark.parametrize("parameter", ["stiffness", "damping"])
-def test_at_the_end_of_what_is_too_much_a_nudge_just_settles(parameter):
-    """Damping: it is too little below the range's end, the other way round than stiffness."""
+def test_a_nudge_settles_at_the_end_of_the_unstable_range(parameter):
+    """Damping is unstable below the range's end, unlike stiffness."""
     setting = replace(LATE, hand="released", estimator="difference")
     values = {"stiffness": 700.0, "damping": 0.0, "center": 0.0}
     values["stiffness"] = 700.0 if parameter == "stiffness" else 1300.0
@@ -69,8 +69,8 @@ def test_at_the_end_of_what_is_too_much_a_nudge_just_settles(parameter):
         assert (push > 1e-3) == settles
 
 
-def test_damping_is_too_much_where_a_kick_does_not_settle():
-    """No place to come back to: the kick is as fast as 1 mm on 100 N/m; the end is known to 1.6 N·s/m."""
+def test_unstable_damping_does_not_settle_after_a_kick():
+    """Without restoring force: the kick equals 1 mm on 100 N/m; the end is accurate to 1.6 N·s/m."""
     ((low, high),) = unstable_ranges(asked("damping"))["damping"]
     assert high == 50.0
     for damping, settles in ((low - 2.0, True), (low + 2.0, False)):
@@ -80,8 +80,8 @@ def test_damping_is_too_much_where_a_kick_does_not_settle():
         assert (max(moves) <= 20.7e-6) == settles
 
 
-def test_a_wall_is_too_much_where_a_nudge_in_the_hand_does_not_settle():
-    """Pressed with 1 and 2 N; the range begins within 156 N/m of where a nudge swings on."""
+def test_an_unstable_wall_does_not_settle_in_the_hand():
+    """Pressed with 1 and 2 N; the range begins within 156 N/m of the first nudge that oscillates."""
     ((low, high),) = unstable_ranges(asked("wall"))["stiffness"]
     assert high == 5000.0
     grip = grip_named("medium")
@@ -95,13 +95,13 @@ def test_a_wall_is_too_much_where_a_nudge_in_the_hand_does_not_settle():
         assert (max(map(np.ptp, runs)) <= 20.7e-6) == settles
 
 
-def test_what_does_not_matter_is_never_too_much():
+def test_parameters_without_effect_have_no_unstable_range():
     assert "center" not in unstable_ranges(asked("spring", stiffness=1800.0))
     assert unstable_ranges(asked("free")) == {}
 
 
-def test_a_law_that_is_not_its_impedance_has_no_limit_and_is_judged_all_the_same(tmp_path):
-    """A student's wall ten times as stiff as the impedance that came with the template."""
+def test_a_law_with_a_false_impedance_is_judged_without_limit(tmp_path):
+    """A student's wall ten times as stiff as the impedance copied from the template."""
     spring = environments.named("spring")
     own = replace(spring, key="own", impedance=lambda values: (30.0, 0.0))
     scene = Asked(own, own.values({"stiffness": 300.0}), LATE)

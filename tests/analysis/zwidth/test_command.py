@@ -1,4 +1,4 @@
-"""The zwidth command by simulation: words, one object, a picture, one line where it cannot be."""
+"""The zwidth command by simulation: text, JSON, figure, one-line errors."""
 
 import json
 
@@ -21,7 +21,7 @@ def run(capsys, *words):
 
 
 @pytest.mark.slow
-def test_words_name_the_stiffest_wall_and_the_conditions(capsys):
+def test_output_states_the_stiffest_wall_and_the_conditions(capsys):
     code, out, err = run(capsys, "--damping", "0,2", "--mass", "0.05", "--quantum", "15e-6")
     assert (code, err) == (0, "")
     assert out.startswith("At b = 2 N·s/m, let go, all walls tried up to 8,7")
@@ -47,7 +47,7 @@ def test_one_object(capsys):
 
 @pytest.fixture
 def measured(monkeypatch):
-    """Stand in for a minute of pressing; keep what it was asked."""
+    """Replace the measurement; record its arguments."""
     asked = {}
 
     def measure(engine, levels, limits, **more):
@@ -61,7 +61,7 @@ def measured(monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_device_gets_what_was_asked_and_is_closed(capsys, measured):
+def test_a_device_gets_the_options_and_is_closed(capsys, measured):
     words = "--device simulated --damping 0,1 --mass 0.06 --rate 500 --delay 2e-3 --estimator iir:cutoff=20"
     words += " --hand firm --max-force 1.5 --push 0.5 --speed 0.05"
     code, _, err = run(capsys, *words.split())
@@ -79,4 +79,4 @@ def test_ctrl_c_closes_the_device(capsys, measured):
     code, out, _ = run(capsys, "--device", "simulated")
     assert (code, out) == (130, "")
     assert not measured["engine"].health().running
-    assert measured["engine"].arrays.control[arrays.DONE] == 1  # the loop's last act: a zero command
+    assert measured["engine"].arrays.control[arrays.DONE] == 1  # the loop's last action: a zero command

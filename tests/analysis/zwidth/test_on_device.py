@@ -1,4 +1,4 @@
-"""Z-width on running devices: the simulated one live, the virtual board, stops and limits, a person."""
+"""Z-width on running devices: simulated live, virtual board, interruptions and limits, a person."""
 
 import itertools
 import math
@@ -27,7 +27,7 @@ ONE_TRIAL = TrialLimits(softest=300.0, highest=300.0)
 
 @pytest.fixture
 def running():
-    """Return a maker of running engines in a spring of their own; each is closed in the end."""
+    """Return a function that makes running engines with a spring; all are closed at the end."""
     engines = []
 
     def make(device=None, grip="light", delay=2e-3):
@@ -44,7 +44,7 @@ def running():
 
 
 def assert_as_before(engine, environment="spring"):
-    """Check settings, force limit and hand; then that the loop renders the old environment alone."""
+    """Check settings, force limit and hand; then that the loop renders the old environment only."""
     assert engine.environment.key == environment
     assert engine.arrays.block.values[block.MAX_FORCE] == engine.device.max_force
     assert engine.arrays.block.words[block.HAND_ON] == 0
@@ -65,7 +65,7 @@ def hits(found, surface=0.005):
 
 
 def after(calls, act):
-    """Return a progress that acts once, at the so-manieth look, when a wall is in force and pressed."""
+    """Return a progress function that acts once, at its ``calls``-th call with a pressed wall in force."""
     seen = []
 
     def progress(done, of):
@@ -106,7 +106,7 @@ def test_the_virtual_board(running):
     found = on_device.measure(engine, (0.0,), TrialLimits(softest=1000.0, raised=1.5, precision=0.1))
     assert hits(reader.read()) == pytest.approx(0.1, rel=0.3)
     conditions = {c.key: c.value for c in found.conditions}
-    assert 1e-3 < conditions["delay"] < 2.5e-3  # what was asked for, and what the line takes
+    assert 1e-3 < conditions["delay"] < 2.5e-3  # the added delay, plus that of the serial line
     setting = replace(on_device.setting_of(engine, "light"), coulomb=0.1)
     reference = simulation.compute(setting, (0.0,), Protocol(max_force=2.0))
     assert found.stiffness[0] == pytest.approx(reference.stiffness[0], rel=0.2)
@@ -140,10 +140,10 @@ def quit_loop(engine):
         (quit_loop, Interrupted, "sends nothing", None),
     ],
 )
-def test_what_ends_it_leaves_the_old_settings_and_no_force_of_the_wall(
+def test_interruptions_restore_settings_and_remove_the_wall(
     running, monkeypatch, act, error, says, environment
 ):
-    """Cancelled, stopped, a fault, somebody who changes the scene and keeps it, a device that is gone."""
+    """Cancelled, stopped, a fault, settings changed by another user and kept, a disconnected device."""
     monkeypatch.setattr("hapkit_studio.analysis.zwidth.guarded_device._SILENCE_SECONDS", 0.5)
     engine = running()
     with pytest.raises(error, match=says):
@@ -160,8 +160,8 @@ def test_what_ends_it_leaves_the_old_settings_and_no_force_of_the_wall(
         assert np.all(found[:, rows.FLAGS].astype(int) & rows.STOPPED)
 
 
-def test_a_scene_chosen_just_before_the_next_wall_stays(running, monkeypatch):
-    """Between a look at the settings and the wall after it nobody has looked again."""
+def test_a_scene_chosen_before_the_next_wall_is_kept(running, monkeypatch):
+    """Settings may change between the check and the next wall."""
     engine, wall, count = running(), on_device.GuardedDevice.wall, itertools.count()
 
     def choose_then_try(guarded, stiffness, damping):
@@ -188,8 +188,8 @@ def test_too_fast_ends_a_trial_and_nothing_stiffer_is_tried(running, monkeypatch
     assert_as_before(engine)
 
 
-def test_the_band_is_looked_for_below_the_first_wall_that_failed(monkeypatch):
-    """200 and 300 hold, 450 N/m is the first that fails; halved, then in steps of 5 %."""
+def test_the_band_is_searched_below_the_first_failed_wall(monkeypatch):
+    """200 and 300 hold, 450 N/m is the first to fail; bisected, then in steps of 5 %."""
     tried = []
 
     def watched(_guarded, _hand, stiffness):
@@ -208,11 +208,11 @@ def test_the_band_is_looked_for_below_the_first_wall_that_failed(monkeypatch):
 
 @pytest.fixture
 def briefly(monkeypatch):
-    """Watch a wall for less long than it takes to tell whether it buzzes."""
+    """Watch each wall for a shorter time than a judgement needs."""
     monkeypatch.setattr(on_device, "_WINDOW_SECONDS", 0.05)
 
 
-def test_the_force_limit_holds_and_is_said(running, briefly):
+def test_the_force_limit_holds_and_is_reported(running, briefly):
     engine = running(delay=0.0)
     reader = engine.reader()
     limits = TrialLimits(max_force=0.5, push=0.3, hit=0.15, softest=1500.0, highest=1500.0)
@@ -228,7 +228,7 @@ def test_a_person_is_asked_and_checked(running, briefly):
     def person(words):
         said.append(words)
         force, wall = 1.9 if len(said) == 1 else 1.0, engine.values["stiffness"]
-        if words != "Hold":  # a grip of 200 N/m and the wall, one behind the other
+        if words != "Hold":  # a grip of 200 N/m and the wall in series
             engine.move_hand(engine.values["position"] + force * (1.0 / wall + 1.0 / 200.0))
 
     found = on_device.measure(engine, (0.0,), ONE_TRIAL, person=True, say=person)
@@ -242,7 +242,7 @@ def test_a_person_is_asked_and_checked(running, briefly):
     assert_as_before(engine)
 
 
-def test_nobody_presses(running, monkeypatch):
+def test_a_person_who_does_not_press_ends_the_measurement(running, monkeypatch):
     monkeypatch.setattr(on_device, "_PATIENCE_SECONDS", 0.0)
     engine = running()
     with pytest.raises(Interrupted, match="Nobody pressed"):
@@ -250,7 +250,7 @@ def test_nobody_presses(running, monkeypatch):
     assert_as_before(engine)
 
 
-def test_ripple_is_what_a_hand_cannot_do():
+def test_ripple_excludes_slow_hand_motion():
     t = np.arange(600) / 1000.0
     for hertz, least, most in ((2.0, 0.0, 0.03), (10.0, 0.2, 0.4), (30.0, 0.7, 1.3), (100.0, 0.9, 1.1)):
         swing = 0.5e-3 * np.sin(2.0 * math.pi * hertz * t)

@@ -1,4 +1,4 @@
-"""Z-width by simulation, against the tables of theory and a plain program of its own; its search."""
+"""Z-width by simulation, against published tables and an independent program; its search."""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -56,7 +56,7 @@ def period(x, v, force):
 
 
 def rests(stiffness, damping, phase):
-    """Return whether the handle stays near and ends within two counts."""
+    """Return True if the handle stays near and ends within two counts."""
     x, v = -phase * SPEED * T, SPEED
     before = QUANTUM * math.floor(x / QUANTUM)
     low, high = math.inf, -math.inf
@@ -73,13 +73,13 @@ def rests(stiffness, damping, phase):
 
 
 def plain_holds(stiffness, damping):
-    """Return whether the wall holds at three phases of the sample."""
+    """Return True if the wall holds at three sampling phases."""
     return all(rests(stiffness, damping, phase) for phase in (1 / 6, 3 / 6, 5 / 6))
 
 
 DAMPING = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 ALPHA_02 = ("iir", {"cutoff": -math.log(0.8) / (2.0 * math.pi * 1e-3)})
-CAPPED = 200.0 * 1.3**22  # where the reference's own search ended
+CAPPED = 200.0 * 1.3**22  # upper end of the reference's search
 
 
 def device(coulomb=0.1, quantum=15e-6, rate=1000.0, **more):
@@ -98,7 +98,7 @@ REFERENCE = {
 
 @cache
 def measured(name):
-    """Return the Z-width of a device of the table; by threads that give way to no other test."""
+    """Return the Z-width of a device of the table; computed by threads of normal priority."""
     with ThreadPoolExecutor(2) as threads:
         return simulation.compute(REFERENCE[name][0], DAMPING, executor=threads)
 
@@ -106,11 +106,11 @@ def measured(name):
 @pytest.mark.parametrize("name", wide(REFERENCE, lambda name: name == "f_c 0.1"))
 def test_the_reference_table(name):
     (setting, expected), found = REFERENCE[name], measured(name)
-    # its search ends somewhere in the band
+    # the reference's search ends somewhere in the band
     high = np.array([max(p.stiffness, p.last_held) for p in found.points]) / np.array(expected)
     share = np.clip(1.0, found.stiffness / np.array(expected), high)
-    # without friction, chance decides which motion is left after 4 s; other phases of the hit move these two
-    # cells of 56 by as much
+    # without friction, chance decides which motion remains after 4 s; other sampling phases change these two
+    # cells of 56 equally
     loose = np.array([setting.coulomb == 0.0 and b in (2.0, 5.0) for b in DAMPING])
     assert np.abs(share[:-1] - 1.0)[~loose[:-1]].max() < 0.025
     assert np.abs(share - 1.0)[loose].max(initial=0.0) < 0.06
@@ -135,14 +135,14 @@ def test_a_constant_push_settles_where_push_and_spring_balance():
     assert out[-1, simulation.rows.TRUE_POSITION] == pytest.approx(0.5 / 400.0, rel=1e-6)
 
 
-def test_a_weak_motor_is_said():
+def test_a_saturated_motor_is_reported():
     weak = simulation.compute(device(), (5.0,), Protocol(max_force=2.0))
     assert weak.points[0].clamped
     assert "with the motor at its limit of 2 N" in text(weak)
     assert "force limit 2 N" in weak.caption
 
 
-def test_the_linear_limit_stands_beside():
+def test_the_result_contains_the_linear_limit():
     found = measured("f_c 0.1")
     assert found.linear[[0, 3]] == pytest.approx([1001.7, 4812.9], abs=0.1)
     assert found.curve[1, [0, -1]] == pytest.approx(found.linear[[0, -1]])
@@ -165,7 +165,7 @@ def test_points_arrive_in_order_and_any_executor_finds_the_same():
     assert np.array_equal(measured("f_c 0.1").stiffness[[0, 2, 4]], mine.stiffness)
 
 
-def test_it_takes_a_damping():
+def test_at_least_one_damping_is_required():
     with pytest.raises(ParameterError, match="one damping or more"):
         simulation.compute(device(), ())
 
@@ -180,21 +180,21 @@ def up_to(limit, tried=None, clamped_from=math.inf):
     return held
 
 
-def test_it_comes_within_what_the_halvings_leave():
+def test_search_accuracy_is_that_of_its_bisection():
     for limit in (200.0, 201.0, 700.0, 999.0):
         found = stiffest(up_to(limit), 200.0, 1.3, 1e6, 14)
         assert 0.0 <= limit - found.stiffness <= 0.3 * limit / 2**14
         assert found.ended == BUZZES
 
 
-def test_it_ends_at_the_highest():
+def test_search_ends_at_the_highest_stiffness():
     tried = []
     found = stiffest(up_to(1e9, tried, clamped_from=900.0), 200.0, 2.0, 1000.0, 5)
     assert tried == [200.0, 400.0, 800.0, 1000.0]
     assert (found.stiffness, found.ended, found.clamped) == (1000.0, HIGHEST, True)
 
 
-def test_the_wall_named_is_the_band_s_lower_end_and_the_band_goes_to_the_last_that_holds():
+def test_result_is_the_bands_lower_end():
     tried = []
 
     def held(stiffness):
@@ -208,11 +208,11 @@ def test_the_wall_named_is_the_band_s_lower_end_and_the_band_goes_to_the_last_th
     assert point.stiffness in tried
     assert not point.clamped, "the wall named did not need the motor's limit"
     assert 1020.0 / 1.01 < point.last_held < 1020.0
-    assert min(tried) == pytest.approx(point.first_failed / 1.01**10)  # ten walls in a row tell
+    assert min(tried) == pytest.approx(point.first_failed / 1.01**10)  # ten walls in a row decide
     assert max(tried) == pytest.approx(point.last_held * 1.01**10)
 
 
-def test_up_to_the_wall_named_all_hold_and_in_the_band_above_it_some_fail():
+def test_all_walls_hold_up_to_the_result_and_some_fail_above():
     (point,) = simulation.compute(Setting(), (20.0,)).points
     below = point.stiffness / 1.01 ** np.arange(band_trials(0.01))
     assert [simulation.trial(Setting(), k, 20.0).why for k in below] == [""] * len(below)
@@ -221,7 +221,7 @@ def test_up_to_the_wall_named_all_hold_and_in_the_band_above_it_some_fail():
     assert simulation.trial(Setting(), point.last_held, 20.0).why == ""
 
 
-def test_a_sharp_limit_has_no_band_and_takes_ten_walls_on_either_side():
+def test_a_sharp_limit_has_no_band():
     tried = []
     point = with_band(up_to(1000.0, tried), Point(999.0, BUZZES, False, 1001.0, 999.0), 0.01, 1.0, 1e6)
     assert point == Point(999.0, BUZZES, False, 1001.0, 999.0)
@@ -229,7 +229,7 @@ def test_a_sharp_limit_has_no_band_and_takes_ten_walls_on_either_side():
     assert len(tried) == 2 * band_trials(0.01) == 20
 
 
-def test_the_band_keeps_within_what_may_be_tried():
+def test_the_band_stays_within_the_search_range():
     tried, unlimited = [], Point(1000.0, HIGHEST, False, last_held=1000.0)
     with_band(up_to(1000.0, tried), Point(1000.0, BUZZES, False, 1010.0, 1000.0), 0.05, 980.0, 1049.0)
     assert with_band(up_to(1000.0, tried), unlimited, 0.05, 200.0, 1e6) == unlimited
